@@ -1,0 +1,146 @@
+"""Poses of the target in the camera frame, and draws from a search range around one."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from geometry.errors import GeometryError
+from geometry.rotation import euler_matrix, matrix_of, vector_of
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PoseError:
+    """How far a pose is from another one.
+
+    Attributes
+    ----------
+    rotation_deg : angle between the two rotations, degrees.
+    translation_m : distance between the two target origins, metres.
+    translation_fraction_of_range : that distance divided by the range of the true target origin.
+    """
+
+    rotation_deg: float
+    translation_m: float
+    translation_fraction_of_range: float
+
+    def within(self, rotation_deg: float, fraction_of_range: float) -> bool:
+        """Whether both errors are under the given limits (degrees, fraction of range)."""
+        return self.rotation_deg < rotation_deg and self.translation_fraction_of_range < fraction_of_range
+
+
+def _vector(value: ArrayLike, name: str, size: int = 3) -> Array:
+    try:
+        out = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise GeometryError(f"{name} must be {size} numbers, got {value!r}") from error
+    if out.shape != (size,):
+        raise GeometryError(f"{name} must be {size} numbers, got shape {out.shape}")
+    if not np.isfinite(out).all():
+        raise GeometryError(f"{name} must be finite, got {out.tolist()}")
+    out.setflags(write=False)
+    return out
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """camera_T_target: a point of the target frame goes to the camera frame by R·x + t.
+
+    Parameters
+    ----------
+    rotation_vector : (3,) float64, axis times angle, rad.
+    translation : (3,) float64, metres, the target's origin in the camera frame.
+
+    Raises
+    ------
+    GeometryError : a wrong shape, NaN or infinity.
+    """
+
+    rotation_vector: Array
+    translation: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rotation_vector", _vector(self.rotation_vector, "pose rotation_vector"))
+        object.__setattr__(self, "translation", _vector(self.translation, "pose translation"))
+
+    @classmethod
+    def from_matrix(cls, rotation: Array, translation: Array) -> "Pose":
+        """Pose of a rotation matrix (3, 3) and a translation (3,) in metres."""
+        rotation = np.ascontiguousarray(rotation, dtype=np.float64)
+        if rotation.shape != (3, 3) or not np.isfinite(rotation).all():
+            raise GeometryError("pose rotation must be a finite 3×3 matrix")
+        return cls(vector_of(rotation), translation)
+
+    @property
+    def matrix(self) -> Array:
+        """Rotation matrix, (3, 3)."""
+        out: Array = matrix_of(self.rotation_vector)
+        return out
+
+    def apply(self, points: Array) -> Array:
+        """Points (N, 3) of the target frame in the camera frame, metres."""
+        return np.asarray(points, dtype=np.float64) @ self.matrix.T + self.translation
+
+    def compose(self, other: "Pose") -> "Pose":
+        """a_T_b.compose(b_T_c) is a_T_c."""
+        rotation = self.matrix
+        return Pose.from_matrix(rotation @ other.matrix, rotation @ other.translation + self.translation)
+
+    def inverse(self) -> "Pose":
+        """target_T_camera."""
+        return Pose(-self.rotation_vector, -(self.matrix.T @ self.translation))
+
+    def stepped(self, delta: ArrayLike) -> "Pose":
+        """The pose after a small left-multiplied step: R' = exp(dr)·R, t' = exp(dr)·t + dt.
+
+        Parameters
+        ----------
+        delta : (6,), dr in rad, then dt in metres.
+        """
+        step = _vector(delta, "pose step", 6)
+        turn = matrix_of(step[:3])
+        return Pose.from_matrix(turn @ self.matrix, turn @ self.translation + step[3:])
+
+    def error_to(self, true: "Pose") -> PoseError:
+        """Difference of this pose from the true one; the fraction is of the true range."""
+        angle = float(np.linalg.norm(vector_of(self.matrix @ true.matrix.T)))
+        distance = float(np.linalg.norm(self.translation - true.translation))
+        distance_to_true = float(np.linalg.norm(true.translation))
+        fraction = distance / distance_to_true if distance_to_true > 0 else math.inf
+        return PoseError(math.degrees(angle), distance, fraction)
+
+    def to_dict(self) -> dict[str, list[float]]:
+        """The pose as plain lists, for JSON and TOML."""
+        return {"rotation_vector": self.rotation_vector.tolist(), "translation": self.translation.tolist()}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> "Pose":
+        """Pose of a mapping with `rotation_vector` and `translation`; other keys are left alone.
+
+        Raises
+        ------
+        GeometryError : a missing key, a wrong shape, NaN or infinity.
+        """
+        for key in ("rotation_vector", "translation"):
+            if key not in data:
+                raise GeometryError(f"pose has no {key}; it needs rotation_vector (rad) and translation (m)")
+        return cls(data["rotation_vector"], data["translation"])
+
+
+def disturbed(
+    pose: Pose, rng: np.random.Generator, rotation_deg: float, translation_px: float, focal_px: float
+) -> Pose:
+    """Draw a pose uniformly from the search range around a seed pose.
+
+    R = R_seed·Rx·Ry·Rz with each angle within ±rotation_deg; each component of the translation moves
+    within ±translation_px·Z/focal_px metres (DESIGN.md §6).
+    """
+    angles = np.radians(rng.uniform(-rotation_deg, rotation_deg, 3))
+    reach = translation_px * pose.translation[2] / focal_px
+    moved = pose.translation + rng.uniform(-1.0, 1.0, 3) * reach
+    return Pose.from_matrix(pose.matrix @ euler_matrix(angles[0], angles[1], angles[2]), moved)

@@ -1,0 +1,88 @@
+"""Rotation vectors and matrices as compiled kernels (Rodrigues' formula)."""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SMALL_ANGLE_RAD = 1e-8  # below this the series of sin and cos to second order is exact in float64
+
+
+@njit(cache=True)
+def matrix_of(vector: Array) -> Array:
+    """Rotation matrix (3, 3) of a rotation vector (3,) in rad."""
+    x, y, z = vector[0], vector[1], vector[2]
+    angle = math.sqrt(x * x + y * y + z * z)
+    if angle < SMALL_ANGLE_RAD:
+        a, b = 1.0, 0.5
+    else:
+        a = math.sin(angle) / angle
+        b = (1.0 - math.cos(angle)) / (angle * angle)
+    out = np.empty((3, 3))
+    out[0, 0] = 1.0 - b * (y * y + z * z)
+    out[0, 1] = b * x * y - a * z
+    out[0, 2] = b * x * z + a * y
+    out[1, 0] = b * x * y + a * z
+    out[1, 1] = 1.0 - b * (x * x + z * z)
+    out[1, 2] = b * y * z - a * x
+    out[2, 0] = b * x * z - a * y
+    out[2, 1] = b * y * z + a * x
+    out[2, 2] = 1.0 - b * (x * x + y * y)
+    return out
+
+
+@njit(cache=True)
+def vector_of(matrix: Array) -> Array:
+    """Rotation vector (3,) in rad, of length at most pi, of a rotation matrix (3, 3).
+
+    Goes through the unit quaternion with the largest pivot, so it is exact near 0 and near pi.
+    """
+    m = matrix
+    trace = m[0, 0] + m[1, 1] + m[2, 2]
+    q = np.empty(4)
+    if trace >= m[0, 0] and trace >= m[1, 1] and trace >= m[2, 2]:
+        q[0] = 1.0 + trace
+        q[1] = m[2, 1] - m[1, 2]
+        q[2] = m[0, 2] - m[2, 0]
+        q[3] = m[1, 0] - m[0, 1]
+    elif m[0, 0] >= m[1, 1] and m[0, 0] >= m[2, 2]:
+        q[0] = m[2, 1] - m[1, 2]
+        q[1] = 1.0 + m[0, 0] - m[1, 1] - m[2, 2]
+        q[2] = m[0, 1] + m[1, 0]
+        q[3] = m[0, 2] + m[2, 0]
+    elif m[1, 1] >= m[2, 2]:
+        q[0] = m[0, 2] - m[2, 0]
+        q[1] = m[0, 1] + m[1, 0]
+        q[2] = 1.0 - m[0, 0] + m[1, 1] - m[2, 2]
+        q[3] = m[1, 2] + m[2, 1]
+    else:
+        q[0] = m[1, 0] - m[0, 1]
+        q[1] = m[0, 2] + m[2, 0]
+        q[2] = m[1, 2] + m[2, 1]
+        q[3] = 1.0 - m[0, 0] - m[1, 1] + m[2, 2]
+    q /= math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    if q[0] < 0.0:
+        q = -q
+    sine = math.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    scale = 2.0 if sine < SMALL_ANGLE_RAD else 2.0 * math.atan2(sine, q[0]) / sine
+    return q[1:] * scale
+
+
+@njit(cache=True)
+def euler_matrix(x: float, y: float, z: float) -> Array:
+    """Rx(x)·Ry(y)·Rz(z), angles in rad, shape (3, 3)."""
+    cx, sx, cy, sy, cz, sz = math.cos(x), math.sin(x), math.cos(y), math.sin(y), math.cos(z), math.sin(z)
+    out = np.empty((3, 3))
+    out[0, 0] = cy * cz
+    out[0, 1] = -cy * sz
+    out[0, 2] = sy
+    out[1, 0] = cx * sz + sx * sy * cz
+    out[1, 1] = cx * cz - sx * sy * sz
+    out[1, 2] = -sx * cy
+    out[2, 0] = sx * sz - cx * sy * cz
+    out[2, 1] = sx * cz + cx * sy * sz
+    out[2, 2] = cx * cy
+    return out
