@@ -1,0 +1,1 @@
+"""What the controller and the two servers say to each other, and how."""

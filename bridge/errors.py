@@ -1,0 +1,85 @@
+"""The small family of errors that cross a process boundary.
+
+Every error has a ``code`` for programs, a ``message`` that says what and where, and a ``hint`` that says what
+to do. A server turns each of them into an error reply; the other side gets the three parts back.
+"""
+
+from typing import ClassVar
+
+EXIT_BAD_INPUT = 2
+"""Exit status of a command that was given something it cannot work with."""
+EXIT_DEVICE = 4
+"""Exit status of a command whose device or server failed for good."""
+
+
+class LightsAndCameraError(Exception):
+    """Base of the family.
+
+    Parameters
+    ----------
+    message
+        What went wrong and where, in one plain sentence.
+    hint
+        What to do about it; may be empty.
+    """
+
+    code: str = "error"
+    exit_status: ClassVar[int] = EXIT_DEVICE
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message, hint)
+        self.message = message
+        self.hint = hint
+
+    def __str__(self) -> str:
+        return f"{self.message} {self.hint}".strip()
+
+
+class BadInput(LightsAndCameraError):
+    """A file, an option or a value that cannot be used."""
+
+    code = "bad_input"
+    exit_status = EXIT_BAD_INPUT
+
+
+class DeviceError(LightsAndCameraError):
+    """A camera, a light or a recorded stack did not do what was asked."""
+
+    code = "device_error"
+
+
+class Unsupported(LightsAndCameraError):
+    """The device is sound, but has no such operation or setting."""
+
+    code = "unsupported"
+
+
+class ProtocolError(LightsAndCameraError):
+    """A message that breaks the wire protocol; ``code`` says in which way."""
+
+    def __init__(self, code: str, message: str, hint: str = "") -> None:
+        super().__init__(message, hint)
+        self.code = code
+
+
+class ServerError(LightsAndCameraError):
+    """An error reply, as the client sees it; ``code`` is the server's."""
+
+    def __init__(self, code: str, message: str, hint: str = "") -> None:
+        super().__init__(message, hint)
+        self.code = code
+
+
+class BridgeTimeout(LightsAndCameraError):
+    """A server did not answer within the deadline."""
+
+    code = "timeout"
+
+    def __init__(self, endpoint: str, op: str, seconds: float) -> None:
+        super().__init__(
+            f"The server at {endpoint} did not answer {op!r} within {seconds:g} s.",
+            "Check that it is running and listens there, or allow more time.",
+        )
+        self.endpoint = endpoint
+        self.op = op
+        self.seconds = seconds
