@@ -141,7 +141,7 @@ class Describe(Message, frozen=True):
 EventName = Literal["sun_changed", "target_moved", "camera_fault", "light_fault"]
 
 
-class Event(Message, frozen=True):
+class Event(Message, frozen=True, kw_only=True):
     """What a server publishes unasked; ``sequence`` counts from 1 without gaps."""
 
     v: Literal[1] = 1
@@ -226,7 +226,7 @@ class StartArgs(Message, frozen=True):
     out: FileName | None = None
 
 
-class RestoreArgs(StartArgs, frozen=True):
+class RestoreArgs(StartArgs, frozen=True, kw_only=True):
     """`restore`: go on with a session from its folder ``out``; ``images`` are those that were in the set.
 
     ``discarded`` names images that were taken and dropped, so that their names are not used again.

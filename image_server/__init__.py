@@ -1,0 +1,1 @@
+"""The image server: settings in, frame out. One file per device."""

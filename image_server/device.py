@@ -1,0 +1,130 @@
+"""What every device is to the server: a thing that takes settings and gives frames."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import BadInput, Unsupported
+from bridge.messages import Describe, Event, PoseErrorMessage, PoseMessage, Settings
+
+SETTING_TOLERANCE = 1e-3
+"""Relative difference under which two values of a setting are the same one (1/60 written as 0.0167)."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One image and what it was taken under.
+
+    Attributes
+    ----------
+    pixels : (H, W) uint8 grey.
+    requested, applied : settings asked for, and those the device reports.
+    verified : whether the device confirmed that the applied settings held during the exposure.
+    sequence : number of this capture, from 1.
+    timestamp : seconds since 1970 (UTC) at the middle of the exposure.
+    devices : identity of each piece of hardware (or file) that took part.
+    """
+
+    pixels: NDArray[np.uint8]
+    requested: Settings
+    applied: Settings
+    verified: bool
+    sequence: int
+    timestamp: float
+    devices: dict[str, str] = field(default_factory=dict)
+
+
+class Device(ABC):
+    """A camera with lights, real or not.
+
+    A device is used by one thread. `take_events` empties what has happened since it was last called; the
+    server publishes it.
+    """
+
+    name: str
+
+    @abstractmethod
+    def describe(self) -> Describe:
+        """What can be set, and what is known of camera and target; never the true pose."""
+
+    @abstractmethod
+    def capture(self, settings: Settings) -> Frame:
+        """Take one frame.
+
+        Raises
+        ------
+        BadInput : a setting that the device does not offer; the message names those that it does.
+        DeviceError : the device did not do it.
+        """
+
+    @abstractmethod
+    def health(self) -> dict[str, Any]:
+        """State of the device as plain values; `ok` is a bool."""
+
+    def move(self, range_m: float) -> list[Event]:
+        """Bring the target to a range along its line of sight, and say what happened to the scene."""
+        raise Unsupported(f"The {self.name} cannot move its target to {range_m:g} m.")
+
+    def score(self, pose: PoseMessage) -> PoseErrorMessage | None:
+        """Error of a pose against the true one, None where that is not known. For reports only."""
+        raise Unsupported(f"The {self.name} does not know the true pose.", f"Asked for {pose.translation}.")
+
+    def take_events(self) -> list[Event]:
+        """Events since the last call, oldest first."""
+        return []
+
+    def close(self) -> None:
+        """Leave the hardware dark and free; may be called twice."""
+
+
+def checked_settings(describe: Describe, settings: Settings) -> Settings:
+    """Settings with each value replaced by the offered one it equals.
+
+    Raises
+    ------
+    BadInput
+        For a value that is not offered, naming what is. Nothing is ever clipped.
+    """
+    lights = describe.lights
+    if len(settings.lights) != len(lights):
+        raise BadInput(
+            f"Settings give {len(settings.lights)} light levels, but the {describe.device} has {len(lights)} lights"
+            f" ({', '.join(light.name for light in lights)}).",
+            "Give one level per light.",
+        )
+    for light, level in zip(lights, settings.lights, strict=True):
+        if not 0 <= level < light.levels:
+            raise BadInput(f"Light {light.name!r} has no level {level}.", f"Allowed: 0 to {light.levels - 1}.")
+    return Settings(
+        lights=settings.lights,
+        shutter_s=_offered("shutter_s", settings.shutter_s, describe.shutters_s, "s"),
+        aperture=_offered("aperture", settings.aperture, describe.apertures, ""),
+        focal_length_mm=_optional("focal_length_mm", settings.focal_length_mm, describe.focal_lengths_mm, "mm"),
+        focus_m=_optional("focus_m", settings.focus_m, describe.focuses_m, "m"),
+    )
+
+
+def same_value(a: float, b: float) -> bool:
+    """Whether two values of a setting mean the same one."""
+    return math.isclose(a, b, rel_tol=SETTING_TOLERANCE)
+
+
+def _offered(name: str, value: float, offered: Sequence[float], unit: str) -> float:
+    for candidate in offered:
+        if same_value(value, candidate):
+            return candidate
+    listed = ", ".join(f"{candidate:g}" for candidate in offered)
+    raise BadInput(f"{name} = {value:g} is not offered.", f"Allowed: {listed}{' ' + unit if unit else ''}.")
+
+
+def _optional(name: str, value: float | None, offered: Sequence[float] | None, unit: str) -> float | None:
+    if value is None:
+        return offered[0] if offered is not None and len(offered) == 1 else None
+    if not offered:
+        raise BadInput(f"{name} = {value:g} cannot be set: the lens is fixed.", f"Leave {name} null.")
+    return _offered(name, value, offered, unit)

@@ -1,0 +1,163 @@
+"""The replay device: recorded light stacks answer as if camera and lights were there."""
+
+import time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import BadInput, Unsupported
+from bridge.messages import Describe, PoseErrorMessage, PoseMessage, Settings
+from image_server.device import Device, Frame, checked_settings, same_value
+from image_server.sensor import exposed, mixed
+from image_server.stack import BasisStack, FramesStack, FrameTable, describe_stack
+
+NEAREST_NAMED = 3  # recorded settings that an error lists
+
+
+class Replay(Device):
+    """A stack folder as a device.
+
+    Parameters
+    ----------
+    stack : a loaded stack.
+    seed : session seed; with the capture's number it draws the noise of a basis stack.
+    """
+
+    name = "replay"
+
+    def __init__(self, stack: BasisStack | FramesStack, seed: int = 0) -> None:
+        self._stack = stack
+        self._seed = seed
+        self._describe = describe_stack(stack, self.name)
+        self._captures = 0
+        self._shown: dict[int, int] = {}
+
+    def describe(self) -> Describe:
+        """What the stack offers."""
+        return self._describe
+
+    def capture(self, settings: Settings) -> Frame:
+        """A frame mixed from the basis images, or the recorded frame with these settings.
+
+        Several frames recorded under the same settings come in turn.
+        """
+        applied = checked_settings(self._describe, settings)
+        if isinstance(self._stack, BasisStack):
+            pixels = self._basis_frame(self._stack, applied, self._captures + 1)
+        else:
+            pixels, applied = self._recorded_frame(self._stack, applied)
+        self._captures += 1
+        return Frame(
+            pixels=pixels,
+            requested=settings,
+            applied=applied,
+            verified=True,
+            sequence=self._captures,
+            timestamp=time.time(),
+            devices={"camera": f"replay:{self._stack.folder}", "lights": f"replay:{self._stack.folder}"},
+        )
+
+    def health(self) -> dict[str, Any]:
+        """Always sound: the stack was read whole at the start."""
+        return {"ok": True, "stack": str(self._stack.folder), "captures": self._captures}
+
+    def score(self, pose: PoseMessage) -> PoseErrorMessage | None:
+        """Error against the stack's true_pose; None where the stack has none."""
+        true_pose = self._stack.table.target.true_pose
+        return None if true_pose is None else pose_error(pose, true_pose)
+
+    def move(self, range_m: float) -> list[Any]:
+        """A recorded scene stays where it was."""
+        raise Unsupported("A recorded stack cannot move its target.", "Use the simulator to approach.")
+
+    def _basis_frame(self, stack: BasisStack, settings: Settings, number: int) -> NDArray[np.uint8]:
+        lights = stack.table.lights
+        weights = [
+            light.power * level_fraction(level, light.levels)
+            for light, level in zip(lights, settings.lights, strict=True)
+        ]
+        radiance = mixed([*stack.radiances, stack.ambient], [*weights, stack.table.ambient_scale])
+        sensor = stack.table.camera.sensor()
+        return exposed(radiance, sensor, settings.shutter_s, settings.aperture, (self._seed, number))
+
+    def _recorded_frame(self, stack: FramesStack, settings: Settings) -> tuple[NDArray[np.uint8], Settings]:
+        frames = stack.table.frames
+        matching = [index for index, frame in enumerate(frames) if _recorded_under(frame, settings)]
+        if not matching:
+            nearest = sorted(frames, key=lambda frame: self._distance(frame, settings))[:NEAREST_NAMED]
+            raise BadInput(
+                f"The stack {stack.folder} has no frame recorded under {in_words(settings)}.",
+                f"Nearest: {'; '.join(in_words(frame) for frame in nearest)}.",
+            )
+        turn = self._shown.get(matching[0], 0)
+        self._shown[matching[0]] = turn + 1
+        index = matching[turn % len(matching)]
+        frame = frames[index]
+        applied = Settings(
+            lights=frame.lights,
+            shutter_s=frame.shutter_s,
+            aperture=frame.aperture,
+            focal_length_mm=frame.focal_length_mm,
+            focus_m=frame.focus_m,
+        )
+        return stack.images[index], applied
+
+    def _distance(self, frame: FrameTable, settings: Settings) -> float:
+        """How unlike two settings are: fractions of full level, and stops of shutter, aperture, lens."""
+        distance = sum(
+            abs(level_fraction(a, light.levels) - level_fraction(b, light.levels))
+            for a, b, light in zip(frame.lights, settings.lights, self._describe.lights, strict=True)
+        )
+        for ours, theirs, stops in (
+            (frame.shutter_s, settings.shutter_s, 1.0),
+            (frame.aperture, settings.aperture, 2.0),
+            (frame.focal_length_mm, settings.focal_length_mm, 1.0),
+            (frame.focus_m, settings.focus_m, 1.0),
+        ):
+            if ours is not None and theirs is not None:
+                distance += stops * abs(float(np.log2(ours / theirs)))
+        return distance
+
+
+def level_fraction(level: int, levels: int) -> float:
+    """Share of full power of a level; a light with one level is on."""
+    return 1.0 if levels == 1 else level / (levels - 1)
+
+
+def pose_error(pose: PoseMessage, true_pose: PoseMessage) -> PoseErrorMessage:
+    """Error of a pose against the true one."""
+    from geometry.pose import Pose
+
+    error = Pose(np.array(pose.rotation_vector), np.array(pose.translation)).error_to(
+        Pose(np.array(true_pose.rotation_vector), np.array(true_pose.translation))
+    )
+    return PoseErrorMessage(
+        rotation_deg=error.rotation_deg,
+        translation_m=error.translation_m,
+        translation_fraction_of_range=error.translation_fraction_of_range,
+    )
+
+
+def in_words(settings: Settings | FrameTable) -> str:
+    """Settings on one line."""
+    text = f"lights {list(settings.lights)}, {settings.shutter_s:g} s, f/{settings.aperture:g}"
+    if settings.focal_length_mm is not None:
+        text += f", {settings.focal_length_mm:g} mm"
+    if settings.focus_m is not None:
+        text += f", focus {settings.focus_m:g} m"
+    return text
+
+
+def _recorded_under(frame: FrameTable, settings: Settings) -> bool:
+    return (
+        frame.lights == settings.lights
+        and same_value(frame.shutter_s, settings.shutter_s)
+        and same_value(frame.aperture, settings.aperture)
+        and _same_or_free(frame.focal_length_mm, settings.focal_length_mm)
+        and _same_or_free(frame.focus_m, settings.focus_m)
+    )
+
+
+def _same_or_free(recorded: float | None, asked: float | None) -> bool:
+    return asked is None or (recorded is not None and same_value(recorded, asked))

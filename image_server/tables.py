@@ -1,0 +1,60 @@
+"""Reading TOML files into typed tables: unknown keys and wrong types are errors that name file and key."""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from bridge.errors import BadInput
+
+
+class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Base of the tables: every key is known, every value has its type."""
+
+
+T = TypeVar("T")
+
+
+def read_toml(file: Path, what: str) -> dict[str, Any]:
+    """Plain values of a TOML file.
+
+    Raises
+    ------
+    BadInput : no such file, not readable, not TOML.
+    """
+    try:
+        with file.open("rb") as stream:
+            return tomllib.load(stream)
+    except FileNotFoundError:
+        raise BadInput(f"There is no {what} {file}.", "Check the name.") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInput(f"Cannot read {what} {file}: {error}.") from None
+    except tomllib.TOMLDecodeError as error:
+        raise BadInput(f"{file} is not valid TOML: {error}.") from None
+
+
+def as_table(values: Any, kind: type[T], file: Path) -> T:
+    """Typed table of plain values.
+
+    Raises
+    ------
+    BadInput : an unknown or missing key, or a value of the wrong type or out of range.
+    """
+    try:
+        return msgspec.convert(values, kind)
+    except msgspec.ValidationError as error:
+        raise BadInput(f"{file}: {plain_message(str(error))}") from None
+
+
+def plain_message(text: str) -> str:
+    """A msgspec complaint in the words of a TOML file: keys and tables, no objects and no `$`."""
+    message, _, where = text.partition(" - at ")
+    message = message.replace("Object contains unknown field", "unknown key")
+    message = message.replace("Object missing required field", "missing key").replace("`object`", "`table`")
+    path = where.strip("`").removeprefix("$").lstrip(".")
+    path = re.sub(r"\[(\d+)\]", lambda found: f" {int(found.group(1)) + 1}", path)
+    path = path.replace("[...]", "")
+    message = message[:1].lower() + message[1:]
+    return f"{message} in [{path}]." if path else f"{message}."
