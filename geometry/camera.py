@@ -124,11 +124,11 @@ class Camera:
             raise GeometryError(f"[camera] has no {', '.join(missing)}")
         distortion = table.get("distortion") or [0.0] * 5
         try:
-            values = [float(table[key]) for key in ("fx", "fy", "cx", "cy")]
+            fx, fy, cx, cy = (float(table[key]) for key in ("fx", "fy", "cx", "cy"))
             k1, k2, p1, p2, k3 = (float(value) for value in distortion)
             width, height = int(table["width"]), int(table["height"])
         except (TypeError, ValueError) as error:
             raise GeometryError(
                 f"[camera] needs numbers for its size, fx, fy, cx, cy and five of distortion: {error}"
             ) from error
-        return cls(width, height, *values, distortion=(k1, k2, p1, p2, k3))
+        return cls(width, height, fx, fy, cx, cy, (k1, k2, p1, p2, k3))

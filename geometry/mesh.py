@@ -1,0 +1,40 @@
+"""Triangle meshes (OBJ, STL, PLY) as surfaces."""
+
+from pathlib import Path
+
+import numpy as np
+
+from geometry.errors import GeometryError
+from geometry.surface import Surface
+
+FLAT_DEG = 0.01  # rounding of coordinates; anything above may be part of a fine tessellation
+SHARP_DEG = 30.0  # edges bent by more are lines of the wireframe
+
+
+def read_mesh(path: Path) -> Surface:
+    """Read a mesh with trimesh; vertices at the same place become one, triangles without area go.
+
+    Raises
+    ------
+    GeometryError : a file that trimesh cannot read.
+    """
+    import trimesh
+
+    try:
+        mesh = trimesh.load_mesh(path, process=True)
+        if not isinstance(mesh, trimesh.Trimesh):
+            mesh = mesh.to_mesh()
+        mesh.merge_vertices(merge_tex=True, merge_norm=True)
+        mesh.update_faces(mesh.nondegenerate_faces())
+        vertices = np.array(mesh.vertices, dtype=np.float64)
+        faces = np.array(mesh.faces, dtype=np.int64)
+    except Exception as error:  # trimesh's readers raise whatever their format stumbles on
+        raise GeometryError(f"model {path} cannot be read as a mesh: {error}") from error
+    return Surface(
+        vertices=vertices.reshape(-1, 3),
+        faces=list(faces.reshape(-1, 3)),
+        groups=np.full(len(faces), -1, dtype=np.int64),
+        drawn=np.empty((0, 2), dtype=np.int64),
+        flat_deg=FLAT_DEG,
+        sharp_deg=SHARP_DEG,
+    )

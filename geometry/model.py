@@ -1,0 +1,134 @@
+"""A target's wireframe and the faces that hide parts of it, from .cao, OBJ, STL or PLY files."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.cao import read_cao
+from geometry.errors import GeometryError
+from geometry.mesh import read_mesh
+from geometry.polygon import triangulate
+from geometry.surface import Surface, face_normals, oriented, wireframe
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+READERS: dict[str, Callable[[Path], Surface]] = {
+    ".cao": read_cao,
+    ".obj": read_mesh,
+    ".stl": read_mesh,
+    ".ply": read_mesh,
+}
+TARGETS = Path(__file__).resolve().parent.parent / "targets"
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A target in its own frame.
+
+    Attributes
+    ----------
+    name : the file's stem.
+    vertices : (V, 3) float64, metres.
+    lines : (L, 2) int64, vertex indices of the wireframe's lines, each once.
+    line_faces : (L, 2) int64, the faces on both sides of a line, -1 = none. A line with more than two
+        faces, or drawn on no face's side, has (-1, -1): only the hidden-line test decides on it.
+    smooth : (L,) bool, a line of a curved surface: seen only where it is the surface's outline.
+    faces : polygons, int64 vertex indices each; they wind outwards where the surface closes.
+    face_normals : (F, 3) float64, unit normals.
+    two_sided : (F,) bool, faces of surfaces that are not closed; they can be seen from both sides.
+    triangles : (T, 3) int64, vertex indices; they tile the faces and wind as these do.
+    triangle_face : (T,) int64, the face of each triangle.
+    """
+
+    name: str
+    vertices: Floats
+    lines: Ints
+    line_faces: Ints
+    smooth: Flags
+    faces: tuple[Ints, ...]
+    face_normals: Floats
+    two_sided: Flags
+    triangles: Ints
+    triangle_face: Ints
+
+    @property
+    def diameter(self) -> float:
+        """Diagonal of the bounding box, metres."""
+        return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
+
+    @classmethod
+    def of_surface(cls, name: str, surface: Surface) -> "Model":
+        """Orient the faces, find the lines and cut the faces into triangles."""
+        faces, two_sided = oriented(surface)
+        lines, line_faces, smooth = wireframe(surface, faces)
+        triangles = [face[triangulate(surface.vertices[face])] for face in faces]
+        owner = np.repeat(np.arange(len(faces)), [len(part) for part in triangles])
+        return cls(
+            name=name,
+            vertices=surface.vertices,
+            lines=lines,
+            line_faces=line_faces,
+            smooth=smooth,
+            faces=tuple(faces),
+            face_normals=face_normals(surface.vertices, faces),
+            two_sided=two_sided,
+            triangles=np.concatenate(triangles),
+            triangle_face=owner,
+        )
+
+
+def load_model(path: str | Path, unit: str = "m") -> Model:
+    """Read a model file; its coordinates are in `unit` (m, cm, mm or in).
+
+    Raises
+    ------
+    GeometryError : an unreadable or malformed file (named with its line), an unknown unit or suffix, a
+        model without faces or lines.
+    """
+    path = Path(path)
+    if unit not in UNITS_M:
+        raise GeometryError(f"unknown unit {unit!r} for model {path}; use one of {', '.join(UNITS_M)}")
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise GeometryError(f"model {path}: unknown kind {path.suffix!r}; use one of {', '.join(READERS)}")
+    if not path.is_file():
+        raise GeometryError(f"model file {path} does not exist")
+    surface = reader(path)
+    if not surface.faces:
+        raise GeometryError(f"model {path} has no faces; hidden lines cannot be removed without them")
+    if not np.isfinite(surface.vertices).all():
+        raise GeometryError(f"model {path} has a point that is not finite")
+    try:
+        model = Model.of_surface(path.stem, surface.scaled(UNITS_M[unit]))
+    except GeometryError as error:
+        raise GeometryError(f"model {path}: {error}") from error
+    if len(model.lines) == 0:
+        raise GeometryError(f"model {path} has no lines to match")
+    return model
+
+
+def find_target(name_or_file: str) -> Path:
+    """Path of a target's model: a file as given, or the name of one under `targets/`.
+
+    Raises
+    ------
+    GeometryError : neither a file nor a known name; the message lists the known ones.
+    """
+    as_file = Path(name_or_file)
+    if as_file.suffix.lower() in READERS:
+        if as_file.is_file():
+            return as_file
+        raise GeometryError(f"target file {as_file} does not exist")
+    named = TARGETS / f"{name_or_file}.cao"
+    if as_file.name == name_or_file and named.is_file():
+        return named
+    known = ", ".join(sorted(file.stem for file in TARGETS.glob("*.cao")))
+    raise GeometryError(
+        f"unknown target {name_or_file!r}; known: {known}, or a file ending in {', '.join(READERS)}"
+    )

@@ -1,0 +1,86 @@
+"""Planar polygons in space: area vectors and triangulation of concave outlines."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.errors import GeometryError
+
+Array = NDArray[np.float64]
+
+
+def area_vector(corners: Array) -> Array:
+    """Newell's area vector (3,) of a polygon (N, 3): its normal, as long as its area, right-handed."""
+    following = np.roll(corners, -1, axis=0)
+    out: Array = 0.5 * np.cross(corners - corners[0], following - corners[0]).sum(axis=0)
+    return out
+
+
+def triangulate(corners: Array) -> NDArray[np.int64]:
+    """Triangles (N - 2, 3), as indices into the corners, that tile a simple polygon by ear clipping.
+
+    Parameters
+    ----------
+    corners : (N, 3) float64, a planar simple polygon, convex or not; corners on a straight side are allowed.
+
+    Returns
+    -------
+    The triangles wind as the polygon does.
+
+    Raises
+    ------
+    GeometryError : fewer than three corners, no area, or sides that cross.
+    """
+    count = len(corners)
+    if count < 3:
+        raise GeometryError(f"a face needs at least 3 points, got {count}")
+    normal = area_vector(corners)
+    area = float(np.linalg.norm(normal))
+    size = float(np.ptp(corners, axis=0).max())
+    if not area > 1e-9 * size * size:
+        raise GeometryError("a face has no area")
+    if count == 3:
+        return np.array([[0, 1, 2]])
+    flat = _in_plane(corners, normal / area)
+    left = list(range(count))
+    triangles: list[list[int]] = []
+    while len(left) > 3:
+        ear = _best_ear(flat, left)
+        if ear is None:
+            raise GeometryError("the sides of a face cross each other")
+        triangles.append([left[ear - 1], left[ear], left[(ear + 1) % len(left)]])
+        del left[ear]
+    triangles.append(left)
+    return np.array(triangles)
+
+
+def _in_plane(corners: Array, normal: Array) -> Array:
+    """Corners in a right-handed frame of their plane, (N, 2)."""
+    axis = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    first = np.cross(axis, normal)
+    first /= np.linalg.norm(first)
+    second = np.cross(normal, first)
+    return np.stack([corners @ first, corners @ second], axis=1)
+
+
+def _best_ear(flat: Array, left: list[int]) -> int | None:
+    """Position in `left` of the ear whose triangle is the fattest, None when there is no ear."""
+    best, best_quality = None, -1.0
+    for position in range(len(left)):
+        a, b, c = (flat[left[k % len(left)]] for k in (position - 1, position, position + 1))
+        doubled = _cross(b - a, c - a)
+        longest = max(float(np.sum((q - p) ** 2)) for p, q in ((a, b), (b, c), (c, a)))
+        quality = doubled / longest if longest > 0 else 0.0
+        if quality < -1e-12 or quality <= best_quality:
+            continue
+        others = [flat[k] for k in left if not any(np.array_equal(flat[k], p) for p in (a, b, c))]
+        if not any(_inside(p, a, b, c) for p in others):
+            best, best_quality = position, quality
+    return best
+
+
+def _cross(u: Array, v: Array) -> float:
+    return float(u[0] * v[1] - u[1] * v[0])
+
+
+def _inside(p: Array, a: Array, b: Array, c: Array) -> bool:
+    return _cross(b - a, p - a) >= 0 and _cross(c - b, p - b) >= 0 and _cross(a - c, p - c) >= 0
