@@ -1,0 +1,52 @@
+# Lights and Camera.  `make dock` runs a session, `make test` passes the tests; both set up what is missing.
+
+PYTHON ?= python3
+export PYTHON
+VENV    = .venv/bin/python
+KERNELS = $(shell find geometry vision_server image_server -name '*.py')
+
+.PHONY: dock test bench setup check clean help
+.DEFAULT_GOAL := help
+
+help:
+	@echo "make dock    run a session on the simulator (options: make dock ARGS='--seed 7')"
+	@echo "make test    run every test"
+	@echo "make bench   measure; one JSON object a line"
+	@echo "make check   ruff, mypy, and Prolog loading without warnings"
+	@echo "make setup   what the others do first"
+
+setup: system .venv/.installed bridge/zmq4pl.so .venv/.compiled
+
+.PHONY: system
+system:
+	@setup/system-packages
+
+.venv/.installed: pyproject.toml | system
+	@setup/virtual-environment
+	@touch $@
+
+bridge/zmq4pl.so: bridge/zmq4pl.c | system
+	@swipl-ld -shared -O2 -Wall -o $@ $< -lzmq
+
+.venv/.compiled: .venv/.installed $(KERNELS)
+	@echo "setup: compiling the numeric kernels"
+	@$(VENV) -m vision_server warm
+	@touch $@
+
+dock: setup
+	@swipl main.pl $(ARGS)
+
+test: setup check
+	swipl -g main tests/run.pl
+	$(VENV) -m pytest
+
+check: setup
+	$(VENV) -m ruff check .
+	$(VENV) -m mypy
+	swipl -g "use_module(tests/check), check_loading, halt" -t 'halt(1)'
+
+bench: setup
+	@$(VENV) -m benchmarks
+
+clean:
+	rm -rf .venv bridge/zmq4pl.so runs build *.egg-info

@@ -1,0 +1,40 @@
+"""Light conditions for benchmarks: recorded stacks under another sun, and simulated scenarios."""
+
+import re
+from pathlib import Path
+
+HARD = {"defocus_sigma_px": 4.0, "motion_px_per_s": (240.0, 160.0), "power": 0.25}
+"""Blur at the widest aperture, motion in the image, and light power of the hard half of the conditions."""
+
+
+def stack_under_sun(folder: Path, sun: float, hard: bool, scratch: Path) -> Path:
+    """Copy a basis stack with another `ambient_scale` and, when `hard`, blur and weak lights.
+
+    Images and model are linked, not copied.
+
+    Parameters
+    ----------
+    folder
+        Stack folder of kind ``basis``.
+    sun
+        Multiplies the ambient image; 0 is eclipse.
+    hard
+        Defocus, motion blur and a quarter of the light; otherwise none of them.
+    scratch
+        Where the new folder is made.
+    """
+    copy = scratch / f"{folder.name}-{'hard' if hard else 'mild'}-{sun:g}"
+    copy.mkdir()
+    for file in folder.resolve().iterdir():
+        if file.name != "stack.toml":
+            (copy / file.name).symlink_to(file)
+    text = (folder / "stack.toml").read_text()
+    text = re.sub(r"(?m)^(ambient_scale|power|defocus_sigma_px|motion_px_per_s)\s*=.*\n", "", text)
+    text = f"ambient_scale = {sun}\n" + text
+    power = HARD["power"] if hard else 1.0
+    text = text.replace("[[lights]]\n", f"[[lights]]\npower = {power}\n")
+    if hard:
+        blur = f"defocus_sigma_px = {HARD['defocus_sigma_px']}\nmotion_px_per_s = {list(HARD['motion_px_per_s'])}\n"
+        text = text.replace("[camera]\n", "[camera]\n" + blur)
+    (copy / "stack.toml").write_text(text)
+    return copy

@@ -1,0 +1,132 @@
+% The acquisition theory: what a controller of lights and camera knows and can do.
+%
+% A strategy is a Golog program over these actions and fluents; see
+% controllers/ for examples and docs/controllers.md for how to write one.
+% Terms: settings and devices, device.pl; states, qualitative.pl; fixes, merit.pl.
+
+:- use_module(device).
+:- use_module(qualitative).
+:- use_module(candidates).
+:- use_module(merit).
+
+% ---------------------------------------------------------------- fluents
+
+fun_fluent(session).            % session(Device, ThresholdPx, MaxIterations), unknown before connect
+fun_fluent(device).             % what camera and lights can do
+fun_fluent(threshold).          % merit, in px, under which a pose is trusted
+fun_fluent(max_iterations).     % images that may be taken
+fun_fluent(settings).           % what the next image will be taken under
+fun_fluent(iteration).          % images taken so far
+fun_fluent(candidate).          % the image neither kept nor discarded yet, or none
+fun_fluent(statistics).         % of the last image, in the target's region
+fun_fluent(readings).           % reading(Settings, Statistics) of every image of this scene
+fun_fluent(image_set).          % kept(Image, State), newest first
+fun_fluent(discarded).          % names of discarded images
+fun_fluent(unfavourable).       % states that gave nothing
+fun_fluent(fix).                % the last estimate, from the set with the candidate
+fun_fluent(best).               % the estimate from the kept set
+fun_fluent(merit).              % of best, in px; lower is better
+fun_fluent(line_support(_)).    % how much of a model line the last estimate found, 0..1
+fun_fluent(parameter(_)).       % what the vision server was told
+fun_fluent(working(_)).         % is this light alive?
+fun_fluent(range).              % commanded range of the target in m, or unknown
+fun_fluent(holds).              % hold(RangeM, Outcome, Fix) of an approach, newest first
+fun_fluent(steps).              % what happened to each image, newest first
+
+initially(session, unknown).
+initially(device, unknown).
+initially(threshold, unknown).
+initially(max_iterations, unknown).
+initially(settings, unknown).
+initially(iteration, 0).
+initially(candidate, none).
+initially(statistics, unknown).
+initially(readings, []).
+initially(image_set, []).
+initially(discarded, []).
+initially(unfavourable, []).
+initially(fix, none).
+initially(best, none).
+initially(merit, Merit) :- merit(none, Merit).
+initially(line_support(_), 0).
+initially(parameter(_), default).
+initially(working(_), true).
+initially(range, unknown).
+initially(holds, []).
+initially(steps, []).
+
+% ---------------------------------------------------------------- actions
+
+prim_action(connect).                   % learn what the device can do
+prim_action(choose(_)).                 % settings for the next image
+prim_action(capture(_, _)).             % take an image under settings
+prim_action(estimate(_)).               % the pose from these images together
+prim_action(keep(_)).                   % the candidate joins the set
+prim_action(discard(_, _)).             % forget the candidate, for a reason
+prim_action(avoid(_)).                  % remember a state as unfavourable
+prim_action(set_parameter(_, _)).       % of the vision server
+prim_action(advance(_)).                % bring the target to this range
+prim_action(hold_done(_)).              % an approach's hold point ends: fixed or lost
+
+exog_action(light_fault(_)).
+exog_action(camera_fault).
+exog_action(sun_changed).
+exog_action(target_moved).
+
+poss(connect, true).
+poss(choose(S), and(neg(device = unknown), settings_in_range(device, S))).
+poss(capture(_, S), and(candidate = none, settings = S)).
+poss(estimate(Images), neg(Images = [])).
+poss(keep(I), candidate = I).
+poss(discard(I, _), candidate = I).
+poss(avoid(_), true).
+poss(set_parameter(_, _), true).
+poss(advance(_), candidate = none).
+poss(hold_done(_), true).
+
+% ---------------------------------------------------------------- what sensing tells
+
+senses(connect, session(Device, _, _), device, Device, true).
+senses(connect, session(_, Px, _), threshold, Px, true).
+senses(connect, session(_, _, N), max_iterations, N, true).
+senses(capture(_, _), Statistics, statistics, Statistics, true).
+senses(capture(_, S), Statistics, readings, Readings,
+       Readings = [reading(S, Statistics)|readings]).
+senses(estimate(_), Fix, fix, Fix, true).
+senses(estimate(_), fix(_, _, _, Lines), line_support(L), Support,
+       member(line(L, _, Support, _), Lines)).
+
+% ---------------------------------------------------------------- effects
+
+causes_val(choose(S), settings, S, true).
+
+causes_val(capture(_, _), iteration, N, N is iteration + 1).
+causes_val(capture(I, _), candidate, I, true).
+
+causes_val(keep(_), candidate, none, true).
+causes_val(keep(I), image_set, Set, kept_with(I, device, settings, image_set, Set)).
+causes_val(keep(_), best, Fix, Fix = fix).
+causes_val(keep(_), merit, Merit, merit(fix, Merit)).
+causes_val(keep(I), steps, Steps, Steps = [step(iteration, I, settings, keep, '', fix)|steps]).
+
+causes_val(discard(_, _), candidate, none, true).
+causes_val(discard(I, _), discarded, Images, Images = [I|discarded]).
+causes_val(discard(I, Why), steps, Steps, Steps = [step(iteration, I, settings, discard, Why, fix)|steps]).
+
+causes_val(avoid(State), unfavourable, States, States = [State|unfavourable]).
+causes_val(set_parameter(Name, Value), parameter(Name), Value, true).
+
+% A new scene: the images taken so far belong to another one.
+new_scene(advance(_)).
+new_scene(target_moved).
+new_scene(sun_changed).
+causes_val(Event, image_set, [], true) :- new_scene(Event).
+causes_val(Event, readings, [], true) :- new_scene(Event).
+causes_val(Event, unfavourable, [], true) :- new_scene(Event).
+causes_val(Event, best, none, true) :- new_scene(Event).
+causes_val(Event, merit, Merit, true) :- new_scene(Event), merit(none, Merit).
+causes_val(advance(Range), range, Range, true).
+causes_val(hold_done(Outcome), holds, Holds, Holds = [hold(range, Outcome, best)|holds]).
+
+causes_val(light_fault(Light), working(Light), false, true).
+causes_val(light_fault(Light), device, Device, without_light(device, Light, Device)).

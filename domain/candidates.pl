@@ -1,0 +1,138 @@
+:- module(candidates,
+          [ candidate/2,                % +Device, -Settings
+            most_promising/4,           % +Device, +Experience, -Settings, -Why
+            ranking/3,                  % +Device, +Experience, -Ranked
+            best_exposure/4             % +Device, +Readings, +Levels, -Settings
+          ]).
+:- use_module(device).
+:- use_module(prediction).
+:- use_module(qualitative).
+:- use_module(library(aggregate), [aggregate_all/3]).
+:- use_module(library(apply), [exclude/3, maplist/3]).
+:- use_module(library(lists), [member/2, nth1/3]).
+
+/** <module> Heuristic search over qualitative states
+
+The space of settings is too large to try (7680 for three lights of eight
+levels) and needs not be: settings in one qualitative state give images that
+say much the same.  The search therefore looks at one representative of each
+state and ranks them by
+
+    promise = log2(worth) + 1.5 likelihood
+
+where `worth` is the precision with which the image is predicted to place an
+edge (prediction.pl: darkness, glare and blur all lower it) and `likelihood`
+is how likely the image shares information with the set and adds to it: states
+half alike are best, a repetition adds nothing, a stranger shares nothing.
+States similar to an unfavourable one are left out while there are others.
+
+Experience is experience(Readings, KeptStates, UnfavourableStates).
+*/
+
+%!  candidate(+Device, -Settings) is nondet.
+%
+%   The representatives: lights off, all lights at a third, two thirds and full;
+%   each light alone, half and full; all but one light at full; under each
+%   shutter and aperture.
+
+candidate(Device, settings(Levels, Shutter, Aperture)) :-
+    lighting(Device, Levels),
+    device_shutters(Device, Shutters),
+    member(Shutter, Shutters),
+    device_apertures(Device, Apertures),
+    member(Aperture, Apertures).
+
+lighting(Device, Levels) :-
+    device_lights(Device, Lights),
+    distinct_lightings(Lights, All),
+    member(Levels, All).
+
+distinct_lightings(Lights, Distinct) :-
+    findall(Levels, lighting_of(Lights, Levels), All),
+    sort(All, Distinct).
+
+lighting_of(Lights, Levels) :-
+    member(Fraction, [0, 1/3, 2/3, 1]),
+    maplist(at_fraction(Fraction), Lights, Levels).
+lighting_of(Lights, Levels) :-
+    nth1(Alone, Lights, _),
+    member(Fraction, [1/2, 1]),
+    findall(Level, ( nth1(Index, Lights, Light), alone(Index, Alone, Fraction, Light, Level) ), Levels).
+lighting_of(Lights, Levels) :-
+    nth1(Dark, Lights, _),
+    findall(Level, ( nth1(Index, Lights, Light), all_but(Index, Dark, Light, Level) ), Levels).
+
+alone(Index, Index, Fraction, Light, Level) :-
+    !,
+    at_fraction(Fraction, Light, Level).
+alone(_, _, _, _, 0).
+
+all_but(Index, Index, _, 0) :-
+    !.
+all_but(_, _, Light, Level) :-
+    at_fraction(1, Light, Level).
+
+at_fraction(Fraction, light(_, N), Level) :-
+    Level is round(Fraction * (N - 1)).
+
+%!  most_promising(+Device, +Experience, -Settings, -Why) is semidet.
+%
+%   The settings to try next and the reason, why(State, Promise, Prediction).
+%   Equal promises are decided by the order of candidate/2, so a session is repeatable.
+
+most_promising(Device, Experience, Settings, Why) :-
+    ranking(Device, Experience, [ranked(_, Settings, Why)|_]).
+
+%!  ranking(+Device, +Experience, -Ranked) is det.
+%
+%   Every candidate as ranked(MinusPromise, Settings, Why), the best first.
+
+ranking(Device, experience(Readings, Kept, Unfavourable), Ranked) :-
+    fit(Device, Readings, Response),
+    findall(ranked(Key, Settings, why(State, Promise, Prediction)),
+            ( candidate(Device, Settings),
+              qualitative_state(Device, Settings, State),
+              predict_with(Device, Response, Settings, Prediction),
+              promise(Prediction, State, Kept, Promise),
+              Key is -Promise ),
+            All),
+    exclude(tried(Kept, Unfavourable), All, Fresh),
+    (   Fresh == [] -> Eligible = All ; Eligible = Fresh ),
+    sort(1, @=<, Eligible, Ranked).
+
+promise(prediction(_, _, _, Variance), State, Kept, Promise) :-
+    likelihood(State, Kept, Likelihood),
+    Promise is -log(Variance) / log(2) + 1.5 * Likelihood.
+
+%   The likelihood that an image in State shares information with the kept ones
+%   and adds to it.
+likelihood(_, [], 0.0) :-
+    !.
+likelihood(State, Kept, Likelihood) :-
+    greatest_similarity(State, Kept, S),
+    Likelihood is 4 * S * (1 - S).
+
+tried(Kept, Unfavourable, ranked(_, _, why(State, _, _))) :-
+    (   greatest_similarity(State, Kept, S), S > 0.95
+    ;   greatest_similarity(State, Unfavourable, S), S > 0.7
+    ),
+    !.
+
+%!  best_exposure(+Device, +Readings, +Levels, -Settings) is det.
+%
+%   Shutter and aperture that bring the highlights of the target nearest to 0.8
+%   of full scale, as a camera's exposure program does.
+
+best_exposure(Device, Readings, Levels, Settings) :-
+    fit(Device, Readings, Response),
+    aggregate_all(min(Miss, S),
+                  ( candidate_exposure(Device, Levels, S),
+                    predict_with(Device, Response, S, prediction(_, Highlight, _, _)),
+                    Miss is abs(log(max(Highlight, 1.0e-6) / 0.8)) ),
+                  min(_, Settings)).
+
+candidate_exposure(Device, Levels, settings(Levels, Shutter, Aperture)) :-
+    device_shutters(Device, Shutters),
+    member(Shutter, Shutters),
+    device_apertures(Device, Apertures),
+    member(Aperture, Apertures).

@@ -1,0 +1,14 @@
+% The paper's controller: random first settings, then greedy heuristic search over
+% qualitative states.  An image that does not improve the merit enough is dropped
+% and its state marked unfavourable.
+
+proc(control,
+     [ choose_random, take_image, judge,
+       while(neg(finished),
+             [choose_promising, take_image, judge]) ]).
+
+proc(judge,
+     [ measure,
+       if(improved,
+          keep_image,
+          [mark_unfavourable, drop_image('adds too little')]) ]).

@@ -1,0 +1,143 @@
+:- module(device,
+          [ device_lights/2,            % +Device, -Lights
+            device_shutters/2,          % +Device, -ShuttersS
+            device_apertures/2,         % +Device, -Apertures
+            device_sensor/2,            % +Device, -Sensor
+            full_levels/2,              % +Device, -Levels
+            middle_levels/2,            % +Device, -Levels
+            level_fractions/3,          % +Device, +Levels, -Fractions
+            exposure_stops/3,           % +Device, +Settings, -Stops
+            random_settings/2,          % +Device, -Settings
+            reference_settings/2,       % +Device, -Settings
+            settings_in_range/2         % +Device, +Settings
+          ]).
+:- use_module(library(apply), [maplist/3, maplist/4]).
+:- use_module(library(lists), [member/2]).
+:- use_module(library(random), [random_between/3, random_member/2]).
+
+/** <module> What a camera with controllable lights can do
+
+A device is described by its image server and is, here, the term
+
+    device(Lights, Shutters, Apertures, Sensor, Reference)
+
+with `Lights` a list of light(Name, Levels), `Shutters` in seconds,
+`Apertures` as f-numbers, `Sensor` = sensor(Gain, ReadNoiseE, FullWellE) and
+`Reference` = exposure(ShutterS, Aperture), the exposure that counts as zero
+stops.  Nothing here assumes a number of lights.
+
+Settings are settings(Levels, ShutterS, Aperture), one level per light.
+*/
+
+%!  device_lights(+Device, -Lights) is det.
+device_lights(device(Lights, _, _, _, _), Lights).
+
+%!  device_shutters(+Device, -ShuttersS) is det.
+device_shutters(device(_, Shutters, _, _, _), Shutters).
+
+%!  device_apertures(+Device, -Apertures) is det.
+device_apertures(device(_, _, Apertures, _, _), Apertures).
+
+%!  device_sensor(+Device, -Sensor) is det.
+device_sensor(device(_, _, _, Sensor, _), Sensor).
+
+%!  full_levels(+Device, -Levels) is det.
+%
+%   Every light at its highest level.
+
+full_levels(Device, Levels) :-
+    device_lights(Device, Lights),
+    maplist(full_level, Lights, Levels).
+
+full_level(light(_, N), Level) :-
+    Level is N - 1.
+
+%!  middle_levels(+Device, -Levels) is det.
+%
+%   Every light half way up; a light with one level is on.
+
+middle_levels(Device, Levels) :-
+    device_lights(Device, Lights),
+    maplist(middle_level, Lights, Levels).
+
+middle_level(light(_, N), Level) :-
+    Level is N // 2.
+
+%!  level_fractions(+Device, +Levels, -Fractions) is det.
+%
+%   Each light's output as a fraction of its full output.
+
+level_fractions(Device, Levels, Fractions) :-
+    device_lights(Device, Lights),
+    maplist(level_fraction, Lights, Levels, Fractions).
+
+level_fraction(light(_, 1), _, 1.0) :-
+    !.                                  % a light with one level cannot be dimmed
+level_fraction(light(_, N), Level, Fraction) :-
+    Fraction is float(Level) / (N - 1).
+
+%!  exposure_stops(+Device, +Settings, -Stops) is det.
+%
+%   How much more light than the reference exposure lets in, as a power of two.
+
+exposure_stops(device(_, _, _, _, exposure(Shutter0, Aperture0)),
+               settings(_, Shutter, Aperture), Stops) :-
+    Stops is log((Shutter / Aperture ** 2) / (Shutter0 / Aperture0 ** 2)) / log(2).
+
+%!  random_settings(+Device, -Settings) is det.
+%
+%   Every setting drawn evenly and alone: the paper's choice for a first image.
+
+random_settings(Device, settings(Levels, Shutter, Aperture)) :-
+    device_lights(Device, Lights),
+    device_shutters(Device, Shutters),
+    device_apertures(Device, Apertures),
+    maplist(random_level, Lights, Levels),
+    random_member(Shutter, Shutters),
+    random_member(Aperture, Apertures).
+
+random_level(Light, Level) :-
+    full_level(Light, Top),
+    random_between(0, Top, Level).
+
+%!  reference_settings(+Device, -Settings) is det.
+%
+%   All lights half way up, and the exposure nearest to the reference.
+
+reference_settings(Device, settings(Levels, Shutter, Aperture)) :-
+    Device = device(_, Shutters, Apertures, _, exposure(Shutter0, Aperture0)),
+    middle_levels(Device, Levels),
+    nearest(Shutter0, Shutters, Shutter),
+    nearest(Aperture0, Apertures, Aperture).
+
+nearest(Wanted, [First|Rest], Nearest) :-
+    nearest_of(Rest, Wanted, First, Nearest).
+
+nearest_of([], _, Nearest, Nearest).
+nearest_of([Value|Values], Wanted, Best, Nearest) :-
+    (   abs(log(Value / Wanted)) < abs(log(Best / Wanted))
+    ->  nearest_of(Values, Wanted, Value, Nearest)
+    ;   nearest_of(Values, Wanted, Best, Nearest)
+    ).
+
+%!  settings_in_range(+Device, +Settings) is semidet.
+%
+%   True when the device offers these settings.
+
+settings_in_range(Device, settings(Levels, Shutter, Aperture)) :-
+    device_lights(Device, Lights),
+    maplist(level_in_range, Lights, Levels),
+    device_shutters(Device, Shutters),
+    offered(Shutter, Shutters),
+    device_apertures(Device, Apertures),
+    offered(Aperture, Apertures).
+
+level_in_range(Light, Level) :-
+    full_level(Light, Top),
+    integer(Level),
+    between(0, Top, Level).
+
+offered(Value, Values) :-
+    member(Offered, Values),
+    Value =:= Offered,
+    !.

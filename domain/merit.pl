@@ -1,0 +1,33 @@
+:- module(merit,
+          [ merit/2,                    % +Fix, -MeritPx
+            fix_rms/2,                  % +Fix, -RmsPx
+            worst_merit/1               % -MeritPx
+          ]).
+
+/** <module> How far a pose estimate can be trusted
+
+A fix is `none` or
+
+    fix(pose(RotationVector, Translation), Covariance,
+        quality(RmsPx, Uncertainty, Support, Score, Ambiguity), Lines)
+
+as the vision server measured it, `Lines` a list of
+line(Index, VisiblePx, Support, RmsPx).
+*/
+
+%!  worst_merit(-MeritPx) is det.
+%
+%   The merit of no pose at all.
+
+worst_merit(100.0).
+
+%!  merit(+Fix, -MeritPx) is det.
+
+merit(none, Merit) :-
+    worst_merit(Merit).
+merit(fix(_, _, quality(Rms, Uncertainty, _, Score, Ambiguity), _), Merit) :-
+    Merit is Rms + Uncertainty + Score + Ambiguity.
+
+%!  fix_rms(+Fix, -RmsPx) is semidet.
+
+fix_rms(fix(_, _, quality(Rms, _, _, _, _), _), Rms).

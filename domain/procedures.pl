@@ -1,0 +1,42 @@
+% The vocabulary that strategies are written in: tests and procedures over the
+% fluents and actions of acquisition.pl.
+
+% ---------------------------------------------------------------- tests
+
+% The pose is trusted.
+proc(converged, and(neg(best = none), merit =< threshold)).
+
+% Nothing more is to be done, or nothing more may be.
+proc(finished, or(converged, iteration >= max_iterations)).
+
+% The set with the candidate is better than without it, by enough to count.
+proc(improved, improves(fix, merit)).
+
+% Settings s worth trying next, by search over qualitative states.
+proc(promising(S),
+     most_promising(device, experience(readings, kept_states(image_set), unfavourable), S, _)).
+
+% Settings s that expose the target well with all lights full.
+proc(well_exposed(S), some(l, and(full_levels(device, l), best_exposure(device, readings, l, S)))).
+
+% ---------------------------------------------------------------- settings
+
+proc(choose_random,    pi(s, [?(random_settings(device, s)), choose(s)])).
+proc(choose_reference, pi(s, [?(reference_settings(device, s)), choose(s)])).
+proc(choose_promising, pi(s, [?(promising(s)), choose(s)])).
+
+% ---------------------------------------------------------------- images
+
+% Take the next image under the chosen settings.
+proc(take_image,
+     pi([i, s], [?(and(image_name(iteration, i), settings = s)), capture(i, s)])).
+
+% Estimate the pose from the set and the candidate together.
+proc(measure,
+     pi(images, [?(image_names(candidate, image_set, images)), estimate(images)])).
+
+proc(keep_image,  pi(i, [?(candidate = i), keep(i)])).
+proc(drop_image(Why), pi(i, [?(candidate = i), discard(i, Why)])).
+
+proc(mark_unfavourable,
+     pi(state, [?(qualitative_state(device, settings, state)), avoid(state)])).

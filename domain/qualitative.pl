@@ -1,0 +1,145 @@
+:- module(qualitative,
+          [ qualitative_state/3,        % +Device, +Settings, -State
+            state_words/2,              % +State, -Text
+            settings_words/3,           % +Device, +Settings, -Text
+            similarity/3,               % +State1, +State2, -Similarity
+            greatest_similarity/3,      % +State, +States, -Similarity
+            image_quality/2             % +Statistics, -Quality
+          ]).
+:- use_module(device).
+:- use_module(library(apply), [maplist/4]).
+:- use_module(library(lists), [max_list/2, member/2, nth1/3, sum_list/2]).
+
+/** <module> Qualitative states of lights and camera
+
+The paper reasons about settings in a few words instead of numbers: how bright
+the lights are together and where the light mostly comes from.  A state here
+is
+
+    state(Brightness, Direction, Exposure)
+
+with `Brightness` one of `off`, `dim`, `medium`, `bright` (the lights' mean
+output), `Direction` one of `none`, `even` or `from(Light)`, and `Exposure` the
+whole number of stops above the reference exposure.
+*/
+
+%!  qualitative_state(+Device, +Settings, -State) is det.
+
+qualitative_state(Device, Settings, state(Brightness, Direction, Exposure)) :-
+    Settings = settings(Levels, _, _),
+    level_fractions(Device, Levels, Fractions),
+    brightness(Fractions, Brightness),
+    direction(Device, Fractions, Direction),
+    exposure_stops(Device, Settings, Stops),
+    Exposure is round(Stops).
+
+brightness(Fractions, Brightness) :-
+    sum_list(Fractions, Sum),
+    length(Fractions, N),
+    Mean is Sum / max(N, 1),
+    (   Mean =:= 0 -> Brightness = off
+    ;   Mean < 0.34 -> Brightness = dim
+    ;   Mean < 0.67 -> Brightness = medium
+    ;   Brightness = bright
+    ).
+
+% One light gives the direction when it gives well over half of the light.
+direction(Device, Fractions, Direction) :-
+    sum_list(Fractions, Sum),
+    length(Fractions, N),
+    (   Sum =:= 0
+    ->  Direction = none
+    ;   max_list(Fractions, Largest),
+        N > 1,
+        Largest / Sum >= 0.6
+    ->  nth1(Index, Fractions, Largest),
+        device_lights(Device, Lights),
+        nth1(Index, Lights, light(Name, _)),
+        Direction = from(Name)
+    ;   Direction = even
+    ),
+    !.
+
+%!  state_words(+State, -Text) is det.
+%
+%   A state as a person would say it: `bright from left, +1 stop`.
+
+state_words(state(Brightness, Direction, Exposure), Text) :-
+    direction_words(Direction, Where),
+    exposure_words(Exposure, Words),
+    format(string(Text), "~w~w, ~w", [Brightness, Where, Words]).
+
+direction_words(none, "").
+direction_words(even, " even").
+direction_words(from(Light), Text) :-
+    format(string(Text), " from ~w", [Light]).
+
+exposure_words(0, "reference exposure") :- !.
+exposure_words(Stops, Text) :-
+    ( abs(Stops) =:= 1 -> Unit = stop ; Unit = stops ),
+    ( Stops > 0 -> Sign = '+' ; Sign = '' ),
+    format(string(Text), "~w~d ~w", [Sign, Stops, Unit]).
+
+%!  settings_words(+Device, +Settings, -Text) is det.
+%
+%   Settings as a photographer writes them: `left 3 right 0 top 7, 1/60 s, f/4`.
+
+settings_words(Device, settings(Levels, Shutter, Aperture), Text) :-
+    device_lights(Device, Lights),
+    maplist(light_words, Lights, Levels, Words),
+    atomic_list_concat(Words, ' ', LightWords),
+    shutter_words(Shutter, ShutterWords),
+    format(string(Text), "~w, ~w, f/~w", [LightWords, ShutterWords, Aperture]).
+
+light_words(light(Name, _), Level, Words) :-
+    format(atom(Words), "~w ~w", [Name, Level]).
+
+shutter_words(Shutter, Words) :-
+    Shutter < 0.5,
+    !,
+    Denominator is round(1 / Shutter),
+    format(string(Words), "1/~d s", [Denominator]).
+shutter_words(Shutter, Words) :-
+    format(string(Words), "~w s", [Shutter]).
+
+%!  similarity(+State1, +State2, -Similarity) is det.
+%
+%   How alike two states are, from 0 (nothing in common) to 1 (the same): the
+%   product of how alike they are in brightness, in direction and in exposure.
+
+similarity(state(B1, D1, E1), state(B2, D2, E2), Similarity) :-
+    brightness_rank(B1, R1),
+    brightness_rank(B2, R2),
+    direction_similarity(D1, D2, Direction),
+    Similarity is Direction * 0.7 ** abs(R1 - R2) * 0.75 ** abs(E1 - E2).
+
+brightness_rank(off, 0).
+brightness_rank(dim, 1).
+brightness_rank(medium, 2).
+brightness_rank(bright, 3).
+
+direction_similarity(D, D, 1.0) :- !.
+direction_similarity(none, _, 0.3) :- !.
+direction_similarity(_, none, 0.3) :- !.
+direction_similarity(even, from(_), 0.6) :- !.
+direction_similarity(from(_), even, 0.6) :- !.
+direction_similarity(from(_), from(_), 0.3).
+
+%!  greatest_similarity(+State, +States, -Similarity) is det.
+%
+%   How alike State is to the one of States it is most like; 0 for none.
+
+greatest_similarity(State, States, Similarity) :-
+    findall(S, ( member(Other, States), similarity(State, Other, S) ), Similarities),
+    max_list([0.0|Similarities], Similarity).
+
+%!  image_quality(+Statistics, -Quality) is det.
+%
+%   What is wrong with an image, in one word: `dark`, `glare` or `good`.
+
+image_quality(statistics(_, P95, Dark, Saturated, _), Quality) :-
+    (   Saturated > 0.2 -> Quality = glare
+    ;   P95 < 0.08 -> Quality = dark
+    ;   Dark > 0.8 -> Quality = dark
+    ;   Quality = good
+    ).

@@ -1,0 +1,175 @@
+:- module(session_options,
+          [ session_options/2           % +Argv, -Options
+          ]).
+:- use_module(library(lists), [member/2, memberchk/2]).
+:- use_module(library(main), [argv_options/4, argv_usage/1]).
+:- use_module(library(option), [merge_options/3, option/2]).
+
+/** <module> The command line of a session
+
+`swipl main.pl [options]`.  What a user can get wrong is found here and said in
+one line: what, where, what to do.
+*/
+
+opt_type(controller,     controller,     atom).
+opt_type(target,         target,         atom).
+opt_type(scenario,       scenario,       atom).
+opt_type(stack,          stack,          atom).
+opt_type(camera_model,   camera_model,   atom).
+opt_type(seed_pose,      seed_pose,      atom).
+opt_type(image_server,   image_server,   atom).
+opt_type(vision_server,  vision_server,  atom).
+opt_type(matcher,        matcher,        oneof([search, genetic])).
+opt_type(threshold,      threshold,      number).
+opt_type(max_iterations, max_iterations, integer).
+opt_type(seed,           seed,           integer).
+opt_type(out,            out,            atom).
+opt_type(resume,         resume,         atom).
+opt_type(approach,       approach,       boolean).
+opt_type(first_range,    first_range,    number).
+opt_type(contact_range,  contact_range,  number).
+opt_type(dry_run,        dry_run,        boolean).
+opt_type(explain,        explain,        boolean).
+opt_type(report,         report,         boolean).
+opt_type(json,           json,           boolean).
+opt_type(quiet,          quiet,          boolean).
+
+opt_meta(controller,     'NAME_OR_FILE').
+opt_meta(target,         'NAME_OR_FILE').
+opt_meta(scenario,       'NAME_OR_FILE').
+opt_meta(stack,          'DIR').
+opt_meta(camera_model,   'TOML').
+opt_meta(seed_pose,      'TOML').
+opt_meta(image_server,   'ENDPOINT').
+opt_meta(vision_server,  'ENDPOINT').
+opt_meta(matcher,        'NAME').
+opt_meta(threshold,      'PX').
+opt_meta(max_iterations, 'N').
+opt_meta(seed,           'N').
+opt_meta(out,            'DIR').
+opt_meta(resume,         'DIR').
+opt_meta(first_range,    'M').
+opt_meta(contact_range,  'M').
+
+opt_help(help(header), "\nOne session: find the pose of a docking target by choosing lights and camera.\n").
+opt_help(help(usage), " [options]").
+opt_help(controller,     "Strategy: heuristic (default), greedy, simple, auto_exposed, fixed, or a Golog file").
+opt_help(target,         "Target on the simulator: cube (default), fixture, satellite, or a model file (.cao .obj .stl .ply)").
+opt_help(scenario,       "Light conditions on the simulator, or a TOML file (default: nominal)").
+opt_help(stack,          "Replay a folder of recorded light stacks instead of simulating").
+opt_help(camera_model,   "TOML file with [camera], where the image server has none").
+opt_help(seed_pose,      "TOML file with [target.seed_pose], where the image server has none").
+opt_help(image_server,   "Use a running image server, e.g. tcp://127.0.0.1:5555").
+opt_help(vision_server,  "Use a running vision server").
+opt_help(matcher,        "search (default) or genetic, the paper's").
+opt_help(threshold,      "Stop when the merit, in pixels, is under this (default: calibrated)").
+opt_help(max_iterations, "Stop after this many images (default: 10)").
+opt_help(seed,           "Seed of every random draw (default: 1)").
+opt_help(out,            "Run folder (default: runs/<time>-<controller>-<target>)").
+opt_help(resume,         "Go on with an interrupted session from its run folder").
+opt_help(approach,       "Dock: come closer by hold points, each on a trustworthy pose").
+opt_help(first_range,    "First hold point of --approach, in metres (default: 1.5)").
+opt_help(contact_range,  "Last hold point of --approach, in metres (default: 0.3)").
+opt_help(dry_run,        "Check everything, say what would be done, do nothing").
+opt_help(explain,        "Say why each setting is chosen and each image kept or discarded").
+opt_help(report,         "Write report.html at the end (default: true; --no-report leaves it out)").
+opt_help(json,           "Print result.json on standard output, and nothing else there").
+opt_help(quiet,          "No live lines").
+opt_help(help(footer), "\nExit status: 0 pose found, 3 finished without reaching the threshold, 2 bad usage or input,\n4 a device or server failed for good, 130/143 stopped by Ctrl-C/SIGTERM.\n").
+
+defaults([ controller(heuristic), scenario(nominal), matcher(search), max_iterations(10), seed(1),
+           approach(false), first_range(1.5), contact_range(0.3), dry_run(false), explain(false),
+           report(true), json(false), quiet(false) ]).
+
+%!  session_options(+Argv, -Options) is det.
+%
+%   Options as a list with the defaults filled in.  `--help` prints the usage and
+%   halts.
+%
+%   @error usage_error(Message) what is wrong with the command line
+
+session_options(Argv, _) :-
+    ( memberchk('--help', Argv) ; memberchk('-h', Argv) ),
+    !,
+    argv_usage(session_options:[]),
+    halt(0).
+session_options(Argv, Options) :-
+    catch(argv_options(session_options:Argv, Positional, Given, []), Error, bad_usage(Error)),
+    (   Positional = [Word|_]
+    ->  usage_error("unexpected argument '~w'; options begin with -- (see --help)", [Word])
+    ;   true
+    ),
+    defaults(Defaults),
+    merge_options(Given, Defaults, Options),
+    check(Options).
+
+bad_usage(error(Formal, _)) :-
+    usage_text(Formal, Text),
+    !,
+    usage_error("~s (see --help)", [Text]).
+bad_usage(Error) :-
+    throw(Error).
+
+usage_text(opt_error(unknown_option(_:Option)), Text) :-
+    dashes(Option, Dashed),
+    format(codes(Text), "unknown option --~w", [Dashed]).
+usage_text(opt_error(missing_value(Option, _)), Text) :-
+    dashes(Option, Dashed),
+    format(codes(Text), "--~w needs a value", [Dashed]).
+usage_text(opt_error(value_type(Option, Type, Value)), Text) :-
+    dashes(Option, Dashed),
+    type_words(Type, Words),
+    format(codes(Text), "--~w: '~w' is not ~w", [Dashed, Value, Words]).
+
+type_words(number, "a number").
+type_words(integer, "a whole number").
+type_words(boolean, "true or false").
+type_words(oneof(Names), Words) :-
+    atomic_list_concat(Names, ', ', Joined),
+    format(string(Words), "one of ~w", [Joined]).
+
+dashes(Option, Dashed) :-
+    atomic_list_concat(Words, '_', Option),
+    atomic_list_concat(Words, -, Dashed).
+
+check(Options) :-
+    forall(rule(Options, Format, Args), usage_error(Format, Args)).
+
+% What must not be, and what to say then.
+rule(Options, "--threshold must be a positive number of pixels, not ~w", [Px]) :-
+    option(threshold(Px), Options), Px =< 0.
+rule(Options, "--max-iterations must be at least 1, not ~w", [N]) :-
+    option(max_iterations(N), Options), N < 1.
+rule(Options, "--seed must not be negative: ~w", [Seed]) :-
+    option(seed(Seed), Options), Seed < 0.
+rule(Options, "--stack and --image-server exclude each other: one names the images, the other who has them", []) :-
+    option(stack(_), Options), option(image_server(_), Options).
+rule(Options, "--stack has its own target: leave --target away, or name a model file", []) :-
+    option(stack(_), Options), option(target(Name), Options), \+ exists_file(Name).
+rule(Options, "--approach needs the simulator (or an image server that can move the target), not --stack", []) :-
+    option(stack(_), Options), option(approach(true), Options).
+rule(Options, "--resume and --approach exclude each other: an approach cannot be taken up half way", []) :-
+    option(resume(_), Options), option(approach(true), Options).
+rule(Options, "--contact-range must be positive and less than --first-range", []) :-
+    option(first_range(First), Options), option(contact_range(Contact), Options),
+    ( Contact =< 0 ; Contact >= First ).
+rule(Options, "--~w: '~w' is not an endpoint such as tcp://127.0.0.1:5555 or ipc:///tmp/vision", [Dashed, Endpoint]) :-
+    member(Name, [image_server, vision_server]),
+    Option =.. [Name, Endpoint],
+    option(Option, Options),
+    \+ ( member(Scheme, ['tcp://', 'ipc://']), sub_atom(Endpoint, 0, _, _, Scheme) ),
+    dashes(Name, Dashed).
+rule(Options, "--~w: no file '~w'", [Dashed, File]) :-
+    member(Name, [camera_model, seed_pose]),
+    Option =.. [Name, File],
+    option(Option, Options),
+    \+ exists_file(File),
+    dashes(Name, Dashed).
+rule(Options, "--stack: no folder '~w'", [Dir]) :-
+    option(stack(Dir), Options), \+ exists_directory(Dir).
+rule(Options, "--resume: no folder '~w'", [Dir]) :-
+    option(resume(Dir), Options), \+ exists_directory(Dir).
+
+usage_error(Format, Args) :-
+    format(string(Message), Format, Args),
+    throw(error(usage_error(Message), _)).

@@ -1,0 +1,99 @@
+:- module(plan,
+          [ session_plan/2,             % +Options, -Plan
+            hold_ranges/3               % +FirstM, +ContactM, -RangesM
+          ]).
+:- use_module(library(apply), [maplist/3]).
+:- use_module(library(lists), [append/3, member/2]).
+:- use_module(library(option), [option/2, option/3]).
+
+/** <module> What a session is going to do, settled before anything runs
+
+A plan is a dict with the files of the theory, the program, the names that go
+into result.json, and the arguments of the servers.  Names are resolved here, so
+that a wrong one is said at once.
+*/
+
+%!  session_plan(+Options, -Plan) is det.
+%
+%   @error usage_error(Message)
+
+session_plan(Options, Plan) :-
+    root(Root),
+    option(controller(Controller), Options),
+    controller_file(Root, Controller, ControllerFile, ControllerName),
+    theory_files(Root, ControllerFile, Files),
+    target_name(Options, TargetName),
+    program(Options, Program),
+    option(seed(Seed), Options),
+    Plan = plan{ root:Root, theory:Files, program:Program, seed:Seed,
+                 controller:ControllerName, controller_file:ControllerFile, target:TargetName }.
+
+root(Root) :-
+    module_property(plan, file(File)),
+    file_directory_name(File, Session),
+    file_directory_name(Session, Root).
+
+%   A controller is a name in domain/controllers or a Golog file of the user's.
+controller_file(Root, Name, File, Name) :-
+    atomic_list_concat([Root, '/domain/controllers/', Name, '.pl'], File),
+    exists_file(File),
+    !.
+controller_file(_, Given, File, Name) :-
+    exists_file(Given),
+    !,
+    absolute_file_name(Given, File),
+    file_base_name(File, Base),
+    file_name_extension(Name, _, Base).
+controller_file(Root, Given, _, _) :-
+    atomic_list_concat([Root, '/domain/controllers/*.pl'], Pattern),
+    expand_file_name(Pattern, Files),
+    maplist(controller_name, Files, Names),
+    atomic_list_concat(Names, ', ', Known),
+    format(string(Message), "--controller: '~w' is neither a file nor one of ~w", [Given, Known]),
+    throw(error(usage_error(Message), _)).
+
+controller_name(File, Name) :-
+    file_base_name(File, Base),
+    file_name_extension(Name, _, Base).
+
+theory_files(Root, Controller, Files) :-
+    maplist(under(Root), ['domain/acquisition.pl', 'domain/procedures.pl', 'domain/approach.pl'], Own),
+    append(Own, [Controller], Files).
+
+under(Root, Path, File) :-
+    atomic_list_concat([Root, /, Path], File).
+
+target_name(Options, Name) :-
+    option(target(Given), Options),
+    !,
+    controller_name(Given, Name).
+target_name(Options, Name) :-
+    option(stack(Dir), Options),
+    !,
+    absolute_file_name(Dir, Absolute),
+    file_base_name(Absolute, Name).
+target_name(Options, unknown) :-
+    option(image_server(_), Options),
+    !.
+target_name(_, cube).
+
+program(Options, session(Ranges)) :-
+    option(approach(true), Options),
+    !,
+    option(first_range(First), Options),
+    option(contact_range(Contact), Options),
+    hold_ranges(First, Contact, Ranges).
+program(_, session).
+
+%!  hold_ranges(+FirstM, +ContactM, -RangesM) is det.
+%
+%   Hold points from the first to the contact range, each at about three quarters
+%   of the one before.
+
+hold_ranges(First, Contact, Ranges) :-
+    Steps is max(1, ceiling(log(First / Contact) / log(4 / 3))),
+    findall(Range,
+            ( between(0, Steps, I),
+              Exact is First * (Contact / First) ** (I / Steps),
+              Range is round(Exact * 1000) / 1000.0 ),
+            Ranges).

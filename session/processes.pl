@@ -1,0 +1,71 @@
+:- module(processes,
+          [ start_server/4,             % +Name, +Arguments, +LogFile, -Process
+            check_alive/1,              % +Process
+            stop_server/1               % +Process
+          ]).
+:- use_module(library(apply), [exclude/3]).
+:- use_module(library(lists), [append/3, last/2]).
+:- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
+:- use_module(library(readutil), [read_file_to_string/3]).
+
+/** <module> The two servers as child processes
+
+Each runs in a session of its own, so that Ctrl-C reaches only the controller,
+which then stops the servers in order.  Should the controller be killed outright
+they notice by themselves (`--parent`).
+*/
+
+%!  start_server(+Name, +Arguments, +LogFile, -Process) is det.
+%
+%   Run `python -m Name Arguments`, all its output going to LogFile.  Process is
+%   process(Name, Pid, LogFile).
+
+start_server(Name, Arguments, LogFile, process(Name, Pid, LogFile)) :-
+    current_prolog_flag(pid, Parent),
+    module_property(processes, file(Here)),
+    file_directory_name(Here, SessionDir),
+    file_directory_name(SessionDir, Root),
+    atomic_list_concat([Root, '/.venv/bin/python'], Python),
+    append([Python, '-m', Name|Arguments], ['--parent', Parent], Command),
+    % the shell only redirects: exec leaves no process of its own
+    process_create(path(sh), ['-c', 'exec "$@" >"$LOG" 2>&1 </dev/null', sh|Command],
+                   [ process(Pid), detached(true), environment(['LOG'=LogFile, 'PYTHONPATH'=Root]) ]).
+
+%!  check_alive(+Process) is det.
+%
+%   @error server_died(Name, Status, LastLine, LogFile) if the process has ended
+
+check_alive(Process) :-
+    exited(Process, Status),
+    !,
+    Process = process(Name, _, LogFile),
+    last_line(LogFile, Line),
+    throw(error(server_died(Name, Status, Line, LogFile), _)).
+check_alive(_).
+
+exited(process(_, Pid, _), Status) :-
+    process_wait(Pid, Status, [timeout(0)]),
+    Status \== timeout.
+
+last_line(LogFile, Line) :-
+    catch(read_file_to_string(LogFile, Text, []), _, Text = ""),
+    split_string(Text, "\n", "\r \t", Lines0),
+    exclude(==(""), Lines0, Lines),
+    (   last(Lines, Line) -> true ; Line = "" ).
+
+%!  stop_server(+Process) is det.
+%
+%   Ask with SIGTERM, insist with SIGKILL two seconds later.  A process that has
+%   ended already is left in peace.
+
+stop_server(process(_, Pid, _)) :-
+    catch(stop(Pid), error(_, _), true).
+
+stop(Pid) :-
+    process_kill(Pid, term),
+    process_wait(Pid, Status, [timeout(2)]),
+    (   Status == timeout
+    ->  process_kill(Pid, kill),
+        process_wait(Pid, _, [])
+    ;   true
+    ).

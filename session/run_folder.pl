@@ -1,0 +1,62 @@
+:- module(run_folder,
+          [ make_run_folder/3,          % +Options, +Plan, -Folder
+            run_file/3                  % +Folder, +Name, -File
+          ]).
+:- use_module(library(filesex), [make_directory_path/1]).
+:- use_module(library(option), [option/2]).
+
+/** <module> The folder that a session leaves behind */
+
+%!  make_run_folder(+Options, +Plan, -Folder) is det.
+%
+%   The folder of `--resume`, of `--out`, or a new one under `runs/`; an absolute
+%   path.
+%
+%   @error usage_error(Message) if it cannot be made or written to
+
+make_run_folder(Options, _, Folder) :-
+    option(resume(Given), Options),
+    !,
+    absolute_file_name(Given, Folder).
+make_run_folder(Options, Plan, Folder) :-
+    folder_name(Options, Plan, Given),
+    absolute_file_name(Given, Folder),
+    catch(make_directory_path(Folder), error(_, _), cannot("make", Folder)),
+    run_file(Folder, '.write-test', Probe),
+    catch(( open(Probe, write, Stream), close(Stream), delete_file(Probe) ),
+          error(_, _), cannot("write to", Folder)),
+    run_file(Folder, 'result.json', Result),
+    (   exists_file(Result)
+    ->  format(string(Message),
+               "--out: ~w holds a finished session already; name another folder, or remove it", [Folder]),
+        throw(error(usage_error(Message), _))
+    ;   true
+    ).
+
+folder_name(Options, _, Folder) :-
+    option(out(Folder), Options),
+    !.
+folder_name(_, Plan, Folder) :-
+    get_time(Now),
+    format_time(atom(Time), '%Y-%m-%dT%H-%M-%S', Now),
+    Base = Plan.root,
+    unused(Base, Time, Plan, 1, Folder).
+
+unused(Root, Time, Plan, N, Folder) :-
+    ( N =:= 1 -> Suffix = '' ; format(atom(Suffix), "-~d", [N]) ),
+    format(atom(Name), "~w/runs/~w-~w-~w~w", [Root, Time, Plan.controller, Plan.target, Suffix]),
+    (   exists_directory(Name)
+    ->  N1 is N + 1,
+        unused(Root, Time, Plan, N1, Folder)
+    ;   Folder = Name
+    ).
+
+cannot(What, Folder) :-
+    format(string(Message),
+           "--out: cannot ~s ~w; choose a folder you may write to", [What, Folder]),
+    throw(error(usage_error(Message), _)).
+
+%!  run_file(+Folder, +Name, -File) is det.
+
+run_file(Folder, Name, File) :-
+    atomic_list_concat([Folder, /, Name], File).

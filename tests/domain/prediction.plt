@@ -1,0 +1,112 @@
+:- module(test_prediction, []).
+:- use_module(library(plunit)).
+:- use_module('../../domain/candidates').
+:- use_module('../../domain/device').
+:- use_module('../../domain/prediction').
+:- use_module(fixtures).
+
+% A world with known light and blur, seen through the device.
+reading(Device, Settings, reading(Settings, statistics(P50, P95, 0.0, Saturated, Blur))) :-
+    Settings = settings(Levels, Shutter, Aperture),
+    level_fractions(Device, Levels, [L, R, T]),
+    exposure_stops(Device, Settings, Stops),
+    Bright is 2 ** Stops * (0.05 + 0.4 * L + 0.1 * R + 0.2 * T),
+    P50 is min(1.0, 0.5 * Bright),
+    P95 is min(1.0, Bright),
+    ( Bright > 1 -> Saturated = 0.3 ; Saturated = 0.0 ),
+    Blur is sqrt(1 + 9 * (2.8 / Aperture) ** 2 + 4 * (60 * Shutter) ** 2).
+
+readings(Device, List, Readings) :-
+    findall(Reading, ( member(S, List), reading(Device, S, Reading) ), Readings).
+
+:- begin_tests(prediction).
+
+test(learns_each_light) :-
+    testbed(Device),
+    readings(Device,
+             [ settings([7, 0, 0], 0.0166667, 4.0), settings([0, 7, 0], 0.0166667, 4.0),
+               settings([0, 0, 7], 0.0333333, 5.6), settings([0, 0, 0], 0.0666667, 4.0) ], Readings),
+    Unseen = settings([7, 2, 4], 0.0083333, 4.0),
+    predict(Device, Readings, Unseen, prediction(_, Highlight, _, _)),
+    reading(Device, Unseen, reading(_, statistics(_, True, _, _, _))),
+    abs(Highlight / True - 1) < 0.1.
+test(one_reading_sets_the_scale) :-
+    testbed(Device),
+    readings(Device, [settings([7, 7, 7], 0.0041667, 5.6)], Readings),
+    predict(Device, Readings, settings([7, 7, 7], 0.0083333, 5.6), prediction(_, Highlight, _, _)),
+    reading(Device, settings([7, 7, 7], 0.0083333, 5.6), reading(_, statistics(_, True, _, _, _))),
+    abs(Highlight / True - 1) < 0.2.
+test(saturation_means_at_least) :-
+    testbed(Device),
+    readings(Device, [settings([7, 7, 7], 0.0666667, 2.8)], Readings),
+    predict(Device, Readings, settings([7, 7, 7], 0.0666667, 2.8), prediction(_, Highlight, _, _)),
+    Highlight > 1.2.
+test(learns_blur) :-
+    testbed(Device),
+    readings(Device,
+             [ settings([1, 0, 0], 0.0166667, 2.8), settings([1, 0, 0], 0.0166667, 5.6),
+               settings([1, 0, 0], 0.0666667, 5.6) ], Readings),
+    Unseen = settings([1, 0, 0], 0.0333333, 4.0),
+    predict(Device, Readings, Unseen, prediction(_, _, Blur, _)),
+    reading(Device, Unseen, reading(_, statistics(_, _, _, _, True))),
+    abs(Blur / True - 1) < 0.15.
+test(dark_glare_and_blur_cost) :-
+    testbed(Device),
+    readings(Device,
+             [ settings([7, 0, 0], 0.0166667, 4.0), settings([0, 7, 0], 0.0166667, 4.0),
+               settings([0, 0, 7], 0.0166667, 2.8), settings([7, 7, 7], 0.0083333, 5.6) ], Readings),
+    predict(Device, Readings, settings([7, 7, 7], 0.0166667, 4.0), prediction(_, _, _, Good)),
+    predict(Device, Readings, settings([0, 1, 0], 0.0041667, 5.6), prediction(_, _, _, Dark)),
+    predict(Device, Readings, settings([7, 7, 7], 0.0666667, 2.8), prediction(_, _, _, Glare)),
+    Good < Dark,
+    Good < Glare.
+
+:- end_tests(prediction).
+
+:- begin_tests(candidates).
+
+test(all_can_be_set) :-
+    testbed(Device),
+    forall(candidate(Device, Settings), settings_in_range(Device, Settings)).
+test(few_for_three_lights) :-
+    testbed(Device),
+    aggregate_all(count, candidate(Device, _), Count),
+    Count =< 200.
+test(few_for_many_lights) :-
+    ring(Device),
+    aggregate_all(count, candidate(Device, _), Count),
+    Count =< 60.
+test(darkness_calls_for_light) :-
+    testbed(Device),
+    Dark = reading(settings([0, 1, 0], 0.0041667, 5.6), statistics(0.001, 0.004, 1.0, 0.0, unknown)),
+    most_promising(Device, experience([Dark], [], []), Settings, _),
+    predict(Device, [Dark], Settings, prediction(_, Highlight, _, _)),
+    Highlight > 0.1.
+test(glare_calls_for_less) :-
+    testbed(Device),
+    Glare = reading(settings([7, 7, 7], 0.0666667, 2.8), statistics(1.0, 1.0, 0.0, 0.9, unknown)),
+    most_promising(Device, experience([Glare], [], []), Settings, _),
+    exposure_stops(Device, Settings, Stops),
+    Stops < 2.
+test(not_the_same_again) :-
+    testbed(Device),
+    readings(Device, [settings([7, 7, 7], 0.0083333, 4.0)], Readings),
+    most_promising(Device, experience(Readings, [], []), First, why(State, _, _)),
+    most_promising(Device, experience(Readings, [State], []), Second, _),
+    First \== Second.
+test(unfavourable_is_avoided) :-
+    testbed(Device),
+    readings(Device, [settings([7, 7, 7], 0.0083333, 4.0)], Readings),
+    most_promising(Device, experience(Readings, [], []), _, why(State, _, _)),
+    most_promising(Device, experience(Readings, [], [State]), _, why(Other, _, _)),
+    qualitative:similarity(State, Other, S),
+    S =< 0.7.
+test(exposure_program) :-
+    testbed(Device),
+    readings(Device, [settings([7, 7, 7], 0.0041667, 5.6), settings([7, 7, 7], 0.0166667, 4.0)], Readings),
+    best_exposure(Device, Readings, [7, 7, 7], Settings),
+    reading(Device, Settings, reading(_, statistics(_, P95, _, _, _))),
+    P95 > 0.5,
+    P95 =< 1.0.
+
+:- end_tests(candidates).
