@@ -35,7 +35,7 @@ class LightsAndCameraError(Exception):
         return f"{self.message} {self.hint}".strip()
 
 
-class BadInput(LightsAndCameraError):
+class BadInput(LightsAndCameraError):  # noqa: N818
     """A file, an option or a value that cannot be used."""
 
     code = "bad_input"
@@ -48,18 +48,22 @@ class DeviceError(LightsAndCameraError):
     code = "device_error"
 
 
-class Unsupported(LightsAndCameraError):
+class Unsupported(LightsAndCameraError):  # noqa: N818
     """The device is sound, but has no such operation or setting."""
 
     code = "unsupported"
 
 
 class ProtocolError(LightsAndCameraError):
-    """A message that breaks the wire protocol; ``code`` says in which way."""
+    """A message that breaks the wire protocol; ``code`` says in which way.
 
-    def __init__(self, code: str, message: str, hint: str = "") -> None:
+    ``request_id`` is the id of the offending request where it could be read.
+    """
+
+    def __init__(self, code: str, message: str, hint: str = "", request_id: str | None = None) -> None:
         super().__init__(message, hint)
         self.code = code
+        self.request_id = request_id
 
 
 class ServerError(LightsAndCameraError):
@@ -70,7 +74,7 @@ class ServerError(LightsAndCameraError):
         self.code = code
 
 
-class BridgeTimeout(LightsAndCameraError):
+class BridgeTimeout(LightsAndCameraError):  # noqa: N818
     """A server did not answer within the deadline."""
 
     code = "timeout"

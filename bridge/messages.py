@@ -92,7 +92,7 @@ class LightDescription(Message, frozen=True):
 
 
 class CameraDescription(Message, frozen=True):
-    """Pinhole camera with OpenCV distortion (k1, k2, p1, p2, k3), pixel centres at integers, and its sensor."""
+    """Pinhole camera with OpenCV distortion (k1, k2, p1, p2, k3), pixel centres at integers; its sensor."""
 
     width: Count
     height: Count

@@ -1,0 +1,147 @@
+"""A client of the servers, for Python: one request at a time, with a deadline and retries."""
+
+import itertools
+import time
+import uuid
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, Self
+
+import zmq
+from numpy.typing import NDArray
+
+from bridge.arrays import unpack
+from bridge.endpoints import CurveClient
+from bridge.envelope import MAX_FRAME_BYTES, decode_reply, encode_request
+from bridge.errors import BadInput, BridgeTimeout, ServerError
+
+SLICE_S = 0.1
+"""Longest wait between two looks at whether the server is alive."""
+
+
+class Client:
+    """Requests to one server.
+
+    Parameters
+    ----------
+    endpoint
+        Where the server listens.
+    timeout_s
+        Deadline of a request in all, retries included; `request` may set another.
+    retries
+        How often a request without an answer is sent again, on a fresh socket and with the same id, so that a
+        server that has done it already answers from memory.
+    curve
+        Keys, for a server that wants them.
+    alive
+        Called while waiting, at least every 0.1 s; raises when there is no use in waiting any longer.
+    """
+
+    def __init__(
+        self,
+        endpoint: str,
+        timeout_s: float = 10.0,
+        retries: int = 2,
+        curve: CurveClient | None = None,
+        alive: Callable[[], None] | None = None,
+    ) -> None:
+        self.endpoint = endpoint
+        self.timeout_s = timeout_s
+        self.seconds_waited = 0.0
+        self._retries = retries
+        self._curve = curve
+        self._alive = alive
+        self._name = uuid.uuid4().hex[:16]
+        self._numbers = itertools.count(1)
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self._socket: zmq.Socket[bytes] | None = None
+
+    def request(
+        self, op: str, args: object | None = None, timeout_s: float | None = None
+    ) -> tuple[dict[str, Any], list[NDArray[Any]]]:
+        """Do one operation; returns its result and read-only arrays.
+
+        Raises
+        ------
+        ServerError
+            The server's error reply.
+        BridgeTimeout
+            No answer within the deadline.
+        ProtocolError
+            An answer that is none.
+        BadInput
+            The endpoint is malformed.
+        """
+        total = self.timeout_s if timeout_s is None else timeout_s
+        request_id = f"{self._name}/{next(self._numbers)}"
+        header = encode_request(request_id, op, {} if args is None else args)
+        started = time.monotonic()
+        try:
+            for attempt in range(1, self._retries + 2):
+                sock = self._connected()
+                sock.send(header)
+                reply = self._answer(sock, request_id, started + total * attempt / (self._retries + 1))
+                if reply is not None:
+                    return reply
+                self._disconnect()
+        except BaseException as error:
+            if not isinstance(error, ServerError):
+                self._disconnect()
+            raise
+        finally:
+            self.seconds_waited += time.monotonic() - started
+        raise BridgeTimeout(self.endpoint, op, total)
+
+    def _answer(
+        self, sock: "zmq.Socket[bytes]", request_id: str, deadline: float
+    ) -> tuple[dict[str, Any], list[NDArray[Any]]] | None:
+        while True:
+            left = deadline - time.monotonic()
+            if left <= 0:
+                return None
+            if not sock.poll(max(1, int(min(left, SLICE_S) * 1000))):
+                if self._alive is not None:
+                    self._alive()
+                continue
+            frames = sock.recv_multipart(copy=False)
+            reply = decode_reply(frames[0].bytes)
+            if reply.error is not None and reply.id in (request_id, None):
+                raise ServerError(reply.error.code, reply.error.message, reply.error.hint)
+            if reply.id == request_id:
+                return reply.result or {}, unpack(reply.arrays, frames[1:])
+
+    def _connected(self) -> "zmq.Socket[bytes]":
+        if self._socket is None:
+            sock = self._context.socket(zmq.DEALER)
+            sock.linger = 0
+            sock.maxmsgsize = MAX_FRAME_BYTES
+            if self._curve is not None:
+                self._curve.apply(sock)
+            try:
+                sock.connect(self.endpoint)
+            except zmq.ZMQError as error:
+                sock.close()
+                raise BadInput(
+                    f"Cannot connect to {self.endpoint!r}: {error.strerror}.",
+                    "Use ipc:///path/to/socket or tcp://HOST:PORT.",
+                ) from error
+            self._socket = sock
+        return self._socket
+
+    def _disconnect(self) -> None:
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+    def close(self) -> None:
+        """Close the connection; what was under way is given up."""
+        self._disconnect()
+        self._context.term()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

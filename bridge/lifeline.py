@@ -1,0 +1,112 @@
+"""What ends a server from outside: a signal, its parent's death, or a word from another thread."""
+
+import os
+import select
+import signal
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from threading import Event, Thread, current_thread, main_thread
+from types import FrameType
+from typing import Any
+
+from bridge.endpoints import remove_ipc_file
+
+GRACE_S = 2.0
+"""How long a handler may go on after the end was asked for."""
+
+
+class Lifeline:
+    """File descriptors that become readable when a server should end.
+
+    Parameters
+    ----------
+    parent_pid
+        End when this process does.
+    signals
+        End on SIGTERM and SIGINT (SIGINT is ignored where there is a parent); in the main thread only.
+    """
+
+    def __init__(self, parent_pid: int | None = None, signals: bool = False) -> None:
+        self.status = 0
+        self._stopped = False
+        self._closed = Event()
+        self._wake_read, self._wake_write = os.pipe()
+        os.set_blocking(self._wake_write, False)
+        self._parent: int | None = None
+        self._restore: list[Callable[[], Any]] = []
+        self._watch: Thread | None = None
+        if signals and current_thread() is main_thread():
+            self._take_signals(parent_pid is not None)
+        if parent_pid is not None:
+            try:
+                self._parent = os.pidfd_open(parent_pid)
+            except ProcessLookupError:
+                self.stop(0)
+
+    def _take_signals(self, has_parent: bool) -> None:
+        # The wake-up descriptor is written by the C handler, so no signal is lost between two polls.
+        old_fd = signal.set_wakeup_fd(self._wake_write, warn_on_full_buffer=False)
+        self._restore.append(partial(signal.set_wakeup_fd, old_fd))
+        interrupt: Any = signal.SIG_IGN if has_parent else self._on_signal
+        for signum, handler in ((signal.SIGTERM, self._on_signal), (signal.SIGINT, interrupt)):
+            old = signal.signal(signum, handler)
+            self._restore.append(partial(signal.signal, signum, old))
+
+    def _on_signal(self, signum: int, frame: FrameType | None) -> None:
+        self.stop(128 + signum)
+
+    def filenos(self) -> list[int]:
+        """Descriptors to poll; never read them, they stay readable."""
+        return [self._wake_read] if self._parent is None else [self._wake_read, self._parent]
+
+    def stop(self, status: int) -> None:
+        """End with this exit status; the first word counts."""
+        if not self._stopped:
+            self._stopped = True
+            self.status = status
+            with suppress(OSError):
+                os.write(self._wake_write, b"\0")
+
+    def ended(self) -> bool:
+        """Whether the server should end."""
+        return self._stopped or (self._parent is not None and bool(_readable([self._parent], 0)))
+
+    def enforce(self, *endpoints: str | None) -> None:
+        """From now on end the whole process when a handler outlives the grace; ipc sockets are removed."""
+        self._watch = Thread(target=self._enforce, args=(endpoints,), name="lifeline", daemon=True)
+        self._watch.start()
+
+    def _enforce(self, endpoints: tuple[str | None, ...]) -> None:
+        _readable(self.filenos(), None)
+        if self._closed.wait(GRACE_S):
+            return
+        for endpoint in endpoints:
+            if endpoint is not None:
+                remove_ipc_file(endpoint)
+        if not self._stopped and _readable([self._wake_read], 0):
+            # The signal arrived, but the interpreter has not come round to its handler yet.
+            self.status = 128 + os.read(self._wake_read, 1)[0]
+        os._exit(self.status)
+
+    def close(self) -> None:
+        """Give the signals back and close the descriptors."""
+        if self._closed.is_set():
+            return
+        self._closed.set()
+        self.stop(0)
+        for restore in reversed(self._restore):
+            restore()
+        if self._watch is not None:
+            self._watch.join()
+        os.close(self._wake_read)
+        os.close(self._wake_write)
+        if self._parent is not None:
+            os.close(self._parent)
+
+
+def _readable(descriptors: list[int], timeout_ms: int | None) -> list[tuple[int, int]]:
+    poll = select.poll()
+    for descriptor in descriptors:
+        poll.register(descriptor, select.POLLIN)
+    return poll.poll(timeout_ms)

@@ -1,0 +1,379 @@
+"""The serve loop of both servers: requests in, replies out, events beside them.
+
+A request that breaks the protocol gets an error reply, and so does one whose handler fails; nothing that a
+client sends ends a server, except `shutdown`.
+"""
+
+import logging
+import os
+import time
+import traceback
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib import metadata
+from threading import Lock
+from typing import Any, ClassVar
+
+import msgspec
+import zmq
+from numpy.typing import NDArray
+from zmq.auth.thread import ThreadAuthenticator
+
+from bridge.arrays import pack
+from bridge.endpoints import CurveServer, bind, remove_ipc_file
+from bridge.envelope import (
+    MAX_FRAME_BYTES,
+    MAX_HEADER_BYTES,
+    Request,
+    decode_request,
+    encode_error,
+    encode_reply,
+)
+from bridge.errors import LightsAndCameraError, ProtocolError
+from bridge.lifeline import Lifeline
+from bridge.memory import ReplyMemory
+from bridge.messages import PROTOCOL, NoArgs
+
+__all__ = ["Handler", "Reply", "Server", "Service", "serve"]
+
+LINGER_MS = 500
+"""How long a stopping server waits for its last reply to leave."""
+BURST = 16
+"""Requests served between two looks at signals and the parent."""
+
+log = logging.getLogger("bridge.serve")
+
+Handler = Callable[[Any], "Reply"]
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What a handler answers: a JSON object, and arrays of which it gives up the ownership."""
+
+    result: Mapping[str, Any] | msgspec.Struct
+    arrays: list[NDArray[Any]] = field(default_factory=list)
+
+
+class Service:
+    """Base of the servers: operations by name, each with the type of its arguments and its handler.
+
+    The loop adds `hello` and `shutdown`, and a `health` where there is none. Handlers run one at a time in
+    the loop's thread and raise errors of the family in `bridge.errors`.
+
+    Attributes
+    ----------
+    emit
+        ``emit(event, args={})`` publishes an event, from any thread; set by the loop. Returns its sequence
+        number, or 0 when there is no events endpoint.
+    events_endpoint
+        Where events are published, ``None`` if nowhere; set by the loop before the first request.
+    """
+
+    name: str = "service"
+    operations: Mapping[str, tuple[Any, Handler]]
+    events_endpoint: str | None = None
+
+    def emit(self, event: str, args: Mapping[str, Any] | None = None) -> int:
+        """Outside a loop nobody listens."""
+        return 0
+
+    def close(self) -> None:
+        """Free what the service holds; called once when the loop ends."""
+
+
+class Server:
+    """One service on one endpoint.
+
+    Parameters
+    ----------
+    service
+        What to serve.
+    endpoint, events
+        Where to listen, and where to publish events.
+    curve
+        Keys, required for a tcp endpoint that other machines can reach.
+    lifeline
+        What ends the loop from outside; a fresh one if not given.
+
+    Raises
+    ------
+    BadInput
+        When an endpoint cannot be bound.
+    """
+
+    WELCOME: ClassVar[bytes] = b'{"v":1,"event":"welcome","args":{},"sequence":0}'
+
+    def __init__(
+        self,
+        service: Service,
+        endpoint: str,
+        events: str | None = None,
+        curve: CurveServer | None = None,
+        lifeline: Lifeline | None = None,
+    ) -> None:
+        self.service = service
+        self.lifeline = lifeline or Lifeline()
+        self._memory = ReplyMemory()
+        self._started = time.monotonic()
+        self._requests = 0
+        self._sequence = 0
+        self._publishing = Lock()
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self._context.linger = LINGER_MS
+        self._guard: ThreadAuthenticator | None = None
+        self._bound: list[str] = []
+        try:
+            self._router = self._socket(zmq.ROUTER, curve)
+            self.endpoint = self._bind(self._router, endpoint, curve)
+            self._events: zmq.Socket[bytes] | None = None
+            if events is not None:
+                self._events = self._socket(zmq.XPUB, curve)
+                self._events.setsockopt(zmq.XPUB_WELCOME_MSG, self.WELCOME)
+                service.events_endpoint = self._bind(self._events, events, curve)
+        except BaseException:
+            self._end()
+            raise
+        service.emit = self._emit  # type: ignore[method-assign]
+        self._operations: dict[str, tuple[msgspec.json.Decoder[Any], Any, Handler]] = {
+            op: (msgspec.json.Decoder(args), args, handler)
+            for op, (args, handler) in {
+                "hello": (NoArgs, self._hello),
+                "health": (NoArgs, self._health),
+                **service.operations,
+                "shutdown": (NoArgs, self._shutdown),
+            }.items()
+        }
+
+    def run(self) -> int:
+        """Serve until `shutdown`, a signal, the parent's death or `stop`; returns the exit status."""
+        poller = zmq.Poller()
+        poller.register(self._router, zmq.POLLIN)
+        for fileno in self.lifeline.filenos():
+            poller.register(fileno, zmq.POLLIN)
+        if self._events is not None:
+            poller.register(self._events, zmq.POLLIN)
+        try:
+            while not self.lifeline.ended():
+                ready = dict(poller.poll())
+                if self._events is not None and self._events in ready:
+                    self._read_subscriptions(self._events)
+                if self._router in ready:
+                    self._serve_burst()
+            return self.lifeline.status
+        finally:
+            self._end()
+
+    def stop(self) -> None:
+        """End the loop after the request in hand; from any thread."""
+        self.lifeline.stop(0)
+
+    def _socket(self, kind: int, curve: CurveServer | None) -> zmq.Socket[bytes]:
+        sock = self._context.socket(kind)
+        sock.maxmsgsize = MAX_FRAME_BYTES
+        if curve is not None:
+            if self._guard is None:
+                self._guard = ThreadAuthenticator(self._context)
+                self._guard.start()
+                self._guard.configure_curve_callback("*", _Allowed(curve.allowed))
+            sock.zap_domain = b"lights-and-camera"
+            sock.curve_server = True
+            sock.curve_publickey = curve.public_key.encode("ascii")
+            sock.curve_secretkey = curve.secret_key.encode("ascii")
+        return sock
+
+    def _bind(self, sock: zmq.Socket[bytes], endpoint: str, curve: CurveServer | None) -> str:
+        self._bound.append(bind(sock, endpoint, curve is not None))
+        return self._bound[-1]
+
+    def _end(self) -> None:
+        try:
+            self.service.close()
+        finally:
+            with self._publishing:
+                self._events = None
+            if self._guard is not None:
+                self._guard.stop()
+            self._context.destroy(linger=LINGER_MS)
+            for endpoint in self._bound:
+                remove_ipc_file(endpoint)
+            self.lifeline.close()
+
+    # --- requests ---
+
+    def _serve_burst(self) -> None:
+        for _ in range(BURST):
+            try:
+                frames = self._router.recv_multipart(zmq.NOBLOCK)
+            except zmq.Again:
+                return
+            self._serve_one(frames)
+            if self.lifeline.ended():
+                return
+
+    def _serve_one(self, frames: list[bytes]) -> None:
+        # A REQ socket puts an empty frame before its message and wants it back.
+        start = 2 if len(frames) > 1 and not frames[1] else 1
+        route, body = frames[:start], frames[start:]
+        request_id: str | None = None
+        try:
+            request = self._checked(body)
+            request_id = request.id
+            known = self._memory.get(request_id)
+            if known is None:
+                answer = self._answer(request)
+                self._memory.add(request_id, body[0], answer, sum(map(_size, answer)))
+            elif known.request == body[0]:
+                answer = known.frames
+            else:
+                raise ProtocolError(
+                    "id_reused", f"The id {request_id} was used for another request.", "Count ids up."
+                )
+        except ProtocolError as error:
+            answer = [encode_error(request_id or error.request_id, error)]
+        if len(answer) == 1:
+            self._router.send_multipart([*route, *answer])
+        else:
+            self._router.send_multipart([*route, *answer], copy=False)
+
+    def _checked(self, body: list[bytes]) -> Request:
+        if not body:
+            raise ProtocolError("bad_message", "The request is empty.")
+        if len(body[0]) > MAX_HEADER_BYTES:
+            raise ProtocolError(
+                "too_large",
+                f"The request's header has {len(body[0])} bytes; at most {MAX_HEADER_BYTES} are taken.",
+            )
+        request = decode_request(body[0])
+        if len(body) > 1:
+            raise ProtocolError(
+                "bad_frames",
+                f"The request has {len(body) - 1} array frames; no operation takes any.",
+                request_id=request.id,
+            )
+        return request
+
+    def _answer(self, request: Request) -> list[Any]:
+        self._requests += 1
+        try:
+            reply = self._handle(request)
+            described, arrays = pack(reply.arrays)
+            header = encode_reply(request.id, reply.result, described)
+            if len(header) > MAX_HEADER_BYTES:
+                raise ValueError(f"the result has {len(header)} bytes, more than {MAX_HEADER_BYTES}")
+            return [header, *arrays]
+        except LightsAndCameraError as error:
+            return [encode_error(request.id, error)]
+        except Exception as error:
+            log.exception("%s: %s failed", self.service.name, request.op)
+            where = traceback.extract_tb(error.__traceback__)[-1]
+            internal = ProtocolError(
+                "internal",
+                f"The {self.service.name} failed in {request.op!r}: {type(error).__name__}: {error} "
+                f"({os.path.basename(where.filename)}, line {where.lineno}).",
+                "This is a defect of the server; its log has the details.",
+            )
+            return [encode_error(request.id, internal)]
+
+    def _handle(self, request: Request) -> Reply:
+        try:
+            decoder, args_type, handler = self._operations[request.op]
+        except KeyError:
+            raise ProtocolError(
+                "unknown_operation",
+                f"The {self.service.name} has no operation {request.op!r}.",
+                f"It has {', '.join(sorted(self._operations))}.",
+            ) from None
+        try:
+            args = decoder.decode(request.args)
+        except (msgspec.MsgspecError, ValueError, RecursionError) as error:
+            raise ProtocolError(
+                "bad_arguments",
+                f"Operation {request.op!r} of the {self.service.name} cannot take these arguments: {error}.",
+                _fields_of(args_type),
+            ) from None
+        return handler(args)
+
+    # --- operations that every server has ---
+
+    def _hello(self, _: NoArgs) -> Reply:
+        return Reply(
+            {
+                "server": self.service.name,
+                "version": metadata.version("lights-and-camera"),
+                "protocol": PROTOCOL,
+                "operations": sorted(self._operations),
+                "pid": os.getpid(),
+            }
+        )
+
+    def _health(self, _: NoArgs) -> Reply:
+        uptime = time.monotonic() - self._started
+        return Reply({"status": "ok", "uptime_s": uptime, "requests": self._requests})
+
+    def _shutdown(self, _: NoArgs) -> Reply:
+        self.lifeline.stop(0)
+        return Reply({})
+
+    # --- events ---
+
+    def _emit(self, event: str, args: Mapping[str, Any] | None = None) -> int:
+        with self._publishing:
+            if self._events is None:
+                return 0
+            self._sequence += 1
+            message = {"v": PROTOCOL, "event": event, "args": args or {}, "sequence": self._sequence}
+            self._events.send(msgspec.json.encode(message))
+            return self._sequence
+
+    def _read_subscriptions(self, events: zmq.Socket[bytes]) -> None:
+        with self._publishing:
+            try:
+                while True:
+                    events.recv(zmq.NOBLOCK)
+            except zmq.Again:
+                return
+
+
+class _Allowed:
+    """Says which client keys may connect; what pyzmq's authenticator asks."""
+
+    def __init__(self, keys: frozenset[str]) -> None:
+        self._keys = keys
+
+    def callback(self, domain: str, key: bytes) -> bool:
+        return key.decode("ascii") in self._keys
+
+
+def _size(frame: Any) -> int:
+    return len(frame) if isinstance(frame, bytes) else int(frame.nbytes)
+
+
+def _fields_of(args_type: Any) -> str:
+    fields = getattr(args_type, "__struct_fields__", None)
+    if fields is None:
+        return ""
+    return f"Its arguments are {', '.join(fields)}." if fields else "It takes no arguments."
+
+
+def serve(
+    service: Service,
+    endpoint: str,
+    events: str | None = None,
+    parent_pid: int | None = None,
+    curve: CurveServer | None = None,
+) -> int:
+    """Serve in the main thread of a process until told to stop; returns the exit status.
+
+    0 after `shutdown` or the parent's death, 143 after SIGTERM, 130 after SIGINT. With ``parent_pid`` SIGINT
+    is ignored, since Ctrl-C reaches parent and child alike and it is the parent that decides. A handler still
+    running two seconds after the end was asked for is cut off.
+
+    Raises
+    ------
+    BadInput
+        When an endpoint cannot be bound, with a plain message.
+    """
+    lifeline = Lifeline(parent_pid, signals=True)
+    server = Server(service, endpoint, events, curve, lifeline)
+    lifeline.enforce(endpoint, events)
+    return server.run()
