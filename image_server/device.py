@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput, Unsupported
-from bridge.messages import Describe, Event, PoseErrorMessage, PoseMessage, Settings
+from bridge.messages import Describe, EventName, PoseErrorMessage, PoseMessage, Settings
 
 SETTING_TOLERANCE = 1e-3
 """Relative difference under which two values of a setting are the same one (1/60 written as 0.0167)."""
@@ -39,11 +39,19 @@ class Frame:
     devices: dict[str, str] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Change:
+    """Something that happened to scene or hardware; becomes an event."""
+
+    event: EventName
+    args: dict[str, Any] = field(default_factory=dict)
+
+
 class Device(ABC):
     """A camera with lights, real or not.
 
-    A device is used by one thread. `take_events` empties what has happened since it was last called; the
-    server publishes it.
+    A device is used by one thread at a time. What it notices by itself it tells the callback given to `listen`,
+    from any thread; the server publishes it.
     """
 
     name: str
@@ -64,19 +72,18 @@ class Device(ABC):
 
     @abstractmethod
     def health(self) -> dict[str, Any]:
-        """State of the device as plain values; `ok` is a bool."""
+        """State of the device as plain values; `status` is "ok" when all is well."""
 
-    def move(self, range_m: float) -> list[Event]:
-        """Bring the target to a range along its line of sight, and say what happened to the scene."""
+    def listen(self, notify: Callable[[Change], None]) -> None:
+        """Tell `notify` of every fault and change of scene that no request asked for."""
+
+    def move(self, range_m: float) -> list[Change]:
+        """Bring the target to a range along its line of sight, and say what changed in the scene."""
         raise Unsupported(f"The {self.name} cannot move its target to {range_m:g} m.")
 
     def score(self, pose: PoseMessage) -> PoseErrorMessage | None:
         """Error of a pose against the true one, None where that is not known. For reports only."""
         raise Unsupported(f"The {self.name} does not know the true pose.", f"Asked for {pose.translation}.")
-
-    def take_events(self) -> list[Event]:
-        """Events since the last call, oldest first."""
-        return []
 
     def close(self) -> None:
         """Leave the hardware dark and free; may be called twice."""
@@ -99,12 +106,16 @@ def checked_settings(describe: Describe, settings: Settings) -> Settings:
         )
     for light, level in zip(lights, settings.lights, strict=True):
         if not 0 <= level < light.levels:
-            raise BadInput(f"Light {light.name!r} has no level {level}.", f"Allowed: 0 to {light.levels - 1}.")
+            raise BadInput(
+                f"Light {light.name!r} has no level {level}.", f"Allowed: 0 to {light.levels - 1}."
+            )
     return Settings(
         lights=settings.lights,
         shutter_s=_offered("shutter_s", settings.shutter_s, describe.shutters_s, "s"),
         aperture=_offered("aperture", settings.aperture, describe.apertures, ""),
-        focal_length_mm=_optional("focal_length_mm", settings.focal_length_mm, describe.focal_lengths_mm, "mm"),
+        focal_length_mm=_optional(
+            "focal_length_mm", settings.focal_length_mm, describe.focal_lengths_mm, "mm"
+        ),
         focus_m=_optional("focus_m", settings.focus_m, describe.focuses_m, "m"),
     )
 

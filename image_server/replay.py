@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from bridge.errors import BadInput, Unsupported
 from bridge.messages import Describe, PoseErrorMessage, PoseMessage, Settings
-from image_server.device import Device, Frame, checked_settings, same_value
+from image_server.device import Change, Device, Frame, checked_settings, same_value
 from image_server.sensor import exposed, mixed
 from image_server.stack import BasisStack, FramesStack, FrameTable, describe_stack
 
@@ -60,14 +60,14 @@ class Replay(Device):
 
     def health(self) -> dict[str, Any]:
         """Always sound: the stack was read whole at the start."""
-        return {"ok": True, "stack": str(self._stack.folder), "captures": self._captures}
+        return {"status": "ok", "stack": str(self._stack.folder), "captures": self._captures}
 
     def score(self, pose: PoseMessage) -> PoseErrorMessage | None:
         """Error against the stack's true_pose; None where the stack has none."""
         true_pose = self._stack.table.target.true_pose
         return None if true_pose is None else pose_error(pose, true_pose)
 
-    def move(self, range_m: float) -> list[Any]:
+    def move(self, range_m: float) -> list[Change]:
         """A recorded scene stays where it was."""
         raise Unsupported("A recorded stack cannot move its target.", "Use the simulator to approach.")
 

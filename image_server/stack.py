@@ -35,7 +35,13 @@ class CameraTable(Table, frozen=True):
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
     gain: Positive = 1.0
     gamma: Positive = 1.0
-    shutters_s: Annotated[tuple[Positive, ...], Meta(min_length=1)] = (1 / 240, 1 / 120, 1 / 60, 1 / 30, 1 / 15)
+    shutters_s: Annotated[tuple[Positive, ...], Meta(min_length=1)] = (
+        1 / 240,
+        1 / 120,
+        1 / 60,
+        1 / 30,
+        1 / 15,
+    )
     apertures: Annotated[tuple[Positive, ...], Meta(min_length=1)] = (2.8, 4.0, 5.6)
     read_noise_e: NotNegative = 2.0
     full_well_e: Positive = 10000.0
@@ -200,16 +206,21 @@ def describe_stack(stack: BasisStack | FramesStack, name: str) -> Describe:
 def _check_target(values: dict[str, Any], file: Path) -> None:
     target = values.get("target")
     if not isinstance(target, dict) or not isinstance(target.get("model"), str):
-        raise BadInput(f"{file} has no [target] model.", 'Write [target] and model = "FILE" (a .cao, OBJ, STL or PLY).')
+        raise BadInput(
+            f"{file} has no [target] model.", 'Write [target] and model = "FILE" (a .cao, OBJ, STL or PLY).'
+        )
     model = file.parent / target["model"]
     if not model.is_file():
-        raise BadInput(f"{file}: [target] model: there is no file {model}.", "Paths are relative to the stack folder.")
+        raise BadInput(
+            f"{file}: [target] model: there is no file {model}.", "Paths are relative to the stack folder."
+        )
 
 
 def _load_basis(folder: Path, table: BasisTable) -> BasisStack:
     size = (table.camera.height, table.camera.width)
     radiances = tuple(
-        _read_radiance(folder, light.radiance, size, f"[[lights]] {light.name!r} radiance") for light in table.lights
+        _read_radiance(folder, light.radiance, size, f"[[lights]] {light.name!r} radiance")
+        for light in table.lights
     )
     if table.ambient is None:
         if table.ambient_scale != 0:
@@ -252,7 +263,8 @@ def _lights_of(frames: tuple[FrameTable, ...]) -> tuple[FramesLight, ...]:
     """Lights of a frames stack that does not list them: as many levels as its frames tell of."""
     columns = zip(*(frame.lights for frame in frames), strict=True)
     return tuple(
-        FramesLight(name=f"light {number}", levels=max(column) + 1) for number, column in enumerate(columns, 1)
+        FramesLight(name=f"light {number}", levels=max(column) + 1)
+        for number, column in enumerate(columns, 1)
     )
 
 
@@ -291,7 +303,8 @@ def _read_frame(folder: Path, name: str, size: tuple[int, int], key: str) -> NDA
         return np.rint(image / 257.0).astype(np.uint8)
     if image.dtype != np.uint8:
         raise BadInput(
-            f"{folder / STACK_FILE}: {key}: {folder / name} has {image.dtype} pixels.", "Use 8-bit or 16-bit grey."
+            f"{folder / STACK_FILE}: {key}: {folder / name} has {image.dtype} pixels.",
+            "Use 8-bit or 16-bit grey.",
         )
     return image
 

@@ -1,0 +1,39 @@
+"""Rays against triangles through Embree: what is seen first, and what stands between a point and a light."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Rays = NDArray[np.float32]
+
+NOTHING = -1
+"""Triangle number of a ray that hits nothing."""
+
+
+class Caster:
+    """Triangles (T, 3, 3) in metres, ready for rays; the camera is the origin."""
+
+    def __init__(self, triangles: Floats) -> None:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
+        vertices = np.ascontiguousarray(triangles.reshape(-1, 3), dtype=np.float32)
+        indices = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
+        self._scene = EmbreeScene()
+        self._mesh = TriangleMesh(self._scene, vertices, indices)  # must live as long as the scene
+        self._run: Callable[..., Any] = self._scene.run
+
+    def first_hits(self, directions: Rays) -> tuple[NDArray[np.int32], Rays]:
+        """Triangle number (N,) and distance in units of the direction (N,) of rays (N, 3) from the camera."""
+        origins = np.zeros_like(directions)
+        found = self._run(origins, directions, output=1)
+        return found["primID"], found["tfar"]
+
+    def reached(self, origins: Rays, directions: Rays, far: float) -> NDArray[np.bool_]:
+        """Whether nothing stands on the way from origins (N, 3) along directions (N, 3) up to `far` of them."""
+        limits = np.full(len(origins), far, np.float32)
+        blocked = self._run(origins, directions, limits, query="OCCLUDED")
+        return np.asarray(blocked == NOTHING)

@@ -1,0 +1,225 @@
+"""Scenarios: sun, lights, camera, background and where the target is drawn, as small TOML files."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+from bridge.errors import BadInput
+from image_server.simulator.material import MaterialChanges
+from image_server.stack import CameraTable
+from image_server.tables import Table, as_table, read_toml
+
+SCENARIOS = Path(__file__).resolve().parent.parent.parent / "scenarios"
+
+NotNegative = Annotated[float, Meta(ge=0)]
+Positive = Annotated[float, Meta(gt=0)]
+Fraction = Annotated[float, Meta(ge=0, le=1)]
+HalfTurn = Annotated[float, Meta(ge=0, le=180)]
+Vector3 = tuple[float, float, float]
+
+
+class Camera(CameraTable, frozen=True):
+    """`[camera]`: the keys of a stack's, all with defaults, and the lens.
+
+    Attributes
+    ----------
+    focal_lengths_mm
+        What a zoom lens offers; fx and fy hold for the first and grow in proportion. None: a fixed lens.
+    """
+
+    width: Annotated[int, Meta(ge=8, le=8192)] = 640
+    height: Annotated[int, Meta(ge=8, le=8192)] = 480
+    fx: Positive = 800.0
+    fy: Positive = 800.0
+    cx: float = 319.5
+    cy: float = 239.5
+    gain: Positive = 2.0
+    read_noise_e: NotNegative = 6.0
+    focal_lengths_mm: Annotated[tuple[Positive, ...], Meta(min_length=1)] | None = None
+
+
+class Light(Table, frozen=True):
+    """One of `[[lights]]`; `position` is in the camera frame, metres."""
+
+    name: str
+    position: Vector3
+    levels: Annotated[int, Meta(ge=1, le=65536)] = 8
+    power: NotNegative = 1.0
+
+
+DEFAULT_LIGHTS = (
+    Light(name="left", position=(-0.35, 0.0, 0.0)),
+    Light(name="right", position=(0.35, 0.0, 0.0)),
+    Light(name="top", position=(0.0, -0.35, 0.0)),
+)
+
+
+class Sun(Table, frozen=True):
+    """`[sun]`: where it stands, seen from the target.
+
+    Attributes
+    ----------
+    angle_deg
+        Range of the angle between the directions to the sun and to the camera: 0 is behind the camera, 90
+        grazing, 180 behind the target.
+    azimuth_deg
+        Range of the angle around the line of sight: 0 right, 90 below, 180 left, -90 above the target.
+    direction
+        Towards the sun in the camera frame, instead of a draw.
+    glint
+        Put the sun where the largest visible face mirrors it into the camera.
+    angular_diameter_deg
+        As seen from the target; makes penumbras. The sun's own is 0.53; 0 is a point.
+    earthshine
+        Light from all sides, as a fraction of the sun's on a face turned to it.
+    """
+
+    angle_deg: tuple[HalfTurn, HalfTurn] = (25.0, 60.0)
+    azimuth_deg: tuple[float, float] = (-180.0, 180.0)
+    direction: Vector3 | None = None
+    glint: bool = False
+    angular_diameter_deg: Annotated[float, Meta(ge=0, le=20)] = 0.53
+    earthshine: Fraction = 0.02
+
+
+class Background(Table, frozen=True):
+    """`[background]`: black space, a wall behind the target, or that wall with boxes around the target."""
+
+    kind: Literal["space", "wall", "clutter"] = "space"
+    distance_m: NotNegative = 0.25
+    boxes: Annotated[int, Meta(ge=0, le=20)] = 4
+    tilt_deg: Annotated[float, Meta(ge=0, le=60)] = 12.0
+    material: MaterialChanges = MaterialChanges()
+
+
+class PoseDraw(Table, frozen=True):
+    """`[pose]`: where the seed draws the true pose, and how far off the seed pose may be.
+
+    Attributes
+    ----------
+    range_m
+        Distance of the target's origin.
+    orientation
+        `views`: the target's front turned from the camera by `tilt_deg` (uniform over the sphere), rolled
+        by up to `roll_deg`; `uniform`: any orientation that shows `least_faces` faces well.
+    centre_px
+        How far from the image centre the target's origin may be, (x, y).
+    inside_fraction
+        Share of the model's lines that must fall into the frame (if any drawn pose allows it).
+    search_fraction
+        Share of the search range (±25°, ±40 px, DESIGN.md §6) that the seed pose's error is drawn from.
+    """
+
+    range_m: tuple[Positive, Positive] = (0.5, 1.0)
+    orientation: Literal["views", "uniform"] = "views"
+    tilt_deg: tuple[HalfTurn, HalfTurn] = (20.0, 50.0)
+    roll_deg: HalfTurn = 30.0
+    least_faces: Annotated[int, Meta(ge=1, le=10)] = 2
+    centre_px: tuple[NotNegative, NotNegative] = (80.0, 60.0)
+    inside_fraction: Fraction = 1.0
+    search_fraction: Fraction = 1.0
+
+
+class Move(Table, frozen=True):
+    """`[move]`: what goes wrong when the target is brought closer, and what the sun does meanwhile.
+
+    Fractions are standard deviations over the range; the sun turns by `sun_turn_deg` about a drawn axis and
+    its strength is multiplied by a draw from `sun_factor`.
+    """
+
+    range_fraction: Annotated[float, Meta(ge=0, le=0.2)] = 0.01
+    lateral_fraction: Annotated[float, Meta(ge=0, le=0.2)] = 0.01
+    attitude_deg: Annotated[float, Meta(ge=0, le=30)] = 2.0
+    sun_turn_deg: HalfTurn = 0.0
+    sun_factor: tuple[NotNegative, NotNegative] = (1.0, 1.0)
+
+
+class Scenario(Table, frozen=True):
+    """A scenario file.
+
+    Attributes
+    ----------
+    ambient_scale
+        Strength of sun and earth-shine: 0 is eclipse, 1 compares with the lights, 100 outshines them.
+    light_power
+        Multiplies the power of every light.
+    target
+        Changes to the material of every face of the target.
+    """
+
+    description: str = ""
+    ambient_scale: NotNegative = 1.0
+    light_power: NotNegative = 1.0
+    camera: Camera = Camera()
+    lights: Annotated[tuple[Light, ...], Meta(min_length=1)] = DEFAULT_LIGHTS
+    sun: Sun = Sun()
+    background: Background = Background()
+    pose: PoseDraw = PoseDraw()
+    move: Move = Move()
+    target: MaterialChanges = MaterialChanges()
+
+
+def load_scenario(name_or_file: str) -> Scenario:
+    """Read a scenario of `scenarios/`, or a TOML file.
+
+    Raises
+    ------
+    BadInput : unknown name (the message lists the known ones), or a key or value that cannot be used.
+    """
+    file = _find(name_or_file)
+    scenario = as_table(read_toml(file, "scenario"), Scenario, file)
+    pairs = {
+        "[sun] angle_deg": scenario.sun.angle_deg,
+        "[sun] azimuth_deg": scenario.sun.azimuth_deg,
+        "[pose] range_m": scenario.pose.range_m,
+        "[pose] tilt_deg": scenario.pose.tilt_deg,
+        "[move] sun_factor": scenario.move.sun_factor,
+    }
+    for key, (low, high) in pairs.items():
+        if low > high:
+            raise BadInput(
+                f"{file}: {key} runs from {low:g} down to {high:g}.", "Write the smaller number first."
+            )
+    if scenario.sun.direction is not None and not any(scenario.sun.direction):
+        raise BadInput(f"{file}: [sun] direction has no length.", "Give a vector towards the sun.")
+    names = [light.name for light in scenario.lights]
+    if len(set(names)) < len(names):
+        raise BadInput(f"{file}: two [[lights]] have the same name.", f"Names: {', '.join(names)}.")
+    return scenario
+
+
+def with_conditions(
+    scenario: Scenario,
+    ambient_scale: float | None = None,
+    light_power: float | None = None,
+    defocus_sigma_px: float | None = None,
+    motion_px_per_s: tuple[float, float] | None = None,
+) -> Scenario:
+    """The same scenario under another sun, other lamps or another blur; None keeps what it says.
+
+    `light_power` multiplies the scenario's own.
+    """
+    camera = scenario.camera
+    if defocus_sigma_px is not None:
+        camera = msgspec.structs.replace(camera, defocus_sigma_px=defocus_sigma_px)
+    if motion_px_per_s is not None:
+        camera = msgspec.structs.replace(camera, motion_px_per_s=motion_px_per_s)
+    return msgspec.structs.replace(
+        scenario,
+        camera=camera,
+        ambient_scale=scenario.ambient_scale if ambient_scale is None else ambient_scale,
+        light_power=scenario.light_power * (1.0 if light_power is None else light_power),
+    )
+
+
+def _find(name_or_file: str) -> Path:
+    file = Path(name_or_file)
+    if file.suffix == ".toml":
+        return file
+    named = SCENARIOS / f"{name_or_file}.toml"
+    if file.name == name_or_file and named.is_file():
+        return named
+    known = ", ".join(sorted(path.stem for path in SCENARIOS.glob("*.toml")))
+    raise BadInput(f"There is no scenario {name_or_file!r}.", f"Known: {known}, or a file ending in .toml.")

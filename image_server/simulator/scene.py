@@ -1,0 +1,184 @@
+"""A scene: the triangles of target and background in the camera frame, and how their faces look."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.rotation import euler_matrix, matrix_of
+from image_server.simulator import texture
+from image_server.simulator.material import TEXTURES, Appearance, Material, MaterialChanges
+from image_server.simulator.scenario import Background
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+WALL_MATERIAL = Material(
+    albedo=0.3, texture="noise", size_m=0.12, contrast=0.6, grain=0.1, specular=0.02, roughness=0.7
+)
+BOX_MATERIAL = Material(
+    albedo=0.45, texture="noise", size_m=0.03, contrast=0.5, grain=0.1, specular=0.03, roughness=0.6
+)
+BOX_FACES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
+BOX_SIZE = (0.12, 0.3)  # of the target's diameter
+WALL_MARGIN = 3.0  # the wall reaches this many frame widths, so that it also fills a tilted view
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Faces that share a frame in which their texture is fixed.
+
+    Attributes
+    ----------
+    pose : camera_T_part.
+    triangles : (T, 3, 3) float64 corner points in the camera frame.
+    triangle_face : (T,) face of each triangle.
+    normals : (T, 3) unit normals in the camera frame.
+    surfaces : (F, texture.COLUMNS) float64, one row per face.
+    axes : (F, 9) float64 in the part's frame: middle of the face, and the two unit axes of its plane.
+    """
+
+    pose: Pose
+    triangles: Floats
+    triangle_face: Ints
+    normals: Floats
+    surfaces: Floats
+    axes: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """All parts, joined.
+
+    Attributes
+    ----------
+    triangles : (T, 3, 3) float64, camera frame, metres.
+    normals : (T, 3) float64.
+    face : (T,) int64, the face of each triangle, over all parts.
+    surfaces : (F, COLUMNS) float64; axes : (F, 9) float64; part : (F,) int64.
+    rotations : (P, 3, 3) and translations : (P, 3), camera_T_part.
+    """
+
+    triangles: Floats
+    normals: Floats
+    face: Ints
+    surfaces: Floats
+    axes: Floats
+    part: Ints
+    rotations: Floats
+    translations: Floats
+
+
+def joined(parts: list[Part]) -> Scene:
+    """One scene of several parts."""
+    offsets = np.cumsum([0, *(len(part.surfaces) for part in parts)])
+    return Scene(
+        triangles=np.concatenate([part.triangles for part in parts]),
+        normals=np.concatenate([part.normals for part in parts]),
+        face=np.concatenate(
+            [part.triangle_face + start for part, start in zip(parts, offsets[:-1], strict=True)]
+        ),
+        surfaces=np.concatenate([part.surfaces for part in parts]),
+        axes=np.concatenate([part.axes for part in parts]),
+        part=np.repeat(np.arange(len(parts)), [len(part.surfaces) for part in parts]),
+        rotations=np.stack([part.pose.matrix for part in parts]),
+        translations=np.stack([part.pose.translation for part in parts]),
+    )
+
+
+def target_part(model: Model, appearance: Appearance, changes: MaterialChanges, pose: Pose) -> Part:
+    """The target at a pose."""
+    materials = [changes.applied_to(appearance.material_of(face)) for face in range(len(model.faces))]
+    return _part(model.vertices, model.faces, model.triangles, model.triangle_face, materials, pose)
+
+
+def background_parts(
+    background: Background, camera: Camera, target: Pose, diameter_m: float, rng: np.random.Generator
+) -> list[Part]:
+    """Wall and boxes behind and beside the target; none in space.
+
+    The wall stands `distance_m` behind the target's bounding sphere, whatever its range. The generator is
+    used in the same way at every range, so that the same things are there.
+    """
+    if background.kind == "space":
+        return []
+    depth = float(target.translation[2]) + diameter_m / 2 + background.distance_m
+    tilt = np.radians(rng.uniform(-background.tilt_deg, background.tilt_deg, 2))
+    half = WALL_MARGIN * depth * max(camera.width / camera.fx, camera.height / camera.fy) / 2
+    wall = np.array([[-half, -half, 0.0], [half, -half, 0.0], [half, half, 0.0], [-half, half, 0.0]])
+    turned = Pose.from_matrix(euler_matrix(tilt[0], tilt[1], 0.0), np.array([0.0, 0.0, depth]))
+    quad = (np.array([0, 1, 2, 3]),)
+    parts = [
+        _part(wall, quad, np.array([[0, 1, 2], [0, 2, 3]]), np.zeros(2, np.int64),
+              [background.material.applied_to(WALL_MATERIAL)], turned)
+    ]  # fmt: skip
+    if background.kind == "clutter":
+        for number in range(background.boxes):
+            parts.append(_box(number, background.boxes, target, diameter_m, background.distance_m, rng))
+    return parts
+
+
+def _box(
+    number: int, count: int, target: Pose, diameter_m: float, behind_m: float, rng: np.random.Generator
+) -> Part:
+    """A box beside and a little behind the target; together they stand around it."""
+    size = rng.uniform(*BOX_SIZE, 3) * diameter_m
+    around = 2 * math.pi * (number + rng.uniform(0.1, 0.9)) / count
+    away = diameter_m * rng.uniform(0.5, 0.75)
+    back = rng.uniform(0.1, 0.6) * (diameter_m / 2 + behind_m)
+    place = target.translation + [away * math.cos(around), away * math.sin(around), back]
+    turn = matrix_of(rng.normal(size=3))
+    corners = np.array([[x, y, z] for z in (-0.5, 0.5) for y in (-0.5, 0.5) for x in (-0.5, 0.5)]) * size
+    faces = tuple(np.array(face) for face in BOX_FACES)
+    triangles = np.array([t for a, b, c, d in BOX_FACES for t in ((a, b, c), (a, c, d))])
+    owner = np.repeat(np.arange(6), 2)
+    return _part(corners, faces, triangles, owner, [BOX_MATERIAL] * 6, Pose.from_matrix(turn, place))
+
+
+def _part(
+    vertices: Floats,
+    faces: tuple[Ints, ...],
+    triangles: Ints,
+    owner: Ints,
+    materials: list[Material],
+    pose: Pose,
+) -> Part:
+    corners = pose.apply(vertices)[triangles]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-30)[:, None]
+    axes = np.stack([_plane_axes(vertices[face]) for face in faces])
+    surfaces = np.zeros((len(faces), texture.COLUMNS))
+    for index, (face, material) in enumerate(zip(faces, materials, strict=True)):
+        offset = vertices[face] - axes[index, :3]
+        surfaces[index] = (
+            material.albedo,
+            TEXTURES.index(material.texture),
+            material.size_m,
+            material.contrast,
+            material.grain,
+            material.specular,
+            material.roughness**2,
+            17.0 * index,
+            np.abs(offset @ axes[index, 3:6]).max(),
+            np.abs(offset @ axes[index, 6:9]).max(),
+        )
+    return Part(pose, corners, np.asarray(owner), normals, surfaces, axes)
+
+
+def _plane_axes(polygon: Floats) -> Floats:
+    """Middle and two unit axes (9,) of a polygon's plane; the first axis is along its longest side."""
+    sides = np.roll(polygon, -1, axis=0) - polygon
+    lengths = np.linalg.norm(sides, axis=1)
+    u = sides[np.argmax(lengths)] / max(lengths.max(), 1e-30)
+    across = polygon - polygon.mean(axis=0)
+    across = across - np.outer(across @ u, u)
+    widest = across[np.argmax(np.linalg.norm(across, axis=1))]
+    v = widest / max(float(np.linalg.norm(widest)), 1e-30)
+    spans = [(polygon @ axis).min() + np.ptp(polygon @ axis) / 2 for axis in (u, v)]
+    middle = polygon.mean(axis=0)
+    middle = middle + (spans[0] - middle @ u) * u + (spans[1] - middle @ v) * v
+    return np.concatenate([middle, u, v])

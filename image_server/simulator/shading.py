@@ -1,0 +1,151 @@
+"""Radiance of surface points under each light: Lambert and GGX microfacets, as a compiled kernel.
+
+Walter et al., "Microfacet Models for Refraction through Rough Surfaces" (2007), eqs. 33–34 (GGX distribution
+and shadowing); Schlick (1994) for Fresnel. Radiances are those of a white Lambert surface turned to the light
+times (albedo + pi · specular BRDF) · cos, so pi never appears in the lights' strengths.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from image_server.simulator.texture import ALPHA, SPECULAR, albedo
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SUBPIXEL = 0.25  # the texture is averaged at 2×2 places this far from the pixel's centre
+
+
+@njit(cache=True)
+def microfacets(n_l: float, n_v: float, n_h: float, v_h: float, alpha: float, reflectance: float) -> float:
+    """pi times the GGX BRDF, from cosines between normal n, light l, view v and half vector h."""
+    a2 = alpha * alpha
+    d = n_h * n_h * (a2 - 1.0) + 1.0
+    distribution = a2 / (d * d)
+    shadow_l = 2.0 * n_l / (n_l + math.sqrt(a2 + (1.0 - a2) * n_l * n_l))
+    shadow_v = 2.0 * n_v / (n_v + math.sqrt(a2 + (1.0 - a2) * n_v * n_v))
+    fresnel = reflectance + (1.0 - reflectance) * (1.0 - v_h) ** 5
+    return distribution * shadow_l * shadow_v * fresnel / (4.0 * n_l * n_v)
+
+
+@njit(cache=True)
+def _reflected(
+    n: Floats, v: Floats, lx: float, ly: float, lz: float, scattered: float, alpha: float, reflectance: float
+) -> float:
+    """Radiance towards v per unit of light from the unit vector l."""
+    n_l = n[0] * lx + n[1] * ly + n[2] * lz
+    if n_l <= 0.0:
+        return 0.0
+    n_v = max(n[0] * v[0] + n[1] * v[1] + n[2] * v[2], 1e-4)
+    hx, hy, hz = lx + v[0], ly + v[1], lz + v[2]
+    length = math.sqrt(hx * hx + hy * hy + hz * hz)
+    if length < 1e-9:
+        return scattered * n_l
+    n_h = (n[0] * hx + n[1] * hy + n[2] * hz) / length
+    v_h = (v[0] * hx + v[1] * hy + v[2] * hz) / length
+    return (scattered + microfacets(n_l, n_v, n_h, v_h, alpha, reflectance)) * n_l
+
+
+@njit(cache=True)
+def shade(
+    triangle: NDArray[np.int32],
+    direction: NDArray[np.float32],
+    distance: NDArray[np.float32],
+    reach: NDArray[np.float32],
+    pixel: Floats,
+    normals: Floats,
+    face: Ints,
+    surfaces: Floats,
+    axes: Floats,
+    part: Ints,
+    rotations: Floats,
+    translations: Floats,
+    lights: Floats,
+    light_strength: float,
+    sun: Floats,
+    sun_strength: float,
+    earthshine: float,
+) -> NDArray[np.float32]:
+    """Radiance of N samples under each light and the sun.
+
+    Parameters
+    ----------
+    triangle : (N,) int32, the triangle that each ray from the camera hits.
+    direction, distance : (N, 3) and (N,) float32; the point is their product, metres, camera frame.
+    reach : (N, L + 1) float32, share of each light, then of the sun, that gets to the point.
+    pixel : (2,) size of a pixel at unit distance; (0, 0) takes the texture at the point alone.
+    normals, face, surfaces, axes, part, rotations, translations : the scene (`image_server.simulator.scene`).
+    lights : (L, 3) positions, camera frame, metres.
+    light_strength : radiance of a white surface turned to a light 1 m away.
+    sun, sun_strength : unit vector towards the sun, and radiance of a white surface turned to it.
+    earthshine : light from all sides, radiance of a white surface.
+
+    Returns
+    -------
+    (N, L + 1) float32.
+    """
+    count, channels = reach.shape
+    out = np.zeros((count, channels), np.float32)
+    n, v, p, local = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    places = 1 if pixel[0] == 0.0 else 4
+    for i in range(count):
+        t = triangle[i]
+        f = face[t]
+        s = surfaces[f]
+        frame = axes[f]
+        r, shift = rotations[part[f]], translations[part[f]]
+        length = 0.0
+        towards = 0.0
+        for k in range(3):
+            v[k] = -direction[i, k]
+            length += v[k] * v[k]
+            p[k] = direction[i, k] * distance[i]
+            n[k] = normals[t, k]
+            towards += n[k] * v[k]
+        length = math.sqrt(length)
+        side = 1.0 if towards >= 0 else -1.0
+        level = 0.0
+        for k in range(3):
+            n[k] *= side
+            v[k] /= length
+            level += n[k] * p[k]
+        scattered = 0.0
+        for place in range(places):
+            dx, dy, dz = direction[i, 0], direction[i, 1], direction[i, 2]
+            ray = distance[i]
+            if places > 1:
+                dx += pixel[0] * SUBPIXEL * (1 if place % 2 else -1)
+                dy += pixel[1] * SUBPIXEL * (1 if place > 1 else -1)
+                slope = n[0] * dx + n[1] * dy + n[2] * dz
+                if slope < -1e-6:
+                    ray = min(max(level / slope, 0.5 * distance[i]), 2.0 * distance[i])
+            x, y, z = dx * ray - shift[0], dy * ray - shift[1], dz * ray - shift[2]
+            for k in range(3):
+                local[k] = r[0, k] * x + r[1, k] * y + r[2, k] * z
+            u = w = 0.0
+            for k in range(3):
+                away = local[k] - frame[k]
+                u += away * frame[3 + k]
+                w += away * frame[6 + k]
+            scattered += albedo(s, local[0], local[1], local[2], u, w)
+        scattered /= places
+        for c in range(channels - 1):
+            if reach[i, c] > 0:
+                lx, ly, lz = lights[c, 0] - p[0], lights[c, 1] - p[1], lights[c, 2] - p[2]
+                square = max(lx * lx + ly * ly + lz * lz, 1e-6)
+                one = 1.0 / math.sqrt(square)
+                value = _reflected(n, v, lx * one, ly * one, lz * one, scattered, s[ALPHA], s[SPECULAR])
+                out[i, c] = value * reach[i, c] * light_strength / square
+        value = earthshine * scattered
+        share = reach[i, channels - 1]
+        if share > 0:
+            value += (
+                share
+                * sun_strength
+                * _reflected(n, v, sun[0], sun[1], sun[2], scattered, s[ALPHA], s[SPECULAR])
+            )
+        out[i, channels - 1] = value
+    return out
