@@ -1,0 +1,251 @@
+"""Merging channels into one edge map: a mixture of orientations at each pixel, fitted by EM.
+
+The state kept per pixel is a histogram of axial orientation (weight times contrast, linear split between
+neighbouring bins) with the sums of weight, of weight times contrast and of weight times noise. It is additive
+over channels, so the merge does not depend on how many there are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from bridge.errors import BadInput
+from vision_server.canny import suppress_non_maxima
+from vision_server.channel import ChannelStatistics, Field
+
+BINS = 16  # of axial orientation over pi
+EM_ITERATIONS = 4
+MAIN_SD_RAD = 0.25  # spread of the orientation along a true edge inside the window
+BACKGROUND_SD_RAD = 1.0  # shadow edges and noise: nearly anything
+CANDIDATE_RATIO = 0.6  # a pixel under this share of the largest mass in 5 x 5 cannot be a ridge
+CANDIDATE_WINDOW_PX = 5
+TABLE_STEPS = 1024  # of the Gaussian tables, over a difference of 0 to pi/2
+
+
+@dataclass(frozen=True)
+class EdgeMap:
+    """Merged edges of an image set; all arrays float32 (H, W).
+
+    Attributes
+    ----------
+    mass
+        Weighted mean contrast of the channels, grey at reference exposure.
+    magnitude
+        Mass times the share that the mixture's main component has in it; 0 where no ridge can be.
+    orientation
+        Direction across the edge, an axis, rad in [0, pi), 0 along x.
+    ridge
+        ``magnitude`` after non-maximum suppression, 0 off the ridges; no threshold, no hysteresis.
+    offset
+        Sub-pixel position of the ridge along ``orientation``, px, within [-0.5, 0.5].
+    floor
+        Standard deviation of ``mass`` from sensor noise.
+    """
+
+    mass: Field
+    magnitude: Field
+    orientation: Field
+    ridge: Field
+    offset: Field
+    floor: Field
+
+
+@njit(cache=True)
+def _accumulate(contrast: Field, orientation: Field, weight: Field, noise: Field, usable: NDArray[np.bool_],
+                bins: Field, weights: Field, masses: Field, noises: Field) -> None:
+    """Add one channel to the sums."""
+    rows, columns = contrast.shape
+    count = bins.shape[2]
+    per_rad = np.float32(count / np.pi)
+    for y in range(rows):
+        for x in range(columns):
+            if not usable[y, x]:
+                continue
+            w = weight[y, x]
+            weights[y, x] += w
+            noises[y, x] += w * noise[y, x]
+            m = contrast[y, x]
+            if m <= 0.0:
+                continue
+            mass = w * m
+            masses[y, x] += mass
+            position = orientation[y, x] * per_rad
+            low = int(position)
+            part = position - np.float32(low)
+            if low >= count:
+                low -= count
+            high = low + 1
+            if high == count:
+                high = 0
+            bins[y, x, low] += mass * (np.float32(1.0) - part)
+            bins[y, x, high] += mass * part
+
+
+@njit(cache=True)
+def _mixture(bins: Field, weights: Field, mass: Field, largest: Field, floor: Field, ratio: float,
+             main_table: Field, background_table: Field, iterations: int,
+             magnitude: Field, orientation: Field) -> None:
+    """EM on the histogram of the 3 x 3 window of each pixel that may be on a ridge."""
+    rows, columns, count = bins.shape
+    steps = len(main_table) - 1
+    per_rad = steps / (0.5 * np.pi)
+    window = np.zeros(count, np.float32)
+    cosine, sine, centre = np.empty(count), np.empty(count), np.empty(count)
+    for k in range(count):
+        centre[k] = k * np.pi / count
+        cosine[k], sine[k] = np.cos(2.0 * centre[k]), np.sin(2.0 * centre[k])
+    for y in range(rows):
+        for x in range(columns):
+            here = mass[y, x]
+            if here <= 0.0 or here <= floor[y, x] or here < ratio * largest[y, x]:
+                continue
+            window[:] = 0.0
+            for v in range(max(y - 1, 0), min(y + 2, rows)):
+                for u in range(max(x - 1, 0), min(x + 2, columns)):
+                    if mass[v, u] > 0.0:
+                        scale = np.float32(1.0) / weights[v, u]
+                        for k in range(count):
+                            window[k] += bins[v, u, k] * scale
+            total, c, s = 0.0, 0.0, 0.0
+            for k in range(count):
+                total += window[k]
+                c += window[k] * cosine[k]
+                s += window[k] * sine[k]
+            mean = 0.5 * np.arctan2(s, c)
+            background = mean
+            share = 0.5
+            for _ in range(iterations):
+                main_mass, c, s, bc, bs = 0.0, 0.0, 0.0, 0.0, 0.0
+                for k in range(count):
+                    if window[k] <= 0.0:
+                        continue
+                    d = abs(centre[k] - mean)
+                    d = d % np.pi
+                    if d > 0.5 * np.pi:
+                        d = np.pi - d
+                    e = abs(centre[k] - background)
+                    e = e % np.pi
+                    if e > 0.5 * np.pi:
+                        e = np.pi - e
+                    p = share * main_table[int(d * per_rad)]
+                    q = (1.0 - share) * background_table[int(e * per_rad)]
+                    r = p / (p + q) * window[k]
+                    main_mass += r
+                    c += r * cosine[k]
+                    s += r * sine[k]
+                    bc += (window[k] - r) * cosine[k]
+                    bs += (window[k] - r) * sine[k]
+                if main_mass <= 0.0:
+                    break
+                mean = 0.5 * np.arctan2(s, c)
+                background = 0.5 * np.arctan2(bs, bc)
+                share = main_mass / total
+            magnitude[y, x] = np.float32(share) * here
+            orientation[y, x] = np.float32(mean % np.pi)
+
+
+def gaussian_table(sd_rad: float) -> NDArray[np.float32]:
+    """Density of a normal on the axial circle (its range is pi), at differences 0 .. pi/2."""
+    difference = np.linspace(0.0, 0.5 * np.pi, TABLE_STEPS + 1)
+    turns = np.arange(-2, 3)[:, None] * np.pi
+    density = np.exp(-0.5 * ((difference + turns) / sd_rad) ** 2).sum(axis=0) / (np.sqrt(2.0 * np.pi) * sd_rad)
+    return np.asarray(density, dtype=np.float32)
+
+
+class ImageSetStatistics:
+    """Running sums over the channels of one image set.
+
+    Adding a channel costs that channel alone. Removing one sums the kept statistics of the others again, which
+    is a small part of computing a channel, and leaves exactly what a set without it has: the weights span so
+    many powers of two that a subtraction would not.
+    """
+
+    def __init__(self) -> None:
+        self.channels: dict[str, ChannelStatistics] = {}
+        self._shape: tuple[int, int] | None = None
+        self._bins = np.zeros((0, 0, BINS), np.float32)
+        self._weights = self._masses = self._noises = np.zeros((0, 0), np.float32)
+
+    def add(self, name: str, channel: ChannelStatistics) -> None:
+        """Add a channel under a name of its own.
+
+        Raises
+        ------
+        BadInput
+            The name is taken, or the image has another size than the set.
+        """
+        if name in self.channels:
+            raise BadInput(f"image {name} is in the set already")
+        if self._shape is not None and self._shape != channel.shape:
+            raise BadInput(f"image {name} has {channel.shape[1]}x{channel.shape[0]} px, "
+                           f"the image set {self._shape[1]}x{self._shape[0]}")
+        if self._shape is None:
+            self._shape = channel.shape
+            self._clear()
+        self.channels[name] = channel
+        self._sum(channel)
+
+    def remove(self, name: str) -> None:
+        """Take a channel out again, exactly.
+
+        Raises
+        ------
+        BadInput
+            No channel of that name.
+        """
+        if name not in self.channels:
+            raise BadInput(f"no image {name} in the set")
+        del self.channels[name]
+        self._clear()
+        for channel in self.channels.values():
+            self._sum(channel)
+
+    def merge(self, candidate_ratio: float = CANDIDATE_RATIO) -> EdgeMap:
+        """The merged edge map of all channels in the set.
+
+        Raises
+        ------
+        BadInput
+            The set is empty.
+        """
+        if not self.channels:
+            raise BadInput("an empty image set has no edges")
+        positive = np.maximum(self._weights, np.float32(1e-37))
+        mass = self._masses / positive
+        floor = self._noises / positive
+        window = np.ones((CANDIDATE_WINDOW_PX, CANDIDATE_WINDOW_PX), np.uint8)
+        largest = cv2.dilate(mass, window)
+        magnitude, orientation = np.zeros_like(mass), np.zeros_like(mass)
+        _mixture(self._bins, positive, mass, largest, floor, candidate_ratio, gaussian_table(MAIN_SD_RAD),
+                 gaussian_table(BACKGROUND_SD_RAD), EM_ITERATIONS, magnitude, orientation)
+        ridge, offset = suppress_non_maxima(magnitude, orientation, mass)
+        return EdgeMap(mass, magnitude, orientation, ridge, offset, floor)
+
+    def _clear(self) -> None:
+        assert self._shape is not None
+        self._bins = np.zeros((*self._shape, BINS), np.float32)
+        self._weights, self._masses, self._noises = (np.zeros(self._shape, np.float32) for _ in range(3))
+
+    def _sum(self, channel: ChannelStatistics) -> None:
+        _accumulate(channel.contrast, channel.orientation, channel.weight, channel.noise, channel.unsaturated,
+                    self._bins, self._weights, self._masses, self._noises)
+
+
+def merge_channels(channels: Sequence[ChannelStatistics]) -> EdgeMap:
+    """The merged edge map of some channels; see `ImageSetStatistics` for a set that changes.
+
+    Raises
+    ------
+    BadInput
+        No channels, or of different sizes.
+    """
+    image_set = ImageSetStatistics()
+    for number, channel in enumerate(channels, start=1):
+        image_set.add(f"channel {number}", channel)
+    return image_set.merge()
