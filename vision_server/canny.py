@@ -45,7 +45,9 @@ def _suppress(magnitude: Field, orientation: Field, profile: Field, ridge: Field
                 offset[y, x] = np.float32(min(max(place, -0.7), 0.7))
 
 
-def suppress_non_maxima(magnitude: Field, orientation: Field, profile: Field | None = None) -> tuple[Field, Field]:
+def suppress_non_maxima(
+    magnitude: Field, orientation: Field, profile: Field | None = None
+) -> tuple[Field, Field]:
     """Thin an edge map to ridges one pixel wide.
 
     Parameters

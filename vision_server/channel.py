@@ -1,7 +1,7 @@
 """Per-channel statistics: what one image says about edges, computed once and kept.
 
-A *channel* is one image of the set. Its gradient is measured on linear intensity (tone curve undone) with the
-exposure divided out, so that channels are comparable; each pixel also gets a weight that says how lit it is in
+A *channel* is one image of the set. Its gradient is measured on linear intensity (tone curve undone) with
+the exposure divided out, so that channels are comparable; each pixel also gets a weight that says how lit it is in
 this channel, and the noise that the gradient carries there.
 """
 
@@ -79,9 +79,21 @@ def gaussian_kernels(sigma_px: float) -> tuple[NDArray[np.float32], NDArray[np.f
 
 
 @njit(cache=True)
-def _polar(gx: Field, gy: Field, variance: Field, log_lit: Field, usable: Grey, height: float,
-           noise_gain: float, floor_ratio: float, exponent: float,
-           contrast: Field, orientation: Field, weight: Field, noise: Field) -> None:
+def _polar(
+    gx: Field,
+    gy: Field,
+    variance: Field,
+    log_lit: Field,
+    usable: Grey,
+    height: float,
+    noise_gain: float,
+    floor_ratio: float,
+    exponent: float,
+    contrast: Field,
+    orientation: Field,
+    weight: Field,
+    noise: Field,
+) -> None:
     """Contrast, axis, weight and noise at each pixel; the equations of `channel_statistics`."""
     rows, columns = gx.shape
     for y in range(rows):
@@ -106,8 +118,14 @@ def _polar(gx: Field, gy: Field, variance: Field, log_lit: Field, usable: Grey, 
             orientation[y, x] = np.float32(angle)
 
 
-def channel_statistics(image: Grey, exposure: float = 1.0, gamma: float = 1.0, *, sigma_px: float = 1.0,
-                       weight_exponent: float = WEIGHT_EXPONENT) -> ChannelStatistics:
+def channel_statistics(
+    image: Grey,
+    exposure: float = 1.0,
+    gamma: float = 1.0,
+    *,
+    sigma_px: float = 1.0,
+    weight_exponent: float = WEIGHT_EXPONENT,
+) -> ChannelStatistics:
     """Edge statistics of one image.
 
     Parameters
@@ -115,10 +133,10 @@ def channel_statistics(image: Grey, exposure: float = 1.0, gamma: float = 1.0, *
     image
         uint8 grey, (H, W).
     exposure
-        Relative exposure, > 0: shutter / aperture^2 times gain over that of the reference settings. Everything
-        measured is divided by it.
+        Relative exposure, > 0: shutter / aperture^2 times gain over that of the reference settings.
+        Everything measured is divided by it.
     gamma
-        Tone curve to undo: linear = grey^gamma. 1 for linear files, about 2.2 for camera files.
+        Tone curve to undo: linear = grey^gamma. 1 for linear files.
     sigma_px
         Scale of the Gaussian derivative, px.
     weight_exponent
@@ -135,7 +153,9 @@ def channel_statistics(image: Grey, exposure: float = 1.0, gamma: float = 1.0, *
         Wrong type or shape of the image, exposure or gamma not positive.
     """
     if image.ndim != 2 or image.dtype != np.uint8 or min(image.shape) < 3:
-        raise BadInput(f"a channel must be a grey uint8 image of at least 3x3 px, not {image.dtype} {image.shape}")
+        raise BadInput(
+            f"a channel must be a grey uint8 image of at least 3x3 px, not {image.dtype} {image.shape}"
+        )
     if not (np.isfinite(exposure) and exposure > 0.0):
         raise BadInput(f"the exposure of a channel must be a positive number, not {exposure}")
     if not (np.isfinite(gamma) and gamma > 0.0):
@@ -152,7 +172,9 @@ def channel_statistics(image: Grey, exposure: float = 1.0, gamma: float = 1.0, *
     gy = cv2.sepFilter2D(linear, cv2.CV_32F, smooth, derivative, borderType=cv2.BORDER_REPLICATE)
     window = (LIT_WINDOW_PX, LIT_WINDOW_PX)
     log_lit = cv2.blur(cv2.LUT(image, lit_of.astype(np.float32)), window, borderType=cv2.BORDER_REPLICATE)
-    variance = cv2.blur(cv2.LUT(image, variance_of.astype(np.float32)), window, borderType=cv2.BORDER_REPLICATE)
+    variance = cv2.blur(
+        cv2.LUT(image, variance_of.astype(np.float32)), window, borderType=cv2.BORDER_REPLICATE
+    )
     reach = len(smooth) // 2
     clipped = cv2.compare(image, SATURATED_GREY, cv2.CMP_GE)
     usable = 255 - cv2.dilate(clipped, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
@@ -162,6 +184,19 @@ def channel_statistics(image: Grey, exposure: float = 1.0, gamma: float = 1.0, *
     shape = image.shape
     contrast, orientation = np.empty(shape, np.float32), np.empty(shape, np.float32)
     weight, noise = np.empty(shape, np.float32), np.empty(shape, np.float32)
-    _polar(gx, gy, variance, log_lit, usable, height, noise_gain, FLOOR_NOISE_RATIO, weight_exponent,
-           contrast, orientation, weight, noise)
+    _polar(
+        gx,
+        gy,
+        variance,
+        log_lit,
+        usable,
+        height,
+        noise_gain,
+        FLOOR_NOISE_RATIO,
+        weight_exponent,
+        contrast,
+        orientation,
+        weight,
+        noise,
+    )
     return ChannelStatistics(linear, contrast, orientation, weight, noise, usable > 0, exposure, sigma_px)

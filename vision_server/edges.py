@@ -57,8 +57,17 @@ class EdgeMap:
 
 
 @njit(cache=True)
-def _accumulate(contrast: Field, orientation: Field, weight: Field, noise: Field, usable: NDArray[np.bool_],
-                bins: Field, weights: Field, masses: Field, noises: Field) -> None:
+def _accumulate(
+    contrast: Field,
+    orientation: Field,
+    weight: Field,
+    noise: Field,
+    usable: NDArray[np.bool_],
+    bins: Field,
+    weights: Field,
+    masses: Field,
+    noises: Field,
+) -> None:
     """Add one channel to the sums."""
     rows, columns = contrast.shape
     count = bins.shape[2]
@@ -88,9 +97,19 @@ def _accumulate(contrast: Field, orientation: Field, weight: Field, noise: Field
 
 
 @njit(cache=True)
-def _mixture(bins: Field, weights: Field, mass: Field, largest: Field, floor: Field, ratio: float,
-             main_table: Field, background_table: Field, iterations: int,
-             magnitude: Field, orientation: Field) -> None:
+def _mixture(
+    bins: Field,
+    weights: Field,
+    mass: Field,
+    largest: Field,
+    floor: Field,
+    ratio: float,
+    main_table: Field,
+    background_table: Field,
+    iterations: int,
+    magnitude: Field,
+    orientation: Field,
+) -> None:
     """EM on the histogram of the 3 x 3 window of each pixel that may be on a ridge."""
     rows, columns, count = bins.shape
     steps = len(main_table) - 1
@@ -154,15 +173,17 @@ def gaussian_table(sd_rad: float) -> NDArray[np.float32]:
     """Density of a normal on the axial circle (its range is pi), at differences 0 .. pi/2."""
     difference = np.linspace(0.0, 0.5 * np.pi, TABLE_STEPS + 1)
     turns = np.arange(-2, 3)[:, None] * np.pi
-    density = np.exp(-0.5 * ((difference + turns) / sd_rad) ** 2).sum(axis=0) / (np.sqrt(2.0 * np.pi) * sd_rad)
+    density = np.exp(-0.5 * ((difference + turns) / sd_rad) ** 2).sum(axis=0) / (
+        np.sqrt(2.0 * np.pi) * sd_rad
+    )
     return np.asarray(density, dtype=np.float32)
 
 
 class ImageSetStatistics:
     """Running sums over the channels of one image set.
 
-    Adding a channel costs that channel alone. Removing one sums the kept statistics of the others again, which
-    is a small part of computing a channel, and leaves exactly what a set without it has: the weights span so
+    Adding a channel costs that channel alone. Removing one sums the kept statistics of the others again,
+    which is a small part of computing a channel, and leaves exactly what a set without it has: the weights span so
     many powers of two that a subtraction would not.
     """
 
@@ -183,8 +204,10 @@ class ImageSetStatistics:
         if name in self.channels:
             raise BadInput(f"image {name} is in the set already")
         if self._shape is not None and self._shape != channel.shape:
-            raise BadInput(f"image {name} has {channel.shape[1]}x{channel.shape[0]} px, "
-                           f"the image set {self._shape[1]}x{self._shape[0]}")
+            raise BadInput(
+                f"image {name} has {channel.shape[1]}x{channel.shape[0]} px, "
+                f"the image set {self._shape[1]}x{self._shape[0]}"
+            )
         if self._shape is None:
             self._shape = channel.shape
             self._clear()
@@ -222,8 +245,19 @@ class ImageSetStatistics:
         window = np.ones((CANDIDATE_WINDOW_PX, CANDIDATE_WINDOW_PX), np.uint8)
         largest = cv2.dilate(mass, window)
         magnitude, orientation = np.zeros_like(mass), np.zeros_like(mass)
-        _mixture(self._bins, positive, mass, largest, floor, candidate_ratio, gaussian_table(MAIN_SD_RAD),
-                 gaussian_table(BACKGROUND_SD_RAD), EM_ITERATIONS, magnitude, orientation)
+        _mixture(
+            self._bins,
+            positive,
+            mass,
+            largest,
+            floor,
+            candidate_ratio,
+            gaussian_table(MAIN_SD_RAD),
+            gaussian_table(BACKGROUND_SD_RAD),
+            EM_ITERATIONS,
+            magnitude,
+            orientation,
+        )
         ridge, offset = suppress_non_maxima(magnitude, orientation, mass)
         return EdgeMap(mass, magnitude, orientation, ridge, offset, floor)
 
@@ -233,8 +267,17 @@ class ImageSetStatistics:
         self._weights, self._masses, self._noises = (np.zeros(self._shape, np.float32) for _ in range(3))
 
     def _sum(self, channel: ChannelStatistics) -> None:
-        _accumulate(channel.contrast, channel.orientation, channel.weight, channel.noise, channel.unsaturated,
-                    self._bins, self._weights, self._masses, self._noises)
+        _accumulate(
+            channel.contrast,
+            channel.orientation,
+            channel.weight,
+            channel.noise,
+            channel.unsaturated,
+            self._bins,
+            self._weights,
+            self._masses,
+            self._noises,
+        )
 
 
 def merge_channels(channels: Sequence[ChannelStatistics]) -> EdgeMap:

@@ -75,8 +75,12 @@ def read_image_set(paths: Sequence[str | Path]) -> list[NDArray[np.uint8]]:
     first = images[0].shape
     for path, image in zip(paths, images, strict=True):
         if image.shape != first:
-            raise BadInput(f"{path} has {image.shape[1]}x{image.shape[0]} px, {paths[0]} has {first[1]}x{first[0]}",
-                           "The images of a set must be of one size.")
+            raise BadInput(
+                f"{path} has {image.shape[1]}x{image.shape[0]} px, {paths[0]} has {first[1]}x{first[0]}",
+                "The images of a set must be of one size.",
+            )
         if min(image.shape) < 3:
-            raise BadInput(f"{path} is only {image.shape[1]}x{image.shape[0]} px", "Edges need at least 3x3 px.")
+            raise BadInput(
+                f"{path} is only {image.shape[1]}x{image.shape[0]} px", "Edges need at least 3x3 px."
+            )
     return images

@@ -39,8 +39,9 @@ class Chains:
 
 
 @njit(cache=True)
-def _next(y: int, x: int, dx: float, dy: float, free: NDArray[np.bool_], normal: NDArray[np.float32],
-          reach: int) -> int:
+def _next(
+    y: int, x: int, dx: float, dy: float, free: NDArray[np.bool_], normal: NDArray[np.float32], reach: int
+) -> int:
     """Flat index of the best edgel to go on to from (x, y) towards (dx, dy), or -1."""
     rows, columns = free.shape
     best, best_cost = -1, 1e9
@@ -63,8 +64,15 @@ def _next(y: int, x: int, dx: float, dy: float, free: NDArray[np.bool_], normal:
 
 
 @njit(cache=True)
-def _follow(seed: int, sign: float, free: NDArray[np.bool_], normal: NDArray[np.float32], reach: int,
-            order: NDArray[np.int64], filled: int) -> int:
+def _follow(
+    seed: int,
+    sign: float,
+    free: NDArray[np.bool_],
+    normal: NDArray[np.float32],
+    reach: int,
+    order: NDArray[np.int64],
+    filled: int,
+) -> int:
     """Write the edgels reached from the seed in one direction into ``order``; how many it holds then."""
     columns = free.shape[1]
     y, x = seed // columns, seed % columns
@@ -84,8 +92,9 @@ def _follow(seed: int, sign: float, free: NDArray[np.bool_], normal: NDArray[np.
 
 
 @njit(cache=True)
-def _chains(mask: NDArray[np.bool_], normal: NDArray[np.float32], seeds: NDArray[np.int64], reach: int,
-            shortest: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _chains(
+    mask: NDArray[np.bool_], normal: NDArray[np.float32], seeds: NDArray[np.int64], reach: int, shortest: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Edgel order and chain starts; every edgel is in one chain at most."""
     free = mask.copy()
     columns = mask.shape[1]
@@ -114,8 +123,9 @@ def _chains(mask: NDArray[np.bool_], normal: NDArray[np.float32], seeds: NDArray
     return order[:filled], starts[: chains + 1]
 
 
-def link_edgels(edges: EdgeMap, mask: NDArray[np.bool_], *, shortest: int = MIN_CHAIN_PX,
-                reach: int = REACH_PX) -> Chains:
+def link_edgels(
+    edges: EdgeMap, mask: NDArray[np.bool_], *, shortest: int = MIN_CHAIN_PX, reach: int = REACH_PX
+) -> Chains:
     """Follow edges from their strongest edgels both ways.
 
     Parameters

@@ -49,11 +49,17 @@ def grey_noise(image: NDArray[np.uint8]) -> NDArray[np.float64]:
             counts.append(len(chosen))
     if not greys:
         return np.sqrt(floor)
-    return np.sqrt(np.maximum(_variance_line(np.array(greys), np.array(variances), np.array(counts), levels), floor))
+    return np.sqrt(
+        np.maximum(_variance_line(np.array(greys), np.array(variances), np.array(counts), levels), floor)
+    )
 
 
-def _variance_line(grey: NDArray[np.float64], variance: NDArray[np.float64], count: NDArray[np.int64],
-                   levels: NDArray[np.float64]) -> NDArray[np.float64]:
+def _variance_line(
+    grey: NDArray[np.float64],
+    variance: NDArray[np.float64],
+    count: NDArray[np.int64],
+    levels: NDArray[np.float64],
+) -> NDArray[np.float64]:
     """The weighted fit variance = a + b grey with a, b >= 0, at ``levels``."""
     weight = np.sqrt(count)
     if len(grey) > 1:

@@ -46,7 +46,9 @@ class Segments:
     @property
     def length(self) -> NDArray[np.float64]:
         """float64 (N,), px."""
-        return np.hypot(self.endpoints[:, 2] - self.endpoints[:, 0], self.endpoints[:, 3] - self.endpoints[:, 1])
+        return np.hypot(
+            self.endpoints[:, 2] - self.endpoints[:, 0], self.endpoints[:, 3] - self.endpoints[:, 1]
+        )
 
     def take(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> Segments:
         """The chosen segments, by index or mask."""
@@ -54,8 +56,9 @@ class Segments:
 
 
 @njit(cache=True)
-def _fit(points: NDArray[np.float64], strengths: NDArray[np.float64], pieces: NDArray[np.int64],
-         edgel_sd: float) -> NDArray[np.float64]:
+def _fit(
+    points: NDArray[np.float64], strengths: NDArray[np.float64], pieces: NDArray[np.int64], edgel_sd: float
+) -> NDArray[np.float64]:
     """Total least squares per piece: rows x0, y0, x1, y1, strength, sd of the middle, sd of the direction."""
     rows = np.zeros((len(pieces), 7))
     for p in range(len(pieces)):
@@ -92,8 +95,16 @@ def _fit(points: NDArray[np.float64], strengths: NDArray[np.float64], pieces: ND
     return rows
 
 
-def extract_segments(edges: EdgeMap, *, min_length_px: float = MIN_LENGTH_PX,
-                     max_segments: int = MAX_SEGMENTS) -> Segments:
+def edgel_thresholds(edges: EdgeMap) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Hysteresis thresholds at each pixel, (H, W), from the noise there."""
+    low = np.maximum(LOW_NOISE_RATIO * edges.floor, np.float32(LOW_GREY))
+    high = np.maximum(HIGH_NOISE_RATIO * edges.floor, np.float32(HIGH_GREY))
+    return low, high
+
+
+def extract_segments(
+    edges: EdgeMap, *, min_length_px: float = MIN_LENGTH_PX, max_segments: int = MAX_SEGMENTS
+) -> Segments:
     """Straight segments of a merged edge map: hysteresis, linking, splitting, least squares.
 
     Parameters
@@ -109,11 +120,12 @@ def extract_segments(edges: EdgeMap, *, min_length_px: float = MIN_LENGTH_PX,
     -------
     Segments, strongest first; none when there are none.
     """
-    low = np.maximum(LOW_NOISE_RATIO * edges.floor, np.float32(LOW_GREY))
-    high = np.maximum(HIGH_NOISE_RATIO * edges.floor, np.float32(HIGH_GREY))
+    low, high = edgel_thresholds(edges)
     chains = link_edgels(edges, hysteresis(edges.ridge, low, high))
     rows = _fit(chains.points, chains.strengths, split_chains(chains), EDGEL_SD_PX)
-    segments = Segments(np.ascontiguousarray(rows[:, :4]), rows[:, 4].copy(), np.ascontiguousarray(rows[:, 5:]))
+    segments = Segments(
+        np.ascontiguousarray(rows[:, :4]), rows[:, 4].copy(), np.ascontiguousarray(rows[:, 5:])
+    )
     segments = segments.take(segments.length >= min_length_px)
     order = np.argsort(-segments.length * segments.strength, kind="stable")[:max_segments]
     return segments.take(order)

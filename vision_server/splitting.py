@@ -28,8 +28,9 @@ def _farthest(points: NDArray[np.float64], first: int, last: int) -> tuple[int, 
 
 
 @njit(cache=True)
-def _split(points: NDArray[np.float64], starts: NDArray[np.int64], ratio: float,
-           tolerance: float) -> NDArray[np.int64]:
+def _split(
+    points: NDArray[np.float64], starts: NDArray[np.int64], ratio: float, tolerance: float
+) -> NDArray[np.int64]:
     """Pieces as rows (first, last + 1), by splitting at the farthest point while it is too far."""
     pieces = np.empty((len(points) + 1, 2), np.int64)
     stack = np.empty((len(points) + 1, 2), np.int64)
@@ -52,8 +53,9 @@ def _split(points: NDArray[np.float64], starts: NDArray[np.int64], ratio: float,
     return pieces[:count]
 
 
-def split_chains(chains: Chains, *, ratio: float = MAX_DEVIATION_RATIO,
-                 tolerance_px: float = MIN_DEVIATION_PX) -> NDArray[np.int64]:
+def split_chains(
+    chains: Chains, *, ratio: float = MAX_DEVIATION_RATIO, tolerance_px: float = MIN_DEVIATION_PX
+) -> NDArray[np.int64]:
     """Straight pieces of chains: split at the farthest point while max|d_i| / D exceeds ``ratio``.
 
     Parameters
