@@ -1,0 +1,193 @@
+"""The paper's matcher: a genetic algorithm over six parameters of eight bits each (DESIGN.md §6)."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.visibility import MIN_LINE_PX
+from vision_server.matching.draws import poses_in_range
+from vision_server.matching.match import Candidate, Match, SearchRange, checked_segments, distinct
+from vision_server.matching.views import Views, ViewTable
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+BITS = 8
+GENES = 6
+POPULATION = 200
+GENERATIONS = 10
+ELITE = POPULATION * 5 // 100  # survive as they are
+PARENTS = POPULATION * 30 // 100  # have children
+CANDIDATES = 5
+WHOLE_LINE_PX = 1e9  # spacing that gives one sample per visible line
+NEAR_COST = 2 * 5.0**2  # an image line with both ends within 5 px counts as support
+NO_LINES_COST = 1e12
+
+
+def match_genetic(
+    segments: Floats,
+    weights: Floats | None,
+    model: Model,
+    camera: Camera,
+    seed_pose: Pose,
+    seed: int,
+    search_range: SearchRange = SearchRange(),
+) -> Match:
+    """Evolve poses in the search range towards the least sum of line costs.
+
+    Parameters
+    ----------
+    segments : (N, 4) float64, [x1, y1, x2, y2] in ideal px.
+    weights : (N,) float64 or None; segments of weight 0 are left out, the paper knows no other weights.
+    seed_pose : middle of the search range.
+    seed : of the random numbers.
+
+    Raises
+    ------
+    GeometryError : malformed segments or weights.
+    """
+    began = time.perf_counter()
+    segments, weights = checked_segments(segments, weights)
+    segments = segments[weights > 0]
+    if len(segments) == 0:
+        return Match((), {"segments": 0.0})
+    camera = camera.ideal
+    lines = _line_table(segments)
+    views = Views(model, camera, seed_pose, WHOLE_LINE_PX, MIN_LINE_PX)
+
+    def costs(genomes: Ints) -> tuple[Floats, Floats, Floats, Floats]:
+        rotations, translations = poses_in_range(seed_pose, camera, search_range, decoded(genomes))
+        view = views.of(rotations, translations)
+        cost, supported = line_costs(lines, views.table(), view, rotations, translations, camera.intrinsics)
+        return cost, supported, rotations, translations
+
+    random = np.random.default_rng(seed)
+    population = first_generation(random)
+    cost, supported, rotations, translations = costs(population)
+    for _ in range(GENERATIONS):
+        order = np.argsort(cost, kind="stable")
+        population = next_generation(population[order], random.integers(0, 2**31, size=(40 * POPULATION, 4)))
+        cost, supported, rotations, translations = costs(population)
+    candidates = [
+        Candidate(Pose.from_matrix(rotations[i], translations[i]), -float(cost[i]), float(supported[i]))
+        for i in distinct(rotations, translations, -cost, CANDIDATES)
+        if cost[i] < NO_LINES_COST
+    ]
+    return Match(
+        tuple(candidates),
+        {
+            "segments": float(len(segments)),
+            "views": float(len(views)),
+            "seconds": time.perf_counter() - began,
+        },
+    )
+
+
+def decoded(genomes: Ints) -> Floats:
+    """Genomes (N,) of GENES · BITS bits as parameters (N, GENES) from -1 to 1."""
+    shifts = BITS * np.arange(GENES)
+    top = 2**BITS - 1
+    out: Floats = 2.0 * ((genomes[:, None] >> shifts) & top) / top - 1.0
+    return out
+
+
+def first_generation(random: np.random.Generator) -> Ints:
+    """POPULATION different random genomes."""
+    found: dict[int, None] = {}
+    while len(found) < POPULATION:
+        found[int(random.integers(0, 2 ** (BITS * GENES)))] = None
+    return np.array(list(found), dtype=np.int64)
+
+
+def crossed(first: int, second: int, point: int, flipped: int) -> int:
+    """Child with the bits of `first` below `point` and of `second` from there, one bit flipped."""
+    low = (1 << point) - 1
+    return ((first & low) | (second & ~low)) ^ (1 << flipped)
+
+
+def next_generation(ranked: Ints, numbers: Ints) -> Ints:
+    """Elite and children of a generation ranked best first; all different.
+
+    Parameters
+    ----------
+    numbers : (K, 4), random integers; each row makes one child: two parents, crossover point, flipped bit.
+    """
+    parents = ranked[:PARENTS].tolist()
+    found: dict[int, None] = dict.fromkeys(ranked[:ELITE].tolist())
+    bits = BITS * GENES
+    for a, b, point, flipped in numbers.tolist():
+        if len(found) == POPULATION:
+            break
+        child = crossed(parents[a % PARENTS], parents[b % PARENTS], 1 + point % (bits - 1), flipped % bits)
+        found[child] = None
+    return np.array(list(found), dtype=np.int64)
+
+
+def _line_table(segments: Floats) -> Floats:
+    """Segments with their direction in degrees, (N, 5)."""
+    angle = np.degrees(np.arctan2(segments[:, 3] - segments[:, 1], segments[:, 2] - segments[:, 0]))
+    return np.column_stack([segments, angle])
+
+
+@njit(cache=True)
+def line_costs(
+    lines: Floats,
+    views: ViewTable,
+    view: Ints,
+    rotations: Floats,
+    translations: Floats,
+    intrinsics: Floats,
+) -> tuple[Floats, Floats]:
+    """The paper's fitness of each pose, to be made small, and the supported fraction, (N,) each.
+
+    Sum over visible model lines of the least, over image lines, of angle difference squared (degrees) plus
+    the squared distances (px) of both ends of the image line to the model line.
+    """
+    count = len(view)
+    cost = np.empty(count)
+    supported = np.zeros(count)
+    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
+    for i in range(count):
+        r, t = rotations[i], translations[i]
+        total, used, near, length = 0.0, 0, 0.0, 0.0
+        for s in range(views.first[view[i]], views.first[view[i] + 1]):
+            p, e = views.points[s], views.ends[s]
+            z = r[2, 0] * p[0] + r[2, 1] * p[1] + r[2, 2] * p[2] + t[2]
+            z_end = r[2, 0] * e[0] + r[2, 1] * e[1] + r[2, 2] * e[2] + t[2]
+            if z <= 1e-6 or z_end <= 1e-6:
+                continue
+            x = fx * (r[0, 0] * p[0] + r[0, 1] * p[1] + r[0, 2] * p[2] + t[0]) / z + cx
+            y = fy * (r[1, 0] * p[0] + r[1, 1] * p[1] + r[1, 2] * p[2] + t[1]) / z + cy
+            dx = fx * (r[0, 0] * e[0] + r[0, 1] * e[1] + r[0, 2] * e[2] + t[0]) / z_end + cx - x
+            dy = fy * (r[1, 0] * e[0] + r[1, 1] * e[1] + r[1, 2] * e[2] + t[1]) / z_end + cy - y
+            norm = math.hypot(dx, dy)
+            if norm == 0.0:
+                continue
+            nx, ny = -dy / norm, dx / norm
+            angle = math.degrees(math.atan2(dy, dx))
+            best = np.inf
+            for k in range(len(lines)):
+                first = nx * (lines[k, 0] - x) + ny * (lines[k, 1] - y)
+                second = nx * (lines[k, 2] - x) + ny * (lines[k, 3] - y)
+                apart = first * first + second * second
+                if apart >= best:
+                    continue
+                turn = abs(angle - lines[k, 4]) % 180.0
+                turn = min(turn, 180.0 - turn)
+                best = min(best, apart + turn * turn)
+            total += best
+            used += 1
+            length += views.px[s]
+            if best < NEAR_COST:
+                near += views.px[s]
+        cost[i] = total if used > 0 else NO_LINES_COST
+        supported[i] = near / length if length > 0.0 else 0.0
+    return cost, supported

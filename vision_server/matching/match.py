@@ -1,0 +1,104 @@
+"""What every matcher takes and gives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.errors import GeometryError
+from geometry.pose import Pose
+
+Floats = NDArray[np.float64]
+
+SAME_ROTATION_DEG = 2.0  # poses closer than this and ...
+SAME_TRANSLATION = 0.01  # ... than this fraction of the range are one
+
+
+@dataclass(frozen=True)
+class SearchRange:
+    """How far the pose may be from the seed pose (DESIGN.md §6).
+
+    Attributes
+    ----------
+    rotation_deg : reach of each of Rx, Ry, Rz about the target's axes, degrees.
+    translation_px : reach of each component of the translation, in pixels at the seed's depth.
+    """
+
+    rotation_deg: float = 25.0
+    translation_px: float = 40.0
+
+    def __post_init__(self) -> None:
+        for name, value, most in (
+            ("rotation_deg", self.rotation_deg, 180.0),
+            ("translation_px", self.translation_px, 1e5),
+        ):
+            if not 0 <= value <= most:
+                raise GeometryError(f"search range {name} must be between 0 and {most:g}, got {value}")
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One pose that explains the segments.
+
+    Attributes
+    ----------
+    pose : camera_T_target.
+    score : higher is better; comparable between candidates of the same matcher and image set only.
+    supported : fraction of the visible image length of the model's lines that has an image edge near it.
+    """
+
+    pose: Pose
+    score: float
+    supported: float
+
+
+@dataclass(frozen=True, eq=False)
+class Match:
+    """Candidates, best first, distinct from each other; empty when nothing was found.
+
+    `diagnostics` holds counts (segments used, poses tried …) and seconds by name.
+    """
+
+    candidates: tuple[Candidate, ...]
+    diagnostics: dict[str, float] = field(default_factory=dict)
+
+
+def checked_segments(segments: Floats, weights: Floats | None) -> tuple[Floats, Floats]:
+    """Segments (N, 4) [x1, y1, x2, y2] px and weights (N,) as float64; weights default to 1.
+
+    Raises
+    ------
+    GeometryError : a wrong shape, NaN or infinity, a negative weight.
+    """
+    segments = np.ascontiguousarray(segments, dtype=np.float64)
+    if segments.size == 0:
+        segments = segments.reshape(0, 4)
+    if segments.ndim != 2 or segments.shape[1] != 4:
+        raise GeometryError(f"segments must have shape (N, 4), got {segments.shape}")
+    weights = np.ones(len(segments)) if weights is None else np.ascontiguousarray(weights, dtype=np.float64)
+    if weights.shape != (len(segments),):
+        raise GeometryError(f"{len(segments)} segments need as many weights, got shape {weights.shape}")
+    if not (np.isfinite(segments).all() and np.isfinite(weights).all() and (weights >= 0).all()):
+        raise GeometryError("segments and weights must be finite, and weights not negative")
+    return segments, weights
+
+
+def distinct(rotations: Floats, translations: Floats, scores: Floats, count: int) -> list[int]:
+    """Indices of the best `count` poses, none of them the same pose as a better one."""
+    kept: list[int] = []
+    for i in np.argsort(-scores, kind="stable").tolist():
+        if len(kept) == count:
+            break
+        if not any(_same(rotations, translations, i, j) for j in kept):
+            kept.append(i)
+    return kept
+
+
+def _same(rotations: Floats, translations: Floats, i: int, j: int) -> bool:
+    cosine = (float(np.sum(rotations[i] * rotations[j])) - 1.0) / 2.0
+    if cosine < np.cos(np.radians(SAME_ROTATION_DEG)):
+        return False
+    apart = float(np.linalg.norm(translations[i] - translations[j]))
+    return apart <= SAME_TRANSLATION * float(np.linalg.norm(translations[j]))

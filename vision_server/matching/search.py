@@ -1,0 +1,164 @@
+"""The matcher that does not miss: quasi-random poses, scored, pulled onto the edges, scored again."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.visibility import MIN_LINE_PX, Solid, image_bounds, solid_of, trace
+from vision_server.matching.draws import even_numbers, poses_in_range
+from vision_server.matching.icp import pull, pull_poses, score_poses
+from vision_server.matching.match import Candidate, Match, SearchRange, checked_segments, distinct
+from vision_server.matching.nearest_edges import NO_SEGMENT, NearestEdges, nearest, nearest_edges, offset
+from vision_server.matching.views import Views
+
+Floats = NDArray[np.float64]
+
+MIN_SEGMENT_PX = 14.0
+DRAWS = 2048
+PULLED = 100
+FINISHED = 12
+CANDIDATES = 5
+COARSE_SPACING_PX = 8.0
+FINE_SPACING_PX = 2.0
+SEARCH_REACH_PX = 24.0
+FINAL_REACH_PX = 5.0
+PULL_REACHES_PX = (30.0, 20.0, 12.0, 6.0)
+FINISH_REACHES_PX = (6.0, 4.0, 3.0)
+PULL_ITERATIONS = 3
+
+
+def match_search(
+    segments: Floats,
+    weights: Floats | None,
+    model: Model,
+    camera: Camera,
+    seed_pose: Pose,
+    seed: int,
+    search_range: SearchRange = SearchRange(),
+) -> Match:
+    """Find the poses in the search range that the image segments support best.
+
+    Parameters
+    ----------
+    segments : (N, 4) float64, [x1, y1, x2, y2] in ideal px.
+    weights : (N,) float64, trust in each segment, or None.
+    seed_pose : middle of the search range.
+    seed : of the quasi-random draws.
+
+    Raises
+    ------
+    GeometryError : malformed segments or weights.
+    """
+    began = time.perf_counter()
+    segments, weights = checked_segments(segments, weights)
+    long = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1]) >= MIN_SEGMENT_PX
+    if not long.any():
+        return Match((), {"segments": 0.0})
+    camera = camera.ideal
+    edges = nearest_edges(segments[long], np.ones(int(long.sum())), camera)
+    built = time.perf_counter()
+    rotations, translations = poses_in_range(seed_pose, camera, search_range, even_numbers(DRAWS, seed))
+    views = Views(model, camera, seed_pose, COARSE_SPACING_PX, MIN_LINE_PX)
+    scores = _scores(edges, views, rotations, translations, camera, SEARCH_REACH_PX)
+    scored = time.perf_counter()
+    best = np.argsort(-scores, kind="stable")[:PULLED]
+    rotations, translations = rotations[best].copy(), translations[best].copy()
+    for reach in PULL_REACHES_PX:
+        view = views.of(rotations, translations)
+        pull_poses(
+            edges, views.table(), view, rotations, translations, camera.intrinsics, reach, PULL_ITERATIONS
+        )
+    scores = _scores(edges, views, rotations, translations, camera, FINAL_REACH_PX)
+    pulled = time.perf_counter()
+    candidates = _finished(edges, model, camera, rotations, translations, scores)
+    done = time.perf_counter()
+    return Match(
+        candidates,
+        {
+            "segments": float(long.sum()),
+            "views": float(len(views)),
+            "seconds_edges": built - began,
+            "seconds_draws": scored - built,
+            "seconds_pull": pulled - scored,
+            "seconds_finish": done - pulled,
+        },
+    )
+
+
+def _scores(
+    edges: NearestEdges, views: Views, rotations: Floats, translations: Floats, camera: Camera, reach: float
+) -> Floats:
+    view = views.of(rotations, translations)
+    out: Floats = score_poses(edges, views.table(), view, rotations, translations, camera.intrinsics, reach)
+    return out
+
+
+def _finished(
+    edges: NearestEdges,
+    model: Model,
+    camera: Camera,
+    rotations: Floats,
+    translations: Floats,
+    scores: Floats,
+) -> tuple[Candidate, ...]:
+    """The best distinct poses, pulled on and scored with their exact visibility."""
+    solid, bounds = solid_of(model), image_bounds(camera)
+    found: list[Candidate] = []
+    for i in distinct(rotations, translations, scores, FINISHED):
+        rotation, translation = rotations[i].copy(), translations[i].copy()
+        score, supported = _finish(
+            edges, solid, rotation, translation, camera.intrinsics, bounds, np.array(FINISH_REACHES_PX)
+        )
+        found.append(Candidate(Pose.from_matrix(rotation, translation), float(score), float(supported)))
+    found.sort(key=lambda candidate: -candidate.score)
+    poses = [candidate.pose for candidate in found]
+    keep = distinct(
+        np.array([pose.matrix for pose in poses]).reshape(-1, 3, 3),
+        np.array([pose.translation for pose in poses]).reshape(-1, 3),
+        np.array([candidate.score for candidate in found]),
+        CANDIDATES,
+    )
+    return tuple(found[i] for i in keep)
+
+
+@njit(cache=True)
+def _finish(
+    edges: NearestEdges,
+    solid: Solid,
+    rotation: Floats,
+    translation: Floats,
+    intrinsics: Floats,
+    bounds: Floats,
+    reaches: Floats,
+) -> tuple[float, float]:
+    """Pull one pose, in place, with exact visibility; its score and supported fraction."""
+    for reach in reaches:
+        line, points, _, _, px = trace(
+            solid, rotation, translation, intrinsics, bounds, FINE_SPACING_PX, MIN_LINE_PX
+        )
+        ends = points.copy()
+        for i in range(len(line)):
+            a, b = solid.lines[line[i], 0], solid.lines[line[i], 1]
+            ends[i] += 0.05 * (solid.vertices[b] - solid.vertices[a])
+        pull(edges, points, ends, px, rotation, translation, intrinsics, reach, 2)
+    _, _, image, direction, px = trace(
+        solid, rotation, translation, intrinsics, bounds, FINE_SPACING_PX, MIN_LINE_PX
+    )
+    score, near, total = 0.0, 0.0, 0.0
+    for i in range(len(px)):
+        segment = nearest(edges, image[i, 0], image[i, 1], direction[i, 0], direction[i, 1])
+        gain = 0.0
+        if segment != NO_SEGMENT:
+            _, distance = offset(edges, segment, image[i, 0], image[i, 1])
+            gain = max(0.0, 1.0 - distance / FINAL_REACH_PX)
+        score += px[i] * (gain - 0.4)
+        near += px[i] if gain > 0.0 else 0.0
+        total += px[i]
+    return score, (near / total if total > 0.0 else 0.0)
