@@ -1,0 +1,1 @@
+"""What a person sees after a session: overlay pictures, contact sheets and `report.html`."""

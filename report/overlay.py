@@ -1,0 +1,173 @@
+"""A model's wireframe drawn over an image, so that its fit can be judged at a glance."""
+
+from collections.abc import Mapping
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from report.errors import ReportError
+from report.wireframe import Run, bounds_of, visible_runs
+
+Pixels = NDArray[np.uint8]
+Colour = tuple[int, int, int]
+
+# Okabe and Ito's colour-blind-safe sky blue and orange, brightened for thin lines on dark images (BGR).
+SUPPORTED: Colour = (255, 190, 70)
+UNSUPPORTED: Colour = (30, 150, 255)
+HALO: Colour = (20, 14, 10)
+HALO_SHARE = 0.45
+FRAME: Colour = (235, 235, 235)
+
+SUPPORT_ENOUGH = 0.5  # a line with this share of its visible length supported counts as supported
+DASH_PX, DASH_GAP_PX = 7.0, 4.0
+SMALL_TARGET = 0.35  # a target smaller than this share of the frame gets an inset
+INSET_SHARE = 0.42
+SHIFT = 4  # sub-pixel bits of cv2's line drawing
+
+
+def draw_overlay(
+    image: Pixels,
+    model: Model,
+    camera: Camera,
+    pose: Pose | None,
+    support: Mapping[int, float] | None = None,
+    scale: int = 1,
+    inset: bool = True,
+) -> Pixels:
+    """Draw the visible lines of a model at a pose over an image.
+
+    Parameters
+    ----------
+    image : (H, W) grey or (H, W, 3) BGR, uint8, of the camera's size.
+    pose : camera_T_target; None leaves the image as it is.
+    support : share (0 to 1) of each line that the images support, by line index. Lines below
+        `SUPPORT_ENOUGH` or not named are drawn dashed and orange, the others blue; without it, all are blue.
+    scale : enlarges the picture by this whole factor, for finer lines.
+    inset : adds an enlarged view of the target in a corner when it is small in the frame.
+
+    Returns
+    -------
+    (H·scale, W·scale, 3) BGR, uint8; the given image is not changed.
+
+    Raises
+    ------
+    ReportError : an image of another type or size than the camera's, a scale below 1.
+    GeometryError : a model or camera that cannot be used.
+    """
+    canvas = colour(image)
+    if canvas.shape[:2] != (camera.height, camera.width):
+        height, width = canvas.shape[:2]
+        raise ReportError(f"image is {width}×{height}, its camera {camera.width}×{camera.height}")
+    if scale < 1:
+        raise ReportError(f"scale of an overlay must be at least 1, got {scale}")
+    if pose is None:
+        return _enlarged(canvas, scale)
+    runs = visible_runs(model, camera, pose)
+    out = _drawn(_enlarged(canvas, scale), runs, support, scale)
+    bounds = bounds_of(runs)
+    if inset and bounds is not None and is_small(bounds, camera):
+        _add_inset(out, canvas, runs, support, bounds, scale)
+    return out
+
+
+def is_supported(line: int, support: Mapping[int, float] | None) -> bool:
+    """Whether a line counts as supported; every line does where nothing is known."""
+    return support is None or support.get(line, 0.0) >= SUPPORT_ENOUGH
+
+
+def is_small(bounds: tuple[float, float, float, float], camera: Camera) -> bool:
+    """Whether a target with these image bounds is small in the frame."""
+    left, top, right, bottom = bounds
+    return max((right - left) / camera.width, (bottom - top) / camera.height) < SMALL_TARGET
+
+
+def colour(image: Pixels) -> Pixels:
+    """A BGR copy (H, W, 3) of a uint8 image, grey (H, W) or BGR.
+
+    Raises
+    ------
+    ReportError : another type or shape.
+    """
+    if image.dtype != np.uint8 or image.size == 0:
+        raise ReportError(f"a picture needs uint8 pixels, got {image.dtype} of shape {image.shape}")
+    if image.ndim == 2:
+        return np.repeat(image[:, :, None], 3, axis=2)
+    if image.ndim == 3 and image.shape[2] == 3:
+        return image.copy()
+    raise ReportError(f"a picture needs shape (H, W) or (H, W, 3), got {image.shape}")
+
+
+def _enlarged(canvas: Pixels, scale: float) -> Pixels:
+    if scale == 1:
+        return canvas
+    size = (round(canvas.shape[1] * scale), round(canvas.shape[0] * scale))
+    return np.asarray(cv2.resize(canvas, size, interpolation=cv2.INTER_CUBIC), dtype=np.uint8)
+
+
+def _drawn(canvas: Pixels, runs: list[Run], support: Mapping[int, float] | None, scale: float) -> Pixels:
+    """Lines with a dark halo; `runs` are in pixels of the image before it was enlarged."""
+    blue: list[NDArray[np.int32]] = []
+    orange: list[NDArray[np.int32]] = []
+    for run in runs:
+        points = (run.points + 0.5) * scale - 0.5
+        if is_supported(run.line, support):
+            blue.append(_fixed(points))
+        else:
+            orange.extend(_fixed(dash) for dash in _dashes(points))
+    shade = canvas.copy()
+    cv2.polylines(shade, blue + orange, False, HALO, 3, cv2.LINE_AA, SHIFT)
+    out = np.asarray(cv2.addWeighted(shade, HALO_SHARE, canvas, 1 - HALO_SHARE, 0), dtype=np.uint8)
+    cv2.polylines(out, orange, False, UNSUPPORTED, 1, cv2.LINE_AA, SHIFT)
+    cv2.polylines(out, blue, False, SUPPORTED, 1, cv2.LINE_AA, SHIFT)
+    return out
+
+
+def _fixed(points: NDArray[np.float64]) -> NDArray[np.int32]:
+    return np.round(points * (1 << SHIFT)).astype(np.int32).reshape(-1, 1, 2)
+
+
+def _dashes(points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Cut a polyline into dashes."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    out = []
+    for start in np.arange(0.0, along[-1], DASH_PX + DASH_GAP_PX):
+        stop = min(start + DASH_PX, along[-1])
+        at = np.array([start, *along[(along > start) & (along < stop)], stop])
+        out.append(np.column_stack([np.interp(at, along, points[:, k]) for k in range(2)]))
+    return out
+
+
+def _add_inset(
+    out: Pixels,
+    canvas: Pixels,
+    runs: list[Run],
+    support: Mapping[int, float] | None,
+    bounds: tuple[float, float, float, float],
+    scale: int,
+) -> None:
+    """Paste an enlarged view of the target into the corner that is farthest from it."""
+    height, width = canvas.shape[:2]
+    left, top, right, bottom = bounds
+    margin = 0.15 * max(right - left, bottom - top) + 4
+    x0, y0 = max(0, int(left - margin)), max(0, int(top - margin))
+    x1, y1 = min(width, int(right + margin) + 1), min(height, int(bottom + margin) + 1)
+    factor = scale * INSET_SHARE * min(width / (x1 - x0), height / (y1 - y0))
+    if factor <= 1.2 * scale:
+        return
+    view = _enlarged(canvas[y0:y1, x0:x1], factor)
+    rows, columns = view.shape[:2]
+    stretch = np.array([columns / (x1 - x0), rows / (y1 - y0)])
+    moved = [Run(run.line, (run.points - [x0, y0] + 0.5) * stretch - 0.5) for run in runs]
+    view = _drawn(view, moved, support, 1)
+    at_right = (left + right) / 2 < width / 2
+    at_bottom = (top + bottom) / 2 < height / 2
+    pad = 8 * scale
+    column = out.shape[1] - columns - pad if at_right else pad
+    row = out.shape[0] - rows - pad if at_bottom else pad
+    cv2.rectangle(out, (x0 * scale, y0 * scale), (x1 * scale - 1, y1 * scale - 1), FRAME, 1, cv2.LINE_AA)
+    out[row : row + rows, column : column + columns] = view
+    cv2.rectangle(out, (column, row), (column + columns - 1, row + rows - 1), FRAME, 1)

@@ -1,0 +1,65 @@
+"""Where a model's visible lines lie in an image: runs of points, hidden parts left out."""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.visibility import visible_samples
+
+Floats = NDArray[np.float64]
+
+SPACING_PX = 1.0
+GAP = 1.6  # samples of a line farther apart than this many steps have something hidden between them
+LENS_STEP_PX = 6  # with lens distortion, lines are drawn as chords of about this length
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A visible stretch of one model line.
+
+    Attributes
+    ----------
+    line : index into the model's lines.
+    points : (K, 2) float64, px, along the stretch; two points where the lens keeps lines straight.
+    """
+
+    line: int
+    points: Floats
+
+
+def visible_runs(model: Model, camera: Camera, pose: Pose) -> list[Run]:
+    """Visible stretches of the model's lines in the image, through the lens, in the order of the lines.
+
+    Raises
+    ------
+    GeometryError : a model or camera that cannot be used.
+    """
+    samples = visible_samples(model, camera, pose, SPACING_PX)
+    if len(samples.line) == 0:
+        return []
+    step = np.linalg.norm(np.diff(samples.image, axis=0), axis=1)
+    reach = GAP * np.maximum(samples.px[1:], samples.px[:-1])
+    starts = np.flatnonzero((np.diff(samples.line) != 0) | (step > reach)) + 1
+    edges = [0, *starts.tolist(), len(samples.line)]
+    runs = []
+    for first, end in itertools.pairwise(edges):
+        points = samples.image[first:end]
+        half = 0.5 * samples.px[[first, end - 1], None] * samples.image_direction[[first, end - 1]]
+        inner = points[LENS_STEP_PX:-LENS_STEP_PX:LENS_STEP_PX] if camera.distorted else points[:0]
+        ends = (points[:1] - half[:1], inner, points[-1:] + half[1:])
+        runs.append(Run(int(samples.line[first]), np.concatenate(ends)))
+    return runs
+
+
+def bounds_of(runs: list[Run]) -> tuple[float, float, float, float] | None:
+    """Least x, least y, greatest x, greatest y of the runs, px; None when there are none."""
+    if not runs:
+        return None
+    points = np.concatenate([run.points for run in runs])
+    (left, top), (right, bottom) = points.min(axis=0), points.max(axis=0)
+    return float(left), float(top), float(right), float(bottom)

@@ -1,0 +1,108 @@
+"""Numbers as people say them: lengths, angles, shutters, settings in words."""
+
+import math
+from collections.abc import Sequence
+
+from report.records import LightRecord, SettingsRecord
+
+NONE = "–"
+
+
+def significant(value: float, digits: int = 2) -> str:
+    """A number with so many significant digits, and no exponent where it can be helped."""
+    if not math.isfinite(value):
+        return "∞" if value > 0 else NONE
+    if value == 0:
+        return "0"
+    magnitude = math.floor(math.log10(abs(value)))
+    if magnitude < -4:
+        return f"{value:.{digits - 1}e}"
+    places = max(0, digits - 1 - magnitude)
+    text = f"{value:.{places}f}"
+    return text if abs(value) < 10**digits else f"{value:.0f}"
+
+
+def length(metres: float | None, digits: int = 2) -> str:
+    """A length in the unit that suits it, such as `0.12 mm` or `1.5 m`."""
+    if metres is None:
+        return NONE
+    size = abs(metres)
+    if size >= 1:
+        return f"{significant(metres, max(digits, 3))} m"
+    if size >= 1e-5 or size == 0:
+        return f"{significant(metres * 1e3, digits)} mm"
+    return f"{significant(metres * 1e6, digits)} µm"
+
+
+def angle(degrees: float | None, digits: int = 2) -> str:
+    """An angle, such as `0.031°`."""
+    return NONE if degrees is None else f"{significant(degrees, digits)}°"
+
+
+def percent(fraction: float | None, digits: int = 2) -> str:
+    """A fraction as a percentage."""
+    return NONE if fraction is None else f"{significant(100 * fraction, digits)} %"
+
+
+def pixels(value: float | None) -> str:
+    """A length in the image."""
+    if value is None:
+        return NONE
+    return f"{value:.2f} px" if abs(value) < 100 else f"{value:.0f} px"
+
+
+def seconds(value: float | None) -> str:
+    """A duration."""
+    if value is None:
+        return NONE
+    if value < 0.0995:
+        return f"{significant(1000 * value)} ms"
+    if value < 60:
+        return f"{significant(value)} s" if value < 9.95 else f"{value:.0f} s"
+    return f"{int(value // 60)} min {value % 60:.0f} s"
+
+
+def shutter(value_s: float | None) -> str:
+    """A shutter as photographers write it."""
+    if value_s is None or value_s <= 0:
+        return NONE
+    if value_s < 0.3:
+        return f"1/{round(1 / value_s)} s"
+    return f"{significant(value_s)} s"
+
+
+def aperture(f_number: float | None) -> str:
+    """An aperture as photographers write it."""
+    return NONE if f_number is None else f"f/{f_number:g}"
+
+
+def light_name(number: int, lights: Sequence[LightRecord]) -> str:
+    """Name of a light, or its number from 1 where it has none."""
+    name = lights[number].name if number < len(lights) else None
+    return name or f"light {number + 1}"
+
+
+def settings_words(settings: SettingsRecord | None, lights: Sequence[LightRecord]) -> str:
+    """Settings in words, from the numbers alone."""
+    if settings is None:
+        return "settings not recorded"
+    parts = []
+    for number, level in enumerate(settings.lights):
+        levels = lights[number].levels if number < len(lights) else None
+        name = light_name(number, lights)
+        if level == 0:
+            parts.append(f"{name} off")
+        elif levels is not None and level == levels - 1:
+            parts.append(f"{name} full" if levels > 2 else f"{name} on")
+        else:
+            parts.append(f"{name} {level:g}" + (f" of {levels - 1}" if levels else ""))
+    if settings.focal_length_mm is not None:
+        parts.append(f"{settings.focal_length_mm:g} mm lens")
+    if settings.focus_m is not None:
+        parts.append(f"focus at {length(settings.focus_m)}")
+    return ", ".join(parts)
+
+
+def count(number: int, noun: str) -> str:
+    """`1 image`, `2 images`."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
