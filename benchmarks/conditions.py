@@ -38,3 +38,39 @@ def stack_under_sun(folder: Path, sun: float, hard: bool, scratch: Path) -> Path
         text = text.replace("[camera]\n", "[camera]\n" + blur)
     (copy / "stack.toml").write_text(text)
     return copy
+
+
+SUNS = {
+    "front": "angle_deg = [10.0, 30.0]\n",
+    "side": "angle_deg = [45.0, 65.0]\n",
+    "grazing": "angle_deg = [80.0, 95.0]\n",
+    "back-lit": "angle_deg = [130.0, 165.0]\n",
+    "above": "angle_deg = [40.0, 60.0]\nazimuth_deg = [-100.0, -80.0]\n",
+}
+"""Five sun directions, as the keys of a scenario's `[sun]`."""
+
+TEXTURED = '[background]\nkind = "clutter"\n'
+
+
+def sun_scenarios(scratch: Path) -> dict[str, Path]:
+    """Write a scenario for each sun direction in space and before a textured background; files by name."""
+    files = {}
+    for sun, keys in SUNS.items():
+        for behind, table in {"space": "", "textured": TEXTURED}.items():
+            name = f"{sun}, {behind}"
+            files[name] = scratch / f"{sun}-{behind}.toml"
+            files[name].write_text(f"ambient_scale = 4.0\n[sun]\n{keys}{table}")
+    return files
+
+
+def simulated_conditions(sun: float, hard: bool, scratch: Path) -> Path:
+    """Write the scenario of a sun's strength, mild or hard as in `HARD`; its file."""
+    file = scratch / f"{'hard' if hard else 'mild'}-{sun:g}.toml"
+    text = f"ambient_scale = {sun}\n"
+    if hard:
+        text += (
+            f"light_power = {HARD['power']}\n[camera]\n"
+            f"defocus_sigma_px = {HARD['defocus_sigma_px']}\nmotion_px_per_s = {list(HARD['motion_px_per_s'])}\n"
+        )
+    file.write_text(text)
+    return file

@@ -7,16 +7,17 @@
 :- use_module(device).
 :- use_module(qualitative).
 :- use_module(candidates).
+:- use_module(image_set).
 :- use_module(merit).
 
 % ---------------------------------------------------------------- fluents
 
-fun_fluent(session).            % session(Device, ThresholdPx, MaxIterations), unknown before connect
 fun_fluent(device).             % what camera and lights can do
 fun_fluent(threshold).          % merit, in px, under which a pose is trusted
 fun_fluent(max_iterations).     % images that may be taken
 fun_fluent(settings).           % what the next image will be taken under
 fun_fluent(iteration).          % images taken so far
+fun_fluent(taken).              % images taken of this pose
 fun_fluent(candidate).          % the image neither kept nor discarded yet, or none
 fun_fluent(statistics).         % of the last image, in the target's region
 fun_fluent(readings).           % reading(Settings, Statistics) of every image of this scene
@@ -33,12 +34,12 @@ fun_fluent(range).              % commanded range of the target in m, or unknown
 fun_fluent(holds).              % hold(RangeM, Outcome, Fix) of an approach, newest first
 fun_fluent(steps).              % what happened to each image, newest first
 
-initially(session, unknown).
 initially(device, unknown).
 initially(threshold, unknown).
 initially(max_iterations, unknown).
 initially(settings, unknown).
 initially(iteration, 0).
+initially(taken, 0).
 initially(candidate, none).
 initially(statistics, unknown).
 initially(readings, []).
@@ -47,7 +48,7 @@ initially(discarded, []).
 initially(unfavourable, []).
 initially(fix, none).
 initially(best, none).
-initially(merit, Merit) :- merit(none, Merit).
+initially(merit, Merit) :- worst_merit(Merit).
 initially(line_support(_), 0).
 initially(parameter(_), default).
 initially(working(_), true).
@@ -65,8 +66,9 @@ prim_action(keep(_)).                   % the candidate joins the set
 prim_action(discard(_, _)).             % forget the candidate, for a reason
 prim_action(avoid(_)).                  % remember a state as unfavourable
 prim_action(set_parameter(_, _)).       % of the vision server
+prim_action(start_over).                % forget all images of this pose
 prim_action(advance(_)).                % bring the target to this range
-prim_action(hold_done(_)).              % an approach's hold point ends: fixed or lost
+prim_action(hold_done(_)).              % an approach's hold point ends: fixed, reached or aborted
 
 exog_action(light_fault(_)).
 exog_action(camera_fault).
@@ -81,6 +83,7 @@ poss(keep(I), candidate = I).
 poss(discard(I, _), candidate = I).
 poss(avoid(_), true).
 poss(set_parameter(_, _), true).
+poss(start_over, candidate = none).
 poss(advance(_), candidate = none).
 poss(hold_done(_), true).
 
@@ -101,30 +104,44 @@ senses(estimate(_), fix(_, _, _, Lines), line_support(L), Support,
 causes_val(choose(S), settings, S, true).
 
 causes_val(capture(_, _), iteration, N, N is iteration + 1).
+causes_val(capture(_, _), taken, N, N is taken + 1).
 causes_val(capture(I, _), candidate, I, true).
 
 causes_val(keep(_), candidate, none, true).
-causes_val(keep(I), image_set, Set, kept_with(I, device, settings, image_set, Set)).
+causes_val(keep(I), image_set, Set,
+           and(qualitative_state(device, settings, State), Set = [kept(I, State)|image_set])).
 causes_val(keep(_), best, Fix, Fix = fix).
 causes_val(keep(_), merit, Merit, merit(fix, Merit)).
-causes_val(keep(I), steps, Steps, Steps = [step(iteration, I, settings, keep, '', fix)|steps]).
+causes_val(keep(I), steps, Steps, step(I, keep, '', 1, Steps)).
 
 causes_val(discard(_, _), candidate, none, true).
 causes_val(discard(I, _), discarded, Images, Images = [I|discarded]).
-causes_val(discard(I, Why), steps, Steps, Steps = [step(iteration, I, settings, discard, Why, fix)|steps]).
+causes_val(discard(I, Why), steps, Steps, step(I, discard, Why, 0, Steps)).
 
 causes_val(avoid(State), unfavourable, States, States = [State|unfavourable]).
 causes_val(set_parameter(Name, Value), parameter(Name), Value, true).
 
-% A new scene: the images taken so far belong to another one.
-new_scene(advance(_)).
-new_scene(target_moved).
+% A step is step(Iteration, Image, Settings, State, Decision, Reason, SetSize, Fix).
+proc(step(Image, Decision, Reason, Joins, Steps),
+     and([ qualitative_state(device, settings, State),
+           length(image_set, Before),
+           Size is Before + Joins,
+           Steps = [step(iteration, Image, settings, State, Decision, Reason, Size, fix)|steps] ])).
+
+% Another scene: the images taken so far do not go with those to come.
 new_scene(sun_changed).
+new_scene(Event) :- new_pose(Event).
 causes_val(Event, image_set, [], true) :- new_scene(Event).
 causes_val(Event, readings, [], true) :- new_scene(Event).
 causes_val(Event, unfavourable, [], true) :- new_scene(Event).
-causes_val(Event, best, none, true) :- new_scene(Event).
-causes_val(Event, merit, Merit, true) :- new_scene(Event), merit(none, Merit).
+
+% Another pose, or a fresh look at it: nothing is known of it yet.
+new_pose(advance(_)).
+new_pose(target_moved).
+new_pose(start_over).
+causes_val(Event, taken, 0, true) :- new_pose(Event).
+causes_val(Event, best, none, true) :- new_pose(Event).
+causes_val(Event, merit, Merit, true) :- new_pose(Event), worst_merit(Merit).
 causes_val(advance(Range), range, Range, true).
 causes_val(hold_done(Outcome), holds, Holds, Holds = [hold(range, Outcome, best)|holds]).
 

@@ -72,7 +72,9 @@ all_but(Index, Index, _, 0) :-
 all_but(_, _, Light, Level) :-
     at_fraction(1, Light, Level).
 
-at_fraction(Fraction, light(_, N), Level) :-
+at_fraction(_, light(_, dead), Level) =>
+    Level = 0.
+at_fraction(Fraction, light(_, N), Level) =>
     Level is round(Fraction * (N - 1)).
 
 %!  most_promising(+Device, +Experience, -Settings, -Why) is semidet.

@@ -5,14 +5,16 @@
             device_sensor/2,            % +Device, -Sensor
             full_levels/2,              % +Device, -Levels
             middle_levels/2,            % +Device, -Levels
+            light_count/2,              % +Device, -Count
+            only_light/3,               % +Device, +Index, -Levels
             level_fractions/3,          % +Device, +Levels, -Fractions
             exposure_stops/3,           % +Device, +Settings, -Stops
             random_settings/2,          % +Device, -Settings
             reference_settings/2,       % +Device, -Settings
             settings_in_range/2         % +Device, +Settings
           ]).
-:- use_module(library(apply), [maplist/3, maplist/4]).
-:- use_module(library(lists), [member/2]).
+:- use_module(library(apply), [maplist/2, maplist/3, maplist/4]).
+:- use_module(library(lists), [member/2, same_length/2]).
 :- use_module(library(random), [random_between/3, random_member/2]).
 
 /** <module> What a camera with controllable lights can do
@@ -21,7 +23,7 @@ A device is described by its image server and is, here, the term
 
     device(Lights, Shutters, Apertures, Sensor, Reference)
 
-with `Lights` a list of light(Name, Levels), `Shutters` in seconds,
+with `Lights` a list of light(Name, Levels), `Levels` being `dead` for a light that failed, `Shutters` in seconds,
 `Apertures` as f-numbers, `Sensor` = sensor(Gain, ReadNoiseE, FullWellE) and
 `Reference` = exposure(ShutterS, Aperture), the exposure that counts as zero
 stops.  Nothing here assumes a number of lights.
@@ -49,7 +51,9 @@ full_levels(Device, Levels) :-
     device_lights(Device, Lights),
     maplist(full_level, Lights, Levels).
 
-full_level(light(_, N), Level) :-
+full_level(light(_, dead), Level) =>
+    Level = 0.
+full_level(light(_, N), Level) =>
     Level is N - 1.
 
 %!  middle_levels(+Device, -Levels) is det.
@@ -60,8 +64,35 @@ middle_levels(Device, Levels) :-
     device_lights(Device, Lights),
     maplist(middle_level, Lights, Levels).
 
-middle_level(light(_, N), Level) :-
+middle_level(light(_, dead), Level) =>
+    Level = 0.
+middle_level(light(_, N), Level) =>
     Level is N // 2.
+
+%!  light_count(+Device, -Count) is det.
+
+light_count(Device, Count) :-
+    device_lights(Device, Lights),
+    length(Lights, Count).
+
+%!  only_light(+Device, +Index, -Levels) is semidet.
+%
+%   The Index-th light (from 1) full, the others off.
+
+only_light(Device, Index, Levels) :-
+    full_levels(Device, Full),
+    only(Full, Index, Levels).
+
+only([Full|Rest], 1, Levels) =>
+    Levels = [Full|Off],
+    same_length(Rest, Off),
+    maplist(=(0), Off).
+only([_|Rest], Index, Levels) =>
+    Levels = [0|More],
+    Before is Index - 1,
+    only(Rest, Before, More).
+only([], _, _) =>
+    fail.
 
 %!  level_fractions(+Device, +Levels, -Fractions) is det.
 %
@@ -71,9 +102,11 @@ level_fractions(Device, Levels, Fractions) :-
     device_lights(Device, Lights),
     maplist(level_fraction, Lights, Levels, Fractions).
 
-level_fraction(light(_, 1), _, 1.0) :-
-    !.                                  % a light with one level cannot be dimmed
-level_fraction(light(_, N), Level, Fraction) :-
+level_fraction(light(_, dead), _, Fraction) =>
+    Fraction = 0.0.
+level_fraction(light(_, 1), _, Fraction) =>
+    Fraction = 1.0.                     % it cannot be dimmed
+level_fraction(light(_, N), Level, Fraction) =>
     Fraction is float(Level) / (N - 1).
 
 %!  exposure_stops(+Device, +Settings, -Stops) is det.

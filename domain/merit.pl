@@ -1,5 +1,6 @@
 :- module(merit,
           [ merit/2,                    % +Fix, -MeritPx
+            improves/2,                 % +Fix, +MeritPx
             fix_rms/2,                  % +Fix, -RmsPx
             worst_merit/1               % -MeritPx
           ]).
@@ -27,6 +28,14 @@ merit(none, Merit) :-
     worst_merit(Merit).
 merit(fix(_, _, quality(Rms, Uncertainty, _, Score, Ambiguity), _), Merit) :-
     Merit is Rms + Uncertainty + Score + Ambiguity.
+
+%!  improves(+Fix, +MeritPx) is semidet.
+%
+%   Fix is better than Merit by enough to be worth an image: 2 %.
+
+improves(Fix, Merit) :-
+    merit(Fix, New),
+    New < 0.98 * Merit.
 
 %!  fix_rms(+Fix, -RmsPx) is semidet.
 

@@ -7,17 +7,19 @@
 proc(converged, and(neg(best = none), merit =< threshold)).
 
 % Nothing more is to be done, or nothing more may be.
-proc(finished, or(converged, iteration >= max_iterations)).
+proc(finished, or(converged, taken >= max_iterations)).
 
 % The set with the candidate is better than without it, by enough to count.
 proc(improved, improves(fix, merit)).
 
 % Settings s worth trying next, by search over qualitative states.
 proc(promising(S),
-     most_promising(device, experience(readings, kept_states(image_set), unfavourable), S, _)).
+     and(kept_states(image_set, Kept),
+         most_promising(device, experience(readings, Kept, unfavourable), S, _))).
 
 % Settings s that expose the target well with all lights full.
-proc(well_exposed(S), some(l, and(full_levels(device, l), best_exposure(device, readings, l, S)))).
+proc(well_exposed(S),
+     and(full_levels(device, Levels), best_exposure(device, readings, Levels, S))).
 
 % ---------------------------------------------------------------- settings
 
@@ -40,3 +42,8 @@ proc(drop_image(Why), pi(i, [?(candidate = i), discard(i, Why)])).
 
 proc(mark_unfavourable,
      pi(state, [?(qualitative_state(device, settings, state)), avoid(state)])).
+
+% ---------------------------------------------------------------- sessions
+
+% One session: learn what there is, then let the strategy work.
+proc(session, [connect, control]).

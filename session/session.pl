@@ -1,19 +1,302 @@
 :- module(session,
           [ run_session/2               % +Options, -ExitStatus
           ]).
-:- use_module(acquisition_device,
-              [close_acquisition/0, open_acquisition/1, score_pose/2, seconds_spent/1]).
+:- use_module(acquisition_device).
 :- use_module(display, []).
-:- use_module(plan, [session_plan/2]).
-:- use_module(processes, [check_alive/1, start_server/4, stop_server/1]).
-:- use_module(result, [session_result/4, write_result/2]).
-:- use_module(run_folder, [make_run_folder/2]).
-:- use_module('../indigolog/indigolog', [indigolog/2, load_theory/1]).
-:- use_module(library(lists), [member/2]).
+:- use_module(plan).
+:- use_module(processes).
+:- use_module(result).
+:- use_module(run_folder).
+:- use_module('../indigolog/indigolog').
+:- use_module(library(http/json), [json_write_dict/3]).
+:- use_module(library(lists), [append/2, append/3, member/2]).
 :- use_module(library(option), [option/2, option/3]).
 
 /** <module> One session from options to exit status
 
 Servers that this session starts are stopped however it ends: normally, by an
 error, by Ctrl-C or by SIGTERM.
+
+    0 pose found, 3 finished without reaching the threshold, 2 bad input,
+    4 a device or server failed for good, 130 and 143 stopped by Ctrl-C and SIGTERM
 */
+
+%!  run_session(+Options, -ExitStatus) is det.
+
+run_session(Options, Status) :-
+    on_signal(int, _, stop_by),
+    on_signal(term, _, stop_by),
+    catch(session(Options, Status), Error, failed(Error, Status)).
+
+:- public stop_by/1.
+
+stop_by(Signal) :-
+    throw(stopped(Signal)).
+
+session(Options, Status) :-
+    session_plan(Options, Plan),
+    load_theory(Plan.theory),
+    (   option(dry_run(true), Options)
+    ->  print_message(help, session(would_do(Plan))),
+        Status = 0
+    ;   make_run_folder(Options, Plan, Folder),
+        get_time(Start),
+        call_cleanup(served_session(Options, Plan, Folder, Start, Status), stop_everything)
+    ).
+
+served_session(Options, Plan, Folder, Start, Status) :-
+    show(Options, begin(Plan, Folder)),
+    start_servers(Options, Plan, Folder),
+    run_program(Options, Plan, Folder, Outcome),
+    finish(Outcome, Options, Plan, Folder, Start, Status).
+
+                /*******************************
+                *            SERVERS           *
+                *******************************/
+
+:- dynamic server/1.                    % process that this session started
+
+start_servers(Options, Plan, Folder) :-
+    endpoint(image_server, Options, Folder, ImageServer, StartImageServer),
+    endpoint(vision_server, Options, Folder, VisionServer, StartVisionServer),
+    (   StartImageServer == true
+    ->  image_server_arguments(Options, Plan, ImageServer, Arguments),
+        start(image_server, Arguments, Folder)
+    ;   true
+    ),
+    (   StartVisionServer == true
+    ->  start(vision_server, [serve, '--endpoint', VisionServer], Folder)
+    ;   true
+    ),
+    start_arguments(Options, Plan, ImageServer, Folder, Args),
+    open_acquisition([ image_server(ImageServer), vision_server(VisionServer),
+                       alive(session:check_servers), start(Args) | Options ]).
+
+start(Name, Arguments, Folder) :-
+    atom_concat(Name, '.log', Log),
+    run_file(Folder, Log, LogFile),
+    start_server(Name, Arguments, LogFile, Process),
+    assertz(server(Process)).
+
+check_servers :-
+    forall(server(Process), check_alive(Process)).
+
+%   An endpoint is the user's, or a socket file of our own: its path must be short
+%   (107 bytes), which a run folder's need not be.
+endpoint(Name, Options, _, Endpoint, false) :-
+    Option =.. [Name, Endpoint],
+    option(Option, Options),
+    !.
+endpoint(Name, _, _, Endpoint, true) :-
+    current_prolog_flag(pid, Pid),
+    format(atom(Base), "lights-and-camera-~w-~w", [Pid, Name]),
+    ( getenv('TMPDIR', Temporary) -> true ; Temporary = '/tmp' ),
+    atomic_list_concat(['ipc://', Temporary, /, Base], Endpoint).
+
+image_server_arguments(Options, Plan, Endpoint, Arguments) :-
+    (   option(stack(Dir), Options)
+    ->  absolute_file_name(Dir, Stack),
+        Source = [replay, '--stack', Stack]
+    ;   option(target(Target), Options, cube),
+        option(scenario(Scenario), Options),
+        Source = [simulator, '--target', Target, '--scenario', Scenario]
+    ),
+    atom_concat(Endpoint, '-events', Events),
+    append(Source, ['--seed', Plan.seed, '--endpoint', Endpoint, '--events', Events], Arguments).
+
+%   Arguments of the vision server's `start`; what is not given it asks of the image server.
+start_arguments(Options, Plan, ImageServer, Folder, Args) :-
+    option(matcher(Matcher), Options),
+    findall(Key-File,
+            ( member(Key-Name, [camera_file-camera_model, seed_pose_file-seed_pose, model-model]),
+              Option =.. [Name, Given],
+              option(Option, Options),
+              absolute_file_name(Given, File) ),
+            Files),
+    dict_pairs(Args, start, [image_server-ImageServer, matcher-Matcher, seed-(Plan.seed), out-Folder|Files]).
+
+stop_everything :-
+    catch(close_acquisition, error(_, _), true),
+    forall(retract(server(Process)), stop_server(Process)).
+
+                /*******************************
+                *          THE PROGRAM         *
+                *******************************/
+
+%   Outcome is finished, stopped(Signal) or failed(Error); the last situation is
+%   kept whatever happens, so that nothing that was done is lost.
+run_program(Options, Plan, Folder, Outcome) :-
+    run_file(Folder, 'history.pl', Journal),
+    option(seed(Seed), Options),
+    (   option(resume(_), Options)
+    ->  Resume = [resume(Journal)]
+    ;   Resume = []
+    ),
+    nb_setval(session_situation, none),
+    catch(( indigolog(Plan.program,
+                      [ device(acquisition_device), journal(Journal), seed(Seed),
+                        on_action(session:after_action(Options)) | Resume ]),
+            Outcome = finished ),
+          Error,
+          ended_by(Error, Outcome)).
+
+ended_by(stopped(Signal), Outcome) =>
+    Outcome = stopped(Signal).
+ended_by(Error, Outcome) =>
+    Outcome = failed(Error).
+
+:- public after_action/3.
+
+%   Called by the executive after each action and each exogenous one.
+after_action(Options, Action, Situation) :-
+    nb_setval(session_situation, Situation),
+    (   shown(Action, Situation, Message)
+    ->  show(Options, Message)
+    ;   true
+    ),
+    (   option(explain(true), Options),
+        explained(Action, Situation, Why)
+    ->  show(Options, why(Why))
+    ;   true
+    ).
+
+shown(connect, Situation, connected(Device)) :-
+    fluent_value(device, Situation, Device).
+shown(keep(_), Situation, step(Device, Step)) :-
+    last_step(Situation, Device, Step).
+shown(discard(_, _), Situation, step(Device, Step)) :-
+    last_step(Situation, Device, Step).
+shown(advance(Range), _, hold(Range)).
+shown(hold_done(Outcome), _, hold_done(Outcome)).
+shown(Event, _, event(Event)) :-
+    event(Event).
+
+event(light_fault(_)).
+event(camera_fault).
+event(sun_changed).
+
+last_step(Situation, Device, Step) :-
+    fluent_value(device, Situation, Device),
+    fluent_value(steps, Situation, [Step|_]).
+
+                /*******************************
+                *            THE END           *
+                *******************************/
+
+finish(Outcome, Options, Plan, Folder, Start, Status) :-
+    nb_getval(session_situation, Situation),
+    (   Situation == none
+    ->  true                            % nothing happened: there is nothing to tell
+    ;   seconds(Start, Seconds),
+        outcome_status(Outcome, Situation, Name),
+        true_error(Situation, Error),
+        threshold(Situation, Threshold),
+        command_line(Command),
+        session_result(_{ status:Name, controller:(Plan.controller), target:(Plan.target),
+                          seed:(Plan.seed), command:Command, seconds:Seconds, error:Error,
+                          threshold_px:Threshold },
+                       session:value_in(Situation), Result),
+        run_file(Folder, 'result.json', File),
+        write_result(Result, File),
+        stop_everything,                % the vision server flushes its images
+        report(Options, Plan, Folder),
+        show(Options, outcome(Name, Result)),
+        ( option(json(true), Options) -> print_result(Result) ; true )
+    ),
+    exit_status(Outcome, Situation, Status).
+
+value_in(Situation, Fluent, Value) :-
+    fluent_value(Fluent, Situation, Value).
+
+outcome_status(finished, Situation, Status) =>
+    ( trusted(Situation) -> Status = converged ; Status = exhausted ).
+outcome_status(_, _, Status) =>
+    Status = stopped.
+
+exit_status(finished, Situation, Status) =>
+    ( trusted(Situation) -> Status = 0 ; Status = 3 ).
+exit_status(stopped(int), _, Status) =>
+    Status = 130.
+exit_status(stopped(_), _, Status) =>
+    Status = 143.
+exit_status(failed(Error), _, Status) =>
+    failed(Error, Status).
+
+% A session without hold points trusts its pose; an approach needs its last one fixed.
+trusted(Situation) :-
+    fluent_value(holds, Situation, [hold(_, Outcome, _)|_]),
+    !,
+    Outcome == reached.
+trusted(Situation) :-
+    situation_holds(converged, Situation).
+
+true_error(Situation, Error) :-
+    fluent_value(best, Situation, fix(Pose, _, _, _)),
+    catch(score_pose(Pose, Error), error(_, _), fail),
+    !.
+true_error(_, null).
+
+threshold(Situation, Threshold) :-
+    fluent_value(threshold, Situation, Value),
+    ( number(Value) -> Threshold = Value ; Threshold = null ).
+
+command_line(Command) :-
+    current_prolog_flag(argv, Arguments),
+    atomic_list_concat(['swipl main.pl'|Arguments], ' ', Command).
+
+%   What the servers did not use of the time they were waited for is the bridge's.
+seconds(Start, [total-Total, controller-Controller, bridge-Bridge|Parts]) :-
+    get_time(Now),
+    Total is Now - Start,
+    seconds_spent(Waiting, Parts),
+    foldl(add_part, Parts, 0.0, Served),
+    Controller is max(0.0, Total - Waiting),
+    Bridge is max(0.0, Waiting - Served).
+
+add_part(_-Seconds, Sum0, Sum) :-
+    Sum is Sum0 + Seconds.
+
+report(Options, Plan, Folder) :-
+    option(report(true), Options),
+    !,
+    atom_concat(Plan.root, '/.venv/bin/python', Python),
+    catch(( process_create(Python, ['-m', report, Folder],
+                           [ process(Pid), cwd(Plan.root), stdout(null) ]),
+            process_wait(Pid, Status, [timeout(60)]) ),
+          error(_, _), Status = failed),
+    (   Status == exit(0)
+    ->  run_file(Folder, 'report.html', File),
+        show(Options, report(File))
+    ;   print_message(warning, session(no_report(Status)))
+    ).
+report(_, _, _).
+
+print_result(Result) :-
+    json_write_dict(user_output, Result, [width(110)]),
+    nl(user_output).
+
+%   Live lines go to standard error, which leaves standard output to --json.
+show(Options, _) :-
+    option(quiet(true), Options),
+    !.
+show(_, Message) :-
+    print_message(help, session(Message)).
+
+                /*******************************
+                *            FAILURE           *
+                *******************************/
+
+%   What went wrong, in one message, and the exit status that goes with it.
+failed(stopped(Signal), Status) :-
+    !,
+    exit_status(stopped(Signal), none, Status).
+failed(Error, Status) :-
+    error_status(Error, Status),
+    print_message(error, Error).
+
+error_status(error(usage_error(_), _), 2) :- !.
+error_status(error(golog(_), _), 2) :- !.
+error_status(error(existence_error(source_sink, _), _), 2) :- !.
+error_status(error(server_died(_, exit(2), _, _), _), 2) :- !.
+error_status(error(server_error("bad_input", _, _), _), 2) :- !.
+error_status(_, 4).

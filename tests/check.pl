@@ -1,0 +1,42 @@
+:- module(check_loading,
+          [ check_loading/0
+          ]).
+:- use_module(library(apply), [maplist/2]).
+:- use_module(library(check), [list_undefined/1]).
+:- use_module(library(lists), [member/2]).
+
+/** <module> Every Prolog module loads without a warning and calls nothing undefined */
+
+:- dynamic complaint/0.
+
+:- multifile user:message_hook/3.
+
+user:message_hook(_, Kind, _) :-
+    memberchk(Kind, [error, warning]),
+    assertz(complaint),
+    fail.                               % still printed
+
+%!  check_loading is semidet.
+
+check_loading :-
+    forall(( member(Folder, [indigolog, bridge, domain, session]), module_file(Folder, File) ),
+           load_files(File, [if(not_loaded), imports([])])),
+    list_undefined([module_class([user])]),
+    \+ complaint.
+
+% Theories are plain Prolog without a header and are loaded by load_theory/1; run.pl is a command.
+module_file(Folder, File) :-
+    module_property(check_loading, file(Here)),
+    file_directory_name(Here, Tests),
+    atomic_list_concat([Tests, '/../', Folder, '/*.pl'], Pattern),
+    expand_file_name(Pattern, Files),
+    member(File, Files),
+    file_base_name(File, Base),
+    Base \== 'run.pl',
+    is_module(File).
+
+is_module(File) :-
+    setup_call_cleanup(open(File, read, Stream),
+                       read_term(Stream, Term, []),
+                       close(Stream)),
+    Term = (:- module(_, _)).
