@@ -1,0 +1,350 @@
+/** <module> Requests to the servers, and their events
+
+A client sends one request at a time to one server. Each request has a deadline in all; a request without an answer
+is sent again, a bounded number of times, on a fresh socket and with the same id, so that a server that has done it
+already answers from memory and nothing is done twice. What a request can throw is
+
+    error(server_error(Code, Message, Hint), _)         the server's error reply, or `bad_reply`
+    error(bridge_timeout(Endpoint, Op, Seconds), _)     no answer within the deadline
+
+and whatever the client's `alive` goal throws. JSON objects are dicts; their strings are strings, and `true`, `false`
+and `null` are atoms.
+*/
+
+:- module(bridge_client,
+          [ client_open/3,          % +Endpoint, -Client, :Options
+            client_request/5,       % +Client, +Op, +Args, -Result, +Options
+            client_close/1,         % +Client
+            client_seconds/2,       % +Client, -Seconds
+            events_open/2,          % +Endpoint, -Subscription
+            events_open/3,          % +Endpoint, -Subscription, :Options
+            events_poll/2,          % +Subscription, -Events
+            events_close/1          % +Subscription
+          ]).
+:- use_module(library(apply), [convlist/3]).
+:- use_module(library(error), [existence_error/2, must_be/2]).
+:- use_module(library(http/json), [json_read_dict/3, json_write_dict/3]).
+:- use_module(library(lists), [member/2]).
+:- use_module(library(option), [meta_options/3, option/3]).
+:- use_module(zmq).
+
+:- meta_predicate
+    client_open(+, -, :),
+    events_open(+, -, :).
+
+/** <predicate> client(?Id, ?Endpoint, ?Name, ?Timeout, ?Retries, ?Alive, ?Curve)
+    What a client was opened with. */
+:- dynamic
+    client/7,
+    client_socket/2,                % Client, Socket: where it is connected
+    client_waited/2,                % Client, Seconds
+    client_number/2.                % Client, N: of the last request
+:- volatile
+    client/7,
+    client_socket/2,
+    client_waited/2,
+    client_number/2.
+
+slice_s(0.1).                       % longest wait between two calls of the alive goal
+max_frame_bytes(67108864).
+welcome_s(5.0).                     % an event server that is there answers at once
+
+:- multifile prolog:error_message//1.
+
+prolog:error_message(server_error(_Code, Message, Hint)) -->
+    [ '~w'-[Message] ],
+    (   { Hint == "" ; Hint == '' }
+    ->  []
+    ;   [ ' ~w'-[Hint] ]
+    ).
+prolog:error_message(bridge_timeout(Endpoint, Op, Seconds)) -->
+    [ 'The server at ~w did not answer "~w" within ~w s. '-[Endpoint, Op, Seconds],
+      'Check that it is running and listens there, or allow more time.'
+    ].
+
+%!  client_open(+Endpoint, -Client, :Options) is det.
+%
+%   A client of the server at Endpoint. It connects at its first request, and belongs to the thread that makes
+%   it. Options:
+%
+%     - timeout(+Seconds)
+%       Deadline of a request in all, retries included; default 10.
+%     - retries(+N)
+%       How often a request without an answer is sent again; default 2.
+%     - alive(:Goal)
+%       Called while waiting, at least every 0.1 s. It throws when there is no use in waiting any longer, for
+%       example because the server's process is gone; success and failure are the same.
+%     - curve(+PublicKey, +SecretKey, +ServerKey)
+%       Keys of CURVE.
+
+client_open(Endpoint, Client, Options0) :-
+    meta_options(is_meta, Options0, Options),
+    option(timeout(Timeout), Options, 10),
+    option(retries(Retries), Options, 2),
+    option(alive(Alive), Options, true),
+    must_be(between(0.0, 1.0e9), Timeout),
+    must_be(nonneg, Retries),
+    curve_option(Options, Curve),
+    flag(bridge_client, N, N+1),
+    Client = '$bridge_client'(N),
+    client_name(N, Name),
+    asserta(client_waited(Client, 0.0)),
+    asserta(client_number(Client, 0)),
+    asserta(client(Client, Endpoint, Name, Timeout, Retries, Alive, Curve)).
+
+is_meta(alive).
+
+curve_option(Options, Curve) :-
+    (   memberchk(curve(Public, Secret, Server), Options)
+    ->  Curve = [ curve_publickey(Public), curve_secretkey(Secret), curve_serverkey(Server) ]
+    ;   Curve = []
+    ).
+
+%   A server keeps its memory of replies by this name, so no two clients may ever share one. It takes nothing from the
+%   random generator, which belongs to the session's seed.
+
+client_name(N, Name) :-
+    current_prolog_flag(pid, Pid),
+    get_time(Now),
+    Microseconds is truncate(Now*1000000),
+    format(atom(Name), 'prolog-~d-~d-~d', [Pid, Microseconds, N]).
+
+%!  client_close(+Client) is det.
+%
+%   Close the connection and forget the client. Closing twice is no error.
+
+client_close(Client) :-
+    disconnect(Client),
+    retractall(client(Client, _, _, _, _, _, _)),
+    retractall(client_waited(Client, _)),
+    retractall(client_number(Client, _)).
+
+%!  client_seconds(+Client, -Seconds) is det.
+%
+%   Time that was spent waiting for answers since the client was opened.
+
+client_seconds(Client, Seconds) :-
+    (   client_waited(Client, Seconds0)
+    ->  Seconds = Seconds0
+    ;   existence_error(bridge_client, Client)
+    ).
+
+%!  client_request(+Client, +Op, +Args, -Result, +Options) is det.
+%
+%   Do one operation of the server. Args and Result are dicts. Option timeout(Seconds) overrules the client's.
+
+client_request(Client, Op, Args, Result, Options) :-
+    (   client(Client, Endpoint, Name, Timeout0, Retries, Alive, _)
+    ->  true
+    ;   existence_error(bridge_client, Client)
+    ),
+    option(timeout(Timeout), Options, Timeout0),
+    retract(client_number(Client, N0)),
+    N is N0+1,
+    asserta(client_number(Client, N)),
+    format(string(Id), '~w/~d', [Name, N]),
+    json_text(_{v:1, id:Id, op:Op, args:Args}, Text),
+    zmq_clock(Start),
+    catch(attempts(Client, Id, Text, Alive, span(Start, Timeout, Retries), Reply),
+          Error,
+          true),
+    zmq_clock(End),
+    add_seconds(Client, End-Start),
+    (   nonvar(Error)
+    ->  disconnect(Client),
+        throw(Error)
+    ;   Reply == none
+    ->  throw(error(bridge_timeout(Endpoint, Op, Timeout), _))
+    ;   reply_result(Reply, Client, Endpoint, Result)
+    ).
+
+add_seconds(Client, More) :-
+    (   retract(client_waited(Client, S0))
+    ->  S is S0+More,
+        asserta(client_waited(Client, S))
+    ;   true                        % closed meanwhile
+    ).
+
+%   Each attempt has an equal share of the time.
+
+attempts(Client, Id, Text, Alive, span(Start, Timeout, Retries), Reply) :-
+    Last is Retries+1,
+    (   between(1, Last, Attempt),
+        Deadline is Start + Timeout*Attempt/Last,
+        connected(Client, Socket),
+        (   sent(Socket, Text, Alive, Deadline),
+            answer(Socket, Id, Alive, Deadline, Reply0)
+        ->  true
+        ;   disconnect(Client),
+            fail
+        )
+    ->  Reply = Reply0
+    ;   Reply = none
+    ).
+
+sent(Socket, Text, Alive, Deadline) :-
+    in_slices(zmq_send(Socket, [Text]), Alive, Deadline).
+
+answer(Socket, Id, Alive, Deadline, Reply) :-
+    in_slices(received(Socket, Header), Alive, Deadline),
+    reply_to(Header, Id, Reply0),
+    (   Reply0 == another           % an answer to a request that was given up
+    ->  answer(Socket, Id, Alive, Deadline, Reply)
+    ;   Reply = Reply0
+    ).
+
+received(Socket, Header, Timeout) :-
+    zmq_receive(Socket, [Header], Timeout, header).
+
+%   Goal with a time to wait added succeeds before the deadline; Alive is called in between.
+
+in_slices(Goal, Alive, Deadline) :-
+    slice_s(Slice),
+    repeat,
+    zmq_clock(Now),
+    Left is Deadline-Now,
+    (   Left =< 0
+    ->  !,
+        fail
+    ;   Wait is min(Slice, Left),
+        call(Goal, Wait)
+    ->  !
+    ;   ignore(Alive),
+        fail
+    ).
+
+connected(Client, Socket) :-
+    client_socket(Client, Socket),
+    !.
+connected(Client, Socket) :-
+    client(Client, Endpoint, _, _, _, _, Curve),
+    max_frame_bytes(Max),
+    zmq_socket(dealer, Socket, [maxmsgsize(Max)|Curve]),
+    catch(zmq_connect(Socket, Endpoint), Error, ( zmq_close(Socket), throw(Error) )),
+    asserta(client_socket(Client, Socket)).
+
+disconnect(Client) :-
+    forall(retract(client_socket(Client, Socket)), zmq_close(Socket)).
+
+%!  reply_to(+Header, +Id, -Reply) is det.
+%
+%   Reply is the dict of an answer to request Id, `another` for one to another request, or bad(Why). An error reply
+%   without an id is about a request whose id the server could not read.
+
+reply_to(Header, Id, Reply) :-
+    catch(json_dict(Header, Dict), Error, true),
+    (   nonvar(Error)
+    ->  message_to_codes_safe(Error, Why),
+        Reply = bad(Why)
+    ;   \+ is_dict(Dict)
+    ->  Reply = bad("it is no JSON object")
+    ;   get_dict(v, Dict, 1),
+        get_dict(ok, Dict, Ok),
+        get_dict(id, Dict, ReplyId)
+    ->  (   ( ReplyId == Id ; ReplyId == null, Ok == false )
+        ->  Reply = Dict
+        ;   Reply = another
+        )
+    ;   Reply = bad("it has no v, id and ok of protocol version 1")
+    ).
+
+message_to_codes_safe(error(Formal, _), Why) :-
+    !,
+    format(string(Why), '~p', [Formal]).
+message_to_codes_safe(Error, _) :-
+    throw(Error).
+
+reply_result(Reply, Client, Endpoint, Result) :-
+    (   is_dict(Reply),
+        get_dict(ok, Reply, true),
+        get_dict(result, Reply, Result0),
+        is_dict(Result0)
+    ->  Result = Result0
+    ;   is_dict(Reply),
+        get_dict(error, Reply, Error),
+        is_dict(Error),
+        get_dict(code, Error, Code0),
+        get_dict(message, Error, Message)
+    ->  atom_string(Code, Code0),
+        (   get_dict(hint, Error, Hint)
+        ->  true
+        ;   Hint = ""
+        ),
+        throw(error(server_error(Code, Message, Hint), _))
+    ;   (   Reply = bad(Why)
+        ->  true
+        ;   Why = "it has neither a result nor an error"
+        ),
+        disconnect(Client),
+        format(string(Message), 'The reply of the server at ~w cannot be read: ~w.', [Endpoint, Why]),
+        throw(error(server_error(bad_reply, Message, "Use a client and a server of the same release."), _))
+    ).
+
+json_text(Dict, Text) :-
+    with_output_to(string(Text), json_write_dict(current_output, Dict, [width(0)])).
+
+json_dict(Text, Dict) :-
+    setup_call_cleanup(open_string(Text, In), json_read_dict(In, Dict, []), close(In)).
+
+%!  events_open(+Endpoint, -Subscription) is det.
+%!  events_open(+Endpoint, -Subscription, :Options) is det.
+%
+%   Subscribe to the events published at Endpoint. Returns when the server has confirmed it, so that no event is
+%   lost from then on. Options timeout (default 5), alive and curve are as in client_open/3.
+%
+%   @error bridge_timeout(Endpoint, subscribe, Seconds) when nobody publishes there.
+
+events_open(Endpoint, Subscription) :-
+    events_open(Endpoint, Subscription, []).
+
+events_open(Endpoint, Subscription, Options0) :-
+    meta_options(is_meta, Options0, Options),
+    welcome_s(Default),
+    option(timeout(Timeout), Options, Default),
+    option(alive(Alive), Options, true),
+    curve_option(Options, Curve),
+    max_frame_bytes(Max),
+    zmq_socket(sub, Socket, [subscribe(""), rcvhwm(0), maxmsgsize(Max)|Curve]),
+    zmq_clock(Start),
+    Deadline is Start+Timeout,
+    catch(( zmq_connect(Socket, Endpoint),
+            (   in_slices(received(Socket, _Welcome), Alive, Deadline)
+            ->  true
+            ;   throw(error(bridge_timeout(Endpoint, subscribe, Timeout), _))
+            )
+          ),
+          Error,
+          ( zmq_close(Socket),
+            throw(Error)
+          )),
+    Subscription = '$bridge_events'(Socket).
+
+%!  events_poll(+Subscription, -Events) is det.
+%
+%   Events are those that came since the last call, in order; [] for none. Never waits. Each is a dict with keys
+%   `event` (a string), `args` (a dict) and `sequence` (counts from 1).
+
+events_poll('$bridge_events'(Socket), Events) :-
+    waiting(Socket, Headers),
+    convlist(event, Headers, Events).
+
+waiting(Socket, Headers) :-
+    (   received(Socket, Header, 0)
+    ->  Headers = [Header|More],
+        waiting(Socket, More)
+    ;   Headers = []
+    ).
+
+event(Header, Event) :-
+    catch(json_dict(Header, Event), error(_, _), fail),
+    is_dict(Event),
+    get_dict(event, Event, Name),
+    get_dict(sequence, Event, _),
+    Name \== "welcome".
+
+%!  events_close(+Subscription) is det.
+%
+%   End a subscription. Closing twice is no error.
+
+events_close('$bridge_events'(Socket)) :-
+    zmq_close(Socket).
