@@ -13,6 +13,8 @@ from vision_server.matching.match import SearchRange
 
 Floats = NDArray[np.float64]
 
+MARGIN = 0.15  # of the search range; a true pose at its border must not be lost to noise
+MARGIN_DEG = 1.0
 GOLDEN = 1.1127756842787055  # root of x^7 = x + 1
 
 
@@ -39,6 +41,26 @@ def poses_in_range(
     reach_m = search_range.translation_px * seed_pose.translation[2] / camera.fx
     rotations: Floats = _turned(seed_pose.matrix, np.ascontiguousarray(angles))
     return rotations, seed_pose.translation + reach_m * numbers[:, 3:]
+
+
+def in_range(
+    seed_pose: Pose, camera: Camera, search_range: SearchRange, rotations: Floats, translations: Floats
+) -> NDArray[np.bool_]:
+    """Which poses (N, 3, 3), (N, 3) lie in the search range, MARGIN included."""
+    turn = seed_pose.matrix.T @ rotations
+    angles = np.stack(
+        [
+            np.arctan2(-turn[:, 1, 2], turn[:, 2, 2]),
+            np.arcsin(np.clip(turn[:, 0, 2], -1.0, 1.0)),
+            np.arctan2(-turn[:, 0, 1], turn[:, 0, 0]),
+        ],
+        axis=1,
+    )
+    reach_m = search_range.translation_px * seed_pose.translation[2] / camera.fx
+    turned = np.abs(angles) <= np.radians(search_range.rotation_deg * (1.0 + MARGIN) + MARGIN_DEG)
+    moved = np.abs(translations - seed_pose.translation) <= reach_m * (1.0 + MARGIN)
+    inside: NDArray[np.bool_] = turned.all(axis=1) & moved.all(axis=1)
+    return inside
 
 
 @njit(cache=True)

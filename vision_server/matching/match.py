@@ -89,7 +89,7 @@ def distinct(rotations: Floats, translations: Floats, scores: Floats, count: int
     """Indices of the best `count` poses, none of them the same pose as a better one."""
     kept: list[int] = []
     for i in np.argsort(-scores, kind="stable").tolist():
-        if len(kept) == count:
+        if len(kept) == count or scores[i] == -np.inf:
             break
         if not any(_same(rotations, translations, i, j) for j in kept):
             kept.append(i)

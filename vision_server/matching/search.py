@@ -12,7 +12,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import MIN_LINE_PX, Solid, image_bounds, solid_of, trace
-from vision_server.matching.draws import even_numbers, poses_in_range
+from vision_server.matching.draws import even_numbers, in_range, poses_in_range
 from vision_server.matching.icp import pull, pull_poses, score_poses
 from vision_server.matching.match import Candidate, Match, SearchRange, checked_segments, distinct
 from vision_server.matching.nearest_edges import NO_SEGMENT, NearestEdges, nearest, nearest_edges, offset
@@ -20,7 +20,8 @@ from vision_server.matching.views import Views
 
 Floats = NDArray[np.float64]
 
-MIN_SEGMENT_PX = 14.0
+LEAST_SEGMENT_PX, MOST_SEGMENT_PX = 7.0, 14.0  # bounds of the shortest segment that is used ...
+SEGMENT_SHARE = 0.1  # ... which is this share of the model's typical line in the image
 DRAWS = 2048
 PULLED = 100
 FINISHED = 12
@@ -58,14 +59,15 @@ def match_search(
     """
     began = time.perf_counter()
     segments, weights = checked_segments(segments, weights)
-    long = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1]) >= MIN_SEGMENT_PX
+    views = Views(model, camera.ideal, seed_pose, COARSE_SPACING_PX, MIN_LINE_PX)
+    shortest = min(max(SEGMENT_SHARE * views.typical_line_px(seed_pose), LEAST_SEGMENT_PX), MOST_SEGMENT_PX)
+    long = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1]) >= shortest
     if not long.any():
         return Match((), {"segments": 0.0})
     camera = camera.ideal
     edges = nearest_edges(segments[long], np.ones(int(long.sum())), camera)
     built = time.perf_counter()
     rotations, translations = poses_in_range(seed_pose, camera, search_range, even_numbers(DRAWS, seed))
-    views = Views(model, camera, seed_pose, COARSE_SPACING_PX, MIN_LINE_PX)
     scores = _scores(edges, views, rotations, translations, camera, SEARCH_REACH_PX)
     scored = time.perf_counter()
     best = np.argsort(-scores, kind="stable")[:PULLED]
@@ -76,6 +78,7 @@ def match_search(
             edges, views.table(), view, rotations, translations, camera.intrinsics, reach, PULL_ITERATIONS
         )
     scores = _scores(edges, views, rotations, translations, camera, FINAL_REACH_PX)
+    scores[~in_range(seed_pose, camera, search_range, rotations, translations)] = -np.inf
     pulled = time.perf_counter()
     candidates = _finished(edges, model, camera, rotations, translations, scores)
     done = time.perf_counter()

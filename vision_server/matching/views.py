@@ -62,7 +62,7 @@ class Views:
         first /= np.linalg.norm(first)
         self._frame = np.stack([first, np.cross(towards, first), towards])
         self._view_of: dict[tuple[int, int], int] = {}
-        self._parts: list[tuple[Floats, Floats, Floats]] = []
+        self._parts: list[tuple[Floats, Floats, Floats, Ints]] = []
         self._table: ViewTable | None = None
 
     def __len__(self) -> int:
@@ -85,12 +85,20 @@ class Views:
     def table(self) -> ViewTable:
         """The samples of all views so far."""
         if self._table is None:
-            sizes = [len(px) for _, _, px in self._parts]
-            points, ends, px = (np.concatenate(part) for part in zip(*self._parts, strict=True))
+            sizes = [len(px) for _, _, px, _ in self._parts]
+            points, ends, px, _ = (np.concatenate(part) for part in zip(*self._parts, strict=True))
             self._table = ViewTable(np.concatenate([[0], np.cumsum(sizes)]), points, ends, px)
         return self._table
 
-    def _seen_from(self, row: int, column: int) -> tuple[Floats, Floats, Floats]:
+    def typical_line_px(self, pose: Pose) -> float:
+        """Image length of a line that a random pixel of the visible lines is on, 0 when there is none, px."""
+        view = int(self.of(pose.matrix[None], pose.translation[None])[0])
+        line, px = self._parts[view][3], self._parts[view][2]
+        lengths = np.bincount(line, weights=px) if len(line) else np.zeros(1)
+        total = float(lengths.sum())
+        return float((lengths**2).sum()) / total if total > 0 else 0.0
+
+    def _seen_from(self, row: int, column: int) -> tuple[Floats, Floats, Floats, Ints]:
         a, b = math.radians(row * CELL_DEG), math.radians(column * CELL_DEG)
         angle = math.hypot(a, b)
         sine = math.sin(angle) / angle if angle > 0 else 1.0
@@ -109,7 +117,7 @@ class Views:
             self._spacing_px,
             self._min_line_px,
         )
-        return points, points + 0.05 * self._along[line], px
+        return points, points + 0.05 * self._along[line], px, line
 
 
 @njit(cache=True)
