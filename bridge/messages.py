@@ -23,7 +23,7 @@ ImageId = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")]
 Endpoint = Annotated[str, Meta(pattern=r"^(ipc|tcp|inproc)://.+$")]
 FileName = Annotated[str, Meta(min_length=1, max_length=4096)]
 Unit = Literal["m", "cm", "mm", "in"]
-Parameter = bool | int | float | str
+Parameter = bool | int | float | str | dict[str, Any] | None
 
 
 def _check_finite(value: object, where: str) -> None:

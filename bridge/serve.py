@@ -230,10 +230,11 @@ class Server:
                 )
         except ProtocolError as error:
             answer = [encode_error(request_id or error.request_id, error)]
-        if len(answer) == 1:
-            self._router.send_multipart([*route, *answer])
-        else:
-            self._router.send_multipart([*route, *answer], copy=False)
+        self._send(route, answer)
+
+    def _send(self, route: list[bytes], answer: list[Any]) -> None:
+        # Without arrays a copy is cheaper than keeping track of who still reads the frames.
+        self._router.send_multipart([*route, *answer], copy=len(answer) == 1)
 
     def _checked(self, body: list[bytes]) -> Request:
         if not body:
