@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.visibility import MIN_LINE_PX
 from vision_server.matching.draws import poses_in_range
+from vision_server.matching.icp import LEAST_DEPTH_M
 from vision_server.matching.match import Candidate, Match, SearchRange, checked_segments, distinct
 from vision_server.matching.views import Views, ViewTable
 
@@ -27,7 +27,7 @@ GENERATIONS = 10
 ELITE = POPULATION * 5 // 100  # survive as they are
 PARENTS = POPULATION * 30 // 100  # have children
 CANDIDATES = 5
-WHOLE_LINE_PX = 1e9  # spacing that gives one sample per visible line
+SPACING_PX = 20.0  # a line is visible when any of its samples is
 NEAR_COST = 2 * 5.0**2  # an image line with both ends within 5 px counts as support
 NO_LINES_COST = 1e12
 
@@ -61,7 +61,7 @@ def match_genetic(
         return Match((), {"segments": 0.0})
     camera = camera.ideal
     lines = _line_table(segments)
-    views = Views(model, camera, seed_pose, WHOLE_LINE_PX, MIN_LINE_PX)
+    views = Views(model, camera, seed_pose, SPACING_PX)
 
     def costs(genomes: Ints) -> tuple[Floats, Floats, Floats, Floats]:
         rotations, translations = poses_in_range(seed_pose, camera, search_range, decoded(genomes))
@@ -158,11 +158,11 @@ def line_costs(
     for i in range(count):
         r, t = rotations[i], translations[i]
         total, used, near, length = 0.0, 0, 0.0, 0.0
-        for s in range(views.first[view[i]], views.first[view[i] + 1]):
-            p, e = views.points[s], views.ends[s]
+        for q in range(views.first[view[i]], views.first[view[i] + 1]):
+            p, e = views.ends[q, 0], views.ends[q, 1]
             z = r[2, 0] * p[0] + r[2, 1] * p[1] + r[2, 2] * p[2] + t[2]
             z_end = r[2, 0] * e[0] + r[2, 1] * e[1] + r[2, 2] * e[2] + t[2]
-            if z <= 1e-6 or z_end <= 1e-6:
+            if z <= LEAST_DEPTH_M or z_end <= LEAST_DEPTH_M:
                 continue
             x = fx * (r[0, 0] * p[0] + r[0, 1] * p[1] + r[0, 2] * p[2] + t[0]) / z + cx
             y = fy * (r[1, 0] * p[0] + r[1, 1] * p[1] + r[1, 2] * p[2] + t[1]) / z + cy
@@ -173,7 +173,7 @@ def line_costs(
                 continue
             nx, ny = -dy / norm, dx / norm
             angle = math.degrees(math.atan2(dy, dx))
-            best = np.inf
+            best = NO_LINES_COST
             for k in range(len(lines)):
                 first = nx * (lines[k, 0] - x) + ny * (lines[k, 1] - y)
                 second = nx * (lines[k, 2] - x) + ny * (lines[k, 3] - y)
@@ -185,9 +185,10 @@ def line_costs(
                 best = min(best, apart + turn * turn)
             total += best
             used += 1
-            length += views.px[s]
+            seen = np.sum(views.px[views.run[q] : views.run[q + 1]])
+            length += seen
             if best < NEAR_COST:
-                near += views.px[s]
+                near += seen
         cost[i] = total if used > 0 else NO_LINES_COST
         supported[i] = near / length if length > 0.0 else 0.0
     return cost, supported

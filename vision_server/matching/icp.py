@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from geometry.rotation import matrix_of
-from vision_server.matching.nearest_edges import NO_SEGMENT, NearestEdges, nearest, offset
+from vision_server.matching.nearest_edges import CELL_PX, NO_SEGMENT, NearestEdges, bin_of, offset
 from vision_server.matching.views import ViewTable
 
 Floats = NDArray[np.float64]
@@ -18,9 +18,26 @@ Ints = NDArray[np.int64]
 CLUTTER = 0.4  # support of a pixel of model line that chance gives; less than this counts against a pose
 DAMPING = 1e-3  # of the normal equations' diagonal
 MAX_TURN_RAD = 0.2  # largest rotation of one step
+LEAST_DEPTH_M = 1e-6
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
+def run_bin(ends: Floats, run: int, r: Floats, t: Floats, fx: float, fy: float) -> int:
+    """Direction bin of a line (Q, 2, 3) in the image; -1 when an end is not in front of the camera."""
+    ax, ay, az = ends[run, 0, 0], ends[run, 0, 1], ends[run, 0, 2]
+    bx, by, bz = ends[run, 1, 0], ends[run, 1, 1], ends[run, 1, 2]
+    za = r[2, 0] * ax + r[2, 1] * ay + r[2, 2] * az + t[2]
+    zb = r[2, 0] * bx + r[2, 1] * by + r[2, 2] * bz + t[2]
+    if za <= LEAST_DEPTH_M or zb <= LEAST_DEPTH_M:
+        return -1
+    dx = (r[0, 0] * bx + r[0, 1] * by + r[0, 2] * bz + t[0]) / zb
+    dx -= (r[0, 0] * ax + r[0, 1] * ay + r[0, 2] * az + t[0]) / za
+    dy = (r[1, 0] * bx + r[1, 1] * by + r[1, 2] * bz + t[1]) / zb
+    dy -= (r[1, 0] * ax + r[1, 1] * ay + r[1, 2] * az + t[1]) / za
+    return int(bin_of(fx * dx, fy * dy))
+
+
+@njit(cache=True, error_model="numpy")
 def score_poses(
     edges: NearestEdges,
     views: ViewTable,
@@ -32,38 +49,81 @@ def score_poses(
 ) -> Floats:
     """Score of each pose: sum over visible samples of px · (max(0, 1 − d/reach) − CLUTTER), (N,).
 
-    d is the distance to the nearest image segment of like direction; samples outside the image are skipped.
+    d is the distance to the nearest image segment of like direction; samples outside the image are
+    skipped. A reach of 0 takes the gains of the grid, whose reach is GAIN_REACH_PX: coarse and fast.
     """
     out = np.zeros(len(view))
     fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
+    right, bottom = edges.size[0] - 0.5, edges.size[1] - 0.5
+    points, px = views.points, views.px
     for i in range(len(view)):
         r, t = rotations[i], translations[i]
         total = 0.0
-        for s in range(views.first[view[i]], views.first[view[i] + 1]):
-            p, e = views.points[s], views.ends[s]
-            z = r[2, 0] * p[0] + r[2, 1] * p[1] + r[2, 2] * p[2] + t[2]
-            z_end = r[2, 0] * e[0] + r[2, 1] * e[1] + r[2, 2] * e[2] + t[2]
-            if z <= 1e-6 or z_end <= 1e-6:
+        for q in range(views.first[view[i]], views.first[view[i] + 1]):
+            bin_ = run_bin(views.ends, q, r, t, fx, fy)
+            if bin_ < 0:
                 continue
-            x = fx * (r[0, 0] * p[0] + r[0, 1] * p[1] + r[0, 2] * p[2] + t[0]) / z + cx
-            y = fy * (r[1, 0] * p[0] + r[1, 1] * p[1] + r[1, 2] * p[2] + t[1]) / z + cy
-            if not (-0.5 <= x < edges.size[0] - 0.5 and -0.5 <= y < edges.size[1] - 0.5):
-                continue
-            dx = fx * (r[0, 0] * e[0] + r[0, 1] * e[1] + r[0, 2] * e[2] + t[0]) / z_end + cx - x
-            dy = fy * (r[1, 0] * e[0] + r[1, 1] * e[1] + r[1, 2] * e[2] + t[1]) / z_end + cy - y
-            segment = nearest(edges, x, y, dx, dy)
-            gain = -CLUTTER
-            if segment != NO_SEGMENT:
-                _, distance = offset(edges, segment, x, y)
-                gain += max(0.0, 1.0 - distance / reach_px)
-            total += views.px[s] * gain
+            for s in range(views.run[q], views.run[q + 1]):
+                a, b, c = points[s, 0], points[s, 1], points[s, 2]
+                z = 1.0 / (r[2, 0] * a + r[2, 1] * b + r[2, 2] * c + t[2])
+                x = fx * (r[0, 0] * a + r[0, 1] * b + r[0, 2] * c + t[0]) * z + cx
+                y = fy * (r[1, 0] * a + r[1, 1] * b + r[1, 2] * c + t[1]) * z + cy
+                if not (-0.5 <= x < right and -0.5 <= y < bottom):
+                    continue
+                row, column = int((y + 0.5) / CELL_PX), int((x + 0.5) / CELL_PX)
+                gain = -CLUTTER
+                if reach_px == 0.0:
+                    gain += edges.gain[bin_, row, column] / 255.0
+                else:
+                    segment = edges.label[bin_, row, column]
+                    if segment != NO_SEGMENT:
+                        _, distance = offset(edges.segments, segment, x, y)
+                        gain += max(0.0, 1.0 - distance / reach_px)
+                total += px[s] * gain
         out[i] = total
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
+def supported_fraction(
+    edges: NearestEdges,
+    views: ViewTable,
+    rotation: Floats,
+    translation: Floats,
+    intrinsics: Floats,
+    reach_px: float,
+) -> float:
+    """Share of the image length of view 0 that has a segment of like direction within reach_px."""
+    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
+    r, t, points = rotation, translation, views.points
+    near, total = 0.0, 0.0
+    for q in range(views.first[0], views.first[1]):
+        bin_ = run_bin(views.ends, q, r, t, fx, fy)
+        for s in range(views.run[q], views.run[q + 1]):
+            z = r[2, 0] * points[s, 0] + r[2, 1] * points[s, 1] + r[2, 2] * points[s, 2] + t[2]
+            x = (
+                fx * (r[0, 0] * points[s, 0] + r[0, 1] * points[s, 1] + r[0, 2] * points[s, 2] + t[0]) / z
+                + cx
+            )
+            y = (
+                fy * (r[1, 0] * points[s, 0] + r[1, 1] * points[s, 1] + r[1, 2] * points[s, 2] + t[1]) / z
+                + cy
+            )
+            if bin_ < 0 or not (-0.5 <= x < edges.size[0] - 0.5 and -0.5 <= y < edges.size[1] - 0.5):
+                continue
+            total += views.px[s]
+            segment = edges.label[bin_, int((y + 0.5) / CELL_PX), int((x + 0.5) / CELL_PX)]
+            if segment != NO_SEGMENT and offset(edges.segments, segment, x, y)[1] < reach_px:
+                near += views.px[s]
+    return near / total if total > 0.0 else 0.0
+
+
+@njit(cache=True, error_model="numpy")
 def solve_step(normal: Floats, gradient: Floats) -> Floats:
-    """Solution (6,) of the damped normal equations (6, 6), (6,), by Cholesky; 0 when they have no rank."""
+    """Solution (6,) of the damped normal equations (6, 6), (6,), by Cholesky; 0 when they have no rank.
+
+    Only the lower triangle is read.
+    """
     lower = np.zeros((6, 6))
     out = np.zeros(6)
     for i in range(6):
@@ -92,24 +152,25 @@ def solve_step(normal: Floats, gradient: Floats) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def pull(
     edges: NearestEdges,
-    points: Floats,
-    ends: Floats,
-    px: Floats,
+    views: ViewTable,
+    view: int,
     rotation: Floats,
     translation: Floats,
     intrinsics: Floats,
     reach_px: float,
     iterations: int,
 ) -> None:
-    """Move one pose (3, 3), (3,), in place, so that the samples come to lie on their nearest segments.
+    """Move one pose (3, 3), (3,), in place, so that the samples of its view come to lie on image segments.
 
-    Residual: distance to the segment's line; weight: px · (1 − (d/reach)²)², d the distance to the
-    segment itself. The step turns about the target's origin by at most MAX_TURN_RAD.
+    Residual: distance to the nearest segment's line; weight: px · (1 − (d/reach)²)² · trust, d the
+    distance to the segment itself. The step turns about the target's origin by at most MAX_TURN_RAD.
     """
     fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
+    right, bottom = edges.size[0] - 0.5, edges.size[1] - 0.5
+    points, px, segments = views.points, views.px, edges.segments
     normal = np.empty((6, 6))
     gradient = np.empty(6)
     row = np.empty(6)
@@ -117,44 +178,46 @@ def pull(
     for _ in range(iterations):
         normal[:] = 0.0
         gradient[:] = 0.0
-        for s in range(len(px)):
-            p, e = points[s], ends[s]
-            a = r[0, 0] * p[0] + r[0, 1] * p[1] + r[0, 2] * p[2]
-            b = r[1, 0] * p[0] + r[1, 1] * p[1] + r[1, 2] * p[2]
-            c = r[2, 0] * p[0] + r[2, 1] * p[1] + r[2, 2] * p[2]
-            z = c + t[2]
-            z_end = r[2, 0] * e[0] + r[2, 1] * e[1] + r[2, 2] * e[2] + t[2]
-            if z <= 1e-6 or z_end <= 1e-6:
+        for q in range(views.first[view], views.first[view + 1]):
+            bin_ = run_bin(views.ends, q, r, t, fx, fy)
+            if bin_ < 0:
                 continue
-            nx, ny = (a + t[0]) / z, (b + t[1]) / z
-            x, y = fx * nx + cx, fy * ny + cy
-            if not (-0.5 <= x < edges.size[0] - 0.5 and -0.5 <= y < edges.size[1] - 0.5):
-                continue
-            dx = fx * (r[0, 0] * e[0] + r[0, 1] * e[1] + r[0, 2] * e[2] + t[0]) / z_end + cx - x
-            dy = fy * (r[1, 0] * e[0] + r[1, 1] * e[1] + r[1, 2] * e[2] + t[1]) / z_end + cy - y
-            segment = nearest(edges, x, y, dx, dy)
-            if segment == NO_SEGMENT:
-                continue
-            across, distance = offset(edges, segment, x, y)
-            if distance >= reach_px:
-                continue
-            share = 1.0 - (distance / reach_px) ** 2
-            weight = px[s] * share * share * edges.segments[segment, 5]
-            gx = -edges.segments[segment, 3] * fx / z
-            gy = edges.segments[segment, 2] * fy / z
-            gz = -(gx * nx + gy * ny)
-            row[0], row[1], row[2] = b * gz - c * gy, c * gx - a * gz, a * gy - b * gx
-            row[3], row[4], row[5] = gx, gy, gz
-            for i in range(6):
-                gradient[i] -= weight * row[i] * across
-                for j in range(i + 1):
-                    normal[i, j] += weight * row[i] * row[j]
+            for s in range(views.run[q], views.run[q + 1]):
+                a = r[0, 0] * points[s, 0] + r[0, 1] * points[s, 1] + r[0, 2] * points[s, 2]
+                b = r[1, 0] * points[s, 0] + r[1, 1] * points[s, 1] + r[1, 2] * points[s, 2]
+                c = r[2, 0] * points[s, 0] + r[2, 1] * points[s, 1] + r[2, 2] * points[s, 2]
+                z = 1.0 / (c + t[2])
+                nx, ny = (a + t[0]) * z, (b + t[1]) * z
+                x, y = fx * nx + cx, fy * ny + cy
+                if not (-0.5 <= x < right and -0.5 <= y < bottom):
+                    continue
+                segment = edges.label[bin_, int((y + 0.5) / CELL_PX), int((x + 0.5) / CELL_PX)]
+                if segment == NO_SEGMENT:
+                    continue
+                across, distance = offset(segments, segment, x, y)
+                if distance >= reach_px:
+                    continue
+                share = 1.0 - (distance / reach_px) ** 2
+                weight = px[s] * share * share * segments[segment, 5]
+                gx = -segments[segment, 3] * fx * z
+                gy = segments[segment, 2] * fy * z
+                gz = -(gx * nx + gy * ny)
+                row[0], row[1], row[2] = b * gz - c * gy, c * gx - a * gz, a * gy - b * gx
+                row[3], row[4], row[5] = gx, gy, gz
+                for i in range(6):
+                    scaled = weight * row[i]
+                    gradient[i] -= scaled * across
+                    for j in range(i + 1):
+                        normal[i, j] += scaled * row[j]
         step = solve_step(normal, gradient)
         turn = math.sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2])
         if turn > MAX_TURN_RAD:
             step *= MAX_TURN_RAD / turn
-        r[:] = matrix_of(step[:3]) @ r
+        turned = matrix_of(step[:3])
         for k in range(3):
+            x, y, z = r[0, k], r[1, k], r[2, k]
+            for i in range(3):
+                r[i, k] = turned[i, 0] * x + turned[i, 1] * y + turned[i, 2] * z
             t[k] += step[3 + k]
 
 
@@ -171,15 +234,4 @@ def pull_poses(
 ) -> None:
     """`pull` for many poses (N, 3, 3), (N, 3), in place, each with the samples of its view."""
     for i in range(len(view)):
-        first, last = views.first[view[i]], views.first[view[i] + 1]
-        pull(
-            edges,
-            views.points[first:last],
-            views.ends[first:last],
-            views.px[first:last],
-            rotations[i],
-            translations[i],
-            intrinsics,
-            reach_px,
-            iterations,
-        )
+        pull(edges, views, view[i], rotations[i], translations[i], intrinsics, reach_px, iterations)

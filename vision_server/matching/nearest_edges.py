@@ -22,6 +22,8 @@ BINS = 8  # over 180°
 OVERLAP = 0.5  # a segment also enters a bin from which it is off by this fraction of a bin
 CELL_PX = 2.0
 NO_SEGMENT = -1
+GAIN_REACH_PX = 24.0
+TAN_22_5 = math.sqrt(2.0) - 1.0
 
 
 class NearestEdges(NamedTuple):
@@ -30,11 +32,14 @@ class NearestEdges(NamedTuple):
     Attributes
     ----------
     label : (BINS, h, w) int16, segment index, NO_SEGMENT where a bin is empty; cells of CELL_PX.
+    gain : (BINS, h, w) uint8, 255 · max(0, 1 − d/GAIN_REACH_PX) with d the distance in the grid; for scores
+        where a pixel does not matter.
     segments : (N, 7) float64, first end x, y, unit direction x, y, length px, weight, direction rad.
     size : (2,) float64, width and height of the image, px.
     """
 
     label: NDArray[np.int16]
+    gain: NDArray[np.uint8]
     segments: Floats
     size: Floats
 
@@ -49,17 +54,21 @@ def nearest_edges(segments: Floats, weights: Floats, camera: Camera) -> NearestE
     height, width = (math.ceil(side / CELL_PX) for side in (camera.height, camera.width))
     painted = _paint(table, height, width)
     label = np.full(painted.shape, NO_SEGMENT, dtype=np.int16)
+    gain = np.zeros(painted.shape, dtype=np.uint8)
     for bin_ in range(BINS):
         sources = painted[bin_] != NO_SEGMENT
         if not sources.any():
             continue
-        _, nearest = cv2.distanceTransformWithLabels(
+        distance, nearest = cv2.distanceTransformWithLabels(
             (~sources).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
         )
         names = np.empty(int(nearest.max()) + 1, dtype=np.int16)
         names[nearest[sources]] = painted[bin_][sources]
         label[bin_] = names[nearest]
-    return NearestEdges(label, table, np.array([camera.width, camera.height], dtype=np.float64))
+        gain[bin_] = cv2.convertScaleAbs(
+            np.maximum(GAIN_REACH_PX / CELL_PX - distance, 0.0), alpha=255.0 * CELL_PX / GAIN_REACH_PX
+        )
+    return NearestEdges(label, gain, table, np.array([camera.width, camera.height], dtype=np.float64))
 
 
 @njit(cache=True)
@@ -84,25 +93,24 @@ def _paint(table: Floats, height: int, width: int) -> NDArray[np.int16]:
     return out
 
 
-@njit(cache=True)
-def nearest(edges: NearestEdges, x: float, y: float, dx: float, dy: float) -> int:
-    """Index of the segment near (x, y) px along direction (dx, dy), NO_SEGMENT when there is none.
+@njit(cache=True, error_model="numpy")
+def bin_of(dx: float, dy: float) -> int:
+    """Bin of an axial direction: floor(angle / (180° / BINS)), by comparing with the bins' borders."""
+    if dy < 0.0:
+        dx, dy = -dx, -dy
+    side = 0 if dx > 0.0 else 4
+    if side == 4:
+        dx, dy = dy, -dx
+    if dy < dx:  # below 45° of this quarter
+        return side if dy < TAN_22_5 * dx else side + 1
+    return side + 3 if dx <= TAN_22_5 * dy else side + 2
 
-    The point must be inside the image: -0.5 ≤ x < width - 0.5, likewise y.
-    """
-    angle = math.atan2(dy, dx)
-    if angle < 0.0:
-        angle += math.pi
-    bin_ = min(BINS - 1, int(angle / math.pi * BINS))
-    return int(edges.label[bin_, int((y + 0.5) / CELL_PX), int((x + 0.5) / CELL_PX)])
 
-
-@njit(cache=True)
-def offset(edges: NearestEdges, segment: int, x: float, y: float) -> tuple[float, float]:
+@njit(cache=True, error_model="numpy")
+def offset(segments: Floats, segment: int, x: float, y: float) -> tuple[float, float]:
     """Signed distance of a point to a segment's line, and distance to the segment itself, px."""
-    row = edges.segments[segment]
-    px, py = x - row[0], y - row[1]
-    along = px * row[2] + py * row[3]
-    across = py * row[2] - px * row[3]
-    beyond = max(-along, along - row[4], 0.0)
+    px, py = x - segments[segment, 0], y - segments[segment, 1]
+    along = px * segments[segment, 2] + py * segments[segment, 3]
+    across = py * segments[segment, 2] - px * segments[segment, 3]
+    beyond = max(-along, along - segments[segment, 4], 0.0)
     return across, math.sqrt(across * across + beyond * beyond)

@@ -13,10 +13,10 @@ from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import MIN_LINE_PX, Solid, image_bounds, solid_of, trace
 from vision_server.matching.draws import even_numbers, in_range, poses_in_range
-from vision_server.matching.icp import pull, pull_poses, score_poses
+from vision_server.matching.icp import pull, pull_poses, score_poses, supported_fraction
 from vision_server.matching.match import Candidate, Match, SearchRange, checked_segments, distinct
-from vision_server.matching.nearest_edges import NO_SEGMENT, NearestEdges, nearest, nearest_edges, offset
-from vision_server.matching.views import Views
+from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
+from vision_server.matching.views import Views, ViewTable
 
 Floats = NDArray[np.float64]
 
@@ -28,11 +28,11 @@ FINISHED = 12
 CANDIDATES = 5
 COARSE_SPACING_PX = 8.0
 FINE_SPACING_PX = 2.0
-SEARCH_REACH_PX = 24.0
 FINAL_REACH_PX = 5.0
 PULL_REACHES_PX = (30.0, 20.0, 12.0, 6.0)
 FINISH_REACHES_PX = (6.0, 4.0, 3.0)
 PULL_ITERATIONS = 3
+FINISH_ITERATIONS = 2
 
 
 def match_search(
@@ -59,7 +59,7 @@ def match_search(
     """
     began = time.perf_counter()
     segments, weights = checked_segments(segments, weights)
-    views = Views(model, camera.ideal, seed_pose, COARSE_SPACING_PX, MIN_LINE_PX)
+    views = Views(model, camera.ideal, seed_pose, COARSE_SPACING_PX)
     shortest = min(max(SEGMENT_SHARE * views.typical_line_px(seed_pose), LEAST_SEGMENT_PX), MOST_SEGMENT_PX)
     long = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1]) >= shortest
     if not long.any():
@@ -68,7 +68,7 @@ def match_search(
     edges = nearest_edges(segments[long], np.ones(int(long.sum())), camera)
     built = time.perf_counter()
     rotations, translations = poses_in_range(seed_pose, camera, search_range, even_numbers(DRAWS, seed))
-    scores = _scores(edges, views, rotations, translations, camera, SEARCH_REACH_PX)
+    scores = _scores(edges, views, rotations, translations, camera, 0.0)
     scored = time.perf_counter()
     best = np.argsort(-scores, kind="stable")[:PULLED]
     rotations, translations = rotations[best].copy(), translations[best].copy()
@@ -132,6 +132,27 @@ def _finished(
 
 
 @njit(cache=True)
+def exact_view(
+    solid: Solid, rotation: Floats, translation: Floats, intrinsics: Floats, bounds: Floats
+) -> ViewTable:
+    """The one view from just this pose, at fine spacing."""
+    line, points, _, _, px = trace(
+        solid, rotation, translation, intrinsics, bounds, FINE_SPACING_PX, MIN_LINE_PX
+    )
+    run = np.empty(len(solid.lines) + 1, dtype=np.int64)
+    ends = np.empty((len(solid.lines), 2, 3))
+    count = 0
+    for i in range(len(line)):
+        if i == 0 or line[i] != line[i - 1]:
+            run[count] = i
+            ends[count, 0] = solid.vertices[solid.lines[line[i], 0]]
+            ends[count, 1] = solid.vertices[solid.lines[line[i], 1]]
+            count += 1
+    run[count] = len(line)
+    return ViewTable(np.array([0, count]), run[: count + 1], ends[:count], points, px)
+
+
+@njit(cache=True)
 def _finish(
     edges: NearestEdges,
     solid: Solid,
@@ -143,25 +164,17 @@ def _finish(
 ) -> tuple[float, float]:
     """Pull one pose, in place, with exact visibility; its score and supported fraction."""
     for reach in reaches:
-        line, points, _, _, px = trace(
-            solid, rotation, translation, intrinsics, bounds, FINE_SPACING_PX, MIN_LINE_PX
-        )
-        ends = points.copy()
-        for i in range(len(line)):
-            a, b = solid.lines[line[i], 0], solid.lines[line[i], 1]
-            ends[i] += 0.05 * (solid.vertices[b] - solid.vertices[a])
-        pull(edges, points, ends, px, rotation, translation, intrinsics, reach, 2)
-    _, _, image, direction, px = trace(
-        solid, rotation, translation, intrinsics, bounds, FINE_SPACING_PX, MIN_LINE_PX
-    )
-    score, near, total = 0.0, 0.0, 0.0
-    for i in range(len(px)):
-        segment = nearest(edges, image[i, 0], image[i, 1], direction[i, 0], direction[i, 1])
-        gain = 0.0
-        if segment != NO_SEGMENT:
-            _, distance = offset(edges, segment, image[i, 0], image[i, 1])
-            gain = max(0.0, 1.0 - distance / FINAL_REACH_PX)
-        score += px[i] * (gain - 0.4)
-        near += px[i] if gain > 0.0 else 0.0
-        total += px[i]
-    return score, (near / total if total > 0.0 else 0.0)
+        views = exact_view(solid, rotation, translation, intrinsics, bounds)
+        pull(edges, views, 0, rotation, translation, intrinsics, reach, FINISH_ITERATIONS)
+    views = exact_view(solid, rotation, translation, intrinsics, bounds)
+    only = np.zeros(1, dtype=np.int64)
+    score = score_poses(
+        edges,
+        views,
+        only,
+        rotation.copy().reshape(1, 3, 3),
+        translation.copy().reshape(1, 3),
+        intrinsics,
+        FINAL_REACH_PX,
+    )[0]
+    return score, supported_fraction(edges, views, rotation, translation, intrinsics, FINAL_REACH_PX)

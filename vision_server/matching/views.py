@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.visibility import solid_of, trace
+from geometry.visibility import MIN_LINE_PX, Solid, solid_of, trace
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 CELL_DEG = 8.0  # width of a cell of directions
-UNBOUNDED = 1e9  # px
+CELLS_PER_SIDE = 64  # more than 360° / CELL_DEG
+UNBOUNDED_PX = 1e9
 
 
 class ViewTable(NamedTuple):
@@ -30,39 +31,33 @@ class ViewTable(NamedTuple):
 
     Attributes
     ----------
-    first : (C + 1,) int64, where the samples of each view start.
-    points, ends : (S, 3) float64, a sample and a point further along its line, target frame, metres.
-    px : (S,) float64, image length of a sample at the seed's range.
+    first : (C + 1,) int64, where the runs of each view start; a run is the visible samples of one line.
+    run : (Q + 1,) int64, where the samples of each run start.
+    ends : (Q, 2, 3) float64, both ends of the line of each run, target frame, metres.
+    points : (S, 3) float64, the samples, target frame, metres.
+    px : (S,) float64, image length that a sample stands for at the seed's range.
     """
 
     first: Ints
-    points: Floats
+    run: Ints
     ends: Floats
+    points: Floats
     px: Floats
 
 
 class Views:
     """Visible samples by direction of view, filled in as directions are asked for."""
 
-    def __init__(
-        self, model: Model, camera: Camera, seed: Pose, spacing_px: float, min_line_px: float
-    ) -> None:
+    def __init__(self, model: Model, camera: Camera, seed: Pose, spacing_px: float) -> None:
         self._solid = solid_of(model)
         self._intrinsics = camera.intrinsics
         self._spacing_px = spacing_px
-        self._min_line_px = min_line_px
-        low, high = model.vertices.min(axis=0), model.vertices.max(axis=0)
-        self._middle = (low + high) / 2
-        along = model.vertices[model.lines[:, 1]] - model.vertices[model.lines[:, 0]]
-        self._along = along
+        self._middle = (model.vertices.min(axis=0) + model.vertices.max(axis=0)) / 2
         centre = -(seed.matrix.T @ seed.translation) - self._middle
         self._range = float(np.linalg.norm(centre))
-        towards = centre / self._range
-        first = np.cross(towards, np.eye(3)[int(np.argmin(np.abs(towards)))])
-        first /= np.linalg.norm(first)
-        self._frame = np.stack([first, np.cross(towards, first), towards])
-        self._view_of: dict[tuple[int, int], int] = {}
-        self._parts: list[tuple[Floats, Floats, Floats, Ints]] = []
+        self._frame = frame_towards(centre / self._range)
+        self._view_of = np.full(CELLS_PER_SIDE * CELLS_PER_SIDE, -1, dtype=np.int64)
+        self._parts: list[tuple[Ints, Floats, Floats]] = []
         self._table: ViewTable | None = None
 
     def __len__(self) -> int:
@@ -70,69 +65,101 @@ class Views:
 
     def of(self, rotations: Floats, translations: Floats) -> Ints:
         """Index of the view of each pose, (N, 3, 3) and (N, 3) to (N,)."""
-        cells = _cells(rotations, translations, self._middle, self._frame, math.radians(CELL_DEG))
-        keys, inverse = np.unique(cells, axis=0, return_inverse=True)
-        views = np.empty(len(keys), dtype=np.int64)
-        for k, (row, column) in enumerate(keys.tolist()):
-            if (row, column) not in self._view_of:
-                self._view_of[row, column] = len(self._parts)
-                self._parts.append(self._seen_from(row, column))
-                self._table = None
-            views[k] = self._view_of[row, column]
-        out: Ints = views[inverse.reshape(-1)]
+        cells = _cells(rotations, translations, self._middle, self._frame)
+        for cell in np.unique(cells[self._view_of[cells] < 0]).tolist():
+            self._view_of[cell] = len(self._parts)
+            self._parts.append(
+                _seen_from(
+                    self._solid,
+                    cell,
+                    self._middle,
+                    self._frame,
+                    self._range,
+                    self._intrinsics,
+                    self._spacing_px,
+                )
+            )
+            self._table = None
+        out: Ints = self._view_of[cells]
         return out
 
     def table(self) -> ViewTable:
         """The samples of all views so far."""
         if self._table is None:
-            sizes = [len(px) for _, _, px, _ in self._parts]
-            points, ends, px, _ = (np.concatenate(part) for part in zip(*self._parts, strict=True))
-            self._table = ViewTable(np.concatenate([[0], np.cumsum(sizes)]), points, ends, px)
+            lines = [line for line, _, _ in self._parts]
+            counts = [np.unique(line, return_counts=True) for line in lines]
+            runs = np.concatenate([count for _, count in counts])
+            of_run = self._solid.lines[np.concatenate([line for line, _ in counts])]
+            self._table = ViewTable(
+                first=np.cumsum([0, *(len(line) for line, _ in counts)]),
+                run=np.concatenate([[0], np.cumsum(runs)]),
+                ends=self._solid.vertices[of_run],
+                points=np.concatenate([points for _, points, _ in self._parts]),
+                px=np.concatenate([px for _, _, px in self._parts]),
+            )
         return self._table
 
     def typical_line_px(self, pose: Pose) -> float:
         """Image length of a line that a random pixel of the visible lines is on, 0 when there is none, px."""
-        view = int(self.of(pose.matrix[None], pose.translation[None])[0])
-        line, px = self._parts[view][3], self._parts[view][2]
+        line, _, px = self._parts[int(self.of(pose.matrix[None], pose.translation[None])[0])]
         lengths = np.bincount(line, weights=px) if len(line) else np.zeros(1)
         total = float(lengths.sum())
         return float((lengths**2).sum()) / total if total > 0 else 0.0
 
-    def _seen_from(self, row: int, column: int) -> tuple[Floats, Floats, Floats, Ints]:
-        a, b = math.radians(row * CELL_DEG), math.radians(column * CELL_DEG)
-        angle = math.hypot(a, b)
-        sine = math.sin(angle) / angle if angle > 0 else 1.0
-        direction = np.array([a * sine, b * sine, math.cos(angle)]) @ self._frame
-        right = np.cross(np.eye(3)[int(np.argmin(np.abs(direction)))], -direction)
-        right /= np.linalg.norm(right)
-        rotation = np.stack([right, np.cross(-direction, right), -direction])
-        translation = -(rotation @ (self._middle + direction * self._range))
-        bounds = np.array([-UNBOUNDED, -UNBOUNDED, UNBOUNDED, UNBOUNDED])
-        line, points, _, _, px = trace(
-            self._solid,
-            rotation,
-            translation,
-            self._intrinsics,
-            bounds,
-            self._spacing_px,
-            self._min_line_px,
-        )
-        return points, points + 0.05 * self._along[line], px, line
+
+@njit(cache=True)
+def frame_towards(direction: Floats) -> Floats:
+    """A right-handed frame (3, 3), in rows, whose third axis is the unit vector given."""
+    out = np.empty((3, 3))
+    axis = np.zeros(3)
+    axis[np.argmin(np.abs(direction))] = 1.0
+    out[0] = np.cross(direction, axis)
+    out[0] /= np.linalg.norm(out[0])
+    out[1] = np.cross(direction, out[0])
+    out[2] = direction
+    return out
 
 
 @njit(cache=True)
-def _cells(rotations: Floats, translations: Floats, middle: Floats, frame: Floats, step: float) -> Ints:
-    """Cell (N, 2) of the direction from the model's middle to the camera: an azimuthal equidistant map."""
-    out = np.empty((len(rotations), 2), dtype=np.int64)
+def _cells(rotations: Floats, translations: Floats, middle: Floats, frame: Floats) -> Ints:
+    """Cell (N,) of the direction from the model's middle to the camera: an azimuthal equidistant map."""
+    step = math.radians(CELL_DEG)
+    out = np.empty(len(rotations), dtype=np.int64)
+    centre = np.empty(3)
     for i in range(len(rotations)):
-        turn, move = rotations[i], translations[i]
-        centre = np.empty(3)
         for k in range(3):
-            centre[k] = -(turn[0, k] * move[0] + turn[1, k] * move[1] + turn[2, k] * move[2]) - middle[k]
-        local = frame @ centre
-        across = math.hypot(local[0], local[1])
-        angle = math.atan2(across, local[2])
-        scale = angle / across if across > 0.0 else 0.0
-        out[i, 0] = round(local[0] * scale / step)
-        out[i, 1] = round(local[1] * scale / step)
+            centre[k] = -middle[k]
+            for c in range(3):
+                centre[k] -= rotations[i, c, k] * translations[i, c]
+        x = frame[0, 0] * centre[0] + frame[0, 1] * centre[1] + frame[0, 2] * centre[2]
+        y = frame[1, 0] * centre[0] + frame[1, 1] * centre[1] + frame[1, 2] * centre[2]
+        z = frame[2, 0] * centre[0] + frame[2, 1] * centre[1] + frame[2, 2] * centre[2]
+        across = math.hypot(x, y)
+        scale = math.atan2(across, z) / (across * step) if across > 0.0 else 0.0
+        row = round(x * scale) + CELLS_PER_SIDE // 2
+        column = round(y * scale) + CELLS_PER_SIDE // 2
+        out[i] = row * CELLS_PER_SIDE + column
     return out
+
+
+@njit(cache=True)
+def _seen_from(
+    solid: Solid,
+    cell: int,
+    middle: Floats,
+    frame: Floats,
+    distance: float,
+    intrinsics: Floats,
+    spacing_px: float,
+) -> tuple[Ints, Floats, Floats]:
+    """Line (N,), points (N, 3) and px (N,) of the samples seen from the middle of a cell."""
+    a = math.radians(CELL_DEG) * (cell // CELLS_PER_SIDE - CELLS_PER_SIDE // 2)
+    b = math.radians(CELL_DEG) * (cell % CELLS_PER_SIDE - CELLS_PER_SIDE // 2)
+    angle = math.hypot(a, b)
+    sine = math.sin(angle) / angle if angle > 0.0 else 1.0
+    direction = a * sine * frame[0] + b * sine * frame[1] + math.cos(angle) * frame[2]
+    rotation = frame_towards(-direction)
+    translation = -(rotation @ (middle + direction * distance))
+    bounds = np.array([-UNBOUNDED_PX, -UNBOUNDED_PX, UNBOUNDED_PX, UNBOUNDED_PX])
+    line, points, _, _, px = trace(solid, rotation, translation, intrinsics, bounds, spacing_px, MIN_LINE_PX)
+    return line, points, px
