@@ -43,7 +43,7 @@ def pack(arrays: Sequence[NDArray[Any]]) -> tuple[list[ArrayDescription], list[N
 
 
 def unpack(described: Sequence[ArrayDescription], frames: Sequence[zmq.Frame]) -> list[NDArray[Any]]:
-    """Read-only arrays over the received frames, without a copy.
+    """Arrays over the memory of the received frames, without a copy.
 
     Raises
     ------

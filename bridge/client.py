@@ -59,7 +59,7 @@ class Client:
     def request(
         self, op: str, args: object | None = None, timeout_s: float | None = None
     ) -> tuple[dict[str, Any], list[NDArray[Any]]]:
-        """Do one operation; returns its result and read-only arrays.
+        """Do one operation; returns its result and arrays.
 
         Raises
         ------

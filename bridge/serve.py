@@ -41,6 +41,9 @@ LINGER_MS = 500
 BURST = 16
 """Requests served between two looks at signals and the parent."""
 
+ZAP_DOMAIN = "lights-and-camera"
+"""Name under which client keys are checked."""
+
 log = logging.getLogger("bridge.serve")
 
 Handler = Callable[[Any], "Reply"]
@@ -174,8 +177,8 @@ class Server:
             if self._guard is None:
                 self._guard = ThreadAuthenticator(self._context)
                 self._guard.start()
-                self._guard.configure_curve_callback("*", _Allowed(curve.allowed))
-            sock.zap_domain = b"lights-and-camera"
+                self._guard.configure_curve_callback(ZAP_DOMAIN, _Allowed(curve.allowed))
+            sock.zap_domain = ZAP_DOMAIN.encode("ascii")
             sock.curve_server = True
             sock.curve_publickey = curve.public_key.encode("ascii")
             sock.curve_secretkey = curve.secret_key.encode("ascii")

@@ -1,0 +1,62 @@
+from pathlib import Path
+
+import pytest
+import zmq
+
+from bridge.client import Client
+from bridge.endpoints import CurveClient, CurveServer
+from bridge.errors import BridgeTimeout
+from bridge.serve import Server
+
+from .conftest import Counter, Running
+
+
+def keys() -> tuple[str, str]:
+    public, secret = zmq.curve_keypair()
+    return public.decode(), secret.decode()
+
+
+def test_only_clients_with_a_known_key_get_in() -> None:
+    server_public, server_secret = keys()
+    public, secret = keys()
+    strange_public, strange_secret = keys()
+    service = Counter()
+    curve = CurveServer(server_public, server_secret, frozenset({public}))
+    running = Running(service, Server(service, "tcp://127.0.0.1:*", curve=curve))
+    try:
+        with Client(
+            running.endpoint, timeout_s=20, curve=CurveClient(public, secret, server_public)
+        ) as client:
+            assert client.request("count")[0] == {"count": 1}
+        strangers = [
+            CurveClient(strange_public, strange_secret, server_public),
+            CurveClient(public, secret, strange_public),
+            None,
+        ]
+        for stranger in strangers:
+            client = Client(running.endpoint, timeout_s=0.5, curve=stranger)
+            with client, pytest.raises(BridgeTimeout):
+                client.request("count")
+        assert service.count == 1
+    finally:
+        running.stop()
+
+
+def test_events_want_the_key_too(folder: Path) -> None:
+    server_public, server_secret = keys()
+    public, secret = keys()
+    service = Counter()
+    curve = CurveServer(server_public, server_secret, frozenset({public}))
+    running = Running(service, Server(service, f"ipc://{folder}/s", events=f"ipc://{folder}/e", curve=curve))
+    try:
+        with zmq.Context() as context, context.socket(zmq.SUB) as known, context.socket(zmq.SUB) as stranger:
+            CurveClient(public, secret, server_public).apply(known)
+            for sub in (known, stranger):
+                sub.linger = 0
+                sub.subscribe(b"")
+                sub.connect(f"ipc://{folder}/e")
+            assert known.poll(20_000)
+            assert known.recv_json()["event"] == "welcome"
+            assert not stranger.poll(200)
+    finally:
+        running.stop()

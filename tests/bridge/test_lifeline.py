@@ -1,0 +1,124 @@
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from bridge.client import Client
+from bridge.errors import BridgeTimeout
+
+SERVER = """
+import sys, time
+from bridge.messages import NoArgs
+from bridge.serve import Reply, Service, serve
+
+class Sleeper(Service):
+    name = "sleeper"
+    def __init__(self):
+        self.operations = {"sleep": (NoArgs, self.sleep)}
+    def sleep(self, _):
+        time.sleep(600)
+        return Reply({})
+    def close(self):
+        print("closed", flush=True)
+
+sys.exit(serve(Sleeper(), sys.argv[1], parent_pid=int(sys.argv[2]) if sys.argv[2:] else None))
+"""
+PARENT = """
+import subprocess, sys, os, time
+subprocess.Popen([sys.executable, "-c", sys.argv[1], sys.argv[2], str(os.getpid())])
+time.sleep(600)
+"""
+DEADLINE_S = 60
+
+Start = Callable[..., "subprocess.Popen[str]"]
+
+
+@pytest.fixture
+def start(root: Path) -> Iterator[Start]:
+    """Starts python programs and ends those still running."""
+    started: list[subprocess.Popen[str]] = []
+
+    def run(*args: str) -> "subprocess.Popen[str]":
+        process = subprocess.Popen(
+            [sys.executable, "-c", *args], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=root
+        )
+        started.append(process)
+        return process
+
+    yield run
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+def hello(endpoint: str) -> int:
+    with Client(endpoint, timeout_s=DEADLINE_S, retries=60) as client:
+        return int(client.request("hello")[0]["pid"])
+
+
+@pytest.mark.parametrize(("signum", "status"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_a_signal_is_a_clean_stop(start: Start, folder: Path, signum: int, status: int) -> None:
+    process = start(SERVER, f"ipc://{folder}/s")
+    hello(f"ipc://{folder}/s")
+    process.send_signal(signum)
+    out, err = process.communicate(timeout=DEADLINE_S)
+    assert (process.returncode, out, err) == (status, "closed\n", "")
+    assert not (folder / "s").exists()
+
+
+def test_a_server_with_a_parent_leaves_ctrl_c_to_it(start: Start, folder: Path) -> None:
+    process = start(SERVER, f"ipc://{folder}/s", str(os.getpid()))
+    hello(f"ipc://{folder}/s")
+    process.send_signal(signal.SIGINT)
+    assert hello(f"ipc://{folder}/s") == process.pid
+
+
+def test_an_idle_server_ends_with_its_parent(start: Start, folder: Path) -> None:
+    parent = start(PARENT, SERVER, f"ipc://{folder}/s")
+    pid = hello(f"ipc://{folder}/s")
+    watch = os.pidfd_open(pid)
+    parent.kill()
+    assert ended(watch)
+    assert parent.communicate(timeout=DEADLINE_S)[0] == "closed\n"
+
+
+def test_a_busy_server_ends_with_its_parent_too(start: Start, folder: Path) -> None:
+    parent = start(PARENT, SERVER, f"ipc://{folder}/s")
+    pid = hello(f"ipc://{folder}/s")
+    watch = os.pidfd_open(pid)
+    with Client(f"ipc://{folder}/s", timeout_s=0.5) as client, pytest.raises(BridgeTimeout):
+        client.request("sleep")
+    parent.kill()
+    assert ended(watch)
+    assert not (folder / "s").exists()
+
+
+def test_a_busy_server_does_not_outlive_sigterm(start: Start, folder: Path) -> None:
+    process = start(SERVER, f"ipc://{folder}/s")
+    hello(f"ipc://{folder}/s")
+    with Client(f"ipc://{folder}/s", timeout_s=0.5) as client, pytest.raises(BridgeTimeout):
+        client.request("sleep")
+    process.terminate()
+    assert process.wait(DEADLINE_S) == 143
+
+
+def test_a_parent_that_is_gone_already_is_noticed(start: Start, folder: Path) -> None:
+    gone = start("pass")
+    gone.wait(DEADLINE_S)
+    process = start(SERVER, f"ipc://{folder}/s", str(gone.pid))
+    assert process.wait(DEADLINE_S) == 0
+
+
+def ended(watch: int) -> bool:
+    import select
+
+    poll = select.poll()
+    poll.register(watch, select.POLLIN)
+    try:
+        return bool(poll.poll(DEADLINE_S * 1000))
+    finally:
+        os.close(watch)

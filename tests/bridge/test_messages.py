@@ -1,0 +1,151 @@
+import math
+from typing import Any
+
+import msgspec
+import pytest
+
+from bridge import messages as m
+
+SETTINGS: dict[str, Any] = {"lights": [0, 7, 3], "shutter_s": 0.0167, "aperture": 4.0}
+POSE = {"rotation_vector": [0.1, 0.2, 0.3], "translation": [0, 0, 1]}
+START: dict[str, Any] = {"image_server": "ipc:///tmp/i"}
+CAMERA = {"width": 640, "height": 480, "fx": 700.0, "fy": 700.0, "cx": 319.5, "cy": 239.5}
+DESCRIBE: dict[str, Any] = {
+    "device": "simulator",
+    "lights": [{"name": "left", "levels": 8, "position": [0, 0, 0], "power": 1.0}],
+    "shutters_s": [0.01],
+    "apertures": [4.0],
+    "camera": CAMERA,
+    "target": {"model": "/m/cube.cao", "unit": "mm", "seed_pose": POSE},
+    "events": "ipc:///tmp/e",
+}
+CAPTURED = {
+    "requested": SETTINGS,
+    "applied": SETTINGS,
+    "verified": True,
+    "sequence": 1,
+    "timestamp": 1.0,
+    "devices": {"camera": "c"},
+    "sha256": "0" * 64,
+}
+
+GOOD: list[tuple[Any, dict[str, Any]]] = [
+    (m.NoArgs, {}),
+    (m.Settings, SETTINGS),
+    (m.Settings, {**SETTINGS, "focal_length_mm": None, "focus_m": 0.5}),
+    (m.PoseMessage, POSE),
+    (m.LightDescription, {"name": "sun", "levels": 1}),
+    (m.CameraDescription, CAMERA),
+    (m.TargetDescription, {"model": "/m/cube.cao"}),
+    (m.Describe, DESCRIBE),
+    (m.Event, {"event": "sun_changed", "sequence": 1, "args": {"x": [1.0]}}),
+    (m.ImageCaptureArgs, {"settings": SETTINGS}),
+    (m.ImageCaptureResult, CAPTURED),
+    (m.MoveArgs, {"range_m": 0.5}),
+    (m.ScoreArgs, {"pose": POSE}),
+    (m.PoseErrorMessage, {"rotation_deg": 0, "translation_m": 0, "translation_fraction_of_range": 0}),
+    (m.StartArgs, START),
+    (m.StartArgs, {**START, "matcher": "genetic", "unit": "mm", "seed": 3, "out": "runs/a"}),
+    (m.RestoreArgs, {**START, "out": "runs/a", "images": ["i1", "i2"], "discarded": ["i3"]}),
+    (m.VisionCaptureArgs, {"image": "i1", "settings": SETTINGS}),
+    (m.EstimateArgs, {"images": ["i1", "i2"]}),
+    (m.DiscardArgs, {"image": "i1"}),
+    (m.ParametersArgs, {"threshold": 0.5, "method": "em", "on": True, "n": 3}),
+]
+
+BAD: list[tuple[Any, dict[str, Any], str]] = [
+    (m.NoArgs, {"x": 1}, "unknown field"),
+    (m.Settings, {**SETTINGS, "iso": 100}, "unknown field"),
+    (m.Settings, {**SETTINGS, "lights": [-1]}, "lights"),
+    (m.Settings, {**SETTINGS, "lights": [1.5]}, "lights"),
+    (m.Settings, {**SETTINGS, "lights": [True]}, "lights"),
+    (m.Settings, {**SETTINGS, "shutter_s": 0}, "shutter_s"),
+    (m.Settings, {**SETTINGS, "shutter_s": "0.1"}, "shutter_s"),
+    (m.Settings, {**SETTINGS, "aperture": -4.0}, "aperture"),
+    (m.Settings, {**SETTINGS, "focus_m": 0}, "focus_m"),
+    (m.Settings, {"lights": [1], "shutter_s": 0.1}, "aperture"),
+    (m.PoseMessage, {**POSE, "translation": [0, 0]}, "translation"),
+    (m.LightDescription, {"name": "l", "levels": 0}, "levels"),
+    (m.CameraDescription, {**CAMERA, "fx": 0}, "fx"),
+    (m.CameraDescription, {**CAMERA, "distortion": [0]}, "distortion"),
+    (m.TargetDescription, {"model": ""}, "model"),
+    (m.TargetDescription, {"model": "a", "unit": "ft"}, "unit"),
+    (m.Describe, {**DESCRIBE, "shutters_s": []}, "shutters_s"),
+    (m.Describe, {**DESCRIBE, "true_pose": POSE}, "unknown field"),
+    (m.Event, {"event": "earthquake", "sequence": 1}, "event"),
+    (m.Event, {"event": "sun_changed", "sequence": 0}, "sequence"),
+    (m.Event, {"v": 2, "event": "sun_changed", "sequence": 1}, "v"),
+    (m.ImageCaptureArgs, {}, "settings"),
+    (m.ImageCaptureResult, {**CAPTURED, "sha256": "zz"}, "sha256"),
+    (m.MoveArgs, {"range_m": 0}, "range_m"),
+    (m.ScoreArgs, {"pose": None}, "pose"),
+    (m.StartArgs, {}, "image_server"),
+    (m.StartArgs, {"image_server": "nowhere"}, "image_server"),
+    (m.StartArgs, {**START, "matcher": "lucky"}, "matcher"),
+    (m.StartArgs, {**START, "seed": -1}, "seed"),
+    (m.RestoreArgs, START, "out"),
+    (m.VisionCaptureArgs, {"image": "../etc", "settings": SETTINGS}, "image"),
+    (m.VisionCaptureArgs, {"image": "", "settings": SETTINGS}, "image"),
+    (m.EstimateArgs, {"images": []}, "images"),
+    (m.EstimateArgs, {"images": ["i1"] * 257}, "images"),
+    (m.DiscardArgs, {"image": "a b"}, "image"),
+    (m.ParametersArgs, {"x": [1]}, "got `array`"),
+]
+
+
+@pytest.mark.parametrize(("kind", "value"), GOOD)
+def test_a_valid_message_survives_the_wire(kind: Any, value: dict[str, Any]) -> None:
+    decoded = msgspec.json.decode(msgspec.json.encode(value), type=kind)
+    assert msgspec.json.decode(msgspec.json.encode(decoded), type=kind) == decoded
+    again = msgspec.to_builtins(decoded)
+    for key, given in value.items():
+        assert msgspec.json.encode(again[key]) == msgspec.json.encode(
+            msgspec.to_builtins(getattr(decoded, key) if hasattr(decoded, key) else given)
+        )
+
+
+@pytest.mark.parametrize(("kind", "value", "complaint"), BAD)
+def test_a_bad_message_is_refused_and_the_field_named(
+    kind: Any, value: dict[str, Any], complaint: str
+) -> None:
+    with pytest.raises(msgspec.ValidationError, match=complaint):
+        msgspec.json.decode(msgspec.json.encode(value), type=kind)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_numbers_that_are_not_finite_are_refused_from_python_too(bad: float) -> None:
+    with pytest.raises(ValueError, match=r"translation\[2\]"):
+        m.PoseMessage(rotation_vector=(0.0, 0.0, 0.0), translation=(0.0, 0.0, bad))
+    with pytest.raises(msgspec.ValidationError, match="shutter_s"):
+        msgspec.convert({**SETTINGS, "shutter_s": bad}, m.Settings)
+    with pytest.raises(ValueError, match=r"args\.a\[0\]"):
+        m.Event(event="sun_changed", sequence=1, args={"a": [bad]})
+
+
+def test_settings_can_be_compared_and_kept_in_sets() -> None:
+    one = msgspec.convert(SETTINGS, m.Settings)
+    assert {one, msgspec.convert(SETTINGS, m.Settings)} == {one}
+
+
+def test_every_operation_of_the_protocol_has_a_type() -> None:
+    assert set(m.IMAGE_OPERATIONS) == {
+        "hello",
+        "describe",
+        "capture",
+        "health",
+        "move",
+        "score",
+        "shutdown",
+    }
+    assert set(m.VISION_OPERATIONS) == {
+        "hello",
+        "start",
+        "capture",
+        "estimate",
+        "discard",
+        "best",
+        "parameters",
+        "restore",
+        "health",
+        "shutdown",
+    }

@@ -1,0 +1,224 @@
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import zmq
+
+from bridge.arrays import array_sha256
+from bridge.client import Client
+from bridge.errors import BridgeTimeout, DeviceError, ProtocolError, ServerError
+from bridge.mocks import MockImageServer, MockVisionServer
+
+SETTINGS: dict[str, Any] = {"lights": [7, 7, 7], "shutter_s": 1 / 60, "aperture": 4.0}
+
+
+def client_of(mock: Any, timeout_s: float = 20.0) -> Client:
+    return Client(mock.endpoint, timeout_s=timeout_s)
+
+
+def captured(client: Client, image: str, **changes: Any) -> dict[str, Any]:
+    return client.request("capture", {"image": image, "settings": {**SETTINGS, **changes}})[0]
+
+
+class TestVisionDefaults:
+    def test_the_device_is_the_papers(self, mock_vision_server: MockVisionServer) -> None:
+        with client_of(mock_vision_server) as client:
+            result = client.request("start", {"image_server": "ipc:///tmp/none"})[0]
+        device = result["describe"]
+        assert [light["levels"] for light in device["lights"]] == [8, 8, 8]
+        assert (len(device["shutters_s"]), len(device["apertures"])) == (5, 3)
+        assert device["events"] == mock_vision_server.events
+        assert result["model"]["lines"] > 0
+
+    def test_light_and_exposure_show_in_the_statistics(self, mock_vision_server: MockVisionServer) -> None:
+        with client_of(mock_vision_server) as client:
+            normal = captured(client, "i1")["statistics"]
+            dark = captured(client, "i2", lights=[0, 0, 0], shutter_s=1 / 240)["statistics"]
+            white = captured(client, "i3", shutter_s=1 / 15)["statistics"]
+        assert dark["p50"] < normal["p50"] < white["p50"]
+        assert dark["dark_fraction"] > 0.9
+        assert normal["saturated_fraction"] == 0
+        assert white["saturated_fraction"] > 0.5
+        assert set(normal["frame"]) >= {"mean", "p05", "p50", "p95"}
+
+    def test_the_error_falls_as_the_set_grows(self, mock_vision_server: MockVisionServer) -> None:
+        with client_of(mock_vision_server) as client:
+            names = [captured(client, f"i{n}")["image"] for n in range(4)]
+            fixes = [client.request("estimate", {"images": names[: n + 1]})[0] for n in range(4)]
+            best = client.request("best")[0]
+        for key in ("rms_px", "uncertainty", "ambiguity"):
+            values = [fix[key] for fix in fixes]
+            assert values == sorted(values, reverse=True)
+            assert len(set(values)) == 4
+        assert np.array(fixes[0]["covariance"]).shape == (6, 6)
+        assert set(fixes[0]["seconds"]) == {"edges", "linking", "matching", "refinement"}
+        assert best == fixes[-1]
+
+    def test_black_images_give_no_pose(self, mock_vision_server: MockVisionServer) -> None:
+        with client_of(mock_vision_server) as client:
+            captured(client, "i1", lights=[0, 0, 0], shutter_s=1 / 240)
+            assert client.request("estimate", {"images": ["i1"]})[0]["pose"] is None
+
+    def test_discarded_and_unknown_images_are_errors(self, mock_vision_server: MockVisionServer) -> None:
+        with client_of(mock_vision_server) as client:
+            captured(client, "i1")
+            client.request("discard", {"image": "i1"})
+            for op, args in (("discard", {"image": "i1"}), ("estimate", {"images": ["i1"]})):
+                with pytest.raises(ServerError, match="no image 'i1'"):
+                    client.request(op, args)
+
+    def test_restore_brings_images_back(self, mock_vision_server: MockVisionServer) -> None:
+        args = {"image_server": "ipc:///tmp/none", "out": "/tmp/run", "images": ["i1", "i4"]}
+        with client_of(mock_vision_server) as client:
+            client.request("restore", args)
+            assert client.request("estimate", {"images": ["i1", "i4"]})[0]["pose"] is not None
+
+    def test_parameters_add_up(self, mock_vision_server: MockVisionServer) -> None:
+        with client_of(mock_vision_server) as client:
+            client.request("parameters", {"a": 1})
+            assert client.request("parameters", {"b": "x"})[0] == {"a": 1, "b": "x"}
+
+    def test_settings_are_checked_against_the_device(self, mock_vision_server: MockVisionServer) -> None:
+        with client_of(mock_vision_server) as client:
+            with pytest.raises(ServerError, match="no level 8"):
+                captured(client, "i1", lights=[0, 0, 8])
+            with pytest.raises(ServerError, match="2 light levels were given for 3"):
+                captured(client, "i1", lights=[0, 0])
+
+
+class TestImageDefaults:
+    def test_a_frame_comes_with_its_header(self, mock_image_server: MockImageServer) -> None:
+        with client_of(mock_image_server) as client:
+            header, (pixels,) = client.request("capture", {"settings": SETTINGS})
+            brighter = client.request("capture", {"settings": {**SETTINGS, "shutter_s": 1 / 30}})[1][0]
+        assert (pixels.shape, pixels.dtype) == ((48, 64), np.uint8)
+        assert header["sha256"] == array_sha256(pixels)
+        assert (header["sequence"], header["verified"]) == (1, True)
+        assert brighter.mean() > pixels.mean()
+
+    def test_describe_move_score_health(self, mock_image_server: MockImageServer) -> None:
+        with client_of(mock_image_server) as client:
+            assert client.request("describe")[0]["device"] == "mock"
+            assert client.request("move", {"range_m": 0.4})[0]["range_m"] == 0.4
+            assert client.request("health")[0] == {"status": "ok"}
+            pose = {"rotation_vector": [0, 0, 0], "translation": [0, 0, 1]}
+            assert client.request("score", {"pose": pose})[0] == {"error": None}
+
+
+class TestScripts:
+    def test_answers_come_in_turn_and_the_last_stays(self, mock_vision_server: MockVisionServer) -> None:
+        mock_vision_server.answer("best", {"n": 1}, DeviceError("Broken."), lambda args: {"n": 3})
+        with client_of(mock_vision_server) as client:
+            assert client.request("best")[0] == {"n": 1}
+            with pytest.raises(ServerError, match="Broken") as caught:
+                client.request("best")
+            assert caught.value.code == "device_error"
+            assert [client.request("best")[0]["n"] for _ in range(2)] == [3, 3]
+            mock_vision_server.answer("best")
+            assert client.request("best")[0]["pose"] is None
+
+    def test_fields_of_a_default_answer_can_be_replaced(self, mock_vision_server: MockVisionServer) -> None:
+        mock_vision_server.amend("estimate", rms_px=9.5)
+        with client_of(mock_vision_server) as client:
+            captured(client, "i1")
+            fix = client.request("estimate", {"images": ["i1"]})[0]
+        assert fix["rms_px"] == 9.5
+        assert fix["pose"] is not None
+
+    def test_a_lost_reply_is_asked_for_again_and_done_once(
+        self, mock_vision_server: MockVisionServer
+    ) -> None:
+        mock_vision_server.drop("capture", times=2)
+        with client_of(mock_vision_server, timeout_s=3.0) as client:
+            assert captured(client, "i1")["image"] == "i1"
+        assert len(mock_vision_server.requests_of("capture")) == 1
+
+    def test_a_lost_reply_does_not_touch_other_operations(self, mock_vision_server: MockVisionServer) -> None:
+        mock_vision_server.drop("capture", times=9)
+        with client_of(mock_vision_server, timeout_s=0.3) as client:
+            with pytest.raises(BridgeTimeout):
+                captured(client, "i1")
+            assert client.request("hello", timeout_s=20)[0]["server"] == "mock vision server"
+
+    def test_a_garbled_reply(self, mock_vision_server: MockVisionServer) -> None:
+        mock_vision_server.garble("best")
+        with client_of(mock_vision_server) as client:
+            with pytest.raises(ProtocolError):
+                client.request("best")
+            assert client.request("best")[0]["pose"] is None
+
+    def test_a_late_reply(self, mock_vision_server: MockVisionServer) -> None:
+        mock_vision_server.delay("best", 0.3)
+        with client_of(mock_vision_server) as client:
+            client.request("best")
+            assert client.seconds_waited >= 0.3
+
+    def test_death_and_resurrection(self, mock_vision_server: MockVisionServer) -> None:
+        mock_vision_server.die("best")
+        with client_of(mock_vision_server, timeout_s=0.5) as client:
+            with pytest.raises(BridgeTimeout):
+                client.request("best")
+            assert not mock_vision_server.running
+            mock_vision_server.start()
+            assert client.request("best", timeout_s=20)[0]["pose"] is None
+
+    def test_requests_are_recorded(self, mock_vision_server: MockVisionServer) -> None:
+        with client_of(mock_vision_server) as client:
+            captured(client, "i1", lights=[1, 2, 3])
+            client.request("discard", {"image": "i1"})
+        assert [request.op for request in mock_vision_server.requests] == ["capture", "discard"]
+        assert mock_vision_server.requests_of("capture")[0]["settings"]["lights"] == (1, 2, 3)
+
+    def test_wrong_requests_are_refused_before_the_script(self, mock_vision_server: MockVisionServer) -> None:
+        mock_vision_server.answer("discard", {})
+        with client_of(mock_vision_server) as client, pytest.raises(ServerError, match="unknown field"):
+            client.request("discard", {"picture": "i1"})
+
+    def test_an_operation_that_does_not_exist_cannot_be_scripted(
+        self, mock_vision_server: MockVisionServer
+    ) -> None:
+        with pytest.raises(KeyError, match="dance"):
+            mock_vision_server.answer("dance", {})
+
+    def test_events_can_be_published(self, mock_vision_server: MockVisionServer) -> None:
+        with zmq.Context() as context, context.socket(zmq.SUB) as sub:
+            sub.linger = 0
+            sub.subscribe(b"")
+            sub.connect(mock_vision_server.events)
+            assert sub.poll(20_000)
+            sub.recv()
+            mock_vision_server.publish("light_fault", {"light": "left"})
+            assert sub.poll(20_000)
+            assert sub.recv_json()["args"] == {"light": "left"}
+
+
+def test_a_mock_as_a_process_follows_its_script(folder: Path, root: Path) -> None:
+    script = folder / "script.json"
+    error = {"error": {"code": "device_error", "message": "Lamp out.", "hint": ""}}
+    script.write_text(
+        json.dumps({"best": {"answers": [{"n": 1}, error]}, "estimate": {"amend": {"rms_px": 7}}})
+    )
+    command = [sys.executable, "-m", "bridge.mocks", "vision", "--endpoint", f"ipc://{folder}/v"]
+    with subprocess.Popen([*command, "--script", str(script)], cwd=root) as process:
+        with Client(f"ipc://{folder}/v", timeout_s=60, retries=60) as client:
+            assert client.request("best")[0] == {"n": 1}
+            with pytest.raises(ServerError, match="Lamp out"):
+                client.request("best")
+            captured(client, "i1")
+            assert client.request("estimate", {"images": ["i1"]})[0]["rms_px"] == 7
+            client.request("shutdown")
+        assert process.wait(60) == 0
+
+
+def test_a_wrong_script_is_explained(folder: Path, root: Path) -> None:
+    script = folder / "script.json"
+    script.write_text('{"best": {"answer": []}}')
+    command = [sys.executable, "-m", "bridge.mocks", "image", "--endpoint", f"ipc://{folder}/v"]
+    done = subprocess.run(
+        [*command, "--script", str(script)], cwd=root, capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode != 0
