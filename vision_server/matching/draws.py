@@ -13,7 +13,7 @@ from vision_server.matching.match import SearchRange
 
 Floats = NDArray[np.float64]
 
-MARGIN = 0.15  # of the search range; a true pose at its border must not be lost to noise
+MARGIN = 0.1  # of the search range; a true pose at its border must not be lost to noise
 MARGIN_DEG = 1.0
 GOLDEN = 1.1127756842787055  # root of x^7 = x + 1
 
@@ -43,24 +43,42 @@ def poses_in_range(
     return rotations, seed_pose.translation + reach_m * numbers[:, 3:]
 
 
+def poses_around(
+    seed_pose: Pose, camera: Camera, search_range: SearchRange, numbers: Floats
+) -> tuple[Floats, Floats]:
+    """Like `poses_in_range`, for a seed pose that was itself drawn around the true pose.
+
+    The way back from such a draw turns by the inverse, Rz·Ry·Rx, which has other limits; so every second pose
+    is drawn like that.
+    """
+    rotations, translations = poses_in_range(seed_pose, camera, search_range, numbers)
+    seed = seed_pose.matrix
+    rotations[1::2] = seed @ (seed.T @ rotations[1::2]).transpose(0, 2, 1)
+    return rotations, translations
+
+
 def in_range(
     seed_pose: Pose, camera: Camera, search_range: SearchRange, rotations: Floats, translations: Floats
 ) -> NDArray[np.bool_]:
-    """Which poses (N, 3, 3), (N, 3) lie in the search range, MARGIN included."""
+    """Which poses (N, 3, 3), (N, 3) lie in the range that `poses_around` fills, MARGIN included."""
     turn = seed_pose.matrix.T @ rotations
-    angles = np.stack(
-        [
-            np.arctan2(-turn[:, 1, 2], turn[:, 2, 2]),
-            np.arcsin(np.clip(turn[:, 0, 2], -1.0, 1.0)),
-            np.arctan2(-turn[:, 0, 1], turn[:, 0, 0]),
-        ],
-        axis=1,
-    )
+    limit = np.radians(search_range.rotation_deg * (1.0 + MARGIN) + MARGIN_DEG)
     reach_m = search_range.translation_px * seed_pose.translation[2] / camera.fx
-    turned = np.abs(angles) <= np.radians(search_range.rotation_deg * (1.0 + MARGIN) + MARGIN_DEG)
+    turned = np.minimum(_largest_angle(turn), _largest_angle(turn.transpose(0, 2, 1))) <= limit
     moved = np.abs(translations - seed_pose.translation) <= reach_m * (1.0 + MARGIN)
-    inside: NDArray[np.bool_] = turned.all(axis=1) & moved.all(axis=1)
+    inside: NDArray[np.bool_] = turned & moved.all(axis=1)
     return inside
+
+
+def _largest_angle(turn: Floats) -> Floats:
+    """Largest of the angles of Rx·Ry·Rz, (N, 3, 3) to (N,), rad."""
+    angles = [
+        np.arctan2(-turn[:, 1, 2], turn[:, 2, 2]),
+        np.arcsin(np.clip(turn[:, 0, 2], -1.0, 1.0)),
+        np.arctan2(-turn[:, 0, 1], turn[:, 0, 0]),
+    ]
+    out: Floats = np.abs(np.stack(angles)).max(axis=0)
+    return out
 
 
 @njit(cache=True)

@@ -12,7 +12,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import MIN_LINE_PX, Solid, image_bounds, solid_of, trace
-from vision_server.matching.draws import even_numbers, in_range, poses_in_range
+from vision_server.matching.draws import even_numbers, in_range, poses_around
 from vision_server.matching.icp import pull, pull_poses, score_poses, supported_fraction
 from vision_server.matching.match import Candidate, Match, SearchRange, checked_segments, distinct
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
@@ -67,7 +67,7 @@ def match_search(
     camera = camera.ideal
     edges = nearest_edges(segments[long], np.ones(int(long.sum())), camera)
     built = time.perf_counter()
-    rotations, translations = poses_in_range(seed_pose, camera, search_range, even_numbers(DRAWS, seed))
+    rotations, translations = poses_around(seed_pose, camera, search_range, even_numbers(DRAWS, seed))
     scores = _scores(edges, views, rotations, translations, camera, 0.0)
     scored = time.perf_counter()
     best = np.argsort(-scores, kind="stable")[:PULLED]
