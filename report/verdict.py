@@ -1,0 +1,103 @@
+"""The outcome of a session in words."""
+
+import math
+from dataclasses import dataclass
+
+from report.records import HoldRecord, PoseRecord, Result
+from report.words import angle, count, length, percent
+
+RIGHT_DEG = 1.0  # a pose within both of these of the true one is right (DESIGN.md §6)
+RIGHT_FRACTION = 0.01
+HOLD_PASSED = frozenset({"converged", "fixed", "reached"})
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A headline.
+
+    Attributes
+    ----------
+    tone : "good", "warn" or "bad".
+    label : the status in a word or two.
+    headline, detail : plain sentences.
+    """
+
+    tone: str
+    label: str
+    headline: str
+    detail: str
+
+
+def verdict_of(result: Result) -> Verdict:
+    """Say what came of the session, and whether that was right where the truth is known."""
+    images = count(len(result.steps) or result.iterations or 0, "image")
+    if result.holds:
+        return _approach(result, result.holds)
+    if result.pose is None:
+        return _no_pose(result, images)
+    right = is_right(result)
+    checked = _checked(result)
+    if result.status == "converged":
+        if right is False:
+            return Verdict("bad", "wrong", "A wrong pose was taken for right", checked)
+        return Verdict("good", "converged", "Pose found", checked or f"Certain enough after {images}.")
+    if result.status == "exhausted":
+        detail = (
+            f"All {images} were used and the error stayed above the threshold. This is the best estimate."
+        )
+        return Verdict("warn", "exhausted", "No certain pose", f"{detail} {checked}".strip())
+    if result.status == "stopped":
+        detail = f"Stopped after {images}, before the session had ended. This is the best estimate so far."
+        return Verdict("warn", "stopped", "Stopped early", f"{detail} {checked}".strip())
+    return Verdict("warn", result.status, f"Session ended: {result.status}", checked)
+
+
+def is_right(result: Result) -> bool | None:
+    """Whether the pose is within `RIGHT_DEG` and `RIGHT_FRACTION` of the true one; None if unknown."""
+    if result.error is None:
+        return None
+    error = result.error
+    return error.rotation_deg < RIGHT_DEG and error.translation_fraction_of_range < RIGHT_FRACTION
+
+
+def range_of(pose: PoseRecord) -> float:
+    """Distance of the target's origin from the camera, metres."""
+    return math.sqrt(sum(value * value for value in pose.translation))
+
+
+def _checked(result: Result) -> str:
+    if result.error is None:
+        return ""
+    error = result.error
+    off = f"{length(error.translation_m)} ({percent(error.translation_fraction_of_range)} of the range)"
+    return f"Checked against the true pose, it is off by {off} and {angle(error.rotation_deg)}."
+
+
+def _no_pose(result: Result, images: str) -> Verdict:
+    if not result.steps:
+        detail = "The session ended before its first image."
+    else:
+        detail = f"None of the {images} gave a pose." if len(result.steps) > 1 else "Its image gave no pose."
+    headline = "Stopped early, with no pose" if result.status == "stopped" else "No pose"
+    return Verdict("bad", result.status, headline, detail)
+
+
+def _approach(result: Result, holds: list[HoldRecord]) -> Verdict:
+    passed = sum(hold.status in HOLD_PASSED for hold in holds)
+    last = holds[-1]
+    points = f"{passed} of {count(len(holds), 'hold point')} passed"
+    if result.status == "stopped":
+        return Verdict(
+            "warn", "stopped", "Approach stopped early", f"{points}; the last was at {last.range_m:g} m."
+        )
+    if passed == len(holds):
+        checked = _checked(result)
+        if is_right(result) is False:
+            return Verdict("bad", "wrong", "A wrong pose was taken for right", checked)
+        headline = f"Approach reached {last.range_m:g} m"
+        return Verdict("good", "reached", headline, f"{points}. {checked}".strip())
+    headline = f"Approach aborted at {last.range_m:g} m"
+    detail = (
+        f"{points}. At the last one no pose was certain enough to come closer, so it was not taken for good."
+    )
+    return Verdict("warn", "aborted", headline, detail)
