@@ -2,7 +2,8 @@
           [ merit/2,                    % +Fix, -MeritPx
             improves/2,                 % +Fix, +MeritPx
             fix_rms/2,                  % +Fix, -RmsPx
-            worst_merit/1               % -MeritPx
+            worst_merit/1,              % -MeritPx
+            default_threshold/1         % -MeritPx
           ]).
 
 /** <module> How far a pose estimate can be trusted
@@ -21,6 +22,12 @@ line(Index, VisiblePx, Support, RmsPx).
 %   The merit of no pose at all.
 
 worst_merit(100.0).
+
+%!  default_threshold(-MeritPx) is det.
+%
+%   Where a pose is trusted unless the user says otherwise.
+
+default_threshold(1.0).
 
 %!  merit(+Fix, -MeritPx) is det.
 

@@ -74,7 +74,6 @@ direction_words(even, " even").
 direction_words(from(Light), Text) :-
     format(string(Text), " from ~w", [Light]).
 
-exposure_words(0, "reference exposure") :- !.
 exposure_words(Stops, Text) :-
     ( abs(Stops) =:= 1 -> Unit = stop ; Unit = stops ),
     ( Stops > 0 -> Sign = '+' ; Sign = '' ),

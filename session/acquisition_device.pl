@@ -5,11 +5,12 @@
             execute/2,                  % +Action, -Sensing
             exogenous/1,                % -Actions
             score_pose/2,               % +Pose, -Error
-            seconds_spent/1             % -Seconds
+            seconds_spent/2             % -Waiting, -Parts
           ]).
 :- use_module('../bridge/client').
-:- use_module(library(apply), [foldl/4, maplist/3]).
-:- use_module(library(lists), [member/2]).
+:- use_module('../domain/merit', [default_threshold/1]).
+:- use_module(library(apply), [maplist/2, maplist/3]).
+:- use_module(library(lists), [member/2, sum_list/2]).
 :- use_module(library(option), [option/2, option/3]).
 
 /** <module> The device that carries the controller's actions to the servers
@@ -30,6 +31,7 @@ results, events as exogenous actions.  Pixels stay on the other side.
 
 :- dynamic
     connection/2,                       % Name, Client or subscription
+    own_move/0,                         % one for each move of ours that is not reported yet
     opened_with/1,                      % Options
     spent/2.                            % Part, Seconds
 
@@ -57,7 +59,8 @@ open_server(Name, Endpoint, Options) :-
 close_acquisition :-
     forall(retract(connection(Name, Connection)), close_connection(Name, Connection)),
     retractall(opened_with(_)),
-    retractall(spent(_, _)).
+    retractall(spent(_, _)),
+    retractall(own_move).
 
 close_connection(events, Subscription) =>
     events_close(Subscription).
@@ -90,7 +93,8 @@ execute(connect, session(Device, Threshold, Limit)) :-
     Description = Result.describe,
     device_term(Description, Device),
     subscribe(Description),
-    option(threshold(Threshold), Options),
+    default_threshold(Default),
+    option(threshold(Threshold), Options, Default),
     option(max_iterations(Limit), Options).
 execute(capture(Image, Settings), Statistics) :-
     settings_dict(Settings, Dict),
@@ -106,6 +110,7 @@ execute(set_parameter(Name, Value), true) :-
     request(vision_server, parameters, Args, _).
 execute(advance(RangeM), true) :-
     request(image_server, move, _{range_m:RangeM}, _),
+    assertz(own_move),
     request(vision_server, parameters, _{seed_pose:_{best_at_range_m:RangeM}}, _).
 
 request(Name, Op, Args, Result) :-
@@ -113,21 +118,21 @@ request(Name, Op, Args, Result) :-
     client_request(Client, Op, Args, Result, []),
     (   get_dict(seconds, Result, Seconds)
     ->  dict_pairs(Seconds, _, Pairs),
-        foldl(add_seconds, Pairs, _, _)
+        maplist(add_seconds, Pairs)
     ;   true
     ).
 
-add_seconds(Part-Seconds, _, _) :-
+add_seconds(Part-Seconds) :-
     ( retract(spent(Part, Before)) -> true ; Before = 0.0 ),
     After is Before + Seconds,
     assertz(spent(Part, After)).
 
-%!  seconds_spent(-Seconds) is det.
+%!  seconds_spent(-Waiting, -Parts) is det.
 %
-%   Where the servers' time went so far, as Part-Seconds pairs; `waiting` is the
-%   time this side waited for replies.
+%   How long this side waited for replies so far, and where the servers' time went,
+%   as Part-Seconds pairs.
 
-seconds_spent([waiting-Waiting|Parts]) :-
+seconds_spent(Waiting, Parts) :-
     findall(Part-Seconds, spent(Part, Seconds), Parts),
     findall(Seconds,
             ( connection(Name, Client), Name \== events, client_seconds(Client, Seconds) ),
@@ -166,8 +171,14 @@ exogenous(Actions) :-
     connection(events, Subscription),
     !,
     events_poll(Subscription, Events),
-    findall(Action, ( member(Event, Events), event_action(Event, Action) ), Actions).
+    findall(Action,
+            ( member(Event, Events), event_action(Event, Action), \+ ours(Action) ),
+            Actions).
 exogenous([]).
+
+% The target moved because it was told to: advance/1 has said so.
+ours(target_moved) :-
+    retract(own_move).
 
 event_action(Event, Action) :-
     atom_string(Name, Event.event),

@@ -2,6 +2,7 @@
 :- use_module('../domain/device').
 :- use_module('../domain/merit').
 :- use_module('../domain/qualitative').
+:- use_module(library(apply), [maplist/3]).
 
 /** <module> What a person sees of a session in the terminal
 
@@ -25,11 +26,24 @@ session_message(step(Device, step(_, Image, Settings, State, Decision, Reason, S
     { settings_words(Device, Settings, Words),
       state_words(State, StateWords),
       merit(Fix, Merit) },
-    [ '  ~w~t~6||~w~t~40+~w~t~32+'-[Image, Words, StateWords] ],
+    [ '  ~w~t~7|~w~t~48|~w~t~77|'-[Image, Words, StateWords] ],
     decision(Decision),
     fix_words(Fix, Merit),
     [ '  set ~d'-[SetSize] ],
     reason(Reason).
+session_message(would_do(Plan)) -->
+    [ 'Would run the controller ', ansi(bold, '~w', [Plan.controller]), ' (~w)'-[Plan.controller_file], nl,
+      '  on target ~w, seed ~w'-[Plan.target, Plan.seed], nl,
+      '  program ~w'-[Plan.program], nl,
+      '  theory and controller load without complaint; nothing was started'-[] ].
+session_message(hold_done(fixed)) -->
+    [ ansi(fg(green), '  pose fixed: go on', []) ].
+session_message(hold_done(reached)) -->
+    [ ansi([bold, fg(green)], '  contact range reached with a trusted pose', []) ].
+session_message(hold_done(aborted)) -->
+    [ ansi([bold, fg(red)], '  approach aborted: no pose to be trusted here', []) ].
+session_message(no_report(Status)) -->
+    [ 'report.html was not written (~w); try: .venv/bin/python -m report RUN_FOLDER'-[Status] ].
 session_message(hold(Range)) -->
     [ 'Hold point at ~w m'-[Range] ].
 session_message(event(Action)) -->
@@ -45,8 +59,23 @@ session_message(outcome(stopped, Result)) -->
     outcome(Result).
 session_message(report(File)) -->
     [ '  report ~w'-[File] ].
-session_message(why(Why)) -->
-    [ '       ', ansi(fg(cyan), '~w', [Why]) ].
+session_message(chosen(Device, Settings, why(_, Promise, prediction(Brightness, Highlight, Blur, _)))) -->
+    { settings_words(Device, Settings, Words),
+      Median is 100 * Brightness,
+      High is 100 * Highlight },
+    [ ansi(fg(cyan), '       chose ~w: expects median ~0f %, highlights ~0f %, edges ~1f px wide; promise ~2f',
+           [Words, Median, High, Blur, Promise]) ].
+session_message(seen(statistics(P50, P95, Dark, Saturated, _), Quality)) -->
+    { Numbers = [P50, P95, Dark, Saturated], maplist(percent, Numbers, Percents) },
+    [ ansi(fg(cyan), '       saw a ~w image: median ~0f %, highlights ~0f %, dark ~0f %, saturated ~0f %',
+           [Quality|Percents]) ].
+session_message(measured(fix(_, _, quality(Rms, Uncertainty, Support, Score, Ambiguity), _), New, Old)) -->
+    { Permille is 1000 * Uncertainty, Percent is 100 * Support },
+    [ ansi(fg(cyan), '       rms ~2f px, uncertainty ~2f permille, ~0f % of the lines found, score ~2f, ambiguity ~2f; ',
+           [Rms, Permille, Percent, Score, Ambiguity]),
+      ansi(fg(cyan), 'merit ~2f (was ~2f)', [New, Old]) ].
+session_message(measured(none, _, _)) -->
+    [ ansi(fg(cyan), '       no pose in these images', []) ].
 
 decision(keep) -->
     [ ansi(fg(green), 'keep   ', []) ].
@@ -54,7 +83,7 @@ decision(discard) -->
     [ ansi(fg(red), 'discard', []) ].
 
 fix_words(none, _) -->
-    [ '  no pose              ' ].
+    [ '  no pose                ' ].
 fix_words(Fix, Merit) -->
     { fix_rms(Fix, Rms) },
     [ '  rms ~2f px  merit ~2f'-[Rms, Merit] ].
@@ -101,3 +130,6 @@ last_words("") -->
 last_words(Line) -->
     { Line \== "" },
     [ ': ~w'-[Line] ].
+
+percent(Fraction, Percent) :-
+    Percent is 100 * Fraction.

@@ -5,7 +5,7 @@
 :- use_module('../domain/device').
 :- use_module('../domain/merit').
 :- use_module('../domain/qualitative').
-:- use_module(library(apply), [foldl/4, maplist/3]).
+:- use_module(library(apply), [maplist/3]).
 :- use_module(library(http/json), [json_write_dict/3]).
 :- use_module(library(lists), [member/2, reverse/2]).
 

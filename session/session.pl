@@ -7,10 +7,16 @@
 :- use_module(processes).
 :- use_module(result).
 :- use_module(run_folder).
+:- use_module('../domain/candidates').
+:- use_module('../domain/image_set').
+:- use_module('../domain/merit').
+:- use_module('../domain/qualitative').
 :- use_module('../indigolog/indigolog').
 :- use_module(library(http/json), [json_write_dict/3]).
-:- use_module(library(lists), [append/2, append/3, member/2]).
+:- use_module(library(apply), [foldl/4]).
+:- use_module(library(lists), [append/3, member/2]).
 :- use_module(library(option), [option/2, option/3]).
+:- use_module(library(process), [process_create/3, process_wait/3]).
 
 /** <module> One session from options to exit status
 
@@ -127,14 +133,13 @@ stop_everything :-
 %   kept whatever happens, so that nothing that was done is lost.
 run_program(Options, Plan, Folder, Outcome) :-
     run_file(Folder, 'history.pl', Journal),
-    option(seed(Seed), Options),
     (   option(resume(_), Options)
     ->  Resume = [resume(Journal)]
     ;   Resume = []
     ),
     nb_setval(session_situation, none),
     catch(( indigolog(Plan.program,
-                      [ device(acquisition_device), journal(Journal), seed(Seed),
+                      [ device(acquisition_device), journal(Journal), seed(Plan.seed),
                         on_action(session:after_action(Options)) | Resume ]),
             Outcome = finished ),
           Error,
@@ -155,8 +160,8 @@ after_action(Options, Action, Situation) :-
     ;   true
     ),
     (   option(explain(true), Options),
-        explained(Action, Situation, Why)
-    ->  show(Options, why(Why))
+        explained(Action, Situation, Message)
+    ->  show(Options, Message)
     ;   true
     ).
 
@@ -174,6 +179,23 @@ shown(Event, _, event(Event)) :-
 event(light_fault(_)).
 event(camera_fault).
 event(sun_changed).
+
+%   What --explain adds: why these settings, what the image shows, what it changed.
+explained(choose(Settings), Situation, chosen(Device, Settings, Why)) :-
+    fluent_value(device, Situation, Device),
+    fluent_value(readings, Situation, Readings),
+    fluent_value(image_set, Situation, ImageSet),
+    fluent_value(unfavourable, Situation, Unfavourable),
+    kept_states(ImageSet, Kept),
+    ranking(Device, experience(Readings, Kept, Unfavourable), Ranked),
+    memberchk(ranked(_, Settings, Why), Ranked).
+explained(capture(_, _), Situation, seen(Statistics, Quality)) :-
+    fluent_value(statistics, Situation, Statistics),
+    image_quality(Statistics, Quality).
+explained(estimate(_), Situation, measured(Fix, New, Old)) :-
+    fluent_value(fix, Situation, Fix),
+    fluent_value(merit, Situation, Old),
+    merit(Fix, New).
 
 last_step(Situation, Device, Step) :-
     fluent_value(device, Situation, Device),

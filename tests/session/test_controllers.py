@@ -1,0 +1,170 @@
+"""The strategies against mock servers: what they ask for, what they make of the answers."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bridge.errors import ServerError
+from bridge.mocks import MockImageServer, MockVisionServer, mock_image_server, mock_vision_server
+from tests.session.command import ROOT, controller
+
+__all__ = ["mock_image_server", "mock_vision_server"]
+
+NEVER = "0.000001"
+
+
+def run(
+    vision: MockVisionServer, image: MockImageServer, out: Path, *options: str
+) -> tuple[int, dict[str, Any], str]:
+    """One session against the mocks; exit status, result.json, and what the terminal showed."""
+    done = controller(
+        "--vision-server", vision.endpoint, "--image-server", image.endpoint,
+        "--out", out, "--no-report", "--json", *options,
+    )  # fmt: skip
+    result = json.loads(done.stdout) if done.stdout else {}
+    return done.returncode, result, done.stderr
+
+
+def asked(vision: MockVisionServer, op: str) -> list[dict[str, Any]]:
+    """The arguments of all requests of one operation."""
+    requests: list[dict[str, Any]] = json.loads(json.dumps(vision.requests_of(op)))
+    return requests
+
+
+def test_simple_keeps_every_image(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    status, result, _ = run(
+        mock_vision_server, mock_image_server, tmp_path,
+        "--controller", "simple", "--max-iterations", "4", "--threshold", NEVER,
+    )  # fmt: skip
+    assert status == 3
+    assert result["status"] == "exhausted"
+    assert result["kept"] == ["i1", "i2", "i3", "i4"]
+    assert result["discarded"] == []
+    assert [call["images"] for call in asked(mock_vision_server, "estimate")][-1] == ["i1", "i2", "i3", "i4"]
+
+
+@pytest.mark.parametrize("name", ["greedy", "heuristic"])
+def test_images_that_do_not_help_are_discarded(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path, name: str
+) -> None:
+    mock_vision_server.amend("estimate", rms_px=1.0, uncertainty=0.001, supported_fraction=0.9)
+    _, result, _ = run(
+        mock_vision_server, mock_image_server, tmp_path,
+        "--controller", name, "--max-iterations", "4", "--threshold", NEVER,
+    )  # fmt: skip
+    assert result["kept"] == ["i1"]
+    assert result["discarded"] == ["i2", "i3", "i4"]
+    assert [call["image"] for call in asked(mock_vision_server, "discard")] == ["i2", "i3", "i4"]
+    assert [step["decision"] for step in result["steps"]] == ["keep", "discard", "discard", "discard"]
+
+
+def test_heuristic_does_not_repeat_itself(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    mock_vision_server.amend("estimate", rms_px=1.0, uncertainty=0.001)
+    run(mock_vision_server, mock_image_server, tmp_path, "--max-iterations", "8", "--threshold", NEVER)
+    settings = [json.dumps(call["settings"], sort_keys=True) for call in asked(mock_vision_server, "capture")]
+    assert len(settings) == len(set(settings)) == 8
+
+
+@pytest.mark.parametrize("name", ["simple", "greedy", "heuristic", "auto_exposed", "fixed"])
+def test_same_seed_same_session(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path, name: str
+) -> None:
+    steps = []
+    for attempt in ("first", "second"):
+        _, result, _ = run(
+            mock_vision_server, mock_image_server, tmp_path / attempt,
+            "--controller", name, "--seed", "5", "--max-iterations", "4", "--threshold", NEVER,
+        )  # fmt: skip
+        steps.append(result["steps"])
+    assert steps[0] == steps[1]
+
+
+def test_one_image_for_the_fixed_camera(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    _, result, _ = run(mock_vision_server, mock_image_server, tmp_path, "--controller", "fixed")
+    (settings,) = [call["settings"] for call in asked(mock_vision_server, "capture")]
+    assert settings["lights"] == [4, 4, 4]
+    assert result["iterations"] == 1
+
+
+def test_auto_exposed_uses_one_image_of_those_it_metered(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    _, result, _ = run(mock_vision_server, mock_image_server, tmp_path, "--controller", "auto_exposed")
+    assert len(result["kept"]) == 1
+    assert len(asked(mock_vision_server, "estimate")) == 1
+    assert 2 <= result["iterations"] <= 6
+
+
+def test_a_users_own_controller(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    _, result, _ = run(
+        mock_vision_server, mock_image_server, tmp_path,
+        "--controller", str(ROOT / "examples" / "one_light_at_a_time.pl"), "--threshold", NEVER,
+    )  # fmt: skip
+    lit = [[level > 0 for level in call["settings"]["lights"]] for call in asked(mock_vision_server, "capture")]
+    assert lit == [[True, False, False], [False, True, False], [False, False, True]]
+    assert result["controller"] == "one_light_at_a_time"
+
+
+def test_convergence_ends_the_session(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    status, result, shown = run(mock_vision_server, mock_image_server, tmp_path, "--threshold", "50")
+    assert status == 0
+    assert result["status"] == "converged"
+    assert "Pose found" in shown
+
+
+def test_no_pose_is_said(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    mock_vision_server.amend("estimate", pose=None, covariance=None)
+    status, result, shown = run(mock_vision_server, mock_image_server, tmp_path, "--max-iterations", "3")
+    assert status == 3
+    assert result["pose"] is None
+    assert "no pose" in shown
+
+
+def test_a_light_that_dies_is_left_out(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    mock_vision_server.amend("estimate", rms_px=1.0)
+
+    def capture_and_fail(args: Any) -> Any:
+        if args.image == "i2":
+            mock_vision_server.publish("light_fault", {"light": "left"})
+        return mock_vision_server._capture(args)
+
+    mock_vision_server.answer("capture", capture_and_fail)
+    _, result, shown = run(mock_vision_server, mock_image_server, tmp_path, "--max-iterations", "8", "--threshold", NEVER)
+    assert "light_fault(left)" in shown
+    later = [call["settings"]["lights"][0] for call in asked(mock_vision_server, "capture")[3:]]
+    assert set(later) == {0}
+
+
+def test_a_request_that_is_refused_ends_the_session(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    mock_vision_server.answer("estimate", ServerError("no_model", "The matcher has no model.", "Start again."))
+    status, result, shown = run(mock_vision_server, mock_image_server, tmp_path)
+    assert status == 4
+    assert "The matcher has no model." in shown
+    assert result["status"] == "stopped"
+
+
+def test_lost_replies_are_asked_for_again(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    mock_vision_server.drop("capture", 1)
+    status, _, _ = run(mock_vision_server, mock_image_server, tmp_path, "--threshold", "50", "--max-iterations", "1")
+    assert status == 0
+    assert len(asked(mock_vision_server, "capture")) == 1
