@@ -1,8 +1,12 @@
 """Per-channel statistics: what one image says about edges, computed once and kept.
 
-A *channel* is one image of the set. Its gradient is measured on linear intensity (tone curve undone) with
-the exposure divided out, so that channels are comparable; each pixel also gets a weight that says how lit it is in
-this channel, and the noise that the gradient carries there.
+A *channel* is one image of the set. Its gradient is measured on linear intensity (tone curve undone) with the
+exposure divided out, so that channels are comparable. Each pixel gets a weight that says how lit it is in this
+channel, and the noise that the gradient carries there.
+
+The weight is 2^(k l). l is the mean of the darkest and the brightest log2 intensity within reach: a shadow edge
+has a side that is darker than in the other channels, so its weight collapses, and because darkest and brightest
+are the same all across an edge, the weight does not move the edge.
 """
 
 from __future__ import annotations
@@ -15,15 +19,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
-from vision_server.noise import grey_noise
+from vision_server.noise import gradient_scale, grey_noise
 
 Grey = NDArray[np.uint8]
 Field = NDArray[np.float32]
 
-WEIGHT_EXPONENT = 12.0  # k in w = 2^(k l): how steeply a channel loses its say where it is darker
+WEIGHT_EXPONENT = 12.0  # k: how steeply a channel loses its say where it is darker
 LIT_OFFSET_GREY = 8.0  # grey at reference exposure added before the logarithm: black is black
-LIT_WINDOW_PX = 5  # side of the window over which the lit-ness is averaged
+SMOOTHING_SIGMA_PX = 1.0  # before the darkest and brightest are taken, against noise
 SATURATED_GREY = 250  # from here on a pixel is clipped
+CLIPPED_STOPS = 0.25  # beside a clipped pixel a channel counts as so much darker: others know better
 FLOOR_NOISE_RATIO = 3.0  # a gradient under so many of its own standard deviations is no edge
 LOG2_WEIGHT_LIMIT = 100.0  # float32 holds 2^126; room for sums
 
@@ -38,7 +43,7 @@ class ChannelStatistics:
         float32, linear intensity at this frame's own exposure, 0..255 (255 is full scale).
     contrast
         float32, gradient magnitude as the height in grey, at reference exposure, of the ideal step edge that
-        would give it (gradient times sqrt(2 pi) sigma); 0 where below the noise floor or beside saturation.
+        would give it (gradient times sqrt(2 pi) sigma); 0 where below the noise floor.
     orientation
         float32, direction of the gradient taken as an axis, rad in [0, pi), 0 along x, pi/2 along y (down).
     weight
@@ -67,7 +72,7 @@ class ChannelStatistics:
         return height, width
 
 
-def gaussian_kernels(sigma_px: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def gaussian_kernels(sigma_px: float) -> tuple[Field, Field]:
     """Sampled Gaussian (sum 1) and its derivative (unit response to a unit ramp), both 1-D float32."""
     radius = int(np.ceil(3.0 * sigma_px))
     x = np.arange(-radius, radius + 1, dtype=np.float64)
@@ -79,43 +84,54 @@ def gaussian_kernels(sigma_px: float) -> tuple[NDArray[np.float32], NDArray[np.f
 
 
 @njit(cache=True)
-def _polar(
-    gx: Field,
-    gy: Field,
-    variance: Field,
-    log_lit: Field,
-    usable: Grey,
-    height: float,
-    noise_gain: float,
+def _describe(
+    magnitude: Field,
+    angle: Field,
+    smoothed: Grey,
+    darkest: Grey,
+    brightest: Grey,
+    half_weight: Field,
+    noise_of: Field,
+    clipped_grey: int,
+    clipped_factor: float,
     floor_ratio: float,
-    exponent: float,
     contrast: Field,
     orientation: Field,
     weight: Field,
     noise: Field,
+    unsaturated: NDArray[np.bool_],
 ) -> None:
     """Contrast, axis, weight and noise at each pixel; the equations of `channel_statistics`."""
-    rows, columns = gx.shape
+    rows, columns = magnitude.shape
+    pi = np.float32(np.pi)
+    clipped_scale = np.float32(clipped_factor)
+    ratio = np.float32(floor_ratio)
     for y in range(rows):
         for x in range(columns):
-            sd = np.float32(np.sqrt(variance[y, x]) * noise_gain)
+            w = half_weight[darkest[y, x]] * half_weight[brightest[y, x]]
+            clear = brightest[y, x] < clipped_grey
+            unsaturated[y, x] = clear
+            weight[y, x] = w if clear else w * clipped_scale
+            sd = noise_of[smoothed[y, x]]
             noise[y, x] = sd
-            exponent_here = exponent * log_lit[y, x]
-            exponent_here = min(max(exponent_here, -LOG2_WEIGHT_LIMIT), LOG2_WEIGHT_LIMIT)
-            weight[y, x] = np.float32(2.0) ** np.float32(exponent_here)
-            a, b = gx[y, x], gy[y, x]
-            m = np.float32(np.sqrt(a * a + b * b) * height)
-            if usable[y, x] == 0 or m <= floor_ratio * sd:
-                contrast[y, x] = 0.0
-                orientation[y, x] = 0.0
-                continue
-            contrast[y, x] = m
-            angle = np.arctan2(b, a)
-            if angle < 0.0:
-                angle += np.pi
-            if angle >= np.pi:
-                angle -= np.pi
-            orientation[y, x] = np.float32(angle)
+            m, a = magnitude[y, x], angle[y, x]
+            if a >= pi:
+                a -= pi
+            contrast[y, x] = m if m > ratio * sd else np.float32(0.0)
+            orientation[y, x] = a if a < pi else np.float32(0.0)
+
+
+def _tables(
+    image: Grey, exposure: float, gamma: float, exponent: float
+) -> tuple[Field, Field, NDArray[np.float64], NDArray[np.float64]]:
+    """Per grey level: linear intensity, root of the weight, noise in grey, noise in linear intensity."""
+    level = np.arange(256, dtype=np.float64) / 255.0
+    linear = 255.0 * level**gamma
+    slope = np.gradient(linear)
+    grey_sd = grey_noise(image)
+    stops = np.log2((linear / exposure + LIT_OFFSET_GREY) / 128.0)
+    exponents = np.clip(exponent * stops, -LOG2_WEIGHT_LIMIT, LOG2_WEIGHT_LIMIT)
+    return linear.astype(np.float32), np.exp2(0.5 * exponents).astype(np.float32), grey_sd, grey_sd * slope
 
 
 def channel_statistics(
@@ -123,7 +139,7 @@ def channel_statistics(
     exposure: float = 1.0,
     gamma: float = 1.0,
     *,
-    sigma_px: float = 1.0,
+    sigma_px: float | None = None,
     weight_exponent: float = WEIGHT_EXPONENT,
 ) -> ChannelStatistics:
     """Edge statistics of one image.
@@ -138,10 +154,10 @@ def channel_statistics(
     gamma
         Tone curve to undo: linear = grey^gamma. 1 for linear files.
     sigma_px
-        Scale of the Gaussian derivative, px.
+        Scale of the Gaussian derivative, px; chosen from the image's noise when left out.
     weight_exponent
-        k of the weight 2^(k l), with l the mean over 5 x 5 px of log2((I / exposure + 8) / 128). 0 weighs all
-        channels alike.
+        k of the weight 2^(k l), with l the mean of log2((I / exposure + 8) / 128) of the darkest and the
+        brightest pixel within reach. 0 weighs all channels alike.
 
     Returns
     -------
@@ -153,50 +169,45 @@ def channel_statistics(
         Wrong type or shape of the image, exposure or gamma not positive.
     """
     if image.ndim != 2 or image.dtype != np.uint8 or min(image.shape) < 3:
-        raise BadInput(
-            f"a channel must be a grey uint8 image of at least 3x3 px, not {image.dtype} {image.shape}"
-        )
-    if not (np.isfinite(exposure) and exposure > 0.0):
-        raise BadInput(f"the exposure of a channel must be a positive number, not {exposure}")
-    if not (np.isfinite(gamma) and gamma > 0.0):
-        raise BadInput(f"gamma must be a positive number, not {gamma}")
-    level = np.arange(256, dtype=np.float64) / 255.0
-    linear_of = 255.0 * level**gamma
-    slope_of = np.maximum(gamma * level ** (gamma - 1.0), 1e-3) if gamma != 1.0 else np.ones(256)
-    variance_of = (grey_noise(image) * slope_of) ** 2
-    lit_of = np.log2((linear_of / exposure + LIT_OFFSET_GREY) / 128.0)
+        raise BadInput(f"A channel must be grey uint8 of at least 3x3 px, not {image.dtype} {image.shape}.")
+    for name, value in (("exposure", exposure), ("gamma", gamma)):
+        if not (np.isfinite(value) and value > 0.0):
+            raise BadInput(f"The {name} of a channel must be a positive number, not {value}.")
+    image = np.ascontiguousarray(image)
+    linear_of, half_weight, grey_sd, linear_sd = _tables(image, exposure, gamma, weight_exponent)
+    scale = gradient_scale(image, grey_sd) if sigma_px is None else sigma_px
 
-    linear = cv2.LUT(image, linear_of.astype(np.float32))
-    smooth, derivative = gaussian_kernels(sigma_px)
-    gx = cv2.sepFilter2D(linear, cv2.CV_32F, derivative, smooth, borderType=cv2.BORDER_REPLICATE)
-    gy = cv2.sepFilter2D(linear, cv2.CV_32F, smooth, derivative, borderType=cv2.BORDER_REPLICATE)
-    window = (LIT_WINDOW_PX, LIT_WINDOW_PX)
-    log_lit = cv2.blur(cv2.LUT(image, lit_of.astype(np.float32)), window, borderType=cv2.BORDER_REPLICATE)
-    variance = cv2.blur(
-        cv2.LUT(image, variance_of.astype(np.float32)), window, borderType=cv2.BORDER_REPLICATE
-    )
-    reach = len(smooth) // 2
-    clipped = cv2.compare(image, SATURATED_GREY, cv2.CMP_GE)
-    usable = 255 - cv2.dilate(clipped, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    smooth, derivative = gaussian_kernels(scale)
+    to_contrast = float(np.sqrt(2.0 * np.pi) * scale / exposure)
+    scaled = derivative * np.float32(to_contrast)
+    linear = np.asarray(cv2.LUT(image, linear_of), dtype=np.float32)
+    gx = cv2.sepFilter2D(linear, cv2.CV_32F, scaled, smooth, borderType=cv2.BORDER_REPLICATE)
+    gy = cv2.sepFilter2D(linear, cv2.CV_32F, smooth, scaled, borderType=cv2.BORDER_REPLICATE)
+    magnitude, angle = cv2.cartToPolar(gx, gy)
+    noise_of = (linear_sd * float(np.linalg.norm(smooth) * np.linalg.norm(scaled))).astype(np.float32)
 
-    height = float(np.sqrt(2.0 * np.pi) * sigma_px / exposure)
-    noise_gain = height * float(np.linalg.norm(smooth) * np.linalg.norm(derivative))
+    smoothed = cv2.GaussianBlur(image, (0, 0), SMOOTHING_SIGMA_PX, borderType=cv2.BORDER_REPLICATE)
+    side = 2 * int(np.ceil(2.5 * scale)) + 1
+    window = np.ones((side, side), np.uint8)
     shape = image.shape
     contrast, orientation = np.empty(shape, np.float32), np.empty(shape, np.float32)
     weight, noise = np.empty(shape, np.float32), np.empty(shape, np.float32)
-    _polar(
-        gx,
-        gy,
-        variance,
-        log_lit,
-        usable,
-        height,
-        noise_gain,
+    unsaturated = np.empty(shape, np.bool_)
+    _describe(
+        np.asarray(magnitude, np.float32),
+        np.asarray(angle, np.float32),
+        np.asarray(smoothed, np.uint8),
+        np.asarray(cv2.erode(smoothed, window), np.uint8),
+        np.asarray(cv2.dilate(smoothed, window), np.uint8),
+        half_weight,
+        noise_of,
+        SATURATED_GREY,
+        2.0 ** (-weight_exponent * CLIPPED_STOPS),
         FLOOR_NOISE_RATIO,
-        weight_exponent,
         contrast,
         orientation,
         weight,
         noise,
+        unsaturated,
     )
-    return ChannelStatistics(linear, contrast, orientation, weight, noise, usable > 0, exposure, sigma_px)
+    return ChannelStatistics(linear, contrast, orientation, weight, noise, unsaturated, exposure, scale)

@@ -25,6 +25,7 @@ MAIN_SD_RAD = 0.25  # spread of the orientation along a true edge inside the win
 BACKGROUND_SD_RAD = 1.0  # shadow edges and noise: nearly anything
 CANDIDATE_RATIO = 0.6  # a pixel under this share of the largest mass in 5 x 5 cannot be a ridge
 CANDIDATE_WINDOW_PX = 5
+SLACK = 0.97  # a pixel this close to a ridge on the first, mean orientation still enters the mixture
 TABLE_STEPS = 1024  # of the Gaussian tables, over a difference of 0 to pi/2
 
 
@@ -62,7 +63,6 @@ def _accumulate(
     orientation: Field,
     weight: Field,
     noise: Field,
-    usable: NDArray[np.bool_],
     bins: Field,
     weights: Field,
     masses: Field,
@@ -74,8 +74,6 @@ def _accumulate(
     per_rad = np.float32(count / np.pi)
     for y in range(rows):
         for x in range(columns):
-            if not usable[y, x]:
-                continue
             w = weight[y, x]
             weights[y, x] += w
             noises[y, x] += w * noise[y, x]
@@ -97,6 +95,23 @@ def _accumulate(
 
 
 @njit(cache=True)
+def _across(field: Field, y: int, x: int, cosine: float, sine: float) -> tuple[float, float]:
+    """The field one step ahead and one behind along a direction, interpolated on the ring of eight neighbours."""
+    u = 1 if cosine > 0.0 else -1
+    v = 1 if sine > 0.0 else -1
+    along_x, along_y = abs(cosine), abs(sine)
+    if along_x >= along_y:
+        t = along_y / along_x
+        ahead = (1.0 - t) * field[y, x + u] + t * field[y + v, x + u]
+        behind = (1.0 - t) * field[y, x - u] + t * field[y - v, x - u]
+    else:
+        t = along_x / along_y
+        ahead = (1.0 - t) * field[y + v, x] + t * field[y + v, x + u]
+        behind = (1.0 - t) * field[y - v, x] + t * field[y - v, x - u]
+    return ahead, behind
+
+
+@njit(cache=True)
 def _mixture(
     bins: Field,
     weights: Field,
@@ -113,60 +128,72 @@ def _mixture(
     """EM on the histogram of the 3 x 3 window of each pixel that may be on a ridge."""
     rows, columns, count = bins.shape
     steps = len(main_table) - 1
-    per_rad = steps / (0.5 * np.pi)
+    per_rad = np.float32(steps / (0.5 * np.pi))
+    pi, half_pi = np.float32(np.pi), np.float32(0.5 * np.pi)
     window = np.zeros(count, np.float32)
-    cosine, sine, centre = np.empty(count), np.empty(count), np.empty(count)
+    cosine, sine = np.empty(count, np.float32), np.empty(count, np.float32)
+    centre, background = np.empty(count, np.float32), np.empty(count, np.float32)
+    held = np.empty(count, np.int64)
     for k in range(count):
         centre[k] = k * np.pi / count
-        cosine[k], sine[k] = np.cos(2.0 * centre[k]), np.sin(2.0 * centre[k])
-    for y in range(rows):
-        for x in range(columns):
+        cosine[k], sine[k] = np.cos(2.0 * k * np.pi / count), np.sin(2.0 * k * np.pi / count)
+    for y in range(1, rows - 1):
+        for x in range(1, columns - 1):
             here = mass[y, x]
-            if here <= 0.0 or here <= floor[y, x] or here < ratio * largest[y, x]:
+            if here <= floor[y, x] or here < ratio * largest[y, x]:
+                continue
+            if not (
+                (here >= mass[y, x - 1] and here >= mass[y, x + 1])
+                or (here >= mass[y - 1, x] and here >= mass[y + 1, x])
+                or (here >= mass[y - 1, x - 1] and here >= mass[y + 1, x + 1])
+                or (here >= mass[y - 1, x + 1] and here >= mass[y + 1, x - 1])
+            ):
                 continue
             window[:] = 0.0
-            for v in range(max(y - 1, 0), min(y + 2, rows)):
-                for u in range(max(x - 1, 0), min(x + 2, columns)):
+            for v in range(y - 1, y + 2):
+                for u in range(x - 1, x + 2):
                     if mass[v, u] > 0.0:
                         scale = np.float32(1.0) / weights[v, u]
                         for k in range(count):
                             window[k] += bins[v, u, k] * scale
-            total, c, s = 0.0, 0.0, 0.0
+            total, c, s = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+            filled = 0
             for k in range(count):
-                total += window[k]
-                c += window[k] * cosine[k]
-                s += window[k] * sine[k]
-            mean = 0.5 * np.arctan2(s, c)
-            background = mean
-            share = 0.5
+                if window[k] > 0.0:
+                    total += window[k]
+                    c += window[k] * cosine[k]
+                    s += window[k] * sine[k]
+                    held[filled] = k
+                    filled += 1
+            mean = np.float32(0.5) * np.arctan2(s, c)
+            ahead, behind = _across(mass, y, x, np.cos(mean), np.sin(mean))
+            if here < SLACK * ahead or here < SLACK * behind:
+                continue
+            for j in range(filled):
+                d = abs(centre[held[j]] - mean)
+                if d > pi:
+                    d -= pi
+                background[j] = background_table[int(min(d, pi - d) * per_rad)]
+            share = np.float32(0.5)
             for _ in range(iterations):
-                main_mass, c, s, bc, bs = 0.0, 0.0, 0.0, 0.0, 0.0
-                for k in range(count):
-                    if window[k] <= 0.0:
-                        continue
+                main_mass, c, s = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+                for j in range(filled):
+                    k = held[j]
                     d = abs(centre[k] - mean)
-                    d = d % np.pi
-                    if d > 0.5 * np.pi:
-                        d = np.pi - d
-                    e = abs(centre[k] - background)
-                    e = e % np.pi
-                    if e > 0.5 * np.pi:
-                        e = np.pi - e
-                    p = share * main_table[int(d * per_rad)]
-                    q = (1.0 - share) * background_table[int(e * per_rad)]
-                    r = p / (p + q) * window[k]
+                    if d > pi:
+                        d -= pi
+                    p = share * main_table[int(min(d, pi - d) * per_rad)]
+                    r = p / (p + (np.float32(1.0) - share) * background[j]) * window[k]
                     main_mass += r
                     c += r * cosine[k]
                     s += r * sine[k]
-                    bc += (window[k] - r) * cosine[k]
-                    bs += (window[k] - r) * sine[k]
                 if main_mass <= 0.0:
                     break
-                mean = 0.5 * np.arctan2(s, c)
-                background = 0.5 * np.arctan2(bs, bc)
-                share = main_mass / total
-            magnitude[y, x] = np.float32(share) * here
-            orientation[y, x] = np.float32(mean % np.pi)
+                mean = np.float32(0.5) * np.arctan2(s, c)
+                share = min(main_mass / total, np.float32(0.999))
+            magnitude[y, x] = share * here
+            axis = mean + pi if mean < 0.0 else mean
+            orientation[y, x] = axis if axis < pi else np.float32(0.0)
 
 
 def gaussian_table(sd_rad: float) -> NDArray[np.float32]:
@@ -239,15 +266,14 @@ class ImageSetStatistics:
         """
         if not self.channels:
             raise BadInput("an empty image set has no edges")
-        positive = np.maximum(self._weights, np.float32(1e-37))
-        mass = self._masses / positive
-        floor = self._noises / positive
+        mass = self._masses / self._weights
+        floor = self._noises / self._weights
         window = np.ones((CANDIDATE_WINDOW_PX, CANDIDATE_WINDOW_PX), np.uint8)
-        largest = cv2.dilate(mass, window)
+        largest = np.asarray(cv2.dilate(mass, window), dtype=np.float32)
         magnitude, orientation = np.zeros_like(mass), np.zeros_like(mass)
         _mixture(
             self._bins,
-            positive,
+            self._weights,
             mass,
             largest,
             floor,
@@ -272,7 +298,6 @@ class ImageSetStatistics:
             channel.orientation,
             channel.weight,
             channel.noise,
-            channel.unsaturated,
             self._bins,
             self._weights,
             self._masses,
