@@ -24,8 +24,7 @@ BITS = 8
 GENES = 6
 POPULATION = 200
 GENERATIONS = 10
-ELITE = POPULATION * 5 // 100  # survive as they are
-PARENTS = POPULATION * 30 // 100  # have children
+ELITE_SHARE, PARENT_SHARE = 0.05, 0.30  # survive as they are; have children
 CANDIDATES = 5
 SPACING_PX = 20.0  # a line is visible when any of its samples is
 NEAR_COST = 2 * 5.0**2  # an image line with both ends within 5 px counts as support
@@ -40,6 +39,8 @@ def match_genetic(
     seed_pose: Pose,
     seed: int,
     search_range: SearchRange = SearchRange(),
+    population: int = POPULATION,
+    generations: int = GENERATIONS,
 ) -> Match:
     """Evolve poses in the search range towards the least sum of line costs.
 
@@ -49,6 +50,7 @@ def match_genetic(
     weights : (N,) float64 or None; segments of weight 0 are left out, the paper knows no other weights.
     seed_pose : middle of the search range.
     seed : of the random numbers.
+    population, generations : the paper's numbers unless given.
 
     Raises
     ------
@@ -70,12 +72,12 @@ def match_genetic(
         return cost, supported, rotations, translations
 
     random = np.random.default_rng(seed)
-    population = first_generation(random)
-    cost, supported, rotations, translations = costs(population)
-    for _ in range(GENERATIONS):
+    genomes = first_generation(random, population)
+    cost, supported, rotations, translations = costs(genomes)
+    for _ in range(generations):
         order = np.argsort(cost, kind="stable")
-        population = next_generation(population[order], random.integers(0, 2**31, size=(40 * POPULATION, 4)))
-        cost, supported, rotations, translations = costs(population)
+        genomes = next_generation(genomes[order], random.integers(0, 2**31, size=(40 * population, 4)))
+        cost, supported, rotations, translations = costs(genomes)
     candidates = [
         Candidate(Pose.from_matrix(rotations[i], translations[i]), -float(cost[i]), float(supported[i]))
         for i in distinct(rotations, translations, -cost, CANDIDATES)
@@ -99,10 +101,10 @@ def decoded(genomes: Ints) -> Floats:
     return out
 
 
-def first_generation(random: np.random.Generator) -> Ints:
-    """POPULATION different random genomes."""
+def first_generation(random: np.random.Generator, size: int = POPULATION) -> Ints:
+    """So many different random genomes."""
     found: dict[int, None] = {}
-    while len(found) < POPULATION:
+    while len(found) < size:
         found[int(random.integers(0, 2 ** (BITS * GENES)))] = None
     return np.array(list(found), dtype=np.int64)
 
@@ -120,13 +122,14 @@ def next_generation(ranked: Ints, numbers: Ints) -> Ints:
     ----------
     numbers : (K, 4), random integers; each row makes one child: two parents, crossover point, flipped bit.
     """
-    parents = ranked[:PARENTS].tolist()
-    found: dict[int, None] = dict.fromkeys(ranked[:ELITE].tolist())
+    size = len(ranked)
+    parents = ranked[: max(1, int(PARENT_SHARE * size))].tolist()
+    found: dict[int, None] = dict.fromkeys(ranked[: max(1, int(ELITE_SHARE * size))].tolist())
     bits = BITS * GENES
     for a, b, point, flipped in numbers.tolist():
-        if len(found) == POPULATION:
+        if len(found) == size:
             break
-        child = crossed(parents[a % PARENTS], parents[b % PARENTS], 1 + point % (bits - 1), flipped % bits)
+        child = crossed(parents[a % len(parents)], parents[b % len(parents)], 1 + point % (bits - 1), flipped % bits)
         found[child] = None
     return np.array(list(found), dtype=np.int64)
 

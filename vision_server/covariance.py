@@ -1,0 +1,103 @@
+"""Covariance of a refined pose, from the residuals of its edge points and how they hang together along lines."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision_server.refinement import PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD, Solution
+
+Floats = NDArray[np.float64]
+
+LINE_BIAS_PX = 0.04  # of a whole line: shading across it, tone curve, calibration, model
+LAGS = 60  # samples over which residuals of one line may hang together
+POOLED_SHARE = 30.0  # samples that the pooled variance counts as, beside a line's own
+LEAST_VARIANCE_PX2 = 0.02**2
+
+
+def pose_covariance(solution: Solution) -> Floats:
+    """Covariance (6, 6) of a small left-multiplied step (rotation rad, translation m) at the refined pose.
+
+    The channels' edge points of one sample are combined to one residual (texture moves them together). With
+    weights W, Jacobians J, residual variance v of each line and correlation time L of the residuals along the
+    lines (integral of their autocorrelation, in samples), the covariance of the weighted least-squares
+    estimate is A^-1 (L sum W^2 v J J' + b^2 sum_lines g g') A^-1, where A = sum W J J' + prior, g = sum over a
+    line of W J, and b the bias that a whole line may have.
+    """
+    measurement = solution.measurement
+    turn = _about_camera(measurement.centre)
+    weight = solution.weight.sum(axis=0)
+    range_m = float(np.linalg.norm(solution.pose.translation))
+    prior_variance = np.r_[np.full(3, PRIOR_ROTATION_SD_RAD), np.full(3, PRIOR_TRANSLATION_SD * range_m)] ** 2
+    used = weight > 0
+    if not used.any():
+        return np.asarray(turn @ np.diag(prior_variance) @ turn.T)
+    jacobian, weight = measurement.jacobian[used], weight[used]
+    line = measurement.samples.line[used]
+    offset = np.where(solution.weight > 0, measurement.offset, 0.0)
+    combined = (solution.weight * offset).sum(axis=0)[used] / weight
+    prior = np.diag(1.0 / prior_variance)
+    normal = (jacobian * weight[:, None]).T @ jacobian
+    inverse = np.linalg.inv(normal + prior)
+    residual = combined - jacobian @ (inverse @ (jacobian.T @ (weight * combined)))
+    variance = _line_variances(residual, weight, line)
+    together = _correlation_length(residual / np.sqrt(variance), line)
+    middle = together * (jacobian * (weight**2 * variance)[:, None]).T @ jacobian
+    for index in np.unique(line).tolist():
+        of_line = line == index
+        pull = weight[of_line] @ jacobian[of_line]
+        middle += LINE_BIAS_PX**2 * np.outer(pull, pull)
+    covariance = inverse @ (middle + prior) @ inverse
+    covariance = turn @ covariance @ turn.T
+    return np.asarray(0.5 * (covariance + covariance.T))
+
+
+def _about_camera(centre: Floats) -> Floats:
+    """Steps about ``centre`` to steps about the camera's origin: dt = v + centre x w, (6, 6)."""
+    x, y, z = centre
+    out = np.eye(6)
+    out[3:, :3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+    return out
+
+
+def _line_variances(residual: Floats, weight: Floats, line: NDArray[np.int64]) -> Floats:
+    """Residual variance of each sample's line, px^2, shrunk towards that of all lines, (N,)."""
+    degrees = max(0.2, 1.0 - 6.0 / len(residual))
+    pooled = float(weight @ residual**2 / weight.sum()) / degrees
+    out = np.empty(len(residual))
+    for index in np.unique(line).tolist():
+        of_line = line == index
+        own = float(weight[of_line] @ residual[of_line] ** 2 / weight[of_line].sum()) / degrees
+        count = float(of_line.sum())
+        out[of_line] = (count * own + POOLED_SHARE * pooled) / (count + POOLED_SHARE)
+    return np.maximum(out, LEAST_VARIANCE_PX2)
+
+
+def _correlation_length(residual: Floats, line: NDArray[np.int64]) -> float:
+    """Number of neighbouring samples that are worth one independent one, from the pooled autocorrelation."""
+    same = float(residual @ residual)
+    length = 1.0
+    for lag in range(1, min(LAGS, len(residual) - 1)):
+        pairs = line[lag:] == line[:-lag]
+        if pairs.sum() < 20:
+            break
+        value = float(residual[lag:][pairs] @ residual[:-lag][pairs]) / pairs.sum() / (same / len(residual))
+        if value < 0.05:
+            break
+        length += 2.0 * value
+    return length
+
+
+def uncertainty(covariance: Floats, translation: Floats) -> float:
+    """Largest standard deviation of the pose, as a share: 0.01 stands for 1 % of the range or for 1 degree.
+
+    The larger of the largest axis of the target origin's position over its range, and the largest axis of the
+    rotation in degrees over 100.
+    """
+    x, y, z = translation
+    # the origin goes from t to exp(dr) t + dt: its step is dt - t x dr
+    origin = np.hstack([-np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]), np.eye(3)])
+    position = np.linalg.eigvalsh(origin @ covariance @ origin.T)[-1]
+    rotation = np.linalg.eigvalsh(covariance[:3, :3])[-1]
+    range_m = float(np.linalg.norm(translation))
+    return float(max(np.sqrt(max(position, 0.0)) / range_m, np.degrees(np.sqrt(max(rotation, 0.0))) / 100.0))

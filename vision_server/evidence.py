@@ -1,0 +1,149 @@
+"""How well the images support a pose: per-line errors, and an RMS that losing lines cannot lower."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from vision_server.gradients import SCALES_PX, GradientChannel
+from vision_server.measurement import Measurement, measure
+from vision_server.refinement import line_trust, spacing_for
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+CAP_PX = 4.0  # distance that a part of a visible line without support counts with
+SUPPORT_PX = 1.0  # a part has support when its edge point is this close (times sqrt of the filter's scale)
+LEAST_TRUST = 0.02  # of a line in a channel, for its edge points to be support
+NORMAL_FLOOR_PX = 0.1  # RMS below this says nothing more
+
+
+@dataclass(frozen=True)
+class LineEvidence:
+    """What the images say about one visible model line.
+
+    Attributes
+    ----------
+    line
+        Index into the model's lines.
+    visible_px
+        Length of its visible parts in the image.
+    support
+        Share of that length with an edge close to it, 0..1.
+    rms_px
+        Root mean square distance to the edges; parts without support count CAP_PX.
+    image
+        The channel that supports it most, None without support.
+    """
+
+    line: int
+    visible_px: float
+    support: float
+    rms_px: float
+    image: str | None
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Support of a whole pose.
+
+    Attributes
+    ----------
+    rms_px
+        Over the visible length of all lines, parts without support at CAP_PX.
+    residual_rms_px
+        Of the supported parts alone.
+    supported_fraction
+        Share of the visible length that is supported.
+    strength
+        Mean over the visible length of (1 - d / CAP_PX), from 0 to 1.
+    clipped_fraction
+        Share of the visible length that only edges beside saturated pixels support.
+    snr
+        Median signal-to-noise ratio of the supporting edge points.
+    visible_px
+        Visible length of all lines.
+    lines
+        One for each visible line.
+    measurement
+        What it was computed from.
+    """
+
+    rms_px: float
+    residual_rms_px: float
+    supported_fraction: float
+    strength: float
+    clipped_fraction: float
+    snr: float
+    visible_px: float
+    lines: tuple[LineEvidence, ...]
+    measurement: Measurement
+
+
+def gather_evidence(
+    channels: Sequence[GradientChannel], model: Model, camera: Camera, pose: Pose, scale: Ints
+) -> Evidence | None:
+    """Measure the support of a pose; None when no line of the model is visible from it."""
+    measurement = measure(channels, model, camera, pose, CAP_PX, scale, spacing_for(model, camera, pose))
+    if len(measurement) == 0:
+        return None
+    return evidence_of(measurement, [channel.name for channel in channels], len(model.lines))
+
+
+def evidence_of(measurement: Measurement, names: Sequence[str], lines: int) -> Evidence:
+    """The support that a measurement speaks of; ``names`` of its channels."""
+    line, px = measurement.samples.line, measurement.samples.px
+    trust = line_trust(measurement, lines)
+    sigma = np.array(SCALES_PX)[measurement.scale]
+    near = np.abs(measurement.offset)
+    usable = np.isfinite(near) & (trust[:, line] >= LEAST_TRUST)
+    near = np.where(usable, np.minimum(near, CAP_PX), CAP_PX)
+    distance = near.min(axis=0)
+    best = near.argmin(axis=0)
+    limit = SUPPORT_PX * np.sqrt(sigma[:, line])
+    supports = usable & (near <= limit)
+    supported = supports.any(axis=0)
+    clean = (supports & (measurement.sd < 0.5)).any(axis=0)
+    total = float(px.sum())
+    part = px * supported
+    residual = float(np.sqrt((part @ distance**2) / part.sum())) if part.sum() > 0 else CAP_PX
+    snr = measurement.snr[best, np.arange(len(line))][supported]
+    return Evidence(
+        rms_px=float(np.sqrt((px @ distance**2) / total)),
+        residual_rms_px=residual,
+        supported_fraction=float(part.sum()) / total,
+        strength=float(px @ (1.0 - distance / CAP_PX)) / total,
+        clipped_fraction=float((px * (supported & ~clean)).sum()) / total,
+        snr=float(np.median(snr)) if len(snr) else 0.0,
+        visible_px=total,
+        lines=tuple(
+            _line_evidence(index, line == index, px, distance, supports, trust[:, index], names)
+            for index in np.unique(line).tolist()
+        ),
+        measurement=measurement,
+    )
+
+
+def _line_evidence(
+    index: int,
+    of_line: NDArray[np.bool_],
+    px: Floats,
+    distance: Floats,
+    supports: NDArray[np.bool_],
+    trust: Floats,
+    names: Sequence[str],
+) -> LineEvidence:
+    length = px[of_line]
+    visible = float(length.sum())
+    by_channel = (supports[:, of_line] * length).sum(axis=1)
+    supported = float(length @ supports[:, of_line].any(axis=0))
+    rms = float(np.sqrt((length @ distance[of_line] ** 2) / visible))
+    most = int(np.argmax(by_channel * trust))
+    image = names[most] if by_channel[most] > 0 else None
+    return LineEvidence(index, visible, supported / visible, rms, image)

@@ -1,0 +1,105 @@
+"""The images of one set with what is computed once for each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import BadInput
+from vision_server.channel import ChannelStatistics, channel_statistics
+from vision_server.edges import EdgeMap, ImageSetStatistics
+from vision_server.gradients import GradientChannel, gradient_channel
+
+Grey = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class SetImage:
+    """One image and its two views: for the merged edge map, and for refinement."""
+
+    pixels: Grey
+    statistics: ChannelStatistics
+    gradient: GradientChannel
+
+
+class ImageSet:
+    """Images by name; any subset of them can be merged.
+
+    A channel's statistics are computed when it is added. The merged sums follow the subsets that are asked for,
+    so that asking for one image more costs one image.
+
+    Parameters
+    ----------
+    width, height
+        Every image's size, px.
+    """
+
+    def __init__(self, width: int, height: int) -> None:
+        self.size = (width, height)
+        self.images: dict[str, SetImage] = {}
+        self._merged = ImageSetStatistics()
+
+    def add(self, name: str, pixels: Grey, exposure: float, gamma: float) -> None:
+        """Add an image; exposure is relative to the reference, gamma the tone curve to undo.
+
+        Raises
+        ------
+        BadInput
+            The name is taken, the image is no grey uint8 one or has another size than the camera.
+        """
+        if name in self.images:
+            raise BadInput(f"image {name} is in the set already", "Give each image a name of its own.")
+        if pixels.ndim != 2 or (pixels.shape[1], pixels.shape[0]) != self.size:
+            shape = "x".join(map(str, pixels.shape[1::-1]))
+            raise BadInput(
+                f"image {name} has {shape} px, the camera {self.size[0]}x{self.size[1]}",
+                "Give the camera model of the image's size.",
+            )
+        statistics = channel_statistics(pixels, exposure, gamma)
+        self.images[name] = SetImage(pixels, statistics, gradient_channel(name, pixels, statistics))
+
+    def remove(self, name: str) -> None:
+        """Forget an image.
+
+        Raises
+        ------
+        BadInput
+            No image of that name.
+        """
+        self._known([name])
+        del self.images[name]
+        if name in self._merged.channels:
+            self._merged.remove(name)
+
+    def edge_map(self, names: Sequence[str]) -> EdgeMap:
+        """The merged edge map of the named images.
+
+        Raises
+        ------
+        BadInput
+            No images, or an unknown one.
+        """
+        self._known(names)
+        wanted = set(names)
+        if not wanted & set(self._merged.channels):
+            self._merged = ImageSetStatistics()
+        for name in [name for name in self._merged.channels if name not in wanted]:
+            self._merged.remove(name)
+        for name in names:
+            if name not in self._merged.channels:
+                self._merged.add(name, self.images[name].statistics)
+        return self._merged.merge()
+
+    def gradients(self, names: Sequence[str]) -> list[GradientChannel]:
+        """The named images as refinement sees them."""
+        self._known(names)
+        return [self.images[name].gradient for name in names]
+
+    def _known(self, names: Sequence[str]) -> None:
+        for name in names:
+            if name not in self.images:
+                known = ", ".join(self.images) or "no images"
+                raise BadInput(f"no image {name} in the set", f"It has {known}.")

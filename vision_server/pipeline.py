@@ -1,0 +1,208 @@
+"""The vision pipeline: image set -> edges -> segments -> match -> refine -> estimate."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import BadInput
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from vision_server.confidence import ambiguity, confidence, quality
+from vision_server.covariance import pose_covariance, uncertainty
+from vision_server.evidence import Evidence, LineEvidence, gather_evidence
+from vision_server.gradients import SCALES_PX, GradientChannel
+from vision_server.image_set import ImageSet
+from vision_server.matching import MATCHERS, Match, SearchRange, match_genetic
+from vision_server.matching.match import distinct
+from vision_server.refinement import Solution, line_scales, refine
+from vision_server.segments import Segments, extract_segments
+
+Floats = NDArray[np.float64]
+
+SCALE_REACH_PX = 4.0  # around a candidate's lines, where the blur of the edges is looked at
+REFINED = 4  # candidates of the matcher that are refined
+
+
+@dataclass(frozen=True)
+class PipelineSettings:
+    """What a caller may choose.
+
+    Attributes
+    ----------
+    matcher
+        ``search`` or ``genetic``.
+    seed
+        Of the matcher's draws.
+    rotation_range_deg, translation_range_px
+        How far the true pose may be from the seed pose.
+    generations, population
+        Of the genetic matcher.
+    edge_contrast_grey
+        Segments of less mean contrast, grey at reference exposure, are left out of the matching.
+    refinement_scale_px
+        Smallest filter scale of refinement, one of SCALES_PX.
+    """
+
+    matcher: str = "search"
+    seed: int = 0
+    rotation_range_deg: float = 25.0
+    translation_range_px: float = 40.0
+    generations: int = 10
+    population: int = 200
+    edge_contrast_grey: float = 0.0
+    refinement_scale_px: float = SCALES_PX[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """Another pose that explains the images, and its quality as a share of the estimate's."""
+
+    pose: Pose
+    share: float
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """What the images of a set say about the target's pose; see docs/pose.md for each value.
+
+    Without a pose, covariance, rms_px and uncertainty are None too.
+    """
+
+    pose: Pose | None = None
+    covariance: Floats | None = None
+    rms_px: float | None = None
+    uncertainty: float | None = None
+    supported_fraction: float = 0.0
+    score: float = 0.0
+    ambiguity: float = 0.0
+    lines: tuple[LineEvidence, ...] = ()
+    rivals: tuple[Rival, ...] = ()
+    segments: int = 0
+    seconds: dict[str, float] = field(default_factory=dict)
+    evidence: Evidence | None = None
+
+
+class _Stopwatch:
+    """Seconds per stage; `lap` gives a stage what has passed since the last one."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, stage: str) -> None:
+        now = time.perf_counter()
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
+        self._last = now
+
+
+def estimate_pose(
+    images: ImageSet,
+    names: Sequence[str],
+    model: Model,
+    camera: Camera,
+    seed_pose: Pose,
+    settings: PipelineSettings = PipelineSettings(),
+) -> Estimate:
+    """Estimate the pose of the target from the named images of a set.
+
+    Raises
+    ------
+    BadInput
+        No images, an unknown one, or an unknown matcher.
+    GeometryError
+        A search range that cannot be.
+    """
+    watch = _Stopwatch()
+    edges = images.edge_map(names)
+    channels = images.gradients(names)
+    watch.lap("edges")
+    segments = extract_segments(edges)
+    if settings.edge_contrast_grey > 0.0:
+        segments = segments.take(segments.strength >= settings.edge_contrast_grey)
+    watch.lap("linking")
+    match = _matched(segments, model, camera, seed_pose, settings)
+    watch.lap("matching")
+    refined = _refined(match, channels, model, camera, settings)
+    estimate = _best(refined, model)
+    watch.lap("refinement")
+    return _with(estimate, len(segments), watch.seconds)
+
+
+def _matched(
+    segments: Segments, model: Model, camera: Camera, seed_pose: Pose, settings: PipelineSettings
+) -> Match:
+    if settings.matcher not in MATCHERS:
+        raise BadInput(f"unknown matcher {settings.matcher!r}", f"Use {' or '.join(sorted(MATCHERS))}.")
+    ends = segments.endpoints
+    if camera.distorted and len(ends):
+        ends = np.ascontiguousarray(camera.undistort_points(ends.reshape(-1, 2)).reshape(-1, 4))
+    matcher = MATCHERS[settings.matcher]
+    if settings.matcher == "genetic":
+        matcher = partial(match_genetic, generations=settings.generations, population=settings.population)
+    reach = SearchRange(settings.rotation_range_deg, settings.translation_range_px)
+    return matcher(ends, None, model, camera, seed_pose, settings.seed, reach)
+
+
+@dataclass(frozen=True, eq=False)
+class _Refined:
+    solution: Solution
+    evidence: Evidence
+
+
+def _refined(
+    match: Match, channels: list[GradientChannel], model: Model, camera: Camera, settings: PipelineSettings
+) -> list[_Refined]:
+    """The matcher's candidates, refined, best first."""
+    least = SCALES_PX.index(settings.refinement_scale_px)
+    for channel in channels:
+        channel.prepare(least + 1)
+    out = []
+    for candidate in match.candidates[:REFINED]:
+        scale = line_scales(channels, model, camera, candidate.pose, SCALE_REACH_PX, least)
+        solution = refine(channels, model, camera, candidate.pose, scale)
+        if solution is None:
+            continue
+        evidence = gather_evidence(channels, model, camera, solution.pose, scale)
+        if evidence is not None:
+            out.append(_Refined(solution, evidence))
+    return sorted(out, key=lambda refined: -quality(refined.evidence))
+
+
+def _best(refined: list[_Refined], model: Model) -> Estimate:
+    if not refined or quality(refined[0].evidence) <= 0.0:
+        return Estimate()
+    poses = [one.solution.pose for one in refined]
+    keep = distinct(
+        np.array([pose.matrix for pose in poses]),
+        np.array([pose.translation for pose in poses]),
+        np.array([quality(one.evidence) for one in refined]),
+        len(poses),
+    )
+    best, others = refined[keep[0]], [refined[index] for index in keep[1:]]
+    covariance = pose_covariance(best.solution)
+    spread = uncertainty(covariance, best.solution.pose.translation)
+    unclear = ambiguity(best.evidence, [other.evidence for other in others])
+    own = quality(best.evidence)
+    return Estimate(
+        pose=best.solution.pose,
+        covariance=covariance,
+        rms_px=best.evidence.rms_px,
+        uncertainty=spread,
+        supported_fraction=best.evidence.supported_fraction,
+        score=confidence(best.evidence, unclear, spread),
+        ambiguity=unclear,
+        lines=best.evidence.lines,
+        rivals=tuple(Rival(other.solution.pose, quality(other.evidence) / own) for other in others),
+        evidence=best.evidence,
+    )
+
+
+def _with(estimate: Estimate, segments: int, seconds: dict[str, float]) -> Estimate:
+    return Estimate(**{**vars(estimate), "segments": segments, "seconds": seconds})

@@ -1,0 +1,113 @@
+"""How a frame is exposed and how sharp it is, in the region where the target should be."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from vision_server.channel import SATURATED_GREY, ChannelStatistics, Grey
+
+MARGIN_PX = 10  # around the model's outline
+DARK_GREY = 8  # below this there is nothing to see
+FINE_PX, COARSE_PX = 1.0, 3.0  # scales whose responses are compared for the blur
+STRONG_SNR = 12.0  # edges that tell the blur
+FEWEST_EDGES = 30
+SHARP_PX = 0.3  # no edge is believed to be sharper
+
+
+def target_region(model: Model, camera: Camera, pose: Pose) -> NDArray[np.bool_]:
+    """Pixels within MARGIN_PX of the model's outline, (H, W); all of them when it is not in front or outside."""
+    points = camera.project(pose.apply(model.vertices))
+    everything = np.ones((camera.height, camera.width), dtype=bool)
+    if not np.isfinite(points).all():
+        return everything
+    hull = cv2.convexHull(np.clip(points, -4.0 * camera.width, 5.0 * camera.width).astype(np.float32))
+    mask = np.zeros((camera.height, camera.width), dtype=np.uint8)
+    cv2.fillConvexPoly(mask, np.round(hull).astype(np.int32), 1)
+    side = 2 * MARGIN_PX + 1
+    region = cv2.dilate(mask, np.ones((side, side), np.uint8)) > 0
+    return region if region.any() else everything
+
+
+def frame_statistics(pixels: Grey, channel: ChannelStatistics, region: NDArray[np.bool_]) -> dict[str, Any]:
+    """Statistics of a frame over the target's region, and of the whole frame under ``frame``.
+
+    Parameters
+    ----------
+    pixels
+        uint8 (H, W), as it came.
+    channel
+        Edge statistics of the same frame.
+    region
+        bool (H, W), where the target should be.
+
+    Returns
+    -------
+    mean, p05, p50, p95
+        Grey as a share of full scale, 0..1.
+    dark_fraction, saturated_fraction
+        Shares of pixels under grey 8, and at 250 or more.
+    sharpness
+        95th percentile of the contrast over the spread p95 - p05 of grey: 1 for crisp edges, near 0 for none.
+    noise
+        Median standard deviation of the sensor noise, share of full scale.
+    blur_px
+        Standard deviation of the edges' spread, px; None where too few edges tell.
+    """
+    blur = edge_blur_px(channel, region)
+    return {**_of(pixels, channel, region), "blur_px": blur, "frame": _of(pixels, channel, None)}
+
+
+def _of(pixels: Grey, channel: ChannelStatistics, region: NDArray[np.bool_] | None) -> dict[str, float]:
+    grey = pixels.ravel() if region is None else pixels[region]
+    counts = np.bincount(grey, minlength=256)
+    below = np.cumsum(counts)
+    total = float(below[-1])
+    low, middle, high = (float(np.searchsorted(below, share * total)) / 255.0 for share in (0.05, 0.5, 0.95))
+    contrast = channel.contrast if region is None else channel.contrast[region]
+    noise = channel.noise if region is None else channel.noise[region]
+    spread = max(high - low, 1.0 / 255.0)
+    edges = contrast[contrast > 0]
+    sharp = float(np.percentile(edges, 95)) * channel.exposure / 255.0 / spread if len(edges) else 0.0
+    return {
+        "mean": float(counts @ np.arange(256)) / total / 255.0,
+        "p05": low,
+        "p50": middle,
+        "p95": high,
+        "dark_fraction": float(below[DARK_GREY - 1]) / total,
+        "saturated_fraction": float(total - below[SATURATED_GREY - 1]) / total,
+        "sharpness": min(1.0, sharp),
+        "noise": float(np.median(noise[::7])) * channel.exposure / 255.0,
+    }
+
+
+def edge_blur_px(channel: ChannelStatistics, region: NDArray[np.bool_]) -> float | None:
+    """Spread of the edges in the region, standard deviation in px, None where too few of them tell.
+
+    An edge of blur b answers a Gaussian derivative of scale s with a peak proportional to (b^2 + s^2)^-1/2; two
+    scales tell b. The median over strong ridges is taken.
+    """
+    rows, columns = np.flatnonzero(region.any(axis=1)), np.flatnonzero(region.any(axis=0))
+    box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    fine, coarse = _gradient(channel.linear[box], FINE_PX), _gradient(channel.linear[box], COARSE_PX)
+    strong = channel.contrast[box] > STRONG_SNR * channel.noise[box]
+    ridge = fine >= cv2.dilate(fine, np.ones((5, 5), np.uint8))
+    chosen = strong & ridge & region[box] & channel.unsaturated[box]
+    if int(chosen.sum()) < FEWEST_EDGES:
+        return None
+    ratio = np.clip((coarse[chosen] / fine[chosen]) ** 2, 0.0, 0.999)
+    variance = (ratio * COARSE_PX**2 - FINE_PX**2) / (1.0 - ratio)
+    return float(np.sqrt(max(float(np.median(variance)), SHARP_PX**2)))
+
+
+def _gradient(linear: NDArray[np.float32], sigma_px: float) -> NDArray[np.float32]:
+    smooth = cv2.GaussianBlur(linear, (0, 0), sigma_px, borderType=cv2.BORDER_REPLICATE)
+    gx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=1, scale=0.5)
+    gy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=1, scale=0.5)
+    return np.asarray(cv2.magnitude(gx, gy))
