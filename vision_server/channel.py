@@ -1,13 +1,12 @@
 """Per-channel statistics: what one image says about edges, computed once and kept.
 
 A *channel* is one image of the set. Its gradient is measured on linear intensity (tone curve undone) with the
-exposure divided out, so that channels are comparable. Each pixel gets a weight that says how lit it is in this
-channel, and the noise that the gradient carries there.
+exposure divided out, so that channels are comparable. Each pixel gets a weight that says how lit it is in
+this channel, and the noise that the gradient carries there.
 
-The weight is 2^(k l). l is the mean of the darkest and the brightest log2 intensity within reach: a shadow edge
-has a side that is darker than in the other channels, so its weight collapses, and because darkest and brightest
-are the same all across an edge, the weight does not move the edge.
-"""
+The weight is 2^(k l). l is the mean of the darkest and the brightest log2 intensity within reach: a shadow
+edge has a side that is darker than in the other channels, so its weight collapses, and because darkest and
+brightest are the same all across an edge, the weight does not move the edge."""
 
 from __future__ import annotations
 
@@ -19,6 +18,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from vision_server.blur import blur_sigma
+from vision_server.gaussian import gaussian_kernels
 from vision_server.noise import gradient_scale, grey_noise
 
 Grey = NDArray[np.uint8]
@@ -27,6 +28,7 @@ Field = NDArray[np.float32]
 WEIGHT_EXPONENT = 12.0  # k: how steeply a channel loses its say where it is darker
 LIT_OFFSET_GREY = 8.0  # grey at reference exposure added before the logarithm: black is black
 SMOOTHING_SIGMA_PX = 1.0  # before the darkest and brightest are taken, against noise
+SHARP_PX = 2.0  # blur up to this is what any lens and pixel do
 SATURATED_GREY = 250  # from here on a pixel is clipped
 CLIPPED_STOPS = 0.25  # beside a clipped pixel a channel counts as so much darker: others know better
 FLOOR_NOISE_RATIO = 3.0  # a gradient under so many of its own standard deviations is no edge
@@ -52,8 +54,8 @@ class ChannelStatistics:
         float32, standard deviation of ``contrast`` from sensor noise.
     unsaturated
         bool, False within reach of a clipped pixel.
-    exposure, sigma_px
-        relative exposure of the frame; scale of the gradient.
+    exposure, sigma_px, blur_px
+        Relative exposure of the frame; scale of the gradient; blur found in the image.
     """
 
     linear: Field
@@ -64,23 +66,13 @@ class ChannelStatistics:
     unsaturated: NDArray[np.bool_]
     exposure: float
     sigma_px: float
+    blur_px: float
 
     @property
     def shape(self) -> tuple[int, int]:
         """Height and width of the image in px."""
         height, width = self.linear.shape
         return height, width
-
-
-def gaussian_kernels(sigma_px: float) -> tuple[Field, Field]:
-    """Sampled Gaussian (sum 1) and its derivative (unit response to a unit ramp), both 1-D float32."""
-    radius = int(np.ceil(3.0 * sigma_px))
-    x = np.arange(-radius, radius + 1, dtype=np.float64)
-    smooth = np.exp(-0.5 * (x / sigma_px) ** 2)
-    smooth /= smooth.sum()
-    derivative = x * smooth
-    derivative /= (derivative * x).sum()
-    return smooth.astype(np.float32), derivative.astype(np.float32)
 
 
 @njit(cache=True)
@@ -187,7 +179,9 @@ def channel_statistics(
     noise_of = (linear_sd * float(np.linalg.norm(smooth) * np.linalg.norm(scaled))).astype(np.float32)
 
     smoothed = cv2.GaussianBlur(image, (0, 0), SMOOTHING_SIGMA_PX, borderType=cv2.BORDER_REPLICATE)
-    side = 2 * int(np.ceil(2.5 * scale)) + 1
+    blur = blur_sigma(image)
+    spread = np.sqrt(scale**2 + max(blur**2 - SHARP_PX**2, 0.0))
+    side = 2 * int(np.ceil(2.5 * spread)) + 1
     window = np.ones((side, side), np.uint8)
     shape = image.shape
     contrast, orientation = np.empty(shape, np.float32), np.empty(shape, np.float32)
@@ -210,4 +204,4 @@ def channel_statistics(
         noise,
         unsaturated,
     )
-    return ChannelStatistics(linear, contrast, orientation, weight, noise, unsaturated, exposure, scale)
+    return ChannelStatistics(linear, contrast, orientation, weight, noise, unsaturated, exposure, scale, blur)

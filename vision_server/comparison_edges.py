@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from vision_server.canny import suppress_non_maxima
-from vision_server.channel import Field, gaussian_kernels
+from vision_server.channel import Field
 from vision_server.edges import EdgeMap
+from vision_server.gaussian import gaussian_kernels
 
 ComparisonMethod = Literal["mean", "max-image", "max-gradient", "di-zenzo", "mertens"]
 
@@ -56,15 +57,15 @@ def comparison_edges(
     """
     if method not in get_args(ComparisonMethod):
         raise BadInput(
-            f"unknown edge method {method!r}", f"Known: em, {', '.join(get_args(ComparisonMethod))}."
+            f"Unknown edge method {method!r}.", f"Known: em, {', '.join(get_args(ComparisonMethod))}."
         )
     if not images:
-        raise BadInput("no images to take edges of")
+        raise BadInput("No images to take edges of.")
     times = [1.0] * len(images) if exposures is None else list(exposures)
     if len(times) != len(images):
-        raise BadInput(f"{len(times)} exposures for {len(images)} images")
+        raise BadInput(f"{len(times)} exposures for {len(images)} images.")
     if any(image.shape != images[0].shape for image in images):
-        raise BadInput("the images of a set must be of one size")
+        raise BadInput("The images of a set must be of one size.")
     linear = [
         (255.0 * (image / 255.0) ** gamma / time).astype(np.float32)
         for image, time in zip(images, times, strict=True)
@@ -106,4 +107,4 @@ def _edge_map(magnitude: NDArray[np.floating], angle: NDArray[np.floating]) -> E
     """Suppression of non-maxima, and the fields that `edges` gives too."""
     strength, axis = magnitude.astype(np.float32), np.mod(angle, np.pi).astype(np.float32)
     ridge, offset = suppress_non_maxima(strength, axis)
-    return EdgeMap(strength, strength, axis, ridge, offset, np.zeros_like(strength))
+    return EdgeMap(strength, strength, axis, ridge, offset, np.zeros_like(strength), 0.0)

@@ -47,6 +47,8 @@ class EdgeMap:
         Sub-pixel position of the ridge along ``orientation``, px, within [-0.5, 0.5].
     floor
         Standard deviation of ``mass`` from sensor noise.
+    blur_px
+        Blur of the most blurred channel, px.
     """
 
     mass: Field
@@ -55,6 +57,7 @@ class EdgeMap:
     ridge: Field
     offset: Field
     floor: Field
+    blur_px: float
 
 
 @njit(cache=True)
@@ -96,7 +99,7 @@ def _accumulate(
 
 @njit(cache=True)
 def _across(field: Field, y: int, x: int, cosine: float, sine: float) -> tuple[float, float]:
-    """The field one step ahead and one behind along a direction, interpolated on the ring of eight neighbours."""
+    """The field one step ahead and behind along a direction, interpolated on the ring of neighbours."""
     u = 1 if cosine > 0.0 else -1
     v = 1 if sine > 0.0 else -1
     along_x, along_y = abs(cosine), abs(sine)
@@ -129,7 +132,7 @@ def _mixture(
     rows, columns, count = bins.shape
     steps = len(main_table) - 1
     per_rad = np.float32(steps / (0.5 * np.pi))
-    pi, half_pi = np.float32(np.pi), np.float32(0.5 * np.pi)
+    pi = np.float32(np.pi)
     window = np.zeros(count, np.float32)
     cosine, sine = np.empty(count, np.float32), np.empty(count, np.float32)
     centre, background = np.empty(count, np.float32), np.empty(count, np.float32)
@@ -210,9 +213,8 @@ class ImageSetStatistics:
     """Running sums over the channels of one image set.
 
     Adding a channel costs that channel alone. Removing one sums the kept statistics of the others again,
-    which is a small part of computing a channel, and leaves exactly what a set without it has: the weights span so
-    many powers of two that a subtraction would not.
-    """
+    which is a small part of computing a channel, and leaves exactly what a set without it has: the weights
+    span so many powers of two that a subtraction would not."""
 
     def __init__(self) -> None:
         self.channels: dict[str, ChannelStatistics] = {}
@@ -229,11 +231,11 @@ class ImageSetStatistics:
             The name is taken, or the image has another size than the set.
         """
         if name in self.channels:
-            raise BadInput(f"image {name} is in the set already")
+            raise BadInput(f"Image {name} is in the set already.")
         if self._shape is not None and self._shape != channel.shape:
             raise BadInput(
-                f"image {name} has {channel.shape[1]}x{channel.shape[0]} px, "
-                f"the image set {self._shape[1]}x{self._shape[0]}"
+                f"Image {name} has {channel.shape[1]}x{channel.shape[0]} px, "
+                f"the image set {self._shape[1]}x{self._shape[0]}."
             )
         if self._shape is None:
             self._shape = channel.shape
@@ -250,7 +252,7 @@ class ImageSetStatistics:
             No channel of that name.
         """
         if name not in self.channels:
-            raise BadInput(f"no image {name} in the set")
+            raise BadInput(f"No image {name} in the set.")
         del self.channels[name]
         self._clear()
         for channel in self.channels.values():
@@ -265,7 +267,7 @@ class ImageSetStatistics:
             The set is empty.
         """
         if not self.channels:
-            raise BadInput("an empty image set has no edges")
+            raise BadInput("An empty image set has no edges.")
         mass = self._masses / self._weights
         floor = self._noises / self._weights
         window = np.ones((CANDIDATE_WINDOW_PX, CANDIDATE_WINDOW_PX), np.uint8)
@@ -285,7 +287,8 @@ class ImageSetStatistics:
             orientation,
         )
         ridge, offset = suppress_non_maxima(magnitude, orientation, mass)
-        return EdgeMap(mass, magnitude, orientation, ridge, offset, floor)
+        blur = max(channel.blur_px for channel in self.channels.values())
+        return EdgeMap(mass, magnitude, orientation, ridge, offset, floor, blur)
 
     def _clear(self) -> None:
         assert self._shape is not None

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from vision_server.channel import SATURATED_GREY, ChannelStatistics, Field, Grey, gaussian_kernels
+from vision_server.channel import SATURATED_GREY, ChannelStatistics, Field, Grey
+from vision_server.gaussian import gaussian_kernels
 
 SCALES_PX = (1.0, 2.0, 4.0, 8.0)  # Gaussian derivatives: sharp, soft, defocused, motion-blurred
 

@@ -1,11 +1,10 @@
-"""Growing straight lines through edgels: a line follower that does not leave its line for texture or junctions.
+"""Growing straight lines through edgels, without leaving the line for texture or junctions.
 
-Linking follows the edge pixel by pixel and splits afterwards; where texture touches an outline the chain turns
-into the texture and the outline is lost. Here the line itself is followed: from a strong edgel both ways, one
-row or column at a time, each new edgel must lie on the line fitted so far and agree with its direction, and gaps
-are stepped over. In the spirit of the region growing of LSD (Grompone von Gioi et al. 2010), on ridges instead
-of regions, so that axial orientation cannot fuse the two sides of a thin bar.
-"""
+Linking follows the edge pixel by pixel and splits afterwards; where texture touches an outline the chain
+turns into the texture and the outline is lost. Here the line itself is followed: from a strong edgel both
+ways, one row or column at a time, each new edgel must lie on the line fitted so far and agree with its
+direction, and gaps are stepped over. In the spirit of the region growing of LSD (Grompone von Gioi et al.
+2010), on ridges instead of regions, so that axial orientation cannot fuse the two sides of a thin bar."""
 
 from __future__ import annotations
 
@@ -38,9 +37,19 @@ def _axis_difference(a: float, b: float) -> float:
 
 
 @njit(cache=True)
-def _grow(seeds: NDArray[np.int64], free: NDArray[np.bool_], px: NDArray[np.float32], py: NDArray[np.float32],
-          normal: NDArray[np.float32], tolerance: float, max_gap: int, shortest: float, density: float,
-          members: NDArray[np.int64], starts: NDArray[np.int64]) -> int:
+def _grow(
+    seeds: NDArray[np.int64],
+    free: NDArray[np.bool_],
+    px: NDArray[np.float32],
+    py: NDArray[np.float32],
+    normal: NDArray[np.float32],
+    tolerance: float,
+    max_gap: int,
+    shortest: float,
+    density: float,
+    members: NDArray[np.int64],
+    starts: NDArray[np.int64],
+) -> int:
     """Lines from all seeds; members of line k are members[starts[k]:starts[k + 1]]. Returns how many."""
     rows, columns = free.shape
     lines = 0
@@ -92,7 +101,10 @@ def _grow(seeds: NDArray[np.int64], free: NDArray[np.bool_], px: NDArray[np.floa
                     v, u = (place, k) if steep else (k, place)
                     if v < 0 or u < 0 or v >= rows or u >= columns or not free[v, u]:
                         continue
-                    if _axis_difference(float(normal[v, u]), direction + 0.5 * np.pi) > MAX_AXIS_DIFFERENCE_RAD:
+                    if (
+                        _axis_difference(float(normal[v, u]), direction + 0.5 * np.pi)
+                        > MAX_AXIS_DIFFERENCE_RAD
+                    ):
                         continue
                     offset = abs((px[v, u] - mx) * ty - (py[v, u] - my) * tx)
                     if offset < best_offset:
@@ -169,8 +181,19 @@ def grow_lines(
     py = (y + edges.offset * np.sin(edges.orientation)).astype(np.float32)
     members = np.empty(len(seeds) + rows + columns + 1, np.int64)
     starts = np.zeros(len(seeds) + 2, np.int64)
-    count = _grow(seeds, mask.copy(), px, py, edges.orientation, tolerance_px, max_gap_px, shortest_px, MIN_DENSITY,
-                  members, starts)
+    count = _grow(
+        seeds,
+        mask.copy(),
+        px,
+        py,
+        edges.orientation,
+        tolerance_px,
+        max_gap_px,
+        shortest_px,
+        MIN_DENSITY,
+        members,
+        starts,
+    )
     chosen = members[: starts[count]]
     points = np.stack([px.ravel()[chosen], py.ravel()[chosen]], axis=1).astype(np.float64)
     normals = edges.orientation.ravel()[chosen].astype(np.float64)

@@ -12,27 +12,27 @@ from numpy.typing import NDArray
 from bridge.errors import BadInput
 
 
-def _decoded(path: Path) -> NDArray[np.uint8] | NDArray[np.uint16]:
+def _decoded(path: Path) -> NDArray[np.unsignedinteger]:
     """The file's pixels, grey, 8 or 16 bits."""
     try:
         content = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError as error:
         reason = error.strerror or str(error)
-        raise BadInput(f"cannot read image {path}: {reason}", "Check the path.") from error
+        raise BadInput(f"Cannot read image {path}: {reason}.", "Check the path.") from error
     pixels = cv2.imdecode(content, cv2.IMREAD_UNCHANGED) if content.size else None
     if pixels is None:
-        raise BadInput(f"{path} is not an image that can be read", "Give a PNG, JPEG, TIFF or PGM file.")
+        raise BadInput(f"{path} is not an image that can be read.", "Give a PNG, JPEG, TIFF or PGM file.")
     if pixels.dtype not in (np.uint8, np.uint16):
-        raise BadInput(f"{path} holds {pixels.dtype} pixels", "Give an 8-bit or 16-bit image.")
+        raise BadInput(f"{path} holds {pixels.dtype} pixels.", "Give an 8-bit or 16-bit image.")
     if pixels.ndim == 3:
         code = {3: cv2.COLOR_BGR2GRAY, 4: cv2.COLOR_BGRA2GRAY}.get(pixels.shape[2])
         if pixels.shape[2] == 1:
             pixels = pixels[:, :, 0]
         elif code is None:
-            raise BadInput(f"{path} has {pixels.shape[2]} planes", "Give a grey or colour image.")
+            raise BadInput(f"{path} has {pixels.shape[2]} planes.", "Give a grey or colour image.")
         else:
             pixels = cv2.cvtColor(pixels, code)  # BT.601
-    return np.ascontiguousarray(pixels)
+    return np.ascontiguousarray(pixels, dtype=pixels.dtype.type)
 
 
 def read_grey(path: str | Path) -> NDArray[np.uint8]:
@@ -70,17 +70,17 @@ def read_image_set(paths: Sequence[str | Path]) -> list[NDArray[np.uint8]]:
         No files, one that cannot be read, or one whose size differs from the first.
     """
     if not paths:
-        raise BadInput("no image files given", "Name at least one.")
+        raise BadInput("No image files given.", "Name at least one.")
     images = [read_grey(path) for path in paths]
     first = images[0].shape
     for path, image in zip(paths, images, strict=True):
         if image.shape != first:
             raise BadInput(
-                f"{path} has {image.shape[1]}x{image.shape[0]} px, {paths[0]} has {first[1]}x{first[0]}",
+                f"{path} has {image.shape[1]}x{image.shape[0]} px, {paths[0]} has {first[1]}x{first[0]}.",
                 "The images of a set must be of one size.",
             )
         if min(image.shape) < 3:
             raise BadInput(
-                f"{path} is only {image.shape[1]}x{image.shape[0]} px", "Edges need at least 3x3 px."
+                f"{path} is only {image.shape[1]}x{image.shape[0]} px.", "Edges need at least 3x3 px."
             )
     return images

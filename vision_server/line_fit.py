@@ -62,8 +62,13 @@ class FittedLines:
 
 
 @njit(cache=True)
-def _fit(points: NDArray[np.float64], normals: NDArray[np.float64], strengths: NDArray[np.float64],
-         groups: NDArray[np.int64], edgel_sd: float) -> NDArray[np.float64]:
+def _fit(
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    strengths: NDArray[np.float64],
+    groups: NDArray[np.int64],
+    edgel_sd: float,
+) -> NDArray[np.float64]:
     """Total least squares per group: x0, y0, x1, y1, strength, the two sd, the two rms."""
     rows = np.zeros((len(groups), 9))
     for g in range(len(groups)):
@@ -108,18 +113,22 @@ def fit_lines(edgels: Edgels) -> FittedLines:
     """Total least squares line through each group; its ends are the projections of the outermost edgels."""
     rows = _fit(edgels.points, edgels.normals, edgels.strengths, edgels.groups, EDGEL_SD_PX)
     return FittedLines(
-        np.ascontiguousarray(rows[:, :4]), rows[:, 4].copy(), np.ascontiguousarray(rows[:, 5:7]),
-        rows[:, 7].copy(), rows[:, 8].copy(), edgels.groups[:, 1] - edgels.groups[:, 0],
+        np.ascontiguousarray(rows[:, :4]),
+        rows[:, 4].copy(),
+        np.ascontiguousarray(rows[:, 5:7]),
+        rows[:, 7].copy(),
+        rows[:, 8].copy(),
+        edgels.groups[:, 1] - edgels.groups[:, 0],
     )
 
 
 def log_chance(lines: FittedLines, mask: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Decimal logarithm of a bound on the expected number of lines as good as each, by chance.
 
-    The a-contrario test of Desolneux, Moisan & Morel (2000) with edgels instead of pixels: in a field of edgels
-    as dense as that around the line, with independent positions and axes, each step along it would hold one
-    within twice the rms distance and rms angle with probability p; k hits in n steps are bounded by Chernoff's
-    exp(-n KL(k / n || p)), and there are about (W H)^(5/2) lines to choose from.
+    The a-contrario test of Desolneux, Moisan & Morel (2000) with edgels instead of pixels: in a field of
+    edgels as dense as that around the line, with independent positions and axes, each step along it would
+    hold one within twice the rms distance and rms angle with probability p; k hits in n steps are bounded by
+    Chernoff's exp(-n KL(k / n || p)), and there are about (W H)^(5/2) lines to choose from.
 
     Parameters
     ----------

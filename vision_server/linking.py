@@ -144,6 +144,6 @@ def link_edgels(
     order, starts = _chains(mask, edges.orientation, seeds, reach, shortest)
     y, x = np.divmod(order, mask.shape[1])
     normal = edges.orientation.ravel()[order].astype(np.float64)
-    offset = edges.offset.ravel()[order]
-    points = np.stack([x + offset * np.cos(normal), y + offset * np.sin(normal)], axis=1)
+    offset = edges.offset.ravel()[order].astype(np.float64)
+    points = np.stack([x + offset * np.cos(normal), y + offset * np.sin(normal)], axis=1).astype(np.float64)
     return Chains(points, normal, edges.ridge.ravel()[order].astype(np.float64), starts)

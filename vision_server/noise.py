@@ -1,4 +1,4 @@
-"""Sensor noise of one image as a function of grey, measured on the image itself, and the scale that follows."""
+"""Sensor noise of one image as a function of grey, measured on the image itself; the scale that suits it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ BANDS = 16
 SAMPLED_ROWS = 80  # of second differences: tens of thousands of samples are plenty
 FINEST_SCALE_PX = 0.7
 COARSEST_SCALE_PX = 2.0
-SCALE_PER_ROOT = 3.0  # scale = 3 (noise / range)^(1/3): found best on renders over noise 1..8, contrast .15..1
+SCALE_PER_ROOT = (
+    3.0  # scale = 3 (noise / range)^(1/3): found best on renders over noise 1..8, contrast .15..1
+)
 
 Floats = NDArray[np.float64]
 
@@ -46,7 +48,10 @@ def _banded_variances(image: NDArray[np.uint8]) -> tuple[Floats, Floats, Floats]
     """Middle grey, robust noise variance and number of samples of the bands that have enough of them."""
     step = max(3, image.shape[0] // SAMPLED_ROWS)
     bottom = image[2::step].astype(np.int16)
-    top, middle = image[::step][: len(bottom)].astype(np.int16), image[1::step][: len(bottom)].astype(np.int16)
+    top, middle = (
+        image[::step][: len(bottom)].astype(np.int16),
+        image[1::step][: len(bottom)].astype(np.int16),
+    )
     column = top - 2 * middle + bottom
     response = np.abs(column[:, :-2] - 2 * column[:, 1:-1] + column[:, 2:])
     centre = middle[:, 1:-1]
@@ -78,7 +83,7 @@ def _variance_line(grey: Floats, variance: Floats, count: Floats) -> Floats:
 
 
 def gradient_scale(image: NDArray[np.uint8], noise: Floats) -> float:
-    """Scale of the gradient that suits an image: fine when it is clean, coarse when noise drowns its contrast.
+    """Scale of the gradient that suits an image: fine when clean, coarse when noise drowns its contrast.
 
     Parameters
     ----------

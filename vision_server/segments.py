@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision_server.canny import hysteresis
+from vision_server.centring import centre_lines
+from vision_server.channel import SHARP_PX
 from vision_server.edges import EdgeMap
 from vision_server.growing import grow_lines
 from vision_server.line_fit import Edgels, fit_lines, log_chance
@@ -20,6 +22,8 @@ HIGH_NOISE_RATIO = 8.0
 MIN_LENGTH_PX = 8.0
 MAX_SEGMENTS = 600  # in clutter the longest and strongest are kept
 MAX_LOG_CHANCE = -5.0  # decades: lines that chance would give less often than once in so many images
+
+BLUR_REACH = 2.5  # how far a blurred edge extends to either side, in standard deviations of the blur
 
 Grouping = Literal["growing", "splitting"]
 
@@ -75,8 +79,8 @@ def extract_segments(
     edges
         Merged edge map.
     grouping
-        ``growing`` follows straight lines through edgels; ``splitting`` is the paper's way: hysteresis, linking
-        into chains, recursive splitting of the chains.
+        ``growing`` follows straight lines through edgels; ``splitting`` is the paper's way: hysteresis,
+        linking into chains, recursive splitting of the chains.
     min_length_px
         Shorter segments are dropped.
     max_segments
@@ -94,7 +98,10 @@ def extract_segments(
         chains = link_edgels(edges, hysteresis(edges.ridge, low, high))
         edgels = Edgels(chains.points, chains.normals, chains.strengths, split_chains(chains))
     lines = fit_lines(edgels)
-    segments = Segments(lines.endpoints, lines.strength, lines.normal_sd)
+    ends = lines.endpoints
+    if edges.blur_px > SHARP_PX:
+        ends = centre_lines(ends, edges.mass, BLUR_REACH * edges.blur_px)
+    segments = Segments(ends, lines.strength, lines.normal_sd)
     good = segments.length >= min_length_px
     if grouping == "growing":
         good &= log_chance(lines, mask) < MAX_LOG_CHANCE

@@ -46,12 +46,14 @@ def parse_exposures(text: str | None, count: int) -> list[float]:
         exposures = [float(part) for part in text.split(",")]
     except ValueError:
         raise BadInput(
-            f"--exposures {text!r} is not a list of numbers", "Write e.g. --exposures 1,0.5,2."
+            f"--exposures {text!r} is not a list of numbers.", "Write e.g. --exposures 1,0.5,2."
         ) from None
     if len(exposures) != count:
-        raise BadInput(f"--exposures names {len(exposures)} numbers for {count} images", "Give one for each.")
+        raise BadInput(
+            f"--exposures names {len(exposures)} numbers for {count} images.", "Give one for each."
+        )
     if not all(np.isfinite(e) and e > 0.0 for e in exposures):
-        raise BadInput(f"--exposures {text!r} must be positive numbers")
+        raise BadInput(f"--exposures {text!r} must be positive numbers.")
     return exposures
 
 
@@ -72,7 +74,7 @@ def write_file(path: Path, content: bytes) -> None:
     try:
         path.write_bytes(content)
     except OSError as error:
-        raise BadInput(f"cannot write {path}: {error.strerror or error}", "Check the folder.") from error
+        raise BadInput(f"Cannot write {path}: {error.strerror or error}.", "Check the folder.") from error
 
 
 def _run(
@@ -81,7 +83,7 @@ def _run(
     pixels = read_image_set(images)
     times = parse_exposures(exposures, len(pixels))
     if not (np.isfinite(gamma) and gamma > 0.0):
-        raise BadInput(f"--gamma must be a positive number, not {gamma}")
+        raise BadInput(f"--gamma must be a positive number, not {gamma}.")
     if method is Method.EM:
         edges = merge_channels([channel_statistics(i, e, gamma) for i, e in zip(pixels, times, strict=True)])
     else:
@@ -91,7 +93,7 @@ def _run(
     except cv2.error:
         encoded = False
     if not encoded:
-        raise BadInput(f"cannot write pictures of the kind {out.suffix!r}", "Name --out something.png.")
+        raise BadInput(f"Cannot write pictures of the kind {out.suffix!r}.", "Name --out something.png.")
     write_file(out, content.tobytes())
     if magnitude is not None:
         try:
@@ -99,7 +101,7 @@ def _run(
                 np.save(file, edges.ridge, allow_pickle=False)
         except OSError as error:
             raise BadInput(
-                f"cannot write {magnitude}: {error.strerror or error}", "Check the folder."
+                f"Cannot write {magnitude}: {error.strerror or error}.", "Check the folder."
             ) from error
 
 
