@@ -3,6 +3,7 @@
 import shutil
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +14,7 @@ from typing import Any, Self
 import msgspec
 
 from bridge.lifeline import Lifeline
+from bridge.messages import NoArgs
 from bridge.serve import Handler, Reply, Server, Service
 
 GARBAGE = (b'{"v":1,"id":',)
@@ -200,6 +202,11 @@ class MockServer:
         if script.amendments:
             reply = Reply({**msgspec.to_builtins(reply.result), **script.amendments}, reply.arrays)
         return reply
+
+    def health(self, _: NoArgs) -> Reply:
+        """How many requests of each operation arrived; for clients in another process."""
+        counts = Counter(request.op for request in self.requests)
+        return Reply({"status": "ok", "requests": dict(counts)})
 
     # --- running ---
 

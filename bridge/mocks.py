@@ -67,7 +67,7 @@ class MockImageServer(MockServer):
             {
                 "describe": (NoArgs, lambda _: Reply(self.description)),
                 "capture": (ImageCaptureArgs, self._capture),
-                "health": (NoArgs, lambda _: Reply({"status": "ok"})),
+                "health": (NoArgs, self.health),
                 "move": (MoveArgs, self._move),
                 "score": (ScoreArgs, lambda _: Reply({"error": None})),
             },
@@ -122,7 +122,7 @@ class MockVisionServer(MockServer):
                 "best": (NoArgs, lambda _: Reply(self._best or mock_physics.estimate({}))),
                 "parameters": (ParametersArgs, self._set_parameters),
                 "restore": (RestoreArgs, self._restore),
-                "health": (NoArgs, lambda _: Reply({"status": "ok"})),
+                "health": (NoArgs, self.health),
             },
             endpoint,
             events,

@@ -12,6 +12,7 @@
 #include <errno.h>
 #include <math.h>
 #include <pthread.h>
+#include <signal.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -226,7 +227,8 @@ the_context(void)
 static foreign_t
 open_socket(term_t type, term_t socket)
 { char *name;
-  int kind = -1, linger = 0;
+  int kind = -1, linger = 0, failure;
+  sigset_t all, before;
   void *c;
   zsock *s;
 
@@ -243,8 +245,16 @@ open_socket(term_t type, term_t socket)
     return zmq_failed("zmq_socket", 3, type);
   if ( !(s = calloc(1, sizeof(*s))) )
     return PL_resource_error("memory");
-  if ( !(s->handle = zmq_socket(c, kind)) )
+  /* The first socket starts libzmq's threads. They block signals only once they run, and a signal that one of
+     them gets before is lost to Prolog, so let them inherit a full mask. */
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  s->handle = zmq_socket(c, kind);
+  failure = zmq_errno();
+  pthread_sigmask(SIG_SETMASK, &before, NULL);
+  if ( !s->handle )
   { free(s);
+    errno = failure;
     return zmq_failed("zmq_socket", 3, type);
   }
   zmq_setsockopt(s->handle, ZMQ_LINGER, &linger, sizeof(linger));

@@ -104,7 +104,7 @@ class TestImageDefaults:
         with client_of(mock_image_server) as client:
             assert client.request("describe")[0]["device"] == "mock"
             assert client.request("move", {"range_m": 0.4})[0]["range_m"] == 0.4
-            assert client.request("health")[0] == {"status": "ok"}
+            assert client.request("health")[0]["requests"] == {"describe": 1, "move": 1, "health": 1}
             pose = {"rotation_vector": [0, 0, 0], "translation": [0, 0, 1]}
             assert client.request("score", {"pose": pose})[0] == {"error": None}
 
