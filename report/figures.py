@@ -69,7 +69,7 @@ def _error_figure(result: Result) -> Figure | None:
     steps = result.steps
     marks = ["kept" if was_kept(step) else "discarded" for step in steps]
     rms = [step.rms_px for step in steps]
-    merit = [step.merit if step.pose is not None or step.rms_px is not None else None for step in steps]
+    merit = [step.merit if step.pose is not None else None for step in steps]
     series, legend = [], []
     if any(value is not None for value in merit):
         series.append(Series("merit", 1, merit, marks))

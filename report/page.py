@@ -13,10 +13,6 @@ from report.errors import ReportError
 from report.figures import approach_figure, session_figures, time_figure, was_kept
 from report.overlay import is_small
 from report.pictures import (
-    HERO_QUALITY,
-    HERO_WIDTH_PX,
-    STEP_QUALITY,
-    STEP_WIDTH_PX,
     Picture,
     Strokes,
     data_uri,
@@ -164,8 +160,7 @@ def _sources(pictures: list[Picture], hero: Hero | None) -> dict[str, str]:
         if picture.pixels is None:
             continue
         large = hero is not None and picture.name == hero.picture.name
-        width, quality = (HERO_WIDTH_PX, HERO_QUALITY) if large else (STEP_WIDTH_PX, STEP_QUALITY)
-        sources[picture.name] = data_uri(picture.pixels, width, quality)
+        sources[picture.name] = data_uri(picture.pixels, large)
     return sources
 
 

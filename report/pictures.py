@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.pose import Pose
 from report.errors import ReportError
@@ -22,7 +23,8 @@ Pixels = NDArray[np.uint8]
 
 STEP_WIDTH_PX = 640
 HERO_WIDTH_PX = 1600
-STEP_QUALITY, HERO_QUALITY = 80, 92
+STEP_QUALITY = 80
+BORDER_PX = 6  # line ends nearer to the border than this are where the image cuts them
 PNG_FASTEST = [cv2.IMWRITE_PNG_COMPRESSION, 1]
 SAFE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 
@@ -77,13 +79,16 @@ def read_picture(folder: Path, name: str | None, scene: Scene) -> Picture:
     return Picture(name, np.asarray(pixels, dtype=np.uint8))
 
 
-def data_uri(pixels: Pixels, width_px: int, quality: int) -> str:
-    """An image as a JPEG data URI, no wider than `width_px`."""
+def data_uri(pixels: Pixels, large: bool) -> str:
+    """An image as a data URI: a small JPEG, or, for looking at single pixels, a large PNG."""
+    width_px = HERO_WIDTH_PX if large else STEP_WIDTH_PX
     if pixels.shape[1] > width_px:
         height = max(1, round(pixels.shape[0] * width_px / pixels.shape[1]))
         pixels = np.asarray(cv2.resize(pixels, (width_px, height), interpolation=cv2.INTER_AREA), np.uint8)
-    _, data = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    return "data:image/jpeg;base64," + base64.b64encode(data.tobytes()).decode("ascii")
+    kind = "png" if large else "jpeg"
+    options = PNG_FASTEST if large else [cv2.IMWRITE_JPEG_QUALITY, STEP_QUALITY]
+    _, data = cv2.imencode(f".{kind}", pixels, options)
+    return f"data:image/{kind};base64,{base64.b64encode(data.tobytes()).decode('ascii')}"
 
 
 def support_of(lines: list[LineRecord] | None) -> dict[int, float] | None:
@@ -117,7 +122,7 @@ def strokes_of(
         return None
     good = [run for run in runs if is_supported(run.line, support)]
     poor = [run for run in runs if not is_supported(run.line, support)]
-    return Strokes(_path(good), _path(poor), bounds, _spread(runs))
+    return Strokes(_path(good), _path(poor), bounds, _spread(runs, scene.camera))
 
 
 def write_overlay(
@@ -166,9 +171,13 @@ def _path(runs: list[Run]) -> str:
     return "".join(parts)
 
 
-def _spread(runs: list[Run], count: int = 3) -> tuple[tuple[float, float], ...]:
-    """Ends of runs that lie far apart: places to look at closely."""
+def _spread(runs: list[Run], camera: Camera, count: int = 3) -> tuple[tuple[float, float], ...]:
+    """Ends of runs that lie far apart and not where the image cuts a line: places to look at closely."""
     ends = np.concatenate([run.points[[0, -1]] for run in runs])
+    inside = ((ends > BORDER_PX) & (ends < [camera.width - BORDER_PX, camera.height - BORDER_PX])).all(axis=1)
+    ends = ends[inside]
+    if len(ends) == 0:
+        return ()
     chosen = [int(np.argmin(ends[:, 0]))]
     while len(chosen) < min(count, len(ends)):
         nearest = np.linalg.norm(ends[:, None] - ends[chosen], axis=2).min(axis=1)

@@ -99,7 +99,7 @@ def plain(value: Any) -> str:
 
 def _numbers(step: StepRecord) -> list[tuple[str, str]]:
     rows = [("RMS error", pixels(step.rms_px))]
-    if step.merit is not None:
+    if step.merit is not None and step.pose is not None:  # without a pose it is only "worst"
         rows.append(("Merit", pixels(step.merit)))
     if step.supported_fraction is not None:
         rows.append(("Lines supported", percent(step.supported_fraction)))

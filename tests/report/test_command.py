@@ -1,0 +1,64 @@
+"""`python -m report`: what it writes, and one plain line for what it cannot use."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from report.errors import ReportError
+from report.records import read_result
+from tests.report.conftest import RunMaker
+
+
+def run(root: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run the command in the project's folder."""
+    return subprocess.run(
+        [sys.executable, "-m", "report", *arguments], cwd=root, capture_output=True, text=True, check=False
+    )
+
+
+def test_it_writes_the_page(root: Path, make_run: RunMaker) -> None:
+    folder = make_run()
+    done = run(root, str(folder))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.strip() == str(folder / "report.html")
+    assert (folder / "report.html").stat().st_size > 10_000
+
+
+def test_bad_input_is_one_plain_line(root: Path, tmp_path: Path) -> None:
+    done = run(root, str(tmp_path / "nowhere"))
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1
+    assert "no such folder" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, "no result.json"),
+        ("{", "not valid JSON"),
+        ("[]", "Expected `object`"),
+        ("{}", "status"),
+        ('{"status": "converged", "rms_px": "low"}', "rms_px"),
+        ('{"status": "converged", "covariance": [[1, 2], [3, 4]]}', "covariance"),
+        ('{"status": "converged", "pose": {"rotation_vector": [0, 0], "translation": [0, 0, 1]}}', "pose"),
+        (b"\xff\xfe\x00", "not valid JSON"),
+    ],
+)
+def test_broken_results_are_named(tmp_path: Path, content: str | bytes | None, words: str) -> None:
+    if content is not None:
+        (tmp_path / "result.json").write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(ReportError, match=words) as caught:
+        read_result(tmp_path)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_result_is_read_whole(make_run: RunMaker) -> None:
+    result = read_result(make_run())
+    assert result.status == "converged"
+    assert [step.decision for step in result.steps] == ["keep", "discard", "keep"]
+    assert result.pose is not None
+    assert json.loads(json.dumps(result.seconds))["total"] == 2.0

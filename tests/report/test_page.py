@@ -1,0 +1,279 @@
+"""The page of every kind of session: what it says, that it stands alone, that its structure is sound."""
+
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import cv2
+import pytest
+
+from report.errors import ReportError
+from report.page import write_report
+from tests.report.conftest import RunMaker
+
+VOID = {"meta", "link", "input", "br", "img"}
+ONE_OFF = {"rotation_deg": 3.0, "translation_m": 0.02, "translation_fraction_of_range": 0.05}
+
+
+class Page(HTMLParser):
+    """Checks that tags nest, and gathers ids, addresses and texts."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.ids: list[str] = []
+        self.loads: list[str] = []
+        self.uses: list[str] = []
+        self.labelled_by: list[str] = []
+        self.unnamed: list[str] = []
+        self.words: list[str] = []
+        self.feed(html)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        if "id" in given:
+            self.ids.append(str(given["id"]))
+        for key in ("src", "href", "data", "poster", "action"):
+            if key in given and tag != "a":
+                (self.uses if tag == "use" else self.loads).append(str(given[key]))
+        if "aria-labelledby" in given:
+            self.labelled_by.append(str(given["aria-labelledby"]))
+        if given.get("role") == "img" and not given.get("aria-label"):
+            self.unnamed.append(tag)
+        assert tag != "script"
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attrs)
+        if tag not in VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open[-1:] != ["style"]:
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        """All text, white space folded."""
+        return " ".join(" ".join(self.words).split())
+
+
+def page_of(folder: Path) -> Page:
+    """Write and check the page of a run folder."""
+    html = write_report(folder).read_text(encoding="utf-8")
+    page = Page(html)
+    assert html.startswith("<!DOCTYPE html>") or html.lstrip().startswith("<!DOCTYPE html>")
+    assert all(address.startswith("data:") for address in page.loads)
+    assert not re.search(r"@import|url\(", html)
+    assert all(use.removeprefix("#") in page.ids for use in page.uses)
+    assert set(page.labelled_by) <= set(page.ids)
+    assert len(page.ids) == len(set(page.ids))
+    assert page.unnamed == []
+    return page
+
+
+def changed(folder: Path, **fields: Any) -> None:
+    """Change fields of a run folder's result.json."""
+    path = folder / "result.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | fields))
+
+
+@pytest.mark.parametrize(
+    ("fields", "headline"),
+    [
+        ({"status": "converged"}, "Pose found"),
+        ({"status": "exhausted"}, "No certain pose"),
+        ({"status": "stopped"}, "Stopped early"),
+        ({"status": "converged", "error": ONE_OFF}, "A wrong pose was taken for right"),
+        ({"status": "exhausted", "pose": None, "covariance": None, "error": None}, "No pose"),
+        ({"status": "stopped", "pose": None}, "Stopped early, with no pose"),
+        ({"status": "aborted by hand"}, "Session ended: aborted by hand"),
+    ],
+)
+def test_the_headline_says_what_came_of_it(make_run: RunMaker, fields: dict[str, Any], headline: str) -> None:
+    page = page_of(make_run(**fields))
+    assert headline in page.text
+
+
+@pytest.mark.parametrize("status", ["converged", "exhausted", "stopped"])
+def test_zero_steps(make_run: RunMaker, status: str) -> None:
+    page = page_of(make_run(steps=0, status=status))
+    assert "No image was taken." in page.text
+    assert page.uses == []
+
+
+def test_the_story_is_told(make_run: RunMaker) -> None:
+    page = page_of(make_run())
+    for words in (
+        "left 1 right 0 top 7, 1/60 s, f/4",
+        "dim, from the top",
+        "reason <2> & more",
+        "discarded",
+        "7/7",
+        "1/60 s",
+        "f/4",
+        "swipl main.pl --seed 1",
+        "0.20 mm",
+        "threshold 1 px",
+    ):
+        assert words in page.text
+    assert sorted(set(page.uses)) == ["#image-i1", "#image-i2", "#image-i3"]
+
+
+def test_time_goes_to_its_parts_and_the_rest(make_run: RunMaker) -> None:
+    text = page_of(make_run()).text
+    assert "matching 0.75 s 38 %" in text
+    assert "other 0.25 s 12 %" in text
+
+
+def test_standard_deviations_are_of_the_targets_origin(make_run: RunMaker, bench: Any) -> None:
+    # 0.1 mrad about x moves an origin 0.35 m ahead by 0.035 mm, beside 0.1 mm of its own: 0.106 mm.
+    text = page_of(make_run()).text
+    assert "± 0.11 mm" in text
+    assert "± 0.0057°" in text
+
+
+def test_overlays_are_written_as_files(make_run: RunMaker) -> None:
+    folder = make_run()
+    write_report(folder)
+    for number in (1, 2, 3):
+        overlay = cv2.imread(str(folder / "images" / f"i{number}-overlay.png"))
+        assert overlay is not None
+        assert overlay.shape == (240, 320, 3)
+        assert (overlay[:, :, 0] != overlay[:, :, 2]).any()
+
+
+def test_a_missing_image_is_said(make_run: RunMaker) -> None:
+    folder = make_run()
+    (folder / "images" / "i2.png").unlink()
+    (folder / "images" / "i3.png").write_bytes(b"no image")
+    text = page_of(folder).text
+    assert "The file images/i2.png is missing." in text
+    assert "images/i3.png is no readable image." in text
+    assert "2 images of this session cannot be shown." in text
+    assert not (folder / "images" / "i2-overlay.png").exists()
+
+
+def test_an_image_of_another_size_is_said(make_run: RunMaker, bench: Any) -> None:
+    folder = make_run()
+    assert cv2.imwrite(str(folder / "images" / "i1.png"), bench.image()[:100])
+    assert "images/i1.png is 320×100, its camera 320×240." in page_of(folder).text
+
+
+def test_no_images_folder_at_all(make_run: RunMaker) -> None:
+    folder = make_run()
+    for path in (folder / "images").iterdir():
+        path.unlink()
+    (folder / "images").rmdir()
+    text = page_of(folder).text
+    assert "There is no images/stack.toml" in text
+    assert "3 images of this session cannot be shown." in text
+    assert "Pose found" in text
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("[camera]", "[camera", "cannot be read"),
+        ("width = 320", "", "camera"),
+        ("cube.cao", "gone.cao", "gone.cao"),
+    ],
+)
+def test_a_stack_file_that_cannot_be_used_is_said(make_run: RunMaker, old: str, new: str, words: str) -> None:
+    folder = make_run()
+    path = folder / "images" / "stack.toml"
+    path.write_text(path.read_text().replace(old, new))
+    text = page_of(folder).text
+    assert words in text
+    assert "no overlays" in text
+
+
+def test_a_step_without_a_pose(make_run: RunMaker) -> None:
+    folder = make_run()
+    steps = json.loads((folder / "result.json").read_text())["steps"]
+    steps[0] |= {"pose": None, "rms_px": None, "merit": 100.0, "error": None}
+    changed(folder, steps=steps)
+    text = page_of(folder).text
+    assert "no pose yet" in text
+    assert "100 px" not in text
+    assert not (folder / "images" / "i1-overlay.png").exists()
+
+
+def test_only_what_the_design_promises(make_run: RunMaker) -> None:
+    folder = make_run()
+    result = json.loads((folder / "result.json").read_text())
+    for key in ("threshold", "merit", "command", "error"):
+        del result[key]
+    for step in result["steps"]:
+        for key in ("pose", "merit", "supported_fraction", "settings_words", "error"):
+            del step[key]
+    (folder / "result.json").write_text(json.dumps(result))
+    text = page_of(folder).text
+    assert "left 1 of 7, right off, top full" in text
+    assert "command line was not recorded" in text
+
+
+def test_support_of_lines_is_shown(make_run: RunMaker) -> None:
+    folder = make_run(lines=[{"line": 0, "support": 1.0}, {"line": 1, "support": 0.1}])
+    page = page_of(folder)
+    assert "not supported" in page.text
+    assert 'class="unsupported"' in (folder / "report.html").read_text()
+
+
+def test_an_approach_has_its_table(make_run: RunMaker, bench: Any) -> None:
+    covariance = [[1e-8 if i == j else 0.0 for j in range(6)] for i in range(6)]
+    holds = [
+        {
+            "range_m": 1.5,
+            "status": "fixed",
+            "rms_px": 0.5,
+            "pose": bench.pose.to_dict(),
+            "covariance": covariance,
+        },
+        {"range_m": 0.8, "status": "aborted", "rms_px": None, "pose": None},
+    ]
+    page = page_of(make_run(status="exhausted", holds=holds))
+    assert "Approach aborted at 0.8 m" in page.text
+    assert "1 of 2 hold points passed" in page.text
+    assert "1.5 m fixed 0.50 px" in page.text
+    holds[1] |= {"status": "reached", "pose": bench.pose.to_dict(), "uncertainty": 2e-4}
+    page = page_of(make_run(name="second", holds=holds))
+    assert "Approach reached 0.8 m" in page.text
+
+
+def test_many_steps_and_lights(make_run: RunMaker) -> None:
+    folder = make_run(steps=40)
+    steps = json.loads((folder / "result.json").read_text())["steps"]
+    for step in steps:
+        step["settings"]["lights"] = [3, 255]
+    changed(folder, steps=steps, lights=[{"name": "ring", "levels": 4}, {"name": "spot", "levels": 256}])
+    text = page_of(folder).text
+    assert "3/3" in text
+    assert "255/255" in text
+
+
+def test_an_unknown_field_is_no_trouble(make_run: RunMaker) -> None:
+    assert "Pose found" in page_of(make_run(versions={"anything": [1, 2]})).text
+
+
+def test_the_same_folder_gives_the_same_page(make_run: RunMaker) -> None:
+    folder = make_run()
+    first = write_report(folder).read_bytes()
+    assert write_report(folder).read_bytes() == first
+
+
+def test_an_image_id_that_leaves_the_folder_is_refused(make_run: RunMaker) -> None:
+    folder = make_run()
+    steps = json.loads((folder / "result.json").read_text())["steps"]
+    steps[0]["image"] = "../../elsewhere"
+    changed(folder, steps=steps)
+    with pytest.raises(ReportError, match="plain file name"):
+        write_report(folder)
