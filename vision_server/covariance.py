@@ -1,11 +1,11 @@
-"""Covariance of a refined pose, from the residuals of its edge points and how they hang together along lines."""
+"""Covariance of a refined pose, from the residuals of its edge points and how these hang together."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.refinement import PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD, Solution
+from vision_server.refinement import Solution, prior_precision
 
 Floats = NDArray[np.float64]
 
@@ -28,15 +28,15 @@ def pose_covariance(solution: Solution) -> Floats:
     turn = _about_camera(measurement.centre)
     weight = solution.weight.sum(axis=0)
     range_m = float(np.linalg.norm(solution.pose.translation))
-    prior_variance = np.r_[np.full(3, PRIOR_ROTATION_SD_RAD), np.full(3, PRIOR_TRANSLATION_SD * range_m)] ** 2
+    prior = np.diag(prior_precision(range_m, solution.tone_sd_px))
     used = weight > 0
     if not used.any():
-        return np.asarray(turn @ np.diag(prior_variance) @ turn.T)
-    jacobian, weight = measurement.jacobian[used], weight[used]
+        return np.asarray(turn @ np.linalg.inv(prior)[:6, :6] @ turn.T)
+    tone = (solution.weight * measurement.tone).sum(axis=0)[used] / weight[used]
+    jacobian, weight = np.column_stack([measurement.jacobian[used], tone]), weight[used]
     line = measurement.samples.line[used]
     offset = np.where(solution.weight > 0, measurement.offset, 0.0)
     combined = (solution.weight * offset).sum(axis=0)[used] / weight
-    prior = np.diag(1.0 / prior_variance)
     normal = (jacobian * weight[:, None]).T @ jacobian
     inverse = np.linalg.inv(normal + prior)
     residual = combined - jacobian @ (inverse @ (jacobian.T @ (weight * combined)))
@@ -47,7 +47,7 @@ def pose_covariance(solution: Solution) -> Floats:
         of_line = line == index
         pull = weight[of_line] @ jacobian[of_line]
         middle += LINE_BIAS_PX**2 * np.outer(pull, pull)
-    covariance = inverse @ (middle + prior) @ inverse
+    covariance = (inverse @ (middle + prior) @ inverse)[:6, :6]
     covariance = turn @ covariance @ turn.T
     return np.asarray(0.5 * (covariance + covariance.T))
 

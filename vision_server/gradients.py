@@ -29,6 +29,8 @@ class GradientChannel:
         uint8 (H, W), 1 where the sensor was saturated.
     gx, gy
         float32 (S, H, W), derivatives per px; only the first ``ready`` scales are filled.
+    smooth
+        float32 (H, W), ``linear`` smoothed at the first scale.
     near_clipped
         uint8 (S, H, W), 1 where a saturated pixel is within the filter's reach.
     """
@@ -40,6 +42,7 @@ class GradientChannel:
     ready: int = 0
     gx: Field = field(init=False)
     gy: Field = field(init=False)
+    smooth: Field = field(init=False)
     near_clipped: Grey = field(init=False)
 
     def __post_init__(self) -> None:
@@ -49,6 +52,9 @@ class GradientChannel:
 
     def prepare(self, scales: int) -> None:
         """Fill the first ``scales`` scales of SCALES_PX."""
+        if self.ready == 0 and scales > 0:
+            blurred = cv2.GaussianBlur(self.linear, (0, 0), SCALES_PX[0], borderType=cv2.BORDER_REPLICATE)
+            self.smooth = np.asarray(blurred, dtype=np.float32)
         for index in range(self.ready, scales):
             smooth, derivative = gaussian_kernels(SCALES_PX[index])
             border = cv2.BORDER_REPLICATE

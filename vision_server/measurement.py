@@ -1,4 +1,4 @@
-"""What the images say about a pose: offsets of edge points from the model's visible lines, with their Jacobian."""
+"""What the images say about a pose: offsets of edge points from the model's visible lines."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ VOTE_WIDTH_PX = 1.0  # tolerance of a line's vote for a sharp edge
 QUALITY_SNR_SHARE = 0.5  # an edge point this many times as strong as its channel's strong ones counts half
 BLUR_REACH = 1.5  # search at least this many filter scales to either side
 SMALL_STEP_PX = 0.5  # for the derivative of the lens distortion
+MOST_STEP = 2.0  # a step from black, over the mean of its two sides
+LEAST_LEVEL = 2.0  # grey, under which that ratio is noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +48,9 @@ class Measurement:
     offset, sd, strength, snr
         (C, N), of the chosen edge point: place along the normal px (NaN: none), its noise px, signed derivative
         grey/px, and that over its noise.
+    tone
+        (C, N), signed height of the step over the mean of its sides, times the filter's scale: what a tone curve
+        that was not undone moves the edge by, up to a factor.
     shift
         (L, 2), each line's voted edge; agreed (L,), the votes it got.
     nearest
@@ -62,6 +67,7 @@ class Measurement:
     sd: Floats
     strength: Floats
     snr: Floats
+    tone: Floats
     shift: Floats
     agreed: Floats
     nearest: Floats
@@ -160,6 +166,7 @@ def measure(
         samples.line, along, offset, quality, lines, float(reach.max(initial=reach_px)), width, shift, agreed
     )
     choose(samples.line, along, offset, shift, width, chosen)
+    place, slope = _chosen(offset, chosen, np.nan), _chosen(strength, chosen, 0.0)
     distance = np.abs(offset)
     nearest = np.where(np.isnan(distance), np.inf, distance).min(axis=2)
     nearest[~np.isfinite(nearest)] = np.nan
@@ -170,10 +177,11 @@ def measure(
         jacobian=step_jacobian(camera, points, normal, centre),
         centre=centre,
         scale=scale,
-        offset=_chosen(offset, chosen, np.nan),
+        offset=place,
         sd=_chosen(sd, chosen, np.inf),
-        strength=_chosen(strength, chosen, 0.0),
+        strength=slope,
         snr=_chosen(snr, chosen, 0.0),
+        tone=_tone(channels, samples.image, normal, place, slope, sigmas[scale][:, samples.line]),
         shift=shift,
         agreed=agreed,
         nearest=nearest,
@@ -194,3 +202,27 @@ def _quality(snr: Floats) -> Floats:
 def _chosen(values: Floats, chosen: Ints, otherwise: float) -> Floats:
     picked = np.take_along_axis(values, np.maximum(chosen, 0)[:, :, None], axis=2)[:, :, 0]
     return np.where(chosen >= 0, picked, otherwise)
+
+
+def _tone(
+    channels: Sequence[GradientChannel],
+    image: Floats,
+    normal: Floats,
+    offset: Floats,
+    strength: Floats,
+    sigma: Floats,
+) -> Floats:
+    """Steps relative to the mean of their sides, times the scale, (C, N); see `Measurement.tone`."""
+    out = np.zeros_like(offset)
+    for index, channel in enumerate(channels):
+        seen = np.isfinite(offset[index])
+        places = image[seen] + offset[index, seen, None] * normal[seen]
+        rows, columns = channel.smooth.shape
+        x = np.clip(np.round(places[:, 0]).astype(np.int64), 0, columns - 1)
+        y = np.clip(np.round(places[:, 1]).astype(np.int64), 0, rows - 1)
+        # the smoothed level at the nearest pixel, carried to the edge along its slope
+        towards = (places[:, 0] - x) * normal[seen, 0] + (places[:, 1] - y) * normal[seen, 1]
+        level = np.maximum(channel.smooth[y, x] + towards * strength[index, seen], LEAST_LEVEL)
+        height = strength[index, seen] * sigma[index, seen] * np.sqrt(2.0 * np.pi)
+        out[index, seen] = np.clip(height / level, -MOST_STEP, MOST_STEP) * sigma[index, seen]
+    return out

@@ -46,6 +46,7 @@ CHECKS: dict[str, Callable[[Any], Any]] = {
     "generations": _number("generations", 1, 1000, whole=True),
     "population": _number("population", 20, 5000, whole=True),
     "edge_contrast_grey": _number("edge_contrast_grey", 0.0, 255.0),
+    "tone_sd_px": _number("tone_sd_px", 1e-4, 1.0),
     "refinement_scale_px": _one_of("refinement_scale_px", SCALES_PX),
 }
 

@@ -21,7 +21,7 @@ from vision_server.gradients import SCALES_PX, GradientChannel
 from vision_server.image_set import ImageSet
 from vision_server.matching import MATCHERS, Match, SearchRange, match_genetic
 from vision_server.matching.match import distinct
-from vision_server.refinement import Solution, line_scales, refine
+from vision_server.refinement import KNOWN_TONE_SD_PX, REACHES_PX, Solution, line_scales, refine
 from vision_server.segments import Segments, extract_segments
 
 Floats = NDArray[np.float64]
@@ -48,6 +48,8 @@ class PipelineSettings:
         Segments of less mean contrast, grey at reference exposure, are left out of the matching.
     refinement_scale_px
         Smallest filter scale of refinement, one of SCALES_PX.
+    tone_sd_px
+        How well the images' tone curve is known, see refinement.
     """
 
     matcher: str = "search"
@@ -58,6 +60,7 @@ class PipelineSettings:
     population: int = 200
     edge_contrast_grey: float = 0.0
     refinement_scale_px: float = SCALES_PX[0]
+    tone_sd_px: float = KNOWN_TONE_SD_PX
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +169,7 @@ def _refined(
     out = []
     for candidate in match.candidates[:REFINED]:
         scale = line_scales(channels, model, camera, candidate.pose, SCALE_REACH_PX, least)
-        solution = refine(channels, model, camera, candidate.pose, scale)
+        solution = refine(channels, model, camera, candidate.pose, scale, REACHES_PX, settings.tone_sd_px)
         if solution is None:
             continue
         evidence = gather_evidence(channels, model, camera, solution.pose, scale)

@@ -29,6 +29,10 @@ STRONG_PERCENTILE = 70.0
 SCATTER_PX = 0.35  # scatter about its own straight line at which a line counts half
 SOFTER_RATIO = 0.70  # peak at twice the scale over peak at the scale: above this the edge is the softer one
 FEWEST_POINTS = 8
+KNOWN_TONE_SD_PX = (
+    0.01  # shift of an edge by what is left of a known tone curve, per unit of `Measurement.tone`
+)
+NOMINAL_TONE_SD_PX = 0.15  # the same where the curve is only nominal: 0.19 was seen on sRGB read as linear
 PRIOR_ROTATION_SD_RAD = 0.3
 PRIOR_TRANSLATION_SD = 0.1  # of the range
 ENOUGH_ROWS = 12
@@ -46,11 +50,15 @@ class Solution:
         Taken at ``pose``.
     weight
         (C, N), final weights, 1/px^2.
+    tone_px
+        Estimated shift per unit of the measurement's ``tone``, and tone_sd_px, what was assumed of it.
     """
 
     pose: Pose
     measurement: Measurement
     weight: Floats
+    tone_px: float
+    tone_sd_px: float
 
 
 def spacing_for(model: Model, camera: Camera, pose: Pose) -> float:
@@ -174,29 +182,36 @@ def base_weights(measurement: Measurement, lines: int) -> Floats:
     return out * measurement.samples.px
 
 
-def solve(measurement: Measurement, base: Floats, range_m: float) -> tuple[Floats, Floats]:
+def prior_precision(range_m: float, tone_sd_px: float) -> Floats:
+    """Diagonal (7,) of the prior on rotation (rad), translation (m) and tone shift (px)."""
+    sd = np.r_[np.full(3, PRIOR_ROTATION_SD_RAD), np.full(3, PRIOR_TRANSLATION_SD * range_m), tone_sd_px]
+    return np.asarray(sd**-2.0)
+
+
+def solve(measurement: Measurement, base: Floats, range_m: float, tone_sd_px: float) -> tuple[Floats, Floats]:
     """The step that brings the lines onto their edge points, by iteratively reweighted least squares.
+
+    A tone curve that was not undone moves each edge towards its dark side, by an amount proportional to its
+    relative height (`Measurement.tone`); the factor is estimated along with the pose.
 
     Returns
     -------
-    step (6,), rotation rad about the measurement's centre and translation m; weights (C, N), 1/px^2.
+    step (7,), rotation rad about the measurement's centre, translation m, tone shift px; weights (C, N), 1/px^2.
     """
     used = base > 0
     channel, sample = np.nonzero(used)
-    jacobian = measurement.jacobian[sample]
+    rows = np.column_stack([measurement.jacobian[sample], measurement.tone[used]])
     offset, start = measurement.offset[used], base[used]
-    prior = np.diag(
-        np.r_[np.full(3, PRIOR_ROTATION_SD_RAD), np.full(3, PRIOR_TRANSLATION_SD * range_m)] ** -2.0
-    )
-    step = np.zeros(6)
+    prior = np.diag(prior_precision(range_m, tone_sd_px))
+    step = np.zeros(7)
     weight = start
     for iteration in range(SOLVER_ITERATIONS):
-        if iteration > 0 or len(offset) == 0:
-            residual = np.abs(offset - jacobian @ step)
+        if iteration > 0:
+            residual = np.abs(offset - rows @ step)
             spread = max(LEAST_SCALE_PX, 1.4826 * _weighted_median(residual, start))
             weight = start * np.maximum(0.0, 1.0 - (residual / (TUKEY * spread)) ** 2) ** 2
-        scaled = jacobian * weight[:, None]
-        step = np.linalg.solve(scaled.T @ jacobian + prior, scaled.T @ offset)
+        scaled = rows * weight[:, None]
+        step = np.linalg.solve(scaled.T @ rows + prior, scaled.T @ offset)
     out = np.zeros_like(base)
     out[channel, sample] = weight
     return step, out
@@ -214,7 +229,7 @@ def moved(pose: Pose, step: Floats, centre: Floats) -> Pose:
     """The pose after a step that turns about ``centre`` (camera frame)."""
     turned = Pose(np.zeros(3), -centre)
     return (
-        Pose(np.zeros(3), centre + step[3:])
+        Pose(np.zeros(3), centre + step[3:6])
         .compose(Pose(step[:3], np.zeros(3)))
         .compose(turned)
         .compose(pose)
@@ -228,6 +243,7 @@ def refine(
     start: Pose,
     scale: Ints,
     reaches_px: Sequence[float] = REACHES_PX,
+    tone_sd_px: float = KNOWN_TONE_SD_PX,
 ) -> Solution | None:
     """Refine one candidate pose on all channels together.
 
@@ -240,6 +256,8 @@ def refine(
         (C, L), from `line_scales`.
     reaches_px
         How far along the normals to look, one after the other.
+    tone_sd_px
+        How far edges may be off by a tone curve that is still in the images.
 
     Returns
     -------
@@ -254,11 +272,11 @@ def refine(
         base = base_weights(measurement, len(model.lines))
         if int((base > 0).sum()) < ENOUGH_ROWS:
             return None
-        step, weight = solve(measurement, base, float(np.linalg.norm(pose.translation)))
+        step, weight = solve(measurement, base, float(np.linalg.norm(pose.translation)), tone_sd_px)
         if not np.isfinite(step).all():
             return None
         pose = moved(pose, step, measurement.centre)
         if not pose.apply(model.vertices)[:, 2].max() > 0:
             return None
-        solution = Solution(pose, measurement, weight)
+        solution = Solution(pose, measurement, weight, float(step[6]), tone_sd_px)
     return solution

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from pathlib import Path
+
+from vision_server.refinement import KNOWN_TONE_SD_PX, NOMINAL_TONE_SD_PX
 
 SRGB_GAMMA = 2.2  # the power that is closest to the sRGB curve
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
@@ -27,6 +30,26 @@ def file_gamma(path: Path) -> float:
     if head.startswith(PNG_SIGNATURE):
         return _png_gamma(head)
     return 1.0
+
+
+def file_tone(paths: Sequence[Path], gamma: float | None) -> tuple[list[float], float]:
+    """Exponents for some files, and how well edges are known to be free of the tone curve.
+
+    Parameters
+    ----------
+    gamma
+        What the camera's description or the user says, None if nothing.
+
+    Returns
+    -------
+    One exponent a file; the standard deviation that refinement assumes of the shift of an edge, px. sRGB is only
+    nominal (renderers and cameras bend the curve further), so that a file that was decoded as sRGB leaves room.
+    """
+    if gamma is not None:
+        return [gamma] * len(paths), KNOWN_TONE_SD_PX
+    exponents = [file_gamma(path) for path in paths]
+    nominal = any(exponent != 1.0 for exponent in exponents)
+    return exponents, NOMINAL_TONE_SD_PX if nominal else KNOWN_TONE_SD_PX
 
 
 def _png_gamma(head: bytes) -> float:

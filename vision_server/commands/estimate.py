@@ -41,7 +41,7 @@ def _estimated(
     from vision_server.pipeline import PipelineSettings, estimate_pose
     from vision_server.results import estimate_result
     from vision_server.session_inputs import read_camera, read_model, read_seed_pose
-    from vision_server.tone import file_gamma
+    from vision_server.tone import file_tone
 
     camera, table = read_camera(camera_file)
     model, seed_pose = read_model(model_file, unit), read_seed_pose(seed_pose_file)
@@ -50,15 +50,15 @@ def _estimated(
     given = table.get("gamma") if gamma is None else gamma
     if given is not None and not (isinstance(given, (int, float)) and 0.0 < given < math.inf):
         raise BadInput(f"gamma must be a positive number, not {given!r}")
+    gammas, tone_sd_px = file_tone(images, None if given is None else float(given))
+    settings = PipelineSettings(matcher=matcher.value, seed=seed, tone_sd_px=tone_sd_px)
     image_set = ImageSet(camera.width, camera.height)
     names = []
-    for number, (path, grey, exposure) in enumerate(zip(images, pixels, times, strict=True), start=1):
+    for number, (grey, exposure, curve) in enumerate(zip(pixels, times, gammas, strict=True), start=1):
         names.append(f"i{number}")
-        image_set.add(names[-1], grey, exposure, file_gamma(path) if given is None else float(given))
+        image_set.add(names[-1], grey, exposure, curve)
     try:
-        estimate = estimate_pose(
-            image_set, names, model, camera, seed_pose, PipelineSettings(matcher=matcher.value, seed=seed)
-        )
+        estimate = estimate_pose(image_set, names, model, camera, seed_pose, settings)
     except GeometryError as error:
         raise BadInput(str(error)) from error
     result = estimate_result(estimate)
