@@ -81,7 +81,7 @@ def _error_figure(result: Result) -> Figure | None:
     if not series:
         return None
     legend += [Legend("kept", 0, "image kept"), Legend("discarded", 0, "image discarded")]
-    rule = Rule(result.threshold, f"threshold {result.threshold:g} px") if result.threshold else None
+    rule = Rule(result.threshold_px, f"threshold {result.threshold_px:g} px") if result.threshold_px else None
     last = next((value for value in reversed(series[0].values) if value is not None), None)
     description = f"{series[0].label} over {len(steps)} iterations, ending at {last:.2f} px" if last else ""
     svg = line_chart(_numbers(steps), series, "iteration", "px", description, rule)

@@ -108,8 +108,8 @@ class Result(Struct, frozen=True):
     kept: list[str] = field(default_factory=list)
     discarded: list[str] = field(default_factory=list)
     rms_px: float | None = None
-    merit: float | None = None
-    threshold: float | None = None
+    merit_px: float | None = None
+    threshold_px: float | None = None
     supported_fraction: float | None = None
     pose: PoseRecord | None = None
     covariance: Covariance | None = None

@@ -210,7 +210,7 @@ def test_a_step_without_a_pose(make_run: RunMaker) -> None:
 def test_only_what_the_design_promises(make_run: RunMaker) -> None:
     folder = make_run()
     result = json.loads((folder / "result.json").read_text())
-    for key in ("threshold", "merit", "command", "error"):
+    for key in ("threshold_px", "merit_px", "command", "error"):
         del result[key]
     for step in result["steps"]:
         for key in ("pose", "merit", "supported_fraction", "settings_words", "error"):
