@@ -75,7 +75,8 @@ def _checked(result: Result) -> str:
 
 def _no_pose(result: Result, images: str) -> Verdict:
     if not result.steps:
-        detail = "The session ended before its first image."
+        what = "iteration was complete" if result.iterations else "image"
+        detail = f"The session ended before its first {what}."
     else:
         detail = f"None of the {images} gave a pose." if len(result.steps) > 1 else "Its image gave no pose."
     headline = "Stopped early, with no pose" if result.status == "stopped" else "No pose"

@@ -110,6 +110,12 @@ def test_zero_steps(make_run: RunMaker, status: str) -> None:
     assert page.uses == []
 
 
+def test_a_first_iteration_cut_short(make_run: RunMaker) -> None:
+    page = page_of(make_run(steps=0, status="stopped", iterations=1, message="The vision server died."))
+    assert "before its first iteration was complete" in page.text
+    assert "The vision server died." in page.text
+
+
 def test_the_story_is_told(make_run: RunMaker) -> None:
     page = page_of(make_run())
     for words in (
