@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 LOG_FROM = 15.0  # values that spread over more than this factor are drawn on a logarithmic scale
+FEW_DECADES = 300.0  # a logarithmic scale over less than this factor has ticks at 1, 2 and 5
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Axis:
             first = math.ceil(self.low / step - 1e-9)
             return [number * step for number in range(first, math.floor(self.high / step + 1e-9) + 1)]
         decades = range(math.floor(math.log10(self.low)), math.ceil(math.log10(self.high)) + 1)
-        digits = (1, 2, 5) if len(decades) <= 3 else (1,)
+        digits = (1, 2, 5) if self.high / self.low < FEW_DECADES else (1,)
         values = [float(f"{digit}e{decade}") for decade in decades for digit in digits]
         return [value for value in values if self.low * 0.999 <= value <= self.high * 1.001]
 

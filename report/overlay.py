@@ -19,7 +19,7 @@ Colour = tuple[int, int, int]
 SUPPORTED: Colour = (255, 190, 70)
 UNSUPPORTED: Colour = (30, 150, 255)
 HALO: Colour = (20, 14, 10)
-HALO_SHARE = 0.45
+HALO_SHARE = 0.3
 FRAME: Colour = (235, 235, 235)
 
 SUPPORT_ENOUGH = 0.5  # a line with this share of its visible length supported counts as supported

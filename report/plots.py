@@ -57,11 +57,11 @@ def line_chart(
     if rule is not None:
         at = y.at(rule.value)
         parts.append(f'<line class="rule" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{at:.1f}" y2="{at:.1f}"/>')
-        above = at - 5 if at > TOP + 16 else at + 14
-        text = escape(rule.label)
-        parts.append(f'<text class="rule-text" x="{LEFT + 4}" y="{above:.1f}">{text}</text>')
     parts += [_line(one, places, y) for one in series]
     parts += [_marks(one, places, y) for one in series]
+    if rule is not None:  # over the lines, so that it can be read
+        above = at - 5 if at > TOP + 16 else at + 14
+        parts.append(f'<text class="rule-text" x="{LEFT + 4}" y="{above:.1f}">{escape(rule.label)}</text>')
     return _figure(parts, description, HEIGHT)
 
 
