@@ -110,6 +110,7 @@ class MockVisionServer(MockServer):
 
     def __init__(self, endpoint: str | None = None, events: str | None = None) -> None:
         self.images: dict[str, dict[str, Any]] = {}
+        self._used: set[str] = set()
         self._best: dict[str, Any] | None = None
         self._parameters: dict[str, Any] = {}
         super().__init__(
@@ -131,6 +132,7 @@ class MockVisionServer(MockServer):
 
     def _start(self, args: StartArgs) -> Reply:
         self.images.clear()
+        self._used.clear()
         self._best = None
         model = {"name": "mock", "lines": mock_physics.LINES, "faces": 6}
         return Reply({"model": model, "describe": self.description})
@@ -138,11 +140,15 @@ class MockVisionServer(MockServer):
     def _restore(self, args: RestoreArgs) -> Reply:
         reply = self._start(args)
         full = Settings(lights=tuple(light.levels - 1 for light in self.description.lights), **_REFERENCE)
+        self._used.update((*args.images, *args.discarded))
         self.images.update({name: mock_physics.statistics(full, self.description) for name in args.images})
         return reply
 
     def _capture(self, args: VisionCaptureArgs) -> Reply:
         _check_settings(args.settings, self.description)
+        if args.image in self._used:
+            raise BadInput(f"There has been an image {args.image!r} already.", "Use a new name.")
+        self._used.add(args.image)
         statistics = mock_physics.statistics(args.settings, self.description)
         self.images[args.image] = statistics
         return Reply(
@@ -151,7 +157,7 @@ class MockVisionServer(MockServer):
                 "applied": args.settings,
                 "verified": True,
                 "statistics": statistics,
-                "seconds": {"capture": 0.001},
+                "seconds": {"capture": 0.001, "edges": 0.001},
             }
         )
 
@@ -164,7 +170,7 @@ class MockVisionServer(MockServer):
     def _discard(self, args: DiscardArgs) -> Reply:
         self._known(args.image)
         del self.images[args.image]
-        return Reply({})
+        return Reply({"image": args.image, "images": list(self.images)})
 
     def _set_parameters(self, args: dict[str, Any]) -> Reply:
         self._parameters.update(args)

@@ -71,6 +71,15 @@ class TestVisionDefaults:
                 with pytest.raises(ServerError, match="no image 'i1'"):
                     client.request(op, args)
 
+    def test_a_name_is_used_once(self, mock_vision_server: MockVisionServer) -> None:
+        with client_of(mock_vision_server) as client:
+            captured(client, "i1")
+            client.request("discard", {"image": "i1"})
+            with pytest.raises(ServerError, match="already"):
+                captured(client, "i1")
+            client.request("start", {"image_server": "ipc:///tmp/none"})
+            assert captured(client, "i1")["image"] == "i1"
+
     def test_restore_brings_images_back(self, mock_vision_server: MockVisionServer) -> None:
         args = {"image_server": "ipc:///tmp/none", "out": "/tmp/run", "images": ["i1", "i4"]}
         with client_of(mock_vision_server) as client:
