@@ -105,7 +105,7 @@ def _truth_figure(steps: Sequence[StepRecord]) -> Figure | None:
     turn = [step.error.rotation_deg if step.error else None for step in steps]
     shift = [100 * step.error.translation_fraction_of_range if step.error else None for step in steps]
     series = [Series("rotation", 4, turn, dots), Series("position", 5, shift, dots)]
-    rule = Rule(RIGHT_DEG, f"right: under {RIGHT_DEG:g}° and {percent(RIGHT_FRACTION)}")
+    rule = Rule(RIGHT_DEG, f"right: under {RIGHT_DEG:g}° and {100 * RIGHT_FRACTION:g} %")
     svg = line_chart(
         _numbers(steps),
         series,
