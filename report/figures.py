@@ -11,6 +11,7 @@ from report.words import percent, seconds
 
 PARTS = ("capture", "edges", "linking", "matching", "refinement", "controller", "bridge")
 REST = "other"
+REST_STYLE = 8
 REST_FROM = 0.005  # a rest below this share of the total is rounding
 
 
@@ -162,11 +163,12 @@ def time_figure(times: dict[str, float | None]) -> TimeFigure | None:
         parts.append((REST, total - spent))
     whole = max(total, spent)
     description = "Time: " + ", ".join(f"{name} {seconds(value)}" for name, value in parts)
+    styles = [PARTS.index(name) + 1 if name in PARTS else REST_STYLE for name, _ in parts]
     rows = tuple(
-        Part(name, seconds(value), percent(value / whole), number % 8 + 1)
+        Part(name, seconds(value), percent(value / whole), styles[number])
         for number, (name, value) in enumerate(parts)
     )
-    return TimeFigure(time_bar(parts, description), rows, seconds(total))
+    return TimeFigure(time_bar(parts, styles, description), rows, seconds(total))
 
 
 def _numbers(steps: Sequence[StepRecord]) -> list[str]:

@@ -89,15 +89,15 @@ def bar_chart(values: Sequence[int | None], kept: Sequence[bool], description: s
     return _figure(parts, description, HEIGHT)
 
 
-def time_bar(parts: Sequence[tuple[str, float]], description: str) -> str:
+def time_bar(parts: Sequence[tuple[str, float]], styles: Sequence[int], description: str) -> str:
     """One bar whose stretches are the parts' shares of the whole."""
     total = sum(value for _, value in parts) or 1.0
     out, place = [], 0.0
-    for number, (name, value) in enumerate(parts):
+    for style, (name, value) in zip(styles, parts, strict=True):
         wide = 1000 * value / total
         title = f"{name}: {seconds(value)}, {percent(value / total)}"
         out.append(
-            f'<rect class="fill{number % 8 + 1}" x="{place:.2f}" y="0" width="{wide:.2f}" height="36">'
+            f'<rect class="fill{style}" x="{place:.2f}" y="0" width="{wide:.2f}" height="36">'
             f"<title>{escape(title)}</title></rect>"
         )
         place += wide

@@ -44,7 +44,7 @@ def test_charts_are_sound_svg_with_a_mark_per_value() -> None:
 
 
 def test_the_time_bar_is_proportional() -> None:
-    tree = ET.fromstring(time_bar([("capture", 1.0), ("edges", 3.0)], "time"))
+    tree = ET.fromstring(time_bar([("capture", 1.0), ("edges", 3.0)], [1, 2], "time"))
     assert [float(part.attrib["width"]) for part in tree.iter("rect")] == [250.0, 750.0]
 
 
