@@ -17,6 +17,7 @@ from vision_server.line_fit import Edgels
 
 MAX_AXIS_DIFFERENCE_RAD = 0.39  # 22.5 deg, LSD's tolerance, between an edgel and its line
 MAX_OFFSET_PX = 1.5  # of an edgel from the line, on sharp images
+BESIDE_PX = 0.7  # an edgel so near to a finished line says nothing new
 MAX_GAP_PX = 4  # rows or columns without an edgel that a line may step over at once
 MIN_DENSITY = 0.6  # of rows or columns between the ends that hold an edgel
 START_RADIUS_PX = 3  # neighbourhood that gives the first direction
@@ -140,11 +141,18 @@ def _grow(
         span = high - low + 1
         length = span / max(abs(tx), abs(ty))
         if length < shortest or n < density * span or n < 4.0:
-            free[y0, x0] = n >= 4.0 and free[y0, x0]
             free[y0, x0] = False
             continue
-        for k in range(begin, filled):
-            free[members[k] // columns, members[k] % columns] = False
+        for k in range(begin, filled):  # with the edgels beside them, of which a slanted edge has two a step
+            y, x = members[k] // columns, members[k] % columns
+            for beside in range(-1, 2):
+                v, u = (y, x + beside) if steep else (y + beside, x)
+                if v < 0 or u < 0 or v >= rows or u >= columns or not free[v, u]:
+                    continue
+                near = abs((px[v, u] - mx) * ty - (py[v, u] - my) * tx) < BESIDE_PX
+                if near and _axis_difference(float(normal[v, u]), float(normal[y, x])) < MAX_AXIS_DIFFERENCE_RAD:
+                    free[v, u] = False
+            free[y, x] = False
         lines += 1
         starts[lines] = filled
     return lines

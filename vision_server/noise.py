@@ -53,8 +53,9 @@ def _banded_variances(image: NDArray[np.uint8]) -> tuple[Floats, Floats, Floats]
         image[1::step][: len(bottom)].astype(np.int16),
     )
     column = top - 2 * middle + bottom
-    response = np.abs(column[:, :-2] - 2 * column[:, 1:-1] + column[:, 2:])
-    centre = middle[:, 1:-1]
+    response = np.abs(column[:, 1:-3] - 2 * column[:, 2:-2] + column[:, 3:-1])
+    # grey from pixels beside the mask: the mask's own noise must not choose its band
+    centre = (middle[:, :-4] + middle[:, 4:]) // 2
     usable = (centre > 1) & (centre < 250)
     band = centre[usable] * BANDS // 256
     value = response[usable]

@@ -1,0 +1,52 @@
+"""The mixture of `vision_server.edges`, stated sample by sample in plain NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision_server.channel import ChannelStatistics
+from vision_server.edges import BACKGROUND_SD_RAD, EM_ITERATIONS, MAIN_SD_RAD
+
+Floats = NDArray[np.float64]
+
+
+def axial_difference(a: Floats | float, b: Floats | float) -> Floats:
+    """Angle between axes, rad, 0 .. pi/2."""
+    difference = np.mod(np.abs(np.asarray(a) - b), np.pi)
+    return np.minimum(difference, np.pi - difference)
+
+
+def wrapped_normal(difference: Floats, sd_rad: float) -> Floats:
+    """Density on the circle of axes, whose length is pi."""
+    turns = np.arange(-3, 4) * np.pi
+    z = (difference[..., None] + turns) / sd_rad
+    return np.exp(-0.5 * z * z).sum(axis=-1) / (np.sqrt(2.0 * np.pi) * sd_rad)
+
+
+def axial_mean(angles: Floats, values: Floats) -> float:
+    """Mean direction of weighted axes, by doubled angles."""
+    return float(0.5 * np.arctan2(np.sum(values * np.sin(2 * angles)), np.sum(values * np.cos(2 * angles))))
+
+
+def mixture_at(channels: Sequence[ChannelStatistics], y: int, x: int) -> tuple[float, float]:
+    """Share of the main component and its orientation (rad, [0, pi)) at one pixel."""
+    weights = np.sum([c.weight.astype(np.float64) for c in channels], axis=0)
+    angles, values = [], []
+    for channel in channels:
+        window = np.s_[y - 1 : y + 2, x - 1 : x + 2]
+        value = channel.weight[window].astype(np.float64) * channel.contrast[window] / weights[window]
+        angles.append(channel.orientation[window].astype(np.float64)[value > 0])
+        values.append(value[value > 0])
+    angle, value = np.concatenate(angles), np.concatenate(values)
+    mean = axial_mean(angle, value)
+    background = wrapped_normal(axial_difference(angle, mean), BACKGROUND_SD_RAD)
+    share = 0.5
+    for _ in range(EM_ITERATIONS):
+        main = share * wrapped_normal(axial_difference(angle, mean), MAIN_SD_RAD)
+        mine = main / (main + (1.0 - share) * background) * value
+        mean = axial_mean(angle, mine)
+        share = min(float(mine.sum() / value.sum()), 0.999)
+    return share, mean % np.pi
