@@ -140,9 +140,16 @@ def _hero(result: Result, scene: Scene, pictures: list[Picture]) -> Hero | None:
         left, top, right, bottom = strokes.bounds
         pad = 0.12 * max(right - left, bottom - top) + 4
         view = (left - pad, top - pad, right - left + 2 * pad, bottom - top + 2 * pad)
-    half = CLOSE_UP_PX / 2
     corners = strokes.corners if strokes else ()
-    return Hero(picture, strokes, view, tuple((x + 0.5 - half, y + 0.5 - half) for x, y in corners))
+    return Hero(picture, strokes, view, tuple(_close_up(corner, picture) for corner in corners))
+
+
+def _close_up(corner: tuple[float, float], picture: Picture) -> tuple[float, float]:
+    """Left and top of the enlarged part around a corner, moved so that it lies in the image."""
+    height, width = picture.pixels.shape if picture.pixels is not None else (0, 0)
+    half = CLOSE_UP_PX / 2
+    left, top = corner[0] + 0.5 - half, corner[1] + 0.5 - half
+    return max(0.0, min(left, width - CLOSE_UP_PX)), max(0.0, min(top, height - CLOSE_UP_PX))
 
 
 def _legibility(picture: Picture, bounds: tuple[float, float, float, float] | None) -> float:
