@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.refinement import Solution, prior_precision
+from vision_server.gradients import SCALES_PX
+from vision_server.refinement import SAMPLES_TOGETHER, Solution, prior_precision
 
 Floats = NDArray[np.float64]
 
-LINE_BIAS_PX = 0.04  # of a whole line: shading across it, tone curve, calibration, model
+LINE_BIAS_PX = 0.04  # of a whole line, per px of filter scale: shading across it, calibration, model
+CLIPPED_BIAS = 0.3  # of a line beside saturated pixels, beyond what all of them share; per px of filter scale
 LAGS = 60  # samples over which residuals of one line may hang together
 POOLED_SHARE = 30.0  # samples that the pooled variance counts as, beside a line's own
 LEAST_VARIANCE_PX2 = 0.02**2
@@ -21,8 +23,8 @@ def pose_covariance(solution: Solution) -> Floats:
     The channels' edge points of one sample are combined to one residual (texture moves them together). With
     weights W, Jacobians J, residual variance v of each line and correlation time L of the residuals along the
     lines (integral of their autocorrelation, in samples), the covariance of the weighted least-squares
-    estimate is A^-1 (L sum W^2 v J J' + b^2 sum_lines g g') A^-1, where A = sum W J J' + prior, g = sum over a
-    line of W J, and b the bias that a whole line may have.
+    estimate is A^-1 (L sum W^2 v J J' + sum_lines g g') A^-1, where A = sum W J J' + prior and g = sum over a
+    line of W b J, with b the bias that a whole line may have.
     """
     measurement = solution.measurement
     turn = _about_camera(measurement.centre)
@@ -32,22 +34,26 @@ def pose_covariance(solution: Solution) -> Floats:
     used = weight > 0
     if not used.any():
         return np.asarray(turn @ np.linalg.inv(prior)[:6, :6] @ turn.T)
-    tone = (solution.weight * measurement.tone).sum(axis=0)[used] / weight[used]
-    jacobian, weight = np.column_stack([measurement.jacobian[used], tone]), weight[used]
+    shared = solution.weight / np.maximum(weight, 1e-300)
+    nuisance = (shared[:, :, None] * measurement.nuisance).sum(axis=0)
+    sigma = (shared * np.array(SCALES_PX)[measurement.scale][:, measurement.samples.line]).sum(axis=0)[used]
+    bias = LINE_BIAS_PX * sigma + CLIPPED_BIAS * np.abs(nuisance[used, 1])
+    jacobian, weight = np.hstack([measurement.jacobian, nuisance])[used], weight[used]
     line = measurement.samples.line[used]
     offset = np.where(solution.weight > 0, measurement.offset, 0.0)
     combined = (solution.weight * offset).sum(axis=0)[used] / weight
+    pull_of_prior = SAMPLES_TOGETHER * prior
     normal = (jacobian * weight[:, None]).T @ jacobian
-    inverse = np.linalg.inv(normal + prior)
+    inverse = np.linalg.inv(normal + pull_of_prior)
     residual = combined - jacobian @ (inverse @ (jacobian.T @ (weight * combined)))
     variance = _line_variances(residual, weight, line)
     together = _correlation_length(residual / np.sqrt(variance), line)
     middle = together * (jacobian * (weight**2 * variance)[:, None]).T @ jacobian
     for index in np.unique(line).tolist():
         of_line = line == index
-        pull = weight[of_line] @ jacobian[of_line]
-        middle += LINE_BIAS_PX**2 * np.outer(pull, pull)
-    covariance = (inverse @ (middle + prior) @ inverse)[:6, :6]
+        pull = (weight[of_line] * bias[of_line]) @ jacobian[of_line]
+        middle += np.outer(pull, pull)
+    covariance = (inverse @ (middle + SAMPLES_TOGETHER * pull_of_prior) @ inverse)[:6, :6]
     covariance = turn @ covariance @ turn.T
     return np.asarray(0.5 * (covariance + covariance.T))
 

@@ -14,7 +14,7 @@ PEAKS = 3  # kept for each sample and channel, strongest first
 STEP_PX = 0.5  # between the points where the derivative is looked at
 MIN_SNR = 4.0  # of the derivative against its noise, for a maximum to count
 MIN_ALIGNED = 0.85  # least |cos| between the gradient and the line's normal: about 30 degrees
-CLIPPED_SD_PX = 0.7  # saturation moves an edge towards its dark side by up to the blur
+CLIPPED_SD_PX = 0.5  # saturation moves an edge towards its dark side by up to the blur
 DERIVATIVE_NOISE = 1.0 / math.sqrt(8.0 * math.pi)  # sd of the first derivative: this * sd / sigma^2
 CURVATURE_NOISE = math.sqrt(3.0 / (16.0 * math.pi))  # sd of the second derivative: this * sd / sigma^3
 
@@ -119,7 +119,7 @@ def find_edge_points(
             curvature = here * -bend
             uncertainty = CURVATURE_NOISE * pixel_noise / (sigma * sigma * sigma * curvature)
             if near_clipped[s, row, column] != 0:
-                uncertainty = math.sqrt(uncertainty * uncertainty + CLIPPED_SD_PX * CLIPPED_SD_PX)
+                uncertainty = math.sqrt(uncertainty * uncertainty + (CLIPPED_SD_PX * sigma) ** 2)
                 ratio *= 0.5
             slot = found
             if found == PEAKS:

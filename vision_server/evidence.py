@@ -87,10 +87,11 @@ class Evidence:
 
 
 def gather_evidence(
-    channels: Sequence[GradientChannel], model: Model, camera: Camera, pose: Pose, scale: Ints
+    channels: Sequence[GradientChannel], model: Model, camera: Camera, pose: Pose, scale: Ints,
+    coarser: float = 1.0,
 ) -> Evidence | None:
     """Measure the support of a pose; None when no line of the model is visible from it."""
-    measurement = measure(channels, model, camera, pose, CAP_PX, scale, spacing_for(model, camera, pose))
+    measurement = measure(channels, model, camera, pose, CAP_PX, scale, coarser * spacing_for(model, camera, pose))
     if len(measurement) == 0:
         return None
     return evidence_of(measurement, [channel.name for channel in channels], len(model.lines))
@@ -109,7 +110,7 @@ def evidence_of(measurement: Measurement, names: Sequence[str], lines: int) -> E
     limit = SUPPORT_PX * np.sqrt(sigma[:, line])
     supports = usable & (near <= limit)
     supported = supports.any(axis=0)
-    clean = (supports & (measurement.sd < 0.5)).any(axis=0)
+    clean = (supports & (measurement.nuisance[:, :, 1] == 0.0)).any(axis=0)
     total = float(px.sum())
     part = px * supported
     residual = float(np.sqrt((part @ distance**2) / part.sum())) if part.sum() > 0 else CAP_PX

@@ -12,7 +12,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
-from vision_server.edge_points import find_edge_points
+from vision_server.edge_points import CLIPPED_SD_PX, find_edge_points
 from vision_server.gradients import SCALES_PX, GradientChannel
 from vision_server.line_votes import choose, vote
 
@@ -48,9 +48,10 @@ class Measurement:
     offset, sd, strength, snr
         (C, N), of the chosen edge point: place along the normal px (NaN: none), its noise px, signed derivative
         grey/px, and that over its noise.
-    tone
-        (C, N), signed height of the step over the mean of its sides, times the filter's scale: what a tone curve
-        that was not undone moves the edge by, up to a factor.
+    nuisance
+        (C, N, 2), what moves edges but not the pose, up to a factor each: a tone curve that was not undone (signed
+        height of the step over the mean of its sides), and clipping (towards the dark side; 0 for edges away from
+        saturated pixels); both times the filter's scale.
     shift
         (L, 2), each line's voted edge; agreed (L,), the votes it got.
     nearest
@@ -67,7 +68,7 @@ class Measurement:
     sd: Floats
     strength: Floats
     snr: Floats
-    tone: Floats
+    nuisance: Floats
     shift: Floats
     agreed: Floats
     nearest: Floats
@@ -167,6 +168,11 @@ def measure(
     )
     choose(samples.line, along, offset, shift, width, chosen)
     place, slope = _chosen(offset, chosen, np.nan), _chosen(strength, chosen, 0.0)
+    noise = _chosen(sd, chosen, np.inf)
+    sigma = sigmas[scale][:, samples.line]
+    tone = _tone(channels, samples.image, normal, place, slope, sigma)
+    clipped = np.isfinite(noise) & (noise >= CLIPPED_SD_PX * sigma)
+    clipping = np.where(clipped, -np.sign(slope) * sigma, 0.0)
     distance = np.abs(offset)
     nearest = np.where(np.isnan(distance), np.inf, distance).min(axis=2)
     nearest[~np.isfinite(nearest)] = np.nan
@@ -178,10 +184,10 @@ def measure(
         centre=centre,
         scale=scale,
         offset=place,
-        sd=_chosen(sd, chosen, np.inf),
+        sd=noise,
         strength=slope,
         snr=_chosen(snr, chosen, 0.0),
-        tone=_tone(channels, samples.image, normal, place, slope, sigmas[scale][:, samples.line]),
+        nuisance=np.stack([tone, clipping], axis=2),
         shift=shift,
         agreed=agreed,
         nearest=nearest,

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
@@ -29,10 +30,12 @@ STRONG_PERCENTILE = 70.0
 SCATTER_PX = 0.35  # scatter about its own straight line at which a line counts half
 SOFTER_RATIO = 0.70  # peak at twice the scale over peak at the scale: above this the edge is the softer one
 FEWEST_POINTS = 8
-KNOWN_TONE_SD_PX = (
-    0.01  # shift of an edge by what is left of a known tone curve, per unit of `Measurement.tone`
-)
-NOMINAL_TONE_SD_PX = 0.15  # the same where the curve is only nominal: 0.19 was seen on sRGB read as linear
+# Shift of an edge per unit of the first nuisance: what is left of a known tone curve; of a nominal one (0.19 was
+# seen on sRGB read as linear); and per unit of the second: clipping by the sensor.
+KNOWN_TONE_SD_PX = 0.01
+NOMINAL_TONE_SD_PX = 0.15
+CLIPPING_SD_PX = 0.8
+SAMPLES_TOGETHER = 10.0  # neighbouring edge points that are worth one, when weighed against a prior
 PRIOR_ROTATION_SD_RAD = 0.3
 PRIOR_TRANSLATION_SD = 0.1  # of the range
 ENOUGH_ROWS = 12
@@ -50,14 +53,16 @@ class Solution:
         Taken at ``pose``.
     weight
         (C, N), final weights, 1/px^2.
-    tone_px
-        Estimated shift per unit of the measurement's ``tone``, and tone_sd_px, what was assumed of it.
+    nuisance
+        (2,), estimated factors of the measurement's ``nuisance``, px.
+    tone_sd_px
+        What was assumed of the first of them.
     """
 
     pose: Pose
     measurement: Measurement
     weight: Floats
-    tone_px: float
+    nuisance: Floats
     tone_sd_px: float
 
 
@@ -133,31 +138,44 @@ def line_trust(measurement: Measurement, lines: int) -> Floats:
     Texture beside a crease that has no contrast in one light, shadow edges and clutter give edge points that
     are few, or that scatter about any straight line.
     """
-    channels = len(measurement.offset)
-    out = np.zeros((channels, lines))
-    for index in np.unique(measurement.samples.line).tolist():
-        of_line = measurement.samples.line == index
-        along = measurement.along[of_line]
-        for c in range(channels):
-            u = measurement.offset[c, of_line]
-            seen = np.isfinite(u)
-            if seen.sum() < 3:
-                continue
-            scatter = _scatter(along[seen], u[seen])
-            complete = float(seen.mean())
-            out[c, index] = complete * complete / (1.0 + (scatter / SCATTER_PX) ** 2)
+    out = np.zeros((len(measurement.offset), lines))
+    _trust(measurement.samples.line, measurement.along, measurement.offset, SCATTER_PX, out)
     return out
 
 
+@njit(cache=True)
+def _trust(line: Ints, along: Floats, offset: Floats, scatter_px: float, out: Floats) -> None:
+    """share^2 / (1 + (scatter / scatter_px)^2) for each channel and line; ``line`` is ascending."""
+    channels, count = offset.shape
+    x, y = np.empty(count), np.empty(count)
+    start = 0
+    while start < count:
+        end = start
+        while end < count and line[end] == line[start]:
+            end += 1
+        for c in range(channels):
+            seen = 0
+            for i in range(start, end):
+                if not np.isnan(offset[c, i]):
+                    x[seen], y[seen] = along[i], offset[c, i]
+                    seen += 1
+            if seen >= 3:
+                share = seen / (end - start)
+                ratio = _scatter(x[:seen], y[:seen]) / scatter_px
+                out[c, line[start]] = share * share / (1.0 + ratio * ratio)
+        start = end
+
+
+@njit(cache=True)
 def _scatter(x: Floats, y: Floats) -> float:
-    """Robust scatter of y about its straight line over x, px."""
-    weight = np.ones(len(x))
+    """Robust scatter of y about its straight line over x, px: twice reweighted, median absolute residual."""
     residual = y - np.median(y)
+    weight = np.ones(len(x))
     for _ in range(2):
         total = weight.sum()
-        mean_x, mean_y = (weight @ x) / total, (weight @ y) / total
-        spread = weight @ (x - mean_x) ** 2
-        slope = (weight @ ((x - mean_x) * (y - mean_y))) / spread if spread > 1e-9 else 0.0
+        mean_x, mean_y = (weight * x).sum() / total, (weight * y).sum() / total
+        spread = (weight * (x - mean_x) ** 2).sum()
+        slope = (weight * (x - mean_x) * (y - mean_y)).sum() / spread if spread > 1e-9 else 0.0
         residual = y - mean_y - slope * (x - mean_x)
         weight = 1.0 / (1.0 + (residual / 0.5) ** 2)
     return float(1.4826 * np.median(np.abs(residual)))
@@ -183,8 +201,9 @@ def base_weights(measurement: Measurement, lines: int) -> Floats:
 
 
 def prior_precision(range_m: float, tone_sd_px: float) -> Floats:
-    """Diagonal (7,) of the prior on rotation (rad), translation (m) and tone shift (px)."""
-    sd = np.r_[np.full(3, PRIOR_ROTATION_SD_RAD), np.full(3, PRIOR_TRANSLATION_SD * range_m), tone_sd_px]
+    """Diagonal (8,) of the prior on rotation (rad), translation (m), tone and clipping shifts (px)."""
+    pose = np.r_[np.full(3, PRIOR_ROTATION_SD_RAD), np.full(3, PRIOR_TRANSLATION_SD * range_m)]
+    sd = np.r_[pose, tone_sd_px, CLIPPING_SD_PX]
     return np.asarray(sd**-2.0)
 
 
@@ -192,18 +211,19 @@ def solve(measurement: Measurement, base: Floats, range_m: float, tone_sd_px: fl
     """The step that brings the lines onto their edge points, by iteratively reweighted least squares.
 
     A tone curve that was not undone moves each edge towards its dark side, by an amount proportional to its
-    relative height (`Measurement.tone`); the factor is estimated along with the pose.
+    relative height, and so does clipping by the sensor (`Measurement.nuisance`); both factors are estimated along
+    with the pose.
 
     Returns
     -------
-    step (7,), rotation rad about the measurement's centre, translation m, tone shift px; weights (C, N), 1/px^2.
+    step (8,), rotation rad about the measurement's centre, translation m, nuisance px; weights (C, N), 1/px^2.
     """
     used = base > 0
     channel, sample = np.nonzero(used)
-    rows = np.column_stack([measurement.jacobian[sample], measurement.tone[used]])
+    rows = np.column_stack([measurement.jacobian[sample], measurement.nuisance[used]])
     offset, start = measurement.offset[used], base[used]
-    prior = np.diag(prior_precision(range_m, tone_sd_px))
-    step = np.zeros(7)
+    prior = SAMPLES_TOGETHER * np.diag(prior_precision(range_m, tone_sd_px))
+    step = np.zeros(8)
     weight = start
     for iteration in range(SOLVER_ITERATIONS):
         if iteration > 0:
@@ -244,6 +264,7 @@ def refine(
     scale: Ints,
     reaches_px: Sequence[float] = REACHES_PX,
     tone_sd_px: float = KNOWN_TONE_SD_PX,
+    coarser: float = 1.0,
 ) -> Solution | None:
     """Refine one candidate pose on all channels together.
 
@@ -258,6 +279,8 @@ def refine(
         How far along the normals to look, one after the other.
     tone_sd_px
         How far edges may be off by a tone curve that is still in the images.
+    coarser
+        Factor on the spacing of samples.
 
     Returns
     -------
@@ -265,7 +288,7 @@ def refine(
     ENOUGH_ROWS edge points are near it.
     """
     pose = start
-    spacing = spacing_for(model, camera, pose)
+    spacing = coarser * spacing_for(model, camera, pose)
     solution = None
     for reach in reaches_px:
         measurement = measure(channels, model, camera, pose, reach, scale, spacing)
@@ -278,5 +301,5 @@ def refine(
         pose = moved(pose, step, measurement.centre)
         if not pose.apply(model.vertices)[:, 2].max() > 0:
             return None
-        solution = Solution(pose, measurement, weight, float(step[6]), tone_sd_px)
+        solution = Solution(pose, measurement, weight, step[6:], tone_sd_px)
     return solution

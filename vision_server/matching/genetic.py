@@ -129,7 +129,9 @@ def next_generation(ranked: Ints, numbers: Ints) -> Ints:
     for a, b, point, flipped in numbers.tolist():
         if len(found) == size:
             break
-        child = crossed(parents[a % len(parents)], parents[b % len(parents)], 1 + point % (bits - 1), flipped % bits)
+        child = crossed(
+            parents[a % len(parents)], parents[b % len(parents)], 1 + point % (bits - 1), flipped % bits
+        )
         found[child] = None
     return np.array(list(found), dtype=np.int64)
 
