@@ -18,6 +18,7 @@ from vision_server.canny import suppress_non_maxima
 from vision_server.channel import Field
 from vision_server.edges import EdgeMap
 from vision_server.gaussian import gaussian_kernels
+from vision_server.noise import grey_noise
 
 ComparisonMethod = Literal["mean", "max-image", "max-gradient", "di-zenzo", "mertens"]
 
@@ -48,7 +49,7 @@ def comparison_edges(
 
     Returns
     -------
-    EdgeMap, with ``floor`` 0: these rules know nothing of noise.
+    EdgeMap. These rules know nothing of noise: ``floor`` is that of the noisiest image alone.
 
     Raises
     ------
@@ -70,19 +71,20 @@ def comparison_edges(
         (255.0 * (image / 255.0) ** gamma / time).astype(np.float32)
         for image, time in zip(images, times, strict=True)
     ]
+    floor = max(_noise(image, time, sigma_px) for image, time in zip(images, times, strict=True))
     if method == "max-gradient":
         gradients = np.stack([_gradient(channel, sigma_px) for channel in linear])
         best = np.argmax(np.hypot(gradients[:, 0], gradients[:, 1]), axis=0)
         gx, gy = (np.take_along_axis(gradients[:, axis], best[None], axis=0)[0] for axis in (0, 1))
     elif method == "di-zenzo":
-        return _di_zenzo(linear, sigma_px)
+        return _di_zenzo(linear, sigma_px, floor)
     elif method == "mertens":
         fused = cv2.createMergeMertens().process([cv2.cvtColor(i, cv2.COLOR_GRAY2BGR) for i in images])
         gx, gy = _gradient(np.ascontiguousarray(fused[:, :, 0] * np.float32(255.0)), sigma_px)
     else:
         one = np.mean(linear, axis=0) if method == "mean" else np.max(linear, axis=0)
         gx, gy = _gradient(one.astype(np.float32), sigma_px)
-    return _edge_map(np.hypot(gx, gy), np.arctan2(gy, gx))
+    return _edge_map(np.hypot(gx, gy), np.arctan2(gy, gx), floor)
 
 
 def _gradient(channel: Field, sigma_px: float) -> NDArray[np.float32]:
@@ -94,17 +96,24 @@ def _gradient(channel: Field, sigma_px: float) -> NDArray[np.float32]:
     return np.stack([along_x, along_y]).astype(np.float32) * height
 
 
-def _di_zenzo(linear: Sequence[Field], sigma_px: float) -> EdgeMap:
+def _noise(image: NDArray[np.uint8], exposure: float, sigma_px: float) -> float:
+    """Standard deviation of one image's gradient at its middle grey."""
+    smooth, derivative = gaussian_kernels(sigma_px)
+    gain = np.sqrt(2.0 * np.pi) * sigma_px * np.linalg.norm(smooth) * np.linalg.norm(derivative)
+    return float(grey_noise(image)[int(np.median(image))] * gain / exposure)
+
+
+def _di_zenzo(linear: Sequence[Field], sigma_px: float, floor: float) -> EdgeMap:
     """Strongest direction of the summed structure tensors."""
     gradients = np.stack([_gradient(channel, sigma_px) for channel in linear]).astype(np.float64)
     xx, yy = np.mean(gradients[:, 0] ** 2, axis=0), np.mean(gradients[:, 1] ** 2, axis=0)
     xy = np.mean(gradients[:, 0] * gradients[:, 1], axis=0)
     largest = 0.5 * (xx + yy + np.sqrt((xx - yy) ** 2 + 4.0 * xy**2))
-    return _edge_map(np.sqrt(largest), 0.5 * np.arctan2(2.0 * xy, xx - yy))
+    return _edge_map(np.sqrt(largest), 0.5 * np.arctan2(2.0 * xy, xx - yy), floor)
 
 
-def _edge_map(magnitude: NDArray[np.floating], angle: NDArray[np.floating]) -> EdgeMap:
+def _edge_map(magnitude: NDArray[np.floating], angle: NDArray[np.floating], floor: float) -> EdgeMap:
     """Suppression of non-maxima, and the fields that `edges` gives too."""
     strength, axis = magnitude.astype(np.float32), np.mod(angle, np.pi).astype(np.float32)
     ridge, offset = suppress_non_maxima(strength, axis)
-    return EdgeMap(strength, strength, axis, ridge, offset, np.zeros_like(strength), 0.0)
+    return EdgeMap(strength, strength, axis, ridge, offset, np.full_like(strength, floor), 0.0)

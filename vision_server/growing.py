@@ -150,7 +150,10 @@ def _grow(
                 if v < 0 or u < 0 or v >= rows or u >= columns or not free[v, u]:
                     continue
                 near = abs((px[v, u] - mx) * ty - (py[v, u] - my) * tx) < BESIDE_PX
-                if near and _axis_difference(float(normal[v, u]), float(normal[y, x])) < MAX_AXIS_DIFFERENCE_RAD:
+                if (
+                    near
+                    and _axis_difference(float(normal[v, u]), float(normal[y, x])) < MAX_AXIS_DIFFERENCE_RAD
+                ):
                     free[v, u] = False
             free[y, x] = False
         lines += 1

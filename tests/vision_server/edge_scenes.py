@@ -9,8 +9,16 @@ from scipy.ndimage import gaussian_filter
 Image = NDArray[np.uint8]
 
 
-def step(angle_rad: float, shift_px: float, low: float, high: float, shape: tuple[int, int] = (96, 128),
-         blur_px: float = 0.0, noise: float = 0.0, seed: int = 0) -> Image:
+def step(
+    angle_rad: float,
+    shift_px: float,
+    low: float,
+    high: float,
+    shape: tuple[int, int] = (96, 128),
+    blur_px: float = 0.0,
+    noise: float = 0.0,
+    seed: int = 0,
+) -> Image:
     """A straight step edge through the middle, moved ``shift_px`` along its normal, area-sampled."""
     factor = 8
     height, width = shape
@@ -26,7 +34,7 @@ def step(angle_rad: float, shift_px: float, low: float, high: float, shape: tupl
 
 
 def polygon_with_shadows(count: int, noise: float = 1.0, shape: tuple[int, int] = (120, 160)) -> list[Image]:
-    """A bright square on a grey table, lit from ``count`` sides, each light casting a shadow the other way."""
+    """A bright square on a grey table, lit from ``count`` sides, each light with a shadow the other way."""
     height, width = shape
     y, x = np.mgrid[:height, :width]
     square = (abs(x - width / 2) < 30) & (abs(y - height / 2) < 25)

@@ -15,7 +15,9 @@ def squares(blur_px: float, noise: float = 1.0) -> np.ndarray:
         for column in range(4):
             image[20 + 75 * row : 65 + 75 * row, 20 + 75 * column : 65 + 75 * column] = 190.0
     blurred = gaussian_filter(image, blur_px) if blur_px else image
-    return np.clip(np.round(blurred + np.random.default_rng(0).normal(0, noise, image.shape)), 0, 255).astype(np.uint8)
+    return np.clip(np.round(blurred + np.random.default_rng(0).normal(0, noise, image.shape)), 0, 255).astype(
+        np.uint8
+    )
 
 
 @pytest.mark.parametrize("blur_px", [2.0, 3.0, 4.0, 5.0])

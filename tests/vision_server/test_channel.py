@@ -41,8 +41,12 @@ def test_statistics_are_their_equations() -> None:
     smooth, derivative = (kernel.astype(np.float64) for kernel in gaussian_kernels(sigma))
     height = np.sqrt(2 * np.pi) * sigma / exposure
     # correlate, as image filters do: scipy's convolve1d turns the kernel round
-    gx = height * convolve1d(convolve1d(linear, derivative[::-1], axis=1, mode="nearest"), smooth, axis=0, mode="nearest")
-    gy = height * convolve1d(convolve1d(linear, derivative[::-1], axis=0, mode="nearest"), smooth, axis=1, mode="nearest")
+    gx = height * convolve1d(
+        convolve1d(linear, derivative[::-1], axis=1, mode="nearest"), smooth, axis=0, mode="nearest"
+    )
+    gy = height * convolve1d(
+        convolve1d(linear, derivative[::-1], axis=0, mode="nearest"), smooth, axis=1, mode="nearest"
+    )
     magnitude = np.hypot(gx, gy)
     kept = channel.contrast > 0
     np.testing.assert_allclose(channel.linear, linear, rtol=1e-5)

@@ -5,13 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vision_server.noise import COARSEST_SCALE_PX, FINEST_SCALE_PX, QUANTISATION_SD_GREY, gradient_scale, grey_noise
+from vision_server.noise import (
+    COARSEST_SCALE_PX,
+    FINEST_SCALE_PX,
+    QUANTISATION_SD_GREY,
+    gradient_scale,
+    grey_noise,
+)
 
 
 def ramp_with_noise(read: float, shot: float, seed: int = 0) -> np.ndarray:
     grey = np.tile(np.linspace(20, 235, 400), (300, 1))
     sd = np.sqrt(read**2 + shot * grey)
-    return np.clip(np.round(grey + np.random.default_rng(seed).normal(0, 1, grey.shape) * sd), 0, 255).astype(np.uint8)
+    return np.clip(np.round(grey + np.random.default_rng(seed).normal(0, 1, grey.shape) * sd), 0, 255).astype(
+        np.uint8
+    )
 
 
 @pytest.mark.parametrize(("read", "shot"), [(2.0, 0.0), (6.0, 0.0), (1.0, 0.1), (0.0, 0.3)])

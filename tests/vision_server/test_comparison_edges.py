@@ -1,0 +1,64 @@
+"""The usual merges, kept for comparison."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from bridge.errors import BadInput
+from tests.vision_server.edge_scenes import polygon_with_shadows, step
+from vision_server.comparison_edges import comparison_edges
+
+METHODS = ["mean", "max-image", "max-gradient", "di-zenzo", "mertens"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_rule_finds_the_edge_that_all_images_share(method: str) -> None:
+    images = [step(0.6, 0.0, 60, 160, noise=1.0, seed=seed) for seed in range(3)]
+    edges = comparison_edges(images, method)  # type: ignore[arg-type]
+    y, x = np.argwhere(edges.ridge > 0.7 * edges.ridge[10:-10, 10:-10].max()).T
+    across = (x - 63.5) * np.cos(0.6) + (y - 47.5) * np.sin(0.6)
+    inner = (y > 8) & (y < 88) & (x > 8) & (x < 120)
+    assert inner.sum() > 60
+    assert np.quantile(np.abs(across[inner]), 0.95) < 1.0
+
+
+@pytest.mark.parametrize("method", METHODS[:4])
+def test_one_image_is_its_own_merge(method: str) -> None:
+    image = step(0.3, 0.0, 60, 160)
+    alone, mean = comparison_edges([image], method), comparison_edges([image], "mean")  # type: ignore[arg-type]
+    np.testing.assert_allclose(alone.ridge, mean.ridge, rtol=1e-3, atol=1e-2)
+
+
+def test_di_zenzo_is_the_largest_eigenvalue_of_the_summed_tensor() -> None:
+    images = polygon_with_shadows(3)
+    edges = comparison_edges(images, "di-zenzo")
+    singles = [comparison_edges([image], "mean") for image in images]
+    y, x = np.unravel_index(np.argmax(edges.mass), edges.mass.shape)
+    tensor = np.zeros((2, 2))
+    for single in singles:
+        gradient = single.mass[y, x] * np.array(
+            [np.cos(single.orientation[y, x]), np.sin(single.orientation[y, x])]
+        )
+        tensor += np.outer(gradient, gradient) / len(singles)
+    assert edges.mass[y, x] == pytest.approx(np.sqrt(np.linalg.eigvalsh(tensor)[-1]), rel=1e-3)
+
+
+def test_exposures_are_divided_out() -> None:
+    image = step(0.3, 0.0, 40, 100)
+    double = cv2.multiply(image, 2)
+    same = comparison_edges([image, double], "max-image", [1.0, 2.0])
+    np.testing.assert_allclose(same.mass, comparison_edges([image], "mean").mass, rtol=0.02, atol=0.5)
+
+
+def test_bad_input_is_refused() -> None:
+    image = step(0.0, 0.0, 40, 100)
+    with pytest.raises(BadInput, match="Unknown edge method"):
+        comparison_edges([image], "median")  # type: ignore[arg-type]
+    with pytest.raises(BadInput, match="No images"):
+        comparison_edges([], "mean")
+    with pytest.raises(BadInput, match="2 exposures for 1"):
+        comparison_edges([image], "mean", [1.0, 2.0])
+    with pytest.raises(BadInput, match="one size"):
+        comparison_edges([image, image[:50]], "mean")
