@@ -14,7 +14,14 @@ from geometry.model import Model
 from geometry.pose import Pose
 from vision_server.matching.draws import poses_in_range
 from vision_server.matching.icp import LEAST_DEPTH_M
-from vision_server.matching.match import Candidate, Match, SearchRange, checked_segments, distinct
+from vision_server.matching.match import (
+    Candidate,
+    Match,
+    SearchRange,
+    checked_segments,
+    distinct,
+    long_enough,
+)
 from vision_server.matching.views import Views, ViewTable
 
 Floats = NDArray[np.float64]
@@ -25,6 +32,7 @@ GENES = 6
 POPULATION = 200
 GENERATIONS = 10
 ELITE_SHARE, PARENT_SHARE = 0.05, 0.30  # survive as they are; have children
+CHILDREN_TRIED = 4  # per place in a generation; doubles are dropped
 CANDIDATES = 5
 SPACING_PX = 20.0  # a line is visible when any of its samples is
 NEAR_COST = 2 * 5.0**2  # an image line with both ends within 5 px counts as support
@@ -58,12 +66,12 @@ def match_genetic(
     """
     began = time.perf_counter()
     segments, weights = checked_segments(segments, weights)
-    segments = segments[weights > 0]
+    camera = camera.ideal
+    views = Views(model, camera, seed_pose, SPACING_PX)
+    segments = segments[(weights > 0) & long_enough(segments, views.typical_line_px(seed_pose))]
     if len(segments) == 0:
         return Match((), {"segments": 0.0})
-    camera = camera.ideal
     lines = _line_table(segments)
-    views = Views(model, camera, seed_pose, SPACING_PX)
 
     def costs(genomes: Ints) -> tuple[Floats, Floats, Floats, Floats]:
         rotations, translations = poses_in_range(seed_pose, camera, search_range, decoded(genomes))
@@ -76,7 +84,9 @@ def match_genetic(
     cost, supported, rotations, translations = costs(genomes)
     for _ in range(generations):
         order = np.argsort(cost, kind="stable")
-        genomes = next_generation(genomes[order], random.integers(0, 2**31, size=(40 * population, 4)))
+        genomes = next_generation(
+            genomes[order], random.integers(0, 2**31, (CHILDREN_TRIED * population, 4)), population
+        )
         cost, supported, rotations, translations = costs(genomes)
     candidates = [
         Candidate(Pose.from_matrix(rotations[i], translations[i]), -float(cost[i]), float(supported[i]))
@@ -109,31 +119,40 @@ def first_generation(random: np.random.Generator, size: int = POPULATION) -> Int
     return np.array(list(found), dtype=np.int64)
 
 
+@njit(cache=True)
 def crossed(first: int, second: int, point: int, flipped: int) -> int:
     """Child with the bits of `first` below `point` and of `second` from there, one bit flipped."""
     low = (1 << point) - 1
     return ((first & low) | (second & ~low)) ^ (1 << flipped)
 
 
-def next_generation(ranked: Ints, numbers: Ints) -> Ints:
+@njit(cache=True)
+def next_generation(ranked: Ints, numbers: Ints, size: int = POPULATION) -> Ints:
     """Elite and children of a generation ranked best first; all different.
 
     Parameters
     ----------
-    numbers : (K, 4), random integers; each row makes one child: two parents, crossover point, flipped bit.
+    numbers : (K, 4), random integers >= 0; each row makes one child: two parents, crossover point, flipped
+        bit. When children that are already there use them all up, the generation stays smaller.
     """
-    size = len(ranked)
-    parents = ranked[: max(1, int(PARENT_SHARE * size))].tolist()
-    found: dict[int, None] = dict.fromkeys(ranked[: max(1, int(ELITE_SHARE * size))].tolist())
     bits = BITS * GENES
-    for a, b, point, flipped in numbers.tolist():
-        if len(found) == size:
+    out = np.empty(size, dtype=np.int64)
+    count = min(max(1, round(ELITE_SHARE * size)), len(ranked))
+    out[:count] = ranked[:count]
+    parents = min(max(2, round(PARENT_SHARE * size)), len(ranked))
+    for i in range(len(numbers)):
+        if count == size:
             break
         child = crossed(
-            parents[a % len(parents)], parents[b % len(parents)], 1 + point % (bits - 1), flipped % bits
+            ranked[numbers[i, 0] % parents],
+            ranked[numbers[i, 1] % parents],
+            1 + numbers[i, 2] % (bits - 1),
+            numbers[i, 3] % bits,
         )
-        found[child] = None
-    return np.array(list(found), dtype=np.int64)
+        if not (out[:count] == child).any():
+            out[count] = child
+            count += 1
+    return out[:count]
 
 
 def _line_table(segments: Floats) -> Floats:

@@ -15,6 +15,10 @@ from vision_server.matching.views import ViewTable
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+TURN = 0.25  # sine of the angle between model line and segment at which support ends
+PULL_TURN = 0.15  # likewise, beyond which a segment does not pull: clutter then has little to hold on to ...
+LEAST_PULL_TURN = 0.08  # ... shrinking to this ...
+FULL_TURN_REACH_PX = 12.0  # ... with the reach, from here on
 CLUTTER = 0.4  # support of a pixel of model line that chance gives; less than this counts against a pose
 DAMPING = 1e-3  # of the normal equations' diagonal
 MAX_TURN_RAD = 0.2  # largest rotation of one step
@@ -22,19 +26,23 @@ LEAST_DEPTH_M = 1e-6
 
 
 @njit(cache=True, error_model="numpy")
-def run_bin(ends: Floats, run: int, r: Floats, t: Floats, fx: float, fy: float) -> int:
-    """Direction bin of a line (Q, 2, 3) in the image; -1 when an end is not in front of the camera."""
+def image_direction(
+    ends: Floats, run: int, r: Floats, t: Floats, fx: float, fy: float
+) -> tuple[float, float]:
+    """Unit direction in the image of a line (Q, 2, 3); (0, 0) when an end is not in front of the camera."""
     ax, ay, az = ends[run, 0, 0], ends[run, 0, 1], ends[run, 0, 2]
     bx, by, bz = ends[run, 1, 0], ends[run, 1, 1], ends[run, 1, 2]
     za = r[2, 0] * ax + r[2, 1] * ay + r[2, 2] * az + t[2]
     zb = r[2, 0] * bx + r[2, 1] * by + r[2, 2] * bz + t[2]
     if za <= LEAST_DEPTH_M or zb <= LEAST_DEPTH_M:
-        return -1
+        return 0.0, 0.0
     dx = (r[0, 0] * bx + r[0, 1] * by + r[0, 2] * bz + t[0]) / zb
     dx -= (r[0, 0] * ax + r[0, 1] * ay + r[0, 2] * az + t[0]) / za
     dy = (r[1, 0] * bx + r[1, 1] * by + r[1, 2] * bz + t[1]) / zb
     dy -= (r[1, 0] * ax + r[1, 1] * ay + r[1, 2] * az + t[1]) / za
-    return int(bin_of(fx * dx, fy * dy))
+    dx, dy = fx * dx, fy * dy
+    length = math.sqrt(dx * dx + dy * dy)
+    return (dx / length, dy / length) if length > 0.0 else (0.0, 0.0)
 
 
 @njit(cache=True, error_model="numpy")
@@ -60,9 +68,10 @@ def score_poses(
         r, t = rotations[i], translations[i]
         total = 0.0
         for q in range(views.first[view[i]], views.first[view[i] + 1]):
-            bin_ = run_bin(views.ends, q, r, t, fx, fy)
-            if bin_ < 0:
+            ux, uy = image_direction(views.ends, q, r, t, fx, fy)
+            if ux == 0.0 and uy == 0.0:
                 continue
+            bin_ = bin_of(ux, uy)
             for s in range(views.run[q], views.run[q + 1]):
                 a, b, c = points[s, 0], points[s, 1], points[s, 2]
                 z = 1.0 / (r[2, 0] * a + r[2, 1] * b + r[2, 2] * c + t[2])
@@ -78,7 +87,8 @@ def score_poses(
                     segment = edges.label[bin_, row, column]
                     if segment != NO_SEGMENT:
                         _, distance = offset(edges.segments, segment, x, y)
-                        gain += max(0.0, 1.0 - distance / reach_px)
+                        turn = abs(ux * edges.segments[segment, 3] - uy * edges.segments[segment, 2])
+                        gain += max(0.0, 1.0 - distance / reach_px) * max(0.0, 1.0 - turn / TURN)
                 total += px[s] * gain
         out[i] = total
     return out
@@ -98,7 +108,10 @@ def supported_fraction(
     r, t, points = rotation, translation, views.points
     near, total = 0.0, 0.0
     for q in range(views.first[0], views.first[1]):
-        bin_ = run_bin(views.ends, q, r, t, fx, fy)
+        ux, uy = image_direction(views.ends, q, r, t, fx, fy)
+        if ux == 0.0 and uy == 0.0:
+            continue
+        bin_ = bin_of(ux, uy)
         for s in range(views.run[q], views.run[q + 1]):
             z = r[2, 0] * points[s, 0] + r[2, 1] * points[s, 1] + r[2, 2] * points[s, 2] + t[2]
             x = (
@@ -109,7 +122,7 @@ def supported_fraction(
                 fy * (r[1, 0] * points[s, 0] + r[1, 1] * points[s, 1] + r[1, 2] * points[s, 2] + t[1]) / z
                 + cy
             )
-            if bin_ < 0 or not (-0.5 <= x < edges.size[0] - 0.5 and -0.5 <= y < edges.size[1] - 0.5):
+            if not (-0.5 <= x < edges.size[0] - 0.5 and -0.5 <= y < edges.size[1] - 0.5):
                 continue
             total += views.px[s]
             segment = edges.label[bin_, int((y + 0.5) / CELL_PX), int((x + 0.5) / CELL_PX)]
@@ -165,8 +178,9 @@ def pull(
 ) -> None:
     """Move one pose (3, 3), (3,), in place, so that the samples of its view come to lie on image segments.
 
-    Residual: distance to the nearest segment's line; weight: px · (1 − (d/reach)²)² · trust, d the
-    distance to the segment itself. The step turns about the target's origin by at most MAX_TURN_RAD.
+    Residual: distance to the nearest segment's line; weight: px · (1 − (d/reach)²)² · trust, d the distance
+    to the segment itself; segments of another direction do not pull. The step turns about the target's
+    origin by at most MAX_TURN_RAD.
     """
     fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
     right, bottom = edges.size[0] - 0.5, edges.size[1] - 0.5
@@ -175,13 +189,15 @@ def pull(
     gradient = np.empty(6)
     row = np.empty(6)
     r, t = rotation, translation
+    turn_limit = max(LEAST_PULL_TURN, min(PULL_TURN, PULL_TURN * reach_px / FULL_TURN_REACH_PX))
     for _ in range(iterations):
         normal[:] = 0.0
         gradient[:] = 0.0
         for q in range(views.first[view], views.first[view + 1]):
-            bin_ = run_bin(views.ends, q, r, t, fx, fy)
-            if bin_ < 0:
+            ux, uy = image_direction(views.ends, q, r, t, fx, fy)
+            if ux == 0.0 and uy == 0.0:
                 continue
+            bin_ = bin_of(ux, uy)
             for s in range(views.run[q], views.run[q + 1]):
                 a = r[0, 0] * points[s, 0] + r[0, 1] * points[s, 1] + r[0, 2] * points[s, 2]
                 b = r[1, 0] * points[s, 0] + r[1, 1] * points[s, 1] + r[1, 2] * points[s, 2]
@@ -196,6 +212,9 @@ def pull(
                     continue
                 across, distance = offset(segments, segment, x, y)
                 if distance >= reach_px:
+                    continue
+                turn = abs(ux * segments[segment, 3] - uy * segments[segment, 2])
+                if turn >= turn_limit:
                     continue
                 share = 1.0 - (distance / reach_px) ** 2
                 weight = px[s] * share * share * segments[segment, 5]

@@ -15,6 +15,9 @@ Floats = NDArray[np.float64]
 SAME_ROTATION_DEG = 2.0  # poses closer than this and ...
 SAME_TRANSLATION = 0.01  # ... than this fraction of the range are one
 
+LEAST_SEGMENT_PX, MOST_SEGMENT_PX = 7.0, 14.0  # bounds of the shortest segment that is used ...
+SEGMENT_SHARE = 0.1  # ... which is this share of the model's typical line in the image
+
 
 @dataclass(frozen=True)
 class SearchRange:
@@ -83,6 +86,19 @@ def checked_segments(segments: Floats, weights: Floats | None) -> tuple[Floats, 
     if not (np.isfinite(segments).all() and np.isfinite(weights).all() and (weights >= 0).all()):
         raise GeometryError("segments and weights must be finite, and weights not negative")
     return segments, weights
+
+
+def long_enough(segments: Floats, typical_line_px: float) -> NDArray[np.bool_]:
+    """Which segments (N, 4) are worth matching with a model whose typical line is that long in the image.
+
+    Neither all segments nor only the long ones do best: short ones are clutter, but a small target has only
+    short ones.
+    """
+    shortest = min(max(SEGMENT_SHARE * typical_line_px, LEAST_SEGMENT_PX), MOST_SEGMENT_PX)
+    out: NDArray[np.bool_] = (
+        np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1]) >= shortest
+    )
+    return out
 
 
 def distinct(rotations: Floats, translations: Floats, scores: Floats, count: int) -> list[int]:

@@ -14,15 +14,20 @@ from geometry.pose import Pose
 from geometry.visibility import MIN_LINE_PX, Solid, image_bounds, solid_of, trace
 from vision_server.matching.draws import even_numbers, in_range, poses_around
 from vision_server.matching.icp import pull, pull_poses, score_poses, supported_fraction
-from vision_server.matching.match import Candidate, Match, SearchRange, checked_segments, distinct
+from vision_server.matching.match import (
+    Candidate,
+    Match,
+    SearchRange,
+    checked_segments,
+    distinct,
+    long_enough,
+)
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
 from vision_server.matching.views import Views, ViewTable
 
 Floats = NDArray[np.float64]
 
-LEAST_SEGMENT_PX, MOST_SEGMENT_PX = 7.0, 14.0  # bounds of the shortest segment that is used ...
-SEGMENT_SHARE = 0.1  # ... which is this share of the model's typical line in the image
-DRAWS = 2048
+DRAWS = 4096
 PULLED = 100
 FINISHED = 12
 CANDIDATES = 5
@@ -60,8 +65,7 @@ def match_search(
     began = time.perf_counter()
     segments, weights = checked_segments(segments, weights)
     views = Views(model, camera.ideal, seed_pose, COARSE_SPACING_PX)
-    shortest = min(max(SEGMENT_SHARE * views.typical_line_px(seed_pose), LEAST_SEGMENT_PX), MOST_SEGMENT_PX)
-    long = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1]) >= shortest
+    long = (weights > 0) & long_enough(segments, views.typical_line_px(seed_pose))
     if not long.any():
         return Match((), {"segments": 0.0})
     camera = camera.ideal

@@ -57,7 +57,7 @@ class Views:
         self._range = float(np.linalg.norm(centre))
         self._frame = frame_towards(centre / self._range)
         self._view_of = np.full(CELLS_PER_SIDE * CELLS_PER_SIDE, -1, dtype=np.int64)
-        self._parts: list[tuple[Ints, Floats, Floats]] = []
+        self._parts: list[tuple[Ints, Ints, Floats, Floats]] = []  # runs: lines and counts; points, px
         self._table: ViewTable | None = None
 
     def __len__(self) -> int:
@@ -68,17 +68,11 @@ class Views:
         cells = _cells(rotations, translations, self._middle, self._frame)
         for cell in np.unique(cells[self._view_of[cells] < 0]).tolist():
             self._view_of[cell] = len(self._parts)
-            self._parts.append(
-                _seen_from(
-                    self._solid,
-                    cell,
-                    self._middle,
-                    self._frame,
-                    self._range,
-                    self._intrinsics,
-                    self._spacing_px,
-                )
+            line, points, px = _seen_from(
+                self._solid, cell, self._middle, self._frame, self._range, self._intrinsics, self._spacing_px
             )
+            lines, counts = np.unique(line, return_counts=True)
+            self._parts.append((lines, counts, points, px))
             self._table = None
         out: Ints = self._view_of[cells]
         return out
@@ -86,23 +80,21 @@ class Views:
     def table(self) -> ViewTable:
         """The samples of all views so far."""
         if self._table is None:
-            lines = [line for line, _, _ in self._parts]
-            counts = [np.unique(line, return_counts=True) for line in lines]
-            runs = np.concatenate([count for _, count in counts])
-            of_run = self._solid.lines[np.concatenate([line for line, _ in counts])]
+            lines, counts, points, px = zip(*self._parts, strict=True)
             self._table = ViewTable(
-                first=np.cumsum([0, *(len(line) for line, _ in counts)]),
-                run=np.concatenate([[0], np.cumsum(runs)]),
-                ends=self._solid.vertices[of_run],
-                points=np.concatenate([points for _, points, _ in self._parts]),
-                px=np.concatenate([px for _, _, px in self._parts]),
+                first=np.cumsum([0, *map(len, lines)]),
+                run=np.concatenate([[0], np.cumsum(np.concatenate(counts))]),
+                ends=self._solid.vertices[self._solid.lines[np.concatenate(lines)]],
+                points=np.concatenate(points),
+                px=np.concatenate(px),
             )
         return self._table
 
     def typical_line_px(self, pose: Pose) -> float:
         """Image length of a line that a random pixel of the visible lines is on, 0 when there is none, px."""
-        line, _, px = self._parts[int(self.of(pose.matrix[None], pose.translation[None])[0])]
-        lengths = np.bincount(line, weights=px) if len(line) else np.zeros(1)
+        lines, counts, _, px = self._parts[int(self.of(pose.matrix[None], pose.translation[None])[0])]
+        run = np.repeat(np.arange(len(lines)), counts)
+        lengths = np.bincount(run, weights=px) if len(lines) else np.zeros(1)
         total = float(lengths.sum())
         return float((lengths**2).sum()) / total if total > 0 else 0.0
 
