@@ -23,8 +23,6 @@ and `null` are atoms.
           ]).
 :- use_module(library(apply), [convlist/3]).
 :- use_module(library(error), [existence_error/2, must_be/2]).
-:- use_module(library(http/json), [json_read_dict/3, json_write_dict/3]).
-:- use_module(library(lists), [member/2]).
 :- use_module(library(option), [meta_options/3, option/3]).
 :- use_module(zmq).
 
@@ -232,9 +230,9 @@ disconnect(Client) :-
 %   without an id is about a request whose id the server could not read.
 
 reply_to(Header, Id, Reply) :-
-    catch(json_dict(Header, Dict), Error, true),
-    (   nonvar(Error)
-    ->  message_to_codes_safe(Error, Why),
+    catch(json_term(Header, Dict), error(syntax_error(json(What)), _), true),
+    (   nonvar(What)
+    ->  format(string(Why), 'it is no JSON (~w)', [What]),
         Reply = bad(Why)
     ;   \+ is_dict(Dict)
     ->  Reply = bad("it is no JSON object")
@@ -247,12 +245,6 @@ reply_to(Header, Id, Reply) :-
         )
     ;   Reply = bad("it has no v, id and ok of protocol version 1")
     ).
-
-message_to_codes_safe(error(Formal, _), Why) :-
-    !,
-    format(string(Why), '~p', [Formal]).
-message_to_codes_safe(Error, _) :-
-    throw(Error).
 
 reply_result(Reply, Client, Endpoint, Result) :-
     (   is_dict(Reply),
@@ -279,12 +271,6 @@ reply_result(Reply, Client, Endpoint, Result) :-
         format(string(Message), 'The reply of the server at ~w cannot be read: ~w.', [Endpoint, Why]),
         throw(error(server_error(bad_reply, Message, "Use a client and a server of the same release."), _))
     ).
-
-json_text(Dict, Text) :-
-    with_output_to(string(Text), json_write_dict(current_output, Dict, [width(0)])).
-
-json_dict(Text, Dict) :-
-    setup_call_cleanup(open_string(Text, In), json_read_dict(In, Dict, []), close(In)).
 
 %!  events_open(+Endpoint, -Subscription) is det.
 %!  events_open(+Endpoint, -Subscription, :Options) is det.
@@ -336,7 +322,7 @@ waiting(Socket, Headers) :-
     ).
 
 event(Header, Event) :-
-    catch(json_dict(Header, Event), error(_, _), fail),
+    catch(json_term(Header, Event), error(syntax_error(_), _), fail),
     is_dict(Event),
     get_dict(event, Event, Name),
     get_dict(sequence, Event, _),

@@ -207,10 +207,10 @@ class Server:
         for _ in range(BURST):
             try:
                 frames = self._router.recv_multipart(zmq.NOBLOCK)
-            except zmq.Again:
+            except zmq.Again:  # its sender went away
                 return
             self._serve_one(frames)
-            if self.lifeline.ended():
+            if self.lifeline.ended() or not int(self._router.get(zmq.EVENTS)) & zmq.POLLIN:
                 return
 
     def _serve_one(self, frames: list[bytes]) -> None:

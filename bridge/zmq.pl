@@ -26,6 +26,8 @@ where Errno is an atom such as 'EADDRINUSE'. Timeouts are seconds from now, or `
             zmq_poll/3,             % +Sockets, -Readable, +Timeout
             zmq_curve_keypair/2,    % -PublicKey, -SecretKey
             zmq_open_sockets/1,     % -Count
+            json_term/2,            % +Text, -Term
+            json_text/2,            % +Term, -Text
             zmq_clock/1,            % -Seconds
             zmq_version/1           % -Version
           ]).
@@ -119,6 +121,15 @@ zmq_receive(Socket, Frames, Timeout) :-
 %!  zmq_poll(+Sockets, -Readable, +Timeout) is det.
 %
 %   Readable are those of Sockets that have a message; [] when none had in time.
+
+%!  json_term(+Text, -Term) is det.
+%!  json_text(+Term, -Text) is det.
+%
+%   JSON as library(http/json) reads and writes it with dicts, only faster: objects are dicts, JSON strings are
+%   strings, `true`, `false` and `null` atoms; an atom is written as a string.
+%
+%   @error syntax_error(json(What)) with the byte where it was found as context
+%   @error domain_error(finite_number, Float), type_error(json_term, Term)
 
 %!  zmq_curve_keypair(-PublicKey, -SecretKey) is det.
 %

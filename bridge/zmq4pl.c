@@ -7,12 +7,16 @@
     for anybody, and LINGER is 0.
 */
 
+#define _GNU_SOURCE
 #include <SWI-Prolog.h>
 #include <SWI-Stream.h>
+#include <ctype.h>
 #include <errno.h>
+#include <locale.h>
 #include <math.h>
 #include <pthread.h>
 #include <signal.h>
+#include <stdio.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -72,7 +76,7 @@ zmq_failed(const char *name, int arity, term_t culprit)
     }
   }
   if ( !symbol )
-  { Ssprintf(unknown, "E%d", number);
+  { snprintf(unknown, sizeof(unknown), "E%d", number);
     symbol = unknown;
   }
   if ( PL_exception(0) )
@@ -643,6 +647,8 @@ is_utf8(const unsigned char *p, size_t len)
   return TRUE;
 }
 
+#include "json4pl.c"
+
 static foreign_t
 receive_frames(term_t socket, term_t frames, term_t timeout, term_t encoding)
 { zsock *s;
@@ -734,7 +740,7 @@ library_version(term_t version)
   char text[64];
 
   zmq_version(&major, &minor, &patch);
-  Ssprintf(text, "%d.%d.%d", major, minor, patch);
+  snprintf(text, sizeof(text), "%d.%d.%d", major, minor, patch);
   return PL_unify_chars(version, PL_STRING, (size_t)-1, text);
 }
 
@@ -746,6 +752,7 @@ install_zmq4pl(void)
   ATOM_infinite = PL_new_atom("infinite");
   PL_thread_at_exit(thread_ends, NULL, TRUE);
 
+  install_json();
   PL_register_foreign("zmq_open_", 2, open_socket, 0);
   PL_register_foreign("zmq_close", 1, close_socket, 0);
   PL_register_foreign("is_zmq_socket", 1, is_socket, 0);

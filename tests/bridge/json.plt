@@ -1,0 +1,272 @@
+:- module(test_json, []).
+:- use_module(library(plunit)).
+:- use_module(library(apply)).
+:- use_module(library(lists)).
+:- use_module(library(random)).
+:- use_module(library(http/json)).
+:- use_module('../../bridge/zmq').
+
+library_term(Text, Term) :-
+    setup_call_cleanup(open_string(Text, In), json_read_dict(In, Term, []), close(In)).
+
+library_text(Term, Text) :-
+    with_output_to(string(Text), json_write_dict(current_output, Term, [width(0)])).
+
+:- begin_tests(json_reading).
+
+test(values, Term = _{a:[1, -2.5, "x", null, true, false], b:_{c:_{}}, d:[]}) :-
+    json_term(' { "a" : [1,-2.5,"x",null,true,false] , "b":{"c":{ }},\n\t"d":[ ]}\r\n', Term).
+test(scalars, Terms == [1, "a", null, 0.0, -0.0]) :-
+    maplist(json_term, ['1', '"a"', 'null', '0e0', '-0.0'], Terms).
+test(escapes, Codes == [0'", 0'\\, 0'/, 8, 12, 10, 13, 9, 0, 0xe9, 0x1d11e, 0x1d11e]) :-
+    json_term('"\\"\\\\\\/\\b\\f\\n\\r\\t\\u0000\\u00E9\\ud834\\uDD1E𝄞"', Text),
+    string_codes(Text, Codes).
+test(large_integers, Terms == [999999999999999999, 9223372036854775808, -123456789012345678901234567890]) :-
+    maplist(json_term,
+            ['999999999999999999', '9223372036854775808', '-123456789012345678901234567890'], Terms).
+test(floats_are_exact, [X, Y, Z] == [0.1, 1.7976931348623157e308, 5.0e-324]) :-
+    maplist(json_term, ['0.1', '1.7976931348623157E+308', '5e-324'], [X, Y, Z]).
+test(keys_are_atoms, Keys == ['', '1', 'a b', 'é']) :-
+    json_term('{"a b":1,"é":2,"":3,"1":4}', Dict),
+    dict_keys(Dict, Keys0),
+    msort(Keys0, Keys).
+test(nested, Depth == 400) :-
+    nested(400, Text),
+    json_term(Text, Term),
+    depth(Term, Depth).
+test(bad_text_is_refused, Wrong == []) :-
+    findall(Text, ( bad(Text), \+ refused(Text) ), Wrong).
+test(an_error_says_what_and_where, error(syntax_error(json(comma_expected)), context(zmq:json_term/2, byte(6)))) :-
+    json_term('[1, 2 3]', _).
+test(nested_too_deeply, error(syntax_error(json(nested_too_deeply)))) :-
+    nested(100000, Text),
+    json_term(Text, _).
+test(as_the_library_reads) :-
+    set_random(seed(11)),
+    forall(between(1, 500, _),
+           ( random_term(4, Term),
+             library_text(Term, Text),
+             library_term(Text, Library),
+             json_term(Text, Ours),
+             Ours =@= Library
+           )).
+test(damaged_text_never_does_harm) :-
+    set_random(seed(12)),
+    forall(between(1, 3000, _),
+           ( random_term(4, Term),
+             json_text(Term, Text),
+             damaged(Text, Damaged),
+             catch(json_term(Damaged, _), error(syntax_error(json(_)), _), true)
+           )).
+
+dict_keys(Dict, Keys) :-
+    dict_pairs(Dict, _, Pairs),
+    findall(Key, member(Key-_, Pairs), Keys).
+
+nested(N, Text) :-
+    length(Opening, N),
+    maplist(=('['), Opening),
+    length(Closing, N),
+    maplist(=(']'), Closing),
+    append(Opening, Closing, All),
+    atomic_list_concat(All, Text).
+
+depth([], 1) :-
+    !.
+depth([X], D) :-
+    depth(X, D0),
+    D is D0+1.
+
+refused(Text) :-
+    catch(( json_term(Text, _), fail ), error(syntax_error(json(_)), _), true).
+
+bad('').
+bad(' ').
+bad('{').
+bad('[').
+bad('[1').
+bad('[1,').
+bad('[1,]').
+bad('[,1]').
+bad('[1 2]').
+bad('{"a"}').
+bad('{"a":}').
+bad('{"a":1,}').
+bad('{"a":1 "b":2}').
+bad('{a:1}').
+bad('{"a":1,"a":2}').
+bad('{1:2}').
+bad('"a').
+bad('"\\').
+bad('"\\u12').
+bad('"\\u12g4"').
+bad('"\\x41"').
+bad('"\\ud834"').
+bad('"\\udd1e"').
+bad('"\\ud834\\u0041"').
+bad('"\n"').
+bad('\'a\'').
+bad('01').
+bad('-').
+bad('+1').
+bad('.5').
+bad('1.').
+bad('1e').
+bad('1e+').
+bad('1e999').
+bad('0x10').
+bad('NaN').
+bad('Infinity').
+bad('tru').
+bad('truex').
+bad('nulll').
+bad('1 2').
+bad('[] []').
+bad('}').
+bad(']').
+bad('/* */ 1').
+
+damaged(Text, Damaged) :-
+    string_codes(Text, Codes),
+    length(Codes, Length),
+    random_between(0, Length, At),
+    length(Before, At),
+    append(Before, After, Codes),
+    random_member(How, [cut, drop, insert]),
+    damage(How, Before, After, New),
+    string_codes(Damaged, New).
+
+damage(cut, Before, _, Before).
+damage(drop, Before, After, New) :-
+    (   After = [_|Rest]
+    ->  append(Before, Rest, New)
+    ;   New = Before
+    ).
+damage(insert, Before, After, New) :-
+    string_codes("{}[],:\"\\0-.eu\u00e9", Codes),
+    random_member(Code, Codes),
+    append(Before, [Code|After], New).
+
+:- end_tests(json_reading).
+
+:- begin_tests(json_writing).
+
+test(values, Text == "{\"a\":[1,-2.5,\"x\",\"x\",null,true,[]]}") :-
+    json_text(_{a:[1, -2.5, "x", x, null, true, []]}, Text).
+test(escapes, Text == "\"q\\\"b\\\\n\\nz\\u0000u\\u001fé𝄞\"") :-
+    string_codes(S, [0'q, 0'", 0'b, 0'\\, 0'n, 10, 0'z, 0, 0'u, 31, 0xe9, 0x1d11e]),
+    json_text(S, Text).
+test(numbers, Text == "[123456789012345678901234567890,-1,0.1,1.0e+100]") :-
+    json_text([123456789012345678901234567890, -1, 0.1, 1.0e100], Text).
+test(small_integer_keys, Text == "{\"1\":2}") :-
+    json_text(_{1:2}, Text).
+test(a_variable, error(instantiation_error)) :-
+    json_text(_{a:_}, _).
+test(a_partial_list, error(instantiation_error)) :-
+    json_text([a|_], _).
+test(a_compound, error(type_error(json_term, f(x)))) :-
+    json_text([f(x)], _).
+test(a_rational, error(type_error(json_term, _))) :-
+    X is rdiv(1, 3),
+    json_text(X, _).
+test(infinity, error(domain_error(finite_number, _))) :-
+    X is inf,
+    json_text([X], _).
+test(not_a_number, error(domain_error(finite_number, _))) :-
+    X is nan,
+    json_text([X], _).
+test(a_cyclic_term, error(resource_error(json_depth))) :-
+    X = [X],
+    json_text(X, _).
+test(there_and_back) :-
+    set_random(seed(13)),
+    forall(between(1, 1000, _),
+           ( random_term(5, Term),
+             json_text(Term, Text),
+             json_term(Text, Back),
+             Back =@= Term
+           )).
+test(as_the_library_writes) :-
+    set_random(seed(14)),
+    forall(between(1, 500, _),
+           ( random_term(4, Term),
+             json_text(Term, Text),
+             library_term(Text, Back),
+             Back =@= Term
+           )).
+test(nothing_is_left_behind) :-
+    numlist(1, 50, Ns),
+    json_text(_{numbers:Ns, text:"é"}, Text),
+    forall(between(1, 1000, _), ( json_term(Text, T), json_text(T, _) )),
+    resident(Before),
+    forall(between(1, 20000, _), ( json_term(Text, T), json_text(T, _) )),
+    resident(After),
+    assertion(After - Before < 20000).
+
+resident(KiB) :-
+    garbage_collect,
+    garbage_collect_atoms,
+    setup_call_cleanup(open('/proc/self/statm', read, In), read_term_line(In, Pages), close(In)),
+    KiB is Pages*4.
+
+read_term_line(In, Pages) :-
+    read_string(In, _, Line),
+    split_string(Line, " ", "\n", [_, Resident|_]),
+    number_string(Pages, Resident).
+
+:- end_tests(json_writing).
+
+%!  random_term(+Depth, -Term) is det.
+%
+%   Any term that JSON can carry and that comes back as it was.
+
+random_term(0, Term) :-
+    !,
+    random_scalar(Term).
+random_term(Depth, Term) :-
+    D is Depth-1,
+    random_between(0, 4, Kind),
+    (   Kind =:= 0
+    ->  random_scalar(Term)
+    ;   Kind =< 2
+    ->  random_between(0, 4, N),
+        length(Term, N),
+        maplist(random_term(D), Term)
+    ;   random_between(0, 4, N),
+        findall(Key-Value, ( between(1, N, I), random_key(I, Key), random_term(D, Value) ), Pairs),
+        dict_pairs(Term, _, Pairs)
+    ).
+
+random_key(I, Key) :-
+    random_text(Text),
+    format(atom(Key), '~wk~w', [Text, I]).
+
+random_text(Text) :-
+    random_between(0, 6, N),
+    length(Codes, N),
+    maplist(random_code, Codes),
+    string_codes(Text, Codes).
+
+random_code(Code) :-
+    random_member(Code, [0'a, 0'", 0'\\, 0'/, 10, 9, 1, 0x7f, 0xe9, 0x20ac, 0x1d11e, 0' , 0'{]).
+
+random_scalar(Term) :-
+    random_between(0, 5, Kind),
+    random_scalar(Kind, Term).
+
+random_scalar(0, Term) :-
+    random_member(Term, [true, false, null]).
+random_scalar(1, Term) :-
+    random_between(-1000, 1000, Term).
+random_scalar(2, Term) :-
+    random_between(0, 100, E),
+    random_between(-9, 9, M),
+    Term is M*7**E.
+random_scalar(3, Term) :-
+    random(R),
+    random_between(-300, 300, E),
+    Term is R*10.0**E.
+random_scalar(4, Term) :-
+    random_text(Term).
+random_scalar(5, Term) :-
+    random_between(0, 1, Term).
