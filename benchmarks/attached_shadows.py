@@ -1,5 +1,4 @@
 """Bodies lit from one side at a time, each side dark in most images: sphere, cylinder, folded sheet."""
-sheet."""
 
 from __future__ import annotations
 
@@ -23,9 +22,12 @@ Floats = NDArray[np.float64]
 
 
 def _surface(body: Body) -> tuple[NDArray[np.bool_], Floats, NDArray[np.int64]]:
-    """Where the body is, its unit normals (3, H, W) towards the camera (-z), and a number for each of its
-    faces.""" height, width = SHAPE y, x = np.mgrid[:height, :width].astype(np.float64) x, y = x - (width - 1)
-    / 2, y - (height - 1) / 2 face = np.zeros(SHAPE, np.int64) if body == "sphere":
+    """Where the body is, its unit normals (3, H, W) towards the camera (-z), and a number for each face."""
+    height, width = SHAPE
+    y, x = np.mgrid[:height, :width].astype(np.float64)
+    x, y = x - (width - 1) / 2, y - (height - 1) / 2
+    face = np.zeros(SHAPE, np.int64)
+    if body == "sphere":
         radius = 80.0
         squared = (x**2 + y**2) / radius**2
         return (
