@@ -1,6 +1,6 @@
 """Quality and time of the ways to merge images into one edge map: one JSON object a line.
 
-    python benchmarks/edge_quality.py [--data DIR]
+    python -m benchmarks.edge_quality [--data DIR]
 
 DIR holds `leaf_shadows/` (real leaves, cast shadows); without it only the rendered sets are measured.
 """
@@ -15,10 +15,10 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from attached_shadows import BODIES, attached_shadow_set
-from edge_metrics import EdgeQuality, edge_quality, outline_of
 from numpy.typing import NDArray
 
+from benchmarks.attached_shadows import BODIES, attached_shadow_set
+from benchmarks.edge_metrics import EdgeQuality, edge_quality, outline_of
 from vision_server.channel import channel_statistics
 from vision_server.comparison_edges import comparison_edges
 from vision_server.edges import ImageSetStatistics, merge_channels
