@@ -41,6 +41,8 @@ def triangulate(corners: Array) -> NDArray[np.int64]:
     if count == 3:
         return np.array([[0, 1, 2]])
     flat = _in_plane(corners, normal / area)
+    if _sides_cross(flat):
+        raise GeometryError("the sides of a face cross each other")
     left = list(range(count))
     triangles: list[list[int]] = []
     while len(left) > 3:
@@ -60,6 +62,18 @@ def _in_plane(corners: Array, normal: Array) -> Array:
     first /= np.linalg.norm(first)
     second = np.cross(normal, first)
     return np.stack([corners @ first, corners @ second], axis=1)
+
+
+def _sides_cross(flat: Array) -> bool:
+    """Whether two sides of a polygon (N, 2) cross inside each other."""
+    starts, steps = flat, np.roll(flat, -1, axis=0) - flat
+    gaps = starts[None, :] - starts[:, None]
+    turned = steps[:, None, 0] * steps[None, :, 1] - steps[:, None, 1] * steps[None, :, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = (gaps[..., 0] * steps[None, :, 1] - gaps[..., 1] * steps[None, :, 0]) / turned
+        other = (gaps[..., 0] * steps[:, None, 1] - gaps[..., 1] * steps[:, None, 0]) / turned
+    inside = (along > 1e-9) & (along < 1 - 1e-9) & (other > 1e-9) & (other < 1 - 1e-9)
+    return bool((inside & (turned != 0)).any())
 
 
 def _best_ear(flat: Array, left: list[int]) -> int | None:

@@ -1,0 +1,71 @@
+"""Projection agrees with OpenCV, and undistortion undoes it."""
+
+import cv2
+import numpy as np
+import pytest
+
+from geometry.camera import Camera
+from geometry.errors import GeometryError
+
+LENS = Camera(640, 480, 700.0, 690.0, 319.5, 239.5, (-0.25, 0.08, 0.001, -0.002, 0.01))
+
+
+def points(seed: int = 0) -> np.ndarray:
+    random = np.random.default_rng(seed)
+    return np.column_stack([random.uniform(-0.3, 0.3, (50, 2)), random.uniform(0.8, 2.0, 50)])
+
+
+def test_projection_agrees_with_opencv() -> None:
+    matrix = np.array([[LENS.fx, 0, LENS.cx], [0, LENS.fy, LENS.cy], [0, 0, 1]])
+    expected, _ = cv2.projectPoints(points(), np.zeros(3), np.zeros(3), matrix, np.array(LENS.distortion))
+    np.testing.assert_allclose(LENS.project(points()), expected[:, 0], atol=1e-9)
+
+
+def test_undistortion_undoes_the_lens() -> None:
+    np.testing.assert_allclose(
+        LENS.undistort_points(LENS.project(points())), LENS.ideal.project(points()), atol=1e-6
+    )
+
+
+def test_a_point_that_is_not_in_front_has_no_pixel() -> None:
+    pixels = LENS.project(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.1, 0.0, -1.0]]))
+    assert np.isnan(pixels[1:]).all()
+    np.testing.assert_allclose(pixels[0], [319.5, 239.5])
+
+
+def test_dictionary_and_back() -> None:
+    assert Camera.from_dict(LENS.to_dict()) == LENS
+
+
+def test_a_camera_table_among_other_things_is_read() -> None:
+    table = {"camera": {**LENS.to_dict(), "gain": 2.0, "shutters_s": [0.1]}, "target": {}}
+    assert Camera.from_dict(table) == LENS
+
+
+def test_no_distortion_may_be_left_out() -> None:
+    table = LENS.to_dict()
+    del table["distortion"]
+    assert Camera.from_dict(table) == LENS.ideal
+    assert not LENS.ideal.distorted
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"fx": 0}, "focal"),
+        ({"fy": -1.0}, "focal"),
+        ({"width": 0}, "size"),
+        ({"cx": float("nan")}, "finite"),
+        ({"cx": "left"}, "numbers"),
+        ({"distortion": [0.1]}, "five"),
+        ({"distortion": [0, 0, 0, 0, float("inf")]}, "finite"),
+    ],
+)
+def test_bad_values_are_refused(change: dict[str, object], message: str) -> None:
+    with pytest.raises(GeometryError, match=message):
+        Camera.from_dict({**LENS.to_dict(), **change})
+
+
+def test_missing_values_are_named() -> None:
+    with pytest.raises(GeometryError, match="fx, cy"):
+        Camera.from_dict({"width": 640, "height": 480, "fy": 1.0, "cx": 1.0})
