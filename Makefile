@@ -25,7 +25,7 @@ system:
 	@setup/virtual-environment
 	@touch $@
 
-bridge/zmq4pl.so: bridge/zmq4pl.c | system
+bridge/zmq4pl.so: bridge/zmq4pl.c bridge/json4pl.c | system
 	@swipl-ld -shared -O2 -Wall -o $@ $< -lzmq
 
 .venv/.compiled: .venv/.installed $(KERNELS)
