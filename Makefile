@@ -25,8 +25,8 @@ system:
 	@setup/virtual-environment
 	@touch $@
 
-bridge/zmq4pl.so: bridge/zmq4pl.c bridge/json4pl.c | system
-	@swipl-ld -shared -O2 -Wall -o $@ $< -lzmq
+bridge/zmq4pl.so: $(wildcard bridge/*.c bridge/*.h) | system
+	@swipl-ld -shared -O2 -Wall -o $@ $(filter %.c,$^) -lzmq
 
 .venv/.compiled: .venv/.installed $(KERNELS)
 	@echo "setup: compiling the numeric kernels"
