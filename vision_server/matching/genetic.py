@@ -21,6 +21,7 @@ from vision_server.matching.match import (
     checked_segments,
     distinct,
     long_enough,
+    must_be_in_front,
 )
 from vision_server.matching.views import Views, ViewTable
 
@@ -62,10 +63,11 @@ def match_genetic(
 
     Raises
     ------
-    GeometryError : malformed segments or weights.
+    GeometryError : malformed segments or weights, a seed pose behind the camera.
     """
     began = time.perf_counter()
     segments, weights = checked_segments(segments, weights)
+    must_be_in_front(seed_pose)
     camera = camera.ideal
     views = Views(model, camera, seed_pose, SPACING_PX)
     segments = segments[(weights > 0) & long_enough(segments, views.typical_line_px(seed_pose))]

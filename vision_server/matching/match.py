@@ -17,6 +17,7 @@ SAME_TRANSLATION = 0.01  # ... than this fraction of the range are one
 
 LEAST_SEGMENT_PX, MOST_SEGMENT_PX = 7.0, 14.0  # bounds of the shortest segment that is used ...
 SEGMENT_SHARE = 0.1  # ... which is this share of the model's typical line in the image
+MOST_SEGMENTS = 5000  # the longest of more are used
 
 
 @dataclass(frozen=True)
@@ -88,16 +89,26 @@ def checked_segments(segments: Floats, weights: Floats | None) -> tuple[Floats, 
     return segments, weights
 
 
+def must_be_in_front(seed_pose: Pose) -> None:
+    """Raise GeometryError when a search around a seed pose makes no sense."""
+    if not seed_pose.translation[2] > 0:
+        raise GeometryError(
+            f"the seed pose puts the target behind the camera (z = {seed_pose.translation[2]:g} m); "
+            "give a seed pose with positive z"
+        )
+
+
 def long_enough(segments: Floats, typical_line_px: float) -> NDArray[np.bool_]:
     """Which segments (N, 4) are worth matching with a model whose typical line is that long in the image.
 
     Neither all segments nor only the long ones do best: short ones are clutter, but a small target has only
     short ones.
     """
+    length = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1])
     shortest = min(max(SEGMENT_SHARE * typical_line_px, LEAST_SEGMENT_PX), MOST_SEGMENT_PX)
-    out: NDArray[np.bool_] = (
-        np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1]) >= shortest
-    )
+    if len(length) > MOST_SEGMENTS:
+        shortest = max(shortest, float(np.partition(length, -MOST_SEGMENTS)[-MOST_SEGMENTS]))
+    out: NDArray[np.bool_] = length >= shortest
     return out
 
 

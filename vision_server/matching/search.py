@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.visibility import MIN_LINE_PX, Solid, image_bounds, solid_of, trace
+from geometry.visibility import MIN_LINE_PX, Solid, image_bounds, trace
 from vision_server.matching.draws import even_numbers, in_range, poses_around
 from vision_server.matching.icp import pull, pull_poses, score_poses, supported_fraction
 from vision_server.matching.match import (
@@ -21,9 +21,10 @@ from vision_server.matching.match import (
     checked_segments,
     distinct,
     long_enough,
+    must_be_in_front,
 )
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
-from vision_server.matching.views import Views, ViewTable
+from vision_server.matching.views import Views, ViewTable, sparse_solid
 
 Floats = NDArray[np.float64]
 
@@ -60,10 +61,11 @@ def match_search(
 
     Raises
     ------
-    GeometryError : malformed segments or weights.
+    GeometryError : malformed segments or weights, a seed pose behind the camera.
     """
     began = time.perf_counter()
     segments, weights = checked_segments(segments, weights)
+    must_be_in_front(seed_pose)
     views = Views(model, camera.ideal, seed_pose, COARSE_SPACING_PX)
     long = (weights > 0) & long_enough(segments, views.typical_line_px(seed_pose))
     if not long.any():
@@ -116,14 +118,15 @@ def _finished(
     scores: Floats,
 ) -> tuple[Candidate, ...]:
     """The best distinct poses, pulled on and scored with their exact visibility."""
-    solid, bounds = solid_of(model), image_bounds(camera)
+    solid, bounds = sparse_solid(model), image_bounds(camera)
     found: list[Candidate] = []
     for i in distinct(rotations, translations, scores, FINISHED):
         rotation, translation = rotations[i].copy(), translations[i].copy()
         score, supported = _finish(
             edges, solid, rotation, translation, camera.intrinsics, bounds, np.array(FINISH_REACHES_PX)
         )
-        found.append(Candidate(Pose.from_matrix(rotation, translation), float(score), float(supported)))
+        if supported > 0.0:
+            found.append(Candidate(Pose.from_matrix(rotation, translation), float(score), float(supported)))
     found.sort(key=lambda candidate: -candidate.score)
     poses = [candidate.pose for candidate in found]
     keep = distinct(

@@ -24,6 +24,26 @@ Ints = NDArray[np.int64]
 CELL_DEG = 8.0  # width of a cell of directions
 CELLS_PER_SIDE = 64  # more than 360° / CELL_DEG
 UNBOUNDED_PX = 1e9
+MOST_LINES = 200  # that a search looks at
+
+
+def sparse_solid(model: Model) -> Solid:
+    """The model with its longest lines only, MOST_LINES of them, spread over the model; outlines all stay.
+
+    Everything still hides what is behind it. More lines make a search slower, not better.
+    """
+    solid = solid_of(model)
+    sharp = np.flatnonzero(~solid.smooth)
+    if len(sharp) <= MOST_LINES:
+        return solid
+    ends = solid.vertices[solid.lines[sharp]]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    among_equals = np.random.default_rng(0).uniform(1.0, 1.25, len(sharp))
+    longest = sharp[np.argsort(-length * among_equals, kind="stable")[:MOST_LINES]]
+    kept = np.sort(np.concatenate([longest, np.flatnonzero(solid.smooth)]))
+    return solid._replace(
+        lines=solid.lines[kept], line_faces=solid.line_faces[kept], smooth=solid.smooth[kept]
+    )
 
 
 class ViewTable(NamedTuple):
@@ -49,7 +69,7 @@ class Views:
     """Visible samples by direction of view, filled in as directions are asked for."""
 
     def __init__(self, model: Model, camera: Camera, seed: Pose, spacing_px: float) -> None:
-        self._solid = solid_of(model)
+        self._solid = sparse_solid(model)
         self._intrinsics = camera.intrinsics
         self._spacing_px = spacing_px
         self._middle = (model.vertices.min(axis=0) + model.vertices.max(axis=0)) / 2
