@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.errors import GeometryError
 from geometry.polygon import area_vector, triangulate
 
 
+@settings(deadline=None)
 @given(st.lists(st.floats(0.2, 2.0), min_size=3, max_size=14), st.booleans())
 def test_triangles_tile_a_star_shaped_polygon(radii: list[float], turned: bool) -> None:
     angles = np.arange(len(radii)) * 2 * np.pi / len(radii)

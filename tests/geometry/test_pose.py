@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -14,6 +14,7 @@ vectors = st.tuples(number, number, number)
 poses = st.builds(Pose, vectors, vectors)
 
 
+@settings(deadline=None)  # the first call compiles
 @given(vectors)
 def test_matrix_agrees_with_scipy(vector: tuple[float, float, float]) -> None:
     np.testing.assert_allclose(
@@ -21,6 +22,7 @@ def test_matrix_agrees_with_scipy(vector: tuple[float, float, float]) -> None:
     )
 
 
+@settings(deadline=None)  # the first call compiles
 @given(vectors)
 def test_a_matrix_gives_its_pose_back(vector: tuple[float, float, float]) -> None:
     matrix = Rotation.from_rotvec(vector).as_matrix()
@@ -38,6 +40,7 @@ def test_rotation_vectors_are_exact_near_nothing_and_half_a_turn(
     assert np.linalg.norm(pose.rotation_vector) == pytest.approx(angle, abs=1e-9)
 
 
+@settings(deadline=None)  # the first call compiles
 @given(poses, poses)
 def test_composing_applies_one_after_the_other(first: Pose, second: Pose) -> None:
     points = np.array([[0.1, 0.2, 0.3], [-1.0, 0.5, 2.0]])
@@ -46,12 +49,14 @@ def test_composing_applies_one_after_the_other(first: Pose, second: Pose) -> Non
     )
 
 
+@settings(deadline=None)  # the first call compiles
 @given(poses)
 def test_inverse_undoes(pose: Pose) -> None:
     points = np.array([[0.1, 0.2, 0.3], [-1.0, 0.5, 2.0]])
     np.testing.assert_allclose(pose.inverse().apply(pose.apply(points)), points, atol=1e-9)
 
 
+@settings(deadline=None)  # the first call compiles
 @given(poses, vectors, vectors)
 def test_a_step_multiplies_from_the_left(
     pose: Pose, turn: tuple[float, float, float], move: tuple[float, float, float]

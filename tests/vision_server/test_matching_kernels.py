@@ -1,0 +1,259 @@
+"""The matchers' kernels agree with plain statements of the same equations."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from geometry.model import find_target, load_model
+from geometry.pose import Pose, disturbed
+from geometry.visibility import solid_of, visible_samples
+from tests.vision_server.matching_scenes import CAMERA, segments_of
+from vision_server.matching.draws import even_numbers, in_range, poses_around, poses_in_range
+from vision_server.matching.icp import CLUTTER, DAMPING, TURN, pull, score_poses, solve_step
+from vision_server.matching.match import SearchRange, distinct, long_enough
+from vision_server.matching.nearest_edges import BINS, OVERLAP, bin_of, nearest_edges, offset
+from vision_server.matching.views import CELL_DEG, MOST_LINES, Views, sparse_solid
+
+Floats = NDArray[np.float64]
+SATELLITE = load_model(find_target("satellite"))
+CUBE = load_model(find_target("cube"))
+POSE = Pose(np.array([0.5, 0.4, 0.2]), np.array([0.02, -0.01, 1.0]))
+
+
+def distance_to(segment: Floats, point: Floats) -> float:
+    first, last = segment[:2], segment[2:]
+    along = np.clip((point - first) @ (last - first) / ((last - first) @ (last - first)), 0, 1)
+    return float(np.linalg.norm(point - first - along * (last - first)))
+
+
+def axial_gap(first: float, second: float, period: float) -> float:
+    gap = abs(first - second) % period
+    return min(gap, period - gap)
+
+
+@settings(deadline=None)  # the first call compiles
+@given(st.floats(0.001, np.pi - 0.001), st.floats(0.01, 100.0), st.booleans())
+def test_bins_of_directions(angle: float, length: float, turned: bool) -> None:
+    bins = angle / np.pi * BINS
+    if abs(bins - round(bins)) < 1e-6:
+        return
+    sign = -1.0 if turned else 1.0
+    assert bin_of(sign * length * np.cos(angle), sign * length * np.sin(angle)) == int(bins)
+
+
+def test_the_labelled_segment_is_the_nearest_of_like_direction() -> None:
+    segments = segments_of(SATELLITE, POSE, clutter=60)
+    edges = nearest_edges(segments, np.ones(len(segments)), CAMERA)
+    steps = segments[:, 2:] - segments[:, :2]
+    position = np.arctan2(steps[:, 1], steps[:, 0]) % np.pi / np.pi * BINS
+    random = np.random.default_rng(1)
+    for _ in range(200):
+        bin_, point = int(random.integers(BINS)), random.uniform([0, 0], [639, 479])
+        label = int(edges.label[bin_, int((point[1] + 0.5) / 2), int((point[0] + 0.5) / 2)])
+        like = [i for i in range(len(segments)) if axial_gap(position[i], bin_ + 0.5, BINS) <= 0.5 + OVERLAP]
+        least = min(distance_to(segments[i], point) for i in like)
+        assert label in like
+        assert distance_to(segments[label], point) <= 1.03 * least + 4.0
+        across, distance = offset(edges.segments, label, point[0], point[1])
+        assert distance == pytest.approx(distance_to(segments[label], point))
+        assert abs(across) <= distance + 1e-9
+
+
+def test_a_direction_without_segments_has_no_label() -> None:
+    edges = nearest_edges(np.array([[100.0, 100.0, 300.0, 100.0]]), np.ones(1), CAMERA)
+    assert (edges.label[4] == -1).all()
+    assert (edges.label[0] == 0).all()
+    assert (edges.gain[4] == 0).all()
+    assert edges.gain[0, 50, 100] == 255
+
+
+def plain_score(segments: Floats, label: Floats, pose: Pose, reach: float) -> float:
+    total = 0.0
+    for point, direction, px in zip(*_plain_samples(pose), strict=True):
+        angle = np.arctan2(direction[1], direction[0]) % np.pi
+        bin_ = min(BINS - 1, int(angle / np.pi * BINS))
+        gain = -CLUTTER
+        segment = int(label[bin_, int((point[1] + 0.5) / 2), int((point[0] + 0.5) / 2)])
+        if segment >= 0:
+            step = segments[segment, 2:] - segments[segment, :2]
+            turn = abs(np.sin(np.arctan2(step[1], step[0]) - angle))
+            gain += max(0, 1 - distance_to(segments[segment], point) / reach) * max(0, 1 - turn / TURN)
+        total += px * gain
+    return total
+
+
+def _plain_samples(pose: Pose) -> tuple[Floats, Floats, Floats]:
+    """The samples that the view of a pose has, projected from it."""
+    views = Views(SATELLITE, CAMERA, POSE, 8.0)
+    view = int(views.of(pose.matrix[None], pose.translation[None])[0])
+    table = views.table()
+    runs = range(table.first[view], table.first[view + 1])
+    of_sample = np.concatenate([np.full(table.run[q + 1] - table.run[q], q) for q in runs])
+    chosen = np.concatenate([np.arange(table.run[q], table.run[q + 1]) for q in runs])
+    ends = [CAMERA.project(pose.apply(table.ends[of_sample, k])) for k in (0, 1)]
+    return CAMERA.project(pose.apply(table.points[chosen])), ends[1] - ends[0], table.px[chosen]
+
+
+@pytest.mark.parametrize("reach", [24.0, 5.0])
+def test_scores_agree_with_the_plain_sum(reach: float) -> None:
+    segments = segments_of(SATELLITE, POSE, clutter=40)
+    edges = nearest_edges(segments, np.ones(len(segments)), CAMERA)
+    random = np.random.default_rng(2)
+    poses = [POSE, *(disturbed(POSE, random, 10, 15, CAMERA.fx) for _ in range(5))]
+    rotations = np.array([pose.matrix for pose in poses])
+    translations = np.array([pose.translation for pose in poses])
+    views = Views(SATELLITE, CAMERA, POSE, 8.0)
+    view = views.of(rotations, translations)
+    scores = score_poses(edges, views.table(), view, rotations, translations, CAMERA.intrinsics, reach)
+    expected = [plain_score(segments, edges.label, pose, reach) for pose in poses]
+    np.testing.assert_allclose(scores, expected, atol=1e-6)
+    assert scores[0] == scores.max()
+
+
+def test_coarse_scores_rank_like_the_exact_ones() -> None:
+    segments = segments_of(SATELLITE, POSE)
+    edges = nearest_edges(segments, np.ones(len(segments)), CAMERA)
+    rotations, translations = poses_in_range(POSE, CAMERA, SearchRange(8.0, 12.0), even_numbers(200, 0))
+    views = Views(SATELLITE, CAMERA, POSE, 8.0)
+    view = views.of(rotations, translations)
+    coarse, exact = (
+        score_poses(edges, views.table(), view, rotations, translations, CAMERA.intrinsics, reach)
+        for reach in (0.0, 24.0)
+    )
+    assert np.corrcoef(coarse, exact)[0, 1] > 0.9
+
+
+def test_solve_step_solves() -> None:
+    random = np.random.default_rng(4)
+    rows, right = random.normal(size=(20, 6)), random.normal(size=6)
+    normal = rows.T @ rows
+    expected = np.linalg.solve(normal + DAMPING * np.diag(np.diag(normal)) + 1e-12 * np.eye(6), right)
+    np.testing.assert_allclose(solve_step(np.tril(normal), right), expected, rtol=1e-9)
+    assert (solve_step(np.full((6, 6), np.nan), right) == 0).all()
+
+
+def test_pulling_ends_at_the_pose_that_made_the_segments() -> None:
+    segments = segments_of(SATELLITE, POSE, noise_px=0.0)
+    edges = nearest_edges(segments, np.ones(len(segments)), CAMERA)
+    start = disturbed(POSE, np.random.default_rng(0), 3, 5, CAMERA.fx)
+    views = Views(SATELLITE, CAMERA, POSE, 4.0)
+    view = int(views.of(POSE.matrix[None], POSE.translation[None])[0])
+    rotation, translation = start.matrix.copy(), start.translation.copy()
+    for reach in (20.0, 12.0, 6.0, 6.0):
+        pull(edges, views.table(), view, rotation, translation, CAMERA.intrinsics, reach, 4)
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-9)
+    assert Pose.from_matrix(rotation, translation).error_to(POSE).within(0.05, 0.0005)
+
+
+def test_a_segment_without_trust_does_not_pull() -> None:
+    segments = segments_of(SATELLITE, POSE)
+    edges = nearest_edges(segments, np.zeros(len(segments)), CAMERA)
+    views = Views(SATELLITE, CAMERA, POSE, 4.0)
+    view = int(views.of(POSE.matrix[None], POSE.translation[None])[0])
+    start = disturbed(POSE, np.random.default_rng(0), 3, 5, CAMERA.fx)
+    rotation, translation = start.matrix.copy(), start.translation.copy()
+    pull(edges, views.table(), view, rotation, translation, CAMERA.intrinsics, 20.0, 4)
+    np.testing.assert_allclose(rotation, start.matrix, atol=1e-12)
+    np.testing.assert_allclose(translation, start.translation, atol=1e-12)
+
+
+def test_a_view_shows_the_lines_that_are_visible_from_its_direction() -> None:
+    views = Views(SATELLITE, CAMERA, POSE, 4.0)
+    view = int(views.of(POSE.matrix[None], POSE.translation[None])[0])
+    table = views.table()
+    ends = table.ends[table.first[view] : table.first[view + 1]]
+    shown = {tuple(np.round(pair, 9).ravel()) for pair in ends}
+    samples = visible_samples(SATELLITE, CAMERA, POSE, 4.0)
+    exact = {
+        tuple(np.round(SATELLITE.vertices[SATELLITE.lines[i]], 9).ravel()) for i in np.unique(samples.line)
+    }
+    assert len(shown ^ exact) <= 2
+
+
+def test_poses_that_look_alike_share_a_view() -> None:
+    views = Views(CUBE, CAMERA, POSE, 8.0)
+    spun = POSE.stepped([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    tilted = POSE.compose(Pose(np.array([np.radians(3 * CELL_DEG), 0.0, 0.0]), np.zeros(3)))
+    poses = [POSE, spun, tilted]
+    index = views.of(np.array([p.matrix for p in poses]), np.array([p.translation for p in poses]))
+    assert index[0] == index[1] != index[2]
+    assert len(views) == 2
+    again = views.of(POSE.matrix[None], POSE.translation[None])
+    assert again[0] == index[0]
+    assert len(views) == 2
+
+
+def test_a_big_model_keeps_its_longest_lines_and_all_that_hides() -> None:
+    assert len(sparse_solid(SATELLITE).lines) == len(SATELLITE.lines)
+    many = 3 * MOST_LINES
+    lines = np.tile(SATELLITE.lines, (many // len(SATELLITE.lines) + 1, 1))
+    repeated = len(lines) // len(SATELLITE.lines)
+    big = type(SATELLITE)(
+        **{
+            **SATELLITE.__dict__,
+            "lines": lines,
+            "line_faces": np.tile(SATELLITE.line_faces, (repeated, 1)),
+            "smooth": np.zeros(len(lines), dtype=bool),
+        }
+    )
+    solid = sparse_solid(big)
+    assert len(solid.lines) == MOST_LINES
+    assert len(solid.triangles) == len(solid_of(SATELLITE).triangles)
+    length = np.linalg.norm(np.diff(SATELLITE.vertices[SATELLITE.lines], axis=1)[:, 0], axis=1)
+    kept = np.linalg.norm(np.diff(solid.vertices[solid.lines], axis=1)[:, 0], axis=1)
+    assert kept.min() > length.min()
+
+
+def test_even_numbers_fill_every_part_of_the_range() -> None:
+    numbers = even_numbers(4096, 5)
+    assert (np.abs(numbers) <= 1).all()
+    for axis in range(6):
+        counts, _ = np.histogram(numbers[:, axis], bins=16, range=(-1, 1))
+        assert counts.min() > 230
+    halves = (numbers > 0) @ (1 << np.arange(6))
+    counts = np.bincount(halves, minlength=64)
+    assert counts.min() > 0.7 * 64
+    np.testing.assert_array_equal(numbers, even_numbers(4096, 5))
+    assert (numbers != even_numbers(4096, 6)).any()
+
+
+def test_numbers_mean_turns_about_the_targets_axes_and_pixels_at_its_depth() -> None:
+    numbers = np.array([[1.0, 0, 0, 0, 0, 0], [0, 0, 0, 0.5, 0, -1.0]])
+    rotations, translations = poses_in_range(POSE, CAMERA, SearchRange(25.0, 40.0), numbers)
+    turned = POSE.compose(Pose(np.array([np.radians(25.0), 0, 0]), np.zeros(3)))
+    np.testing.assert_allclose(rotations[0], turned.matrix, atol=1e-12)
+    np.testing.assert_allclose(translations[0], POSE.translation)
+    reach = 40.0 * 1.0 / 700.0
+    np.testing.assert_allclose(translations[1] - POSE.translation, [0.5 * reach, 0, -reach], atol=1e-12)
+
+
+def test_the_search_covers_where_a_disturbed_seed_came_from() -> None:
+    random, wide = np.random.default_rng(6), SearchRange(25.0, 40.0)
+    for _ in range(200):
+        seed = disturbed(POSE, random, 25.0, 40.0, CAMERA.fx)
+        assert in_range(seed, CAMERA, wide, POSE.matrix[None], POSE.translation[None])[0]
+    rotations, translations = poses_around(POSE, CAMERA, wide, even_numbers(500, 0))
+    assert in_range(POSE, CAMERA, wide, rotations, translations).all()
+    assert not in_range(POSE, CAMERA, SearchRange(5.0, 40.0), rotations, translations).all()
+    far = POSE.translation + np.array([0.1, 0.0, 0.0])
+    assert not in_range(POSE, CAMERA, wide, POSE.matrix[None], far[None])[0]
+
+
+def test_distinct_poses_come_best_first() -> None:
+    near = POSE.stepped([0.005, 0, 0, 0.001, 0, 0])
+    apart = POSE.stepped([0.0, 0.1, 0, 0, 0, 0])
+    poses = [POSE, near, apart, POSE.stepped([0, 0, 0, 0, 0, 0.05])]
+    rotations = np.array([p.matrix for p in poses])
+    translations = np.array([p.translation for p in poses])
+    assert distinct(rotations, translations, np.array([1.0, 2.0, 3.0, -np.inf]), 4) == [2, 1]
+    assert distinct(rotations, translations, np.array([1.0, 2.0, 3.0, 0.0]), 2) == [2, 1]
+
+
+def test_segments_worth_matching_scale_with_the_target() -> None:
+    segments = np.array([[0, 0, n, 0] for n in (5.0, 8.0, 13.0, 20.0)])
+    assert long_enough(segments, 300.0).tolist() == [False, False, False, True]
+    assert long_enough(segments, 100.0).tolist() == [False, False, True, True]
+    assert long_enough(segments, 10.0).tolist() == [False, True, True, True]
+    assert long_enough(np.tile(segments, (2000, 1)), 10.0).sum() < 6001

@@ -1,0 +1,123 @@
+"""The search finds the pose from a poor seed, says nothing when there is nothing, and repeats itself."""
+
+import numpy as np
+import pytest
+
+from geometry.errors import GeometryError
+from geometry.model import find_target, load_model
+from geometry.pose import Pose, disturbed
+from tests.vision_server.matching_scenes import CAMERA, segments_of
+from vision_server.matching import MATCHERS, SearchRange, match_search
+
+POSE = Pose(np.array([0.5, 0.4, 0.2]), np.array([0.02, -0.01, 0.9]))
+
+
+@pytest.mark.parametrize("name", ["cube", "fixture", "satellite"])
+@pytest.mark.parametrize("seed", range(4))
+def test_finds_the_pose_in_clutter(name: str, seed: int) -> None:
+    model = load_model(find_target(name))
+    segments = segments_of(model, POSE, clutter=60, seed=seed)
+    start = disturbed(POSE, np.random.default_rng(seed), 25.0, 40.0, CAMERA.fx)
+    match = match_search(segments, None, model, CAMERA, start, seed)
+    assert match.candidates[0].pose.error_to(POSE).within(1.0, 0.01)
+    assert match.candidates[0].supported > 0.8
+    scores = [candidate.score for candidate in match.candidates]
+    assert scores == sorted(scores, reverse=True)
+
+
+def test_candidates_are_distinct_and_in_range() -> None:
+    model = load_model(find_target("cube"))
+    start = disturbed(POSE, np.random.default_rng(1), 10.0, 15.0, CAMERA.fx)
+    match = match_search(segments_of(model, POSE, clutter=120), None, model, CAMERA, start, 0)
+    poses = [candidate.pose for candidate in match.candidates]
+    assert len(poses) > 1
+    for i, pose in enumerate(poses):
+        assert pose.error_to(start).rotation_deg < 60
+        for other in poses[:i]:
+            assert not pose.error_to(other).within(2.0, 0.01)
+
+
+def test_a_narrow_range_keeps_to_the_seed() -> None:
+    model = load_model(find_target("cube"))
+    rival = POSE.compose(Pose(np.array([0.0, np.pi / 2, 0.0]), np.zeros(3)))  # looks just the same
+    segments = segments_of(model, POSE)
+    narrow = SearchRange(3.0, 5.0)
+    for pose in (POSE, rival):
+        found = match_search(segments, None, model, CAMERA, pose, 0, narrow).candidates[0].pose
+        assert found.error_to(pose).within(0.5, 0.005)
+
+
+def test_segments_of_no_weight_count_for_nothing() -> None:
+    model = load_model(find_target("cube"))
+    other = disturbed(POSE, np.random.default_rng(8), 12.0, 20.0, CAMERA.fx)
+    segments, wrong = segments_of(model, POSE), segments_of(model, other)
+    weights = np.concatenate([np.ones(len(segments)), np.zeros(len(wrong))])
+    both = np.vstack([segments, wrong])
+    match = match_search(both, weights, model, CAMERA, other, 0)
+    assert match.candidates[0].pose.error_to(POSE).within(1.0, 0.01)
+
+
+@pytest.mark.parametrize("matcher", sorted(MATCHERS))
+def test_the_same_seed_gives_the_same_poses(matcher: str) -> None:
+    model = load_model(find_target("fixture"))
+    segments = segments_of(model, POSE, clutter=50)
+    first, again, other = (
+        MATCHERS[matcher](segments, None, model, CAMERA, POSE, seed).candidates for seed in (3, 3, 4)
+    )
+    assert [c.pose.to_dict() for c in first] == [c.pose.to_dict() for c in again]
+    assert [c.score for c in first] == [c.score for c in again]
+    assert [c.pose.to_dict() for c in first] != [c.pose.to_dict() for c in other]
+
+
+@pytest.mark.parametrize("matcher", sorted(MATCHERS))
+@pytest.mark.parametrize(
+    "segments",
+    [
+        np.empty((0, 4)),
+        np.empty(0),
+        np.array([[10.0, 10.0, 12.0, 10.0]]),  # too short to say anything
+    ],
+)
+def test_no_segments_no_pose(matcher: str, segments: np.ndarray) -> None:
+    model = load_model(find_target("cube"))
+    assert MATCHERS[matcher](segments, None, model, CAMERA, POSE, 0).candidates == ()
+
+
+@pytest.mark.parametrize("matcher", sorted(MATCHERS))
+def test_one_segment_is_no_reason_to_fail(matcher: str) -> None:
+    model = load_model(find_target("cube"))
+    match = MATCHERS[matcher](np.array([[300.0, 200.0, 380.0, 210.0]]), None, model, CAMERA, POSE, 0)
+    assert all(np.isfinite(candidate.score) for candidate in match.candidates)
+    assert all(candidate.supported < 0.5 for candidate in match.candidates)
+
+
+@pytest.mark.parametrize("matcher", sorted(MATCHERS))
+@pytest.mark.parametrize("translation", [[50.0, 0.0, 1.0], [0.0, 0.0, 1000.0], [0.0, 0.0, 0.01]])
+def test_a_seed_from_which_nothing_is_seen_gives_no_pose(matcher: str, translation: list[float]) -> None:
+    model = load_model(find_target("cube"))
+    far = Pose(np.zeros(3), np.array(translation))
+    assert MATCHERS[matcher](segments_of(model, POSE), None, model, CAMERA, far, 0).candidates == ()
+
+
+@pytest.mark.parametrize("matcher", sorted(MATCHERS))
+def test_bad_input_is_refused(matcher: str) -> None:
+    model, match = load_model(find_target("cube")), MATCHERS[matcher]
+    good = segments_of(model, POSE)
+    with pytest.raises(GeometryError, match="behind the camera"):
+        match(good, None, model, CAMERA, Pose(np.zeros(3), np.array([0.0, 0.0, -1.0])), 0)
+    with pytest.raises(GeometryError, match="finite"):
+        match(np.where(good > 300, np.nan, good), None, model, CAMERA, POSE, 0)
+    with pytest.raises(GeometryError, match="shape"):
+        match(good[:, :3], None, model, CAMERA, POSE, 0)
+    with pytest.raises(GeometryError, match="weights"):
+        match(good, np.ones(3), model, CAMERA, POSE, 0)
+    with pytest.raises(GeometryError, match="negative"):
+        match(good, -np.ones(len(good)), model, CAMERA, POSE, 0)
+
+
+@pytest.mark.parametrize(
+    ("rotation_deg", "translation_px"), [(-1.0, 40.0), (181.0, 40.0), (25.0, float("nan"))]
+)
+def test_a_search_range_must_make_sense(rotation_deg: float, translation_px: float) -> None:
+    with pytest.raises(GeometryError, match="search range"):
+        SearchRange(rotation_deg, translation_px)
