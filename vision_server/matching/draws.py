@@ -14,7 +14,7 @@ from vision_server.matching.match import SearchRange
 Floats = NDArray[np.float64]
 
 MARGIN = 0.1  # of the search range; a true pose at its border must not be lost to noise
-MARGIN_DEG = 1.0
+MARGIN_DEG, MARGIN_PX = 3.0, 6.0  # for narrow ranges: what edges may pull a pose by
 GOLDEN = 1.1127756842787055  # root of x^7 = x + 1
 
 
@@ -63,9 +63,10 @@ def in_range(
     """Which poses (N, 3, 3), (N, 3) lie in the range that `poses_around` fills, MARGIN included."""
     turn = seed_pose.matrix.T @ rotations
     limit = np.radians(search_range.rotation_deg * (1.0 + MARGIN) + MARGIN_DEG)
-    reach_m = search_range.translation_px * seed_pose.translation[2] / camera.fx
+    reach_px = search_range.translation_px * (1.0 + MARGIN) + MARGIN_PX
+    reach_m = reach_px * seed_pose.translation[2] / camera.fx
     turned = np.minimum(_largest_angle(turn), _largest_angle(turn.transpose(0, 2, 1))) <= limit
-    moved = np.abs(translations - seed_pose.translation) <= reach_m * (1.0 + MARGIN)
+    moved = np.abs(translations - seed_pose.translation) <= reach_m
     inside: NDArray[np.bool_] = turned & moved.all(axis=1)
     return inside
 
