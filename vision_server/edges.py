@@ -13,20 +13,15 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
-from vision_server.canny import suppress_non_maxima
 from vision_server.channel import ChannelStatistics, Field
+from vision_server.crests import find_crests
+from vision_server.mixture import fit_mixtures
 
 BINS = 16  # of axial orientation over pi
-EM_ITERATIONS = 4
-MAIN_SD_RAD = 0.25  # spread of the orientation along a true edge inside the window
-BACKGROUND_SD_RAD = 1.0  # shadow edges and noise: nearly anything
 CANDIDATE_RATIO = 0.6  # a pixel under this share of the largest mass in 5 x 5 cannot be a ridge
 CANDIDATE_WINDOW_PX = 5
-SLACK = 0.97  # a pixel this close to a ridge on the first, mean orientation still enters the mixture
-TABLE_STEPS = 1024  # of the Gaussian tables, over a difference of 0 to pi/2
 
 
 @dataclass(frozen=True)
@@ -97,118 +92,6 @@ def _accumulate(
             bins[y, x, high] += mass * part
 
 
-@njit(cache=True)
-def _across(field: Field, y: int, x: int, cosine: float, sine: float) -> tuple[float, float]:
-    """The field one step ahead and behind along a direction, interpolated on the ring of neighbours."""
-    u = 1 if cosine > 0.0 else -1
-    v = 1 if sine > 0.0 else -1
-    along_x, along_y = abs(cosine), abs(sine)
-    if along_x >= along_y:
-        t = along_y / along_x
-        ahead = (1.0 - t) * field[y, x + u] + t * field[y + v, x + u]
-        behind = (1.0 - t) * field[y, x - u] + t * field[y - v, x - u]
-    else:
-        t = along_x / along_y
-        ahead = (1.0 - t) * field[y + v, x] + t * field[y + v, x + u]
-        behind = (1.0 - t) * field[y - v, x] + t * field[y - v, x - u]
-    return ahead, behind
-
-
-@njit(cache=True)
-def _mixture(
-    bins: Field,
-    weights: Field,
-    mass: Field,
-    largest: Field,
-    floor: Field,
-    ratio: float,
-    main_table: Field,
-    background_table: Field,
-    iterations: int,
-    magnitude: Field,
-    orientation: Field,
-) -> None:
-    """EM on the histogram of the 3 x 3 window of each pixel that may be on a ridge."""
-    rows, columns, count = bins.shape
-    steps = len(main_table) - 1
-    per_rad = np.float32(steps / (0.5 * np.pi))
-    pi = np.float32(np.pi)
-    window = np.zeros(count, np.float32)
-    cosine, sine = np.empty(count, np.float32), np.empty(count, np.float32)
-    centre, background = np.empty(count, np.float32), np.empty(count, np.float32)
-    held = np.empty(count, np.int64)
-    for k in range(count):
-        centre[k] = k * np.pi / count
-        cosine[k], sine[k] = np.cos(2.0 * k * np.pi / count), np.sin(2.0 * k * np.pi / count)
-    for y in range(1, rows - 1):
-        for x in range(1, columns - 1):
-            here = mass[y, x]
-            if here <= floor[y, x] or here < ratio * largest[y, x]:
-                continue
-            if not (
-                (here >= mass[y, x - 1] and here >= mass[y, x + 1])
-                or (here >= mass[y - 1, x] and here >= mass[y + 1, x])
-                or (here >= mass[y - 1, x - 1] and here >= mass[y + 1, x + 1])
-                or (here >= mass[y - 1, x + 1] and here >= mass[y + 1, x - 1])
-            ):
-                continue
-            window[:] = 0.0
-            for v in range(y - 1, y + 2):
-                for u in range(x - 1, x + 2):
-                    if mass[v, u] > 0.0:
-                        scale = np.float32(1.0) / weights[v, u]
-                        for k in range(count):
-                            window[k] += bins[v, u, k] * scale
-            total, c, s = np.float32(0.0), np.float32(0.0), np.float32(0.0)
-            filled = 0
-            for k in range(count):
-                if window[k] > 0.0:
-                    total += window[k]
-                    c += window[k] * cosine[k]
-                    s += window[k] * sine[k]
-                    held[filled] = k
-                    filled += 1
-            mean = np.float32(0.5) * np.arctan2(s, c)
-            ahead, behind = _across(mass, y, x, np.cos(mean), np.sin(mean))
-            if here < SLACK * ahead or here < SLACK * behind:
-                continue
-            for j in range(filled):
-                d = abs(centre[held[j]] - mean)
-                if d > pi:
-                    d -= pi
-                background[j] = background_table[int(min(d, pi - d) * per_rad)]
-            share = np.float32(0.5)
-            for _ in range(iterations):
-                main_mass, c, s = np.float32(0.0), np.float32(0.0), np.float32(0.0)
-                for j in range(filled):
-                    k = held[j]
-                    d = abs(centre[k] - mean)
-                    if d > pi:
-                        d -= pi
-                    p = share * main_table[int(min(d, pi - d) * per_rad)]
-                    r = p / (p + (np.float32(1.0) - share) * background[j]) * window[k]
-                    main_mass += r
-                    c += r * cosine[k]
-                    s += r * sine[k]
-                if main_mass <= 0.0:
-                    break
-                mean = np.float32(0.5) * np.arctan2(s, c)
-                share = min(main_mass / total, np.float32(0.999))
-            magnitude[y, x] = share * here
-            axis = mean + pi if mean < 0.0 else mean
-            orientation[y, x] = axis if axis < pi else np.float32(0.0)
-
-
-def gaussian_table(sd_rad: float) -> NDArray[np.float32]:
-    """Density of a normal on the axial circle (its range is pi), at differences 0 .. pi/2."""
-    difference = np.linspace(0.0, 0.5 * np.pi, TABLE_STEPS + 1)
-    turns = np.arange(-2, 3)[:, None] * np.pi
-    density = np.exp(-0.5 * ((difference + turns) / sd_rad) ** 2).sum(axis=0) / (
-        np.sqrt(2.0 * np.pi) * sd_rad
-    )
-    return np.asarray(density, dtype=np.float32)
-
-
 class ImageSetStatistics:
     """Running sums over the channels of one image set.
 
@@ -272,21 +155,10 @@ class ImageSetStatistics:
         floor = self._noises / self._weights
         window = np.ones((CANDIDATE_WINDOW_PX, CANDIDATE_WINDOW_PX), np.uint8)
         largest = np.asarray(cv2.dilate(mass, window), dtype=np.float32)
-        magnitude, orientation = np.zeros_like(mass), np.zeros_like(mass)
-        _mixture(
-            self._bins,
-            self._weights,
-            mass,
-            largest,
-            floor,
-            candidate_ratio,
-            gaussian_table(MAIN_SD_RAD),
-            gaussian_table(BACKGROUND_SD_RAD),
-            EM_ITERATIONS,
-            magnitude,
-            orientation,
+        magnitude, orientation = fit_mixtures(
+            self._bins, self._weights, mass, largest, floor, candidate_ratio
         )
-        ridge, offset = suppress_non_maxima(magnitude, orientation, mass)
+        ridge, offset = find_crests(self.channels.values(), magnitude, orientation)
         blur = max(channel.blur_px for channel in self.channels.values())
         return EdgeMap(mass, magnitude, orientation, ridge, offset, floor, blur)
 

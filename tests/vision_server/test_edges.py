@@ -83,6 +83,21 @@ def test_reversed_contrast_is_the_same_edge() -> None:
     assert edges.ridge.max() == pytest.approx(alone.ridge.max(), rel=0.05)
 
 
+def test_light_from_two_sides_does_not_move_an_edge() -> None:
+    """A crease: either side is the bright one in some channel."""
+    for angle in (0.0, 0.5, 1.3, 2.2):
+        images = [step(angle, 0.2, low, high, noise=0.5) for low, high in ((20, 190), (130, 110), (160, 30))]
+        edges = merge_channels([channel_statistics(image) for image in images])
+        y, x = np.argwhere(edges.ridge > 0.5 * edges.ridge.max()).T
+        inner = (y > 10) & (y < 85) & (x > 10) & (x < 117)
+        y, x = y[inner], x[inner]
+        normal = edges.orientation[y, x]
+        across = (x - 63.5 + edges.offset[y, x] * np.cos(normal)) * np.cos(angle)
+        across += (y - 47.5 + edges.offset[y, x] * np.sin(normal)) * np.sin(angle)
+        assert len(y) > 60
+        assert np.median(across) == pytest.approx(0.2, abs=0.08)
+
+
 def test_removing_a_channel_is_exact() -> None:
     channels = [channel_statistics(image) for image in polygon_with_shadows(4)]
     image_set = ImageSetStatistics()
