@@ -1,8 +1,8 @@
 """Non-maximum suppression of the merged edges, where the weights of the channels cannot move an edge.
 
-The weights change from pixel to pixel, most of all across an edge whose sides different lights reach, and would
-pull the crest of the merged mass to one side. So each candidate is judged by the three contrasts across the edge
-that its own weights give.
+The weights change from pixel to pixel, most of all across an edge whose sides different lights reach, and
+would pull the crest of the merged mass to one side. So each candidate is judged by the three contrasts across
+the edge that its own weights give.
 """
 
 from __future__ import annotations
