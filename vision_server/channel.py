@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from bridge.errors import BadInput
 from vision_server.blur import blur_sigma
 from vision_server.gaussian import gaussian_kernels
-from vision_server.noise import gradient_scale, grey_noise
+from vision_server.noise import FINEST_SCALE_PX, gradient_scale, grey_noise
 
 Grey = NDArray[np.uint8]
 Field = NDArray[np.float32]
@@ -29,6 +29,9 @@ WEIGHT_EXPONENT = 12.0  # k: how steeply a channel loses its say where it is dar
 LIT_OFFSET_GREY = 8.0  # grey at reference exposure added before the logarithm: black is black
 SMOOTHING_SIGMA_PX = 1.0  # before the darkest and brightest are taken, against noise
 SHARP_PX = 2.0  # blur up to this is what any lens and pixel do
+SHARPNESS_EXPONENT = (
+    4.0  # a channel's say falls with its blur to this power: sharp ones know where an edge is
+)
 SATURATED_GREY = 250  # from here on a pixel is clipped
 CLIPPED_STOPS = 0.25  # beside a clipped pixel a channel counts as so much darker: others know better
 FLOOR_NOISE_RATIO = 3.0  # a gradient under so many of its own standard deviations is no edge
@@ -183,6 +186,7 @@ def channel_statistics(
     spread = np.sqrt(scale**2 + max(blur**2 - SHARP_PX**2, 0.0))
     side = 2 * int(np.ceil(2.5 * spread)) + 1
     window = np.ones((side, side), np.uint8)
+    half_weight *= np.float32((FINEST_SCALE_PX / spread) ** (0.5 * SHARPNESS_EXPONENT))
     shape = image.shape
     contrast, orientation = np.empty(shape, np.float32), np.empty(shape, np.float32)
     weight, noise = np.empty(shape, np.float32), np.empty(shape, np.float32)

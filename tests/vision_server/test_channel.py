@@ -129,3 +129,8 @@ def test_an_image_of_one_grey_has_no_contrast(value: int) -> None:
 def test_bad_input_is_refused(image: np.ndarray, exposure: float, gamma: float) -> None:
     with pytest.raises(BadInput):
         channel_statistics(image, exposure, gamma)
+
+
+def test_a_blurred_channel_has_less_say() -> None:
+    sharp, blurred = (channel_statistics(step(0.3, 0.0, 40, 180, blur_px=blur)) for blur in (0.0, 4.0))
+    assert blurred.weight[48, 120] < 0.05 * sharp.weight[48, 120]
