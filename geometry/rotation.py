@@ -71,18 +71,19 @@ def vector_of(matrix: Array) -> Array:
     return q[1:] * scale
 
 
-@njit(cache=True)
+def euler_matrices(angles: Array) -> Array:
+    """Rx(x)·Ry(y)·Rz(z) of angles (N, 3) in rad, shape (N, 3, 3)."""
+    cx, cy, cz = np.cos(angles).T
+    sx, sy, sz = np.sin(angles).T
+    rows = [
+        [cy * cz, -cy * sz, sy],
+        [cx * sz + sx * sy * cz, cx * cz - sx * sy * sz, -sx * cy],
+        [sx * sz - cx * sy * cz, sx * cz + cx * sy * sz, cx * cy],
+    ]
+    out: Array = np.stack([np.stack(row, axis=1) for row in rows], axis=1)
+    return out
+
+
 def euler_matrix(x: float, y: float, z: float) -> Array:
     """Rx(x)·Ry(y)·Rz(z), angles in rad, shape (3, 3)."""
-    cx, sx, cy, sy, cz, sz = math.cos(x), math.sin(x), math.cos(y), math.sin(y), math.cos(z), math.sin(z)
-    out = np.empty((3, 3))
-    out[0, 0] = cy * cz
-    out[0, 1] = -cy * sz
-    out[0, 2] = sy
-    out[1, 0] = cx * sz + sx * sy * cz
-    out[1, 1] = cx * cz - sx * sy * sz
-    out[1, 2] = -sx * cy
-    out[2, 0] = sx * sz - cx * sy * cz
-    out[2, 1] = sx * cz + cx * sy * sz
-    out[2, 2] = cx * cy
-    return out
+    return euler_matrices(np.array([[x, y, z]]))[0]

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.pose import Pose
-from geometry.rotation import euler_matrix
+from geometry.rotation import euler_matrices
 from vision_server.matching.match import SearchRange
 
 Floats = NDArray[np.float64]
@@ -39,7 +38,7 @@ def poses_in_range(
     """
     angles = np.radians(search_range.rotation_deg) * numbers[:, :3]
     reach_m = search_range.translation_px * seed_pose.translation[2] / camera.fx
-    rotations: Floats = _turned(seed_pose.matrix, np.ascontiguousarray(angles))
+    rotations: Floats = seed_pose.matrix @ euler_matrices(angles)
     return rotations, seed_pose.translation + reach_m * numbers[:, 3:]
 
 
@@ -79,12 +78,4 @@ def _largest_angle(turn: Floats) -> Floats:
         np.arctan2(-turn[:, 0, 1], turn[:, 0, 0]),
     ]
     out: Floats = np.abs(np.stack(angles)).max(axis=0)
-    return out
-
-
-@njit(cache=True)
-def _turned(rotation: Floats, angles: Floats) -> Floats:
-    out = np.empty((len(angles), 3, 3))
-    for i in range(len(angles)):
-        out[i] = rotation @ euler_matrix(angles[i, 0], angles[i, 1], angles[i, 2])
     return out

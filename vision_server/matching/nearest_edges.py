@@ -52,7 +52,7 @@ def nearest_edges(segments: Floats, weights: Floats, camera: Camera) -> NearestE
     angle = np.arctan2(unit[:, 1], unit[:, 0]) % np.pi
     table = np.column_stack([segments[:, :2], unit, length, weights, angle])
     height, width = (math.ceil(side / CELL_PX) for side in (camera.height, camera.width))
-    painted = _paint(table, height, width)
+    painted = _paint(table, np.argsort(length, kind="stable"), height, width)  # long ones on top
     label = np.full(painted.shape, NO_SEGMENT, dtype=np.int16)
     gain = np.zeros(painted.shape, dtype=np.uint8)
     for bin_ in range(BINS):
@@ -72,10 +72,9 @@ def nearest_edges(segments: Floats, weights: Floats, camera: Camera) -> NearestE
 
 
 @njit(cache=True)
-def _paint(table: Floats, height: int, width: int) -> NDArray[np.int16]:
-    """Segments drawn into the cells of the bins they belong to; where two meet, the longer one stays."""
+def _paint(table: Floats, order: NDArray[np.int64], height: int, width: int) -> NDArray[np.int16]:
+    """Segments drawn into the cells of the bins they belong to; where two meet, the later in order stays."""
     out = np.full((BINS, height, width), NO_SEGMENT, dtype=np.int16)
-    order = np.argsort(table[:, 4])
     for i in order:
         position = table[i, 6] / math.pi * BINS
         count = max(2, int(table[i, 4] / CELL_PX * 2.0) + 1)

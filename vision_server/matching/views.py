@@ -123,12 +123,18 @@ class Views:
 def frame_towards(direction: Floats) -> Floats:
     """A right-handed frame (3, 3), in rows, whose third axis is the unit vector given."""
     out = np.empty((3, 3))
-    axis = np.zeros(3)
-    axis[np.argmin(np.abs(direction))] = 1.0
-    out[0] = np.cross(direction, axis)
-    out[0] /= np.linalg.norm(out[0])
-    out[1] = np.cross(direction, out[0])
-    out[2] = direction
+    x, y, z = direction[0], direction[1], direction[2]
+    if abs(x) <= abs(y) and abs(x) <= abs(z):  # across the axis that is farthest from the direction
+        across = (0.0, z, -y)
+    elif abs(y) <= abs(z):
+        across = (-z, 0.0, x)
+    else:
+        across = (y, -x, 0.0)
+    length = math.sqrt(across[0] ** 2 + across[1] ** 2 + across[2] ** 2)
+    a, b, c = across[0] / length, across[1] / length, across[2] / length
+    out[0, 0], out[0, 1], out[0, 2] = a, b, c
+    out[1, 0], out[1, 1], out[1, 2] = y * c - z * b, z * a - x * c, x * b - y * a
+    out[2, 0], out[2, 1], out[2, 2] = x, y, z
     return out
 
 
@@ -169,9 +175,16 @@ def _seen_from(
     b = math.radians(CELL_DEG) * (cell % CELLS_PER_SIDE - CELLS_PER_SIDE // 2)
     angle = math.hypot(a, b)
     sine = math.sin(angle) / angle if angle > 0.0 else 1.0
-    direction = a * sine * frame[0] + b * sine * frame[1] + math.cos(angle) * frame[2]
-    rotation = frame_towards(-direction)
-    translation = -(rotation @ (middle + direction * distance))
+    away, centre, translation = np.empty(3), np.empty(3), np.empty(3)
+    for k in range(3):
+        towards = sine * (a * frame[0, k] + b * frame[1, k]) + math.cos(angle) * frame[2, k]
+        away[k] = -towards
+        centre[k] = middle[k] + distance * towards
+    rotation = frame_towards(away)
+    for k in range(3):
+        translation[k] = -(
+            rotation[k, 0] * centre[0] + rotation[k, 1] * centre[1] + rotation[k, 2] * centre[2]
+        )
     bounds = np.array([-UNBOUNDED_PX, -UNBOUNDED_PX, UNBOUNDED_PX, UNBOUNDED_PX])
     line, points, _, _, px = trace(solid, rotation, translation, intrinsics, bounds, spacing_px, MIN_LINE_PX)
     return line, points, px
