@@ -84,6 +84,23 @@ def _peaks(
             offset[y, x] = np.float32(min(max(place, -MOST_OFFSET_PX), MOST_OFFSET_PX))
 
 
+def _profiles(
+    channels: Iterable[ChannelStatistics], places: NDArray[np.int64], cosine: Field, sine: Field
+) -> NDArray[np.float64]:
+    profiles = np.zeros((len(places), 3))
+    for channel in channels:
+        _add_profiles(channel.contrast, channel.weight, places, cosine, sine, profiles)
+    return profiles
+
+
+def near_crest(
+    channels: Iterable[ChannelStatistics], places: NDArray[np.int64], axes: Field, slack: float
+) -> NDArray[np.bool_]:
+    """Which places (flat indices) hold at least ``slack`` times the contrast one step to either side."""
+    profiles = _profiles(channels, places, np.cos(axes), np.sin(axes))
+    return np.asarray(profiles[:, 1] >= slack * np.maximum(profiles[:, 0], profiles[:, 2]))
+
+
 def find_crests(
     channels: Iterable[ChannelStatistics], magnitude: Field, orientation: Field
 ) -> tuple[Field, Field]:
@@ -106,9 +123,7 @@ def find_crests(
     places = np.flatnonzero(magnitude)
     angle = orientation.ravel()[places]
     cosine, sine = np.cos(angle), np.sin(angle)
-    profiles = np.zeros((len(places), 3))
-    for channel in channels:
-        _add_profiles(channel.contrast, channel.weight, places, cosine, sine, profiles)
+    profiles = _profiles(channels, places, cosine, sine)
     ridge, offset = np.zeros_like(magnitude), np.zeros_like(magnitude)
     _peaks(places, cosine, sine, profiles, magnitude, ridge, offset)
     return ridge, offset

@@ -16,12 +16,13 @@ from numba import njit
 
 from bridge.errors import BadInput
 from vision_server.channel import ChannelStatistics, Field
-from vision_server.crests import find_crests
-from vision_server.mixture import fit_mixtures
+from vision_server.crests import find_crests, near_crest
+from vision_server.mixture import fit_mixtures, orientation_windows
 
 BINS = 16  # of axial orientation over pi
 CANDIDATE_RATIO = 0.6  # a pixel under this share of the largest mass in 5 x 5 cannot be a ridge
 CANDIDATE_WINDOW_PX = 5
+SLACK = 0.95  # so close to a crest on the first, mean axis a pixel still enters the mixture
 
 
 @dataclass(frozen=True)
@@ -155,11 +156,17 @@ class ImageSetStatistics:
         floor = self._noises / self._weights
         window = np.ones((CANDIDATE_WINDOW_PX, CANDIDATE_WINDOW_PX), np.uint8)
         largest = np.asarray(cv2.dilate(mass, window), dtype=np.float32)
-        magnitude, orientation = fit_mixtures(
-            self._bins, self._weights, mass, largest, floor, candidate_ratio
-        )
-        ridge, offset = find_crests(self.channels.values(), magnitude, orientation)
-        blur = max(channel.blur_px for channel in self.channels.values())
+        channels = list(self.channels.values())
+        least = np.maximum(floor, np.float32(candidate_ratio) * largest)
+        places, windows, axes = orientation_windows(self._bins, self._weights, mass, least)
+        near = near_crest(channels, places, axes, SLACK)
+        places = places[near]
+        share, axes = fit_mixtures(windows[near], axes[near])
+        magnitude, orientation = np.zeros_like(mass), np.zeros_like(mass)
+        magnitude.ravel()[places] = share * mass.ravel()[places]
+        orientation.ravel()[places] = axes
+        ridge, offset = find_crests(channels, magnitude, orientation)
+        blur = max(channel.blur_px for channel in channels)
         return EdgeMap(mass, magnitude, orientation, ridge, offset, floor, blur)
 
     def _clear(self) -> None:
