@@ -86,4 +86,5 @@ def euler_matrices(angles: Array) -> Array:
 
 def euler_matrix(x: float, y: float, z: float) -> Array:
     """Rx(x)·Ry(y)·Rz(z), angles in rad, shape (3, 3)."""
-    return euler_matrices(np.array([[x, y, z]]))[0]
+    out: Array = euler_matrices(np.array([[x, y, z]]))[0]
+    return out
