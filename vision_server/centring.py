@@ -6,6 +6,8 @@ was at mid-exposure; it is what the refinement and the model mean by the edge.""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -72,11 +74,50 @@ def _middle(profile: NDArray[np.float64]) -> float:
 
 
 @njit(cache=True)
-def _centre(
-    endpoints: NDArray[np.float64], mass: NDArray[np.float32], reach_px: float
+def _line_weight(weight: NDArray[np.float32], ax: float, ay: float, bx: float, by: float) -> float:
+    """Mean of the field along the stretch a-b."""
+    rows, columns = weight.shape
+    count = int(np.hypot(bx - ax, by - ay)) + 1
+    total = 0.0
+    for k in range(count):
+        t = (k + 0.5) / count
+        x = min(max(int(np.round(ax + t * (bx - ax))), 0), columns - 1)
+        y = min(max(int(np.round(ay + t * (by - ay))), 0), rows - 1)
+        total += weight[y, x]
+    return total / count
+
+
+@njit(cache=True)
+def _add_profiles(
+    endpoints: NDArray[np.float64],
+    contrast: NDArray[np.float32],
+    weight: NDArray[np.float32],
+    profiles: NDArray[np.float64],
+) -> None:
+    """Add one channel's profiles across the first and the second half of each line, (N, 2, K)."""
+    profile = np.zeros(profiles.shape[2])
+    for s in range(len(endpoints)):
+        ax, ay, bx, by = endpoints[s]
+        length = np.hypot(bx - ax, by - ay)
+        if length < 1.0:
+            continue
+        nx, ny = -(by - ay) / length, (bx - ax) / length
+        w = _line_weight(weight, ax, ay, bx, by)
+        mx, my = 0.5 * (ax + bx), 0.5 * (ay + by)
+        _profile(contrast, ax, ay, mx, my, nx, ny, profile)
+        for k in range(len(profile)):
+            profiles[s, 0, k] += w * profile[k]
+        _profile(contrast, mx, my, bx, by, nx, ny, profile)
+        for k in range(len(profile)):
+            profiles[s, 1, k] += w * profile[k]
+
+
+@njit(cache=True)
+def _move(
+    endpoints: NDArray[np.float64], profiles: NDArray[np.float64], reach_px: float
 ) -> NDArray[np.float64]:
+    """Each line moved so that its halves lie in the middle of their profiles."""
     out = endpoints.copy()
-    profile = np.zeros(2 * int(np.ceil(reach_px / STEP_PX)) + 1)
     for s in range(len(endpoints)):
         ax, ay, bx, by = endpoints[s]
         length = np.hypot(bx - ax, by - ay)
@@ -84,14 +125,9 @@ def _centre(
             continue
         nx, ny = -(by - ay) / length, (bx - ax) / length
         if length < MIN_TURNED_PX:
-            _profile(mass, ax, ay, bx, by, nx, ny, profile)
-            start = end = _middle(profile)
+            start = end = _middle(profiles[s, 0] + profiles[s, 1])
         else:
-            mx, my = 0.5 * (ax + bx), 0.5 * (ay + by)
-            _profile(mass, ax, ay, mx, my, nx, ny, profile)
-            first = _middle(profile)
-            _profile(mass, mx, my, bx, by, nx, ny, profile)
-            second = _middle(profile)
+            first, second = _middle(profiles[s, 0]), _middle(profiles[s, 1])
             start, end = 1.5 * first - 0.5 * second, 1.5 * second - 0.5 * first
         if np.isnan(start) or np.isnan(end) or max(abs(start), abs(end)) > reach_px:
             continue
@@ -103,7 +139,9 @@ def _centre(
 
 
 def centre_lines(
-    endpoints: NDArray[np.float64], mass: NDArray[np.float32], reach_px: float
+    endpoints: NDArray[np.float64],
+    channels: Iterable[tuple[NDArray[np.float32], NDArray[np.float32]]],
+    reach_px: float,
 ) -> NDArray[np.float64]:
     """Lines moved to the middle of the edges that they lie on.
 
@@ -111,8 +149,9 @@ def centre_lines(
     ----------
     endpoints
         float64 (N, 4), x0, y0, x1, y1, px.
-    mass
-        float32 (H, W), gradient field.
+    channels
+        Contrast and weight of each channel, float32 (H, W) each. A channel's weight is taken on the line
+        itself, so that its change across the edge cannot move the line.
     reach_px
         How far to either side an edge may extend; lines on edges that extend farther are left alone.
 
@@ -120,4 +159,7 @@ def centre_lines(
     -------
     float64 (N, 4).
     """
-    return np.asarray(_centre(endpoints, mass, reach_px))
+    profiles = np.zeros((len(endpoints), 2, 2 * int(np.ceil(reach_px / STEP_PX)) + 1))
+    for contrast, weight in channels:
+        _add_profiles(endpoints, contrast, weight, profiles)
+    return np.asarray(_move(endpoints, profiles, reach_px))

@@ -116,4 +116,4 @@ def _edge_map(magnitude: NDArray[np.floating], angle: NDArray[np.floating], floo
     """Suppression of non-maxima, and the fields that `edges` gives too."""
     strength, axis = magnitude.astype(np.float32), np.mod(angle, np.pi).astype(np.float32)
     ridge, offset = suppress_non_maxima(strength, axis)
-    return EdgeMap(strength, strength, axis, ridge, offset, np.full_like(strength, floor), 0.0)
+    return EdgeMap(strength, strength, axis, ridge, offset, np.full_like(strength, floor), 0.0, ())

@@ -45,6 +45,8 @@ class EdgeMap:
         Standard deviation of ``mass`` from sensor noise.
     blur_px
         Blur of the most blurred channel, px.
+    channels
+        What was merged; empty when the map is not a merge of channels.
     """
 
     mass: Field
@@ -54,6 +56,7 @@ class EdgeMap:
     offset: Field
     floor: Field
     blur_px: float
+    channels: tuple[ChannelStatistics, ...]
 
 
 @njit(cache=True)
@@ -167,7 +170,7 @@ class ImageSetStatistics:
         orientation.ravel()[places] = axes
         ridge, offset = find_crests(channels, magnitude, orientation)
         blur = max(channel.blur_px for channel in channels)
-        return EdgeMap(mass, magnitude, orientation, ridge, offset, floor, blur)
+        return EdgeMap(mass, magnitude, orientation, ridge, offset, floor, blur, tuple(channels))
 
     def _clear(self) -> None:
         assert self._shape is not None

@@ -100,7 +100,9 @@ def extract_segments(
     lines = fit_lines(edgels)
     ends = lines.endpoints
     if edges.blur_px > SHARP_PX:
-        ends = centre_lines(ends, edges.mass, BLUR_REACH * edges.blur_px)
+        ends = centre_lines(
+            ends, ((c.contrast, c.weight) for c in edges.channels), BLUR_REACH * edges.blur_px
+        )
     segments = Segments(ends, lines.strength, lines.normal_sd)
     good = segments.length >= min_length_px
     if grouping == "growing":

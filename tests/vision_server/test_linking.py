@@ -16,7 +16,7 @@ def edge_map_of(points: list[tuple[int, int, float]], shape: tuple[int, int] = (
     for x, y, normal in points:
         ridge[y, x], orientation[y, x] = 10.0, normal % np.pi
     zero = np.zeros(shape, np.float32)
-    return EdgeMap(ridge, ridge, orientation, ridge, zero, zero, 0.0)
+    return EdgeMap(ridge, ridge, orientation, ridge, zero, zero, 0.0, ())
 
 
 def test_a_line_is_one_chain_in_order() -> None:
