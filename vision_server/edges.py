@@ -17,9 +17,8 @@ from numba import njit
 from bridge.errors import BadInput
 from vision_server.channel import ChannelStatistics, Field
 from vision_server.crests import find_crests, near_crest
-from vision_server.mixture import fit_mixtures, orientation_windows
+from vision_server.mixture import BINS, fit_mixtures, orientation_windows
 
-BINS = 16  # of axial orientation over pi
 CANDIDATE_RATIO = 0.6  # a pixel under this share of the largest mass in 5 x 5 cannot be a ridge
 CANDIDATE_WINDOW_PX = 5
 SLACK = 0.95  # so close to a crest on the first, mean axis a pixel still enters the mixture

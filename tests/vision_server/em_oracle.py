@@ -19,11 +19,10 @@ def axial_difference(a: Floats | float, b: Floats | float) -> Floats:
     return np.minimum(difference, np.pi - difference)
 
 
-def wrapped_normal(difference: Floats, sd_rad: float) -> Floats:
-    """Density on the circle of axes, whose length is pi."""
-    turns = np.arange(-3, 4) * np.pi
-    z = (difference[..., None] + turns) / sd_rad
-    return np.exp(-0.5 * z * z).sum(axis=-1) / (np.sqrt(2.0 * np.pi) * sd_rad)
+def von_mises(difference: Floats, sd_rad: float) -> Floats:
+    """Density of an axis, per rad, whose doubled angle is von Mises with the spread of ``sd_rad``."""
+    kappa = 1.0 / (2.0 * sd_rad) ** 2
+    return np.asarray(np.exp(kappa * np.cos(2.0 * difference)) / (np.pi * np.i0(kappa)))
 
 
 def axial_mean(angles: Floats, values: Floats) -> float:
@@ -42,10 +41,10 @@ def mixture_at(channels: Sequence[ChannelStatistics], y: int, x: int) -> tuple[f
         values.append(value[value > 0])
     angle, value = np.concatenate(angles), np.concatenate(values)
     mean = axial_mean(angle, value)
-    background = wrapped_normal(axial_difference(angle, mean), BACKGROUND_SD_RAD)
+    background = von_mises(axial_difference(angle, mean), BACKGROUND_SD_RAD)
     share = 0.5
     for _ in range(EM_ITERATIONS):
-        main = share * wrapped_normal(axial_difference(angle, mean), MAIN_SD_RAD)
+        main = share * von_mises(axial_difference(angle, mean), MAIN_SD_RAD)
         mine = main / (main + (1.0 - share) * background) * value
         mean = axial_mean(angle, mine)
         share = min(float(mine.sum() / value.sum()), 0.999)
