@@ -33,6 +33,10 @@ SHARPNESS_EXPONENT = (
     4.0  # a channel's say falls with its blur to this power: sharp ones know where an edge is
 )
 SATURATED_GREY = 250  # from here on a pixel is clipped
+MOST_SMOOTHING = 2.0  # beyond this the weakest quarter of the gradients is texture, not noise
+RAYLEIGH_QUARTER = 0.7585  # lower quartile of the length of a plane Gaussian vector, in standard deviations
+SAMPLE_STEP, MIN_SAMPLES = 4, 500
+SCALE_OF_BLUR = 0.2  # of the gradient, at least: much finer than the blur it would see noise only
 CLIPPED_STOPS = 0.25  # beside a clipped pixel a channel counts as so much darker: others know better
 FLOOR_NOISE_RATIO = 3.0  # a gradient under so many of its own standard deviations is no edge
 LOG2_WEIGHT_LIMIT = 100.0  # float32 holds 2^126; room for sums
@@ -116,6 +120,22 @@ def _describe(
             orientation[y, x] = a if a < pi else np.float32(0.0)
 
 
+def _smooth_noise_factor(magnitude: Field, image: Grey, noise_of: Field) -> np.float32:
+    """How much stronger the weakest quarter of the gradients is than white noise of the measured size.
+
+    Demosaicing, compression and scaling smooth the noise of a camera: its second differences, on which the
+    noise is measured, fall more than its gradient does. Flat parts show it, and the weakest quarter is there.
+    """
+    sample = np.s_[1::SAMPLE_STEP, 1::SAMPLE_STEP]
+    ratio = magnitude[sample] / noise_of[image[sample]]
+    ratio = ratio[(image[sample] > 1) & (image[sample] < SATURATED_GREY)]
+    if ratio.size < MIN_SAMPLES:
+        return np.float32(1.0)
+    rank = ratio.size // 4
+    quarter = float(np.partition(ratio, rank)[rank])
+    return np.float32(min(max(quarter / RAYLEIGH_QUARTER, 1.0), MOST_SMOOTHING))
+
+
 def _tables(
     image: Grey, exposure: float, gamma: float, exponent: float
 ) -> tuple[Field, Field, NDArray[np.float64], NDArray[np.float64]]:
@@ -170,7 +190,9 @@ def channel_statistics(
             raise BadInput(f"The {name} of a channel must be a positive number, not {value}.")
     image = np.ascontiguousarray(image)
     linear_of, half_weight, grey_sd, linear_sd = _tables(image, exposure, gamma, weight_exponent)
-    scale = gradient_scale(image, grey_sd) if sigma_px is None else sigma_px
+    blur = blur_sigma(image)
+    suited = max(gradient_scale(image, grey_sd), SCALE_OF_BLUR * blur)
+    scale = suited if sigma_px is None else sigma_px
 
     smooth, derivative = gaussian_kernels(scale)
     to_contrast = float(np.sqrt(2.0 * np.pi) * scale / exposure)
@@ -181,8 +203,8 @@ def channel_statistics(
     magnitude, angle = cv2.cartToPolar(gx, gy)
     noise_of = (linear_sd * float(np.linalg.norm(smooth) * np.linalg.norm(scaled))).astype(np.float32)
 
+    noise_of *= _smooth_noise_factor(np.asarray(magnitude, np.float32), image, noise_of)
     smoothed = cv2.GaussianBlur(image, (0, 0), SMOOTHING_SIGMA_PX, borderType=cv2.BORDER_REPLICATE)
-    blur = blur_sigma(image)
     spread = np.sqrt(scale**2 + max(blur**2 - SHARP_PX**2, 0.0))
     side = 2 * int(np.ceil(2.5 * spread)) + 1
     window = np.ones((side, side), np.uint8)

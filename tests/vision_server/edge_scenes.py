@@ -30,7 +30,7 @@ def step(
     if blur_px > 0.0:
         image = gaussian_filter(image, blur_px, mode="nearest")
     image = image + np.random.default_rng(seed).normal(0.0, noise, shape)
-    return np.clip(np.round(image), 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(np.round(image), 0, 255), dtype=np.uint8)
 
 
 def polygon_with_shadows(count: int, noise: float = 1.0, shape: tuple[int, int] = (120, 160)) -> list[Image]:
@@ -57,4 +57,4 @@ def square_outline(shape: tuple[int, int] = (120, 160)) -> NDArray[np.bool_]:
     grown = np.zeros_like(inside)
     for dy, dx in ((0, 1), (1, 0), (0, -1), (-1, 0)):
         grown |= np.roll(inside, (dy, dx), axis=(0, 1)) != inside
-    return grown
+    return np.asarray(grown, dtype=np.bool_)

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from vision_server.blur import blur_sigma
 
 
-def squares(blur_px: float, noise: float = 1.0) -> np.ndarray:
+def squares(blur_px: float, noise: float = 1.0) -> NDArray[np.uint8]:
     image = np.full((240, 320), 50.0)
     for row in range(3):
         for column in range(4):
             image[20 + 75 * row : 65 + 75 * row, 20 + 75 * column : 65 + 75 * column] = 190.0
     blurred = gaussian_filter(image, blur_px) if blur_px else image
-    return np.clip(np.round(blurred + np.random.default_rng(0).normal(0, noise, image.shape)), 0, 255).astype(
-        np.uint8
-    )
+    noisy = np.round(blurred + np.random.default_rng(0).normal(0, noise, image.shape))
+    return np.asarray(np.clip(noisy, 0, 255), dtype=np.uint8)
 
 
 @pytest.mark.parametrize("blur_px", [2.0, 3.0, 4.0, 5.0])

@@ -32,7 +32,7 @@ def test_hysteresis_agrees_with_skimage() -> None:
     weak[:-1, :-1] |= weak[1:, :-1] & weak[:-1, 1:]
     weak[:-1, :-1] |= weak[1:, 1:] & weak[1:, :-1]
     filled = np.where(weak, np.maximum(ridge, 0.81), 0.0).astype(np.float32)
-    theirs = apply_hysteresis_threshold(filled, 0.8, 0.98)
+    theirs = apply_hysteresis_threshold(filled, 0.8, 0.98)  # type: ignore[no-untyped-call]
     ours = hysteresis(filled, 0.8, 0.98)
     assert np.all(ours[theirs])
     assert 0 < theirs.sum() <= ours.sum() <= weak.sum()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.ndimage import convolve1d, gaussian_filter, maximum_filter, minimum_filter
 
 from bridge.errors import BadInput
@@ -19,9 +20,9 @@ from vision_server.channel import (
 from vision_server.gaussian import gaussian_kernels
 
 
-def textured(seed: int = 0) -> np.ndarray:
+def textured(seed: int = 0) -> NDArray[np.uint8]:
     values = gaussian_filter(np.random.default_rng(seed).normal(0, 1, (60, 80)), 2.0)
-    return np.clip(120 + 300 * values, 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(120 + 300 * values, 0, 255), dtype=np.uint8)
 
 
 def test_contrast_is_the_height_of_a_step_whatever_its_direction() -> None:
@@ -126,7 +127,7 @@ def test_an_image_of_one_grey_has_no_contrast(value: int) -> None:
         (np.zeros((20, 20), np.uint8), 1.0, -1.0),
     ],
 )
-def test_bad_input_is_refused(image: np.ndarray, exposure: float, gamma: float) -> None:
+def test_bad_input_is_refused(image: NDArray[np.uint8], exposure: float, gamma: float) -> None:
     with pytest.raises(BadInput):
         channel_statistics(image, exposure, gamma)
 
@@ -134,3 +135,15 @@ def test_bad_input_is_refused(image: np.ndarray, exposure: float, gamma: float) 
 def test_a_blurred_channel_has_less_say() -> None:
     sharp, blurred = (channel_statistics(step(0.3, 0.0, 40, 180, blur_px=blur)) for blur in (0.0, 4.0))
     assert blurred.weight[48, 120] < 0.05 * sharp.weight[48, 120]
+
+
+def test_noise_that_was_smoothed_is_still_noise() -> None:
+    raw = np.random.default_rng(5).normal(120, 9, (200, 300))
+    smoothed = np.clip(gaussian_filter(raw, 0.45), 0, 255).round().astype(np.uint8)
+    assert np.mean(channel_statistics(smoothed).contrast > 0) < 0.15
+    assert np.mean(channel_statistics(np.clip(raw, 0, 255).astype(np.uint8)).contrast > 0) < 0.03
+
+
+def test_a_blurred_image_gets_a_coarser_gradient() -> None:
+    sharp, blurred = (channel_statistics(step(0.3, 0.0, 40, 180, blur_px=blur)) for blur in (0.0, 5.0))
+    assert blurred.sigma_px > sharp.sigma_px

@@ -39,7 +39,7 @@ def test_bins_agree_with_em_over_all_samples(scene: str) -> None:
         share, orientation = mixture_at(channels, y, x)
         shares.append(share - edges.magnitude[y, x] / edges.mass[y, x])
         turns.append(float(axial_difference(orientation, float(edges.orientation[y, x]))))
-    assert len(places) > 40
+    assert len(places) > 30
     assert np.quantile(np.abs(shares), 0.95) < 0.03
     assert np.quantile(turns, 0.95) < np.deg2rad(2.5)
 
@@ -70,7 +70,9 @@ def test_a_clean_edge_belongs_to_the_main_component() -> None:
         y, x = y[inner], x[inner]
         assert len(y) > 30
         assert np.median(edges.magnitude[y, x] / edges.mass[y, x]) > 0.95
-        assert np.median(axial_difference(edges.orientation[y, x], angle)) < np.deg2rad(1.5)
+        assert np.median(axial_difference(edges.orientation[y, x].astype(np.float64), angle)) < np.deg2rad(
+            1.5
+        )
         across = (x - 63.5 + edges.offset[y, x] * np.cos(edges.orientation[y, x])) * np.cos(angle)
         across += (y - 47.5 + edges.offset[y, x] * np.sin(edges.orientation[y, x])) * np.sin(angle)
         assert np.median(across) == pytest.approx(0.2, abs=0.08)

@@ -13,6 +13,7 @@ import pytest
 from tests.vision_server.edge_scenes import polygon_with_shadows
 from vision_server.channel import channel_statistics
 from vision_server.edges import merge_channels
+from vision_server.image_files import read_grey
 
 
 @pytest.fixture(scope="module")
@@ -35,9 +36,9 @@ def test_magnitude_is_the_ridge_before_any_threshold(root: Path, images: list[Pa
     assert (done.returncode, done.stderr) == (0, "")
     magnitude = np.load(tmp_path / "m.npy")
     assert magnitude.dtype == np.float32
-    expected = merge_channels([channel_statistics(cv2.imread(str(path), 0)) for path in images]).ridge
+    expected = merge_channels([channel_statistics(read_grey(path)) for path in images]).ridge
     np.testing.assert_array_equal(magnitude, expected)
-    picture = cv2.imread(str(tmp_path / "e.png"), cv2.IMREAD_UNCHANGED)
+    picture = read_grey(tmp_path / "e.png")
     assert picture.shape == magnitude.shape
     assert set(np.unique(picture)) == {0, 255}
     assert np.all(magnitude[picture > 0] > 0)
@@ -59,7 +60,7 @@ def test_other_methods(root: Path, images: list[Path], tmp_path: Path, method: s
     assert done.returncode == 0, done.stderr
     magnitude = np.load(tmp_path / "m")
     assert magnitude.max() > 10
-    assert 0.01 < np.mean(cv2.imread(str(tmp_path / "e.png"), 0) > 0) < 0.2
+    assert 0.01 < np.mean(read_grey(tmp_path / "e.png") > 0) < 0.2
 
 
 @pytest.mark.parametrize(

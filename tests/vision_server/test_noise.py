@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from vision_server.noise import (
     COARSEST_SCALE_PX,
@@ -14,7 +15,7 @@ from vision_server.noise import (
 )
 
 
-def ramp_with_noise(read: float, shot: float, seed: int = 0) -> np.ndarray:
+def ramp_with_noise(read: float, shot: float, seed: int = 0) -> NDArray[np.uint8]:
     grey = np.tile(np.linspace(20, 235, 400), (300, 1))
     sd = np.sqrt(read**2 + shot * grey)
     return np.clip(np.round(grey + np.random.default_rng(seed).normal(0, 1, grey.shape) * sd), 0, 255).astype(
