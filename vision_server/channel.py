@@ -63,6 +63,8 @@ class ChannelStatistics:
         bool, False within reach of a clipped pixel.
     exposure, sigma_px, blur_px
         Relative exposure of the frame; scale of the gradient; blur found in the image.
+    noise_factor
+        By so much ``noise`` exceeds what white noise of the measured size would give: 1 to 2.
     """
 
     linear: Field
@@ -74,6 +76,7 @@ class ChannelStatistics:
     exposure: float
     sigma_px: float
     blur_px: float
+    noise_factor: float
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -203,7 +206,8 @@ def channel_statistics(
     magnitude, angle = cv2.cartToPolar(gx, gy)
     noise_of = (linear_sd * float(np.linalg.norm(smooth) * np.linalg.norm(scaled))).astype(np.float32)
 
-    noise_of *= _smooth_noise_factor(np.asarray(magnitude, np.float32), image, noise_of)
+    noise_factor = _smooth_noise_factor(np.asarray(magnitude, np.float32), image, noise_of)
+    noise_of *= noise_factor
     smoothed = cv2.GaussianBlur(image, (0, 0), SMOOTHING_SIGMA_PX, borderType=cv2.BORDER_REPLICATE)
     spread = np.sqrt(scale**2 + max(blur**2 - SHARP_PX**2, 0.0))
     side = 2 * int(np.ceil(2.5 * spread)) + 1
@@ -230,4 +234,6 @@ def channel_statistics(
         noise,
         unsaturated,
     )
-    return ChannelStatistics(linear, contrast, orientation, weight, noise, unsaturated, exposure, scale, blur)
+    return ChannelStatistics(
+        linear, contrast, orientation, weight, noise, unsaturated, exposure, scale, blur, float(noise_factor)
+    )

@@ -77,7 +77,7 @@ def gradient_channel(name: str, image: Grey, statistics: ChannelStatistics) -> G
     """
     smooth, derivative = gaussian_kernels(statistics.sigma_px)
     height = np.sqrt(2.0 * np.pi) * statistics.sigma_px / statistics.exposure
-    gain = float(height * np.linalg.norm(smooth) * np.linalg.norm(derivative))
+    gain = float(height * np.linalg.norm(smooth) * np.linalg.norm(derivative)) * statistics.noise_factor
     noise = np.asarray(statistics.noise / np.float32(gain), dtype=np.float32)
     clipped = (image >= SATURATED_GREY).astype(np.uint8)
     return GradientChannel(name, statistics.linear, noise, clipped)
