@@ -10,8 +10,11 @@ from vision_server.refinement import SAMPLES_TOGETHER, Solution, prior_precision
 
 Floats = NDArray[np.float64]
 
-LINE_BIAS_PX = 0.04  # of a whole line, per px of filter scale: shading across it, calibration, model
-CLIPPED_BIAS = 0.3  # of a line beside saturated pixels, beyond what all of them share; per px of filter scale
+LINE_BIAS_PX = 0.03  # of a whole sharp line: shading across it, calibration, model
+CLIPPED_BIAS_PX = 0.2  # of a sharp line beside saturated pixels, beyond what all of them share
+BIAS_GROWTH = (
+    1.5  # both grow with this power of the filter's scale: softer edges reach farther into what is near
+)
 LAGS = 60  # samples over which residuals of one line may hang together
 POOLED_SHARE = 30.0  # samples that the pooled variance counts as, beside a line's own
 LEAST_VARIANCE_PX2 = 0.02**2
@@ -37,7 +40,8 @@ def pose_covariance(solution: Solution) -> Floats:
     shared = solution.weight / np.maximum(weight, 1e-300)
     nuisance = (shared[:, :, None] * measurement.nuisance).sum(axis=0)
     sigma = (shared * np.array(SCALES_PX)[measurement.scale][:, measurement.samples.line]).sum(axis=0)[used]
-    bias = LINE_BIAS_PX * sigma + CLIPPED_BIAS * np.abs(nuisance[used, 1])
+    clipped = nuisance[used, 1] != 0.0
+    bias = np.where(clipped, CLIPPED_BIAS_PX, LINE_BIAS_PX) * sigma**BIAS_GROWTH
     jacobian, weight = np.hstack([measurement.jacobian, nuisance])[used], weight[used]
     line = measurement.samples.line[used]
     offset = np.where(solution.weight > 0, measurement.offset, 0.0)

@@ -26,7 +26,7 @@ def _bilinear(field: NDArray[np.float32], x: float, y: float) -> float:
     a, b = x - column, y - row
     top = (1.0 - a) * field[row, column] + a * field[row, column + 1]
     bottom = (1.0 - a) * field[row + 1, column] + a * field[row + 1, column + 1]
-    return (1.0 - b) * top + b * bottom
+    return float((1.0 - b) * top + b * bottom)
 
 
 @njit(cache=True)

@@ -87,11 +87,17 @@ class Evidence:
 
 
 def gather_evidence(
-    channels: Sequence[GradientChannel], model: Model, camera: Camera, pose: Pose, scale: Ints,
+    channels: Sequence[GradientChannel],
+    model: Model,
+    camera: Camera,
+    pose: Pose,
+    scale: Ints,
     coarser: float = 1.0,
 ) -> Evidence | None:
     """Measure the support of a pose; None when no line of the model is visible from it."""
-    measurement = measure(channels, model, camera, pose, CAP_PX, scale, coarser * spacing_for(model, camera, pose))
+    measurement = measure(
+        channels, model, camera, pose, CAP_PX, scale, coarser * spacing_for(model, camera, pose)
+    )
     if len(measurement) == 0:
         return None
     return evidence_of(measurement, [channel.name for channel in channels], len(model.lines))

@@ -14,24 +14,18 @@ from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from vision_server.candidates import Refined, Refiner
 from vision_server.confidence import ambiguity, confidence, quality
 from vision_server.covariance import pose_covariance, uncertainty
-from vision_server.evidence import Evidence, LineEvidence, gather_evidence
-from vision_server.gradients import SCALES_PX, GradientChannel
+from vision_server.evidence import Evidence, LineEvidence
+from vision_server.gradients import SCALES_PX
 from vision_server.image_set import ImageSet
 from vision_server.matching import MATCHERS, Match, SearchRange, match_genetic
 from vision_server.matching.match import distinct
-from vision_server.refinement import KNOWN_TONE_SD_PX, Solution, line_scales, refine
+from vision_server.refinement import KNOWN_TONE_SD_PX
 from vision_server.segments import Segments, extract_segments
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-
-SCALE_REACH_PX = 4.0  # around a candidate's lines, where the blur of the edges is looked at
-REFINED = 5  # candidates of the matcher that are looked at
-COARSE_REACHES_PX, COARSER = (6.0, 4.0), 3.0  # first, with a third of the samples; ...
-FINE_REACHES_PX = (4.0, 3.0, 3.0)  # ... then, with all, ...
-FINISHED_SHARE = 0.5  # ... those of at least this share of the best one's quality
 
 
 @dataclass(frozen=True)
@@ -136,8 +130,9 @@ def estimate_pose(
     watch.lap("linking")
     match = _matched(segments, model, camera, seed_pose, settings)
     watch.lap("matching")
-    refined = _refined(match, channels, model, camera, settings)
-    estimate = _best(refined, model)
+    least = SCALES_PX.index(settings.refinement_scale_px)
+    refiner = Refiner(channels, model, camera, least, settings.tone_sd_px)
+    estimate = _best(refiner.best_first([candidate.pose for candidate in match.candidates]))
     watch.lap("refinement")
     return _with(estimate, len(segments), watch.seconds)
 
@@ -157,52 +152,7 @@ def _matched(
     return matcher(ends, None, model, camera, seed_pose, settings.seed, reach)
 
 
-@dataclass(frozen=True, eq=False)
-class _Refined:
-    solution: Solution
-    evidence: Evidence
-
-
-def _refined(
-    match: Match, channels: list[GradientChannel], model: Model, camera: Camera, settings: PipelineSettings
-) -> list[_Refined]:
-    """The matcher's candidates, refined, best first.
-
-    All are looked at coarsely; those that come near the best in quality are refined to the end.
-    """
-    least = SCALES_PX.index(settings.refinement_scale_px)
-    for channel in channels:
-        channel.prepare(least + 1)
-    coarse = []
-    for candidate in match.candidates[:REFINED]:
-        scale = line_scales(channels, model, camera, candidate.pose, SCALE_REACH_PX, least)
-        rough = _one(channels, model, camera, candidate.pose, scale, COARSE_REACHES_PX, COARSER, settings)
-        if rough is not None:
-            coarse.append((rough, scale))
-    best = max((quality(rough.evidence) for rough, _ in coarse), default=0.0)
-    out = []
-    for rough, scale in coarse:
-        if quality(rough.evidence) >= FINISHED_SHARE * best:
-            pose = rough.solution.pose
-            fine = _one(channels, model, camera, pose, scale, FINE_REACHES_PX, 1.0, settings)
-            out.append(rough if fine is None else fine)
-        else:
-            out.append(rough)
-    return sorted(out, key=lambda refined: -quality(refined.evidence))
-
-
-def _one(
-    channels: list[GradientChannel], model: Model, camera: Camera, pose: Pose, scale: Ints,
-    reaches_px: tuple[float, ...], coarser: float, settings: PipelineSettings,
-) -> _Refined | None:
-    solution = refine(channels, model, camera, pose, scale, reaches_px, settings.tone_sd_px, coarser)
-    if solution is None:
-        return None
-    evidence = gather_evidence(channels, model, camera, solution.pose, scale, coarser)
-    return None if evidence is None else _Refined(solution, evidence)
-
-
-def _best(refined: list[_Refined], model: Model) -> Estimate:
+def _best(refined: list[Refined]) -> Estimate:
     if not refined or quality(refined[0].evidence) <= 0.0:
         return Estimate()
     poses = [one.solution.pose for one in refined]

@@ -223,15 +223,15 @@ def solve(measurement: Measurement, base: Floats, range_m: float, tone_sd_px: fl
     rows = np.column_stack([measurement.jacobian[sample], measurement.nuisance[used]])
     offset, start = measurement.offset[used], base[used]
     prior = SAMPLES_TOGETHER * np.diag(prior_precision(range_m, tone_sd_px))
-    step = np.zeros(8)
-    weight = start
+    step: Floats = np.zeros(8)
+    weight: Floats = start
     for iteration in range(SOLVER_ITERATIONS):
         if iteration > 0:
             residual = np.abs(offset - rows @ step)
             spread = max(LEAST_SCALE_PX, 1.4826 * _weighted_median(residual, start))
             weight = start * np.maximum(0.0, 1.0 - (residual / (TUKEY * spread)) ** 2) ** 2
         scaled = rows * weight[:, None]
-        step = np.linalg.solve(scaled.T @ rows + prior, scaled.T @ offset)
+        step = np.asarray(np.linalg.solve(scaled.T @ rows + prior, scaled.T @ offset), dtype=np.float64)
     out = np.zeros_like(base)
     out[channel, sample] = weight
     return step, out

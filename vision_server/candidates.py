@@ -1,0 +1,123 @@
+"""From the matcher's candidates to refined poses with their evidence, best first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from vision_server.confidence import quality
+from vision_server.evidence import Evidence, gather_evidence
+from vision_server.gradients import GradientChannel
+from vision_server.refinement import Solution, base_weights, line_scales, moved, refine, solve
+
+Ints = NDArray[np.int64]
+
+SCALE_REACH_PX = 4.0  # around a candidate's lines, where the blur of the edges is looked at
+REFINED = 5  # candidates of the matcher that are looked at
+COARSE_REACHES_PX, COARSER = (6.0, 4.0), 3.0  # first, with a third of the samples; ...
+FINE_REACHES_PX = (4.0, 3.0, 3.0)  # ... then, with all, ...
+FINISHED_SHARE = 0.5  # ... those of at least this share of the best one's quality
+DOUBT_SUPPORT, DOUBT_RMS_PX = 0.93, 0.7  # with less support or more error, lines may lie on the wrong edges
+DOUBTED_LINES = 10  # that are left out, one after the other
+DOUBT_ROUNDS = 2
+NO_WORSE = 1.02  # a second look must improve the quality by this factor
+
+
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """A refined pose and what the images say about it."""
+
+    solution: Solution
+    evidence: Evidence
+
+
+@dataclass(frozen=True, eq=False)
+class Refiner:
+    """Refines poses of one model on the channels of one image set.
+
+    Attributes
+    ----------
+    least_scale
+        Index of the smallest filter scale that is used.
+    tone_sd_px
+        See `refine`.
+    """
+
+    channels: Sequence[GradientChannel]
+    model: Model
+    camera: Camera
+    least_scale: int
+    tone_sd_px: float
+
+    def best_first(self, candidates: Sequence[Pose]) -> list[Refined]:
+        """The candidates, refined, best first.
+
+        All are looked at coarsely; those that come near the best in quality are refined to the end.
+        """
+        for channel in self.channels:
+            channel.prepare(self.least_scale + 1)
+        coarse = []
+        for pose in candidates[:REFINED]:
+            scale = line_scales(
+                self.channels, self.model, self.camera, pose, SCALE_REACH_PX, self.least_scale
+            )
+            rough = self.refined(pose, scale, COARSE_REACHES_PX, COARSER)
+            if rough is not None:
+                coarse.append(rough)
+        coarse.sort(key=lambda one: -quality(one.evidence))
+        for _ in range(DOUBT_ROUNDS if coarse else 0):
+            better = self.second_look(coarse[0])
+            if better is None:
+                break
+            coarse.insert(0, better)
+        least = FINISHED_SHARE * quality(coarse[0].evidence) if coarse else 0.0
+        out = [self.finished(one) if quality(one.evidence) >= least else one for one in coarse]
+        return sorted(out, key=lambda one: -quality(one.evidence))
+
+    def refined(self, pose: Pose, scale: Ints, reaches_px: Sequence[float], coarser: float) -> Refined | None:
+        """One pose refined at some reaches; None where nothing holds it."""
+        solution = refine(
+            self.channels, self.model, self.camera, pose, scale, reaches_px, self.tone_sd_px, coarser
+        )
+        if solution is None:
+            return None
+        evidence = gather_evidence(self.channels, self.model, self.camera, solution.pose, scale, coarser)
+        return None if evidence is None else Refined(solution, evidence)
+
+    def finished(self, rough: Refined) -> Refined:
+        """A coarsely refined pose, refined to the end."""
+        fine = self.refined(rough.solution.pose, rough.evidence.measurement.scale, FINE_REACHES_PX, 1.0)
+        return rough if fine is None else fine
+
+    def second_look(self, found: Refined) -> Refined | None:
+        """A better pose than a doubtful one, from leaving out one of its lines at a time.
+
+        A line that lies on a printed line or a shadow beside its true edge is held there and holds others
+        a little off. Without it they find their place; then it is looked for again.
+        """
+        evidence = found.evidence
+        if evidence.supported_fraction >= DOUBT_SUPPORT and evidence.rms_px <= DOUBT_RMS_PX:
+            return None
+        measurement = evidence.measurement
+        base = base_weights(measurement, len(self.model.lines))
+        pull = np.bincount(measurement.samples.line, base.sum(axis=0), minlength=len(self.model.lines))
+        best, limit = None, NO_WORSE * quality(evidence)
+        for line in np.argsort(-pull, kind="stable")[:DOUBTED_LINES].tolist():
+            if pull[line] <= 0.0:
+                break
+            without = np.where(measurement.samples.line == line, 0.0, base)
+            pose = found.solution.pose
+            step, _ = solve(measurement, without, float(np.linalg.norm(pose.translation)), self.tone_sd_px)
+            if not np.isfinite(step).all():
+                continue
+            start = moved(pose, step, measurement.centre)
+            other = self.refined(start, measurement.scale, COARSE_REACHES_PX, COARSER)
+            if other is not None and quality(other.evidence) > limit:
+                best, limit = other, quality(other.evidence)
+        return best
