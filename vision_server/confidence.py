@@ -6,8 +6,15 @@ import math
 
 from vision_server.evidence import NORMAL_FLOOR_PX, Evidence
 
-BIAS = -4.0
-PER_LOG_QUALITY = 2.0
+# Logistic regression on simulated estimates (benchmarks/score_calibration.py), made a little steeper in quality.
+BIAS = 2.5
+PER_LOG2_QUALITY = 1.0
+PER_LOG_UNCERTAINTY = -1.5  # of the uncertainty over LIMIT
+PER_AMBIGUITY = -8.0  # above CLEAR_AMBIGUITY
+LIMIT = 0.01  # 1 % of the range, 1 degree
+LEAST_UNCERTAINTY = 0.0005  # being surer than this is no further reason to believe
+CLEAR_AMBIGUITY = 0.3  # rivals with less than this share of the quality are none
+LEAST_QUALITY = 1e-3
 
 
 def quality(evidence: Evidence) -> float:
@@ -20,10 +27,14 @@ def quality(evidence: Evidence) -> float:
 def confidence(evidence: Evidence, ambiguity: float, uncertainty: float) -> float:
     """Probability, 0..1, that the pose is within 1 degree and 1 % of the range."""
     value = quality(evidence)
-    if value <= 0.0:
+    if value <= LEAST_QUALITY:
         return 0.0
-    logit = BIAS + PER_LOG_QUALITY * math.log2(value / 0.1) - 6.0 * max(0.0, ambiguity - 0.5)
-    logit -= max(0.0, math.log(max(uncertainty, 1e-6) / 0.003))
+    logit = (
+        BIAS
+        + PER_LOG2_QUALITY * math.log2(value)
+        + PER_LOG_UNCERTAINTY * math.log(max(uncertainty, LEAST_UNCERTAINTY) / LIMIT)
+        + PER_AMBIGUITY * max(0.0, ambiguity - CLEAR_AMBIGUITY)
+    )
     return 1.0 / (1.0 + math.exp(-logit))
 
 

@@ -124,7 +124,7 @@ def evidence_of(measurement: Measurement, names: Sequence[str], lines: int) -> E
     return Evidence(
         rms_px=float(np.sqrt((px @ distance**2) / total)),
         residual_rms_px=residual,
-        supported_fraction=float(part.sum()) / total,
+        supported_fraction=min(1.0, float(part.sum()) / total),
         strength=float(px @ (1.0 - distance / CAP_PX)) / total,
         clipped_fraction=float((px * (supported & ~clean)).sum()) / total,
         snr=float(np.median(snr)) if len(snr) else 0.0,
@@ -153,4 +153,4 @@ def _line_evidence(
     rms = float(np.sqrt((length @ distance[of_line] ** 2) / visible))
     most = int(np.argmax(by_channel * trust))
     image = names[most] if by_channel[most] > 0 else None
-    return LineEvidence(index, visible, supported / visible, rms, image)
+    return LineEvidence(index, visible, min(1.0, supported / visible), rms, image)

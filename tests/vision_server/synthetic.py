@@ -1,0 +1,93 @@
+"""Pictures of a cuboid with known truth: plain faces, area-sampled, blurred, with noise and a tone curve."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model, load_model
+from geometry.pose import Pose
+from vision_server.image_set import ImageSet
+
+FINER = 6  # samples across a pixel
+CAMERA = Camera(320, 240, 420.0, 420.0, 159.5, 119.5)
+POSE = Pose(np.array([0.55, 0.70, 0.10]), np.array([0.004, -0.003, 0.42]))
+SIZE_M = (0.10, 0.08, 0.06)
+
+
+def cuboid(folder: Path) -> Model:
+    """A closed cuboid read from a .cao file, centred on its origin."""
+    x, y, z = (0.5 * side for side in SIZE_M)
+    corners = [
+        (-x, -y, -z),
+        (x, -y, -z),
+        (x, y, -z),
+        (-x, y, -z),
+        (-x, -y, z),
+        (x, -y, z),
+        (x, y, z),
+        (-x, y, z),
+    ]
+    faces = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    lines = ["V1", "8", *(" ".join(map(str, corner)) for corner in corners), "0", "0", "6"]
+    lines += ["4 " + " ".join(map(str, face)) for face in faces] + ["0", "0"]
+    path = folder / "cuboid.cao"
+    path.write_text("\n".join(lines) + "\n")
+    return load_model(path)
+
+
+def linear_picture(
+    model: Model,
+    camera: Camera,
+    pose: Pose,
+    greys: tuple[float, ...] | None = None,
+    background: float = 0.08,
+    blur_px: float = 0.7,
+) -> NDArray[np.float64]:
+    """Linear intensity 0..1 (or more) of a convex model, (H, W): each visible face in its own grey."""
+    picture = np.full((camera.height * FINER, camera.width * FINER), background, dtype=np.float32)
+    points = pose.apply(model.vertices)
+    normals = model.face_normals @ pose.matrix.T
+    pixels = (camera.project(points) + 0.5) * FINER - 0.5
+    for index, face in enumerate(model.faces):
+        if normals[index] @ points[face[0]] < 0.0:
+            grey = 0.25 + 0.11 * index if greys is None else greys[index]
+            _fill(picture, pixels[face], float(grey))
+    small = picture.reshape(camera.height, FINER, camera.width, FINER).mean(axis=(1, 3))
+    return np.asarray(cv2.GaussianBlur(small, (0, 0), blur_px), dtype=np.float64)
+
+
+def _fill(picture: NDArray[np.float32], corners: NDArray[np.float64], value: float) -> None:
+    """Give all pixels whose centre is inside a convex polygon a value."""
+    low = np.maximum(np.floor(corners.min(axis=0)).astype(int), 0)
+    high = np.minimum(np.ceil(corners.max(axis=0)).astype(int) + 1, picture.shape[::-1])
+    y, x = np.mgrid[low[1] : high[1], low[0] : high[0]].astype(np.float32)
+    ahead = np.roll(corners, -1, axis=0) - corners
+    turns = [a[0] * (y - c[1]) - a[1] * (x - c[0]) for a, c in zip(ahead, corners, strict=True)]
+    inside = np.all([turn >= 0 for turn in turns], axis=0) | np.all([turn <= 0 for turn in turns], axis=0)
+    picture[low[1] : high[1], low[0] : high[0]][inside] = value
+
+
+def photographed(
+    linear: NDArray[np.float64],
+    exposure: float = 1.0,
+    noise_sd_grey: float = 1.0,
+    gamma: float = 1.0,
+    seed: int = 0,
+) -> NDArray[np.uint8]:
+    """8-bit frame of linear intensity: exposed, with Gaussian noise, clipped, coded with 1/gamma."""
+    rng = np.random.default_rng(seed)
+    grey = 255.0 * linear * exposure + noise_sd_grey * rng.standard_normal(linear.shape)
+    coded = 255.0 * (np.clip(grey, 0.0, 255.0) / 255.0) ** (1.0 / gamma)
+    return np.asarray(np.round(coded), dtype=np.uint8)
+
+
+def one_image(pixels: NDArray[np.uint8], gamma: float = 1.0) -> ImageSet:
+    """An image set of one frame, called i1."""
+    images = ImageSet(pixels.shape[1], pixels.shape[0])
+    images.add("i1", pixels, 1.0, gamma)
+    return images
