@@ -50,8 +50,8 @@ class Change:
 class Device(ABC):
     """A camera with lights, real or not.
 
-    A device is used by one thread at a time. What it notices by itself it tells the callback given to `listen`,
-    from any thread; the server publishes it.
+    A device is used by one thread at a time. What it notices by itself it tells the callback given to
+    `listen`, from any thread; the server publishes it.
     """
 
     name: str
@@ -74,7 +74,7 @@ class Device(ABC):
     def health(self) -> dict[str, Any]:
         """State of the device as plain values; `status` is "ok" when all is well."""
 
-    def listen(self, notify: Callable[[Change], None]) -> None:
+    def listen(self, notify: Callable[[Change], None]) -> None:  # noqa: B027  # most have nothing to tell
         """Tell `notify` of every fault and change of scene that no request asked for."""
 
     def move(self, range_m: float) -> list[Change]:
@@ -85,7 +85,7 @@ class Device(ABC):
         """Error of a pose against the true one, None where that is not known. For reports only."""
         raise Unsupported(f"The {self.name} does not know the true pose.", f"Asked for {pose.translation}.")
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027  # files and simulators hold nothing
         """Leave the hardware dark and free; may be called twice."""
 
 
@@ -100,8 +100,8 @@ def checked_settings(describe: Describe, settings: Settings) -> Settings:
     lights = describe.lights
     if len(settings.lights) != len(lights):
         raise BadInput(
-            f"Settings give {len(settings.lights)} light levels, but the {describe.device} has {len(lights)} lights"
-            f" ({', '.join(light.name for light in lights)}).",
+            f"Settings give {len(settings.lights)} light levels, but the {describe.device} has"
+            f" {len(lights)} lights ({', '.join(light.name for light in lights)}).",
             "Give one level per light.",
         )
     for light, level in zip(lights, settings.lights, strict=True):

@@ -5,20 +5,20 @@ The frame is DESIGN.md §5's: ``255 * clip(signal, 0, 1)^(1/gamma)`` with
 
 Noise
 -----
-``full_well_e`` electrons fill the signal range at gain 1. Gain multiplies electrons after they were counted, so
-at gain g the signal clips at ``full_well_e / g`` electrons. A pixel that holds N = signal · full_well_e / g
-electrons gets Gaussian noise of variance N (photons) + read_noise_e² electrons². Per unit of signal:
+``full_well_e`` electrons fill the signal range at gain 1. Gain multiplies electrons after they were counted,
+so at gain g the signal clips at ``full_well_e / g`` electrons. A pixel that holds N = signal · full_well_e
+/ g electrons gets Gaussian noise of variance N (photons) + read_noise_e² electrons². Per unit of signal:
 
     variance = (N + read_noise_e²) · (g / full_well_e)²
 
-The slope of variance over mean (the photon-transfer curve) is therefore g / full_well_e. A Gaussian stands for
-Poisson: where they differ (a few electrons), the read noise and the step of 8 bits hide it.
+The slope of variance over mean (the photon-transfer curve) is therefore g / full_well_e. A Gaussian stands
+for Poisson: where they differ (a few electrons), the read noise and the step of 8 bits hide it.
 
 Blur
 ----
-Before noise: a Gaussian of `defocus_sigma_px` at the widest aperture, falling as 1/aperture (thin lens, fixed
-focus), and a centred straight line of `motion_px_per_s` × shutter_s. Beyond the border the image goes on as at
-the border.
+Before noise: a Gaussian of `defocus_sigma_px` at the widest aperture, falling as 1/aperture (thin lens,
+fixed focus), and a centred straight line of `motion_px_per_s` × shutter_s. Beyond the border the image goes
+on as at the border.
 """
 
 import math
@@ -81,11 +81,15 @@ def blurred(radiance: Image, sensor: Sensor, shutter_s: float, aperture: float) 
     sigma = sensor.defocus_sigma_px * sensor.widest_aperture / aperture
     out = radiance
     if sigma > LEAST_BLUR_PX:
-        out = cv2.GaussianBlur(out, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
+        out = np.asarray(
+            cv2.GaussianBlur(out, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE), dtype=np.float32
+        )
     dx, dy = (speed * shutter_s for speed in sensor.motion_px_per_s)
     if math.hypot(dx, dy) > LEAST_BLUR_PX:
         kernel = line_kernel(dx, dy)
-        out = cv2.filter2D(out, cv2.CV_32F, kernel, borderType=cv2.BORDER_REPLICATE)
+        out = np.asarray(
+            cv2.filter2D(out, cv2.CV_32F, kernel, borderType=cv2.BORDER_REPLICATE), dtype=np.float32
+        )
     return out
 
 

@@ -225,7 +225,7 @@ def _load_basis(folder: Path, table: BasisTable) -> BasisStack:
     if table.ambient is None:
         if table.ambient_scale != 0:
             raise BadInput(
-                f"{folder / STACK_FILE} has no key ambient, the image of sun and all else that is not a light.",
+                f"{folder / STACK_FILE} has no key ambient, the image of sun and all that is not a light.",
                 "Add it, or write ambient_scale = 0.",
             )
         ambient = np.zeros(size, np.float32)

@@ -25,8 +25,8 @@ class Material(Table, frozen=True):
     albedo
         Share of light that is scattered evenly (Lambert), before texture.
     texture
-        `plain`, `noise` (clouds), `veins` (a dark net), `panels` (solar cells), `lines` (printed lines parallel
-        to the face's sides) or `checker`.
+        `plain`, `noise` (clouds), `veins` (a dark net), `panels` (solar cells), `lines` (printed lines
+        parallel to the face's sides) or `checker`.
     size_m
         Length of one cloud, vein, cell or line distance.
     contrast

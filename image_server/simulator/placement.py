@@ -95,7 +95,8 @@ def shown_areas(model: Model, pose: Pose) -> Floats:
     towards = -np.einsum("ij,ij->i", cross, middle) / np.linalg.norm(middle, axis=1)
     two_sided = model.two_sided[model.triangle_face]
     towards = np.where(two_sided, np.abs(towards), np.maximum(towards, 0))
-    return np.bincount(model.triangle_face, weights=towards, minlength=len(model.faces))
+    areas = np.bincount(model.triangle_face, weights=towards, minlength=len(model.faces))
+    return areas.astype(np.float64)
 
 
 def fraction_inside(model: Model, camera: Camera, pose: Pose) -> float:
@@ -136,7 +137,7 @@ def drawn_sun(sun: Sun, model: Model, pose: Pose, rng: np.random.Generator) -> F
     angle = math.radians(rng.uniform(*sun.angle_deg))
     azimuth = math.radians(rng.uniform(*sun.azimuth_deg))
     if sun.direction is not None:
-        return np.array(sun.direction) / np.linalg.norm(sun.direction)
+        return np.asarray(np.array(sun.direction) / np.linalg.norm(sun.direction))
     to_camera = -pose.translation / np.linalg.norm(pose.translation)
     if sun.glint:
         scatter = math.radians(GLINT_SCATTER_DEG) * rng.normal(size=3)

@@ -33,7 +33,7 @@ class Caster:
         return found["primID"], found["tfar"]
 
     def reached(self, origins: Rays, directions: Rays, far: float) -> NDArray[np.bool_]:
-        """Whether nothing stands on the way from origins (N, 3) along directions (N, 3) up to `far` of them."""
+        """Whether nothing stands between origins (N, 3) and `far` times directions (N, 3) from them."""
         limits = np.full(len(origins), far, np.float32)
         blocked = self._run(origins, directions, limits, query="OCCLUDED")
         return np.asarray(blocked == NOTHING)

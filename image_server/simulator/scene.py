@@ -130,7 +130,7 @@ def _box(
     around = 2 * math.pi * (number + rng.uniform(0.1, 0.9)) / count
     away = diameter_m * rng.uniform(0.5, 0.75)
     back = rng.uniform(0.1, 0.6) * (diameter_m / 2 + behind_m)
-    place = target.translation + [away * math.cos(around), away * math.sin(around), back]
+    place = target.translation + np.array([away * math.cos(around), away * math.sin(around), back])
     turn = matrix_of(rng.normal(size=3))
     corners = np.array([[x, y, z] for z in (-0.5, 0.5) for y in (-0.5, 0.5) for x in (-0.5, 0.5)]) * size
     faces = tuple(np.array(face) for face in BOX_FACES)

@@ -36,7 +36,7 @@ def _reflected(
     n: Floats, v: Floats, lx: float, ly: float, lz: float, scattered: float, alpha: float, reflectance: float
 ) -> float:
     """Radiance towards v per unit of light from the unit vector l."""
-    n_l = n[0] * lx + n[1] * ly + n[2] * lz
+    n_l: float = n[0] * lx + n[1] * ly + n[2] * lz
     if n_l <= 0.0:
         return 0.0
     n_v = max(n[0] * v[0] + n[1] * v[1] + n[2] * v[2], 1e-4)
@@ -46,7 +46,8 @@ def _reflected(
         return scattered * n_l
     n_h = (n[0] * hx + n[1] * hy + n[2] * hz) / length
     v_h = (v[0] * hx + v[1] * hy + v[2] * hz) / length
-    return (scattered + microfacets(n_l, n_v, n_h, v_h, alpha, reflectance)) * n_l
+    out: float = (scattered + microfacets(n_l, n_v, n_h, v_h, alpha, reflectance)) * n_l
+    return out
 
 
 @njit(cache=True)

@@ -159,7 +159,7 @@ class Simulator(Device):
         return mixed(self.basis(), [*weights, self._ambient_scale])
 
     def basis(self) -> Radiances:
-        """Radiance images of this geometry: each light alone (full level, power 1), then sun and earth-shine."""
+        """Radiance images of this geometry: each light alone (full, power 1), then sun and earth-shine."""
         images = self._traced.get(self._focal_mm)
         if images is None:
             images = self._trace(self._zoomed(self._focal_mm))

@@ -88,15 +88,15 @@ def albedo(surface: Floats, x: float, y: float, z: float, u: float, v: float) ->
         if min(part_u, 1 - part_u) < GAP_WIDTH or min(part_v, 1 - part_v) < GAP_WIDTH * 0.67:
             value = 1.0
         else:
-            value = 0.25 * _hashed(int(math.floor(cell_u)) + 17, int(math.floor(cell_v)), int(shift))
+            value = 0.25 * _hashed(math.floor(cell_u) + 17, math.floor(cell_v), int(shift))
     elif kind == LINES:
         border = min(surface[HALF_U] - abs(u), surface[HALF_V] - abs(v)) / size
         part = border - math.floor(border)
         if border >= 0.5 and abs(part - 0.5) < LINE_WIDTH / 2:
             value = 0.0
     elif kind == CHECKER:
-        value = float((int(math.floor(u / size)) + int(math.floor(v / size))) % 2)
-    out = surface[ALBEDO] * (1.0 - surface[CONTRAST] * (1.0 - value))
+        value = float((math.floor(u / size) + math.floor(v / size)) % 2)
+    out: float = surface[ALBEDO] * (1.0 - surface[CONTRAST] * (1.0 - value))
     if surface[GRAIN] > 0.0:
         g = GRAIN_SIZE_M
         out *= 1.0 - surface[GRAIN] * noise(x / g + shift, y / g, z / g)

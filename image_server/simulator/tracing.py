@@ -1,8 +1,8 @@
 """One geometry, traced once: the linear radiance image of each light alone and of the sun.
 
-Every pixel is sampled at its centre first. Where face or shadow differs from a neighbour's, the pixel is traced
-again at 16 places that no row or column of a 16×16 grid shares, so the coverage along an edge is true to 1/32 px
-whatever its direction; elsewhere only the texture is averaged over the pixel.
+Every pixel is sampled at its centre first. Where face or shadow differs from a neighbour's, the pixel is
+traced again at 16 places that no row or column of a 16×16 grid shares, so the coverage along an edge is true
+to 1/32 px whatever its direction; elsewhere only the texture is averaged over the pixel.
 """
 
 import math
@@ -97,7 +97,7 @@ class _Tracer:
 
         Returns
         -------
-        triangle (N,), distance (N,), reach (N, L + 1), and a label (N,) that is equal where face and shadows are.
+        triangle (N,), distance (N,), reach (N, L + 1), and a label (N,), equal where face and shadows are.
         """
         triangle, distance = self._caster.first_hits(directions)
         hit = np.flatnonzero(triangle != NOTHING)
@@ -204,7 +204,7 @@ def _places() -> Floats:
 
 
 def _disc(sun: Floats, radius_rad: float) -> Floats:
-    """Directions (1 + SAMPLES, 3): the sun's middle, then places all over its disc (golden spiral, rim first)."""
+    """Directions (1 + SAMPLES, 3): the sun's middle, then places on its disc (golden spiral, rim first)."""
     helper = np.eye(3)[np.argmin(np.abs(sun))]
     u = np.cross(sun, helper)
     u /= np.linalg.norm(u)
