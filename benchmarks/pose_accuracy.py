@@ -3,7 +3,8 @@
     .venv/bin/python -m benchmarks.pose_accuracy FOLDER [--starts 8] [--rotation-deg 25] [--translation-px 40]
 
 FOLDER holds images, `camera.toml`, a `.cao` model and poses, either one 4x4 matrix per image
-(`Camera_L_*.txt`, exact) or tracks of a tracker (`visp_*_poses.txt`; then the error is that to the nearer track).
+(`Camera_L_*.txt`, exact) or tracks of a tracker (`visp_*_poses.txt`; then the error is that to the nearer
+track).
 One JSON object per estimate, then one with the success rate, the median and the 90th percentile.
 """
 

@@ -6,7 +6,8 @@ import math
 
 from vision_server.evidence import NORMAL_FLOOR_PX, Evidence
 
-# Logistic regression on simulated estimates (benchmarks/score_calibration.py), made a little steeper in quality.
+# Logistic regression on simulated estimates (benchmarks/score_calibration.py), made a little steeper in
+# quality.
 BIAS = 2.5
 PER_LOG2_QUALITY = 1.0
 PER_LOG_UNCERTAINTY = -1.5  # of the uncertainty over LIMIT

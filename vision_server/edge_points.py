@@ -44,7 +44,8 @@ def find_edge_points(
     """Look for edges on the normals of samples, in one channel.
 
     A maximum of |g . n| along the normal, where g is the gradient smoothed with the sample's scale, is placed
-    by a parabola through the logarithm of the three values one px apart (exact for a Gaussian-shaped response).
+    by a parabola through the logarithm of the three values one px apart (exact for a Gaussian-shaped
+    response).
     Its standard deviation follows from the noise of the second derivative divided by the curvature.
 
     Parameters

@@ -28,7 +28,8 @@ class SetImage:
 class ImageSet:
     """Images by name; any subset of them can be merged.
 
-    A channel's statistics are computed when it is added. The merged sums follow the subsets that are asked for,
+    A channel's statistics are computed when it is added. The merged sums follow the subsets that are asked
+    for,
     so that asking for one image more costs one image.
 
     Parameters
@@ -69,7 +70,7 @@ class ImageSet:
         BadInput
             No image of that name.
         """
-        self._known([name])
+        self.check([name])
         del self.images[name]
         if name in self._merged.channels:
             self._merged.remove(name)
@@ -82,7 +83,7 @@ class ImageSet:
         BadInput
             No images, or an unknown one.
         """
-        self._known(names)
+        self.check(names)
         wanted = set(names)
         if not wanted & set(self._merged.channels):
             self._merged = ImageSetStatistics()
@@ -95,10 +96,11 @@ class ImageSet:
 
     def gradients(self, names: Sequence[str]) -> list[GradientChannel]:
         """The named images as refinement sees them."""
-        self._known(names)
+        self.check(names)
         return [self.images[name].gradient for name in names]
 
-    def _known(self, names: Sequence[str]) -> None:
+    def check(self, names: Sequence[str]) -> None:
+        """Raise BadInput when one of the names is of no image in the set."""
         for name in names:
             if name not in self.images:
                 known = ", ".join(self.images) or "no images"

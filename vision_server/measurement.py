@@ -40,17 +40,21 @@ class Measurement:
     along
         (N,), place of a sample on its line's visible part, -1 to 1.
     jacobian
-        (N, 6), change of the line's place along the normal, px, per (rotation rad about ``centre``, translation m).
+        (N, 6), change of the line's place along the normal, px, per (rotation rad about ``centre``,
+        translation m).
     centre
         (3,), camera frame, metres: the turning point of the steps.
     scale
         (C, L), index into SCALES_PX used for each channel and line.
     offset, sd, strength, snr
-        (C, N), of the chosen edge point: place along the normal px (NaN: none), its noise px, signed derivative
+        (C, N), of the chosen edge point: place along the normal px (NaN: none), its noise px, signed
+        derivative
         grey/px, and that over its noise.
     nuisance
-        (C, N, 2), what moves edges but not the pose, up to a factor each: a tone curve that was not undone (signed
-        height of the step over the mean of its sides), and clipping (towards the dark side; 0 for edges away from
+        (C, N, 2), what moves edges but not the pose, up to a factor each: a tone curve that was not undone
+        (signed
+        height of the step over the mean of its sides), and clipping (towards the dark side; 0 for edges away
+        from
         saturated pixels); both times the filter's scale.
     shift
         (L, 2), each line's voted edge; agreed (L,), the votes it got.

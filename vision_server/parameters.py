@@ -78,7 +78,8 @@ def new_seed_pose(value: Any, best: Pose | None, seed_pose: Pose) -> Pose:
     Parameters
     ----------
     value
-        A pose; "best" for the best estimate; or {"best_at_range_m": r}, the best estimate moved along its line
+        A pose; "best" for the best estimate; or {"best_at_range_m": r}, the best estimate moved along its
+        line
         of sight to that range (without an estimate: the seed pose, moved likewise).
 
     Raises

@@ -33,7 +33,7 @@ class Frame:
 
 @dataclass(eq=False)
 class Recorder:
-    """Writes frames to ``out/images/`` in a thread of its own: one PNG each, and a stack.toml of kind "frames".
+    """Writes frames to ``out/images/`` in its own thread: one PNG each, and a stack.toml of kind "frames".
 
     Parameters
     ----------

@@ -30,7 +30,8 @@ STRONG_PERCENTILE = 70.0
 SCATTER_PX = 0.35  # scatter about its own straight line at which a line counts half
 SOFTER_RATIO = 0.70  # peak at twice the scale over peak at the scale: above this the edge is the softer one
 FEWEST_POINTS = 8
-# Shift of an edge per unit of the first nuisance: what is left of a known tone curve; of a nominal one (0.19 was
+# Shift of an edge per unit of the first nuisance: what is left of a known tone curve; of a nominal one (0.19
+# was
 # seen on sRGB read as linear); and per unit of the second: clipping by the sensor.
 KNOWN_TONE_SD_PX = 0.01
 NOMINAL_TONE_SD_PX = 0.15
@@ -82,7 +83,8 @@ def line_scales(
 ) -> Ints:
     """Filter scale that suits the blur of each line in each channel, (C, L), indices into SCALES_PX.
 
-    An edge of blur b answers a Gaussian derivative of scale s with a peak proportional to (b^2 + s^2)^-1/2; the
+    An edge of blur b answers a Gaussian derivative of scale s with a peak proportional to (b^2 + s^2)^-1/2;
+    the
     ratio of the peaks at 2s and s therefore tells b/s, whatever the contrast.
     """
     samples = visible_samples(model, camera, pose, 2.0)
@@ -211,12 +213,14 @@ def solve(measurement: Measurement, base: Floats, range_m: float, tone_sd_px: fl
     """The step that brings the lines onto their edge points, by iteratively reweighted least squares.
 
     A tone curve that was not undone moves each edge towards its dark side, by an amount proportional to its
-    relative height, and so does clipping by the sensor (`Measurement.nuisance`); both factors are estimated along
+    relative height, and so does clipping by the sensor (`Measurement.nuisance`); both factors are estimated
+    along
     with the pose.
 
     Returns
     -------
-    step (8,), rotation rad about the measurement's centre, translation m, nuisance px; weights (C, N), 1/px^2.
+    step (8,), rotation rad about the measurement's centre, translation m, nuisance px; weights (C, N),
+    1/px^2.
     """
     used = base > 0
     channel, sample = np.nonzero(used)

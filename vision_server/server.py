@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from bridge.messages import (
 )
 from bridge.serve import Reply, Service
 from vision_server.image_files import read_grey
-from vision_server.recorder import FOLDER, recorded_frames
+from vision_server.recorder import FOLDER, Frame, recorded_frames
 from vision_server.results import estimate_result
 from vision_server.session import Session, open_session
 
@@ -58,12 +59,12 @@ class VisionServer(Service):
             self._client.close()
         self._session = self._client = None
 
-    def _open(self, args: StartArgs) -> Session:
+    def _open(self, args: StartArgs, recorded: Sequence[Frame] = ()) -> Session:
         self._end()
         client = Client(args.image_server, timeout_s=IMAGE_SERVER_DEADLINE_S)
         try:
             result, _ = client.request("describe")
-            session = open_session(args, _checked(result, Describe, args.image_server))
+            session = open_session(args, _checked(result, Describe, args.image_server), recorded)
         except LightsAndCameraError:
             client.close()
             raise
@@ -81,9 +82,7 @@ class VisionServer(Service):
             raise BadInput(
                 f"{out / FOLDER} has no image {missing[0]}", f"It has {', '.join(frames) or 'none'}."
             )
-        session = self._open(args)
-        if session.recorder is not None:
-            session.recorder.frames.extend(frames.values())
+        session = self._open(args, list(frames.values()))
         for image in args.images:
             session.add(image, read_grey(out / FOLDER / f"{image}.png"), frames[image].settings)
         session.retired |= set(args.discarded) | (set(frames) - set(args.images))

@@ -20,7 +20,7 @@ from geometry.pose import Pose
 from vision_server import parameters
 from vision_server.image_set import Grey, ImageSet
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
-from vision_server.recorder import Recorder, stack_head
+from vision_server.recorder import Frame, Recorder, stack_head
 from vision_server.session_inputs import checked_pose, read_camera, read_model, read_seed_pose
 from vision_server.statistics import frame_statistics, target_region
 
@@ -84,6 +84,7 @@ class Session:
     def estimate(self, names: Sequence[str]) -> Estimate:
         """Pose from the named images; the same question is answered once."""
         key = tuple(dict.fromkeys(names))
+        self.images.check(key)
         if key not in self._known:
             try:
                 found = estimate_pose(
@@ -121,8 +122,10 @@ class Session:
         self.best = None
 
 
-def open_session(args: StartArgs, describe: Describe) -> Session:
+def open_session(args: StartArgs, describe: Describe, recorded: Sequence[Frame] = ()) -> Session:
     """The session that `start` asks for; what it leaves out comes from the image server's `describe`.
+
+    ``recorded`` are the frames that an earlier session has saved in the same folder.
 
     Raises
     ------
@@ -158,7 +161,7 @@ def open_session(args: StartArgs, describe: Describe) -> Session:
             if key in table:
                 head[key] = table[key]
         text = stack_head(describe, head, model_file.resolve(), unit, seed_pose)
-        session.recorder = Recorder(Path(args.out), text)
+        session.recorder = Recorder(Path(args.out), text, list(recorded))
     return session
 
 

@@ -22,7 +22,7 @@ SHARP_PX = 0.3  # no edge is believed to be sharper
 
 
 def target_region(model: Model, camera: Camera, pose: Pose) -> NDArray[np.bool_]:
-    """Pixels within MARGIN_PX of the model's outline, (H, W); all of them when it is not in front or outside."""
+    """Pixels within MARGIN_PX of the model's outline, (H, W); all when it is not in front, or outside."""
     points = camera.project(pose.apply(model.vertices))
     everything = np.ones((camera.height, camera.width), dtype=bool)
     if not np.isfinite(points).all():
@@ -90,7 +90,8 @@ def _of(pixels: Grey, channel: ChannelStatistics, region: NDArray[np.bool_] | No
 def edge_blur_px(channel: ChannelStatistics, region: NDArray[np.bool_]) -> float | None:
     """Spread of the edges in the region, standard deviation in px, None where too few of them tell.
 
-    An edge of blur b answers a Gaussian derivative of scale s with a peak proportional to (b^2 + s^2)^-1/2; two
+    An edge of blur b answers a Gaussian derivative of scale s with a peak proportional to (b^2 + s^2)^-1/2;
+    two
     scales tell b. The median over strong ridges is taken.
     """
     rows, columns = np.flatnonzero(region.any(axis=1)), np.flatnonzero(region.any(axis=0))

@@ -73,7 +73,7 @@ def test_noise_alone_is_never_a_pose_with_a_good_score(model: Model) -> None:
 
 
 def test_another_scene_is_never_a_pose_with_a_good_score(model: Model, picture: NDArray[np.float64]) -> None:
-    away = Pose(POSE.rotation_vector, POSE.translation + [0.0, 0.0, 0.35])
+    away = Pose(POSE.rotation_vector, POSE.translation + np.array([0.0, 0.0, 0.35]))
     estimate = estimated(photographed(picture), model, away)
     right = estimate.pose is not None and estimate.pose.error_to(POSE).within(1.0, 0.01)
     assert right or estimate.score < 0.5

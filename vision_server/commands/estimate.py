@@ -124,7 +124,7 @@ def estimate_command(
     gamma: Annotated[
         float | None,
         typer.Option(
-            help="Tone curve to undo: linear = grey^gamma; when left out, [camera] gamma, or what the files tell."
+            help="Tone curve to undo: linear = grey^gamma; else [camera] gamma, or what the files tell."
         ),
     ] = None,
 ) -> None:

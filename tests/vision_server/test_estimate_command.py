@@ -1,0 +1,99 @@
+"""`python -m vision_server estimate`: exit statuses, and one JSON object on stdout."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from geometry.pose import Pose, disturbed
+from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, photographed
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("estimate")
+    model = cuboid(path)
+    picture = linear_picture(model, CAMERA, POSE, (0.3, 0.7, 0.2, 0.9, 0.5, 0.8))
+    cv2.imwrite(str(path / "a.png"), photographed(picture, exposure=0.8))
+    cv2.imwrite(str(path / "b.png"), photographed(picture, exposure=0.4, seed=1))
+    cv2.imwrite(str(path / "black.png"), np.zeros((240, 320), np.uint8))
+    cv2.imwrite(str(path / "small.png"), np.zeros((100, 100), np.uint8))
+    cv2.imwrite(str(path / "thin.png"), np.zeros((240, 1), np.uint8))
+    camera = CAMERA.to_dict()
+    (path / "camera.toml").write_text("[camera]\n" + "".join(f"{k} = {v}\n" for k, v in camera.items()))
+    seed = disturbed(POSE, np.random.default_rng(0), 10.0, 10.0, CAMERA.fx)
+    write_pose(path / "seed.toml", seed.rotation_vector.tolist(), seed.translation.tolist())
+    return path
+
+
+def write_pose(path: Path, rotation: list[float], translation: list[float]) -> None:
+    path.write_text(f"[target.seed_pose]\nrotation_vector = {rotation}\ntranslation = {translation}\n")
+
+
+def estimate(
+    root: Path, folder: Path, *images: str, seed_pose: str = "seed.toml", **options: str
+) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "vision_server", "estimate", "--model", str(folder / "cuboid.cao")]
+    command += ["--camera", str(folder / "camera.toml"), "--seed-pose", str(folder / seed_pose)]
+    for name, value in options.items():
+        command += [f"--{name}", value] if value else [f"--{name}"]
+    command += [str(folder / image) for image in images]
+    return subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_one_json_object_with_the_pose(root: Path, folder: Path) -> None:
+    done = estimate(root, folder, "a.png", "b.png", exposures="0.8,0.4", json="")
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert {"pose", "covariance", "rms_px", "lines", "seconds", "seed", "kept"} <= set(result)
+    assert set(result["seconds"]) >= {"edges", "linking", "matching", "refinement", "total"}
+    assert result["kept"] == ["i1", "i2"]
+    assert Pose.from_dict(result["pose"]).error_to(POSE).within(0.5, 0.005)
+
+
+def test_people_get_a_table(root: Path, folder: Path) -> None:
+    done = estimate(root, folder, "a.png")
+    assert done.returncode == 0, done.stderr
+    assert "translation" in done.stdout
+    assert "RMS" in done.stdout
+
+
+def test_no_pose_is_said_honestly(root: Path, folder: Path) -> None:
+    done = estimate(root, folder, "black.png", json="")
+    assert done.returncode == 3, done.stderr
+    assert json.loads(done.stdout)["pose"] is None
+
+
+@pytest.mark.parametrize(
+    ("images", "options", "word"),
+    [
+        (["missing.png"], {}, "missing.png"),
+        (["a.png", "small.png"], {}, "small.png"),
+        (["small.png"], {}, "100x100"),
+        (["thin.png"], {}, "thin.png"),
+        (["camera.toml"], {}, "camera.toml"),
+        (["a.png"], {"exposures": "1,2"}, "exposures"),
+        (["a.png"], {"exposures": "-1"}, "exposures"),
+        (["a.png"], {"seed_pose": "nan.toml"}, "finite"),
+        (["a.png"], {"seed_pose": "behind.toml"}, "behind"),
+        (["a.png"], {"seed_pose": "camera.toml"}, "rotation_vector"),
+        (["a.png"], {"matcher": "luck"}, "luck"),
+        (["a.png"], {"gamma": "0"}, "gamma"),
+    ],
+)
+def test_bad_input_is_one_plain_line(
+    root: Path, folder: Path, images: list[str], options: dict[str, str], word: str
+) -> None:
+    (folder / "nan.toml").write_text(
+        "[target.seed_pose]\nrotation_vector = [nan, 0, 0]\ntranslation = [0, 0, 1]\n"
+    )
+    write_pose(folder / "behind.toml", [0.0, 0.0, 0.0], [0.0, 0.0, -1.0])
+    done = estimate(root, folder, *images, **options)
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert word in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
