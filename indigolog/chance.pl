@@ -1,0 +1,57 @@
+:- module(indigolog_chance,
+          [ set_seed/1,               % +Seed
+            random_fraction/1,        % -Fraction
+            random_pick/2,            % +List, -Element
+            shuffled/2                % +List, -Permutation
+          ]).
+:- use_module(library(lists), [nth0/3]).
+:- use_module(library(apply), [maplist/3]).
+:- use_module(library(pairs), [pairs_values/2]).
+
+/** <module> Random choices that can be repeated
+
+Random constructs draw from a generator of their own, so that a run with the
+same seed and the same answers from the world makes the same choices, whatever
+else in the process draws random numbers.  The state is a 64-bit
+linear congruential generator (Knuth's MMIX constants); its upper bits are used.
+*/
+
+%!  set_seed(+Seed) is det.
+
+set_seed(Seed) :-
+    State is (Seed * 0x9E3779B97F4A7C15 + 0x1234567) /\ 0xFFFFFFFFFFFFFFFF,
+    nb_setval(indigolog_chance, State),
+    random_fraction(_).
+
+%!  random_fraction(-Fraction) is det.
+%
+%   A float in [0, 1).
+
+random_fraction(Fraction) :-
+    (   nb_current(indigolog_chance, State0)
+    ->  true
+    ;   State0 = 0x853C49E6748FEA9B
+    ),
+    State is (State0 * 6364136223846793005 + 1442695040888963407)
+             /\ 0xFFFFFFFFFFFFFFFF,
+    nb_setval(indigolog_chance, State),
+    Fraction is (State >> 11) / 9007199254740992.0.
+
+%!  random_pick(+List, -Element) is semidet.
+
+random_pick(List, Element) :-
+    length(List, N),
+    N > 0,
+    random_fraction(F),
+    I is truncate(F*N),
+    nth0(I, List, Element).
+
+%!  shuffled(+List, -Permutation) is det.
+
+shuffled(List, Permutation) :-
+    maplist(keyed, List, Keyed),
+    keysort(Keyed, Sorted),
+    pairs_values(Sorted, Permutation).
+
+keyed(X, F-X) :-
+    random_fraction(F).

@@ -1,0 +1,99 @@
+:- module(indigolog,
+          [ load_theory/1,            % +FileOrFiles
+            do/3,                     % +Program, +History, -History1
+            trans/4,                  % +Program, +History, -Program1, -History1
+            final/2,                  % +Program, +History
+            holds/2,                  % +Formula, +History
+            indigolog/1,              % +Program
+            indigolog/2,              % +Program, :Options
+            request_stop/1,           % +Reason
+            fluent_value/3,           % ?Fluent, +Situation, -Value
+            situation_holds/2,        % +Formula, +Situation
+            situation_history/2,      % +Situation, -History
+            random_fraction/1,        % -Fraction
+            random_pick/2             % +List, -Element
+          ]).
+:- use_module(chance, [random_fraction/1, random_pick/2]).
+:- use_module(executive, [run/2, request_stop/1]).
+:- use_module(theory, [load_theory/1]).
+:- use_module(situation).
+:- use_module(formula, []).
+:- use_module(context, [top_context/1]).
+:- use_module(transition, []).
+:- use_module(termination, []).
+:- use_module(offline).
+
+:- meta_predicate indigolog(+, :).
+
+/** <module> IndiGolog
+
+Histories here are lists, newest action first.
+*/
+
+%!  do(+Program, +History, -History1) is nondet.
+%
+%   History1 is the history after a complete execution of Program from History.
+
+do(Program, History, History1) :-
+    history_situation(History, S),
+    complete(Program, S, S1),
+    situation_history(S1, History1).
+
+%!  trans(+Program, +History, -Program1, -History1) is nondet.
+
+trans(Program, History, Program1, History1) :-
+    history_situation(History, S),
+    indigolog_transition:step(Program, S, Program1, S1),
+    situation_history(S1, History1),
+    remember_situation(S1).
+
+%!  final(+Program, +History) is semidet.
+
+final(Program, History) :-
+    history_situation(History, S),
+    top_context(C),
+    indigolog_termination:final(Program, S, C),
+    !.
+
+%!  holds(+Formula, +History) is nondet.
+
+holds(Formula, History) :-
+    history_situation(History, S),
+    indigolog_formula:test(Formula, S).
+
+%!  situation_holds(+Formula, +Situation) is nondet.
+%
+%   Formula is true in a situation handed out by indigolog/2.
+
+situation_holds(Formula, Situation) :-
+    indigolog_formula:test(Formula, Situation).
+
+%!  indigolog(+Program) is det.
+%!  indigolog(+Program, :Options) is det.
+%
+%   Run Program online. Options:
+%
+%     * device(Module)       may be given more than once.  Module defines
+%       can_execute(+Action), execute(+Action, -Sensing) and, if it has events,
+%       exogenous(-Actions); and resumed(+Situation) if it must know that it
+%       takes over after a replay.  Without one the theory's execute/2 and
+%       exog_occurs/1 are asked, or the terminal.
+%     * journal(File)        append a fact for each event
+%     * resume(File)         replay that journal first
+%     * seed(Integer)        of random choices
+%     * max_actions(N)       stop with outcome `limit`
+%     * deadline(Seconds)    for each action of a device
+%     * on_action(:Closure)  called with each action, exogenous ones too, and the
+%       situation after it
+%     * history(-History), situation(-Situation)
+%     * outcome(-Outcome)    `final`, `failed`, `limit` or `aborted`; without this
+%       option anything but `final` is an error
+%
+%   @error golog(_), and whatever a device throws; stopped(Reason) after
+%          request_stop/1
+
+indigolog(Program) :-
+    indigolog(Program, []).
+
+indigolog(Program, Options) :-
+    run(Program, Options).

@@ -1,0 +1,69 @@
+:- module(indigolog_messages, []).
+
+/** <module> What the interpreter says */
+
+:- multifile prolog:message//1, prolog:error_message//1.
+
+prolog:message(golog(Message)) -->
+    message(Message).
+prolog:error_message(golog(Error)) -->
+    error_text(Error).
+
+message(prompt(sensing(A))) -->
+    [ '~q: sensing result? '-[A], flush ].
+message(prompt(exogenous)) -->
+    [ 'Exogenous action (nil. for none)? '-[], flush ].
+
+message(undeclared_event(A)) -->
+    [ 'Ignored ~q: the theory declares no such exogenous action'-[A] ].
+
+error_text(open_program) -->
+    [ 'the program is an unbound variable where a step is asked of it'-[] ].
+error_text(open_action(A)) -->
+    [ 'action ~q is not ground'-[A] ].
+error_text(unknown_action(A)) -->
+    { functor(A, Name, Arity) },
+    [ '~q is neither an action nor a procedure of the theory (~q)'-[Name/Arity, A] ].
+error_text(not_a_program(E)) -->
+    [ '~q is not a program'-[E] ].
+error_text(recursion(Call, N)) -->
+    [ 'procedure calls nest ~D deep without an action, the last is ~q'-[N, Call] ].
+error_text(program_ended(Outcome, _, History)) -->
+    { length(History, N) },
+    [ 'the program ended as ~w after ~D actions'-[Outcome, N] ].
+error_text(no_journal(File)) -->
+    [ 'cannot resume: ~w does not exist or tells of no run'-[File] ].
+error_text(other_program(File, Program)) -->
+    [ 'cannot resume: ~w tells of another program, ~q'-[File, Program] ].
+error_text(journal_differs(Entry, _)) -->
+    [ 'cannot resume: the program does not come to what the journal tells next, ~q'-[Entry] ].
+error_text(deadline(A, Seconds)) -->
+    [ 'the device did not finish ~q within ~w s'-[A, Seconds] ].
+error_text(device_failed(D, A)) -->
+    [ 'device ~q failed to execute ~q'-[D, A] ].
+error_text(nothing_sensed(A)) -->
+    [ 'the device gave no sensing result for ~q'-[A] ].
+error_text(no_theory) -->
+    [ 'No theory is loaded: call load_theory(File) first'-[] ].
+error_text(load(Files, Count)) -->
+    [ '~w error(s) while loading the theory ~q: see above'-[Count, Files] ].
+error_text(module_header(File, Own)) -->
+    [ '~w begins with module(~q, ...): a theory file is plain Prolog with no header'-[File, Own] ].
+error_text(no_domain(D)) -->
+    [ '~q is neither a list nor a predicate of the theory whose one argument is a list'-[D] ].
+error_text(not_a_formula(P)) -->
+    [ '~q is not a formula'-[P] ].
+error_text(not_a_formula(P, G)) -->
+    [ '~q is not a formula: its value is ~q'-[P, G] ].
+error_text(no_value(F, History)) -->
+    [ 'fluent ~q has no value'-[F] ],
+    after(History).
+error_text(effect_not_ground(A, F, V)) -->
+    [ 'an effect of ~q sets ~q to ~q, which is not ground'-[A, F, V] ].
+error_text(no_answer(A)) -->
+    [ 'the input ended before it gave a sensing result for ~q'-[A] ].
+
+after([]) --> [ ' in the initial situation'-[] ].
+after([A|H]) -->
+    { length([A|H], N) },
+    [ ' after ~D actions, the last of them ~q'-[N, A] ].

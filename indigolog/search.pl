@@ -1,0 +1,82 @@
+:- module(indigolog_search,
+          [ search_step/6,            % +Program, +How, +Situation, +Context, -Program1, -Situation1
+            plan_step/8               % +Program, +How, +Expected, +Steps, +Situation, +Context, -Program1, -Situation1
+          ]).
+:- use_module(transition).
+:- use_module(termination).
+:- use_module(situation).
+
+/** <module> Search: look ahead to a complete execution before doing anything
+
+A plan is '$plan'(E, How, S, Steps): the program E that remains, the situation S
+it expects, and the configurations c(E1, S1) that follow, one an action.
+*/
+
+%!  search_step(+Program, +How, +Situation, +Context, -Program1, -Situation1) is nondet.
+%
+%   First step of a complete execution of Program, on backtracking of the next.
+
+search_step(E, How, S, C, E1, S1) :-
+    find_path(E, S, C, Steps),
+    follow(Steps, E, How, S, C, E1, S1).
+
+% find_path(+E, +S, +C, -Steps): the configurations after each action.
+find_path(E, S, C, []) :-
+    final(E, S, C).
+find_path(E, S, C, Steps) :-
+    trans(E, S, C, E1, S1),
+    (   same_situation(S, S1)
+    ->  find_path(E1, S1, C, Steps)
+    ;   Steps = [c(E1, S1)|Steps1],
+        find_path(E1, S1, C, Steps1)
+    ).
+
+same_situation(S, S1) :-
+    situation_length(S, N),
+    situation_length(S1, N).
+
+follow([], _, _, S, _, [], S).
+follow([c(E1, S1)|Steps], _, How, _, _, '$plan'(E1, How, S1, Steps), S1).
+
+%!  plan_step(+Program, +How, +Expected, +Steps, +Situation, +Context, -Program1, -Situation1) is nondet.
+
+plan_step(E, How, S0, Steps, S, C, E1, S1) :-
+    (   expected(S0, S)
+    ->  Steps = [c(E1a, S1)|Rest],
+        E1 = '$plan'(E1a, How, S1, Rest)
+    ;   repaired(Steps, E, S, C, Steps1)
+    ->  follow(Steps1, E, How, S, C, E1, S1)
+    ;   search_step(E, How, S, C, E1, S1)
+    ).
+
+expected(S0, S) :-
+    situation_history(S0, H0),
+    situation_history(S, H),
+    ( same_term(H0, H) -> true ; H0 == H ).
+
+% The same actions still lead to the end from here.
+repaired(Steps, E, S, C, New) :-
+    same_actions(Steps, E, S, C, New).
+
+same_actions([], E, S, C, []) :-
+    ends(E, S, C).
+same_actions([c(_, Sx)|Steps], E, S, C, [c(E1, S1)|New]) :-
+    situation_history(Sx, [A|_]),
+    next_action(E, S, C, A, E1, S1),
+    same_actions(Steps, E1, S1, C, New).
+
+next_action(E, S, C, A, E1, S1) :-
+    trans(E, S, C, E0, S0),
+    (   same_situation(S, S0)
+    ->  next_action(E0, S0, C, A, E1, S1)
+    ;   situation_history(S0, [A0|_]),
+        A0 == A,
+        E1 = E0, S1 = S0
+    ).
+
+ends(E, S, C) :-
+    final(E, S, C).
+ends(E, S, C) :-
+    trans(E, S, C, E1, S1),
+    same_situation(S, S1),
+    ends(E1, S1, C).

@@ -1,0 +1,43 @@
+:- module(indigolog_terminal,
+          [ ask_execute/2,            % +Action, -Sensing
+            ask_exog_occurs/1         % -Action
+          ]).
+
+/** <module> The terminal as the world
+
+What a person at the terminal answers stands for sensing results and exogenous
+actions.  Prompts go to the error stream, so that standard output keeps only
+the executed actions.
+*/
+
+%!  ask_execute(+Action, -Sensing) is det.
+%
+%   Ask for the sensing result of Action if the current theory has a sensing
+%   axiom for it; any other action just counts as done.
+
+ask_execute(Action, Sensing) :-
+    (   indigolog_situation:sensing_action(Action)
+    ->  prompt_for(sensing(Action), Sensing),
+        (   Sensing == end_of_file
+        ->  throw(error(golog(no_answer(Action)), _))
+        ;   true
+        )
+    ;   true
+    ).
+
+%!  ask_exog_occurs(-Action) is semidet.
+%
+%   Ask for an exogenous action; `nil`, or the end of input, means none.
+
+ask_exog_occurs(Action) :-
+    prompt_for(exogenous, Answer),
+    Answer \== nil,
+    Answer \== end_of_file,
+    Action = Answer.
+
+prompt_for(What, Answer) :-
+    print_message(help, golog(prompt(What))),
+    prompt(Old, ''),
+    setup_call_cleanup(true,
+                       read(user_input, Answer),
+                       prompt(_, Old)).

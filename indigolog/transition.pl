@@ -1,0 +1,356 @@
+:- module(indigolog_transition,
+          [ step/4,                   % +Program, +Situation, -Program1, -Situation1
+            trans/5                   % +Program, +Situation, +Context, -Program1, -Situation1
+          ]).
+:- use_module(library(lists), [member/2, nth0/3, append/3, select/3]).
+:- use_module(library(error), [must_be/2]).
+:- use_module(theory).
+:- use_module(situation).
+:- use_module(formula, [holds/2, test/2, evaluate/3]).
+:- use_module(substitution).
+:- use_module(termination).
+:- use_module(context).
+:- use_module(search).
+:- use_module(chance).
+
+/** <module> Trans: one step of a program
+
+trans(E, S, C, E1, S1): program E in situation S may make a single step to
+program E1 in situation S1.  The rules are those of De Giacomo, Lesperance and
+Levesque (2000) for ConGolog and of De Giacomo and Levesque (1999) for search;
+docs/language.md states the rule of every construct.  A step of a sequence is
+first a step of its head; only a head that may be final lets the rest begin.
+*/
+
+%!  step(+Program, +Situation, -Program1, -Situation1) is nondet.
+%
+%   A step from the top: errors are told with the program and the situation.
+
+step(E, S, E1, S1) :-
+    top_context(C),
+    catch(trans(E, S, C, E1, S1), Error, in_step(Error, E, S)).
+
+%!  trans(+Program, +Situation, +Context, -Program1, -Situation1) is nondet.
+
+trans(E, _, _, _, _), var(E) =>
+    throw(error(golog(open_program), _)).
+trans([], _, _, _, _) =>
+    fail.
+trans([E|L], S, C, E1, S1) =>                       % Trans(E;L)
+    (   never_final(E)
+    ->  trans(E, S, C, E0, S1),
+        sequence(E0, L, E1)
+    ;   L == []
+    ->  trans(E, S, C, E1, S1)
+    ;   \+ final(E, S, C)
+    ->  trans(E, S, C, E0, S1),
+        sequence(E0, L, E1)
+    ;   (   trans(E, S, C, E0, S1),
+            sequence(E0, L, E1)
+        ;   once_if_ground(E, final(E, S, C)),
+            trans(L, S, C, E1, S1)
+        )
+    ).
+trans(?(P), S, _, E1, S1) =>
+    E1 = [],
+    (   P == wait_exog_action
+    ->  progress(wait, S, S1)
+    ;   S1 = S,
+        test(P, S)
+    ).
+trans(??(P), S, _, E1, S1) =>
+    E1 = [],
+    test(P, S),
+    progress(test(P), S, S1).
+trans(ndet(E, F), S, C, E1, S1) =>
+    (   trans(E, S, C, E1, S1)
+    ;   trans(F, S, C, E1, S1)
+    ).
+trans(wndet(E, F), S, C, E1, S1) =>                 % F only where E cannot
+    (   trans(E, S, C, E0, S0)
+    *-> E1 = E0, S1 = S0
+    ;   trans(F, S, C, E1, S1)
+    ).
+trans(rndet(E, F), S, C, E1, S1) =>
+    shuffled([E, F], Es),
+    member(E0, Es),
+    trans(E0, S, C, E1, S1).
+trans(if(P, E), S, C, E1, S1) =>
+    test(P, S),
+    !,
+    trans(E, S, C, E1, S1).
+trans(if(P, E, F), S, C, E1, S1) =>
+    (   holds(P, S)
+    ->  trans(E, S, C, E1, S1)
+    ;   trans(F, S, C, E1, S1)
+    ).
+trans(while(P, E), S, C, E1, S1) =>
+    test(P, S),
+    trans(E, S, C, E0, S1),
+    sequence(E0, [while(P, E)], E1).
+trans(star(E), S, C, E1, S1) =>
+    trans(E, S, C, E0, S1),
+    sequence(E0, [star(E)], E1).
+trans(star(E, N), S, C, E1, S1) =>                  % at most N times
+    must_be(integer, N),
+    N > 0,
+    trans(E, S, C, E0, S1),
+    (   N =:= 1
+    ->  E1 = E0
+    ;   M is N-1,
+        sequence(E0, [star(E, M)], E1)
+    ).
+trans(pi(V, E), S, C, E1, S1) =>
+    pick(V, E, ordered, S, E0),
+    trans(E0, S, C, E1, S1).
+trans(pi(V, D, E), S, C, E1, S1) =>
+    pick((V, D), E, ordered, S, E0),
+    trans(E0, S, C, E1, S1).
+trans(rpi(V, E), S, C, E1, S1) =>
+    pick(V, E, random, S, E0),
+    trans(E0, S, C, E1, S1).
+trans(rpi(V, D, E), S, C, E1, S1) =>
+    pick((V, D), E, random, S, E0),
+    trans(E0, S, C, E1, S1).
+trans(for(V, D, E), S, C, E1, S1) =>
+    for_sequence(V, D, E, S, E0),
+    trans(E0, S, C, E1, S1).
+trans(conc(E, F), S, C, E1, S1) =>
+    (   trans(E, S, C, E0, S1),
+        concurrent(E0, F, E1)
+    ;   trans(F, S, C, F0, S1),
+        concurrent(E, F0, E1)
+    ).
+trans(pconc(E, F), S, C, E1, S1) =>                 % E goes first whenever it can
+    (   trans(E, S, C, E0, S0)
+    *-> S1 = S0,
+        prioritized(E0, F, E1)
+    ;   trans(F, S, C, F0, S1),
+        prioritized(E, F0, E1)
+    ).
+trans(iconc(E), S, C, E1, S1) =>
+    trans(E, S, C, E0, S1),
+    concurrent(E0, iconc(E), E1).
+trans(rconc(E, F), S, C, E1, S1) =>
+    trans(rconc([E, F]), S, C, E1, S1).
+trans(rconc(Es), S, C, E1, S1) =>
+    numbered(Es, Numbered),
+    shuffled(Numbered, Order),
+    member(I-E, Order),
+    trans(E, S, C, E0, S1),
+    replaced(I, Es, E0, Es1),
+    E1 = rconc(Es1).
+trans(rrobin(Es), S, C, E1, S1) =>                  % whoever moved goes to the end
+    select(E, Es, Rest),
+    trans(E, S, C, E0, S1),
+    append(Rest, [E0], Es1),
+    E1 = rrobin(Es1).
+trans(sync(Es), S, C, E1, S1) =>
+    together(Es, S, C, Es1, none, Action),
+    E1 = sync(Es1),
+    progress(Action, S, S1).
+trans(interrupt(P, E), S, C, E1, S1) =>
+    interrupts_running(C),
+    once_if_ground(P, holds(P, S)),
+    trans(E, S, C, E0, S1),
+    sequence(E0, [interrupt(P, E)], E1).
+trans(interrupt(V, P, E), S, C, E1, S1) =>
+    interrupts_running(C),
+    pick(V, if(P, E, ?(false)), ordered, S, E0),
+    trans(E0, S, C, E2, S1),
+    sequence(E2, [interrupt(V, P, E)], E1).
+trans(prioritized_interrupts(Is), S, C, E1, S1) =>
+    by_priority(Is, E),
+    context_depth(C, N0),
+    N is N0+1,
+    trans('$interrupts'(N, E), S, C, E1, S1).
+trans('$interrupts'(N, E), S, C0, E1, S1) =>
+    interrupts_context(N, C0, C),
+    trans(E, S, C, E0, S1),
+    (   interrupts_stopped(N, S, S1)
+    ->  stopped_interrupts(E0, E1)
+    ;   E1 = '$interrupts'(N, E0)
+    ).
+trans('$stopped'(E), S, C0, E1, S1) =>
+    stopped_context(C0, C),
+    trans(E, S, C, E0, S1),
+    stopped_interrupts(E0, E1).
+trans(stop_interrupts, S, C, E1, S1) =>
+    E1 = [],
+    context_depth(C, N),
+    stop_interrupts(N, S, S1).
+trans(gexec(P, E), S, C, E1, S1) =>                 % as long as P holds
+    once_if_ground(P, holds(P, S)),
+    trans(E, S, C, E0, S1),
+    E1 = gexec(P, E0).
+trans(goal(Done, E, Failed, Recovery), S, C, E1, S1) =>
+    \+ holds(Done, S),
+    (   holds(Failed, S)
+    ->  trans(Recovery, S, C, E1, S1)
+    ;   trans(E, S, C, E0, S1),
+        E1 = goal(Done, E0, Failed, Recovery)
+    ).
+trans(abort(P), S, _, E1, S1) =>
+    E1 = [],
+    progress(e(P, false), S, S1).
+trans(atomic(E), S, C, E1, S1) =>
+    trans(E, S, C, E0, S1),
+    (   E0 == []
+    ->  E1 = []
+    ;   E1 = atomic(E0)
+    ).
+trans(time(E, Seconds), S, C, E1, S1) =>            % the first step in time
+    within(Seconds, trans(E, S, C, E1, S1)).
+trans(ttime(E, Seconds), S, C, E1, S1) =>           % every step in time
+    within(Seconds, trans(E, S, C, E0, S1)),
+    E1 = ttime(E0, Seconds).
+trans(wait, S, _, E1, S1) =>
+    E1 = [],
+    progress(wait, S, S1).
+trans(abort, S, _, E1, S1) =>
+    E1 = [],
+    progress(abort, S, S1).
+trans(commit, S, _, E1, S1) =>
+    E1 = [],
+    S1 = S.
+trans(search(E), S, C, E1, S1) =>
+    search_step(E, [], S, C, E1, S1).
+trans(search(E, How), S, C, E1, S1) =>
+    search_step(E, How, S, C, E1, S1).
+trans('$plan'(E, How, S0, Steps), S, C, E1, S1) =>
+    plan_step(E, How, S0, Steps, S, C, E1, S1).
+trans(E, S, C, E1, S1) =>
+    situation_theory(S, Theory),
+    theory_module(Theory, Module),
+    (   Module:proc(E, Body)
+    ->  enter(E, C, C1),
+        trans(Body, S, C1, E1, S1)
+    ;   E1 = [],
+        act(E, S, S1)
+    ).
+
+
+                /* Actions */
+
+% act(+Term, +Situation, -Situation1): arguments are evaluated, then the action
+% must be a primitive one, and possible.
+
+act(Term, S, S1) :-
+    evaluated_action(Term, S, A),
+    situation_theory(S, Theory),
+    theory_module(Theory, Module),
+    (   ground(A)
+    ->  primitive(A, Module, Theory),
+        possible(A, Module, S),
+        !
+    ;   primitive(A, Module, Theory),
+        possible(A, Module, S),
+        (   ground(A)
+        ->  true
+        ;   throw(error(golog(open_action(A)), _))
+        )
+    ),
+    progress(A, S, S1).
+
+evaluated_action(set(F), _, A) =>
+    A = set(F).
+evaluated_action(unset(F), _, A) =>
+    A = unset(F).
+evaluated_action(Term, _, A), atom(Term) =>
+    A = Term.
+evaluated_action(Term, S, A), compound(Term) =>
+    compound_name_arguments(Term, Name, Args0),
+    values(Args0, S, Args),
+    compound_name_arguments(A, Name, Args).
+evaluated_action(Term, _, _) =>
+    throw(error(golog(not_a_program(Term)), _)).
+
+values([], _, []).
+values([A|As], S, [B|Bs]) :-
+    evaluate(A, S, B),
+    values(As, S, Bs).
+
+primitive(set(_), _, _) =>
+    true.
+primitive(unset(_), _, _) =>
+    true.
+primitive(A, Module, Theory) =>
+    (   Module:prim_action(A)
+    *-> true
+    ;   action_template(Theory, A, _)
+    ->  fail
+    ;   throw(error(golog(unknown_action(A)), _))
+    ).
+
+possible(set(F), _, _) =>
+    ground(F).
+possible(unset(F), _, _) =>
+    ground(F).
+possible(A, Module, S) =>
+    Module:poss(A, P),
+    holds(P, S).
+
+
+                /* Choices of arguments */
+
+% pick(+Variables, +Program, +Order, +Situation, -Instance) is nondet.
+
+pick([], E, _, _, E0) =>
+    E0 = E.
+pick([V|Vs], E, Order, S, E0) =>
+    pick(V, E, Order, S, E1),
+    pick(Vs, E1, Order, S, E0).
+pick(V, E, Order, S, E0), nonvar(V), V = (V0, D) =>
+    (   nonvar(V0), V0 = r(V1)
+    ->  Order1 = random
+    ;   V1 = V0, Order1 = Order
+    ),
+    evaluate(D, S, D1),
+    situation_theory(S, Theory),
+    domain_list(Theory, D1, Values0),
+    in_order(Order1, Values0, Values),
+    member(X, Values),
+    substitute(V1, X, E, E0).
+pick(V, E, _, _, E0) =>
+    substitute(V, _, E, E0).
+
+in_order(ordered, Values, Values).
+in_order(random, Values0, Values) :-
+    shuffled(Values0, Values).
+
+
+                /* Helpers of single constructs */
+
+% sync: every program makes the same action at once.
+together([], _, _, [], Action, Action).
+together([E|Es], S, C, [E1|E1s], Action0, Action) :-
+    until_action(E, S, C, E1, A),
+    (   Action0 == none
+    ->  true
+    ;   A == Action0
+    ),
+    together(Es, S, C, E1s, A, Action).
+
+until_action(E, S, C, E1, A) :-
+    trans(E, S, C, E0, S0),
+    (   situation_length(S0, N),
+        situation_length(S, N)
+    ->  until_action(E0, S, C, E1, A)
+    ;   situation_history(S0, [A|_]),
+        E1 = E0
+    ).
+
+numbered(Es, Numbered) :-
+    findall(I-E, nth0(I, Es, E), Numbered0),
+    same_variables(Numbered0, Es, Numbered).
+
+% findall/3 copies; keep the programs' own variables.
+same_variables([], [], []).
+same_variables([I-_|Is], [E|Es], [I-E|Ns]) :-
+    same_variables(Is, Es, Ns).
+
+replaced(0, [_|Es], E, [E|Es]) :-
+    !.
+replaced(I, [X|Es], E, [X|Fs]) :-
+    J is I-1,
+    replaced(J, Es, E, Fs).
