@@ -1,0 +1,147 @@
+"""What the simulated device promises: draws, seeds, moves, scores, and scenarios."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.errors import BadInput
+from bridge.messages import Settings
+from geometry.rotation import vector_of
+from image_server.simulator import Simulator
+from image_server.simulator.placement import faces_shown, fraction_inside
+from image_server.simulator.scenario import SCENARIOS, Camera, PoseDraw, Scenario, load_scenario, with_conditions
+from image_server.simulator.simulator import _message
+
+MIDDLE = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
+SMALL = Camera(width=160, height=120, fx=200.0, fy=200.0, cx=79.5, cy=59.5)
+
+
+def small(**changes: object) -> Scenario:
+    return Scenario(camera=SMALL, **changes)  # type: ignore[arg-type]
+
+
+def test_the_same_seed_gives_the_same_frames() -> None:
+    one, same, other = (Simulator("fixture", small(), seed) for seed in (4, 4, 5))
+    assert np.array_equal(one.capture(MIDDLE).pixels, same.capture(MIDDLE).pixels)
+    assert not np.array_equal(one.capture(MIDDLE).pixels, other.capture(MIDDLE).pixels)
+
+
+@pytest.mark.parametrize("target", ["cube", "fixture", "satellite"])
+def test_the_true_pose_lies_in_the_search_range_of_the_seed_pose(target: str) -> None:
+    for seed in range(8):
+        sim = Simulator(target, "nominal", seed)
+        start, true = sim.seed_pose, sim.true_pose
+        assert start is not None
+        turn = start.matrix.T @ true.matrix  # Rx·Ry·Rz
+        angles = np.degrees(
+            [np.arctan2(-turn[1, 2], turn[2, 2]), np.arcsin(turn[0, 2]), np.arctan2(-turn[0, 1], turn[0, 0])]
+        )
+        assert np.abs(angles).max() <= 25.0 + 1e-6
+        offset_px = (true.translation - start.translation) * 800 / start.translation[2]
+        assert np.abs(offset_px).max() <= 40.0 + 1e-6
+        assert 0.5 <= np.linalg.norm(true.translation) <= 1.0
+        camera = sim._camera
+        assert fraction_inside(sim._model, camera, true) > 0.9
+
+
+def test_uniform_draws_show_several_faces() -> None:
+    for seed in range(6):
+        sim = Simulator("cube", Scenario(pose=PoseDraw(orientation="uniform")), seed)
+        assert faces_shown(sim._model, sim.true_pose) >= 2
+
+
+def test_settings_matter_from_dark_to_saturated() -> None:
+    sim = Simulator("cube", "nominal", 3)
+    target = sim.basis()[0] > 0
+
+    def median(levels: tuple[int, int, int], shutter_s: float, aperture: float) -> float:
+        settings = Settings(lights=levels, shutter_s=shutter_s, aperture=aperture)
+        return float(np.median(sim.capture(settings).pixels[target]))
+
+    assert 60 <= median((4, 4, 4), 1 / 60, 4.0) <= 190
+    assert median((7, 7, 7), 1 / 15, 2.8) == 255
+    assert median((1, 0, 0), 1 / 240, 5.6) < 20
+
+
+def test_a_move_brings_the_target_to_its_range_and_says_so() -> None:
+    sim = Simulator("cube", "approach", 2)
+    before, first = sim.true_pose, sim.capture(MIDDLE).pixels
+    changes = sim.move(0.8)
+    after = sim.true_pose
+    assert [change.event for change in changes] == ["target_moved", "sun_changed"]
+    assert changes[0].args == {"range_m": 0.8}
+    assert np.linalg.norm(after.translation) == pytest.approx(0.8, rel=0.06)
+    sight = before.translation / np.linalg.norm(before.translation)
+    assert np.linalg.norm(np.cross(sight, after.translation)) < 0.06 * 0.8
+    assert np.degrees(np.linalg.norm(vector_of(after.matrix @ before.matrix.T))) < 8
+    assert not np.array_equal(first, sim.capture(MIDDLE).pixels)
+    target = sim.describe().target
+    assert target is not None and target.seed_pose is None
+
+
+def test_a_target_cannot_come_through_the_camera() -> None:
+    with pytest.raises(BadInput, match=r"cannot come to 0.05 m.*Allowed: 0.17 m or more"):
+        Simulator("cube", "nominal", 0).move(0.05)
+
+
+def test_score_is_zero_at_the_true_pose() -> None:
+    sim = Simulator("cube", "nominal", 1)
+    error = sim.score(_message(sim.true_pose))
+    assert error.rotation_deg == pytest.approx(0, abs=1e-5)
+    assert error.translation_m == 0
+
+
+def test_no_description_holds_the_true_pose() -> None:
+    sim = Simulator("cube", "nominal", 1)
+    said = str(sim.describe()) + str(sim.health()) + str(sim.move(0.9)) + str(sim.describe())
+    for number in (*sim.true_pose.rotation_vector, *sim.true_pose.translation):
+        assert f"{number:.6f}"[:8] not in said
+
+
+def test_a_zoom_lens_scales_what_it_describes() -> None:
+    zoom = Camera(width=160, height=120, fx=200.0, fy=200.0, cx=79.5, cy=59.5, focal_lengths_mm=(8.0, 12.0))
+    sim = Simulator("cube", Scenario(camera=zoom), 1)
+    wide = sim.capture(Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0, focal_length_mm=8.0))
+    near = sim.capture(Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0, focal_length_mm=12.0))
+    camera = sim.describe().camera
+    assert camera is not None and camera.fx == pytest.approx(300.0)
+    assert (near.pixels > 15).sum() > 1.6 * (wide.pixels > 15).sum()
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in SCENARIOS.glob("*.toml")))
+def test_every_scenario_can_be_read_and_says_what_it_is(name: str) -> None:
+    assert load_scenario(name).description
+
+
+def test_conditions_change_a_scenario() -> None:
+    changed = with_conditions(load_scenario("blur"), 8.0, 2.0, 1.0, (5.0, 6.0))
+    assert changed.ambient_scale == 8.0
+    assert changed.light_power == 0.5
+    assert changed.camera.defocus_sigma_px == 1.0
+    assert changed.camera.motion_px_per_s == (5.0, 6.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("sunlight = 1", "unknown key `sunlight`"),
+        ("[sun]\nangel_deg = [1.0, 2.0]", r"unknown key `angel_deg` in \[sun\]"),
+        ("ambient_scale = -1.0", r">= 0.*\[ambient_scale\]"),
+        ("[pose]\nrange_m = [1.0, 0.5]", r"\[pose\] range_m runs from 1 down to 0.5"),
+        ("[background]\nkind = 'forest'", r"invalid enum value.*\[background.kind\]"),
+        ("[sun", "not valid TOML"),
+    ],
+)
+def test_a_wrong_scenario_says_what_and_where(tmp_path: Path, text: str, message: str) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(text)
+    with pytest.raises(BadInput, match=message):
+        load_scenario(str(file))
+
+
+def test_unknown_names_list_the_known_ones() -> None:
+    with pytest.raises(BadInput, match=r"no scenario 'dusk'.*Known: .*eclipse.*nominal"):
+        load_scenario("dusk")
+    with pytest.raises(BadInput, match=r"unknown target 'pyramid'.*cube"):
+        Simulator("pyramid")
