@@ -6,8 +6,14 @@
 % The pose is trusted.
 proc(converged, and(neg(best = none), merit =< threshold)).
 
+% No more images may be taken.
+proc(exhausted, taken >= max_iterations).
+
 % Nothing more is to be done, or nothing more may be.
-proc(finished, or(converged, taken >= max_iterations)).
+proc(finished, or(converged, exhausted)).
+
+% More than one image was kept: what one shows, another has confirmed.
+proc(confirmed, and(length(image_set, Size), Size >= 2)).
 
 % The set with the candidate is better than without it, by enough to count.
 proc(improved, improves(fix, merit)).

@@ -1,10 +1,10 @@
 % The paper's controller: random first settings, then greedy heuristic search over
 % qualitative states.  An image that does not improve the merit enough is dropped
-% and its state marked unfavourable.
+% and its state marked unfavourable.  One image alone is never believed.
 
 proc(control,
      [ choose_random, take_image, judge,
-       while(neg(finished),
+       while(neg(or(and(converged, confirmed), exhausted)),
              [choose_promising, take_image, judge]) ]).
 
 proc(judge,
