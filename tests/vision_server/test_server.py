@@ -125,7 +125,8 @@ def test_parameters_are_checked_and_the_seed_pose_follows(vision: Client, images
     } <= set(known)  # fmt: skip
     assert asked(vision, "parameters", generations=20, matcher="genetic")["generations"] == 20
     for bad in (
-        {"generation": 3}, {"generations": 0}, {"generations": 2.5}, {"matcher": "luck"}, {"population": True},
+        {"generation": 3}, {"generations": 0}, {"generations": 2.5}, {"matcher": "luck"},
+        {"population": True},
         {"refinement_scale_px": 3.0}, {"seed_pose": "worst"}, {"seed_pose": {"best_at_range_m": -1}},
         {"seed_pose": {"rotation_vector": [0, 0, 0], "translation": [0, 0, -1]}},
     ):  # fmt: skip
@@ -148,7 +149,7 @@ def test_nothing_works_before_start_and_bad_starts_are_named(
     for op, args in (("best", {}), ("estimate", {"images": ["i1"]}), ("discard", {"image": "i1"})):
         with pytest.raises(ServerError, match="start"):
             asked(vision, op, **args)
-    with pytest.raises(ServerError, match="nowhere.cao"):
+    with pytest.raises(ServerError, match=r"nowhere\.cao"):
         asked(vision, "start", image_server=images.endpoint, model=str(tmp_path / "nowhere.cao"))
     (tmp_path / "pose.toml").write_text(
         "[target.seed_pose]\nrotation_vector = [0, nan, 0]\ntranslation = [0, 0, 1]"

@@ -1,0 +1,47 @@
+import numpy as np
+import pytest
+
+from geometry.model import Model
+from geometry.pose import Pose
+from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
+from vision_server.channel import channel_statistics
+from vision_server.statistics import edge_blur_px, frame_statistics, target_region
+
+
+def test_the_region_holds_the_model_and_little_else(model: Model) -> None:
+    region = target_region(model, CAMERA, POSE)
+    inside = CAMERA.project(POSE.apply(model.vertices)).round().astype(int)
+    assert region[inside[:, 1], inside[:, 0]].all()
+    assert 0.05 < region.mean() < 0.6
+
+
+@pytest.mark.parametrize("z", [-0.4, 0.0])
+def test_a_model_that_is_not_in_front_means_the_whole_frame(model: Model, z: float) -> None:
+    assert target_region(model, CAMERA, Pose(POSE.rotation_vector, np.array([0.0, 0.0, z]))).all()
+
+
+def test_exposure_is_told_for_the_target_and_for_the_frame(model: Model) -> None:
+    linear = linear_picture(model, CAMERA, POSE, background=0.0)
+    region = target_region(model, CAMERA, POSE)
+    seen = {}
+    for exposure in (0.02, 1.0, 6.0):
+        pixels = photographed(linear, exposure)
+        seen[exposure] = frame_statistics(pixels, channel_statistics(pixels, exposure), region)
+    dark, good, bright = seen[0.02], seen[1.0], seen[6.0]
+    assert dark["dark_fraction"] > 0.9 > good["dark_fraction"]
+    assert bright["saturated_fraction"] > 0.3
+    assert good["saturated_fraction"] == 0.0
+    assert good["frame"]["dark_fraction"] > good["dark_fraction"]
+    assert dark["p50"] < good["p50"] < bright["p50"] <= 1.0
+
+
+@pytest.mark.parametrize("blur", [0.8, 2.0, 3.5])
+def test_blur_is_told_in_pixels(model: Model, blur: float) -> None:
+    pixels = photographed(linear_picture(model, CAMERA, POSE, blur_px=blur), noise_sd_grey=0.7)
+    found = edge_blur_px(channel_statistics(pixels), target_region(model, CAMERA, POSE))
+    assert found == pytest.approx(blur, rel=0.3)
+
+
+def test_without_edges_blur_is_unknown() -> None:
+    flat = np.full((60, 80), 90, np.uint8)
+    assert edge_blur_px(channel_statistics(flat), np.ones(flat.shape, bool)) is None
