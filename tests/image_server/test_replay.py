@@ -40,7 +40,9 @@ def test_recorded_frames_come_bit_for_bit_and_in_turn(tmp_path: Path) -> None:
     twice = Settings(lights=(7, 0), shutter_s=1 / 30, aperture=5.6)
     seen = [replay.capture(twice).pixels for _ in range(3)]
     for pixels, name in zip(seen, "bcb", strict=True):
-        assert np.array_equal(pixels, cv2.imread(str(tmp_path / f"{name}.png"), cv2.IMREAD_GRAYSCALE))
+        recorded = cv2.imread(str(tmp_path / f"{name}.png"), cv2.IMREAD_GRAYSCALE)
+        assert recorded is not None
+        assert np.array_equal(pixels, recorded)
 
 
 def test_settings_that_were_not_recorded_name_the_nearest(tmp_path: Path) -> None:
@@ -54,8 +56,14 @@ def test_settings_that_were_not_recorded_name_the_nearest(tmp_path: Path) -> Non
     [
         (Settings(lights=(8, 0), shutter_s=1 / 60, aperture=4.0), "'left' has no level 8. Allowed: 0 to 7"),
         (Settings(lights=(1,), shutter_s=1 / 60, aperture=4.0), "1 light levels.*2 lights"),
-        (Settings(lights=(1, 0), shutter_s=1.0, aperture=4.0), "shutter_s = 1 is not offered. Allowed: 0.00416"),
-        (Settings(lights=(1, 0), shutter_s=1 / 60, aperture=8.0), "aperture = 8 is not offered. Allowed: 2.8, 4"),
+        (
+            Settings(lights=(1, 0), shutter_s=1.0, aperture=4.0),
+            "shutter_s = 1 is not offered. Allowed: 0.00416",
+        ),
+        (
+            Settings(lights=(1, 0), shutter_s=1 / 60, aperture=8.0),
+            "aperture = 8 is not offered. Allowed: 2.8, 4",
+        ),
         (Settings(lights=(1, 0), shutter_s=1 / 60, aperture=4.0, focus_m=1.0), "focus_m.*fixed"),
     ],
 )

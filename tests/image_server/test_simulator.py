@@ -10,7 +10,14 @@ from bridge.messages import Settings
 from geometry.rotation import vector_of
 from image_server.simulator import Simulator
 from image_server.simulator.placement import faces_shown, fraction_inside
-from image_server.simulator.scenario import SCENARIOS, Camera, PoseDraw, Scenario, load_scenario, with_conditions
+from image_server.simulator.scenario import (
+    SCENARIOS,
+    Camera,
+    PoseDraw,
+    Scenario,
+    load_scenario,
+    with_conditions,
+)
 from image_server.simulator.simulator import _message
 
 MIDDLE = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)

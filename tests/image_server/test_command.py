@@ -1,0 +1,113 @@
+"""The command line and the server over real sockets."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bridge.arrays import array_sha256
+from bridge.client import Client
+from bridge.errors import ServerError
+from tests.image_server.stacks import BASIS, basis_stack
+
+DEADLINE_S = 60.0
+SETTINGS = {"lights": [4, 4, 4], "shutter_s": 1 / 60, "aperture": 4.0}
+
+
+def image_server(*arguments: str | Path) -> "subprocess.Popen[str]":
+    return subprocess.Popen(
+        [sys.executable, "-m", "image_server", *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@pytest.fixture
+def simulator(tmp_path: Path) -> "Iterator[tuple[subprocess.Popen[str], str]]":
+    endpoint = f"ipc://{tmp_path}/image"
+    process = image_server(
+        "simulator", "--target", "cube", "--scenario", "approach", "--seed", "3", "--endpoint", endpoint,
+        "--events", f"ipc://{tmp_path}/events",
+    )  # fmt: skip
+    try:
+        yield process, endpoint
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_a_simulator_serves_its_operations(simulator: "tuple[subprocess.Popen[str], str]") -> None:
+    process, endpoint = simulator
+    with Client(endpoint, timeout_s=DEADLINE_S) as client:
+        described, _ = client.request("describe", {})
+        assert described["device"] == "simulator"
+        assert described["movable"] is True
+        assert described["events"] == endpoint.replace("image", "events")
+        assert "true_pose" not in str(described)
+        header, (pixels,) = client.request("capture", {"settings": SETTINGS})
+        assert pixels.shape == (480, 640) and pixels.dtype == np.uint8
+        assert header["sha256"] == array_sha256(pixels)
+        assert header["verified"] is True and header["sequence"] == 1
+        moved, _ = client.request("move", {"range_m": 0.9})
+        assert [event["event"] for event in moved["events"]] == ["target_moved", "sun_changed"]
+        score, _ = client.request("score", {"pose": described["target"]["seed_pose"]})
+        assert score["error"]["translation_fraction_of_range"] > 0.3
+        with pytest.raises(ServerError, match="no level 9"):
+            client.request("capture", {"settings": {**SETTINGS, "lights": [9, 0, 0]}})
+        client.request("shutdown", {})
+    assert process.wait(DEADLINE_S) == 0
+
+
+def test_a_terminated_server_ends_and_takes_its_socket_along(
+    simulator: "tuple[subprocess.Popen[str], str]",
+) -> None:
+    process, endpoint = simulator
+    with Client(endpoint, timeout_s=DEADLINE_S) as client:
+        client.request("describe", {})
+    os.kill(process.pid, signal.SIGTERM)
+    assert process.wait(DEADLINE_S) == 143
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["replay", "--stack", "nowhere"], "There is no stack folder nowhere"),
+        (["simulator", "--target", "pyramid"], "unknown target 'pyramid'; known: cube"),
+        (["simulator", "--scenario", "dusk"], "There is no scenario 'dusk'"),
+        (["simulator", "--unit", "ell"], "unknown unit 'ell'"),
+    ],
+)
+def test_bad_input_ends_with_one_plain_line(tmp_path: Path, arguments: list[str], message: str) -> None:
+    process = image_server(*arguments, "--endpoint", f"ipc://{tmp_path}/image")
+    _, complaint = process.communicate(timeout=DEADLINE_S)
+    assert process.returncode == 2
+    assert message in complaint
+    assert complaint.count("\n") == 1
+
+
+def test_a_broken_stack_and_a_bad_endpoint_end_the_same_way(tmp_path: Path) -> None:
+    basis_stack(tmp_path, BASIS.replace("fx = 40.0", 'fx = "long"'))
+    for endpoint, message in ((f"ipc://{tmp_path}/image", "stack.toml: expected `float`"), ("tcp://", "")):
+        process = image_server("replay", "--stack", tmp_path, "--endpoint", endpoint)
+        _, complaint = process.communicate(timeout=DEADLINE_S)
+        assert process.returncode == 2
+        assert message in complaint
+        assert complaint.count("\n") == 1
+
+
+def test_a_server_ends_with_its_parent(tmp_path: Path) -> None:
+    parent = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    endpoint = f"ipc://{tmp_path}/image"
+    process = image_server("simulator", "--endpoint", endpoint, "--parent", str(parent.pid))
+    with Client(endpoint, timeout_s=DEADLINE_S) as client:
+        client.request("describe", {})
+    parent.kill()
+    parent.communicate()
+    assert process.wait(DEADLINE_S) == 0
+    process.communicate()

@@ -1,0 +1,165 @@
+"""The traced images obey physics: light falls as it must, shadows lie where they belong, edges are true."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model, load_model
+from geometry.pose import Pose
+from image_server.simulator.material import Appearance, Material, MaterialChanges
+from image_server.simulator.scene import Scene, joined, target_part
+from image_server.simulator.shading import microfacets
+from image_server.simulator.tracing import LIGHT_AT_REFERENCE, SUN_STRENGTH, Illumination, traced
+
+CAMERA = Camera(320, 240, 400.0, 400.0, 159.5, 119.5)
+CHALK = Material(albedo=0.6, texture="plain", grain=0.0, specular=0.0)
+ALONG_AXIS = np.array([0.0, 0.0, -1.0])
+
+
+def quad(folder: Path, name: str, corners: list[tuple[float, float, float]]) -> Model:
+    """A model of quadrilaterals, four corners each."""
+    faces = [" ".join(str(4 * f + k) for k in range(4)) for f in range(len(corners) // 4)]
+    lines = ["V1", str(len(corners)), *(" ".join(map(str, c)) for c in corners), "0", "0", str(len(faces))]
+    file = folder / f"{name}.cao"
+    file.write_text("\n".join([*lines, *(f"4 {face}" for face in faces), "0", "0", ""]))
+    return load_model(file)
+
+
+def scene_of(model: Model, pose: Pose, material: Material = CHALK) -> Scene:
+    return joined([target_part(model, Appearance(material=material), MaterialChanges(), pose)])
+
+
+def at(
+    depth: float, turn: tuple[float, float, float] = (0.0, 0.0, 0.0), x: float = 0.0, y: float = 0.0
+) -> Pose:
+    return Pose(np.array(turn), np.array([x, y, depth]))
+
+
+def lit(
+    *lights: tuple[float, float, float], sun: NDArray[np.float64] = ALONG_AXIS, disc: float = 0.0
+) -> Illumination:
+    return Illumination(np.array(lights), sun, disc, 0.0)
+
+
+@pytest.fixture
+def square(tmp_path: Path) -> Model:
+    """A square of 0.2 m in the plane z = 0."""
+    return quad(tmp_path, "square", [(-0.1, -0.1, 0), (0.1, -0.1, 0), (0.1, 0.1, 0), (-0.1, 0.1, 0)])
+
+
+def middle(image: NDArray[np.float32]) -> float:
+    return float(image[119:121, 159:161].mean())
+
+
+def test_a_light_falls_with_the_square_of_its_distance(square: Model) -> None:
+    light = lit((0.0, 0.0, 0.0))
+    found = [middle(traced(scene_of(square, at(z)), CAMERA, light)[0]) for z in (0.3, 0.6, 1.2)]
+    assert found == pytest.approx([LIGHT_AT_REFERENCE * 0.6 * k for k in (4.0, 1.0, 0.25)], rel=1e-3)
+
+
+def test_the_sun_does_not_fall_with_distance_and_follows_the_cosine(square: Model) -> None:
+    for depth in (0.4, 1.0):
+        for angle in (0.0, 0.5, 1.2):
+            sun = np.array([math.sin(angle), 0.0, -math.cos(angle)])
+            image = traced(scene_of(square, at(depth)), CAMERA, lit((0, 0, 0), sun=sun))[-1]
+            assert middle(image) == pytest.approx(SUN_STRENGTH * 0.6 * math.cos(angle), rel=1e-3)
+
+
+def test_a_light_behind_a_face_does_not_reach_it(square: Model) -> None:
+    images = traced(scene_of(square, at(0.6)), CAMERA, lit((0, 0, 1.2), sun=np.array([0.0, 0.0, 1.0])))
+    assert all(image.max() == 0 for image in images)
+
+
+def test_several_lights_are_what_each_is_alone(square: Model) -> None:
+    scene = scene_of(square, at(0.6, (0.4, -0.3, 0.1)))
+    left, right = (-0.35, 0.0, 0.0), (0.35, 0.1, 0.0)
+    both = traced(scene, CAMERA, lit(left, right))
+    for image, light in zip(both, (left, right), strict=False):
+        alone = traced(scene, CAMERA, lit(light))[0]
+        assert image == pytest.approx(alone, abs=2e-3 * float(alone.max()))
+
+
+@pytest.mark.parametrize("shift_px", [0.0, 0.13, 0.37, 0.5, 0.77])
+@pytest.mark.parametrize("roll", [0.0, 0.2])
+def test_a_silhouette_lies_where_it_should_to_a_fraction_of_a_pixel(
+    square: Model, shift_px: float, roll: float
+) -> None:
+    pose = at(0.6, (0.0, 0.0, roll), x=shift_px * 0.6 / CAMERA.fx, y=0.3 * shift_px * 0.6 / CAMERA.fy)
+    image = traced(scene_of(square, pose), CAMERA, lit((0.0, 0.0, 0.0)))[-1]
+    full = SUN_STRENGTH * 0.6
+    corners = CAMERA.project(
+        pose.apply(np.array([[-0.1, -0.1, 0], [-0.1, 0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0]]))
+    )
+    rows = np.arange(95, 145)
+    coverage = image[rows].astype(float) / full
+    found_left = 159.5 - coverage[:, :160].sum(axis=1)
+    found_right = 159.5 + coverage[:, 160:].sum(axis=1)
+    for found, (top, bottom) in ((found_left, corners[:2]), (found_right, corners[2:])):
+        wanted = top[0] + (rows - top[1]) / (bottom[1] - top[1]) * (bottom[0] - top[0])
+        assert abs(np.mean(found - wanted)) < 0.035
+        assert np.abs(found - wanted).max() < 0.1
+
+
+def test_a_cast_shadow_lies_where_the_light_puts_it(tmp_path: Path) -> None:
+    # a plate 0.1 m in front of a wall, lit from the left: similar triangles give the shadow's edges
+    wall, plate = 1.0, 0.9
+    corners = [(-0.6, -0.6, wall), (0.6, -0.6, wall), (0.6, 0.6, wall), (-0.6, 0.6, wall)]
+    corners += [(-0.05, -0.2, plate), (0.05, -0.2, plate), (0.05, 0.2, plate), (-0.05, 0.2, plate)]
+    scene = scene_of(quad(tmp_path, "plate", corners), at(0.0001))
+    light = (-0.8, 0.0, 0.0)
+    image = traced(scene, CAMERA, lit(light))[0]
+    right_edge = light[0] + (0.05 - light[0]) * wall / plate
+    left_edge = light[0] + (-0.05 - light[0]) * wall / plate
+    row = image[120].astype(float)
+    dark = np.flatnonzero(row == 0)
+    pixels = CAMERA.project(np.array([[right_edge, 0, wall], [0.05, 0, plate], [left_edge, 0, wall]]))[:, 0]
+    assert pixels[2] > 159.5 - 400 * 0.05 / plate  # its left edge hides behind the plate, or touches it
+    start = max(pixels[1], pixels[2])
+    assert dark.min() == pytest.approx(start + 0.5, abs=1.0)
+    assert dark.max() == pytest.approx(pixels[0] - 0.5, abs=1.0)
+
+
+def test_the_disc_of_the_sun_makes_a_penumbra_of_its_own_width(tmp_path: Path) -> None:
+    wall, plate = 1.0, 0.8
+    corners = [(-0.6, -0.6, wall), (0.6, -0.6, wall), (0.6, 0.6, wall), (-0.6, 0.6, wall)]
+    corners += [(-0.3, -0.3, plate), (-0.1, -0.3, plate), (-0.1, 0.3, plate), (-0.3, 0.3, plate)]
+    scene = scene_of(quad(tmp_path, "plate", corners), at(0.0001))
+    sun = np.array([-0.8, 0.0, -1.0]) / math.hypot(0.8, 1.0)
+    widths = []
+    for radius in (0.0, math.radians(2.0)):
+        row = traced(scene, CAMERA, lit((0, 0, 0), sun=sun, disc=radius))[-1][120].astype(float)
+        share = row[165:230] / row.max()
+        widths.append(int(((share > 0.1) & (share < 0.9)).sum()))
+    assert widths[0] <= 2
+    assert widths[1] > widths[0] + 4
+
+
+def test_microfacets_give_back_what_the_published_model_does() -> None:
+    # all light that comes in evenly, reflectance 1: what goes out towards the normal
+    cosines = (np.arange(2000) + 0.5) / 2000  # evenly over the hemisphere
+    for alpha, wanted, tolerance in (
+        (
+            1.0,
+            1 - math.log(2),
+            1e-4,
+        ),  # the integral of c / (1 + c): facets hide each other, once scattered is lost
+        (0.25, 0.91, 0.02),
+        (0.1, 0.98, 0.02),
+    ):
+        out = 0.0
+        for cosine in cosines:
+            half = math.sqrt((1 + cosine) / 2)
+            out += 2 * microfacets(cosine, 1.0, half, half, alpha, 1.0) * cosine / len(cosines)
+        assert out == pytest.approx(wanted, abs=tolerance)
+
+
+def test_a_polished_face_mirrors_the_sun_in_one_direction_only(square: Model) -> None:
+    polished = Material(albedo=0.1, texture="plain", grain=0.0, specular=0.5, roughness=0.2)
+    scene = scene_of(square, at(0.6), polished)
+    mirrored = middle(traced(scene, CAMERA, lit((0, 0, 0)))[-1])
+    aside = middle(traced(scene, CAMERA, lit((0, 0, 0), sun=np.array([0.6, 0.0, -0.8])))[-1])
+    assert mirrored > 100 * aside
