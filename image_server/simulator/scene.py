@@ -150,35 +150,56 @@ def _part(
     corners = pose.apply(vertices)[triangles]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-30)[:, None]
-    axes = np.stack([_plane_axes(vertices[face]) for face in faces])
-    surfaces = np.zeros((len(faces), texture.COLUMNS))
-    for index, (face, material) in enumerate(zip(faces, materials, strict=True)):
-        offset = vertices[face] - axes[index, :3]
-        surfaces[index] = (
-            material.albedo,
-            TEXTURES.index(material.texture),
-            material.size_m,
-            material.contrast,
-            material.grain,
-            material.specular,
-            material.roughness**2,
-            17.0 * index,
-            np.abs(offset @ axes[index, 3:6]).max(),
-            np.abs(offset @ axes[index, 6:9]).max(),
-        )
+    axes = np.zeros((len(faces), 9))
+    halves = np.zeros((len(faces), 2))
+    sizes = np.array([len(face) for face in faces])
+    for size in np.unique(sizes):
+        alike = np.flatnonzero(sizes == size)
+        axes[alike], halves[alike] = _plane_axes(vertices[np.stack([faces[index] for index in alike])])
+    rows = {material: _numbers(material) for material in set(materials)}
+    surfaces = np.array([rows[material] for material in materials])
+    surfaces[:, texture.OFFSET] = 17.0 * np.arange(len(faces))
+    surfaces[:, texture.HALF_U : texture.HALF_V + 1] = halves
     return Part(pose, corners, np.asarray(owner), normals, surfaces, axes)
 
 
-def _plane_axes(polygon: Floats) -> Floats:
-    """Middle and two unit axes (9,) of a polygon's plane; the first axis is along its longest side."""
-    sides = np.roll(polygon, -1, axis=0) - polygon
-    lengths = np.linalg.norm(sides, axis=1)
-    u = sides[np.argmax(lengths)] / max(lengths.max(), 1e-30)
-    across = polygon - polygon.mean(axis=0)
-    across = across - np.outer(across @ u, u)
-    widest = across[np.argmax(np.linalg.norm(across, axis=1))]
-    v = widest / max(float(np.linalg.norm(widest)), 1e-30)
-    spans = [(polygon @ axis).min() + np.ptp(polygon @ axis) / 2 for axis in (u, v)]
-    middle = polygon.mean(axis=0)
-    middle = middle + (spans[0] - middle @ u) * u + (spans[1] - middle @ v) * v
-    return np.concatenate([middle, u, v])
+def _numbers(material: Material) -> list[float]:
+    """A material as the kernel's row of numbers; what depends on the face is left 0."""
+    row = [0.0] * texture.COLUMNS
+    row[texture.ALBEDO] = material.albedo
+    row[texture.TEXTURE] = float(TEXTURES.index(material.texture))
+    row[texture.SIZE] = material.size_m
+    row[texture.CONTRAST] = material.contrast
+    row[texture.GRAIN] = material.grain
+    row[texture.SPECULAR] = material.specular
+    row[texture.ALPHA] = material.roughness**2
+    return row
+
+
+def _plane_axes(polygons: Floats) -> tuple[Floats, Floats]:
+    """Frames of the planes of polygons (N, K, 3).
+
+    Returns
+    -------
+    (N, 9), each the middle and two unit axes, the first along the longest side; (N, 2) half extents.
+    """
+    count = np.arange(len(polygons))
+    sides = np.roll(polygons, -1, axis=1) - polygons
+    lengths = np.linalg.norm(sides, axis=2)
+    longest = np.argmax(lengths, axis=1)
+    u = sides[count, longest] / np.maximum(lengths[count, longest], 1e-30)[:, None]
+    mean = polygons.mean(axis=1)
+    across = polygons - mean[:, None]
+    across = across - np.einsum("nki,ni->nk", across, u)[..., None] * u[:, None]
+    reach = np.linalg.norm(across, axis=2)
+    widest = np.argmax(reach, axis=1)
+    v = across[count, widest] / np.maximum(reach[count, widest], 1e-30)[:, None]
+    middle = mean
+    halves = np.zeros((len(polygons), 2))
+    for axis, unit in enumerate((u, v)):
+        along = np.einsum("nki,ni->nk", polygons, unit)
+        low, high = along.min(axis=1), along.max(axis=1)
+        halves[:, axis] = (high - low) / 2
+        offset = (low + high) / 2 - np.einsum("ni,ni->n", mean, unit)
+        middle = middle + offset[:, None] * unit
+    return np.concatenate([middle, u, v], axis=1), halves
