@@ -17,6 +17,31 @@ message(prompt(exogenous)) -->
 message(undeclared_event(A)) -->
     [ 'Ignored ~q: the theory declares no such exogenous action'-[A] ].
 
+message(problem(File, Line, What)) -->
+    (   { File == program }
+    ->  []
+    ;   [ '~w:~d: '-[File, Line] ]
+    ),
+    problem(What).
+
+problem(unknown_action(Axiom, A)) -->
+    { functor(A, Name, Arity) },
+    [ '~w axiom for ~q, which is not a declared action'-[Axiom, Name/Arity] ].
+problem(unknown_fluent(Axiom, F)) -->
+    { functor(F, Name, Arity) },
+    [ '~w axiom for ~q, which is not a declared fluent'-[Axiom, Name/Arity] ].
+problem(unknown_call(In, Call)) -->
+    { functor(Call, Name, Arity) },
+    [ '~p: ~q is neither an action nor a procedure of the theory'-[In, Name/Arity] ].
+problem(no_poss(A)) -->
+    { functor(A, Name, Arity) },
+    [ 'action ~q has no precondition axiom and will never be possible'-[Name/Arity] ].
+problem(no_initial(F)) -->
+    { functor(F, Name, Arity) },
+    [ 'fluent ~q has no initial value'-[Name/Arity] ].
+
+error_text(reported) -->
+    [ 'the theory or the program is wrong: see above'-[] ].
 error_text(open_program) -->
     [ 'the program is an unbound variable where a step is asked of it'-[] ].
 error_text(open_action(A)) -->

@@ -1,10 +1,11 @@
 :- module(indigolog_offline,
-          [ complete/3                % +Program, +Situation, -Situation1
+          [ complete/3,               % +Program, +Situation, -Situation1
+            bounded_do/4              % +Program, +Max, -History, -LimitMet
           ]).
 :- use_module(context, [top_context/1, once_if_ground/2]).
 :- use_module(termination, [final/3]).
 :- use_module(transition, [step/4]).
-:- use_module(situation, [situation_length/2]).
+:- use_module(situation, [initial_situation/1, situation_history/2, situation_length/2]).
 
 /** <module> Offline execution
 
@@ -18,14 +19,31 @@ Do(E, S, S1): Trans* from (E, S) to a configuration that is Final.
 %   followed again: it cannot lead to another history.
 
 complete(E, S, S1) :-
-    complete(E, S, none, 1, 1, S1).
+    complete(E, S, none, 1, 1, inf-_, S1).
+
+%!  bounded_do(+Program, +Max, -History, -LimitMet) is semidet.
+%
+%   History of the first complete execution from the initial situation with at
+%   most Max actions (or `inf`).  When it fails, LimitMet is `true` if longer
+%   ones were cut off.
+
+bounded_do(E, Max, History, Met) :-
+    initial_situation(S),
+    Limit = limit(false),
+    (   complete(E, S, none, 1, 1, Max-Limit, S1)
+    ->  situation_history(S1, History)
+    ;   Limit = limit(true)
+    ->  Met = true,
+        History = none
+    ;   fail
+    ).
 
 % Mark is an earlier program of this situation, set at powers of two.
-complete(E, S, _, _, _, S1) :-
+complete(E, S, _, _, _, _, S1) :-
     top_context(C),
     once_if_ground(E, final(E, S, C)),
     S1 = S.
-complete(E, S, Mark, Count, Next, S1) :-
+complete(E, S, Mark, Count, Next, Limit, S1) :-
     step(E, S, E0, S0),
     situation_length(S, N),
     (   situation_length(S0, N)
@@ -33,8 +51,18 @@ complete(E, S, Mark, Count, Next, S1) :-
         Count1 is Count+1,
         (   Count1 > Next
         ->  Next1 is Next*2,
-            complete(E0, S0, E0, Count1, Next1, S1)
-        ;   complete(E0, S0, Mark, Count1, Next, S1)
+            complete(E0, S0, E0, Count1, Next1, Limit, S1)
+        ;   complete(E0, S0, Mark, Count1, Next, Limit, S1)
         )
-    ;   complete(E0, S0, none, 1, 1, S1)
+    ;   within_limit(Limit, N),
+        complete(E0, S0, none, 1, 1, Limit, S1)
+    ).
+
+within_limit(Max-Limit, N) :-
+    (   Max == inf
+    ->  true
+    ;   N < Max
+    ->  true
+    ;   nb_setarg(1, Limit, true),
+        fail
     ).

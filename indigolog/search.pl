@@ -1,5 +1,6 @@
 :- module(indigolog_search,
           [ search_step/6,            % +Program, +How, +Situation, +Context, -Program1, -Situation1
+            plan_expects/2,           % +Situation, +Situation
             plan_step/8               % +Program, +How, +Expected, +Steps, +Situation, +Context, -Program1, -Situation1
           ]).
 :- use_module(transition).
@@ -41,7 +42,7 @@ follow([c(E1, S1)|Steps], _, How, _, _, '$plan'(E1, How, S1, Steps), S1).
 %!  plan_step(+Program, +How, +Expected, +Steps, +Situation, +Context, -Program1, -Situation1) is nondet.
 
 plan_step(E, How, S0, Steps, S, C, E1, S1) :-
-    (   expected(S0, S)
+    (   plan_expects(S0, S)
     ->  Steps = [c(E1a, S1)|Rest],
         E1 = '$plan'(E1a, How, S1, Rest)
     ;   repaired(Steps, E, S, C, Steps1)
@@ -49,7 +50,9 @@ plan_step(E, How, S0, Steps, S, C, E1, S1) :-
     ;   search_step(E, How, S, C, E1, S1)
     ).
 
-expected(S0, S) :-
+%!  plan_expects(+Expected, +Situation) is semidet.
+
+plan_expects(S0, S) :-
     situation_history(S0, H0),
     situation_history(S, H),
     ( same_term(H0, H) -> true ; H0 == H ).

@@ -137,8 +137,12 @@ final(search(E), S, C) =>
     final(E, S, C).
 final(search(E, _), S, C) =>
     final(E, S, C).
-final('$plan'(E, _, _, _), S, C) =>
-    final(E, S, C).
+final('$plan'(E, _, S0, Steps), S, C) =>
+    (   Steps == [],
+        plan_expects(S0, S)
+    ->  true
+    ;   final(E, S, C)
+    ).
 final(E, S, C) =>
     situation_theory(S, Theory),
     theory_module(Theory, Module),

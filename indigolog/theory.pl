@@ -234,7 +234,7 @@ sensing_axiom(Module, Template) :-
     generalised(F, Template).
 
 index_actions(Module) :-
-    forall(( member(Kind-Head-A, [ prim-prim_action(A), exog-exog_action(A) ]),
+    forall(( member(Kind-Head, [ prim-prim_action(A), exog-exog_action(A) ]),
              head_template(Module, Head, A, Template),
              \+ Module:'$action'(Template, Kind) ),
            assertz(Module:'$action'(Template, Kind))).
