@@ -39,11 +39,20 @@ bounded_do(E, Max, History, Met) :-
     ).
 
 % Mark is an earlier program of this situation, set at powers of two.
-complete(E, S, _, _, _, _, S1) :-
-    top_context(C),
-    once_if_ground(E, final(E, S, C)),
-    S1 = S.
 complete(E, S, Mark, Count, Next, Limit, S1) :-
+    top_context(C),
+    (   \+ final(E, S, C)
+    ->  onward(E, S, Mark, Count, Next, Limit, S1)
+    ;   \+ step(E, S, _, _)
+    ->  once_if_ground(E, final(E, S, C)),
+        S1 = S
+    ;   (   once_if_ground(E, final(E, S, C)),
+            S1 = S
+        ;   onward(E, S, Mark, Count, Next, Limit, S1)
+        )
+    ).
+
+onward(E, S, Mark, Count, Next, Limit, S1) :-
     step(E, S, E0, S0),
     situation_length(S, N),
     (   situation_length(S0, N)

@@ -3,6 +3,9 @@
             plan_expects/2,           % +Situation, +Situation
             plan_step/8               % +Program, +How, +Expected, +Steps, +Situation, +Context, -Program1, -Situation1
           ]).
+:- use_module(library(lists), [member/2]).
+:- use_module(library(occurs), [sub_term/2]).
+:- use_module(theory).
 :- use_module(transition).
 :- use_module(termination).
 :- use_module(situation).
@@ -18,18 +21,55 @@ it expects, and the configurations c(E1, S1) that follow, one an action.
 %   First step of a complete execution of Program, on backtracking of the next.
 
 search_step(E, How, S, C, E1, S1) :-
-    find_path(E, S, C, Steps),
+    dead_ends(E, S, Dead),
+    find_path(E, S, C, Dead, Steps),
     follow(Steps, E, How, S, C, E1, S1).
 
-% find_path(+E, +S, +C, -Steps): the configurations after each action.
-find_path(E, S, C, []) :-
+% Configurations from which no complete execution was found are remembered by
+% program and fluent values, unless something may ask for the history itself.
+dead_ends(E, S, Dead) :-
+    (   sees_history(E, S)
+    ->  Dead = none
+    ;   trie_new(Dead)
+    ).
+
+sees_history(E, _) :-
+    sub_term(T, E),
+    nonvar(T), T = done(_),
+    !.
+sees_history(_, S) :-
+    situation_theory(S, Theory),
+    theory_module(Theory, Module),
+    member(Head, [poss(_, _), proc(_, _), causes_val(_, _, _, _),
+                  causes_true(_, _, _), causes_false(_, _, _)]),
+    clause(Module:Head, Body),
+    sub_term(T, Head-Body),
+    nonvar(T), T = done(_),
+    !.
+
+% find_path(+E, +S, +C, +Dead, -Steps): the configurations after each action.
+find_path(E, S, C, none, Steps) :-
+    !,
+    path(E, S, C, none, Steps).
+find_path(E, S, C, Dead, Steps) :-
+    situation_key(S, Key),
+    \+ trie_lookup(Dead, E-Key, _),
+    Found = found(false),
+    (   path(E, S, C, Dead, Steps),
+        nb_setarg(1, Found, true)
+    ;   Found == found(false),
+        trie_insert(Dead, E-Key, true),
+        fail
+    ).
+
+path(E, S, C, _, []) :-
     final(E, S, C).
-find_path(E, S, C, Steps) :-
+path(E, S, C, Dead, Steps) :-
     trans(E, S, C, E1, S1),
     (   same_situation(S, S1)
-    ->  find_path(E1, S1, C, Steps)
+    ->  path(E1, S1, C, Dead, Steps)
     ;   Steps = [c(E1, S1)|Steps1],
-        find_path(E1, S1, C, Steps1)
+        find_path(E1, S1, C, Dead, Steps1)
     ).
 
 same_situation(S, S1) :-
