@@ -1,5 +1,6 @@
 """Command line of the image server."""
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,6 +20,15 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+
+def finite(value: float | tuple[float, float] | None) -> float | tuple[float, float] | None:
+    """The value of an option, if it is not NaN or infinite."""
+    numbers = value if isinstance(value, tuple) else (value,)
+    if any(number is not None and not math.isfinite(number) for number in numbers):
+        raise typer.BadParameter("it must be a finite number.")
+    return value
+
+
 Endpoint = Annotated[str, typer.Option(help="Where to listen: ipc:///path or tcp://127.0.0.1:PORT.")]
 Events = Annotated[str | None, typer.Option(help="Where to publish events; none: not published.")]
 Parent = Annotated[int | None, typer.Option(metavar="PID", help="Stop when this process ends.")]
@@ -27,15 +37,24 @@ Seed = Annotated[
 ]
 Ambient = Annotated[
     float | None,
-    typer.Option(min=0, help="Strength of the sun instead of the one in the file; 0 is eclipse, 20 harsh."),
+    typer.Option(
+        min=0,
+        callback=finite,
+        help="Strength of the sun instead of the one in the file; 0 is eclipse, 20 harsh.",
+    ),
 ]
-Power = Annotated[float | None, typer.Option(min=0, help="Multiply the power of every light.")]
+Power = Annotated[
+    float | None, typer.Option(min=0, callback=finite, help="Multiply the power of every light.")
+]
 Defocus = Annotated[
-    float | None, typer.Option(min=0, help="Blur at the widest aperture, px, instead of the one in the file.")
+    float | None,
+    typer.Option(
+        min=0, callback=finite, help="Blur at the widest aperture, px, instead of the one in the file."
+    ),
 ]
 Motion = Annotated[
     tuple[float, float] | None,
-    typer.Option(metavar="X Y", help="Image motion, px/s, instead of the one in the file."),
+    typer.Option(metavar="X Y", callback=finite, help="Image motion, px/s, instead of the one in the file."),
 ]
 
 

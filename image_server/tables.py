@@ -1,5 +1,6 @@
 """Reading TOML files into typed tables: unknown keys and wrong types are errors that name file and key."""
 
+import math
 import re
 import tomllib
 from pathlib import Path
@@ -42,10 +43,25 @@ def as_table(values: Any, kind: type[T], file: Path) -> T:
     ------
     BadInput : an unknown or missing key, or a value of the wrong type or out of range.
     """
+    where = _not_finite(values, "")
+    if where is not None:
+        raise BadInput(f"{file}: {where} is not a finite number.")
     try:
         return msgspec.convert(values, kind)
     except msgspec.ValidationError as error:
         raise BadInput(f"{file}: {plain_message(str(error))}") from None
+
+
+def _not_finite(value: Any, where: str) -> str | None:
+    """Where a NaN or an infinity stands in plain values; None where there is none."""
+    if isinstance(value, float):
+        return None if math.isfinite(value) else where
+    items: list[tuple[str, Any]] = []
+    if isinstance(value, dict):
+        items = [(f"{where}.{key}".lstrip("."), item) for key, item in value.items()]
+    elif isinstance(value, list):
+        items = [(f"{where} {number}", item) for number, item in enumerate(value, 1)]
+    return next((found for place, item in items if (found := _not_finite(item, place)) is not None), None)
 
 
 def plain_message(text: str) -> str:

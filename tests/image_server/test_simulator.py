@@ -137,6 +137,8 @@ def test_conditions_change_a_scenario() -> None:
         ("ambient_scale = -1.0", r">= 0.*\[ambient_scale\]"),
         ("[pose]\nrange_m = [1.0, 0.5]", r"\[pose\] range_m runs from 1 down to 0.5"),
         ("[background]\nkind = 'forest'", r"invalid enum value.*\[background.kind\]"),
+        ("light_power = inf", "light_power is not a finite number"),
+        ("[sun]\ndirection = [0.0, nan, 1.0]", "sun.direction 2 is not a finite number"),
         ("[sun", "not valid TOML"),
     ],
 )
