@@ -23,7 +23,7 @@ REFINED = 5  # candidates of the matcher that are looked at
 COARSE_REACHES_PX, COARSER = (6.0, 4.0), 3.0  # first, with a third of the samples; ...
 FINE_REACHES_PX = (4.0, 3.0, 3.0)  # ... then, with all, ...
 FINISHED_SHARE = 0.5  # ... those of at least this share of the best one's quality
-DOUBT_SUPPORT, DOUBT_RMS_PX = 0.93, 0.7  # with less support or more error, lines may lie on the wrong edges
+DOUBT_QUALITY = 0.8  # under this, lines may lie on wrong edges
 DOUBTED_LINES = 10  # that are left out, one after the other
 DOUBT_ROUNDS = 2
 NO_WORSE = 1.02  # a second look must improve the quality by this factor
@@ -102,7 +102,7 @@ class Refiner:
         a little off. Without it they find their place; then it is looked for again.
         """
         evidence = found.evidence
-        if evidence.supported_fraction >= DOUBT_SUPPORT and evidence.rms_px <= DOUBT_RMS_PX:
+        if quality(evidence) >= DOUBT_QUALITY:
             return None
         measurement = evidence.measurement
         base = base_weights(measurement, len(self.model.lines))

@@ -52,11 +52,11 @@ class ImageSet:
             The name is taken, the image is no grey uint8 one or has another size than the camera.
         """
         if name in self.images:
-            raise BadInput(f"image {name} is in the set already", "Give each image a name of its own.")
+            raise BadInput(f"Image {name} is in the set already.", "Give each image a name of its own.")
         if pixels.ndim != 2 or (pixels.shape[1], pixels.shape[0]) != self.size:
             shape = "x".join(map(str, pixels.shape[1::-1]))
             raise BadInput(
-                f"image {name} has {shape} px, the camera {self.size[0]}x{self.size[1]}",
+                f"Image {name} has {shape} px, the camera {self.size[0]}x{self.size[1]}.",
                 "Give the camera model of the image's size.",
             )
         statistics = channel_statistics(pixels, exposure, gamma)
@@ -104,4 +104,4 @@ class ImageSet:
         for name in names:
             if name not in self.images:
                 known = ", ".join(self.images) or "no images"
-                raise BadInput(f"no image {name} in the set", f"It has {known}.")
+                raise BadInput(f"No image {name} in the set.", f"It has {known}.")

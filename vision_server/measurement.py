@@ -81,7 +81,7 @@ class Measurement:
         return len(self.normal)
 
 
-def places_on_lines(samples: Samples, lines: int) -> Floats:
+def places_on_lines(samples: Samples) -> Floats:
     """Place of each sample between the ends of its line's visible part, -1 to 1, (N,)."""
     count = len(samples.line)
     along = np.zeros(count)
@@ -89,11 +89,13 @@ def places_on_lines(samples: Samples, lines: int) -> Floats:
         return along
     starts = np.flatnonzero(np.r_[True, np.diff(samples.line) != 0])
     ends = np.r_[starts[1:], count]
-    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
-        way = (samples.image[start:end] - samples.image[start]) @ samples.image_direction[(start + end) // 2]
-        low, high = float(way.min()), float(way.max())
-        if high > low:
-            along[start:end] = 2.0 * (way - low) / (high - low) - 1.0
+    counts = ends - starts
+    direction = np.repeat(samples.image_direction[(starts + ends) // 2], counts, axis=0)
+    way = np.sum(samples.image * direction, axis=1)
+    low = np.repeat(np.minimum.reduceat(way, starts), counts)
+    length = np.repeat(np.maximum.reduceat(way, starts), counts) - low
+    more = length > 0
+    along[more] = 2.0 * (way[more] - low[more]) / length[more] - 1.0
     return along
 
 
@@ -142,7 +144,7 @@ def measure(
     samples = visible_samples(model, camera, pose, spacing_px)
     count, lines = len(samples.line), len(model.lines)
     normal = np.stack([-samples.image_direction[:, 1], samples.image_direction[:, 0]], axis=1)
-    along = places_on_lines(samples, lines)
+    along = places_on_lines(samples)
     points = pose.apply(samples.points)
     centre = pose.apply(0.5 * (model.vertices.min(axis=0) + model.vertices.max(axis=0))[None])[0]
     sigmas = np.array(SCALES_PX)

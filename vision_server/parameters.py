@@ -23,7 +23,7 @@ def _number(name: str, least: float, most: float, whole: bool = False) -> Callab
         kinds = (int,) if whole else (int, float)
         if isinstance(value, bool) or not isinstance(value, kinds) or not least <= value <= most:
             kind = "a whole number" if whole else "a number"
-            raise BadInput(f"parameter {name} must be {kind} from {least:g} to {most:g}, not {value!r}")
+            raise BadInput(f"Parameter {name} must be {kind} from {least:g} to {most:g}, not {value!r}.")
         return value if whole else float(value)
 
     return check
@@ -32,7 +32,7 @@ def _number(name: str, least: float, most: float, whole: bool = False) -> Callab
 def _one_of(name: str, choices: tuple[Any, ...]) -> Callable[[Any], Any]:
     def check(value: Any) -> Any:
         if isinstance(value, bool) or value not in choices:
-            raise BadInput(f"parameter {name} must be one of {', '.join(map(str, choices))}, not {value!r}")
+            raise BadInput(f"Parameter {name} must be one of {', '.join(map(str, choices))}, not {value!r}.")
         return choices[choices.index(value)]
 
     return check
@@ -62,7 +62,7 @@ def changed(settings: PipelineSettings, values: Mapping[str, Any]) -> PipelineSe
     unknown = sorted(set(values) - set(CHECKS))
     if unknown:
         raise BadInput(
-            f"unknown vision parameter {unknown[0]!r}", f"Known: {', '.join([*CHECKS, SEED_POSE])}."
+            f"Unknown vision parameter {unknown[0]!r}.", f"Known: {', '.join([*CHECKS, SEED_POSE])}."
         )
     return replace(settings, **{name: CHECKS[name](value) for name, value in values.items()})
 
@@ -89,12 +89,14 @@ def new_seed_pose(value: Any, best: Pose | None, seed_pose: Pose) -> Pose:
     """
     if value == "best":
         if best is None:
-            raise BadInput("there is no estimate that could become the seed pose", "Estimate a pose first.")
+            raise BadInput("There is no estimate that could become the seed pose.", "Estimate a pose first.")
         return best
     if isinstance(value, Mapping) and set(value) == {"best_at_range_m"}:
         wanted = value["best_at_range_m"]
         if isinstance(wanted, bool) or not isinstance(wanted, (int, float)) or not 0.0 < wanted < math.inf:
-            raise BadInput(f"best_at_range_m must be a positive number of metres, not {wanted!r}")
+            raise BadInput(
+                f"The value of best_at_range_m must be a positive number of metres, not {wanted!r}."
+            )
         start = seed_pose if best is None else best
         now = math.hypot(*start.translation)
         return Pose(start.rotation_vector, start.translation * (float(wanted) / now))
@@ -104,6 +106,6 @@ def new_seed_pose(value: Any, best: Pose | None, seed_pose: Pose) -> Pose:
         return checked_pose(Pose.from_dict(value))
     except GeometryError as error:
         raise BadInput(
-            f"parameter seed_pose: {error}",
+            f"Parameter seed_pose: {error}.",
             'Give a pose, "best" or {"best_at_range_m": metres}.',
         ) from error

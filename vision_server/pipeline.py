@@ -141,7 +141,7 @@ def _matched(
     segments: Segments, model: Model, camera: Camera, seed_pose: Pose, settings: PipelineSettings
 ) -> Match:
     if settings.matcher not in MATCHERS:
-        raise BadInput(f"unknown matcher {settings.matcher!r}", f"Use {' or '.join(sorted(MATCHERS))}.")
+        raise BadInput(f"Unknown matcher {settings.matcher!r}.", f"Use {' or '.join(sorted(MATCHERS))}.")
     ends = segments.endpoints
     if camera.distorted and len(ends):
         ends = np.ascontiguousarray(camera.undistort_points(ends.reshape(-1, 2)).reshape(-1, 4))

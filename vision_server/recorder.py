@@ -59,7 +59,7 @@ class Recorder:
             self._write_stack()
         except OSError as error:
             raise BadInput(
-                f"cannot write to {self.folder}: {error.strerror or error}", "Choose another folder."
+                f"Cannot write to {self.folder}: {error.strerror or error}.", "Choose another folder."
             ) from error
         self._failure: OSError | None = None
         self._queue: queue.Queue[tuple[Frame, NDArray[np.uint8]] | None] = queue.Queue()
@@ -91,7 +91,7 @@ class Recorder:
         if self._failure is not None:
             reason = self._failure.strerror or self._failure
             raise BadInput(
-                f"cannot write to {self.folder}: {reason}", "Free space there, or choose another folder."
+                f"Cannot write to {self.folder}: {reason}.", "Free space there, or choose another folder."
             )
 
     def _run(self) -> None:
@@ -131,7 +131,9 @@ def recorded_frames(out: Path) -> list[Frame]:
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise BadInput(f"cannot read {path}: {error}", "Resume from the folder of an earlier run.") from error
+        raise BadInput(
+            f"Cannot read {path}: {error}.", "Resume from the folder of an earlier run."
+        ) from error
     return [
         Frame(
             Path(entry["image"]).stem,

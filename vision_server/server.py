@@ -80,7 +80,7 @@ class VisionServer(Service):
         missing = [image for image in args.images if image not in frames]
         if missing:
             raise BadInput(
-                f"{out / FOLDER} has no image {missing[0]}", f"It has {', '.join(frames) or 'none'}."
+                f"{out / FOLDER} has no image {missing[0]}.", f"It has {', '.join(frames) or 'none'}."
             )
         session = self._open(args, list(frames.values()))
         for image in args.images:
@@ -96,7 +96,7 @@ class VisionServer(Service):
         captured = time.perf_counter()
         header = _checked(result, ImageCaptureResult, client.endpoint)
         if len(arrays) != 1 or arrays[0].ndim != 2 or arrays[0].dtype != "uint8":
-            raise DeviceError(f"the image server at {client.endpoint} sent no grey uint8 frame")
+            raise DeviceError(f"The image server at {client.endpoint} sent no grey uint8 frame.")
         pixels = arrays[0]
         statistics = session.add(args.image, pixels, header.applied)
         if session.recorder is not None:
@@ -134,7 +134,7 @@ class VisionServer(Service):
 
     def _here(self) -> tuple[Session, Client]:
         if self._session is None or self._client is None:
-            raise BadInput("no session has been started on this vision server", "Send start first.")
+            raise BadInput("No session has been started on this vision server.", "Send start first.")
         return self._session, self._client
 
 
@@ -153,6 +153,6 @@ def _checked(result: dict[str, Any], kind: Any, endpoint: str) -> Any:
         return msgspec.convert(result, kind)
     except (msgspec.ValidationError, ValueError) as error:
         raise DeviceError(
-            f"the image server at {endpoint} sent a malformed {kind.__name__}: {error}",
+            f"The image server at {endpoint} sent a malformed {kind.__name__}: {error}.",
             "Is it an image server of this version?",
         ) from error

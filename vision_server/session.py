@@ -65,7 +65,7 @@ class Session:
         """Raise BadInput when an image's name is taken."""
         if image in self.images.images or image in self.retired:
             raise BadInput(
-                f"the name {image} is taken by another image", "Give each image a name of its own."
+                f"The name {image} is taken by another image.", "Give each image a name of its own."
             )
 
     def add(self, image: str, pixels: Grey, applied: Settings) -> dict[str, Any]:
@@ -141,7 +141,7 @@ def open_session(args: StartArgs, describe: Describe, recorded: Sequence[Frame] 
         camera = Camera.from_dict(table)
     else:
         raise BadInput(
-            "the image server does not know its camera", "Give a camera file (--camera-model TOML)."
+            "The image server does not know its camera.", "Give a camera file (--camera-model TOML)."
         )
     gain, gamma = (_positive(table, key, describe) for key in ("gain", "gamma"))
     seed_pose = _seed_pose(args, describe)
@@ -169,7 +169,7 @@ def _model_file(args: StartArgs, describe: Describe) -> tuple[Path, str]:
     if args.model is not None:
         return Path(args.model), args.unit or "m"
     if describe.target is None:
-        raise BadInput("the image server does not know its target", "Give a model file (--target FILE).")
+        raise BadInput("The image server does not know its target.", "Give a model file (--target FILE).")
     return Path(describe.target.model), args.unit or describe.target.unit
 
 
@@ -178,11 +178,11 @@ def _seed_pose(args: StartArgs, describe: Describe) -> Pose:
         return read_seed_pose(Path(args.seed_pose_file))
     known = None if describe.target is None else describe.target.seed_pose
     if known is None:
-        raise BadInput("the image server knows no seed pose", "Give a seed pose file (--seed-pose TOML).")
+        raise BadInput("The image server knows no seed pose.", "Give a seed pose file (--seed-pose TOML).")
     try:
         return checked_pose(Pose(np.array(known.rotation_vector), np.array(known.translation)))
     except GeometryError as error:
-        raise BadInput(f"the image server's seed pose: {error}") from error
+        raise BadInput(f"The image server's seed pose: {error}.") from error
 
 
 def _positive(table: Mapping[str, Any], key: str, describe: Describe) -> float:
@@ -190,5 +190,5 @@ def _positive(table: Mapping[str, Any], key: str, describe: Describe) -> float:
     if value is None:
         value = 1.0 if describe.camera is None else getattr(describe.camera, key)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < math.inf:
-        raise BadInput(f"[camera] {key} must be a positive number, not {value!r}")
+        raise BadInput(f"[camera] {key} must be a positive number, not {value!r}.")
     return float(value)

@@ -24,9 +24,9 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise BadInput(f"cannot read {path}: {error.strerror or error}", "Check the path.") from error
+        raise BadInput(f"Cannot read {path}: {error.strerror or error}.", "Check the path.") from error
     except ValueError as error:
-        raise BadInput(f"{path} is not valid TOML: {error}", "Correct the file.") from error
+        raise BadInput(f"{path} is not valid TOML: {error}.", "Correct the file.") from error
 
 
 def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:
@@ -39,7 +39,7 @@ def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:
         return Camera.from_dict(table), table
     except GeometryError as error:
         raise BadInput(
-            f"{path}: {error}", "A [camera] table needs width, height, fx, fy, cx and cy."
+            f"{path}: {error}.", "A [camera] table needs width, height, fx, fy, cx and cy."
         ) from error
 
 
@@ -55,7 +55,7 @@ def read_seed_pose(path: Path) -> Pose:
         return checked_pose(Pose.from_dict(data))
     except GeometryError as error:
         raise BadInput(
-            f"{path}: {error}", "Give [target.seed_pose] with rotation_vector and translation."
+            f"{path}: {error}.", "Give [target.seed_pose] with rotation_vector and translation."
         ) from error
 
 

@@ -49,7 +49,7 @@ def _estimated(
     times = parse_exposures(exposures, len(pixels))
     given = table.get("gamma") if gamma is None else gamma
     if given is not None and not (isinstance(given, (int, float)) and 0.0 < given < math.inf):
-        raise BadInput(f"gamma must be a positive number, not {given!r}")
+        raise BadInput(f"The value of gamma must be a positive number, not {given!r}.")
     gammas, tone_sd_px = file_tone(images, None if given is None else float(given))
     settings = PipelineSettings(matcher=matcher.value, seed=seed, tone_sd_px=tone_sd_px)
     image_set = ImageSet(camera.width, camera.height)
