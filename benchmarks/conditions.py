@@ -3,8 +3,10 @@
 import re
 from pathlib import Path
 
-HARD = {"defocus_sigma_px": 4.0, "motion_px_per_s": (240.0, 160.0), "power": 0.25}
-"""Blur at the widest aperture, motion in the image, and light power of the hard half of the conditions."""
+HARD_BLUR = "defocus_sigma_px = 4.0\nmotion_px_per_s = [240.0, 160.0]\n"
+"""`[camera]` keys of the hard half of the conditions: blur at the widest aperture, motion in the image."""
+HARD_POWER = 0.25
+"""Light power of the hard half."""
 
 
 def stack_under_sun(folder: Path, sun: float, hard: bool, scratch: Path) -> Path:
@@ -31,11 +33,10 @@ def stack_under_sun(folder: Path, sun: float, hard: bool, scratch: Path) -> Path
     text = (folder / "stack.toml").read_text()
     text = re.sub(r"(?m)^(ambient_scale|power|defocus_sigma_px|motion_px_per_s)\s*=.*\n", "", text)
     text = f"ambient_scale = {sun}\n" + text
-    power = HARD["power"] if hard else 1.0
+    power = HARD_POWER if hard else 1.0
     text = text.replace("[[lights]]\n", f"[[lights]]\npower = {power}\n")
     if hard:
-        blur = f"defocus_sigma_px = {HARD['defocus_sigma_px']}\nmotion_px_per_s = {list(HARD['motion_px_per_s'])}\n"
-        text = text.replace("[camera]\n", "[camera]\n" + blur)
+        text = text.replace("[camera]\n", "[camera]\n" + HARD_BLUR)
     (copy / "stack.toml").write_text(text)
     return copy
 
@@ -64,13 +65,10 @@ def sun_scenarios(scratch: Path) -> dict[str, Path]:
 
 
 def simulated_conditions(sun: float, hard: bool, scratch: Path) -> Path:
-    """Write the scenario of a sun's strength, mild or hard as in `HARD`; its file."""
+    """Write the scenario of a sun's strength, mild or hard its file."""
     file = scratch / f"{'hard' if hard else 'mild'}-{sun:g}.toml"
     text = f"ambient_scale = {sun}\n"
     if hard:
-        text += (
-            f"light_power = {HARD['power']}\n[camera]\n"
-            f"defocus_sigma_px = {HARD['defocus_sigma_px']}\nmotion_px_per_s = {list(HARD['motion_px_per_s'])}\n"
-        )
+        text += f"light_power = {HARD_POWER}\n[camera]\n{HARD_BLUR}"
     file.write_text(text)
     return file

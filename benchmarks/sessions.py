@@ -3,11 +3,11 @@
     .venv/bin/python -m benchmarks.sessions stacks FOLDER...    every stack, seed and controller
     .venv/bin/python -m benchmarks.sessions simulator           the default target, many poses
     .venv/bin/python -m benchmarks.sessions grid                three targets, five suns, two backgrounds
-    .venv/bin/python -m benchmarks.sessions worth FOLDER...     what control is worth, by sun, blur and light
+    .venv/bin/python -m benchmarks.sessions worth FOLDER...     what control is worth, by sun, blur, light
     .venv/bin/python -m benchmarks.sessions approach            docking from the first to the contact range
 
-Each prints one JSON object per session and then a table. A pose is right when it is off by less than 1 degree
-and 1 % of the range, tight when by less than 0.2 degrees and 0.2 %.
+Each prints one JSON object per session and then a table. A pose is right when it is off by less than 1
+degree and 1 % of the range, tight when by less than 0.2 degrees and 0.2 %.
 """
 
 import json
@@ -54,9 +54,16 @@ def run_case(case: Case, folder: Path) -> dict[str, Any]:
         "swipl", str(ROOT / "main.pl"), "--controller", case.controller, "--seed", str(case.seed),
         "--json", "--quiet", "--no-report", "--out", str(out), *case.options,
     ]  # fmt: skip
-    row: dict[str, Any] = {"group": case.group, "case": case.name, "controller": case.controller, "seed": case.seed}
+    row: dict[str, Any] = {
+        "group": case.group,
+        "case": case.name,
+        "controller": case.controller,
+        "seed": case.seed,
+    }
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=SESSION_DEADLINE_S, check=False)
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=SESSION_DEADLINE_S, check=False
+        )
     except subprocess.TimeoutExpired:
         return row | {"exit": None, "status": "deadline"}
     row["exit"] = done.returncode
@@ -89,7 +96,11 @@ def run_all(cases: Iterable[Case], keep: Path | None) -> Iterator[dict[str, Any]
 
 def within(row: dict[str, Any], bounds: tuple[float, float]) -> bool:
     """Is the session's final pose within (degrees, fraction of range) of the truth?"""
-    return row.get("rotation_deg") is not None and row["rotation_deg"] < bounds[0] and row["fraction"] < bounds[1]
+    return (
+        row.get("rotation_deg") is not None
+        and row["rotation_deg"] < bounds[0]
+        and row["fraction"] < bounds[1]
+    )
 
 
 def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
@@ -118,7 +129,16 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "kept": median([row["kept"] for row in finished]),
         **{
             part: round(median([row["seconds"].get(part, 0.0) for row in finished]), 3)
-            for part in ("total", "capture", "edges", "linking", "matching", "refinement", "controller", "bridge")
+            for part in (
+                "total",
+                "capture",
+                "edges",
+                "linking",
+                "matching",
+                "refinement",
+                "controller",
+                "bridge",
+            )
         },
     }
 
@@ -129,7 +149,9 @@ def report(rows: Iterable[dict[str, Any]]) -> None:
     for row in rows:
         print(json.dumps(row), flush=True)
         groups.setdefault((row["group"], row["controller"]), []).append(row)
-    table = Table(title="right: < 1 deg and < 1 %; tight: < 0.2 deg and < 0.2 %; false: converged but not right")
+    table = Table(
+        title="right: < 1 deg and < 1 %; tight: < 0.2 deg and < 0.2 %; false: converged but not right"
+    )
     first = True
     for (group, controller), members in groups.items():
         cells = summary(members)
@@ -137,7 +159,11 @@ def report(rows: Iterable[dict[str, Any]]) -> None:
             for heading in ("group", "controller", *cells):
                 table.add_column(heading, no_wrap=True)
             first = False
-        table.add_row(group, controller, *(f"{value:g}" if isinstance(value, float) else str(value) for value in cells.values()))
+        table.add_row(
+            group,
+            controller,
+            *(f"{value:g}" if isinstance(value, float) else str(value) for value in cells.values()),
+        )
     Console(stderr=True, width=250).print(table)
 
 
@@ -158,7 +184,9 @@ def _seeds(text: str) -> list[int]:
 
 
 @app.command()
-def stacks(folders: Folders, controllers: Controllers = PAPER, seeds: Seeds = "1-5", keep: Keep = None) -> None:
+def stacks(
+    folders: Folders, controllers: Controllers = PAPER, seeds: Seeds = "1-5", keep: Keep = None
+) -> None:
     """Every stack under every controller and seed."""
     report(
         run_all(
@@ -178,7 +206,8 @@ def simulator(controllers: Controllers = PAPER, seeds: Seeds = "1-50", keep: Kee
     """The simulator's default target under its default scenario; each seed is another pose."""
     report(
         run_all(
-            [Case("simulator", "default", c, seed) for c in controllers.split(",") for seed in _seeds(seeds)], keep
+            [Case("simulator", "default", c, seed) for c in controllers.split(",") for seed in _seeds(seeds)],
+            keep,
         )
     )
 
@@ -215,7 +244,7 @@ def worth(
         for hard in (False, True):
             for sun in (0.0, 1.0, 8.0, 20.0):
                 group = f"{'hard' if hard else 'mild'}, sun {sun:g}"
-                sources = [
+                sources: list[tuple[str, tuple[str, ...]]] = [
                     (folder.name, ("--stack", str(stack_under_sun(folder, sun, hard, Path(scratch)))))
                     for folder in folders or []
                 ]
@@ -238,7 +267,11 @@ def approach(controllers: Controllers = "heuristic", seeds: Seeds = "1-10", keep
     """A docking approach on the simulator from 1.5 m to 0.3 m."""
     report(
         run_all(
-            [Case("approach", "default", c, s, ("--approach",)) for c in controllers.split(",") for s in _seeds(seeds)],
+            [
+                Case("approach", "default", c, s, ("--approach",))
+                for c in controllers.split(",")
+                for s in _seeds(seeds)
+            ],
             keep,
         )
     )

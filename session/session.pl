@@ -11,6 +11,7 @@
 :- use_module('../domain/image_set').
 :- use_module('../domain/merit').
 :- use_module('../domain/qualitative').
+:- use_module('../indigolog/checks').
 :- use_module('../indigolog/indigolog').
 :- use_module(library(http/json), [json_write_dict/3]).
 :- use_module(library(apply), [foldl/4]).
@@ -42,6 +43,8 @@ stop_by(Signal) :-
 session(Options, Status) :-
     session_plan(Options, Plan),
     load_theory(Plan.theory),
+    check_theory,
+    check_program(Plan.program),
     (   option(dry_run(true), Options)
     ->  print_message(help, session(would_do(Plan))),
         Status = 0
@@ -312,6 +315,8 @@ show(_, Message) :-
 failed(stopped(Signal), Status) :-
     !,
     exit_status(stopped(Signal), none, Status).
+failed(error(golog(reported), _), 2) :-
+    !.                                  % its problems have been printed
 failed(Error, Status) :-
     error_status(Error, Status),
     print_message(error, Error).

@@ -8,7 +8,9 @@ ROOT = Path(__file__).resolve().parents[2]
 DEADLINE_S = 120.0
 
 
-def controller(*options: str | Path, cwd: Path | None = None, deadline_s: float = DEADLINE_S) -> subprocess.CompletedProcess[str]:
+def controller(
+    *options: str | Path, cwd: Path | None = None, deadline_s: float = DEADLINE_S
+) -> subprocess.CompletedProcess[str]:
     """Run one session to its end."""
     return subprocess.run(
         ["swipl", str(ROOT / "main.pl"), *map(str, options)],

@@ -6,6 +6,27 @@ import pytest
 
 from tests.session.command import controller
 
+STACK = """
+kind = "basis"
+ambient = "sun.png"
+[camera]
+width = 4
+height = 4
+fx = 4.0
+fy = 4.0
+cx = 1.5
+cy = 1.5
+[[lights]]
+name = "left"
+levels = 8
+radiance = "left.png"
+[target]
+model = "m.cao"
+[target.seed_pose]
+rotation_vector = [0.0, 0.0, 0.0]
+translation = [0.0, 0.0, 1.0]
+"""
+
 
 def refused(*options: str | Path) -> str:
     """Run with bad options; returns the message after checking that it is short and the status is 2."""
@@ -76,11 +97,7 @@ def test_controller_without_control(tmp_path: Path) -> None:
 
 
 def test_stack_with_a_missing_image(tmp_path: Path) -> None:
-    (tmp_path / "stack.toml").write_text(
-        'kind = "basis"\nambient = "sun.png"\n[camera]\nwidth = 4\nheight = 4\nfx = 4.0\nfy = 4.0\ncx = 1.5\ncy = 1.5\n'
-        '[[lights]]\nname = "left"\nlevels = 8\nradiance = "left.png"\n'
-        '[target]\nmodel = "m.cao"\n[target.seed_pose]\nrotation_vector = [0.0, 0.0, 0.0]\ntranslation = [0.0, 0.0, 1.0]\n'
-    )
+    (tmp_path / "stack.toml").write_text(STACK)
     message = refused("--stack", tmp_path, "--out", tmp_path / "run")
     assert ".png" in message or "m.cao" in message
 

@@ -51,7 +51,7 @@ def test_simple_keeps_every_image(
 def test_images_that_do_not_help_are_discarded(
     mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path, name: str
 ) -> None:
-    mock_vision_server.amend("estimate", rms_px=1.0, uncertainty=0.001, supported_fraction=0.9)
+    mock_vision_server.amend("estimate", rms_px=1.0, uncertainty=0.001, score=0.5)
     _, result, _ = run(
         mock_vision_server, mock_image_server, tmp_path,
         "--controller", name, "--max-iterations", "4", "--threshold", NEVER,
@@ -65,7 +65,7 @@ def test_images_that_do_not_help_are_discarded(
 def test_heuristic_does_not_repeat_itself(
     mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
 ) -> None:
-    mock_vision_server.amend("estimate", rms_px=1.0, uncertainty=0.001)
+    mock_vision_server.amend("estimate", rms_px=1.0, uncertainty=0.001, score=0.5)
     run(mock_vision_server, mock_image_server, tmp_path, "--max-iterations", "8", "--threshold", NEVER)
     settings = [json.dumps(call["settings"], sort_keys=True) for call in asked(mock_vision_server, "capture")]
     assert len(settings) == len(set(settings)) == 8
@@ -110,7 +110,9 @@ def test_a_users_own_controller(
         mock_vision_server, mock_image_server, tmp_path,
         "--controller", str(ROOT / "examples" / "one_light_at_a_time.pl"), "--threshold", NEVER,
     )  # fmt: skip
-    lit = [[level > 0 for level in call["settings"]["lights"]] for call in asked(mock_vision_server, "capture")]
+    lit = [
+        [level > 0 for level in call["settings"]["lights"]] for call in asked(mock_vision_server, "capture")
+    ]
     assert lit == [[True, False, False], [False, True, False], [False, False, True]]
     assert result["controller"] == "one_light_at_a_time"
 
@@ -145,7 +147,9 @@ def test_a_light_that_dies_is_left_out(
         return mock_vision_server._capture(args)
 
     mock_vision_server.answer("capture", capture_and_fail)
-    _, result, shown = run(mock_vision_server, mock_image_server, tmp_path, "--max-iterations", "8", "--threshold", NEVER)
+    _, _, shown = run(
+        mock_vision_server, mock_image_server, tmp_path, "--max-iterations", "8", "--threshold", NEVER
+    )
     assert "light_fault(left)" in shown
     later = [call["settings"]["lights"][0] for call in asked(mock_vision_server, "capture")[3:]]
     assert set(later) == {0}
@@ -154,7 +158,9 @@ def test_a_light_that_dies_is_left_out(
 def test_a_request_that_is_refused_ends_the_session(
     mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
 ) -> None:
-    mock_vision_server.answer("estimate", ServerError("no_model", "The matcher has no model.", "Start again."))
+    mock_vision_server.answer(
+        "estimate", ServerError("no_model", "The matcher has no model.", "Start again.")
+    )
     status, result, shown = run(mock_vision_server, mock_image_server, tmp_path)
     assert status == 4
     assert "The matcher has no model." in shown
@@ -165,6 +171,8 @@ def test_lost_replies_are_asked_for_again(
     mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
 ) -> None:
     mock_vision_server.drop("capture", 1)
-    status, _, _ = run(mock_vision_server, mock_image_server, tmp_path, "--threshold", "50", "--max-iterations", "1")
+    status, _, _ = run(
+        mock_vision_server, mock_image_server, tmp_path, "--threshold", "50", "--max-iterations", "1"
+    )
     assert status == 0
     assert len(asked(mock_vision_server, "capture")) == 1

@@ -16,7 +16,9 @@ SERVERS = {"image_server", "vision_server"}
 
 def running_session(out: Path) -> tuple[subprocess.Popen[str], dict[str, int]]:
     """A session that cannot converge, with both servers up and at least one image taken."""
-    session = start_controller("--out", out, "--threshold", "0.000001", "--max-iterations", "1000", "--no-report")
+    session = start_controller(
+        "--out", out, "--threshold", "0.000001", "--max-iterations", "1000", "--no-report"
+    )
     deadline = time.monotonic() + 60
     journal = out / "history.pl"
     while not (journal.exists() and "capture" in journal.read_text()):
