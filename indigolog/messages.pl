@@ -40,6 +40,10 @@ problem(no_initial(F)) -->
     { functor(F, Name, Arity) },
     [ 'fluent ~q has no initial value'-[Name/Arity] ].
 
+error_text(search_option(Option)) -->
+    [ '~q is not an option of search/2: strategy(breadth, best or astar), heuristic(Term), cost(Term), max_nodes(N)'-[Option] ].
+error_text(search_budget(Max)) -->
+    [ 'search found no plan within ~D configurations'-[Max] ].
 error_text(reported) -->
     [ 'the theory or the program is wrong: see above'-[] ].
 error_text(open_program) -->

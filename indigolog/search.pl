@@ -3,8 +3,9 @@
             plan_expects/2,           % +Situation, +Situation
             plan_step/8               % +Program, +How, +Expected, +Steps, +Situation, +Context, -Program1, -Situation1
           ]).
-:- use_module(library(lists), [member/2]).
+:- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(occurs), [sub_term/2]).
+:- use_module(best_first, [best_first_path/5]).
 :- use_module(theory).
 :- use_module(transition).
 :- use_module(termination).
@@ -21,9 +22,28 @@ it expects, and the configurations c(E1, S1) that follow, one an action.
 %   First step of a complete execution of Program, on backtracking of the next.
 
 search_step(E, How, S, C, E1, S1) :-
-    dead_ends(E, S, Dead),
-    find_path(E, S, C, Dead, Steps),
+    (   How = [_|_]
+    ->  search_options(How),
+        best_first_path(E, S, C, How, Steps)
+    ;   dead_ends(E, S, Dead),
+        find_path(E, S, C, Dead, Steps)
+    ),
     follow(Steps, E, How, S, C, E1, S1).
+
+search_options(Options) :-
+    forall(member(Option, Options),
+           (   search_option(Option)
+           ->  true
+           ;   throw(error(golog(search_option(Option)), _))
+           )).
+
+search_option(strategy(S)) :-
+    ground(S),
+    memberchk(S, [breadth, best, astar]).
+search_option(heuristic(_)).
+search_option(cost(_)).
+search_option(max_nodes(N)) :-
+    integer(N).
 
 % Configurations from which no complete execution was found are remembered by
 % program and fluent values, unless something may ask for the history itself.
