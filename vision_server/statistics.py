@@ -15,10 +15,10 @@ from vision_server.channel import SATURATED_GREY, ChannelStatistics, Grey
 
 MARGIN_PX = 10  # around the model's outline
 DARK_GREY = 8  # below this there is nothing to see
-FINE_PX, COARSE_PX = 1.0, 3.0  # scales whose responses are compared for the blur
-STRONG_SNR = 12.0  # edges that tell the blur
-FEWEST_EDGES = 30
-SHARP_PX = 0.3  # no edge is believed to be sharper
+SHARP_PX = 0.7  # what a frame without measurable blur counts as ...
+LEAST_SPREAD = (
+    0.1  # ... when its grey spreads over this share of full scale, so that there was something to see
+)
 
 
 def target_region(model: Model, camera: Camera, pose: Pose) -> NDArray[np.bool_]:
@@ -58,10 +58,12 @@ def frame_statistics(pixels: Grey, channel: ChannelStatistics, region: NDArray[n
     noise
         Median standard deviation of the sensor noise, share of full scale.
     blur_px
-        Standard deviation of the edges' spread, px; None where too few edges tell.
+        Standard deviation of the edges' spread in the frame, px; None where no edge tells.
     """
-    blur = edge_blur_px(channel, region)
-    return {**_of(pixels, channel, region), "blur_px": blur, "frame": _of(pixels, channel, None)}
+    target = _of(pixels, channel, region)
+    seen = target["p95"] - target["p05"] >= LEAST_SPREAD
+    blur = channel.blur_px if channel.blur_px > 0.0 else SHARP_PX if seen else None
+    return {**target, "blur_px": blur, "frame": _of(pixels, channel, None)}
 
 
 def _of(pixels: Grey, channel: ChannelStatistics, region: NDArray[np.bool_] | None) -> dict[str, float]:
@@ -85,30 +87,3 @@ def _of(pixels: Grey, channel: ChannelStatistics, region: NDArray[np.bool_] | No
         "sharpness": min(1.0, sharp),
         "noise": float(np.median(noise[::7])) * channel.exposure / 255.0,
     }
-
-
-def edge_blur_px(channel: ChannelStatistics, region: NDArray[np.bool_]) -> float | None:
-    """Spread of the edges in the region, standard deviation in px, None where too few of them tell.
-
-    An edge of blur b answers a Gaussian derivative of scale s with a peak proportional to (b^2 + s^2)^-1/2;
-    two
-    scales tell b. The median over strong ridges is taken.
-    """
-    rows, columns = np.flatnonzero(region.any(axis=1)), np.flatnonzero(region.any(axis=0))
-    box = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
-    fine, coarse = _gradient(channel.linear[box], FINE_PX), _gradient(channel.linear[box], COARSE_PX)
-    strong = channel.contrast[box] > STRONG_SNR * channel.noise[box]
-    ridge = fine >= cv2.dilate(fine, np.ones((5, 5), np.uint8))
-    chosen = strong & ridge & region[box] & channel.unsaturated[box]
-    if int(chosen.sum()) < FEWEST_EDGES:
-        return None
-    ratio = np.clip((coarse[chosen] / fine[chosen]) ** 2, 0.0, 0.999)
-    variance = (ratio * COARSE_PX**2 - FINE_PX**2) / (1.0 - ratio)
-    return float(np.sqrt(max(float(np.median(variance)), SHARP_PX**2)))
-
-
-def _gradient(linear: NDArray[np.float32], sigma_px: float) -> NDArray[np.float32]:
-    smooth = cv2.GaussianBlur(linear, (0, 0), sigma_px, borderType=cv2.BORDER_REPLICATE)
-    gx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=1, scale=0.5)
-    gy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=1, scale=0.5)
-    return np.asarray(cv2.magnitude(gx, gy))
