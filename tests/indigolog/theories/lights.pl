@@ -1,8 +1,8 @@
 % A small theory for the tests: a counter, three lamps, a door that is sensed.
 fun_fluent(counter).
-rel_fluent(lit(L)) :- lamp(L).
 fun_fluent(door).
 fun_fluent(mark(_)).
+rel_fluent(lit(L)) :- lamp(L).
 
 lamp(L) :- lamps(Ls), member(L, Ls).
 lamps([a, b, c]).
