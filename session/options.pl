@@ -54,8 +54,8 @@ opt_meta(contact_range,  'M').
 opt_help(help(header), "\nOne session: find the pose of a docking target by choosing lights and camera.\n").
 opt_help(help(usage), " [options]").
 opt_help(controller,     "Strategy: heuristic (default), greedy, simple, auto_exposed, fixed, or a Golog file").
-opt_help(target,         "Target on the simulator: cube (default), fixture, satellite, or a model file (.cao .obj .stl .ply)").
-opt_help(scenario,       "Light conditions on the simulator, or a TOML file (default: nominal)").
+opt_help(target,         "Target on the simulator: cube (default; for --approach: fixture), fixture, satellite, or a model file (.cao .obj .stl .ply)").
+opt_help(scenario,       "Light conditions on the simulator, or a TOML file (default: nominal; for --approach: approach)").
 opt_help(stack,          "Replay a folder of recorded light stacks instead of simulating").
 opt_help(camera_model,   "TOML file with [camera], where the image server has none").
 opt_help(seed_pose,      "TOML file with [target.seed_pose], where the image server has none").
@@ -77,7 +77,19 @@ opt_help(json,           "Print result.json on standard output, and nothing else
 opt_help(quiet,          "No live lines").
 opt_help(help(footer), "\nExit status: 0 pose found, 3 finished without reaching the threshold, 2 bad usage or input,\n4 a device or server failed for good, 130/143 stopped by Ctrl-C/SIGTERM.\n").
 
-defaults([ controller(heuristic), scenario(nominal), matcher(search), max_iterations(10), seed(1),
+%   An approach ends where a cube fills the frame: the fixture still shows edges there.
+defaults(Given, [target(fixture), scenario(approach)|Defaults]) :-
+    option(approach(true), Given),
+    !,
+    defaults(Defaults).
+defaults(Given, [scenario(nominal)|Defaults]) :-
+    ( option(stack(_), Given) ; option(image_server(_), Given) ),
+    !,
+    defaults(Defaults).
+defaults(_, [target(cube), scenario(nominal)|Defaults]) :-
+    defaults(Defaults).
+
+defaults([ controller(heuristic), matcher(search), max_iterations(10), seed(1),
            approach(false), first_range(1.5), contact_range(0.3), dry_run(false), explain(false),
            report(true), json(false), quiet(false) ]).
 
@@ -99,7 +111,7 @@ session_options(Argv, Options) :-
     ->  usage_error("unexpected argument '~w'; options begin with -- (see --help)", [Word])
     ;   true
     ),
-    defaults(Defaults),
+    defaults(Given, Defaults),
     merge_options(Given, Defaults, Options),
     check(Options).
 

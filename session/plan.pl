@@ -72,10 +72,7 @@ target_name(Options, Name) :-
     !,
     absolute_file_name(Dir, Absolute),
     file_base_name(Absolute, Name).
-target_name(Options, unknown) :-
-    option(image_server(_), Options),
-    !.
-target_name(_, cube).
+target_name(_, unknown).
 
 program(Options, session(Ranges)) :-
     option(approach(true), Options),

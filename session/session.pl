@@ -106,7 +106,7 @@ image_server_arguments(Options, Plan, Endpoint, Arguments) :-
     (   option(stack(Dir), Options)
     ->  absolute_file_name(Dir, Stack),
         Source = [replay, '--stack', Stack]
-    ;   option(target(Target), Options, cube),
+    ;   option(target(Target), Options),
         option(scenario(Scenario), Options),
         Source = [simulator, '--target', Target, '--scenario', Scenario]
     ),
