@@ -156,10 +156,10 @@ rule(Options, "--seed must not be negative: ~w", [Seed]) :-
     option(seed(Seed), Options), Seed < 0.
 rule(Options, "--stack and --image-server exclude each other: one names the images, the other who has them", []) :-
     option(stack(_), Options), option(image_server(_), Options).
-rule(Options, "--stack has its own target: leave --target away, or name a model file", []) :-
-    option(stack(_), Options), option(target(Name), Options), \+ exists_file(Name).
 rule(Options, "--approach needs the simulator (or an image server that can move the target), not --stack", []) :-
     option(stack(_), Options), option(approach(true), Options).
+rule(Options, "--stack has its own target: leave --target away, or name a model file", []) :-
+    option(stack(_), Options), option(target(Name), Options), \+ exists_file(Name).
 rule(Options, "--resume and --approach exclude each other: an approach cannot be taken up half way", []) :-
     option(resume(_), Options), option(approach(true), Options).
 rule(Options, "--contact-range must be positive and less than --first-range", []) :-

@@ -23,13 +23,26 @@ naive_traces(E, Bound, Traces) :-
 run(E, H, _, _, H) :-
     f(E, H).
 run(E, H, Seen, Bound, H2) :-
-    t(E, H, E1, H1),
+    t(E, H, E0, H1),
+    tidy(E0, E1),
     (   H1 == H
     ->  \+ ( member(X, [E|Seen]), X =@= E1 ),
         run(E1, H, [E|Seen], Bound, H2)
     ;   length(H1, N), N =< Bound,
         run(E1, H1, [], Bound, H2)
     ).
+
+% Without empty parts of sequences, so that a loop of tests is seen to repeat.
+tidy([E|L], T) :-
+    !,
+    tidy(E, E1),
+    tidy(L, L1),
+    (   E1 == [] -> T = L1
+    ;   L1 == [] -> T = E1
+    ;   L1 = [_|_] -> T = [E1|L1]
+    ;   T = [E1, L1]
+    ).
+tidy(E, E).
 
 % Trans
 t([E|L], H, E1, H1) :-
@@ -105,6 +118,9 @@ element(X, D) :- ( D == lamps -> lamps(L) ; L = D ), member(X, L).
 
 put_for(V, X, T, T1) :-
     (   T == V -> T1 = X
+    ;   T = pi((W, _), _), W == V -> T1 = T          % bound again: another variable
+    ;   T = for(W, _, _), W == V -> T1 = T
+    ;   nonvar(T), ( T = some((W, _), _) ; T = all((W, _), _) ), W == V -> T1 = T
     ;   compound(T) -> T =.. [N|As], all_put(As, V, X, Bs), T1 =.. [N|Bs]
     ;   T1 = T
     ).
