@@ -39,7 +39,7 @@ session_result(Facts, Value, Result) :-
              iterations:Iterations, kept:Kept, discarded:Discarded, rms_px:Fix.rms_px,
              pose:Fix.pose, covariance:Fix.covariance, seconds:Seconds, steps:StepDicts,
              merit_px:Merit, threshold_px:Facts.threshold_px, uncertainty:Fix.uncertainty,
-             command:Facts.command},
+             supported_fraction:Fix.supported_fraction, lines:Fix.lines, command:Facts.command},
     call(Value, holds, HoldsNewest),
     reverse(HoldsNewest, Holds),
     maplist(hold_dict, Holds, HoldDicts),
@@ -56,17 +56,22 @@ step_dict(Device, step(Iteration, Image, Settings, State, Decision, Reason, SetS
              settings:_{lights:Levels, shutter_s:Shutter, aperture:Aperture},
              settings_words:Words, qualitative:Qualitative, decision:Decision, reason:Reason,
              set_size:SetSize, rms_px:FixDict.rms_px, merit:Merit, pose:FixDict.pose,
-             supported_fraction:FixDict.supported_fraction}.
+             supported_fraction:FixDict.supported_fraction, lines:FixDict.lines}.
 
 hold_dict(hold(Range, Outcome, Fix), Dict) :-
     fix_dict(Fix, FixDict),
     Dict = FixDict.put(_{range_m:Range, status:Outcome}).
 
-fix_dict(none, _{pose:null, covariance:null, rms_px:null, uncertainty:null, supported_fraction:null}).
+fix_dict(none, _{pose:null, covariance:null, rms_px:null, uncertainty:null, supported_fraction:null,
+                 lines:[]}).
 fix_dict(fix(pose(Rotation, Translation), Covariance,
-             quality(Rms, Uncertainty, Support, _, _), _),
+             quality(Rms, Uncertainty, Support, _, _), Lines),
          _{pose:_{rotation_vector:Rotation, translation:Translation}, covariance:Covariance,
-           rms_px:Rms, uncertainty:Uncertainty, supported_fraction:Support}).
+           rms_px:Rms, uncertainty:Uncertainty, supported_fraction:Support, lines:LineDicts}) :-
+    maplist(line_dict, Lines, LineDicts).
+
+line_dict(line(Line, Visible, Support, Rms),
+          _{line:Line, visible_px:Visible, support:Support, rms_px:Rms}).
 
 %!  write_result(+Result, +File) is det.
 %
