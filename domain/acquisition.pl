@@ -95,7 +95,8 @@ senses(connect, session(_, _, N), max_iterations, N, true).
 senses(capture(_, _), Statistics, statistics, Statistics, true).
 senses(capture(_, S), Statistics, readings, Readings,
        Readings = [reading(S, Statistics)|readings]).
-senses(estimate(_), Fix, fix, Fix, true).
+senses(estimate(_), no_pose, fix, none, true).
+senses(estimate(_), fix(P, C, Q, L), fix, fix(P, C, Q, L), true).
 senses(estimate(_), fix(_, _, _, Lines), line_support(L), Support,
        member(line(L, _, Support, _), Lines)).
 

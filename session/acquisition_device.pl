@@ -23,7 +23,7 @@ results, events as exogenous actions.  Pixels stay on the other side.
 |--------------------|----------------------|--------------------------------------|
 | connect            | start                | session(Device, Threshold, Limit)    |
 | capture(Image, S)  | capture              | statistics(P50, P95, Dark, Saturated, BlurPx) |
-| estimate(Images)   | estimate             | none, or fix(...) as in merit.pl     |
+| estimate(Images)   | estimate             | no_pose, or fix(...) as in merit.pl  |
 | discard(Image, _)  | discard              |                                      |
 | set_parameter(N,V) | parameters           |                                      |
 | advance(RangeM)    | move, parameters     |                                      |
@@ -213,7 +213,7 @@ settings_dict(settings(Levels, Shutter, Aperture),
 statistics_term(S, statistics(S.p50, S.p95, S.dark_fraction, S.saturated_fraction, Blur)) :-
     (   number(S.get(blur_px)) -> Blur = S.blur_px ; Blur = unknown ).
 
-fix_term(Result, none) :-
+fix_term(Result, no_pose) :-
     Result.pose == null,
     !.
 fix_term(R, fix(pose(R.pose.rotation_vector, R.pose.translation), R.covariance,

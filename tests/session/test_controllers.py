@@ -176,3 +176,21 @@ def test_lost_replies_are_asked_for_again(
     )
     assert status == 0
     assert len(asked(mock_vision_server, "capture")) == 1
+
+
+def test_an_estimate_without_a_pose_replaces_the_one_before(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    def pose_only_from_the_first(args: Any) -> Any:
+        reply = mock_vision_server._estimate(args)
+        if len(args.images) > 1:
+            return {**reply.result, "pose": None, "covariance": None, "score": 0.0}
+        return reply
+
+    mock_vision_server.answer("estimate", pose_only_from_the_first)
+    _, result, _ = run(
+        mock_vision_server, mock_image_server, tmp_path,
+        "--controller", "greedy", "--max-iterations", "3", "--threshold", NEVER,
+    )  # fmt: skip
+    assert result["kept"] == ["i1"]
+    assert [step["pose"] is None for step in result["steps"]] == [False, True, True]

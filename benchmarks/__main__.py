@@ -1,0 +1,108 @@
+"""What `make bench` prints: one JSON object a line, peers measured in the same run."""
+
+import json
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.messages import Settings
+from geometry.camera import Camera
+from geometry.model import load_model
+from image_server.simulator import Simulator
+from vision_server.channel import channel_statistics
+from vision_server.edges import merge_channels
+from vision_server.image_set import ImageSet
+from vision_server.pipeline import estimate_pose
+
+ROOT = Path(__file__).resolve().parent.parent
+REPEATS = 9
+
+
+def show(name: str, value: float, unit: str, **more: float) -> None:
+    """Print one measurement."""
+    rounded = {key: round(number, 4) for key, number in more.items()}
+    print(json.dumps({"name": name, "value": round(value, 4), "unit": unit, **rounded}), flush=True)
+
+
+def milliseconds(run: Callable[[], object]) -> float:
+    """Median time of a call, after one that does not count."""
+    run()
+    times = []
+    for _ in range(REPEATS):
+        began = time.perf_counter()
+        run()
+        times.append(1000.0 * (time.perf_counter() - began))
+    return float(np.median(times))
+
+
+def frames(simulator: Simulator) -> list[NDArray[np.uint8]]:
+    """Four images of one scene: each light alone, and all together."""
+    lights = [(7, 0, 0), (0, 7, 0), (0, 0, 7), (4, 4, 4)]
+    return [
+        simulator.capture(Settings(lights=levels, shutter_s=1 / 60, aperture=4.0)).pixels for levels in lights
+    ]
+
+
+def edges() -> None:
+    """Four channels to an edge map against cv2.Canny on the same four images."""
+    images = frames(Simulator("satellite", "nominal", 1))
+    ours = milliseconds(lambda: merge_channels([channel_statistics(image, 2.0) for image in images]))
+    canny = milliseconds(lambda: [cv2.Canny(image, 50, 150) for image in images])
+    show("edges/four_channels", ours, "ms", canny_ms=canny, ratio=ours / canny)
+
+
+def poses() -> None:
+    """Stages of an estimate from four images, against cv2's LSD on the same four."""
+    for target in ("cube", "fixture", "satellite"):
+        pose(target)
+
+
+def pose(target: str) -> None:
+    """One target's estimate."""
+    simulator = Simulator(target, "nominal", 1)
+    images = frames(simulator)
+    described = simulator.describe()
+    assert described.camera is not None
+    assert described.target is not None
+    camera = Camera.from_dict(msgspec.to_builtins(described.camera))
+    model = load_model(Path(described.target.model), described.target.unit)
+    seed_pose = simulator.seed_pose
+    assert seed_pose is not None
+    image_set = ImageSet(camera.width, camera.height)
+    for number, image in enumerate(images):
+        image_set.add(f"i{number}", image, 2.0, 1.0)
+    names = list(image_set.images)
+    whole = milliseconds(lambda: estimate_pose(image_set, names, model, camera, seed_pose))
+    stages = estimate_pose(image_set, names, model, camera, seed_pose).seconds
+    detector = cv2.createLineSegmentDetector()
+    lsd = milliseconds(lambda: [detector.detect(image) for image in images])
+    show(
+        f"estimate/{target}", whole, "ms", lsd_ms=lsd, ratio=whole / lsd,
+        **{f"{stage}_ms": 1000.0 * seconds for stage, seconds in stages.items()},
+    )  # fmt: skip
+
+
+def golog() -> None:
+    """Cost per step of a counting loop, offline, at growing lengths."""
+    theory = ROOT / "benchmarks" / "count.pl"
+    for steps in (1000, 5000, 20000, 100000):
+        began = time.perf_counter()
+        subprocess.run(
+            ["swipl", str(ROOT / "indigolog" / "run.pl"), "--", str(theory), f"count({steps})"],
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
+        seconds = time.perf_counter() - began
+        show(f"golog/count({steps})", seconds, "s", us_per_step=1e6 * seconds / steps)
+
+
+if __name__ == "__main__":
+    edges()
+    poses()
+    golog()
