@@ -14,18 +14,22 @@ from geometry.pose import Pose
 from vision_server.confidence import quality
 from vision_server.evidence import Evidence, gather_evidence
 from vision_server.gradients import GradientChannel
-from vision_server.refinement import Solution, base_weights, line_scales, moved, refine, solve
+from vision_server.line_scales import line_scales
+from vision_server.line_weights import base_weights
+from vision_server.refinement import Solution, moved, refine, solve, spacing_for
 
 Ints = NDArray[np.int64]
 
+SAME_DEG, SAME_SHARE_OF_RANGE = 0.1, 0.0005  # poses this close have come to the same place
 SCALE_REACH_PX = 4.0  # around a candidate's lines, where the blur of the edges is looked at
 REFINED = 5  # candidates of the matcher that are looked at
-COARSE_REACHES_PX, COARSER = (6.0, 4.0), 3.0  # first, with a third of the samples; ...
+COARSE_REACHES_PX, COARSER = (6.0, 4.0), 1.75  # first, with fewer samples; ...
 FINE_REACHES_PX = (4.0, 3.0, 3.0)  # ... then, with all, ...
 FINISHED_SHARE = 0.5  # ... those of at least this share of the best one's quality
 DOUBT_QUALITY = 0.8  # under this, lines may lie on wrong edges
 DOUBTED_LINES = 10  # that are left out, one after the other
 DOUBT_ROUNDS = 2
+LEAST_GIVE_PX = 0.3  # that the others move by without it, for a line to be doubted
 NO_WORSE = 1.02  # a second look must improve the quality by this factor
 
 
@@ -62,12 +66,12 @@ class Refiner:
         """
         for channel in self.channels:
             channel.prepare(self.least_scale + 1)
-        coarse = []
+        coarse: list[Refined] = []
         for pose in candidates[:REFINED]:
             scale = line_scales(
                 self.channels, self.model, self.camera, pose, SCALE_REACH_PX, self.least_scale
             )
-            rough = self.refined(pose, scale, COARSE_REACHES_PX, COARSER)
+            rough = self.refined(pose, scale, COARSE_REACHES_PX, COARSER, known=coarse)
             if rough is not None:
                 coarse.append(rough)
         coarse.sort(key=lambda one: -quality(one.evidence))
@@ -80,14 +84,22 @@ class Refiner:
         out = [self.finished(one) if quality(one.evidence) >= least else one for one in coarse]
         return sorted(out, key=lambda one: -quality(one.evidence))
 
-    def refined(self, pose: Pose, scale: Ints, reaches_px: Sequence[float], coarser: float) -> Refined | None:
-        """One pose refined at some reaches; None where nothing holds it."""
+    def refined(
+        self,
+        pose: Pose,
+        scale: Ints,
+        reaches_px: Sequence[float],
+        coarser: float,
+        known: Sequence[Refined] = (),
+    ) -> Refined | None:
+        """One pose refined at some reaches; None where nothing holds it or it ends at a known one."""
+        spacing = coarser * spacing_for(self.model, self.camera, pose)
         solution = refine(
-            self.channels, self.model, self.camera, pose, scale, reaches_px, self.tone_sd_px, coarser
+            self.channels, self.model, self.camera, pose, scale, reaches_px, self.tone_sd_px, spacing
         )
-        if solution is None:
+        if solution is None or any(_ends_at(solution.pose, one.solution.pose) for one in known):
             return None
-        evidence = gather_evidence(self.channels, self.model, self.camera, solution.pose, scale, coarser)
+        evidence = gather_evidence(self.channels, self.model, self.camera, solution.pose, scale, spacing)
         return None if evidence is None else Refined(solution, evidence)
 
     def finished(self, rough: Refined) -> Refined:
@@ -106,18 +118,24 @@ class Refiner:
             return None
         measurement = evidence.measurement
         base = base_weights(measurement, len(self.model.lines))
+        range_m = float(np.linalg.norm(found.solution.pose.translation))
+        whole, _ = solve(measurement, base, range_m, self.tone_sd_px)
         pull = np.bincount(measurement.samples.line, base.sum(axis=0), minlength=len(self.model.lines))
         best, limit = None, NO_WORSE * quality(evidence)
         for line in np.argsort(-pull, kind="stable")[:DOUBTED_LINES].tolist():
             if pull[line] <= 0.0:
                 break
             without = np.where(measurement.samples.line == line, 0.0, base)
-            pose = found.solution.pose
-            step, _ = solve(measurement, without, float(np.linalg.norm(pose.translation)), self.tone_sd_px)
-            if not np.isfinite(step).all():
+            step, _ = solve(measurement, without, range_m, self.tone_sd_px)
+            gives_px = np.abs(measurement.jacobian @ (step - whole)[:6]).max()
+            if not gives_px >= LEAST_GIVE_PX:
                 continue
-            start = moved(pose, step, measurement.centre)
+            start = moved(found.solution.pose, step, measurement.centre)
             other = self.refined(start, measurement.scale, COARSE_REACHES_PX, COARSER)
             if other is not None and quality(other.evidence) > limit:
                 best, limit = other, quality(other.evidence)
         return best
+
+
+def _ends_at(pose: Pose, other: Pose) -> bool:
+    return pose.error_to(other).within(SAME_DEG, SAME_SHARE_OF_RANGE)

@@ -11,25 +11,43 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 PEAKS = 3  # kept for each sample and channel, strongest first
-STEP_PX = 0.5  # between the points where the derivative is looked at
 MIN_SNR = 4.0  # of the derivative against its noise, for a maximum to count
 MIN_ALIGNED = 0.85  # least |cos| between the gradient and the line's normal: about 30 degrees
 CLIPPED_SD_PX = 0.5  # saturation moves an edge towards its dark side by up to the blur
 DERIVATIVE_NOISE = 1.0 / math.sqrt(8.0 * math.pi)  # sd of the first derivative: this * sd / sigma^2
+LEAST_SHARE = 0.02  # of the peak, that its neighbours count with at least
+MOST_SHIFT_PX = 1.0  # of a peak from where the pixel-wide steps see it
 CURVATURE_NOISE = math.sqrt(3.0 / (16.0 * math.pi))  # sd of the second derivative: this * sd / sigma^3
 
 
-@njit(cache=True)
-def _bilinear(field: NDArray[np.float32], x: float, y: float) -> float:
-    """Value between pixels; the caller keeps 0 <= x < W - 1 and 0 <= y < H - 1."""
+@njit(cache=True, error_model="numpy")
+def _derivative(
+    gx: NDArray[np.float32], gy: NDArray[np.float32], x: float, y: float, nx: float, ny: float
+) -> float:
+    """Derivative along (nx, ny) between pixels, bilinear; the caller keeps 0 <= x < W - 1, 0 <= y < H - 1."""
     column, row = int(x), int(y)
     a, b = x - column, y - row
-    top = (1.0 - a) * field[row, column] + a * field[row, column + 1]
-    bottom = (1.0 - a) * field[row + 1, column] + a * field[row + 1, column + 1]
-    return float((1.0 - b) * top + b * bottom)
+    c, d = (1.0 - a) * (1.0 - b), a * (1.0 - b)
+    e, f = (1.0 - a) * b, a * b
+    along_x = (
+        c * gx[row, column] + d * gx[row, column + 1] + e * gx[row + 1, column] + f * gx[row + 1, column + 1]
+    )
+    along_y = (
+        c * gy[row, column] + d * gy[row, column + 1] + e * gy[row + 1, column] + f * gy[row + 1, column + 1]
+    )
+    return float(nx * along_x + ny * along_y)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
+def _parabola(before: float, here: float, after: float) -> tuple[float, float]:
+    """Place of the maximum of a Gaussian through three values one px apart, and minus its log curvature."""
+    least = LEAST_SHARE * here
+    before, here, after = math.log(max(before, least)), math.log(here), math.log(max(after, least))
+    bend = 2.0 * here - before - after
+    return (0.5 * (after - before) / bend if bend > 0.0 else np.inf), bend
+
+
+@njit(cache=True, error_model="numpy")
 def find_edge_points(
     gx: NDArray[np.float32],
     gy: NDArray[np.float32],
@@ -43,10 +61,11 @@ def find_edge_points(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Look for edges on the normals of samples, in one channel.
 
-    A maximum of |g . n| along the normal, where g is the gradient smoothed with the sample's scale, is placed
-    by a parabola through the logarithm of the three values one px apart (exact for a Gaussian-shaped
-    response).
-    Its standard deviation follows from the noise of the second derivative divided by the curvature.
+    The derivative g . n along the normal, where g is the gradient smoothed with the sample's scale, is looked
+    at in steps of a pixel. Each maximum of its magnitude is placed by a parabola through the logarithms of
+    three values one px apart (exact for a Gaussian-shaped response), first on the steps and then around the
+    place so found, which frees it from their phase. Its standard deviation follows from the noise of the
+    second derivative divided by the curvature.
 
     Parameters
     ----------
@@ -66,60 +85,60 @@ def find_edge_points(
     """
     count = len(image)
     rows, columns = noise.shape
+    right, bottom = columns - 2.0, rows - 2.0
     offset = np.full((count, PEAKS), np.nan)
     snr = np.zeros((count, PEAKS))
     sd = np.zeros((count, PEAKS))
     strength = np.zeros((count, PEAKS))
-    longest = int(np.ceil(reach_px.max() / STEP_PX)) if count > 0 else 0
-    profile = np.empty(2 * longest + 7)
-    around = int(1.0 / STEP_PX)  # steps to the neighbours of the parabola
+    profile = np.empty(2 * int(np.ceil(reach_px.max())) + 3 if count > 0 else 0)
     for i in range(count):
         s = scale[i]
         sigma = sigmas[s]
-        half = int(np.ceil(reach_px[i] / STEP_PX)) + around
-        length = 2 * half + 1
+        half = int(np.ceil(reach_px[i])) + 1
         nx, ny = normal[i, 0], normal[i, 1]
-        for k in range(length):
-            u = (k - half) * STEP_PX
+        for k in range(2 * half + 1):
+            u = float(k - half)
             x, y = image[i, 0] + u * nx, image[i, 1] + u * ny
-            if x < 0.0 or y < 0.0 or x >= columns - 1 or y >= rows - 1:
-                profile[k] = 0.0
-            else:
-                profile[k] = nx * _bilinear(gx[s], x, y) + ny * _bilinear(gy[s], x, y)
+            inside = x >= 0.0 and y >= 0.0 and x < columns - 1 and y < rows - 1
+            profile[k] = _derivative(gx[s], gy[s], x, y, nx, ny) if inside else 0.0
         found = 0
-        for k in range(around, length - around):
+        for k in range(1, 2 * half):
             here = abs(profile[k])
             if here <= abs(profile[k - 1]) or here < abs(profile[k + 1]):
                 continue
-            u = (k - half) * STEP_PX
+            u = float(k - half)
             x, y = image[i, 0] + u * nx, image[i, 1] + u * ny
-            if x < 1.0 or y < 1.0 or x >= columns - 2 or y >= rows - 2:
+            if x < 1.0 or y < 1.0 or x >= right or y >= bottom:
                 continue
-            row, column = int(y + 0.5), int(x + 0.5)
-            pixel_noise = noise[row, column]
-            ratio = here * sigma * sigma / (DERIVATIVE_NOISE * pixel_noise)
-            if ratio < MIN_SNR:
-                continue
-            along = -ny * _bilinear(gx[s], x, y) + nx * _bilinear(gy[s], x, y)
-            if here < MIN_ALIGNED * math.sqrt(here * here + along * along):
+            pixel_noise = noise[int(y + 0.5), int(x + 0.5)]
+            to_snr = sigma * sigma / (DERIVATIVE_NOISE * pixel_noise)
+            if here * to_snr < MIN_SNR:
                 continue
             sign = 1.0 if profile[k] > 0.0 else -1.0
-            before, after = sign * profile[k - around], sign * profile[k + around]
-            if before <= 0.0 or after <= 0.0:
-                before, after = max(before, 0.02 * here), max(after, 0.02 * here)
-            before, middle, after = math.log(before), math.log(here), math.log(after)
-            bend = before - 2.0 * middle + after
-            if bend >= -1e-6:
-                continue
-            shift = 0.5 * (before - after) / bend
-            if abs(shift) > 0.75:
+            shift, bend = _parabola(sign * profile[k - 1], here, sign * profile[k + 1])
+            if not abs(shift) <= MOST_SHIFT_PX:
                 continue
             place = u + shift
-            if abs(place) > reach_px[i]:
+            x, y = image[i, 0] + place * nx, image[i, 1] + place * ny
+            if x < 2.0 or y < 2.0 or x >= right - 1.0 or y >= bottom - 1.0:
                 continue
-            curvature = here * -bend
-            uncertainty = CURVATURE_NOISE * pixel_noise / (sigma * sigma * sigma * curvature)
-            if near_clipped[s, row, column] != 0:
+            here = sign * _derivative(gx[s], gy[s], x, y, nx, ny)
+            if not here > 0.0:
+                continue
+            before = sign * _derivative(gx[s], gy[s], x - nx, y - ny, nx, ny)
+            after = sign * _derivative(gx[s], gy[s], x + nx, y + ny, nx, ny)
+            shift, bend = _parabola(before, here, after)
+            if not abs(shift) <= 0.5:
+                continue
+            place += shift
+            across = _derivative(gx[s], gy[s], x, y, -ny, nx)
+            if here < MIN_ALIGNED * math.sqrt(here * here + across * across) or abs(place) > reach_px[i]:
+                continue
+            ratio = here * to_snr
+            if ratio < MIN_SNR:
+                continue
+            uncertainty = CURVATURE_NOISE * pixel_noise / (sigma * sigma * sigma * here * bend)
+            if near_clipped[s, int(y + 0.5), int(x + 0.5)] != 0:
                 uncertainty = math.sqrt(uncertainty * uncertainty + (CLIPPED_SD_PX * sigma) ** 2)
                 ratio *= 0.5
             slot = found

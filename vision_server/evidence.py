@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,11 +13,13 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from vision_server.gradients import SCALES_PX, GradientChannel
+from vision_server.line_weights import line_trust
 from vision_server.measurement import Measurement, measure
-from vision_server.refinement import line_trust, spacing_for
+from vision_server.refinement import spacing_for
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 CAP_PX = 4.0  # distance that a part of a visible line without support counts with
 SUPPORT_PX = 1.0  # a part has support when its edge point is this close (times sqrt of the filter's scale)
@@ -92,12 +95,11 @@ def gather_evidence(
     camera: Camera,
     pose: Pose,
     scale: Ints,
-    coarser: float = 1.0,
+    spacing_px: float | None = None,
 ) -> Evidence | None:
     """Measure the support of a pose; None when no line of the model is visible from it."""
-    measurement = measure(
-        channels, model, camera, pose, CAP_PX, scale, coarser * spacing_for(model, camera, pose)
-    )
+    spacing = spacing_for(model, camera, pose) if spacing_px is None else spacing_px
+    measurement = measure(channels, model, camera, pose, CAP_PX, scale, spacing)
     if len(measurement) == 0:
         return None
     return evidence_of(measurement, [channel.name for channel in channels], len(model.lines))
@@ -129,28 +131,28 @@ def evidence_of(measurement: Measurement, names: Sequence[str], lines: int) -> E
         clipped_fraction=float((px * (supported & ~clean)).sum()) / total,
         snr=float(np.median(snr)) if len(snr) else 0.0,
         visible_px=total,
-        lines=tuple(
-            _line_evidence(index, line == index, px, distance, supports, trust[:, index], names)
-            for index in np.unique(line).tolist()
-        ),
+        lines=_line_evidence(line, px, distance, supports, trust, names),
         measurement=measurement,
     )
 
 
 def _line_evidence(
-    index: int,
-    of_line: NDArray[np.bool_],
-    px: Floats,
-    distance: Floats,
-    supports: NDArray[np.bool_],
-    trust: Floats,
-    names: Sequence[str],
-) -> LineEvidence:
-    length = px[of_line]
-    visible = float(length.sum())
-    by_channel = (supports[:, of_line] * length).sum(axis=1)
-    supported = float(length @ supports[:, of_line].any(axis=0))
-    rms = float(np.sqrt((length @ distance[of_line] ** 2) / visible))
-    most = int(np.argmax(by_channel * trust))
-    image = names[most] if by_channel[most] > 0 else None
-    return LineEvidence(index, visible, min(1.0, supported / visible), rms, image)
+    line: Ints, px: Floats, distance: Floats, supports: Flags, trust: Floats, names: Sequence[str]
+) -> tuple[LineEvidence, ...]:
+    """Evidence of each visible line; line, px, distance (N,), supports (C, N), trust (C, L)."""
+    lines = trust.shape[1]
+    visible = np.bincount(line, px, lines)
+    supported = np.bincount(line, px * supports.any(axis=0), lines)
+    squares = np.bincount(line, px * distance**2, lines)
+    by_channel = np.stack([np.bincount(line, px * seen, lines) for seen in supports])
+    most = np.argmax(by_channel * trust, axis=0)
+    return tuple(
+        LineEvidence(
+            line=index,
+            visible_px=float(visible[index]),
+            support=min(1.0, float(supported[index] / visible[index])),
+            rms_px=math.sqrt(squares[index] / visible[index]),
+            image=names[most[index]] if by_channel[most[index], index] > 0 else None,
+        )
+        for index in np.flatnonzero(visible).tolist()
+    )

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
-from vision_server.edge_points import CLIPPED_SD_PX, find_edge_points
+from vision_server.edge_points import CLIPPED_SD_PX, PEAKS, find_edge_points
 from vision_server.gradients import SCALES_PX, GradientChannel
 from vision_server.line_votes import choose, vote
 
@@ -20,6 +22,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 VOTE_WIDTH_PX = 1.0  # tolerance of a line's vote for a sharp edge
+STRONG_SHARE = 0.8  # of the edge points of a channel are weaker than its strong ones
 QUALITY_SNR_SHARE = 0.5  # an edge point this many times as strong as its channel's strong ones counts half
 BLUR_REACH = 1.5  # search at least this many filter scales to either side
 SMALL_STEP_PX = 0.5  # for the derivative of the lens distortion
@@ -81,33 +84,49 @@ class Measurement:
         return len(self.normal)
 
 
-def places_on_lines(samples: Samples) -> Floats:
-    """Place of each sample between the ends of its line's visible part, -1 to 1, (N,)."""
-    count = len(samples.line)
+@njit(cache=True, error_model="numpy")
+def places_on_lines(line: Ints, image: Floats, direction: Floats) -> Floats:
+    """Place of each sample between the ends of its line's visible part, -1 to 1, (N,).
+
+    ``line`` (N,) ascending; ``image`` and ``direction`` (N, 2), as in `Samples`.
+    """
+    count = len(line)
     along = np.zeros(count)
-    if count == 0:
-        return along
-    starts = np.flatnonzero(np.r_[True, np.diff(samples.line) != 0])
-    ends = np.r_[starts[1:], count]
-    counts = ends - starts
-    direction = np.repeat(samples.image_direction[(starts + ends) // 2], counts, axis=0)
-    way = np.sum(samples.image * direction, axis=1)
-    low = np.repeat(np.minimum.reduceat(way, starts), counts)
-    length = np.repeat(np.maximum.reduceat(way, starts), counts) - low
-    more = length > 0
-    along[more] = 2.0 * (way[more] - low[more]) / length[more] - 1.0
+    start = 0
+    while start < count:
+        end = start
+        while end < count and line[end] == line[start]:
+            end += 1
+        ux, uy = direction[(start + end) // 2, 0], direction[(start + end) // 2, 1]
+        low, high = np.inf, -np.inf
+        for i in range(start, end):
+            along[i] = image[i, 0] * ux + image[i, 1] * uy
+            low, high = min(low, along[i]), max(high, along[i])
+        for i in range(start, end):
+            along[i] = 2.0 * (along[i] - low) / (high - low) - 1.0 if high > low else 0.0
+        start = end
     return along
 
 
 def step_jacobian(camera: Camera, points_camera: Floats, normal: Floats, centre: Floats) -> Floats:
     """Motion along the image normal, px, per step (rotation about ``centre`` rad, translation m), (N, 6)."""
-    x, y, z = points_camera.T
     if camera.distorted:
         normal = _through_lens(camera, points_camera, normal)
-    gx = normal[:, 0] * camera.fx / z
-    gy = normal[:, 1] * camera.fy / z
-    slope = np.stack([gx, gy, -(gx * x + gy * y) / z], axis=1)
-    return np.hstack([np.cross(points_camera - centre, slope), slope])
+    out: Floats = _pinhole_jacobian(camera.fx, camera.fy, points_camera, normal, centre)
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def _pinhole_jacobian(fx: float, fy: float, points: Floats, normal: Floats, centre: Floats) -> Floats:
+    out = np.empty((len(points), 6))
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        gx, gy = normal[i, 0] * fx / z, normal[i, 1] * fy / z
+        gz = -(gx * x + gy * y) / z
+        x, y, z = x - centre[0], y - centre[1], z - centre[2]
+        out[i, 0], out[i, 1], out[i, 2] = y * gz - z * gy, z * gx - x * gz, x * gy - y * gx
+        out[i, 3], out[i, 4], out[i, 5] = gx, gy, gz
+    return out
 
 
 def _through_lens(camera: Camera, points: Floats, normal: Floats) -> Floats:
@@ -144,59 +163,66 @@ def measure(
     samples = visible_samples(model, camera, pose, spacing_px)
     count, lines = len(samples.line), len(model.lines)
     normal = np.stack([-samples.image_direction[:, 1], samples.image_direction[:, 0]], axis=1)
-    along = places_on_lines(samples)
-    points = pose.apply(samples.points)
+    along = places_on_lines(samples.line, samples.image, samples.image_direction)
     centre = pose.apply(0.5 * (model.vertices.min(axis=0) + model.vertices.max(axis=0))[None])[0]
     sigmas = np.array(SCALES_PX)
     line_sigma = sigmas[scale].max(axis=0) if len(channels) else np.ones(lines)
     reach = np.maximum(reach_px, BLUR_REACH * line_sigma)
-    found = [
-        find_edge_points(
+    shape = (len(channels), count, PEAKS)
+    offset, snr, sd, strength = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
+    for c, channel in enumerate(channels):
+        offset[c], snr[c], sd[c], strength[c] = find_edge_points(
             channel.gx,
             channel.gy,
             channel.noise,
             channel.near_clipped,
             sigmas,
-            scale[index][samples.line],
+            scale[c][samples.line],
             samples.image,
             normal,
             reach[samples.line],
         )
-        for index, channel in enumerate(channels)
-    ]
-    offset, snr, sd, strength = (np.stack([part[k] for part in found]) for k in range(4))
-    quality = _quality(snr)
     width = VOTE_WIDTH_PX * np.sqrt(line_sigma)
     shift, agreed = np.zeros((lines, 2)), np.zeros(lines)
     chosen = np.empty((len(channels), count), dtype=np.int64)
-    vote(
-        samples.line, along, offset, quality, lines, float(reach.max(initial=reach_px)), width, shift, agreed
-    )
+    farthest = float(reach.max(initial=reach_px))
+    vote(samples.line, along, offset, _quality(snr), lines, farthest, width, shift, agreed)
     choose(samples.line, along, offset, shift, width, chosen)
-    place, slope = _chosen(offset, chosen, np.nan), _chosen(strength, chosen, 0.0)
-    noise = _chosen(sd, chosen, np.inf)
-    sigma = sigmas[scale][:, samples.line]
-    tone = _tone(channels, samples.image, normal, place, slope, sigma)
-    clipped = np.isfinite(noise) & (noise >= CLIPPED_SD_PX * sigma)
-    clipping = np.where(clipped, -np.sign(slope) * sigma, 0.0)
-    distance = np.abs(offset)
-    nearest = np.where(np.isnan(distance), np.inf, distance).min(axis=2)
-    nearest[~np.isfinite(nearest)] = np.nan
+    places = [np.empty((len(channels), count)) for _ in range(5)]
+    nuisance = np.empty((len(channels), count, 2))
+    for c, channel in enumerate(channels):
+        _take_chosen(
+            chosen[c],
+            offset[c],
+            sd[c],
+            strength[c],
+            snr[c],
+            channel.smooth,
+            sigmas[scale[c]][samples.line],
+            samples.image,
+            normal,
+            places[0][c],
+            places[1][c],
+            places[2][c],
+            places[3][c],
+            places[4][c],
+            nuisance[c],
+        )
     return Measurement(
         samples=samples,
         normal=normal,
         along=along,
-        jacobian=step_jacobian(camera, points, normal, centre),
+        jacobian=step_jacobian(camera, pose.apply(samples.points), normal, centre),
         centre=centre,
         scale=scale,
-        offset=place,
-        sd=noise,
-        strength=slope,
-        snr=_chosen(snr, chosen, 0.0),
-        nuisance=np.stack([tone, clipping], axis=2),
+        offset=places[0],
+        sd=places[1],
+        strength=places[2],
+        snr=places[3],
+        nuisance=nuisance,
         shift=shift,
         agreed=agreed,
-        nearest=nearest,
+        nearest=places[4],
     )
 
 
@@ -206,35 +232,53 @@ def _quality(snr: Floats) -> Floats:
     for index, channel in enumerate(snr):
         seen = channel[channel > 0.0]
         if len(seen):
-            strong = float(np.percentile(seen, 80))
-            out[index] = channel / (channel + QUALITY_SNR_SHARE * strong)
+            rank = int(STRONG_SHARE * (len(seen) - 1))
+            out[index] = channel / (channel + QUALITY_SNR_SHARE * np.partition(seen, rank)[rank])
     return out
 
 
-def _chosen(values: Floats, chosen: Ints, otherwise: float) -> Floats:
-    picked = np.take_along_axis(values, np.maximum(chosen, 0)[:, :, None], axis=2)[:, :, 0]
-    return np.where(chosen >= 0, picked, otherwise)
-
-
-def _tone(
-    channels: Sequence[GradientChannel],
+@njit(cache=True, error_model="numpy")
+def _take_chosen(
+    chosen: Ints,
+    offset: Floats,
+    sd: Floats,
+    strength: Floats,
+    snr: Floats,
+    smooth: NDArray[np.float32],
+    sigma: Floats,
     image: Floats,
     normal: Floats,
-    offset: Floats,
-    strength: Floats,
-    sigma: Floats,
-) -> Floats:
-    """Steps relative to the mean of their sides, times the scale, (C, N); see `Measurement.tone`."""
-    out = np.zeros_like(offset)
-    for index, channel in enumerate(channels):
-        seen = np.isfinite(offset[index])
-        places = image[seen] + offset[index, seen, None] * normal[seen]
-        rows, columns = channel.smooth.shape
-        x = np.clip(np.round(places[:, 0]).astype(np.int64), 0, columns - 1)
-        y = np.clip(np.round(places[:, 1]).astype(np.int64), 0, rows - 1)
+    place: Floats,
+    noise: Floats,
+    slope: Floats,
+    ratio: Floats,
+    nearest: Floats,
+    nuisance: Floats,
+) -> None:
+    """One channel's chosen edge points (N, PEAKS) to (N,), with what they may be off by; six outputs.
+
+    The tone curve moves an edge in proportion to the step's height over the mean of its sides, times the
+    scale; clipping moves it towards its dark side.
+    """
+    rows, columns = smooth.shape
+    for i in range(len(chosen)):
+        nearest[i] = np.nan
+        for k in range(offset.shape[1]):
+            if not abs(offset[i, k]) >= nearest[i]:
+                nearest[i] = abs(offset[i, k])
+        k = chosen[i]
+        place[i], noise[i], slope[i], ratio[i] = np.nan, np.inf, 0.0, 0.0
+        nuisance[i, 0] = nuisance[i, 1] = 0.0
+        if k < 0:
+            continue
+        place[i], noise[i], slope[i], ratio[i] = offset[i, k], sd[i, k], strength[i, k], snr[i, k]
+        x, y = image[i, 0] + place[i] * normal[i, 0], image[i, 1] + place[i] * normal[i, 1]
+        column = min(max(int(x + 0.5), 0), columns - 1)
+        row = min(max(int(y + 0.5), 0), rows - 1)
         # the smoothed level at the nearest pixel, carried to the edge along its slope
-        towards = (places[:, 0] - x) * normal[seen, 0] + (places[:, 1] - y) * normal[seen, 1]
-        level = np.maximum(channel.smooth[y, x] + towards * strength[index, seen], LEAST_LEVEL)
-        height = strength[index, seen] * sigma[index, seen] * np.sqrt(2.0 * np.pi)
-        out[index, seen] = np.clip(height / level, -MOST_STEP, MOST_STEP) * sigma[index, seen]
-    return out
+        towards = (x - column) * normal[i, 0] + (y - row) * normal[i, 1]
+        level = max(smooth[row, column] + towards * slope[i], LEAST_LEVEL)
+        step = slope[i] * sigma[i] * math.sqrt(2.0 * math.pi) / level
+        nuisance[i, 0] = min(max(step, -MOST_STEP), MOST_STEP) * sigma[i]
+        if noise[i] >= CLIPPED_SD_PX * sigma[i]:
+            nuisance[i, 1] = -sigma[i] if slope[i] > 0.0 else sigma[i]

@@ -27,6 +27,8 @@ from vision_server.segments import Segments, extract_segments
 
 Floats = NDArray[np.float64]
 
+WORTH_REFINING = 0.5  # of the best candidate's score; right poses were seen down to 0.68 of a wrong one's
+
 
 @dataclass(frozen=True)
 class PipelineSettings:
@@ -132,7 +134,7 @@ def estimate_pose(
     watch.lap("matching")
     least = SCALES_PX.index(settings.refinement_scale_px)
     refiner = Refiner(channels, model, camera, least, settings.tone_sd_px)
-    estimate = _best(refiner.best_first([candidate.pose for candidate in match.candidates]))
+    estimate = _best(refiner.best_first(_worth_refining(match)))
     watch.lap("refinement")
     return _with(estimate, len(segments), watch.seconds)
 
@@ -150,6 +152,12 @@ def _matched(
         matcher = partial(match_genetic, generations=settings.generations, population=settings.population)
     reach = SearchRange(settings.rotation_range_deg, settings.translation_range_px)
     return matcher(ends, None, model, camera, seed_pose, settings.seed, reach)
+
+
+def _worth_refining(match: Match) -> list[Pose]:
+    """Candidates that come near the best one's score; costs (negative scores) are not comparable so far."""
+    best = max((candidate.score for candidate in match.candidates), default=0.0)
+    return [one.pose for one in match.candidates if best <= 0.0 or one.score >= WORTH_REFINING * best]
 
 
 def _best(refined: list[Refined]) -> Estimate:

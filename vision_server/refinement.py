@@ -13,8 +13,9 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
-from vision_server.edge_points import find_edge_points
-from vision_server.gradients import SCALES_PX, GradientChannel
+from vision_server.cholesky import solve_positive
+from vision_server.gradients import GradientChannel
+from vision_server.line_weights import base_weights
 from vision_server.measurement import Measurement, measure
 
 Floats = NDArray[np.float64]
@@ -22,17 +23,13 @@ Ints = NDArray[np.int64]
 
 REACHES_PX = (6.0, 4.0, 3.0, 3.0)
 SOLVER_ITERATIONS = 5  # of reweighting, on the edge points of one measurement
-MOST_SAMPLES = 900
-SYSTEMATIC_SD_PX = 0.12  # of one edge point: pixel grid, texture and shading beside the edge
+LEAST_SPACING_PX = 2.0  # of samples: the sharpest filter makes nearer ones alike
+MOST_SAMPLES = 450
 TUKEY = 4.685  # 95 % efficient on Gaussian residuals
 LEAST_SCALE_PX = 0.12
-STRONG_PERCENTILE = 70.0
-SCATTER_PX = 0.35  # scatter about its own straight line at which a line counts half
-SOFTER_RATIO = 0.70  # peak at twice the scale over peak at the scale: above this the edge is the softer one
-FEWEST_POINTS = 8
+MEDIAN_BIN_PX, MEDIAN_BINS = 0.01, 2000
 # Shift of an edge per unit of the first nuisance: what is left of a known tone curve; of a nominal one (0.19
-# was
-# seen on sRGB read as linear); and per unit of the second: clipping by the sensor.
+# was seen on sRGB read as linear); and per unit of the second: clipping by the sensor.
 KNOWN_TONE_SD_PX = 0.01
 NOMINAL_TONE_SD_PX = 0.15
 CLIPPING_SD_PX = 0.8
@@ -70,136 +67,7 @@ class Solution:
 def spacing_for(model: Model, camera: Camera, pose: Pose) -> float:
     """Spacing of samples, px, that keeps a large or intricate target within MOST_SAMPLES."""
     length = float(visible_samples(model, camera, pose, 4.0).px.sum())
-    return max(1.0, length / MOST_SAMPLES)
-
-
-def line_scales(
-    channels: Sequence[GradientChannel],
-    model: Model,
-    camera: Camera,
-    pose: Pose,
-    reach_px: float,
-    least: int = 0,
-) -> Ints:
-    """Filter scale that suits the blur of each line in each channel, (C, L), indices into SCALES_PX.
-
-    An edge of blur b answers a Gaussian derivative of scale s with a peak proportional to (b^2 + s^2)^-1/2;
-    the
-    ratio of the peaks at 2s and s therefore tells b/s, whatever the contrast.
-    """
-    samples = visible_samples(model, camera, pose, 2.0)
-    normal = np.stack([-samples.image_direction[:, 1], samples.image_direction[:, 0]], axis=1)
-    lines = len(model.lines)
-    out = np.full((len(channels), lines), least, dtype=np.int64)
-    reach = np.empty(len(normal))
-    for index, channel in enumerate(channels):
-        peaks = []
-        for scale in range(least, len(SCALES_PX)):
-            channel.prepare(scale + 1)
-            reach[:] = max(reach_px, 1.5 * SCALES_PX[scale])
-            chosen = np.full(len(normal), scale, dtype=np.int64)
-            _, _, _, strength = find_edge_points(
-                channel.gx,
-                channel.gy,
-                channel.noise,
-                channel.near_clipped,
-                np.array(SCALES_PX),
-                chosen,
-                samples.image,
-                normal,
-                reach,
-            )
-            peaks.append(np.abs(strength).max(axis=1))
-            if scale == least:
-                continue
-            ratio = _median_ratios(peaks[-1], peaks[-2], samples.line, lines)
-            softer = (out[index] == scale - 1) & (ratio > SOFTER_RATIO)
-            out[index, softer] = scale
-            if not softer.any():
-                break
-    return out
-
-
-def _median_ratios(upper: Floats, lower: Floats, line: Ints, lines: int) -> Floats:
-    """Median of upper / lower for each line; where lower sees too little but upper does not: 1, else 0."""
-    out = np.zeros(lines)
-    for index in np.unique(line).tolist():
-        of_line = line == index
-        a, b = upper[of_line], lower[of_line]
-        both = (a > 0) & (b > 0)
-        if both.sum() >= FEWEST_POINTS:
-            out[index] = float(np.median(a[both] / b[both]))
-        if (b > 0).sum() < 0.25 * (a > 0).sum():
-            out[index] = 1.0
-    return out
-
-
-def line_trust(measurement: Measurement, lines: int) -> Floats:
-    """How straight and complete the edge points of each channel are along each line, 0..1, (C, L).
-
-    Texture beside a crease that has no contrast in one light, shadow edges and clutter give edge points that
-    are few, or that scatter about any straight line.
-    """
-    out = np.zeros((len(measurement.offset), lines))
-    _trust(measurement.samples.line, measurement.along, measurement.offset, SCATTER_PX, out)
-    return out
-
-
-@njit(cache=True)
-def _trust(line: Ints, along: Floats, offset: Floats, scatter_px: float, out: Floats) -> None:
-    """share^2 / (1 + (scatter / scatter_px)^2) for each channel and line; ``line`` is ascending."""
-    channels, count = offset.shape
-    x, y = np.empty(count), np.empty(count)
-    start = 0
-    while start < count:
-        end = start
-        while end < count and line[end] == line[start]:
-            end += 1
-        for c in range(channels):
-            seen = 0
-            for i in range(start, end):
-                if not np.isnan(offset[c, i]):
-                    x[seen], y[seen] = along[i], offset[c, i]
-                    seen += 1
-            if seen >= 3:
-                share = seen / (end - start)
-                ratio = _scatter(x[:seen], y[:seen]) / scatter_px
-                out[c, line[start]] = share * share / (1.0 + ratio * ratio)
-        start = end
-
-
-@njit(cache=True)
-def _scatter(x: Floats, y: Floats) -> float:
-    """Robust scatter of y about its straight line over x, px: twice reweighted, median absolute residual."""
-    residual = y - np.median(y)
-    weight = np.ones(len(x))
-    for _ in range(2):
-        total = weight.sum()
-        mean_x, mean_y = (weight * x).sum() / total, (weight * y).sum() / total
-        spread = (weight * (x - mean_x) ** 2).sum()
-        slope = (weight * (x - mean_x) * (y - mean_y)).sum() / spread if spread > 1e-9 else 0.0
-        residual = y - mean_y - slope * (x - mean_x)
-        weight = 1.0 / (1.0 + (residual / 0.5) ** 2)
-    return float(1.4826 * np.median(np.abs(residual)))
-
-
-def base_weights(measurement: Measurement, lines: int) -> Floats:
-    """Weight of each edge point before its residual is known, (C, N), 1/px^2."""
-    trust = line_trust(measurement, lines)
-    sigma = np.array(SCALES_PX)[measurement.scale]
-    systematic = SYSTEMATIC_SD_PX * sigma[:, measurement.samples.line]
-    out = np.zeros_like(measurement.offset)
-    for c in range(len(out)):
-        seen = np.isfinite(measurement.offset[c])
-        if not seen.any():
-            continue
-        strength = np.abs(measurement.strength[c, seen])
-        strong = max(float(np.percentile(strength, STRONG_PERCENTILE)), 1e-12)
-        variance = measurement.sd[c, seen] ** 2 + systematic[c, seen] ** 2
-        out[c, seen] = (
-            np.minimum(1.0, strength / strong) * trust[c, measurement.samples.line[seen]] / variance
-        )
-    return out * measurement.samples.px
+    return max(LEAST_SPACING_PX, length / MOST_SAMPLES)
 
 
 def prior_precision(range_m: float, tone_sd_px: float) -> Floats:
@@ -214,39 +82,83 @@ def solve(measurement: Measurement, base: Floats, range_m: float, tone_sd_px: fl
 
     A tone curve that was not undone moves each edge towards its dark side, by an amount proportional to its
     relative height, and so does clipping by the sensor (`Measurement.nuisance`); both factors are estimated
-    along
-    with the pose.
+    along with the pose.
 
     Returns
     -------
     step (8,), rotation rad about the measurement's centre, translation m, nuisance px; weights (C, N),
     1/px^2.
     """
-    used = base > 0
-    channel, sample = np.nonzero(used)
-    rows = np.column_stack([measurement.jacobian[sample], measurement.nuisance[used]])
-    offset, start = measurement.offset[used], base[used]
-    prior = SAMPLES_TOGETHER * np.diag(prior_precision(range_m, tone_sd_px))
-    step: Floats = np.zeros(8)
-    weight: Floats = start
+    prior = SAMPLES_TOGETHER * prior_precision(range_m, tone_sd_px)
+    weight = np.zeros_like(base)
+    step: Floats = _reweighted(
+        measurement.jacobian, measurement.nuisance, measurement.offset, base, prior, weight
+    )
+    return step, weight
+
+
+@njit(cache=True, error_model="numpy")
+def _reweighted(
+    jacobian: Floats, nuisance: Floats, offset: Floats, base: Floats, prior: Floats, weight: Floats
+) -> Floats:
+    """See `solve`; prior (8,) is a diagonal, weight (C, N) the second output."""
+    channels, count = base.shape
+    row = np.empty(8)
+    residual = np.empty((channels, count))
+    step = np.zeros(8)
+    weight[:] = base
     for iteration in range(SOLVER_ITERATIONS):
         if iteration > 0:
-            residual = np.abs(offset - rows @ step)
-            spread = max(LEAST_SCALE_PX, 1.4826 * _weighted_median(residual, start))
-            weight = start * np.maximum(0.0, 1.0 - (residual / (TUKEY * spread)) ** 2) ** 2
-        scaled = rows * weight[:, None]
-        step = np.asarray(np.linalg.solve(scaled.T @ rows + prior, scaled.T @ offset), dtype=np.float64)
-    out = np.zeros_like(base)
-    out[channel, sample] = weight
-    return step, out
+            for c in range(channels):
+                for i in range(count):
+                    if base[c, i] > 0.0:
+                        expected = nuisance[c, i, 0] * step[6] + nuisance[c, i, 1] * step[7]
+                        for k in range(6):
+                            expected += jacobian[i, k] * step[k]
+                        residual[c, i] = abs(offset[c, i] - expected)
+            cut = TUKEY * max(LEAST_SCALE_PX, 1.4826 * weighted_median(residual, base))
+            for c in range(channels):
+                for i in range(count):
+                    if base[c, i] > 0.0:
+                        share = max(0.0, 1.0 - (residual[c, i] / cut) ** 2)
+                        weight[c, i] = base[c, i] * share * share
+        normal, pull = np.zeros((8, 8)), np.zeros(8)
+        for k in range(8):
+            normal[k, k] = prior[k]
+        for c in range(channels):
+            for i in range(count):
+                if not weight[c, i] > 0.0:
+                    continue
+                row[:6] = jacobian[i]
+                row[6], row[7] = nuisance[c, i, 0], nuisance[c, i, 1]
+                for k in range(8):
+                    scaled = weight[c, i] * row[k]
+                    pull[k] += scaled * offset[c, i]
+                    for m in range(k + 1):
+                        normal[k, m] += scaled * row[m]
+        step = solve_positive(normal, pull, 0.0, 0.0)
+    return step
 
 
-def _weighted_median(values: Floats, weights: Floats) -> float:
-    if len(values) == 0:
-        return 0.0
-    order = np.argsort(values)
-    total = np.cumsum(weights[order])
-    return float(values[order[np.searchsorted(total, 0.5 * total[-1])]])
+@njit(cache=True, error_model="numpy")
+def weighted_median(values: Floats, weights: Floats) -> float:
+    """Median of values (C, N) >= 0 px with weights (C, N), 0: not counted.
+
+    From a histogram of MEDIAN_BINS; values beyond count as its end.
+    """
+    histogram = np.zeros(MEDIAN_BINS)
+    total = 0.0
+    for c in range(len(values)):
+        for i in range(values.shape[1]):
+            if weights[c, i] > 0.0:
+                histogram[min(MEDIAN_BINS - 1, int(values[c, i] / MEDIAN_BIN_PX))] += weights[c, i]
+                total += weights[c, i]
+    below = 0.0
+    for k in range(MEDIAN_BINS):
+        if total > 0.0 and below + histogram[k] >= 0.5 * total:
+            return float(k + (0.5 * total - below) / histogram[k]) * MEDIAN_BIN_PX
+        below += histogram[k]
+    return 0.0
 
 
 def moved(pose: Pose, step: Floats, centre: Floats) -> Pose:
@@ -268,7 +180,7 @@ def refine(
     scale: Ints,
     reaches_px: Sequence[float] = REACHES_PX,
     tone_sd_px: float = KNOWN_TONE_SD_PX,
-    coarser: float = 1.0,
+    spacing_px: float | None = None,
 ) -> Solution | None:
     """Refine one candidate pose on all channels together.
 
@@ -283,8 +195,8 @@ def refine(
         How far along the normals to look, one after the other.
     tone_sd_px
         How far edges may be off by a tone curve that is still in the images.
-    coarser
-        Factor on the spacing of samples.
+    spacing_px
+        Between the samples of a line; `spacing_for` unless given.
 
     Returns
     -------
@@ -292,7 +204,7 @@ def refine(
     ENOUGH_ROWS edge points are near it.
     """
     pose = start
-    spacing = coarser * spacing_for(model, camera, pose)
+    spacing = spacing_for(model, camera, pose) if spacing_px is None else spacing_px
     solution = None
     for reach in reaches_px:
         measurement = measure(channels, model, camera, pose, reach, scale, spacing)

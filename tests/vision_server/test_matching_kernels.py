@@ -11,7 +11,7 @@ from geometry.pose import Pose, disturbed
 from geometry.visibility import solid_of, visible_samples
 from tests.vision_server.matching_scenes import CAMERA, segments_of
 from vision_server.matching.draws import even_numbers, in_range, poses_around, poses_in_range
-from vision_server.matching.icp import CLUTTER, DAMPING, TURN, pull, score_poses, solve_step
+from vision_server.matching.icp import CLUTTER, TURN, pull, score_poses
 from vision_server.matching.match import SearchRange, distinct, long_enough
 from vision_server.matching.nearest_edges import BINS, OVERLAP, bin_of, nearest_edges, offset
 from vision_server.matching.views import CELL_DEG, MOST_LINES, Views, sparse_solid
@@ -123,15 +123,6 @@ def test_coarse_scores_rank_like_the_exact_ones() -> None:
         for reach in (0.0, 24.0)
     )
     assert np.corrcoef(coarse, exact)[0, 1] > 0.9
-
-
-def test_solve_step_solves() -> None:
-    random = np.random.default_rng(4)
-    rows, right = random.normal(size=(20, 6)), random.normal(size=6)
-    normal = rows.T @ rows
-    expected = np.linalg.solve(normal + DAMPING * np.diag(np.diag(normal)) + 1e-12 * np.eye(6), right)
-    np.testing.assert_allclose(solve_step(np.tril(normal), right), expected, rtol=1e-9)
-    assert (solve_step(np.full((6, 6), np.nan), right) == 0).all()
 
 
 def test_pulling_ends_at_the_pose_that_made_the_segments() -> None:

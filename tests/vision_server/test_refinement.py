@@ -8,15 +8,20 @@ from geometry.pose import Pose, disturbed
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server.covariance import pose_covariance, uncertainty
 from vision_server.gradients import GradientChannel
+from vision_server.line_scales import line_scales
+from vision_server.line_weights import base_weights, line_trust
 from vision_server.measurement import measure, step_jacobian
 from vision_server.refinement import (
+    MEDIAN_BIN_PX,
     NOMINAL_TONE_SD_PX,
     REACHES_PX,
+    SAMPLES_TOGETHER,
     Solution,
-    line_scales,
-    line_trust,
     moved,
+    prior_precision,
     refine,
+    solve,
+    weighted_median,
 )
 
 
@@ -139,6 +144,34 @@ def test_black_or_a_model_behind_the_camera_gives_nothing(model: Model) -> None:
     lit = channels_of(photographed(linear_picture(model, CAMERA, POSE)))
     behind = Pose(POSE.rotation_vector, -POSE.translation)
     assert refine(lit, model, CAMERA, behind, scale) is None
+
+
+def test_the_weighted_median_agrees_with_sorting() -> None:
+    random = np.random.default_rng(0)
+    values, weights = random.exponential(1.0, (3, 200)), random.uniform(0, 1, (3, 200))
+    weights[random.uniform(size=weights.shape) < 0.3] = 0.0
+    order = np.argsort(values, axis=None)
+    total = np.cumsum(weights.ravel()[order])
+    expected = values.ravel()[order][np.searchsorted(total, 0.5 * total[-1])]
+    assert weighted_median(values, weights) == pytest.approx(expected, abs=MEDIAN_BIN_PX)
+    assert weighted_median(values, np.zeros_like(weights)) == 0.0
+
+
+def test_a_solution_is_the_reweighted_least_squares_one(model: Model) -> None:
+    """The kernel against plain NumPy: no reweighting can move the solution further."""
+    pixels = photographed(linear_picture(model, CAMERA, POSE))
+    start = disturbed(POSE, np.random.default_rng(0), 1.0, 1.5, CAMERA.fx)
+    scale = np.zeros((1, len(model.lines)), dtype=np.int64)
+    measurement = measure(channels_of(pixels), model, CAMERA, start, 4.0, scale, 2.0)
+    step, weight = solve(measurement, base_weights(measurement, len(model.lines)), 0.42, 0.01)
+    used = weight > 0
+    rows = np.column_stack([measurement.jacobian[np.nonzero(used)[1]], measurement.nuisance[used]])
+    prior = SAMPLES_TOGETHER * np.diag(prior_precision(0.42, 0.01))
+    pull = rows.T @ (weight[used] * measurement.offset[used])
+    plain = np.linalg.solve((rows * weight[used][:, None]).T @ rows + prior, pull)
+    np.testing.assert_allclose(step, plain, rtol=1e-6, atol=1e-12)
+    before = np.sum(weight[used] * measurement.offset[used] ** 2)
+    assert np.sum(weight[used] * (measurement.offset[used] - rows @ step) ** 2) < 0.2 * before
 
 
 def test_trust_prefers_straight_and_complete_lines(model: Model) -> None:

@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from geometry.rotation import matrix_of
+from vision_server.cholesky import solve_positive
 from vision_server.matching.nearest_edges import CELL_PX, NO_SEGMENT, NearestEdges, bin_of, offset
 from vision_server.matching.views import ViewTable
 
@@ -21,6 +22,7 @@ LEAST_PULL_TURN = 0.08  # ... shrinking to this ...
 FULL_TURN_REACH_PX = 12.0  # ... with the reach, from here on
 CLUTTER = 0.4  # support of a pixel of model line that chance gives; less than this counts against a pose
 DAMPING = 1e-3  # of the normal equations' diagonal
+LEAST_DIAGONAL = 1e-12  # added to it
 MAX_TURN_RAD = 0.2  # largest rotation of one step
 LEAST_DEPTH_M = 1e-6
 
@@ -132,40 +134,6 @@ def supported_fraction(
 
 
 @njit(cache=True, error_model="numpy")
-def solve_step(normal: Floats, gradient: Floats) -> Floats:
-    """Solution (6,) of the damped normal equations (6, 6), (6,), by Cholesky; 0 when they have no rank.
-
-    Only the lower triangle is read.
-    """
-    lower = np.zeros((6, 6))
-    out = np.zeros(6)
-    for i in range(6):
-        for j in range(i + 1):
-            value = normal[i, j]
-            if i == j:
-                value += DAMPING * normal[i, i] + 1e-12
-            for k in range(j):
-                value -= lower[i, k] * lower[j, k]
-            if i == j:
-                if not value > 0.0:
-                    return out
-                lower[i, i] = math.sqrt(value)
-            else:
-                lower[i, j] = value / lower[j, j]
-    for i in range(6):
-        value = gradient[i]
-        for k in range(i):
-            value -= lower[i, k] * out[k]
-        out[i] = value / lower[i, i]
-    for i in range(5, -1, -1):
-        value = out[i]
-        for k in range(i + 1, 6):
-            value -= lower[k, i] * out[k]
-        out[i] = value / lower[i, i]
-    return out
-
-
-@njit(cache=True, error_model="numpy")
 def pull(
     edges: NearestEdges,
     views: ViewTable,
@@ -228,7 +196,7 @@ def pull(
                     gradient[i] -= scaled * across
                     for j in range(i + 1):
                         normal[i, j] += scaled * row[j]
-        step = solve_step(normal, gradient)
+        step = solve_positive(normal, gradient, DAMPING, LEAST_DIAGONAL)
         turn = math.sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2])
         if turn > MAX_TURN_RAD:
             step *= MAX_TURN_RAD / turn
