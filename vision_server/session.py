@@ -73,7 +73,7 @@ class Session:
         self.images.add(image, pixels, self.exposure(applied), self.gamma)
         pose = self.seed_pose if self.best is None or self.best.pose is None else self.best.pose
         region = target_region(self.model, self.camera, pose)
-        return frame_statistics(pixels, self.images.images[image].statistics, region)
+        return frame_statistics(pixels, self.images.images[image].statistics, region, self.gamma)
 
     def discard(self, image: str) -> None:
         """Forget an image of the set; its name stays taken."""

@@ -36,6 +36,19 @@ def test_exposure_is_told_for_the_target_and_for_the_frame(model: Model) -> None
     assert dark["p50"] < good["p50"] < bright["p50"] <= 1.0
 
 
+@pytest.mark.parametrize("gamma", [1.0, 2.2])
+def test_light_is_told_on_a_linear_scale_whatever_the_tone_curve(model: Model, gamma: float) -> None:
+    linear = linear_picture(model, CAMERA, POSE)
+    region = target_region(model, CAMERA, POSE)
+    told = []
+    for exposure in (0.4 / linear.max(), 0.8 / linear.max()):
+        pixels = photographed(linear, exposure, noise_sd_grey=0.0, gamma=gamma)
+        told.append(frame_statistics(pixels, channel_statistics(pixels, exposure, gamma), region, gamma))
+    for key in ("mean", "p50", "p95"):
+        assert told[1][key] == pytest.approx(2.0 * told[0][key], rel=0.03)
+    assert told[1]["p95"] == pytest.approx(0.8 * np.quantile(linear[region], 0.95) / linear.max(), rel=0.02)
+
+
 def blur_told(model: Model, pixels: NDArray[np.uint8]) -> float | None:
     told: float | None = frame_statistics(
         pixels, channel_statistics(pixels), target_region(model, CAMERA, POSE)
