@@ -14,6 +14,10 @@ so at gain g the signal clips at ``full_well_e / g`` electrons. A pixel that hol
 The slope of variance over mean (the photon-transfer curve) is therefore g / full_well_e. A Gaussian stands
 for Poisson: where they differ (a few electrons), the read noise and the step of 8 bits hide it.
 
+Each pixel may have its own sensitivity (`prnu`, a standard deviation relative to 1) and its own dark signal
+(`dsnu_e`, electrons); both patterns belong to the sensor (`pattern_seed`), not to the session (EMVA 1288).
+Charge beyond `full_well_e` may spill along the column (`blooming`); by default it drains off.
+
 Blur
 ----
 Before noise: a Gaussian of `defocus_sigma_px` at the widest aperture, falling as 1/aperture (thin lens,
@@ -24,10 +28,13 @@ on as at the border.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from image_server.blooming import bloomed
 
 REFERENCE_SHUTTER_S = 1 / 60
 REFERENCE_APERTURE = 4.0
@@ -51,6 +58,10 @@ class Sensor:
     widest_aperture : f-number at which `defocus_sigma_px` holds.
     defocus_sigma_px : standard deviation of the defocus blur, px.
     motion_px_per_s : image motion (x, y) during the exposure, px/s.
+    prnu : standard deviation of the pixels' sensitivity, relative.
+    dsnu_e : standard deviation of the pixels' dark signal, electrons.
+    pattern_seed : draws those two patterns.
+    blooming : share of the charge beyond the well that spills along the column.
     """
 
     gain: float = 1.0
@@ -60,6 +71,10 @@ class Sensor:
     widest_aperture: float = 2.8
     defocus_sigma_px: float = 0.0
     motion_px_per_s: tuple[float, float] = (0.0, 0.0)
+    prnu: float = 0.0
+    dsnu_e: float = 0.0
+    pattern_seed: int = 0
+    blooming: float = 0.0
 
 
 def relative_exposure(shutter_s: float, aperture: float) -> float:
@@ -108,6 +123,13 @@ def line_kernel(dx: float, dy: float) -> Image:
     return kernel[:-1, :-1].astype(np.float32)
 
 
+@lru_cache(maxsize=2)
+def fixed_pattern(shape: tuple[int, int], seed: int) -> tuple[Image, Image]:
+    """Standard normal patterns (H, W) of the pixels' sensitivity and of their dark signal."""
+    draws = np.random.Generator(np.random.SFC64(np.random.SeedSequence([seed])))
+    return draws.standard_normal(shape, np.float32), draws.standard_normal(shape, np.float32)
+
+
 def exposed(
     radiance: Image, sensor: Sensor, shutter_s: float, aperture: float, seed: Sequence[int] | None
 ) -> NDArray[np.uint8]:
@@ -126,8 +148,15 @@ def exposed(
     """
     exposure = relative_exposure(shutter_s, aperture) * sensor.gain
     signal: Image = blurred(radiance, sensor, shutter_s, aperture) * np.float32(exposure)
+    per_electron = sensor.gain / sensor.full_well_e
+    if sensor.prnu > 0 or sensor.dsnu_e > 0:
+        sensitivity, dark = fixed_pattern(signal.shape, sensor.pattern_seed)
+        # signal (1 + prnu s) + dsnu d
+        signal += np.float32(sensor.prnu) * sensitivity * signal
+        signal += np.float32(sensor.dsnu_e * per_electron) * dark
+    if sensor.blooming > 0:
+        signal = bloomed(signal, sensor.gain, sensor.blooming)
     if seed is not None:
-        per_electron = sensor.gain / sensor.full_well_e
         variance = np.maximum(signal, 0)
         variance *= np.float32(per_electron)
         variance += np.float32((sensor.read_noise_e * per_electron) ** 2)

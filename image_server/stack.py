@@ -47,6 +47,10 @@ class CameraTable(Table, frozen=True):
     full_well_e: Positive = 10000.0
     defocus_sigma_px: NotNegative = 0.0
     motion_px_per_s: tuple[float, float] = (0.0, 0.0)
+    prnu: Annotated[float, Meta(ge=0, le=0.5)] = 0.0
+    dsnu_e: NotNegative = 0.0
+    pattern_seed: Annotated[int, Meta(ge=0)] = 0
+    blooming: Annotated[float, Meta(ge=0, le=1)] = 0.0
 
     def sensor(self) -> Sensor:
         """The sensor these keys describe."""
@@ -58,6 +62,10 @@ class CameraTable(Table, frozen=True):
             widest_aperture=min(self.apertures),
             defocus_sigma_px=self.defocus_sigma_px,
             motion_px_per_s=self.motion_px_per_s,
+            prnu=self.prnu,
+            dsnu_e=self.dsnu_e,
+            pattern_seed=self.pattern_seed,
+            blooming=self.blooming,
         )
 
     def description(self) -> CameraDescription:

@@ -37,6 +37,8 @@ class Material(Table, frozen=True):
         Reflectance at normal incidence (Fresnel): 0.04 plastic or paint, 0.5–0.9 metal.
     roughness
         Of the microfacets (GGX, alpha = roughness²): 0.1 mirror-like, 0.6 dull.
+    crinkle
+        Slope (standard deviation) of folds as long as `size_m`, as in foil; 0 is flat.
     """
 
     albedo: Fraction = 0.5
@@ -46,6 +48,7 @@ class Material(Table, frozen=True):
     grain: Fraction = 0.05
     specular: Fraction = 0.04
     roughness: Annotated[float, Meta(ge=0.05, le=1)] = 0.5
+    crinkle: Fraction = 0.0
 
 
 class MaterialChanges(Table, frozen=True):
@@ -58,6 +61,7 @@ class MaterialChanges(Table, frozen=True):
     grain: Fraction | None = None
     specular: Fraction | None = None
     roughness: Annotated[float, Meta(ge=0.05, le=1)] | None = None
+    crinkle: Fraction | None = None
 
     def applied_to(self, material: Material) -> Material:
         """The material with these keys changed."""

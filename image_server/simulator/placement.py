@@ -162,9 +162,13 @@ def _largest_normal(model: Model, pose: Pose) -> Floats:
     return normal if normal @ middle < 0 else -normal
 
 
+def sun_axis(direction: Floats, rng: np.random.Generator) -> Floats:
+    """A drawn unit vector (3,) across the sun's direction, about which it turns."""
+    axis = np.cross(direction, rng.normal(size=3))
+    return np.asarray(axis / np.linalg.norm(axis))
+
+
 def turned_sun(direction: Floats, turn_deg: float, rng: np.random.Generator) -> Floats:
     """The sun's direction after a turn about a drawn axis across it."""
-    axis = np.cross(direction, rng.normal(size=3))
-    axis /= np.linalg.norm(axis)
-    out: Floats = matrix_of(axis * math.radians(turn_deg)) @ direction
+    out: Floats = matrix_of(sun_axis(direction, rng) * math.radians(turn_deg)) @ direction
     return out

@@ -6,8 +6,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.camera import Camera
+
 Floats = NDArray[np.float64]
 Rays = NDArray[np.float32]
+
+
+def pixel_rays(camera: Camera, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Rays:
+    """Rays (R·C, 3) float32 of the pixels of some rows and columns, with z = 1: distances are depths."""
+    x, y = np.meshgrid(columns.astype(np.float64), rows.astype(np.float64))
+    return rays_through(camera, np.stack([x.ravel(), y.ravel()], axis=1))
+
+
+def rays_through(camera: Camera, pixels: Floats) -> Rays:
+    """Rays (N, 3) float32 of places (N, 2) in the image, with z = 1."""
+    ideal = camera.undistort_points(pixels)
+    rays = np.ones((len(pixels), 3), np.float32)
+    rays[:, :2] = (ideal - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
+    return rays
+
 
 NOTHING = -1
 """Triangle number of a ray that hits nothing."""

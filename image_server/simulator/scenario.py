@@ -1,5 +1,6 @@
 """Scenarios: sun, lights, camera, background and where the target is drawn, as small TOML files."""
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -27,6 +28,14 @@ class Camera(CameraTable, frozen=True):
     ----------
     focal_lengths_mm
         What a zoom lens offers; fx and fy hold for the first and grow in proportion. None: a fixed lens.
+    pixel_um
+        Distance of neighbouring pixels on the sensor; with fx it tells the width of the aperture.
+    focuses_m
+        Distances at which the lens can be focused; it starts at the first. None: sharp at every distance.
+    vignetting
+        The image darkens as the cosine of the field angle to this power: 4 for a plain lens, 0 not at all.
+    glare
+        Share of the light that lens and housing scatter over the frame.
     """
 
     width: Annotated[int, Meta(ge=8, le=8192)] = 640
@@ -38,15 +47,36 @@ class Camera(CameraTable, frozen=True):
     gain: Positive = 2.0
     read_noise_e: NotNegative = 6.0
     focal_lengths_mm: Annotated[tuple[Positive, ...], Meta(min_length=1)] | None = None
+    pixel_um: Positive = 10.0
+    focuses_m: Annotated[tuple[Positive, ...], Meta(min_length=1)] | None = None
+    vignetting: Annotated[float, Meta(ge=0, le=8)] = 0.0
+    glare: Annotated[float, Meta(ge=0, le=0.5)] = 0.0
 
 
 class Light(Table, frozen=True):
-    """One of `[[lights]]`; `position` is in the camera frame, metres."""
+    """One of `[[lights]]`: a point that shines with the square of the distance.
+
+    Attributes
+    ----------
+    position
+        Camera frame, metres.
+    aim
+        Where the middle of its beam points, camera frame.
+    half_intensity_deg
+        A lamp whose intensity falls as a power of the cosine from `aim` and is half at this angle, as
+        manufacturers of LEDs state it. None: the same to all sides.
+    beam
+        Measured instead: pairs of angle from `aim` (degrees, growing) and relative intensity, joined by
+        straight lines, 0 beyond the last.
+    """
 
     name: str
     position: Vector3
     levels: Annotated[int, Meta(ge=1, le=65536)] = 8
     power: NotNegative = 1.0
+    aim: Vector3 = (0.0, 0.0, 1.0)
+    half_intensity_deg: Annotated[float, Meta(ge=1, lt=90)] | None = None
+    beam: Annotated[tuple[tuple[HalfTurn, NotNegative], ...], Meta(min_length=2)] | None = None
 
 
 DEFAULT_LIGHTS = (
@@ -73,7 +103,8 @@ class Sun(Table, frozen=True):
     angular_diameter_deg
         As seen from the target; makes penumbras. The sun's own is 0.53; 0 is a point.
     earthshine
-        Light from all sides, as a fraction of the sun's on a face turned to it.
+        Light from all sides, as a fraction of the sun's on a face turned to it; unless `[earth]` says where
+        the Earth is.
     """
 
     angle_deg: tuple[HalfTurn, HalfTurn] = (25.0, 60.0)
@@ -84,14 +115,37 @@ class Sun(Table, frozen=True):
     earthshine: Fraction = 0.02
 
 
+class Earth(Table, frozen=True):
+    """`[earth]`: the Earth, seen as a disc with clouds and air, and the light it sends back.
+
+    Attributes
+    ----------
+    direction
+        To its middle, camera frame.
+    altitude_km
+        Of the target; 400 km makes a disc of 70 degrees to each side.
+    albedo
+        Share of the sun's light that it sends back.
+    """
+
+    direction: Vector3
+    altitude_km: Annotated[float, Meta(ge=100, le=400000)] = 400.0
+    albedo: Fraction = 0.3
+
+
 class Background(Table, frozen=True):
-    """`[background]`: black space, a wall behind the target, or that wall with boxes around the target."""
+    """`[background]`: open space, a wall behind the target, or that wall with boxes around the target.
+
+    `star_brightness` draws stars as bright as they are (1: none shows in an exposure that suits a sunlit
+    target), or so many times brighter.
+    """
 
     kind: Literal["space", "wall", "clutter"] = "space"
     distance_m: NotNegative = 0.25
     boxes: Annotated[int, Meta(ge=0, le=20)] = 4
     tilt_deg: Annotated[float, Meta(ge=0, le=60)] = 12.0
     material: MaterialChanges = MaterialChanges()
+    star_brightness: NotNegative = 0.0
 
 
 class PoseDraw(Table, frozen=True):
@@ -136,6 +190,33 @@ class Move(Table, frozen=True):
     sun_factor: tuple[NotNegative, NotNegative] = (1.0, 1.0)
 
 
+class Time(Table, frozen=True):
+    """`[time]`: what changes by itself. Each capture advances the clock, so that a seed still says it all.
+
+    Attributes
+    ----------
+    seconds_per_capture
+        From one capture to the next.
+    sun_deg_per_s
+        The sun turns about an axis, drawn across it.
+    velocity_m_per_s, spin_deg_per_s
+        Of the target in the camera frame; it turns about its origin. Velocity blurs the image, too.
+    sun_event_deg
+        `sun_changed` is published when the sun has turned this far since it was last.
+    target_event_fraction, target_event_deg
+        `target_moved` is published when the target has gone this far, as a fraction of its range, or turned
+        this far.
+    """
+
+    seconds_per_capture: NotNegative = 0.0
+    sun_deg_per_s: float = 0.0
+    velocity_m_per_s: Vector3 = (0.0, 0.0, 0.0)
+    spin_deg_per_s: Vector3 = (0.0, 0.0, 0.0)
+    sun_event_deg: Positive = 10.0
+    target_event_fraction: Positive = 0.005
+    target_event_deg: Positive = 0.5
+
+
 class Scenario(Table, frozen=True):
     """A scenario file.
 
@@ -155,9 +236,11 @@ class Scenario(Table, frozen=True):
     camera: Camera = Camera()
     lights: Annotated[tuple[Light, ...], Meta(min_length=1)] = DEFAULT_LIGHTS
     sun: Sun = Sun()
+    earth: Earth | None = None
     background: Background = Background()
     pose: PoseDraw = PoseDraw()
     move: Move = Move()
+    time: Time = Time()
     target: MaterialChanges = MaterialChanges()
 
 
@@ -182,12 +265,31 @@ def load_scenario(name_or_file: str) -> Scenario:
             raise BadInput(
                 f"{file}: {key} runs from {low:g} down to {high:g}.", "Write the smaller number first."
             )
-    if scenario.sun.direction is not None and not any(scenario.sun.direction):
-        raise BadInput(f"{file}: [sun] direction has no length.", "Give a vector towards the sun.")
+    for light in scenario.lights:
+        _check_beam(light, file)
+    directions = {"[sun] direction": scenario.sun.direction}
+    if scenario.earth is not None:
+        directions["[earth] direction"] = scenario.earth.direction
+    directions |= {f"[[lights]] {light.name!r} aim": light.aim for light in scenario.lights}
+    for key, vector in directions.items():
+        if vector is not None and not any(vector):
+            raise BadInput(f"{file}: {key} has no length.", "Give a vector in the camera frame.")
     names = [light.name for light in scenario.lights]
     if len(set(names)) < len(names):
         raise BadInput(f"{file}: two [[lights]] have the same name.", f"Names: {', '.join(names)}.")
     return scenario
+
+
+def _check_beam(light: Light, file: Path) -> None:
+    """Raise BadInput for a beam that is said twice or whose angles do not grow."""
+    where = f"{file}: [[lights]] {light.name!r}"
+    if light.beam is None:
+        return
+    if light.half_intensity_deg is not None:
+        raise BadInput(f"{where} has half_intensity_deg and beam.", "Keep the one that was measured.")
+    angles = [angle for angle, _ in light.beam]
+    if any(later <= earlier for earlier, later in pairwise(angles)):
+        raise BadInput(f"{where}: the angles of its beam do not grow.", "Write them from small to large.")
 
 
 def with_conditions(

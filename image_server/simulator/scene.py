@@ -173,6 +173,7 @@ def _numbers(material: Material) -> list[float]:
     row[texture.GRAIN] = material.grain
     row[texture.SPECULAR] = material.specular
     row[texture.ALPHA] = material.roughness**2
+    row[texture.CRINKLE] = material.crinkle
     return row
 
 

@@ -11,7 +11,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from image_server.simulator.texture import ALPHA, SPECULAR, albedo
+from image_server.simulator.beam import intensity
+from image_server.simulator.sky import light_from
+from image_server.simulator.texture import ALPHA, CRINKLE, SPECULAR, albedo, crinkled
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -51,6 +53,18 @@ def _reflected(
 
 
 @njit(cache=True)
+def _lean(n: Floats, rotation: Floats, slope: Floats) -> None:
+    """Lean the normal n (3,), in place, against a slope (3,) that is given in the part's frame."""
+    x = rotation[0, 0] * slope[0] + rotation[0, 1] * slope[1] + rotation[0, 2] * slope[2]
+    y = rotation[1, 0] * slope[0] + rotation[1, 1] * slope[1] + rotation[1, 2] * slope[2]
+    z = rotation[2, 0] * slope[0] + rotation[2, 1] * slope[1] + rotation[2, 2] * slope[2]
+    along = x * n[0] + y * n[1] + z * n[2]
+    x, y, z = n[0] - x + along * n[0], n[1] - y + along * n[1], n[2] - z + along * n[2]
+    length = math.sqrt(x * x + y * y + z * z)
+    n[0], n[1], n[2] = x / length, y / length, z / length
+
+
+@njit(cache=True)
 def shade(
     triangle: NDArray[np.int32],
     direction: NDArray[np.float32],
@@ -65,10 +79,13 @@ def shade(
     rotations: Floats,
     translations: Floats,
     lights: Floats,
+    aims: Floats,
+    beams: Floats,
     light_strength: float,
     sun: Floats,
     sun_strength: float,
-    earthshine: float,
+    sun_radius: float,
+    sky: Floats,
 ) -> NDArray[np.float32]:
     """Radiance of N samples under each light and the sun.
 
@@ -80,9 +97,12 @@ def shade(
     pixel : (2,) size of a pixel at unit distance; (0, 0) takes the texture at the point alone.
     normals, face, surfaces, axes, part, rotations, translations : the scene (`image_server.simulator.scene`).
     lights : (L, 3) positions, camera frame, metres.
-    light_strength : radiance of a white surface turned to a light 1 m away.
+    aims, beams : (L, 3) unit vectors and (L, ROWS) tables of the lights' beams (`beam.beam_table`).
+    light_strength : radiance of a white surface turned to a light 1 m away, in the middle of its beam.
     sun, sun_strength : unit vector towards the sun, and radiance of a white surface turned to it.
-    earthshine : light from all sides, radiance of a white surface.
+    sun_radius : half the sun's angular diameter, rad; a disc of radius r widens a mirrored sun as if alpha²
+        were larger by r²/8 (the variance of the half vectors, times 2).
+    sky : (9,) light of everything else (`sky.irradiance`).
 
     Returns
     -------
@@ -91,6 +111,7 @@ def shade(
     count, channels = reach.shape
     out = np.zeros((count, channels), np.float32)
     n, v, p, local = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    slope_there = np.empty(3)
     places = 1 if pixel[0] == 0.0 else 4
     for i in range(count):
         t = triangle[i]
@@ -133,20 +154,24 @@ def shade(
                 w += away * frame[6 + k]
             scattered += albedo(s, local[0], local[1], local[2], u, w)
         scattered /= places
+        if s[CRINKLE] > 0.0:
+            crinkled(s, local[0], local[1], local[2], slope_there)
+            _lean(n, r, slope_there)
         for c in range(channels - 1):
             if reach[i, c] > 0:
                 lx, ly, lz = lights[c, 0] - p[0], lights[c, 1] - p[1], lights[c, 2] - p[2]
                 square = max(lx * lx + ly * ly + lz * lz, 1e-6)
                 one = 1.0 / math.sqrt(square)
-                value = _reflected(n, v, lx * one, ly * one, lz * one, scattered, s[ALPHA], s[SPECULAR])
+                lx, ly, lz = lx * one, ly * one, lz * one
+                value = _reflected(n, v, lx, ly, lz, scattered, s[ALPHA], s[SPECULAR])
+                value *= intensity(beams[c], -(lx * aims[c, 0] + ly * aims[c, 1] + lz * aims[c, 2]))
                 out[i, c] = value * reach[i, c] * light_strength / square
-        value = earthshine * scattered
+        value = scattered * light_from(sky, n[0], n[1], n[2])
         share = reach[i, channels - 1]
         if share > 0:
+            wide = math.sqrt(s[ALPHA] * s[ALPHA] + sun_radius * sun_radius / 8.0)
             value += (
-                share
-                * sun_strength
-                * _reflected(n, v, sun[0], sun[1], sun[2], scattered, s[ALPHA], s[SPECULAR])
+                share * sun_strength * _reflected(n, v, sun[0], sun[1], sun[2], scattered, wide, s[SPECULAR])
             )
         out[i, channels - 1] = value
     return out

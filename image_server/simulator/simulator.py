@@ -2,6 +2,8 @@
 
 import time
 from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,19 +26,19 @@ from geometry.model import find_target, load_model
 from geometry.pose import Pose
 from image_server.device import Change, Device, Frame, checked_settings
 from image_server.replay import level_fraction, pose_error
-from image_server.sensor import exposed, mixed
+from image_server.sensor import Sensor, exposed, mixed
 from image_server.simulator import placement
+from image_server.simulator.drift import Drift
+from image_server.simulator.lens import focused
 from image_server.simulator.material import load_appearance
 from image_server.simulator.scenario import Scenario, load_scenario
-from image_server.simulator.scene import background_parts, joined, target_part
-from image_server.simulator.tracing import Illumination, traced
+from image_server.simulator.scene import Scene, background_parts, joined, target_part
+from image_server.simulator.view import Radiances, View, rendered, sky_of
 
-POSE, SEED_POSE, SUN, BACKGROUND, MOVES = range(1, 6)
+POSE, SEED_POSE, SUN, BACKGROUND, MOVES, DRIFT, STARS = range(1, 8)
 """Streams of random numbers, so that one draw more in one place changes nothing elsewhere."""
 KEPT_GEOMETRIES = 4  # focal lengths, mostly
 LEAST_RANGE_DIAMETERS = 0.5  # a target nearer than this would contain the camera
-
-Radiances = list[NDArray[np.float32]]
 
 
 class Simulator(Device):
@@ -84,12 +86,16 @@ class Simulator(Device):
         self._first_seed_pose: Pose | None = placement.seed_pose_of(
             self._true, self._camera, self._scenario.pose.search_fraction, self._random(SEED_POSE)
         )
-        self._sun = placement.drawn_sun(self._scenario.sun, self._model, self._true, self._random(SUN))
+        self._sun = self._drawn_sun()
+        axis = placement.sun_axis(self._sun, self._random(DRIFT))
+        self._drift = Drift(self._scenario.time, self._true, self._sun, axis)
+        self._notify: Callable[[Change], None] = lambda change: None
         self._ambient_scale = self._scenario.ambient_scale
         self._focal_mm = table.focal_lengths_mm[0] if table.focal_lengths_mm else None
+        self._focus_m = table.focuses_m[0] if table.focuses_m else None
         self._captures = 0
         self._moves = 0
-        self._traced: OrderedDict[float | None, Radiances] = OrderedDict()
+        self._traced: OrderedDict[float | None, View] = OrderedDict()
 
     @property
     def true_pose(self) -> Pose:
@@ -120,7 +126,7 @@ class Simulator(Device):
             shutters_s=scenario.camera.shutters_s,
             apertures=scenario.camera.apertures,
             focal_lengths_mm=scenario.camera.focal_lengths_mm,
-            focuses_m=None,
+            focuses_m=scenario.camera.focuses_m,
             camera=msgspec.structs.replace(scenario.camera.description(), fx=camera.fx, fy=camera.fy),
             target=TargetDescription(
                 model=str(self._file),
@@ -130,15 +136,23 @@ class Simulator(Device):
             movable=True,
         )
 
+    def listen(self, notify: Callable[[Change], None]) -> None:
+        """Tell of what the scenario's clock changes; it happens before the capture that first sees it."""
+        self._notify = notify
+
     def capture(self, settings: Settings) -> Frame:
         """Mix the traced images of this geometry and expose; the first capture of a geometry traces it."""
         applied = checked_settings(self.describe(), settings)
         if applied.focal_length_mm is not None:
             self._focal_mm = applied.focal_length_mm
-        radiance = self.radiance(applied.lights)
+        if applied.focus_m is not None:
+            self._focus_m = applied.focus_m
+        if self._captures and not self._drift.stands_still:
+            self._advance()
+        image = self._through_lens(self.radiance(applied.lights), applied.aperture)
         self._captures += 1
         pixels = exposed(
-            radiance, self._sensor, applied.shutter_s, applied.aperture, (self._seed, self._captures)
+            image, self._moving_sensor(), applied.shutter_s, applied.aperture, (self._seed, self._captures)
         )
         return Frame(
             pixels=pixels,
@@ -159,14 +173,44 @@ class Simulator(Device):
         return mixed(self.basis(), [*weights, self._ambient_scale])
 
     def basis(self) -> Radiances:
-        """Radiance images of this geometry: each light alone (full, power 1), then sun and earth-shine."""
-        images = self._traced.get(self._focal_mm)
-        if images is None:
-            images = self._trace(self._zoomed(self._focal_mm))
-            self._traced[self._focal_mm] = images
+        """Radiance images of this geometry: each light alone (full, power 1), then sun, Earth and stars."""
+        return self._view().images
+
+    def _view(self) -> View:
+        view = self._traced.get(self._focal_mm)
+        if view is None:
+            view = rendered(
+                self._scenario, self._scene(), self._zoomed(self._focal_mm), self._sun, self._random(STARS)
+            )
+            self._traced[self._focal_mm] = view
             if len(self._traced) > KEPT_GEOMETRIES:
                 self._traced.popitem(last=False)
-        return images
+        return view
+
+    def _through_lens(self, radiance: NDArray[np.float32], aperture: float) -> NDArray[np.float32]:
+        """Out of focus where the lens is not focused on it."""
+        if self._focus_m is None:
+            return radiance
+        table, camera = self._scenario.camera, self._zoomed(self._focal_mm)
+        focal_m = table.fx * table.pixel_um * 1e-6
+        if self._focal_mm is not None:
+            focal_m = self._focal_mm * 1e-3
+        return focused(radiance, self._view().inverse_depth, camera.fx, focal_m / aperture, self._focus_m)
+
+    def _moving_sensor(self) -> Sensor:
+        """The sensor, with the motion that the target's own velocity adds all over the image."""
+        if not self._drift.moves_target:
+            return self._sensor
+        x, y = self._drift.image_motion(self._zoomed(self._focal_mm), self._true)
+        fixed = self._sensor.motion_px_per_s
+        return replace(self._sensor, motion_px_per_s=(fixed[0] + x, fixed[1] + y))
+
+    def _advance(self) -> None:
+        """One capture's time passes."""
+        self._true, self._sun, changes = self._drift.advanced(self._true, self._sun)
+        self._traced.clear()
+        for change in changes:
+            self._notify(change)
 
     def health(self) -> dict[str, Any]:
         """A simulator does not fall ill."""
@@ -196,25 +240,36 @@ class Simulator(Device):
             self._sun = placement.turned_sun(self._sun, move.sun_turn_deg, rng)
             self._ambient_scale *= rng.uniform(*move.sun_factor)
             changes.append(Change("sun_changed"))
+        self._drift.tell(self._true, self._sun)
         return changes
 
     def score(self, pose: PoseMessage) -> PoseErrorMessage:
         """Error against the true pose."""
         return pose_error(pose, _message(self._true))
 
-    def _trace(self, camera: Camera) -> Radiances:
+    def _drawn_sun(self) -> NDArray[np.float64]:
+        """The sun where the scenario puts it; drawn again while the Earth hides it."""
+        scenario, rng = self._scenario, self._random(SUN)
+        for _ in range(placement.TRIES):
+            sun = placement.drawn_sun(scenario.sun, self._model, self._true, rng)
+            if not sky_of(scenario, sun).hides_sun(sun):
+                return sun
+        raise BadInput(
+            "The scenario's sun stands behind its Earth.",
+            "Change [sun] or [earth] direction; night is ambient_scale = 0.",
+        )
+
+    def _scene(self) -> Scene:
         scenario = self._scenario
         parts = [target_part(self._model, self._appearance, scenario.target, self._true)]
         parts += background_parts(
-            scenario.background, camera, self._true, self._model.diameter, self._random(BACKGROUND)
+            scenario.background,
+            self._zoomed(self._focal_mm),
+            self._true,
+            self._model.diameter,
+            self._random(BACKGROUND),
         )
-        illumination = Illumination(
-            lights=np.array([light.position for light in scenario.lights]),
-            sun=self._sun,
-            sun_radius_rad=np.radians(scenario.sun.angular_diameter_deg) / 2,
-            earthshine=scenario.sun.earthshine,
-        )
-        return traced(joined(parts), camera, illumination)
+        return joined(parts)
 
     def _zoomed(self, focal_mm: float | None) -> Camera:
         """The camera at a focal length; fx and fy grow in proportion to it."""

@@ -17,13 +17,16 @@ Floats = NDArray[np.float64]
 # columns of a surface's row of numbers
 ALBEDO, TEXTURE, SIZE, CONTRAST, GRAIN, SPECULAR, ALPHA, OFFSET = range(8)
 HALF_U, HALF_V = 8, 9  # half the face's extent along its two axes, metres
-COLUMNS = 10
+CRINKLE = 10
+COLUMNS = 11
 
 PLAIN, NOISE, VEINS, PANELS, LINES, CHECKER = range(len(TEXTURES))
 GRAIN_SIZE_M = 0.0025
 LINE_WIDTH = 0.18  # of a printed line, fraction of the line distance
 GAP_WIDTH = 0.08  # between solar cells, fraction of a cell
 VEIN_SHARPNESS = 3.0
+NOISE_SLOPE = 0.331  # standard deviation of one component of the gradient of `noise`, per cell
+SLOPE_STEP = 0.05  # of a cell, over which that gradient is taken
 
 
 @njit(cache=True, inline="always")
@@ -101,3 +104,17 @@ def albedo(surface: Floats, x: float, y: float, z: float, u: float, v: float) ->
         g = GRAIN_SIZE_M
         out *= 1.0 - surface[GRAIN] * noise(x / g + shift, y / g, z / g)
     return out
+
+
+@njit(cache=True)
+def crinkled(surface: Floats, x: float, y: float, z: float, slope: Floats) -> None:
+    """Slope of the folds at a point: writes the three components of their gradient to `slope` (3,).
+
+    The normal leans against it: n - slope, less what lies along n.
+    """
+    size, shift = surface[SIZE], surface[OFFSET]
+    p, q, r = x / size + shift, y / size, z / size
+    scale = surface[CRINKLE] / NOISE_SLOPE / (2.0 * SLOPE_STEP)
+    slope[0] = scale * (noise(p + SLOPE_STEP, q, r) - noise(p - SLOPE_STEP, q, r))
+    slope[1] = scale * (noise(p, q + SLOPE_STEP, r) - noise(p, q - SLOPE_STEP, r))
+    slope[2] = scale * (noise(p, q, r + SLOPE_STEP) - noise(p, q, r - SLOPE_STEP))

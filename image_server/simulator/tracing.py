@@ -12,12 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from image_server.simulator.rays import NOTHING, Caster, Rays
+from image_server.simulator.rays import NOTHING, Caster, Rays, pixel_rays, rays_through
 from image_server.simulator.scene import Scene
 from image_server.simulator.shading import shade
+from image_server.simulator.sky import Sky, irradiance
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Ints = NDArray[np.int64]
+Image = NDArray[np.float32]
 
 REFERENCE_DISTANCE_M = 0.6
 LIGHT_AT_REFERENCE = 0.5
@@ -26,6 +29,7 @@ SUN_STRENGTH = 0.5
 """Radiance of a white surface turned to the sun at `ambient_scale` 1."""
 LIFT_M = 2e-5  # shadow rays start this far above the surface
 NEAR_M = 1e-3  # nothing nearer is projected
+BAND_PIXELS = 1 << 17  # traced at a time
 BORDER_PX = 2  # around the things in view
 SAMPLES = 16  # per pixel at edges
 DISC_STEP = 5  # order in which the places of a pixel look at the sun's disc
@@ -38,55 +42,97 @@ class Illumination:
     Attributes
     ----------
     lights : (L, 3) float64 positions, metres.
-    sun : (3,) unit vector towards the sun.
-    sun_radius_rad : half its angular diameter.
-    earthshine : fraction of the sun's strength that comes from all sides.
+    aims : (L, 3) float64 unit vectors along the middles of their beams.
+    beams : (L, beam.ROWS) float64, their profiles.
+    sky : the sun, and what else shines from afar.
     """
 
     lights: Floats
-    sun: Floats
-    sun_radius_rad: float
-    earthshine: float
+    aims: Floats
+    beams: Floats
+    sky: Sky
 
 
-def traced(scene: Scene, camera: Camera, light: Illumination) -> list[NDArray[np.float32]]:
-    """Radiance images (H, W) float32: each light alone at full power, then the sun with earth-shine."""
-    channels = len(light.lights) + 1
-    images = np.zeros((camera.height, camera.width, channels), np.float32)
+@dataclass(frozen=True, eq=False)
+class Traced:
+    """What a geometry looks like, linear.
+
+    Attributes
+    ----------
+    images : L + 1 images (H, W) float32: each light alone at full power, then sun and sky on the scene.
+    coverage : (H, W) float32, share of each pixel in which there is something.
+    inverse_depth : (H, W) float32, 1/m at the pixel's centre, 0 where there is nothing.
+    """
+
+    images: list[Image]
+    coverage: Image
+    inverse_depth: Image
+
+
+def traced(scene: Scene, camera: Camera, light: Illumination) -> Traced:
+    """Trace one geometry, some rows at a time, so that the memory needed is that of the images."""
+    shape = (camera.height, camera.width)
+    images = [np.zeros(shape, np.float32) for _ in range(len(light.lights) + 1)]
+    coverage, inverse_depth = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
     left, top, right, bottom = _region(scene, camera)
-    if left >= right or top >= bottom:
-        return [np.ascontiguousarray(images[..., c]) for c in range(channels)]
-    tracer = _Tracer(scene, light)
-    rows, columns = np.mgrid[top:bottom, left:right]
-    centres = np.stack([columns.ravel(), rows.ravel()], axis=1).astype(np.float64)
-    directions = _directions(camera, centres)
-    triangle, distance, reach, label = tracer.sampled(directions, None)
-    shape = rows.shape
-    edge = _differs(label.reshape(shape)).ravel()
-    values = np.zeros((len(centres), channels), np.float32)
-    plain = np.flatnonzero(~edge & (triangle != NOTHING))
-    pixel = np.array([1 / camera.fx, 1 / camera.fy])
-    values[plain] = tracer.shaded(triangle[plain], directions[plain], distance[plain], reach[plain], pixel)
-    chosen = np.flatnonzero(edge)
-    total = np.zeros((len(chosen), channels), np.float32)
-    for place, offset in enumerate(_places()):
-        rays = _directions(camera, centres[chosen] + offset)
-        t, d, share, _ = tracer.sampled(rays, place)
-        hit = np.flatnonzero(t != NOTHING)
-        total[hit] += tracer.shaded(t[hit], rays[hit], d[hit], share[hit], np.zeros(2))
-    values[chosen] = total / SAMPLES
-    images[top:bottom, left:right] = values.reshape(*shape, channels)
-    return [np.ascontiguousarray(images[..., c]) for c in range(channels)]
+    if left < right and top < bottom:
+        tracer = _Tracer(scene, camera, light)
+        step = max(1, BAND_PIXELS // (right - left))
+        columns = np.arange(left, right)
+        for first in range(top, bottom, step):
+            rows = np.arange(first, min(first + step, bottom))
+            values, covered, near = tracer.band(rows, columns)
+            there = np.s_[rows[0] : rows[-1] + 1, left:right]
+            for channel, image in enumerate(images):
+                image[there] = values[..., channel]
+            coverage[there], inverse_depth[there] = covered, near
+    return Traced(images, coverage, inverse_depth)
 
 
 class _Tracer:
     """Casts and shades samples of one scene."""
 
-    def __init__(self, scene: Scene, light: Illumination) -> None:
+    def __init__(self, scene: Scene, camera: Camera, light: Illumination) -> None:
         self._scene = scene
+        self._camera = camera
         self._light = light
         self._caster = Caster(scene.triangles)
-        self._disc = _disc(light.sun, light.sun_radius_rad)
+        self._disc = _disc(light.sky.sun, light.sky.sun_radius_rad)
+        self._sky = irradiance(light.sky)
+
+    def band(self, rows: Ints, columns: Ints) -> tuple[Image, Image, Image]:
+        """Radiance (R, C, L + 1), coverage (R, C) and 1/depth (R, C) of some rows and columns of pixels.
+
+        A row above and one below are cast, too: what differs from them is an edge.
+        """
+        camera = self._camera
+        around = np.arange(rows[0] - 1, rows[-1] + 2)
+        inner = np.s_[len(columns) : -len(columns)]
+        directions = pixel_rays(camera, around, columns)
+        triangle, distance, reach, label = self.sampled(directions, None)
+        edge = _differs(label.reshape(len(around), len(columns))).ravel()[inner]
+        directions, triangle = directions[inner], triangle[inner]
+        distance, reach = distance[inner], reach[inner]
+        values = np.zeros((len(directions), reach.shape[1]), np.float32)
+        covered = (triangle != NOTHING).astype(np.float32)
+        near = covered / np.where(covered > 0, distance, 1.0)
+        plain = np.flatnonzero(~edge & (covered > 0))
+        pixel = np.array([1 / camera.fx, 1 / camera.fy])
+        values[plain] = self.shaded(triangle[plain], directions[plain], distance[plain], reach[plain], pixel)
+        chosen = np.flatnonzero(edge)
+        total = np.zeros((len(chosen), reach.shape[1]), np.float32)
+        hits = np.zeros(len(chosen), np.float32)
+        centres = np.stack([columns[chosen % len(columns)], rows[chosen // len(columns)]], axis=1)
+        for place, offset in enumerate(_places()):
+            rays = rays_through(camera, centres + offset)
+            t, d, share, _ = self.sampled(rays, place)
+            hit = np.flatnonzero(t != NOTHING)
+            total[hit] += self.shaded(t[hit], rays[hit], d[hit], share[hit], np.zeros(2))
+            hits[hit] += 1.0
+        values[chosen] = total / SAMPLES
+        covered[chosen] = hits / SAMPLES
+        shape = (len(rows), len(columns))
+        return values.reshape(*shape, -1), covered.reshape(shape), near.reshape(shape).astype(np.float32)
 
     def sampled(
         self, directions: Rays, place: int | None
@@ -116,7 +162,7 @@ class _Tracer:
             reach[hit, c] = self._reached(normals, starts, there, 1.0)
             label = 2 * label + (reach[:, c] > 0)
         if place is None:
-            views = [0, *range(1, SAMPLES, 4)] if light.sun_radius_rad > 0 else [0]
+            views = [0, *range(1, SAMPLES, 4)] if light.sky.sun_radius_rad > 0 else [0]
         else:
             views = [1 + (place * DISC_STEP) % SAMPLES]
         seen = np.zeros(len(hit), np.int64)
@@ -154,10 +200,13 @@ class _Tracer:
             scene.rotations,
             scene.translations,
             light.lights,
+            light.aims,
+            light.beams,
             LIGHT_AT_REFERENCE * REFERENCE_DISTANCE_M**2,
-            light.sun,
-            SUN_STRENGTH,
-            SUN_STRENGTH * light.earthshine,
+            light.sky.sun,
+            light.sky.sun_strength,
+            light.sky.sun_radius_rad,
+            self._sky,
         )
         return out
 
@@ -171,14 +220,6 @@ def _region(scene: Scene, camera: Camera) -> tuple[int, int, int, int]:
     low = np.floor(pixels.min(axis=0)).astype(int) - BORDER_PX
     high = np.ceil(pixels.max(axis=0)).astype(int) + BORDER_PX + 1
     return max(low[0], 0), max(low[1], 0), min(high[0], camera.width), min(high[1], camera.height)
-
-
-def _directions(camera: Camera, pixels: Floats) -> Rays:
-    """Rays (N, 3) of pixels (N, 2), with z = 1, so that distances are depths."""
-    ideal = camera.undistort_points(pixels)
-    rays = np.ones((len(pixels), 3), np.float32)
-    rays[:, :2] = (ideal - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
-    return rays
 
 
 def _differs(label: NDArray[np.int64]) -> Flags:

@@ -85,3 +85,37 @@ def test_light_adds_up() -> None:
     rng = np.random.default_rng(0)
     images = [rng.random(SIZE, np.float32) for _ in range(3)]
     assert mixed(images, [0.5, 0.0, 2.0]) == pytest.approx(0.5 * images[0] + 2 * images[2], abs=1e-5)
+
+
+def test_fixed_patterns_have_the_strength_that_the_parameters_say() -> None:
+    """EMVA 1288: averaged frames leave the fixed pattern; at two levels its two parts can be told apart."""
+    sensor = Sensor(prnu=0.02, dsnu_e=60.0, read_noise_e=5.0, full_well_e=10000.0)
+    spatial = []
+    for signal in (0.1, 0.7):
+        frames = [exposed(flat(signal), sensor, 1 / 60, 4.0, (1, n)).astype(float) / 255 for n in range(40)]
+        temporal = np.var(frames, axis=0, ddof=1).mean() / len(frames)
+        spatial.append(np.mean(frames, axis=0).var() - temporal)
+    prnu = np.sqrt((spatial[1] - spatial[0]) / (0.7**2 - 0.1**2))
+    dsnu_e = np.sqrt(spatial[0] - (0.1 * prnu) ** 2) * 10000
+    assert prnu == pytest.approx(0.02, rel=0.05)
+    assert dsnu_e == pytest.approx(60.0, rel=0.06)
+
+
+def test_the_pattern_belongs_to_the_sensor_not_to_the_session() -> None:
+    sensor = Sensor(prnu=0.1, read_noise_e=0.0, full_well_e=1e6)
+    first, second = (exposed(flat(0.5), sensor, 1 / 60, 4.0, (seed, 1)).astype(int) for seed in (1, 2))
+    assert np.abs(first - second).max() <= 2
+    other = exposed(flat(0.5), Sensor(prnu=0.1, pattern_seed=1), 1 / 60, 4.0, None).astype(int)
+    assert np.abs(first - other).max() > 20
+
+
+def test_the_answer_is_linear_up_to_the_clip() -> None:
+    """Mean signal against exposure over the camera's own shutters: no point off the line by 0.2 % of full."""
+    sensor = Sensor(read_noise_e=5.0, full_well_e=20000.0)
+    times = np.array([1 / 240, 1 / 120, 1 / 80, 1 / 60, 1 / 48])
+    means = [exposed(flat(0.7), sensor, t, 4.0, (1, n)).mean() / 255 for n, t in enumerate(times)]
+    slope, foot = np.polyfit(times, means, 1)
+    assert np.abs(means - (slope * times + foot)).max() < 0.002
+    assert slope == pytest.approx(0.7 * 60, rel=0.003)
+    assert foot == pytest.approx(0.0, abs=0.002)
+    assert exposed(flat(0.7), sensor, 1 / 30, 4.0, (1, 9)).min() == 255

@@ -2,19 +2,24 @@
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 from bridge.errors import BadInput
 from bridge.messages import Settings
 from geometry.rotation import vector_of
+from image_server.device import Change
 from image_server.simulator import Simulator
 from image_server.simulator.placement import faces_shown, fraction_inside
 from image_server.simulator.scenario import (
     SCENARIOS,
     Camera,
+    Earth,
     PoseDraw,
     Scenario,
+    Sun,
+    Time,
     load_scenario,
     with_conditions,
 )
@@ -22,6 +27,9 @@ from image_server.simulator.simulator import _message
 
 MIDDLE = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
 SMALL = Camera(width=160, height=120, fx=200.0, fy=200.0, cx=79.5, cy=59.5)
+
+
+ONE_LIGHT = "[[lights]]\nname = 'a'\nposition = [0.0, 0.0, 0.0]\n"
 
 
 def small(**changes: object) -> Scenario:
@@ -116,6 +124,81 @@ def test_a_zoom_lens_scales_what_it_describes() -> None:
     assert (near.pixels > 15).sum() > 1.6 * (wide.pixels > 15).sum()
 
 
+def test_a_focused_lens_is_described_and_blurs_what_is_not_in_focus() -> None:
+    lens = msgspec.structs.replace(SMALL, focuses_m=(0.3, 0.75), fx=800.0, fy=800.0)
+    sim = Simulator("cube", Scenario(camera=lens), 1)
+    assert sim.describe().focuses_m == (0.3, 0.75)
+
+    def sharpness(aperture: float, focus_m: float) -> float:
+        shutter_s = 1 / 120 if aperture < 4 else 1 / 30  # the same exposure
+        settings = Settings(lights=(2, 2, 2), shutter_s=shutter_s, aperture=aperture, focus_m=focus_m)
+        pixels = sim.capture(settings).pixels.astype(float)
+        return float(np.abs(np.diff(pixels)).sum() / pixels.sum())
+
+    near_wide, near_narrow, right = sharpness(2.8, 0.3), sharpness(5.6, 0.3), sharpness(2.8, 0.75)
+    assert near_wide < near_narrow < right
+    with pytest.raises(BadInput, match=r"focus_m = 2 is not offered.*Allowed: 0.3, 0.75 m"):
+        sharpness(2.8, 2.0)
+
+
+DRIFTING = Time(seconds_per_capture=1.0, velocity_m_per_s=(0.002, 0.0, 0.0), target_event_fraction=0.005)
+
+
+def test_a_drifting_target_moves_with_each_capture_and_says_so() -> None:
+    sim = Simulator("cube", small(time=DRIFTING), 1)
+    told: list[Change] = []
+    sim.listen(told.append)
+    start = sim.true_pose.translation
+    for number in range(4):
+        sim.capture(MIDDLE)
+        assert sim.true_pose.translation - start == pytest.approx([0.002 * number, 0, 0], abs=1e-12)
+    assert {change.event for change in told} == {"target_moved"}
+    assert 1 <= len(told) <= 3  # each time it has gone 0.5 % of the range
+    again = Simulator("cube", small(time=DRIFTING), 1)
+    frames = [again.capture(MIDDLE).pixels for _ in range(4)]
+    assert np.array_equal(sim.capture(MIDDLE).pixels, again.capture(MIDDLE).pixels)
+    assert not np.array_equal(frames[0], frames[3])
+
+
+def test_a_turning_sun_changes_the_light_and_says_so() -> None:
+    turning = Time(seconds_per_capture=10.0, sun_deg_per_s=0.6, sun_event_deg=11.0)
+    sim = Simulator("cube", small(time=turning), 1)
+    told: list[Change] = []
+    sim.listen(told.append)
+    first = sim.basis()[-1].copy()
+    for _ in range(5):
+        sim.capture(MIDDLE)
+    assert [change.event for change in told] == ["sun_changed", "sun_changed"]  # after 12 and 24 degrees
+    assert np.abs(sim.basis()[-1] - first).max() > 0.02
+
+
+def test_a_drift_blurs_the_image_as_long_as_the_shutter_is_open() -> None:
+    still = Time(velocity_m_per_s=(0.0, 0.0, 0.0))
+    fast = Time(seconds_per_capture=1e-9, velocity_m_per_s=(4.0, 0.0, 0.0))
+    sharp, blurred = (
+        Simulator("cube", small(time=time), 1)
+        .capture(Settings(lights=(1, 0, 0), shutter_s=1 / 60, aperture=5.6))
+        .pixels.astype(float)
+        for time in (still, fast)
+    )
+    assert np.abs(np.diff(blurred, axis=1)).sum() < 0.7 * np.abs(np.diff(sharp, axis=1)).sum()
+    assert blurred.mean() == pytest.approx(sharp.mean(), rel=0.05)
+
+
+def test_a_sun_behind_the_earth_is_an_error() -> None:
+    with pytest.raises(BadInput, match="sun stands behind its Earth"):
+        Simulator("cube", Scenario(sun=Sun(direction=(0, 0, 1)), earth=Earth(direction=(0, 0, 1))))
+
+
+def test_large_frames_come_too() -> None:
+    large = Camera(width=4096, height=3072, fx=5120.0, fy=5120.0, cx=2047.5, cy=1535.5)
+    far = PoseDraw(range_m=(1.6, 1.6))
+    frame = Simulator("cube", Scenario(camera=large, pose=far), 1).capture(MIDDLE).pixels
+    small_one = Simulator("cube", Scenario(pose=far), 1).capture(MIDDLE).pixels
+    assert frame.shape == (3072, 4096)
+    assert frame.mean() == pytest.approx(small_one.mean(), rel=0.1)
+
+
 @pytest.mark.parametrize("name", sorted(path.stem for path in SCENARIOS.glob("*.toml")))
 def test_every_scenario_can_be_read_and_says_what_it_is(name: str) -> None:
     assert load_scenario(name).description
@@ -139,6 +222,12 @@ def test_conditions_change_a_scenario() -> None:
         ("[background]\nkind = 'forest'", r"invalid enum value.*\[background.kind\]"),
         ("light_power = inf", "light_power is not a finite number"),
         ("[sun]\ndirection = [0.0, nan, 1.0]", "sun.direction 2 is not a finite number"),
+        ("[earth]\ndirection = [0.0, 0.0, 0.0]", r"\[earth\] direction has no length"),
+        (f"{ONE_LIGHT}beam = [[0.0, 1.0], [0.0, 0.5]]", r"'a': the angles of its beam do not grow"),
+        (
+            f"{ONE_LIGHT}beam = [[0.0, 1.0], [9.0, 0.5]]\nhalf_intensity_deg = 9.0",
+            "half_intensity_deg and beam",
+        ),
         ("[sun", "not valid TOML"),
     ],
 )

@@ -3,6 +3,7 @@
 import math
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -10,9 +11,13 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.pose import Pose
+from image_server.simulator import texture, tracing
+from image_server.simulator.beam import ROWS, beam_table
 from image_server.simulator.material import Appearance, Material, MaterialChanges
+from image_server.simulator.scenario import Light
 from image_server.simulator.scene import Scene, joined, target_part
 from image_server.simulator.shading import microfacets
+from image_server.simulator.sky import Sky
 from image_server.simulator.tracing import LIGHT_AT_REFERENCE, SUN_STRENGTH, Illumination, traced
 
 CAMERA = Camera(320, 240, 400.0, 400.0, 159.5, 119.5)
@@ -42,7 +47,13 @@ def at(
 def lit(
     *lights: tuple[float, float, float], sun: NDArray[np.float64] = ALONG_AXIS, disc: float = 0.0
 ) -> Illumination:
-    return Illumination(np.array(lights), sun, disc, 0.0)
+    beams = np.ones((len(lights), ROWS))
+    aims = np.tile([0.0, 0.0, 1.0], (len(lights), 1))
+    return Illumination(np.array(lights), aims, beams, Sky(np.asarray(sun), disc, SUN_STRENGTH))
+
+
+def images_of(scene: Scene, light: Illumination) -> list[NDArray[np.float32]]:
+    return traced(scene, CAMERA, light).images
 
 
 @pytest.fixture
@@ -57,7 +68,7 @@ def middle(image: NDArray[np.float32]) -> float:
 
 def test_a_light_falls_with_the_square_of_its_distance(square: Model) -> None:
     light = lit((0.0, 0.0, 0.0))
-    found = [middle(traced(scene_of(square, at(z)), CAMERA, light)[0]) for z in (0.3, 0.6, 1.2)]
+    found = [middle(images_of(scene_of(square, at(z)), light)[0]) for z in (0.3, 0.6, 1.2)]
     assert found == pytest.approx([LIGHT_AT_REFERENCE * 0.6 * k for k in (4.0, 1.0, 0.25)], rel=1e-3)
 
 
@@ -65,21 +76,21 @@ def test_the_sun_does_not_fall_with_distance_and_follows_the_cosine(square: Mode
     for depth in (0.4, 1.0):
         for angle in (0.0, 0.5, 1.2):
             sun = np.array([math.sin(angle), 0.0, -math.cos(angle)])
-            image = traced(scene_of(square, at(depth)), CAMERA, lit((0, 0, 0), sun=sun))[-1]
+            image = images_of(scene_of(square, at(depth)), lit((0, 0, 0), sun=sun))[-1]
             assert middle(image) == pytest.approx(SUN_STRENGTH * 0.6 * math.cos(angle), rel=1e-3)
 
 
 def test_a_light_behind_a_face_does_not_reach_it(square: Model) -> None:
-    images = traced(scene_of(square, at(0.6)), CAMERA, lit((0, 0, 1.2), sun=np.array([0.0, 0.0, 1.0])))
+    images = images_of(scene_of(square, at(0.6)), lit((0, 0, 1.2), sun=np.array([0.0, 0.0, 1.0])))
     assert all(image.max() == 0 for image in images)
 
 
 def test_several_lights_are_what_each_is_alone(square: Model) -> None:
     scene = scene_of(square, at(0.6, (0.4, -0.3, 0.1)))
     left, right = (-0.35, 0.0, 0.0), (0.35, 0.1, 0.0)
-    both = traced(scene, CAMERA, lit(left, right))
+    both = images_of(scene, lit(left, right))
     for image, light in zip(both, (left, right), strict=False):
-        alone = traced(scene, CAMERA, lit(light))[0]
+        alone = images_of(scene, lit(light))[0]
         assert image == pytest.approx(alone, abs=2e-3 * float(alone.max()))
 
 
@@ -89,7 +100,7 @@ def test_a_silhouette_lies_where_it_should_to_a_fraction_of_a_pixel(
     square: Model, shift_px: float, roll: float
 ) -> None:
     pose = at(0.6, (0.0, 0.0, roll), x=shift_px * 0.6 / CAMERA.fx, y=0.3 * shift_px * 0.6 / CAMERA.fy)
-    image = traced(scene_of(square, pose), CAMERA, lit((0.0, 0.0, 0.0)))[-1]
+    image = images_of(scene_of(square, pose), lit((0.0, 0.0, 0.0)))[-1]
     full = SUN_STRENGTH * 0.6
     corners = CAMERA.project(
         pose.apply(np.array([[-0.1, -0.1, 0], [-0.1, 0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0]]))
@@ -111,7 +122,7 @@ def test_a_cast_shadow_lies_where_the_light_puts_it(tmp_path: Path) -> None:
     corners += [(-0.05, -0.2, plate), (0.05, -0.2, plate), (0.05, 0.2, plate), (-0.05, 0.2, plate)]
     scene = scene_of(quad(tmp_path, "plate", corners), at(0.0001))
     light = (-0.8, 0.0, 0.0)
-    image = traced(scene, CAMERA, lit(light))[0]
+    image = images_of(scene, lit(light))[0]
     right_edge = light[0] + (0.05 - light[0]) * wall / plate
     left_edge = light[0] + (-0.05 - light[0]) * wall / plate
     row = image[120].astype(float)
@@ -131,7 +142,7 @@ def test_the_disc_of_the_sun_makes_a_penumbra_of_its_own_width(tmp_path: Path) -
     sun = np.array([-0.8, 0.0, -1.0]) / math.hypot(0.8, 1.0)
     widths = []
     for radius in (0.0, math.radians(2.0)):
-        row = traced(scene, CAMERA, lit((0, 0, 0), sun=sun, disc=radius))[-1][120].astype(float)
+        row = images_of(scene, lit((0, 0, 0), sun=sun, disc=radius))[-1][120].astype(float)
         share = row[165:230] / row.max()
         widths.append(int(((share > 0.1) & (share < 0.9)).sum()))
     assert widths[0] <= 2
@@ -160,6 +171,77 @@ def test_microfacets_give_back_what_the_published_model_does() -> None:
 def test_a_polished_face_mirrors_the_sun_in_one_direction_only(square: Model) -> None:
     polished = Material(albedo=0.1, texture="plain", grain=0.0, specular=0.5, roughness=0.2)
     scene = scene_of(square, at(0.6), polished)
-    mirrored = middle(traced(scene, CAMERA, lit((0, 0, 0)))[-1])
-    aside = middle(traced(scene, CAMERA, lit((0, 0, 0), sun=np.array([0.6, 0.0, -0.8])))[-1])
+    mirrored = middle(images_of(scene, lit((0, 0, 0)))[-1])
+    aside = middle(images_of(scene, lit((0, 0, 0), sun=np.array([0.6, 0.0, -0.8])))[-1])
     assert mirrored > 100 * aside
+
+
+def beamed(light: Light) -> Illumination:
+    aim = np.array([light.aim]) / np.linalg.norm(light.aim)
+    plain = lit(light.position)
+    return Illumination(plain.lights, aim, beam_table(light)[None], plain.sky)
+
+
+def test_a_beam_falls_as_its_lamp_says(tmp_path: Path) -> None:
+    corners = [(-0.6, -0.6, 0.0), (0.6, -0.6, 0.0), (0.6, 0.6, 0.0), (-0.6, 0.6, 0.0)]
+    scene = scene_of(quad(tmp_path, "wall", corners), at(0.8))
+    everywhere = images_of(scene, lit((0.0, 0.0, 0.0)))[0]
+    narrow = images_of(scene, beamed(Light(name="led", position=(0.0, 0.0, 0.0), half_intensity_deg=15.0)))[0]
+    table = ((0.0, 1.0), (10.0, 0.6), (14.0, 0.0))
+    measured = images_of(scene, beamed(Light(name="torch", position=(0.0, 0.0, 0.0), beam=table)))[0]
+    for angle in (0.0, 5.0, 10.0, 13.0, 15.0, 20.0):
+        column = round(159.5 + 400.0 * math.tan(math.radians(angle)))
+        exact = math.degrees(math.atan(math.hypot(column - 159.5, 0.5) / 400.0))
+        share = narrow[120, column] / everywhere[120, column]
+        power = math.log(0.5) / math.log(math.cos(math.radians(15.0)))
+        assert share == pytest.approx(math.cos(math.radians(exact)) ** power, rel=1e-3)
+        wanted = np.interp(exact, *np.array(table).T, right=0.0)
+        assert measured[120, column] / everywhere[120, column] == pytest.approx(wanted, abs=2e-3)
+
+
+def test_a_beam_may_be_aimed_aside(square: Model) -> None:
+    aside = Light(name="a", position=(0.0, 0.0, 0.0), aim=(0.3, 0.0, 1.0), half_intensity_deg=10.0)
+    image = images_of(scene_of(square, at(0.6)), beamed(aside))[0]
+    row = image[120].astype(float)
+    assert row[175:225].mean() > 2 * row[95:145].mean() > 0
+
+
+def test_foil_sparkles_where_a_flat_face_is_even(square: Model) -> None:
+    foil = Material(albedo=0.0, texture="plain", grain=0.0, specular=0.9, roughness=0.3, size_m=0.02)
+    flat, crinkled = (
+        images_of(scene_of(square, at(0.6), msgspec.structs.replace(foil, crinkle=slope)), lit((0, 0, 0)))[-1]
+        for slope in (0.0, 0.25)
+    )
+    lit_flat, lit_foil = flat[flat > 0], crinkled[90:150, 130:190]
+    assert lit_foil.std() / lit_foil.mean() > 3 * lit_flat.std() / lit_flat.mean()
+
+
+def test_folds_are_as_steep_as_the_material_says() -> None:
+    surface = np.zeros(texture.COLUMNS)
+    surface[texture.SIZE], surface[texture.CRINKLE] = 0.02, 0.2
+    slope, slopes = np.zeros(3), []
+    for point in np.random.default_rng(0).uniform(0, 1, (4000, 3)):
+        texture.crinkled(surface, *point, slope)
+        slopes.append(slope.copy())
+    assert np.std(slopes, axis=0) == pytest.approx(0.2, rel=0.08)
+
+
+def test_coverage_and_depth_tell_what_is_where(square: Model) -> None:
+    found = traced(scene_of(square, at(0.5)), CAMERA, lit((0, 0, 0)))
+    side = 0.2 / 0.5 * 400
+    assert found.coverage.sum() == pytest.approx(side**2, rel=2e-3)
+    assert found.inverse_depth[119:121, 159:161] == pytest.approx(2.0, rel=1e-5)
+    assert found.inverse_depth[0, 0] == 0.0
+
+
+def test_rows_are_the_same_however_many_are_traced_at_a_time(
+    square: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = scene_of(square, at(0.6, (0.4, -0.3, 0.1)))
+    light = lit((-0.35, 0.0, 0.0), disc=0.02)
+    whole = traced(scene, CAMERA, light)
+    monkeypatch.setattr(tracing, "BAND_PIXELS", 2000)
+    pieces = traced(scene, CAMERA, light)
+    for one, other in zip(whole.images, pieces.images, strict=True):
+        assert np.array_equal(one, other)
+    assert np.array_equal(whole.coverage, pieces.coverage)

@@ -1,0 +1,85 @@
+"""A view: what one geometry looks like under a scenario's lights and sky, before aperture and sensor."""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from image_server.simulator.beam import beam_table
+from image_server.simulator.lens import glared, vignette
+from image_server.simulator.scenario import Scenario
+from image_server.simulator.scene import Scene
+from image_server.simulator.sky import EARTH_RADIUS_KM, Sky, seen
+from image_server.simulator.tracing import SUN_STRENGTH, Illumination, traced
+
+Floats = NDArray[np.float64]
+Radiances = list[NDArray[np.float32]]
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Linear images of one geometry.
+
+    Attributes
+    ----------
+    images : (H, W) float32, each light alone (full, power 1), then sun, Earth and stars.
+    inverse_depth : (H, W) float32, 1/m, 0 where nothing is near.
+    """
+
+    images: Radiances
+    inverse_depth: NDArray[np.float32]
+
+
+def rendered(scenario: Scenario, scene: Scene, camera: Camera, sun: Floats, rng: np.random.Generator) -> View:
+    """Trace the scene, put the sky behind it, and let the lens darken and scatter it.
+
+    `sun` (3,) is the unit vector towards it; the generator draws the stars.
+    """
+    sky = sky_of(scenario, sun)
+    trace = traced(scene, camera, illumination(scenario, sky))
+    images = trace.images
+    backdrop = seen(sky, camera, rng)
+    if backdrop is not None:
+        images[-1] += (np.float32(1.0) - trace.coverage) * backdrop
+    lens = scenario.camera
+    if lens.vignetting > 0:
+        factor = vignette(camera, lens.vignetting)
+        for image in images:
+            cv2.multiply(image, factor, dst=image)
+    if lens.glare > 0:
+        images = [glared(image, lens.glare) for image in images]
+    return View(images, trace.inverse_depth)
+
+
+def sky_of(scenario: Scenario, sun: Floats) -> Sky:
+    """The sky of a scenario with its sun in a direction."""
+    table, earth = scenario.sun, scenario.earth
+    return Sky(
+        sun=sun,
+        sun_radius_rad=math.radians(table.angular_diameter_deg) / 2,
+        sun_strength=SUN_STRENGTH,
+        even=SUN_STRENGTH * table.earthshine if earth is None else 0.0,
+        earth=None if earth is None else _unit(np.array(earth.direction)),
+        earth_distance=1.0 if earth is None else 1.0 + earth.altitude_km / EARTH_RADIUS_KM,
+        albedo=0.0 if earth is None else earth.albedo,
+        star_brightness=scenario.background.star_brightness,
+    )
+
+
+def illumination(scenario: Scenario, sky: Sky) -> Illumination:
+    """Lights and sky of a scenario, ready for tracing."""
+    lights = scenario.lights
+    return Illumination(
+        lights=np.array([light.position for light in lights]),
+        aims=np.array([_unit(np.array(light.aim)) for light in lights]),
+        beams=np.stack([beam_table(light) for light in lights]),
+        sky=sky,
+    )
+
+
+def _unit(vector: Floats) -> Floats:
+    out: Floats = vector / np.linalg.norm(vector)
+    return out
