@@ -89,17 +89,10 @@ def pose(target: str) -> None:
 
 
 def golog() -> None:
-    """Cost per step of a counting loop, offline, at growing lengths."""
-    theory = ROOT / "benchmarks" / "count.pl"
-    for steps in (1000, 5000, 20000, 100000):
-        began = time.perf_counter()
-        subprocess.run(
-            ["swipl", str(ROOT / "indigolog" / "run.pl"), "--", str(theory), f"count({steps})"],
-            check=True,
-            stdout=subprocess.DEVNULL,
-        )
-        seconds = time.perf_counter() - began
-        show(f"golog/count({steps})", seconds, "s", us_per_step=1e6 * seconds / steps)
+    """Steps of Golog programs, against the published interpreter; memory of a long run."""
+    script = ROOT / "benchmarks" / "golog.pl"
+    for words in ([], ["memory", "offline"], ["memory", "online"]):
+        subprocess.run(["swipl", str(script), *words], check=True, stdin=subprocess.DEVNULL)
 
 
 if __name__ == "__main__":

@@ -151,6 +151,7 @@ within(Seconds, Goal) :-
 
 in_step(Error, E, S) :-
     (   Error = error(Formal, Context),
+        \+ is_dict(Context),              % of a stack overflow
         \+ subsumes_term(golog(_, _), Context)
     ->  situation_history(S, History),
         throw(error(Formal, golog(at(E, History), Context)))

@@ -85,8 +85,12 @@ holds(some(V, P), S) =>
 holds(all(V, P), S) =>
     \+ some(V, neg(P), S).
 holds(X = Y, S) =>
-    evaluate(X, S, V),
-    evaluate(Y, S, V).
+    (   ground(Y)                         % once, whatever X enumerates
+    ->  evaluate(Y, S, V),
+        evaluate(X, S, V)
+    ;   evaluate(X, S, V),
+        evaluate(Y, S, V)
+    ).
 holds(X < Y, S) =>
     evaluate(X, S, A), evaluate(Y, S, B), A < B.
 holds(X > Y, S) =>

@@ -1,8 +1,21 @@
-:- module(indigolog_messages, []).
+:- module(indigolog_messages,
+          [ progress_message/1        % +Message
+          ]).
+:- use_module(library(debug), [debugging/1]).
 
 /** <module> What the interpreter says */
 
 :- multifile prolog:message//1, prolog:error_message//1.
+
+%!  progress_message(+Message) is det.
+%
+%   What is going on, printed after `debug(indigolog)`.
+
+progress_message(Message) :-
+    (   debugging(indigolog)
+    ->  print_message(informational, golog(progress(Message)))
+    ;   true
+    ).
 
 prolog:message(golog(Message)) -->
     message(Message).
@@ -14,6 +27,12 @@ message(prompt(sensing(A))) -->
 message(prompt(exogenous)) -->
     [ 'Exogenous action (nil. for none)? '-[], flush ].
 
+message(progress(plan(found, Actions))) -->
+    { length(Actions, N) },
+    [ 'search found a plan of ~D actions: ~p'-[N, Actions] ].
+message(progress(plan(kept, Actions))) -->
+    { length(Actions, N) },
+    [ 'the world is not as expected; the ~D actions left of the plan still do: ~p'-[N, Actions] ].
 message(undeclared_event(A)) -->
     [ 'Ignored ~q: the theory declares no such exogenous action'-[A] ].
 
@@ -41,9 +60,16 @@ problem(no_initial(F)) -->
     [ 'fluent ~q has no initial value'-[Name/Arity] ].
 
 error_text(search_option(Option)) -->
-    [ '~q is not an option of search/2: strategy(breadth, best or astar), heuristic(Term), cost(Term), max_nodes(N)'-[Option] ].
-error_text(search_budget(Max)) -->
-    [ 'search found no plan within ~D configurations'-[Max] ].
+    [ '~q is not an option of search/2: strategy(depth, breadth, iterative, best, astar or beam(Width)), '-[Option], nl,
+      'heuristic(Term), cost(Term), cost(Action, Term), weight(W), max_nodes(N), max_seconds(T), anytime(true)'-[] ].
+error_text(search_budget(max_nodes(N))) -->
+    [ 'search found no plan within ~D configurations'-[N] ].
+error_text(search_budget(max_seconds(T))) -->
+    [ 'search found no plan within ~w s'-[T] ].
+error_text(search_value(heuristic, Term)) -->
+    [ 'the estimate ~p has no value that is a number from 0 on'-[Term] ].
+error_text(search_value(cost(A), Term)) -->
+    [ 'the cost ~p of ~q has no value that is a number from 0 on'-[Term, A] ].
 error_text(reported) -->
     [ 'the theory or the program is wrong: see above'-[] ].
 error_text(open_program) -->

@@ -1,0 +1,172 @@
+:- module(benchmark_golog, [main/0]).
+:- use_module(library(apply), [foldl/4]).
+:- use_module(library(http/json), [json_write_dict/3]).
+:- use_module(library(lists), [member/2, min_list/2]).
+:- use_module('../indigolog/indigolog').
+
+:- initialization(main, main).
+
+/** <module> What steps of Golog programs cost
+
+    swipl benchmarks/golog.pl
+    swipl benchmarks/golog.pl memory offline|online
+
+One JSON object a line.  `reference_s` is what the published IndiGolog
+interpreter took for the same program (a3e443e, offline, SWI-Prolog 9.0.4, two
+cores, within a factor of two), `times` how many times faster this one is.
+Each time is the least of a few runs after one that does not count.  `memory` is
+the most that a process held in memory which did a hundred thousand steps.
+*/
+
+main :-
+    current_prolog_flag(argv, Argv),
+    (   Argv == []
+    ->  times
+    ;   Argv = [memory, Mode],
+        memory(Mode)
+    ).
+
+memory(Mode) :-
+    theory(count, none),
+    executed(Mode, count(100_000)),
+    format(string(Label), "golog/~w/count/count(100000)/memory", [Mode]),
+    high_water_mark(Kilobytes),
+    Value is Kilobytes/1024,
+    show(Label, Value, "MB", _{}).
+
+% As Linux tells it.
+high_water_mark(Kilobytes) :-
+    setup_call_cleanup(open('/proc/self/status', read, In),
+                       read_string(In, _, Status),
+                       close(In)),
+    split_string(Status, "\n", "", Lines),
+    member(Line, Lines),
+    split_string(Line, ":", " \tkB", ["VmHWM", Text]),
+    !,
+    number_string(Kilobytes, Text).
+
+times :-
+    steps(offline, count, count),
+    steps(online, count, count),
+    steps(offline, count, frame),
+    steps(offline, toggle, toggle),
+    steps(offline, fluents, count),
+    beside_many_fluents,
+    forall(member(K-Seconds, [1-0.08, 10-0.14, 50-0.53]),
+           case(interrupts, none, interrupts(K, 100), Seconds)),
+    forall(member(Size-Seconds, [10-0.06, 100-0.31, 500-1.6]),
+           case(pick, Size, pick(50), Seconds)),
+    forall(member(K-Seconds, [2-0.09, 4-0.44, 8-2.0]),
+           case(conc, none, side_by_side(K, 50), Seconds)),
+    forall(member(Size-Seconds, [4-0.04, 5-0.4, 6-2.3, 7-26.0]),
+           case(blocks, Size, deepening, Seconds)),
+    forall(member(Size, [8, 12]),
+           case(blocks, Size, astar, none)).
+
+%   steps(+Mode, +Theory, +Name): cost per step as the loop grows.
+
+steps(Mode, Theory, Name) :-
+    theory(Theory, none),
+    foldl(steps_of(Mode, Theory, Name), [1000, 5000, 20_000, 100_000], none, _).
+
+steps_of(Mode, Theory, Name, N, First0, First) :-
+    Program =.. [Name, N],
+    seconds(Mode, Program, Seconds),
+    PerStep is 1.0e6*Seconds/N,
+    ( First0 == none -> First = PerStep ; First = First0 ),
+    Ratio is PerStep/First,
+    reference(Theory, Name, N, Mode, Seconds, Reference),
+    format(string(Label), "golog/~w/~w/~w(~d)", [Mode, Theory, Name, N]),
+    put_dict(Reference, _{us_per_step:PerStep, of_first:Ratio}, More),
+    show(Label, Seconds, "s", More).
+
+reference(count, count, 1000, offline, S, R) :- !, faster(3.7, S, R).
+reference(count, count, 5000, offline, S, R) :- !, faster(145.0, S, R).
+reference(count, frame, 1000, offline, S, R) :- !, faster(0.7, S, R).
+reference(_, _, _, _, _, _{}).
+
+faster(none, _, _{}) :- !.
+faster(Reference, Seconds, _{reference_s:Reference, times:Times}) :-
+    Times is Reference/Seconds.
+
+%   A step of the same loop with one fluent beside it, and with ten thousand that have all been set.
+
+beside_many_fluents :-
+    theory(fluents, none),
+    once(do(mark_all, [], Marked)),
+    seconds_from(Marked, while(counter < 20_000, inc), Many),
+    theory(count, none),
+    seconds(offline, count(10_000), Few),
+    Ratio is Many/Few,
+    show("golog/offline/10000 fluents set/10000 more steps", Many, "s", _{of_one_fluent:Ratio}).
+
+case(Theory, Size, Program, Reference0) :-
+    theory(Theory, Size),
+    seconds(offline, Program, Seconds),
+    faster(Reference0, Seconds, Reference),
+    (   Size == none
+    ->  format(string(Label), "golog/~w", [Program])
+    ;   format(string(Label), "golog/~w/~d/~w", [Theory, Size, Program])
+    ),
+    show(Label, Seconds, "s", Reference).
+
+theory(Name, Size) :-
+    setenv('SIZE', Size),
+    module_property(benchmark_golog, file(Here)),
+    file_directory_name(Here, Folder),
+    format(atom(File), '~w/theories/~w.pl', [Folder, Name]),
+    load_theory(File).
+
+%   seconds(+Mode, +Program, -Seconds): at least three runs, and no more than take a second.
+
+seconds(Mode, Program, Seconds) :-
+    least(executed(Mode, Program), Seconds).
+
+seconds_from(History, Program, Seconds) :-
+    least(continued(Program, History), Seconds).
+
+least(Goal, Seconds) :-
+    timed(Goal, _),
+    timed(Goal, First),
+    Repeats is max(2, min(20, truncate(1/max(First, 1.0e-3)))),
+    findall(S, ( between(1, Repeats, _), timed(Goal, S) ), All),
+    min_list([First|All], Seconds).
+
+timed(Goal, Seconds) :-
+    garbage_collect,
+    statistics(process_cputime, Before),
+    \+ \+ call(Goal),
+    statistics(process_cputime, After),
+    Seconds is max(1.0e-6, After-Before).
+
+executed(offline, Program) :-
+    once(do(Program, [], _)).
+executed(online, Program) :-
+    indigolog(Program, [device(benchmark_golog)]).
+
+continued(Program, History) :-
+    once(do(Program, History, _)).
+
+%   The device of the online runs does everything at once and senses nothing.
+
+:- public can_execute/1, execute/2.
+
+can_execute(_).
+
+execute(_, none).
+
+show(Label, Value, Unit, More) :-
+    put_dict(More, _{name:Label, value:Value, unit:Unit}, Dict),
+    dict_pairs(Dict, Tag, Pairs0),
+    findall(K-V, ( member(K-V0, Pairs0), rounded(V0, V) ), Pairs),
+    dict_pairs(Rounded, Tag, Pairs),
+    json_write_dict(current_output, Rounded, [width(0)]),
+    nl,
+    flush_output.
+
+rounded(X, Y) :-
+    (   float(X)
+    ->  Digits is max(0, 3-floor(log10(max(abs(X), 1.0e-9)))),
+        Y is round(X*10**Digits)/10.0**Digits
+    ;   Y = X
+    ).

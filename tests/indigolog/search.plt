@@ -1,0 +1,173 @@
+:- module(test_indigolog_search, []).
+:- use_module(library(plunit)).
+:- use_module(library(lists), [reverse/2, member/2]).
+:- use_module('../../indigolog/indigolog').
+
+/** <module> Every strategy of search, its budgets, and what happens to a plan when the world changes */
+
+load :-
+    module_property(test_indigolog_search, file(Here)),
+    file_directory_name(Here, Folder),
+    atom_concat(Folder, '/theories/roads.pl', File),
+    load_theory(File).
+
+plan(Program, Options, Trace) :-
+    once(do(search(Program, Options), [], History)),
+    reverse(History, Trace).
+
+lengths([cost(drive(X, Y), L^distance(X, Y, L))]).
+estimated([heuristic(L^(left(at, L)))|Options]) :- lengths(Options).
+misled([heuristic(L^(misled(at, L)))|Options]) :- lengths(Options).
+
+few([drive(a, b), drive(b, z)]).
+short([drive(a, c), drive(c, d), drive(d, z)]).
+
+:- begin_tests(strategies, [setup(load)]).
+
+test(published_takes_the_first, Trace == Expected) :-
+    few(Expected),
+    plan(travel, [], Trace).
+
+test(orders, all(H == [[drive(b, z), drive(a, b)], [drive(d, z), drive(c, d), drive(a, c)]])) :-
+    do(search(ndet([drive(a, b), drive(b, z)], [drive(a, c), drive(c, d), drive(d, z)])), [], H).
+
+test(fewest_actions, [forall(member(Strategy, [breadth, iterative])), Trace == Expected]) :-
+    few(Expected),
+    plan(travel, [strategy(Strategy)], Trace).
+
+test(cheapest, [forall(member(Strategy, [astar, iterative])), Trace == Expected]) :-
+    short(Expected),
+    estimated(Costs),
+    plan(travel, [strategy(Strategy)|Costs], Trace).
+
+test(cheapest_without_an_estimate, [forall(member(Strategy, [astar, iterative])), Trace == Expected]) :-
+    short(Expected),
+    lengths(Costs),
+    plan(travel, [strategy(Strategy)|Costs], Trace).
+
+test(best_follows_the_estimate, Trace == Expected) :-
+    few(Expected),
+    misled(Costs),
+    plan(travel, [strategy(best)|Costs], Trace).
+
+test(anytime_improves, [forall(member(Strategy, [best, depth, beam(2)])), Trace == Expected]) :-
+    short(Expected),
+    lengths(Costs),
+    plan(travel, [strategy(Strategy), anytime(true)|Costs], Trace).
+
+test(anytime_weighted, Trace == Expected) :-
+    short(Expected),
+    estimated(Costs),
+    plan(travel, [weight(5), anytime(true)|Costs], Trace).
+
+% Two configurations are enough for a plan through b, not for the better one.
+test(anytime_best_so_far, [forall(member(Strategy-N, [best-3, depth-3])), Trace == Expected]) :-
+    few(Expected),
+    misled(Costs),
+    plan(travel, [strategy(Strategy), anytime(true), max_nodes(N)|Costs], Trace).
+
+test(beam_of_one_is_greedy, Trace == Expected) :-
+    few(Expected),
+    misled(Costs),
+    plan(travel, [strategy(beam(1))|Costs], Trace).
+
+test(beam_may_miss, fail) :-
+    misled(Costs),
+    plan([travel, ?(at = a)], [strategy(beam(1))|Costs], _).
+
+test(depth_with_options, Trace == Expected) :-
+    few(Expected),
+    plan(travel, [strategy(depth)], Trace).
+
+test(no_plan_is_failure, [forall(member(Strategy, [depth, breadth, iterative, best, astar, beam(3)])), fail]) :-
+    plan(in_circles, [strategy(Strategy), max_nodes(1000)], _).
+
+test(no_plan_as_published, fail) :-
+    plan(in_circles, [], _).
+
+test(infinite_estimate_is_a_dead_end, Trace == Expected) :-
+    short(Expected),
+    plan(travel, [heuristic(L^(at = b -> L = inf ; L = 0))], Trace).
+
+test(search_binds_the_program_around_it, H == [drive(c, d), drive(a, c)]) :-
+    once(do([search([pi([x, y], [?(and(at = x, way(x, y))), drive(x, y), ?(and(y = Y, Y = c))])],
+                    [strategy(breadth)]),
+             pi(z, [?(road(Y, z, _)), drive(Y, z)]), ?(at = d)], [], H)).
+
+test(message_as_published, Trace == Expected) :-
+    few(Expected),
+    once(do(search(travel, 'on the way'), [], H)),
+    reverse(H, Trace).
+
+:- end_tests(strategies).
+
+:- begin_tests(search_misuse, [setup(load)]).
+
+test(unknown_option, error(golog(search_option(depth(3))))) :-
+    do(search(travel, [depth(3)]), [], _).
+
+test(unknown_strategy, error(golog(search_option(strategy(best(first)))))) :-
+    do(search(travel, [strategy(best(first))]), [], _).
+
+test(nodes, [forall(member(S, [depth, breadth, iterative, best, astar, beam(2)])),
+             error(golog(search_budget(max_nodes(1))))]) :-
+    do(search(travel, [strategy(S), max_nodes(1)]), [], _).
+
+test(seconds, error(golog(search_budget(max_seconds(0))))) :-
+    do(search([star([drive(a, c), drive(c, a)]), ?(false)], [max_seconds(0)]), [], _).
+
+test(estimate_is_no_number, error(golog(search_value(heuristic, at)))) :-
+    do(search(travel, [heuristic(at)]), [], _).
+
+test(cost_is_negative, error(golog(search_value(cost(drive(a, b)), -1)))) :-
+    do(search(travel, [cost(-1)]), [], _).
+
+:- end_tests(search_misuse).
+
+:- dynamic happening/2.
+
+% Events that arrive after an action: happening(Action, Event).
+world:can_execute(_).
+world:execute(A, Result) :-
+    (   A == ask
+    ->  Result = ten
+    ;   Result = none
+    ),
+    forall(retract(test_indigolog_search:happening(A, Event)),
+           assertz(test_indigolog_search:happening(now, Event))).
+world:exogenous(Events) :-
+    findall(E, retract(test_indigolog_search:happening(now, E)), Events).
+
+:- begin_tests(monitoring, [setup(load), cleanup(retractall(test_indigolog_search:happening(_, _)))]).
+
+run(Program, Events, Trace) :-
+    retractall(test_indigolog_search:happening(_, _)),
+    forall(member(A-E, Events), assertz(test_indigolog_search:happening(A, E))),
+    indigolog(Program, [device(world), history(History), outcome(final)]),
+    reverse(History, Trace).
+
+test(followed, Trace == [drive(a, b), drive(b, z)]) :-
+    run(search(travel), [], Trace).
+
+test(what_does_not_matter_keeps_the_plan, Trace == [drive(a, c), rain, drive(c, d), drive(d, z)]) :-
+    lengths(Costs),
+    run(search(travel, Costs), [drive(a, c)-rain], Trace).
+
+test(sensing_keeps_the_plan, Trace == [ask, e(ask, ten), drive(a, b), drive(b, z)]) :-
+    run(search([ask, travel]), [], Trace).
+
+% The road ahead closes: back, and the other way round.
+test(repaired, [forall(member(Strategy, [breadth, astar, iterative, best, depth, beam(5)])),
+                Trace == [drive(a, c), close(c, d), drive(c, a), drive(a, b), drive(b, z)]]) :-
+    lengths(Costs),
+    run([search([drive(a, c), travel], [strategy(Strategy)|Costs])], [drive(a, c)-close(c, d)], Trace).
+
+test(repaired_as_published, Trace == [drive(a, c), close(c, d), drive(c, a), drive(a, b), drive(b, z)]) :-
+    run(search([drive(a, c), pi((x, [d, a]), drive(c, x)), travel]), [drive(a, c)-close(c, d)], Trace).
+
+test(beyond_repair, error(golog(program_ended(failed, _, _)))) :-
+    retractall(test_indigolog_search:happening(_, _)),
+    assertz(test_indigolog_search:happening(drive(a, b), close(b, z))),
+    indigolog(search(travel), [device(world)]).
+
+:- end_tests(monitoring).
