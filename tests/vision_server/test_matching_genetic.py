@@ -13,11 +13,11 @@ from vision_server.matching.genetic import (
     CHILDREN_TRIED,
     POPULATION,
     SPACING_PX,
-    _line_table,
     crossed,
     decoded,
     first_generation,
     line_costs,
+    line_table,
     next_generation,
 )
 from vision_server.matching.views import Views
@@ -81,7 +81,7 @@ def test_costs_agree_with_the_plain_sum() -> None:
     view = views.of(rotations, translations)
     table = views.table()
     costs, supported = line_costs(
-        _line_table(segments), table, view, rotations, translations, CAMERA.intrinsics
+        line_table(segments), table, view, rotations, translations, CAMERA.intrinsics
     )
     for pose, index, cost in zip(poses, view, costs, strict=True):
         expected = 0.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 
 import numpy as np
 from numba import njit
@@ -14,16 +15,8 @@ from geometry.model import Model
 from geometry.pose import Pose
 from vision_server.matching.draws import poses_in_range
 from vision_server.matching.icp import LEAST_DEPTH_M
-from vision_server.matching.match import (
-    Candidate,
-    Match,
-    SearchRange,
-    checked_segments,
-    distinct,
-    long_enough,
-    must_be_in_front,
-)
-from vision_server.matching.views import Views, ViewTable
+from vision_server.matching.match import Candidate, Match, SearchRange, distinct, matching_problem
+from vision_server.matching.views import ViewTable
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -53,56 +46,69 @@ def match_genetic(
 ) -> Match:
     """Evolve poses in the search range towards the least sum of line costs.
 
+    Parameters and errors are those of `matching_problem`; the paper knows no weights but 0 and 1.
+
     Parameters
     ----------
-    segments : (N, 4) float64, [x1, y1, x2, y2] in ideal px.
-    weights : (N,) float64 or None; segments of weight 0 are left out, the paper knows no other weights.
-    seed_pose : middle of the search range.
     seed : of the random numbers.
+    search_range : around the seed pose.
     population, generations : the paper's numbers unless given.
-
-    Raises
-    ------
-    GeometryError : malformed segments or weights, a seed pose behind the camera.
     """
     began = time.perf_counter()
-    segments, weights = checked_segments(segments, weights)
-    must_be_in_front(seed_pose)
-    camera = camera.ideal
-    views = Views(model, camera, seed_pose, SPACING_PX)
-    segments = segments[(weights > 0) & long_enough(segments, views.typical_line_px(seed_pose))]
-    if len(segments) == 0:
+    problem = matching_problem(segments, weights, model, camera, seed_pose, SPACING_PX)
+    if len(problem.segments) == 0:
         return Match((), {"segments": 0.0})
-    lines = _line_table(segments)
+    lines = line_table(problem.segments)
+    views, intrinsics = problem.views, problem.camera.intrinsics
 
-    def costs(genomes: Ints) -> tuple[Floats, Floats, Floats, Floats]:
-        rotations, translations = poses_in_range(seed_pose, camera, search_range, decoded(genomes))
+    def costs(rotations: Floats, translations: Floats) -> Floats:
         view = views.of(rotations, translations)
-        cost, supported = line_costs(lines, views.table(), view, rotations, translations, camera.intrinsics)
-        return cost, supported, rotations, translations
+        out: Floats = line_costs(lines, views.table(), view, rotations, translations, intrinsics)[0]
+        return out
 
-    random = np.random.default_rng(seed)
-    genomes = first_generation(random, population)
-    cost, supported, rotations, translations = costs(genomes)
-    for _ in range(generations):
-        order = np.argsort(cost, kind="stable")
-        genomes = next_generation(
-            genomes[order], random.integers(0, 2**31, (CHILDREN_TRIED * population, 4)), population
-        )
-        cost, supported, rotations, translations = costs(genomes)
+    rotations, translations, cost = evolved(
+        costs, seed_pose, problem.camera, search_range, seed, population, generations
+    )
+    best = distinct(rotations, translations, -cost, CANDIDATES)
+    view = views.of(rotations[best], translations[best])
+    _, supported = line_costs(lines, views.table(), view, rotations[best], translations[best], intrinsics)
     candidates = [
-        Candidate(Pose.from_matrix(rotations[i], translations[i]), -float(cost[i]), float(supported[i]))
-        for i in distinct(rotations, translations, -cost, CANDIDATES)
+        Candidate(Pose.from_matrix(rotations[i], translations[i]), -float(cost[i]), float(share))
+        for i, share in zip(best, supported, strict=True)
         if cost[i] < NO_LINES_COST
     ]
     return Match(
         tuple(candidates),
         {
-            "segments": float(len(segments)),
+            "segments": float(len(problem.segments)),
             "views": float(len(views)),
             "seconds": time.perf_counter() - began,
         },
     )
+
+
+def evolved(
+    costs: Callable[[Floats, Floats], Floats],
+    seed_pose: Pose,
+    camera: Camera,
+    search_range: SearchRange,
+    seed: int,
+    population: int,
+    generations: int,
+) -> tuple[Floats, Floats, Floats]:
+    """The last generation: rotations (N, 3, 3), translations (N, 3) and what ``costs`` says of them, (N,)."""
+    random = np.random.default_rng(seed)
+    genomes = first_generation(random, population)
+    for generation in range(generations + 1):
+        rotations, translations = poses_in_range(seed_pose, camera, search_range, decoded(genomes))
+        cost = costs(rotations, translations)
+        if generation < generations:
+            genomes = next_generation(
+                genomes[np.argsort(cost, kind="stable")],
+                random.integers(0, 2**31, (CHILDREN_TRIED * population, 4)),
+                population,
+            )
+    return rotations, translations, cost
 
 
 def decoded(genomes: Ints) -> Floats:
@@ -157,7 +163,7 @@ def next_generation(ranked: Ints, numbers: Ints, size: int = POPULATION) -> Ints
     return out[:count]
 
 
-def _line_table(segments: Floats) -> Floats:
+def line_table(segments: Floats) -> Floats:
     """Segments with their direction in degrees, (N, 5)."""
     angle = np.degrees(np.arctan2(segments[:, 3] - segments[:, 1], segments[:, 2] - segments[:, 0]))
     return np.column_stack([segments, angle])

@@ -47,7 +47,72 @@ def image_direction(
     return (dx / length, dy / length) if length > 0.0 else (0.0, 0.0)
 
 
+@njit(cache=True, error_model="numpy", inline="always")  # a call would count references per sample
+def _seen(
+    points: Floats, s: int, r: Floats, t: Floats, intrinsics: Floats
+) -> tuple[float, float, float, float, float, float]:
+    """Point s (S, 3) turned into the camera's axes, 1 / its depth, and its place in the image, px."""
+    x, y, z = points[s, 0], points[s, 1], points[s, 2]
+    a = r[0, 0] * x + r[0, 1] * y + r[0, 2] * z
+    b = r[1, 0] * x + r[1, 1] * y + r[1, 2] * z
+    c = r[2, 0] * x + r[2, 1] * y + r[2, 2] * z
+    inverse = 1.0 / (c + t[2])
+    x = intrinsics[0] * (a + t[0]) * inverse + intrinsics[2]
+    y = intrinsics[1] * (b + t[1]) * inverse + intrinsics[3]
+    return a, b, c, inverse, x, y
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _inside(x: float, y: float, width: float, height: float) -> bool:
+    """Whether a place is in the image."""
+    return -0.5 <= x < width - 0.5 and -0.5 <= y < height - 0.5
+
+
 @njit(cache=True, error_model="numpy")
+def score_pose(
+    edges: NearestEdges,
+    views: ViewTable,
+    view: int,
+    r: Floats,
+    t: Floats,
+    intrinsics: Floats,
+    reach_px: float,
+    every: int,
+) -> tuple[float, float]:
+    """Score of one pose, see `score_poses`, and the share of its image length with an edge within reach."""
+    points, px, gains, labels, segments = views.points, views.px, edges.gain, edges.label, edges.segments
+    width, height = edges.size[0], edges.size[1]
+    score, near, total = 0.0, 0.0, 0.0
+    for q in range(views.first[view], views.first[view + 1]):
+        ux, uy = image_direction(views.ends, q, r, t, intrinsics[0], intrinsics[1])
+        if ux == 0.0 and uy == 0.0:
+            continue
+        bin_ = bin_of(ux, uy)
+        length = views.run[q + 1] - views.run[q]
+        start = views.run[q] + min(every, length) // 2
+        stands_for = length / (1.0 + (views.run[q + 1] - 1 - start) // every)
+        for s in range(start, views.run[q + 1], every):
+            _, _, _, _, x, y = _seen(points, s, r, t, intrinsics)
+            if not _inside(x, y, width, height):
+                continue
+            row, column = int((y + 0.5) / CELL_PX), int((x + 0.5) / CELL_PX)
+            weight = px[s] * stands_for
+            gain = 0.0
+            if reach_px == 0.0:
+                gain = gains[bin_, row, column] / 255.0
+            else:
+                segment = labels[bin_, row, column]
+                if segment != NO_SEGMENT:
+                    _, distance = offset(segments, segment, x, y)
+                    turn = abs(ux * segments[segment, 3] - uy * segments[segment, 2])
+                    gain = max(0.0, 1.0 - distance / reach_px) * max(0.0, 1.0 - turn / TURN)
+                    near += weight if distance < reach_px else 0.0
+            score += weight * (gain - CLUTTER)
+            total += weight
+    return score, near / total if total > 0.0 else 0.0
+
+
+@njit(cache=True)
 def score_poses(
     edges: NearestEdges,
     views: ViewTable,
@@ -56,81 +121,20 @@ def score_poses(
     translations: Floats,
     intrinsics: Floats,
     reach_px: float,
+    every: int = 1,
 ) -> Floats:
     """Score of each pose: sum over visible samples of px · (max(0, 1 − d/reach) − CLUTTER), (N,).
 
     d is the distance to the nearest image segment of like direction; samples outside the image are
-    skipped. A reach of 0 takes the gains of the grid, whose reach is GAIN_REACH_PX: coarse and fast.
+    skipped. A reach of 0 takes the gains of the grid, whose reach is GAIN_REACH_PX: coarse and fast. Only
+    every so manyth sample of a line is looked at, and stands for those between.
     """
     out = np.zeros(len(view))
-    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
-    right, bottom = edges.size[0] - 0.5, edges.size[1] - 0.5
-    points, px = views.points, views.px
     for i in range(len(view)):
-        r, t = rotations[i], translations[i]
-        total = 0.0
-        for q in range(views.first[view[i]], views.first[view[i] + 1]):
-            ux, uy = image_direction(views.ends, q, r, t, fx, fy)
-            if ux == 0.0 and uy == 0.0:
-                continue
-            bin_ = bin_of(ux, uy)
-            for s in range(views.run[q], views.run[q + 1]):
-                a, b, c = points[s, 0], points[s, 1], points[s, 2]
-                z = 1.0 / (r[2, 0] * a + r[2, 1] * b + r[2, 2] * c + t[2])
-                x = fx * (r[0, 0] * a + r[0, 1] * b + r[0, 2] * c + t[0]) * z + cx
-                y = fy * (r[1, 0] * a + r[1, 1] * b + r[1, 2] * c + t[1]) * z + cy
-                if not (-0.5 <= x < right and -0.5 <= y < bottom):
-                    continue
-                row, column = int((y + 0.5) / CELL_PX), int((x + 0.5) / CELL_PX)
-                gain = -CLUTTER
-                if reach_px == 0.0:
-                    gain += edges.gain[bin_, row, column] / 255.0
-                else:
-                    segment = edges.label[bin_, row, column]
-                    if segment != NO_SEGMENT:
-                        _, distance = offset(edges.segments, segment, x, y)
-                        turn = abs(ux * edges.segments[segment, 3] - uy * edges.segments[segment, 2])
-                        gain += max(0.0, 1.0 - distance / reach_px) * max(0.0, 1.0 - turn / TURN)
-                total += px[s] * gain
-        out[i] = total
+        out[i] = score_pose(
+            edges, views, view[i], rotations[i], translations[i], intrinsics, reach_px, every
+        )[0]
     return out
-
-
-@njit(cache=True, error_model="numpy")
-def supported_fraction(
-    edges: NearestEdges,
-    views: ViewTable,
-    rotation: Floats,
-    translation: Floats,
-    intrinsics: Floats,
-    reach_px: float,
-) -> float:
-    """Share of the image length of view 0 that has a segment of like direction within reach_px."""
-    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
-    r, t, points = rotation, translation, views.points
-    near, total = 0.0, 0.0
-    for q in range(views.first[0], views.first[1]):
-        ux, uy = image_direction(views.ends, q, r, t, fx, fy)
-        if ux == 0.0 and uy == 0.0:
-            continue
-        bin_ = bin_of(ux, uy)
-        for s in range(views.run[q], views.run[q + 1]):
-            z = r[2, 0] * points[s, 0] + r[2, 1] * points[s, 1] + r[2, 2] * points[s, 2] + t[2]
-            x = (
-                fx * (r[0, 0] * points[s, 0] + r[0, 1] * points[s, 1] + r[0, 2] * points[s, 2] + t[0]) / z
-                + cx
-            )
-            y = (
-                fy * (r[1, 0] * points[s, 0] + r[1, 1] * points[s, 1] + r[1, 2] * points[s, 2] + t[1]) / z
-                + cy
-            )
-            if not (-0.5 <= x < edges.size[0] - 0.5 and -0.5 <= y < edges.size[1] - 0.5):
-                continue
-            total += views.px[s]
-            segment = edges.label[bin_, int((y + 0.5) / CELL_PX), int((x + 0.5) / CELL_PX)]
-            if segment != NO_SEGMENT and offset(edges.segments, segment, x, y)[1] < reach_px:
-                near += views.px[s]
-    return near / total if total > 0.0 else 0.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -151,8 +155,8 @@ def pull(
     origin by at most MAX_TURN_RAD.
     """
     fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
-    right, bottom = edges.size[0] - 0.5, edges.size[1] - 0.5
-    points, px, segments = views.points, views.px, edges.segments
+    points, px, labels, segments = views.points, views.px, edges.label, edges.segments
+    width, height = edges.size[0], edges.size[1]
     normal = np.empty((6, 6))
     gradient = np.empty(6)
     row = np.empty(6)
@@ -167,15 +171,10 @@ def pull(
                 continue
             bin_ = bin_of(ux, uy)
             for s in range(views.run[q], views.run[q + 1]):
-                a = r[0, 0] * points[s, 0] + r[0, 1] * points[s, 1] + r[0, 2] * points[s, 2]
-                b = r[1, 0] * points[s, 0] + r[1, 1] * points[s, 1] + r[1, 2] * points[s, 2]
-                c = r[2, 0] * points[s, 0] + r[2, 1] * points[s, 1] + r[2, 2] * points[s, 2]
-                z = 1.0 / (c + t[2])
-                nx, ny = (a + t[0]) * z, (b + t[1]) * z
-                x, y = fx * nx + cx, fy * ny + cy
-                if not (-0.5 <= x < right and -0.5 <= y < bottom):
+                a, b, c, z, x, y = _seen(points, s, r, t, intrinsics)
+                if not _inside(x, y, width, height):
                     continue
-                segment = edges.label[bin_, int((y + 0.5) / CELL_PX), int((x + 0.5) / CELL_PX)]
+                segment = labels[bin_, int((y + 0.5) / CELL_PX), int((x + 0.5) / CELL_PX)]
                 if segment == NO_SEGMENT:
                     continue
                 across, distance = offset(segments, segment, x, y)
@@ -188,7 +187,7 @@ def pull(
                 weight = px[s] * share * share * segments[segment, 5]
                 gx = -segments[segment, 3] * fx * z
                 gy = segments[segment, 2] * fy * z
-                gz = -(gx * nx + gy * ny)
+                gz = -(gx * (x - cx) / fx + gy * (y - cy) / fy)
                 row[0], row[1], row[2] = b * gz - c * gy, c * gx - a * gz, a * gy - b * gx
                 row[3], row[4], row[5] = gx, gy, gz
                 for i in range(6):

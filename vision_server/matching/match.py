@@ -7,8 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.camera import Camera
 from geometry.errors import GeometryError
+from geometry.model import Model
 from geometry.pose import Pose
+from vision_server.matching.views import Views
 
 Floats = NDArray[np.float64]
 
@@ -96,6 +99,49 @@ def must_be_in_front(seed_pose: Pose) -> None:
             f"the seed pose puts the target behind the camera (z = {seed_pose.translation[2]:g} m); "
             "give a seed pose with positive z"
         )
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What a matcher works on: the segments worth matching, and the model as seen from around the seed.
+
+    Attributes
+    ----------
+    segments : (N, 4) float64, [x1, y1, x2, y2] in ideal px; may be empty.
+    views : visible samples by direction.
+    camera : without distortion.
+    """
+
+    segments: Floats
+    views: Views
+    camera: Camera
+
+
+def matching_problem(
+    segments: Floats,
+    weights: Floats | None,
+    model: Model,
+    camera: Camera,
+    seed_pose: Pose,
+    spacing_px: float,
+) -> Problem:
+    """Check what a matcher was given, and choose the segments.
+
+    Parameters
+    ----------
+    segments : (N, 4) float64, [x1, y1, x2, y2] in ideal px.
+    weights : (N,) float64 or None; segments of weight 0 are left out.
+    spacing_px : between the samples of the model's lines.
+
+    Raises
+    ------
+    GeometryError : malformed segments or weights, a seed pose behind the camera.
+    """
+    segments, weights = checked_segments(segments, weights)
+    must_be_in_front(seed_pose)
+    views = Views(model, camera.ideal, seed_pose, spacing_px)
+    worth = (weights > 0) & long_enough(segments, views.typical_line_px(seed_pose))
+    return Problem(segments[worth], views, camera.ideal)
 
 
 def long_enough(segments: Floats, typical_line_px: float) -> NDArray[np.bool_]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -13,32 +14,49 @@ from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import MIN_LINE_PX, Solid, image_bounds, trace
 from vision_server.matching.draws import even_numbers, in_range, poses_around
-from vision_server.matching.icp import pull, pull_poses, score_poses, supported_fraction
+from vision_server.matching.icp import pull, pull_poses, score_pose, score_poses
 from vision_server.matching.match import (
     Candidate,
     Match,
+    Problem,
     SearchRange,
-    checked_segments,
     distinct,
-    long_enough,
-    must_be_in_front,
+    matching_problem,
 )
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
-from vision_server.matching.views import Views, ViewTable, sparse_solid
+from vision_server.matching.views import ViewTable, sparse_solid
 
 Floats = NDArray[np.float64]
 
-DRAWS = 4096
-PULLED = 100
 FINISHED = 12
 CANDIDATES = 5
 COARSE_SPACING_PX = 8.0
+SCREEN_EVERY = 3  # of these samples are looked at in the first screening
 FINE_SPACING_PX = 2.0
 FINAL_REACH_PX = 5.0
-PULL_REACHES_PX = (30.0, 20.0, 12.0, 6.0)
+PULL_REACHES_PX = (30.0, 20.0)
+KEPT_REACHES_PX = (12.0, 6.0)
 FINISH_REACHES_PX = (6.0, 4.0, 3.0)
 PULL_ITERATIONS = 3
 FINISH_ITERATIONS = 2
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How many poses are looked at, stage by stage.
+
+    Attributes
+    ----------
+    draws : poses drawn from the search range and scored roughly.
+    screened : the best of these, scored with all samples.
+    pulled : the best of these, pulled onto the edges from afar.
+    kept : the best of these, pulled on to the end.
+    """
+
+    draws: int = 4096
+    screened: int = 1024
+    pulled: int = 100
+    kept: int = 50
 
 
 def match_search(
@@ -49,50 +67,40 @@ def match_search(
     seed_pose: Pose,
     seed: int,
     search_range: SearchRange = SearchRange(),
+    effort: Effort = Effort(),
 ) -> Match:
     """Find the poses in the search range that the image segments support best.
 
+    Parameters and errors are those of `matching_problem`.
+
     Parameters
     ----------
-    segments : (N, 4) float64, [x1, y1, x2, y2] in ideal px.
-    weights : (N,) float64, trust in each segment, or None.
-    seed_pose : middle of the search range.
     seed : of the quasi-random draws.
-
-    Raises
-    ------
-    GeometryError : malformed segments or weights, a seed pose behind the camera.
+    search_range : around the seed pose.
     """
     began = time.perf_counter()
-    segments, weights = checked_segments(segments, weights)
-    must_be_in_front(seed_pose)
-    views = Views(model, camera.ideal, seed_pose, COARSE_SPACING_PX)
-    long = (weights > 0) & long_enough(segments, views.typical_line_px(seed_pose))
-    if not long.any():
+    problem = matching_problem(segments, weights, model, camera, seed_pose, COARSE_SPACING_PX)
+    if len(problem.segments) == 0:
         return Match((), {"segments": 0.0})
-    camera = camera.ideal
-    edges = nearest_edges(segments[long], np.ones(int(long.sum())), camera)
+    edges = nearest_edges(problem.segments, np.ones(len(problem.segments)), problem.camera)
     built = time.perf_counter()
-    rotations, translations = poses_around(seed_pose, camera, search_range, even_numbers(DRAWS, seed))
-    scores = _scores(edges, views, rotations, translations, camera, 0.0)
+    poses = poses_around(seed_pose, problem.camera, search_range, even_numbers(effort.draws, seed))
+    poses = _best(poses, _scores(edges, problem, *poses, 0.0, SCREEN_EVERY), effort.screened)
+    poses = _best(poses, _scores(edges, problem, *poses, 0.0), effort.pulled)
     scored = time.perf_counter()
-    best = np.argsort(-scores, kind="stable")[:PULLED]
-    rotations, translations = rotations[best].copy(), translations[best].copy()
-    for reach in PULL_REACHES_PX:
-        view = views.of(rotations, translations)
-        pull_poses(
-            edges, views.table(), view, rotations, translations, camera.intrinsics, reach, PULL_ITERATIONS
-        )
-    scores = _scores(edges, views, rotations, translations, camera, FINAL_REACH_PX)
-    scores[~in_range(seed_pose, camera, search_range, rotations, translations)] = -np.inf
+    _pull(edges, problem, *poses, PULL_REACHES_PX)
+    poses = _best(poses, _scores(edges, problem, *poses, KEPT_REACHES_PX[0]), effort.kept)
+    _pull(edges, problem, *poses, KEPT_REACHES_PX)
+    scores = _scores(edges, problem, *poses, FINAL_REACH_PX)
+    scores[~in_range(seed_pose, problem.camera, search_range, *poses)] = -np.inf
     pulled = time.perf_counter()
-    candidates = _finished(edges, model, camera, rotations, translations, scores)
+    candidates = finished(edges, model, problem.camera, *poses, scores)
     done = time.perf_counter()
     return Match(
         candidates,
         {
-            "segments": float(long.sum()),
-            "views": float(len(views)),
+            "segments": float(len(problem.segments)),
+            "views": float(len(problem.views)),
             "seconds_edges": built - began,
             "seconds_draws": scored - built,
             "seconds_pull": pulled - scored,
@@ -101,15 +109,42 @@ def match_search(
     )
 
 
+def _best(poses: tuple[Floats, Floats], scores: Floats, count: int) -> tuple[Floats, Floats]:
+    """So many of the poses, best first; copies."""
+    best = np.argsort(-scores, kind="stable")[:count]
+    return poses[0][best], poses[1][best]
+
+
+def _pull(
+    edges: NearestEdges,
+    problem: Problem,
+    rotations: Floats,
+    translations: Floats,
+    reaches_px: tuple[float, ...],
+) -> None:
+    """Pull poses (N, 3, 3), (N, 3), in place, onto the edges."""
+    views, intrinsics = problem.views, problem.camera.intrinsics
+    for reach in reaches_px:
+        view = views.of(rotations, translations)
+        pull_poses(edges, views.table(), view, rotations, translations, intrinsics, reach, PULL_ITERATIONS)
+
+
 def _scores(
-    edges: NearestEdges, views: Views, rotations: Floats, translations: Floats, camera: Camera, reach: float
+    edges: NearestEdges,
+    problem: Problem,
+    rotations: Floats,
+    translations: Floats,
+    reach_px: float,
+    every: int = 1,
 ) -> Floats:
-    view = views.of(rotations, translations)
-    out: Floats = score_poses(edges, views.table(), view, rotations, translations, camera.intrinsics, reach)
+    view, intrinsics = problem.views.of(rotations, translations), problem.camera.intrinsics
+    out: Floats = score_poses(
+        edges, problem.views.table(), view, rotations, translations, intrinsics, reach_px, every
+    )
     return out
 
 
-def _finished(
+def finished(
     edges: NearestEdges,
     model: Model,
     camera: Camera,
@@ -174,14 +209,4 @@ def _finish(
         views = exact_view(solid, rotation, translation, intrinsics, bounds)
         pull(edges, views, 0, rotation, translation, intrinsics, reach, FINISH_ITERATIONS)
     views = exact_view(solid, rotation, translation, intrinsics, bounds)
-    only = np.zeros(1, dtype=np.int64)
-    score = score_poses(
-        edges,
-        views,
-        only,
-        rotation.copy().reshape(1, 3, 3),
-        translation.copy().reshape(1, 3),
-        intrinsics,
-        FINAL_REACH_PX,
-    )[0]
-    return score, supported_fraction(edges, views, rotation, translation, intrinsics, FINAL_REACH_PX)
+    return score_pose(edges, views, 0, rotation, translation, intrinsics, FINAL_REACH_PX, 1)
