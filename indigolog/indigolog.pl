@@ -7,6 +7,8 @@
             indigolog/1,              % +Program
             indigolog/2,              % +Program, :Options
             request_stop/1,           % +Reason
+            request_abort/0,
+            report_exogenous/1,       % +Action
             fluent_value/3,           % ?Fluent, +Situation, -Value
             situation_holds/2,        % +Formula, +Situation
             situation_history/2,      % +Situation, -History
@@ -14,7 +16,8 @@
             random_pick/2             % +List, -Element
           ]).
 :- use_module(chance, [random_fraction/1, random_pick/2]).
-:- use_module(executive, [run/2, request_stop/1]).
+:- use_module(devices, [report_exogenous/1]).
+:- use_module(executive, [run/2, request_stop/1, request_abort/0]).
 :- use_module(theory, [load_theory/1]).
 :- use_module(situation).
 :- use_module(formula, []).
@@ -73,21 +76,21 @@ situation_holds(Formula, Situation) :-
 %
 %   Run Program online. Options:
 %
-%     * device(Module)       may be given more than once.  Module defines
-%       can_execute(+Action), execute(+Action, -Sensing) and, if it has events,
-%       exogenous(-Actions); and resumed(+Situation) if it must know that it
-%       takes over after a replay.  Without one the theory's execute/2 and
-%       exog_occurs/1 are asked, or the terminal.
+%     * device(Module), device(Module, DeviceOptions)   see devices.pl; may be
+%       given more than once.  Without one the theory's execute/2 and exog_occurs/1
+%       are asked, or the terminal
+%     * deadline(Seconds)    for each action of a device
 %     * journal(File)        append a fact for each event
 %     * resume(File)         replay that journal first
+%     * replay(File)         replay that journal and nothing more: no device is called
 %     * seed(Integer)        of random choices
 %     * max_actions(N)       stop with outcome `limit`
-%     * deadline(Seconds)    for each action of a device
+%     * max_wait(Seconds)    the longest wait for an exogenous action
 %     * on_action(:Closure)  called with each action, exogenous ones too, and the
 %       situation after it
-%     * history(-History), situation(-Situation)
-%     * outcome(-Outcome)    `final`, `failed`, `limit` or `aborted`; without this
-%       option anything but `final` is an error
+%     * history(-History), situation(-Situation), rest(-Program)   where it ended
+%     * outcome(-Outcome)    `final`, `failed`, `limit`, `aborted` or `replayed`;
+%       without this option anything but the first and the last is an error
 %
 %   @error golog(_), and whatever a device throws; stopped(Reason) after
 %          request_stop/1

@@ -5,7 +5,6 @@
             journal_entries/3         % +File, -Begun, -Entries
           ]).
 :- use_module(library(apply), [partition/4, include/3]).
-:- use_module(library(readutil), [read_file_to_terms/3]).
 
 /** <module> The journal of a run
 
@@ -23,12 +22,44 @@ resumed run meets each exogenous action where it was met.
 
 %!  journal_open(+File, -Journal) is det.
 %
-%   Append to File; File may be `none`.
+%   Append to File; File may be `none`.  A last line that was not finished, as a
+%   process leaves it that is killed while it writes, is dropped.
 
 journal_open(none, Journal) =>
     Journal = none.
 journal_open(File, Journal) =>
+    (   exists_file(File)
+    ->  drop_unfinished(File)
+    ;   true
+    ),
     open(File, append, Journal, [encoding(utf8)]).
+
+drop_unfinished(File) :-
+    whole_lines(File, Bytes),
+    size_file(File, Size),
+    (   Bytes < Size
+    ->  setup_call_cleanup(open(File, update, Stream, [type(binary)]),
+                           ( seek(Stream, Bytes, bof, _),
+                             set_end_of_stream(Stream) ),
+                           close(Stream))
+    ;   true
+    ).
+
+% The bytes up to the end of the last line that is finished.
+whole_lines(File, Bytes) :-
+    setup_call_cleanup(open(File, read, Stream, [type(binary)]),
+                       last_line_end(Stream, 0, Bytes),
+                       close(Stream)).
+
+last_line_end(Stream, Bytes0, Bytes) :-
+    get_byte(Stream, Byte),
+    (   Byte == -1
+    ->  Bytes = Bytes0
+    ;   Byte == 0'\n
+    ->  byte_count(Stream, Bytes1),
+        last_line_end(Stream, Bytes1, Bytes)
+    ;   last_line_end(Stream, Bytes0, Bytes)
+    ).
 
 %!  journal_write(+Journal, +Fact) is det.
 
@@ -48,11 +79,33 @@ journal_close(Journal) =>
 %!  journal_entries(+File, -Begun, -Entries) is semidet.
 %
 %   What was begun, and what happened, in order.  Fails if File tells of no run.
+%
+%   @error golog(journal(File, Line)) if a line, except an unfinished last one, is
+%          not a fact
 
 journal_entries(File, Begun, Entries) :-
-    read_file_to_terms(File, Facts, [encoding(utf8)]),
+    whole_lines(File, Bytes),
+    setup_call_cleanup(open(File, read, Stream, [encoding(utf8)]),
+                       facts(Stream, File, Bytes, Facts),
+                       close(Stream)),
     partition(is_begun, Facts, [Begun|_], Events),
     include(is_event, Events, Entries).
+
+facts(Stream, File, Bytes, Facts) :-
+    byte_count(Stream, Here),
+    (   Here >= Bytes
+    ->  Facts = []
+    ;   line_count(Stream, Line),
+        catch(read_term(Stream, Fact, []),
+              error(syntax_error(_), _),
+              throw(error(golog(journal(File, Line)), _))),
+        (   Fact == end_of_file
+        ->  Facts = []
+        ;   Facts = [Fact|More],
+            skip(Stream, 0'\n),
+            facts(Stream, File, Bytes, More)
+        )
+    ).
 
 is_begun(begun(_, _)).
 

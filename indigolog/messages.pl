@@ -33,6 +33,8 @@ message(progress(plan(found, Actions))) -->
 message(progress(plan(kept, Actions))) -->
     { length(Actions, N) },
     [ 'the world is not as expected; the ~D actions left of the plan still do: ~p'-[N, Actions] ].
+message(device_left(Device)) -->
+    [ 'Device ~q does not end: its thread is left behind'-[Device] ].
 message(undeclared_event(A)) -->
     [ 'Ignored ~q: the theory declares no such exogenous action'-[A] ].
 
@@ -92,6 +94,16 @@ error_text(other_program(File, Program)) -->
     [ 'cannot resume: ~w tells of another program, ~q'-[File, Program] ].
 error_text(journal_differs(Entry, _)) -->
     [ 'cannot resume: the program does not come to what the journal tells next, ~q'-[Entry] ].
+error_text(journal(File, Line)) -->
+    [ '~w:~d: not a fact of a journal'-[File, Line] ].
+error_text(no_device(Module, PI)) -->
+    [ '~q is not a device: it does not define ~q'-[Module, PI] ].
+error_text(nothing_runs(A)) -->
+    [ '~q was reported, and no program runs'-[A] ].
+error_text(nothing_happened(Seconds)) -->
+    [ 'no exogenous action arrived within ~w s'-[Seconds] ].
+error_text(deadline(started, Seconds)) -->
+    [ 'the device did not start within ~w s'-[Seconds] ].
 error_text(deadline(A, Seconds)) -->
     [ 'the device did not finish ~q within ~w s'-[A, Seconds] ].
 error_text(device_failed(D, A)) -->

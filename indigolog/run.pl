@@ -1,7 +1,6 @@
 :- module(indigolog_run, [main/0]).
 :- use_module(library(lists), [reverse/2, member/2]).
 :- use_module(indigolog).
-:- use_module(executive, [internal_action/1]).
 :- use_module(checks, [check_theory/0, check_program/1]).
 :- use_module(messages, []).
 

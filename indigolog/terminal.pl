@@ -1,6 +1,8 @@
 :- module(indigolog_terminal,
           [ ask_execute/2,            % +Action, -Sensing
-            ask_exog_occurs/1         % -Action
+            ask_exog_occurs/1,        % -Action
+            input_ended/0,
+            forget_input_ended/0
           ]).
 
 /** <module> The terminal as the world
@@ -31,9 +33,25 @@ ask_execute(Action, Sensing) :-
 
 ask_exog_occurs(Action) :-
     prompt_for(exogenous, Answer),
+    (   Answer == end_of_file
+    ->  nb_setval(indigolog_input_ended, true),
+        fail
+    ;   true
+    ),
     Answer \== nil,
-    Answer \== end_of_file,
     Action = Answer.
+
+%!  input_ended is semidet.
+%
+%   The end of the input was met where an exogenous action was asked for.
+
+input_ended :-
+    nb_current(indigolog_input_ended, true).
+
+%!  forget_input_ended is det.
+
+forget_input_ended :-
+    nb_setval(indigolog_input_ended, false).
 
 prompt_for(What, Answer) :-
     print_message(help, golog(prompt(What))),

@@ -14,6 +14,7 @@ prim_action(look).
 prim_action(put(_, _)).
 prim_action(never).
 exog_action(bump).
+exog_action(numbered(_)).
 exog_action(failed(_, _)).
 
 poss(inc, true).

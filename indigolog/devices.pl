@@ -1,0 +1,394 @@
+:- module(indigolog_devices,
+          [ open_devices/3,           % +Options, +Theory, -Devices
+            close_devices/1,          % +Devices
+            execute_action/4,         % +Devices, +Theory, +Action, -Sensing
+            arrived_events/2,         % +Devices, -Actions
+            wait_for_event/3,         % +Devices, +MaxSeconds, :Interrupted
+            tell_resumed/2,           % +Devices, +Situation
+            report_exogenous/1,       % +Action
+            internal_action/1         % +Action
+          ]).
+:- use_module(library(lists), [member/2]).
+:- use_module(library(option), [option/3]).
+:- use_module(library(time), [call_with_time_limit/2]).
+:- use_module(situation, [sensing_action/2]).
+:- use_module(terminal).
+:- use_module(theory, [theory_module/2]).
+
+:- meta_predicate wait_for_event(+, +, 0).
+
+/** <module> Devices: what executes actions and reports events
+
+A device is a module that defines
+
+    can_execute(+Action)            % semidet: Action is for this device
+    execute(+Action, -Sensing)      % det; Sensing may stay unbound
+
+and, where it needs them,
+
+    exogenous(-Actions)             % det: what happened since the last call
+    resumed(+Situation)             % takes over after a journal was followed
+    started, stopped                % around a run
+
+Given as device(Module) it is called by the thread that runs the program, as
+device(Module, Options) by a thread of its own, so that neither a slow nor a dead
+device holds up the program for longer than the deadline.  Events of all
+devices, and those that any thread reports with report_exogenous/1, arrive in
+one queue; none is lost and equal ones stay apart.
+
+Without a device the theory's execute/2 and exog_occurs/1 are asked, or the
+terminal.
+
+Devices here are devices(List, Events, Theory); a member of List is
+device(Module, Deadline, Where), Where being `here` or thread(Id, Requests, Replies).
+*/
+
+:- dynamic run_events/1.              % message queues of runs, the newest first
+
+% How long a device in a thread has for an action where no deadline is given.
+default_deadline(60).
+
+% Seconds between two looks for events.
+poll_interval(0.01).
+
+% Seconds a device has to end its thread.
+closing_time(1.0).
+
+%!  open_devices(+Options, +Theory, -Devices) is det.
+%
+%   Start the devices of Options: device(Module)*, device(Module, DeviceOptions)*,
+%   deadline(Seconds).  DeviceOptions are thread(Boolean), `true` by default, and
+%   deadline(Seconds).
+
+open_devices(Options, Theory, devices(List, Events, Theory)) :-
+    message_queue_create(Events),
+    asserta(run_events(Events)),
+    forget_input_ended,
+    option(deadline(Deadline), Options, none),
+    findall(Module-Own,
+            ( member(Option, Options),
+              (   Option = device(Module), Own = [thread(false)]
+              ;   Option = device(Module, Own)
+              ) ),
+            Specs),
+    catch(open_each(Specs, Deadline, Events, [], List), Error,
+          ( close_devices(devices([], Events, Theory)), throw(Error) )).
+
+open_each([], _, _, _, []).
+open_each([Module-Options|Specs], Deadline0, Events, Opened, [Device|List]) :-
+    known_device(Module),
+    option(deadline(Deadline), Options, Deadline0),
+    catch(open_device(Module, Options, Deadline, Events, Device), Error,
+          ( close_each(Opened), throw(Error) )),
+    open_each(Specs, Deadline0, Events, [Device|Opened], List).
+
+known_device(Module) :-
+    (   member(PI, [can_execute/1, execute/2]),
+        \+ current_predicate(Module:PI)
+    ->  throw(error(golog(no_device(Module, PI)), _))
+    ;   true
+    ).
+
+open_device(Module, Options, Deadline0, Events, device(Module, Deadline, Where)) :-
+    (   option(thread(true), Options, true)
+    ->  ( Deadline0 == none -> default_deadline(Deadline) ; Deadline = Deadline0 ),
+        message_queue_create(Requests),
+        message_queue_create(Replies),
+        thread_create(work(Module, Requests, Replies, Events), Id),
+        Where = thread(Id, Requests, Replies),
+        answer(Where, started, Deadline, started, done(_))
+    ;   Deadline = Deadline0,
+        Where = here,
+        hook(Module, started)
+    ).
+
+hook(Module, Hook) :-
+    (   current_predicate(Module:Hook/0)
+    ->  ignore(Module:Hook)
+    ;   true
+    ).
+
+%!  close_devices(+Devices) is det.
+%
+%   A thread that does not end in time is left behind with a warning.
+
+close_devices(devices(List, Events, _)) :-
+    close_each(List),
+    retractall(run_events(Events)),
+    message_queue_destroy(Events).
+
+close_each(List) :-
+    forall(member(device(Module, _, Where), List), close_device(Where, Module)).
+
+close_device(here, Module) :-
+    hook(Module, stopped).
+close_device(thread(Id, Requests, Replies), Module) :-
+    closing_time(Seconds),
+    thread_send_message(Requests, stop),
+    (   thread_get_message(Replies, stopped, [timeout(Seconds)])
+    ->  thread_join(Id, _),
+        message_queue_destroy(Requests),
+        message_queue_destroy(Replies)
+    ;   catch(thread_signal(Id, throw(device_closed)), error(_, _), true),
+        (   thread_get_message(Replies, stopped, [timeout(Seconds)])
+        ->  thread_join(Id, _)
+        ;   thread_detach(Id),
+            print_message(warning, golog(device_left(Module)))
+        )
+    ).
+
+
+                /* A device's own thread */
+
+work(Module, Requests, Replies, Events) :-
+    catch(( hook(Module, started),
+            thread_send_message(Replies, reply(started, done(none))),
+            keep_serving(Module, Requests, Replies, Events) ),
+          Error,
+          trouble(Error, Module, Replies, Events)),
+    catch(hook(Module, stopped), _, true),
+    thread_send_message(Replies, stopped).
+
+trouble(device_closed, _, _, _) :-
+    !.
+trouble(Error, _, Replies, Events) :-
+    thread_send_message(Replies, reply(started, error(Error))),
+    thread_send_message(Events, trouble(Error)).
+
+% What is done too late is broken off, wherever it is by then.
+keep_serving(Module, Requests, Replies, Events) :-
+    catch(( serve(Module, Requests, Replies, Events),
+            Ended = true ),
+          too_late,
+          Ended = false),
+    (   Ended == true
+    ->  true
+    ;   keep_serving(Module, Requests, Replies, Events)
+    ).
+
+serve(Module, Requests, Replies, Events) :-
+    (   current_predicate(Module:exogenous/1)
+    ->  poll_interval(Seconds),
+        (   thread_get_message(Requests, Request, [timeout(Seconds)])
+        ->  true
+        ;   Request = none
+        )
+    ;   thread_get_message(Requests, Request)
+    ),
+    (   Request == stop
+    ->  true
+    ;   done(Request, Module, Replies),
+        poll(Module, Events),
+        serve(Module, Requests, Replies, Events)
+    ).
+
+done(none, _, _).
+done(execute(Id, A), Module, Replies) :-
+    catch(executed(Module, A, Result), Error, ours(Error, Result)),
+    thread_send_message(Replies, reply(Id, Result)).
+
+ours(Error, Result) :-
+    (   ( Error == device_closed ; Error == too_late )
+    ->  throw(Error)
+    ;   Result = error(Error)
+    ).
+
+executed(Module, A, Result) :-
+    (   Module:execute(A, Sensing)
+    ->  Result = done(Sensing)
+    ;   Result = error(error(golog(device_failed(Module, A)), _))
+    ).
+
+poll(Module, Events) :-
+    (   current_predicate(Module:exogenous/1)
+    ->  Module:exogenous(Actions),
+        forall(member(A, Actions), thread_send_message(Events, event(A)))
+    ;   true
+    ).
+
+% answer(+Where, +Id, +Deadline, +Action, -Result): the reply to request Id.
+
+answer(thread(Id, _, Replies), Request, Deadline, A, Result) :-
+    get_time(Now),
+    End is Now+Deadline,
+    (   reply(Replies, Request, End, Result0)
+    ->  (   Result0 = error(Error)
+        ->  throw(Error)
+        ;   Result = Result0
+        )
+    ;   thread_signal(Id, throw(too_late)),
+        throw(error(golog(deadline(A, Deadline)), _))
+    ).
+
+% In short waits, so that signals are seen.
+reply(Replies, Request, End, Result) :-
+    get_time(Now),
+    Wait is min(0.1, End-Now),
+    Wait > 0,
+    (   thread_get_message(Replies, reply(Request0, Result0), [timeout(Wait)]),
+        Request0 == Request               % and not one that came too late
+    ->  Result = Result0
+    ;   reply(Replies, Request, End, Result)
+    ).
+
+
+                /* Actions */
+
+%!  internal_action(+Action) is semidet.
+%
+%   Action is the interpreter's own and not sent to a device.
+
+internal_action(stop_interrupts).
+internal_action(set(_)).
+internal_action(unset(_)).
+internal_action(test(_)).
+internal_action(e(_, _)).
+
+%!  execute_action(+Devices, +Theory, +Action, -Sensing) is det.
+%
+%   Sensing is `none` for an action that senses nothing.
+%
+%   @error golog(deadline(Action, Seconds)), golog(device_failed(Device, Action)),
+%          golog(nothing_sensed(Action)), and whatever a device throws
+
+execute_action(Devices, Theory, A, Sensing) :-
+    carried_out(Devices, Theory, A, Sensing0),
+    (   nonvar(Sensing0)
+    ->  Sensing = Sensing0
+    ;   sensing_action(Theory, A)
+    ->  throw(error(golog(nothing_sensed(A)), _))
+    ;   Sensing = none
+    ).
+
+carried_out(devices(List, _, _), Theory, A, Sensing) :-
+    (   internal_action(A)
+    ->  true
+    ;   member(device(Module, Deadline, Where), List),
+        Module:can_execute(A)
+    ->  carried_out_at(Where, Module, Deadline, A, Sensing)
+    ;   List \== [],
+        \+ sensing_action(Theory, A)
+    ->  true
+    ;   theory_module(Theory, Module),
+        clause(Module:execute(_, _), _)
+    ->  (   Module:execute(A, Sensing)
+        ->  true
+        ;   throw(error(golog(device_failed(theory, A)), _))
+        )
+    ;   ask_execute(A, Sensing)
+    ).
+
+carried_out_at(here, Module, Deadline, A, Sensing) :-
+    (   Deadline == none
+    ->  executed(Module, A, Result)
+    ;   catch(call_with_time_limit(Deadline, executed(Module, A, Result)),
+              time_limit_exceeded,
+              throw(error(golog(deadline(A, Deadline)), _)))
+    ),
+    (   Result = done(Sensing)
+    ->  true
+    ;   Result = error(Error),
+        throw(Error)
+    ).
+carried_out_at(Where, _, Deadline, A, Sensing) :-
+    Where = thread(_, Requests, _),
+    flag(indigolog_request, Id, Id+1),
+    thread_send_message(Requests, execute(Id, A)),
+    answer(Where, Id, Deadline, A, done(Sensing)).
+
+
+                /* Events */
+
+%!  report_exogenous(+Action) is det.
+%
+%   Tell the program that is running of an exogenous action.  May be called from
+%   any thread.
+%
+%   @error golog(nothing_runs(Action))
+
+report_exogenous(Action) :-
+    (   run_events(Events)
+    ->  thread_send_message(Events, event(Action))
+    ;   throw(error(golog(nothing_runs(Action)), _))
+    ).
+
+%!  arrived_events(+Devices, -Actions) is det.
+%
+%   What has arrived since the last call, in order of arrival.
+
+arrived_events(Devices, Actions) :-
+    look(Devices),
+    Devices = devices(_, Events, _),
+    taken(Events, Actions).
+
+taken(Events, Actions) :-
+    (   thread_peek_message(Events, _)    % a timeout of 0 would sleep
+    ->  thread_get_message(Events, Message),
+        (   Message = event(A)
+        ->  Actions = [A|More],
+            taken(Events, More)
+        ;   Message = trouble(Error),
+            throw(Error)
+        )
+    ;   Actions = []
+    ).
+
+% What is not told by a thread must be asked for.
+look(devices([], Events, Theory)) :-
+    !,
+    theory_module(Theory, Module),
+    (   clause(Module:exog_occurs(_), _),
+        Module:exog_occurs(A),
+        nonvar(A)
+    ->  thread_send_message(Events, event(A))
+    ;   true
+    ).
+look(devices(List, Events, _)) :-
+    forall(member(device(Module, _, here), List), poll(Module, Events)).
+
+%!  wait_for_event(+Devices, +MaxSeconds, :Interrupted) is det.
+%
+%   Return when arrived_events/2 has something to tell, or Interrupted is true.
+%   With no device and no exog_occurs/1 the terminal is asked.
+%
+%   @error golog(nothing_happened(MaxSeconds)), golog(no_answer(wait)) at the end
+%          of input
+
+wait_for_event(Devices, Max, Interrupted) :-
+    (   Max == inf
+    ->  End = inf
+    ;   get_time(Now),
+        End is Now+Max
+    ),
+    waiting(Devices, End, Max, Interrupted).
+
+waiting(Devices, End, Max, Interrupted) :-
+    Devices = devices(List, Events, Theory),
+    look(Devices),
+    (   thread_peek_message(Events, _)
+    ->  true
+    ;   call(Interrupted)
+    ->  true
+    ;   List == [],
+        theory_module(Theory, Module),
+        \+ clause(Module:exog_occurs(_), _),
+        ask_exog_occurs(A)
+    ->  thread_send_message(Events, event(A))
+    ;   input_ended
+    ->  throw(error(golog(no_answer(wait)), _))
+    ;   End \== inf,
+        get_time(Now),
+        Now >= End
+    ->  throw(error(golog(nothing_happened(Max)), _))
+    ;   poll_interval(Seconds),
+        sleep(Seconds),
+        waiting(Devices, End, Max, Interrupted)
+    ).
+
+%!  tell_resumed(+Devices, +Situation) is det.
+%
+%   Tell the devices that define resumed/1 that they take over.
+
+tell_resumed(devices(List, _, _), S) :-
+    forall(( member(device(Module, _, _), List), current_predicate(Module:resumed/1) ),
+           Module:resumed(S)).

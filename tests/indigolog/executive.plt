@@ -1,0 +1,245 @@
+:- module(test_indigolog_executive, []).
+:- use_module(library(plunit)).
+:- use_module(library(lists), [append/3, reverse/2, numlist/3, member/2]).
+:- use_module(library(readutil), [read_file_to_string/3, read_file_to_terms/3]).
+:- use_module('../../indigolog/indigolog').
+
+/** <module> Devices, events, failures, stopping, and the journal of a run */
+
+:- dynamic seen/1, arriving/1.
+
+load :-
+    module_property(test_indigolog_executive, file(Here)),
+    file_directory_name(Here, Folder),
+    atom_concat(Folder, '/theories/lights.pl', File),
+    load_theory(File).
+
+fresh :-
+    retractall(seen(_)),
+    retractall(arriving(_)).
+
+trace(Program, Options, Trace) :-
+    indigolog(Program, [history(History)|Options]),
+    reverse(History, Trace).
+
+seen_all(All) :-
+    findall(X, seen(X), All).
+
+% A device that remembers who called it, and tells of what is arriving.
+worker:can_execute(_).
+worker:execute(look, ajar) :- !.
+worker:execute(switch(b), _) :- !, throw(error(lamp_broken, _)).
+worker:execute(switch(c), _) :- !, sleep(20).
+worker:execute(A, _) :-
+    thread_self(Id),
+    ( Id == main -> Who = main ; Who = other ),
+    assertz(test_indigolog_executive:seen(A-Who)).
+worker:exogenous(As) :-
+    findall(A, retract(test_indigolog_executive:arriving(A)), As).
+worker:resumed(Situation) :-
+    situation_history(Situation, History),
+    length(History, N),
+    assertz(test_indigolog_executive:seen(resumed(N))).
+
+hooked:can_execute(_).
+hooked:execute(A, _) :- assertz(test_indigolog_executive:seen(A)).
+hooked:started :- assertz(test_indigolog_executive:seen(started)).
+hooked:stopped :- assertz(test_indigolog_executive:seen(stopped)).
+
+broken:can_execute(_).
+broken:execute(_, _).
+broken:started :- throw(error(cannot_start, _)).
+
+faulty:can_execute(_).
+faulty:execute(_, _).
+faulty:exogenous(_) :- throw(error(sensor_lost, _)).
+
+refusing:can_execute(_).
+refusing:execute(_, _) :- fail.
+
+% Reports events from its own action.
+reporting:can_execute(_).
+reporting:execute(_, _) :-
+    forall(between(1, 100, N), report_exogenous(numbered(N))).
+
+:- begin_tests(devices, [setup(load), cleanup(fresh)]).
+
+test(in_the_thread_of_the_program, [setup(fresh), Seen == [inc-main]]) :-
+    trace(inc, [device(worker)], [inc]),
+    seen_all(Seen).
+
+test(in_its_own_thread, [setup(fresh), Seen == [inc-other, inc-other]]) :-
+    trace([inc, inc], [device(worker, [])], [inc, inc]),
+    seen_all(Seen).
+
+test(senses_from_its_thread, Trace == [look, e(look, ajar), inc]) :-
+    trace([look, ?(door = ajar), inc], [device(worker, [])], Trace).
+
+test(events_from_its_thread, Trace == [bump, bump, inc]) :-
+    fresh,
+    assertz(test_indigolog_executive:arriving(bump)),
+    assertz(test_indigolog_executive:arriving(bump)),
+    trace([wait, ?(counter = 20), inc], [device(worker, []), max_wait(20)], Trace).
+
+test(failure_from_its_thread, Trace == [failed(switch(b), lamp_broken), inc]) :-
+    trace([switch(b), inc], [device(worker, [])], Trace).
+
+test(no_answer, [forall(member(Device, [device(worker, [deadline(0.2)]), device(worker)])),
+                 Trace == [failed(switch(c), golog(deadline(switch(c), 0.2))), inc]]) :-
+    trace([switch(c), inc], [Device, deadline(0.2)], Trace).
+
+test(a_device_that_fails, Trace == [failed(inc, golog(device_failed(refusing, inc)))]) :-
+    trace(inc, [device(refusing, [])], Trace).
+
+test(hooks, [forall(member(Device, [device(hooked), device(hooked, [])])), setup(fresh),
+             Seen == [started, inc, stopped]]) :-
+    trace(inc, [Device], [inc]),
+    seen_all(Seen).
+
+test(stopped_after_an_error, [setup(fresh), Seen == [started, inc, stopped]]) :-
+    catch(trace([inc, ?(false)], [device(hooked, [])], _), error(golog(program_ended(_, _, _)), _), true),
+    seen_all(Seen).
+
+test(cannot_start, [forall(member(Device, [device(broken), device(broken, [])])), error(cannot_start)]) :-
+    trace(inc, [Device], _).
+
+test(the_others_are_stopped, [setup(fresh), Seen == [started, stopped]]) :-
+    catch(trace(inc, [device(hooked, []), device(broken, [])], _), error(cannot_start, _), true),
+    seen_all(Seen).
+
+test(events_that_cannot_be_had, [forall(member(Device, [device(faulty), device(faulty, [])])), error(sensor_lost)]) :-
+    trace(while(true, [wait]), [Device], _).
+
+test(not_a_device, error(golog(no_device(nobody, can_execute/1)))) :-
+    trace(inc, [device(nobody)], _).
+
+test(no_thread_is_left, After == Before) :-
+    findall(T, thread_property(T, status(_)), Before),
+    trace(inc, [device(worker, []), device(hooked, [])], _),
+    findall(T, thread_property(T, status(_)), After).
+
+:- end_tests(devices).
+
+:- begin_tests(events, [setup(load), cleanup(fresh)]).
+
+test(in_order_and_none_lost, Numbers == Expected) :-
+    numlist(1, 100, Expected),
+    trace([inc, ?(counter = 1)], [device(reporting, [])], Trace),
+    findall(N, member(numbered(N), Trace), Numbers).
+
+test(from_another_thread, Trace == [bump, inc]) :-
+    thread_create(( sleep(0.1), report_exogenous(bump) ), Id),
+    call_cleanup(trace([wait, inc], [device(hooked), max_wait(20)], Trace), thread_join(Id, _)).
+
+test(nobody_listens, error(golog(nothing_runs(bump)))) :-
+    report_exogenous(bump).
+
+test(nothing_happens, error(golog(nothing_happened(0.05)))) :-
+    trace(wait, [device(hooked), max_wait(0.05)], _).
+
+:- end_tests(events).
+
+:- begin_tests(stopping, [setup(load), cleanup(fresh)]).
+
+after_three(Goal, inc, Situation) :-
+    (   fluent_value(counter, Situation, 3)
+    ->  call(Goal)
+    ;   true
+    ).
+
+test(stop, throws(stopped(enough))) :-
+    trace(star(inc), [device(hooked), on_action(plunit_stopping:after_three(request_stop(enough)))], _).
+
+test(abort, Outcome-Trace == aborted-[inc, inc, inc]) :-
+    trace(while(true, inc), [device(hooked), outcome(Outcome), on_action(plunit_stopping:after_three(request_abort))], Trace).
+
+test(stop_while_waiting, throws(stopped(by_signal))) :-
+    thread_create(( sleep(0.1), request_stop(by_signal) ), Id),
+    call_cleanup(trace(wait, [device(hooked)], _), thread_join(Id, _)).
+
+test(rest_of_the_program, Rest == [inc]) :-
+    indigolog([inc, ?(false), inc], [device(hooked), outcome(failed), rest(All)]),
+    All = [_|Rest].
+
+:- end_tests(stopping).
+
+:- begin_tests(journal, [setup(load), cleanup(fresh)]).
+
+program([inc, look, switch(b), rndet(switch(a), put(k, 1)), inc]).
+
+written(File) :-
+    program(Program),
+    fresh,
+    assertz(test_indigolog_executive:arriving(bump)),
+    trace(Program, [device(worker), journal(File), seed(3)], _).
+
+test(one_fact_an_event, [setup(tmp_file(journal, File)), cleanup(delete_file(File)),
+                         Facts = [begun(_, 3), exogenous(0, bump), executed(0, inc, none), executed(1, look, ajar),
+                                  failed(2, switch(b), lamp_broken), executed(3, _, none),
+                                  executed(4, inc, none), ended(final)]]) :-
+    written(File),
+    read_file_to_terms(File, Facts, []).
+
+% cut(+File, +Lines, +Rest): only the first Lines lines, and Rest after them.
+cut(File, N, Rest) :-
+    read_file_to_string(File, Text, []),
+    split_string(Text, "\n", "", Lines),
+    length(First, N),
+    append(First, _, Lines),
+    setup_call_cleanup(open(File, write, Out),
+                       ( forall(member(Line, First), (write(Out, Line), nl(Out))), write(Out, Rest) ),
+                       close(Out)).
+
+% Wherever a run is killed, even in the middle of a line, it ends as it would have.
+test(resumed_from_anywhere, [forall(between(1, 7, N)), setup(tmp_file(journal, File)), cleanup(delete_file(File)),
+                             Again == Whole]) :-
+    program(Program),
+    written(File),
+    trace(Program, [replay(File)], Whole),
+    cut(File, N, "exec"),
+    fresh,
+    ( N < 2 -> assertz(test_indigolog_executive:arriving(bump)) ; true ),
+    trace(Program, [device(worker), resume(File), journal(File)], Again),
+    trace(Program, [replay(File)], Again).
+
+test(device_takes_over, [forall(member(Lines-N, [2-1, 4-4])), setup(tmp_file(journal, File)),
+                         cleanup(delete_file(File)), First == resumed(N)]) :-
+    program(Program),
+    written(File),
+    cut(File, Lines, ""),
+    fresh,
+    trace(Program, [device(worker), resume(File)], _),
+    seen_all([First|_]).
+
+test(replay_calls_no_device, [setup(tmp_file(journal, File)), cleanup(delete_file(File)),
+                              Outcome-Seen-Same == replayed-[]-true]) :-
+    program(Program),
+    written(File),
+    read_file_to_string(File, Before, []),
+    fresh,
+    trace(Program, [device(worker), replay(File), outcome(Outcome), journal(File)], _),
+    seen_all(Seen),
+    read_file_to_string(File, After, []),
+    ( Before == After -> Same = true ; Same = false ).
+
+test(another_program, [setup(tmp_file(journal, File)), cleanup(delete_file(File)), error(golog(other_program(File, _)))]) :-
+    written(File),
+    trace(inc, [device(worker), resume(File)], _).
+
+test(another_theory_of_what_happened, [setup(tmp_file(journal, File)), cleanup(delete_file(File)),
+                                       error(golog(journal_differs(executed(0, look, none), _)))]) :-
+    setup_call_cleanup(open(File, write, Out),
+                       format(Out, "begun(inc,1).~nexecuted(0,look,none).~n", []),
+                       close(Out)),
+    trace(inc, [device(worker), resume(File)], _).
+
+test(a_line_that_is_no_fact, [setup(tmp_file(journal, File)), cleanup(delete_file(File)), error(golog(journal(File, 2)))]) :-
+    setup_call_cleanup(open(File, write, Out),
+                       format(Out, "begun(inc,1).~nexecuted(0,~nended(final).~n", []),
+                       close(Out)),
+    trace(inc, [device(worker), resume(File)], _).
+
+test(no_journal, error(golog(no_journal('/nowhere/at/all')))) :-
+    trace(inc, [device(worker), resume('/nowhere/at/all')], _).
+
+:- end_tests(journal).
