@@ -13,11 +13,14 @@
             prioritized/3,            % +Program, +Program, -Program1
             for_sequence/5,           % +Variable, +Domain, +Program, +Situation, -Program1
             once_if_ground/2,         % +Term, :Goal
+            around/3,                 % +Part, +Program, -Program1
             within/2,                 % +Seconds, :Goal
             in_step/3                 % +Error, +Program, +Situation
           ]).
 :- use_module(library(apply), [maplist/4]).
-:- use_module(library(time), [call_with_time_limit/2]).
+:- use_module(library(error), [must_be/2]).
+:- use_module(library(lists), [member/2]).
+:- use_module(library(time), [alarm/4, remove_alarm/1]).
 :- use_module(situation).
 :- use_module(theory).
 :- use_module(formula, [evaluate/3]).
@@ -83,7 +86,7 @@ interrupts_stopped(N, S, S1) :-
 stopped_interrupts(E, E1) :-
     (   E == []
     ->  E1 = []
-    ;   E1 = '$stopped'(E)
+    ;   around(E, '$stopped'(E), E1)
     ).
 
 % Each interrupt over all later ones; when all are blocked, they stop.
@@ -105,16 +108,34 @@ sequence([], L, E) =>
     ).
 sequence(E0, [], E) =>
     E = E0.
+sequence('$locked'(E0), L, E) =>
+    E = '$locked'(['$locked'(E0)|L]).
 sequence(E0, L, E) =>
     E = [E0|L].
 
 concurrent([], F, E) => E = F.
 concurrent(E0, [], E) => E = E0.
+concurrent('$locked'(E0), F, E) => E = '$locked'(conc('$locked'(E0), F)).
+concurrent(E0, '$locked'(F), E) => E = '$locked'(conc(E0, '$locked'(F))).
 concurrent(E0, F, E) => E = conc(E0, F).
 
 prioritized([], F, E) => E = F.
 prioritized(E0, [], E) => E = E0.
+prioritized('$locked'(E0), F, E) => E = '$locked'(pconc('$locked'(E0), F)).
+prioritized(E0, '$locked'(F), E) => E = '$locked'(pconc(E0, '$locked'(F))).
 prioritized(E0, F, E) => E = pconc(E0, F).
+
+%!  around(+Part, +Program, -Program1) is det.
+%
+%   Program1 is Program, which contains Part.  A part that holds a lock (atomic/1)
+%   is marked all the way up, so that no other part may step.
+
+around(Part, E0, E) :-
+    (   nonvar(Part),
+        Part = '$locked'(_)
+    ->  E = '$locked'(E0)
+    ;   E = E0
+    ).
 
 %!  for_sequence(+Variable, +Domain, +Program, +Situation, -Sequence) is det.
 
@@ -135,12 +156,21 @@ once_if_ground(Term, Goal) :-
     ;   call(Goal)
     ).
 
-%!  within(+Seconds, :Goal) is semidet.
+%!  within(+Seconds, :Goal) is nondet.
 %
-%   Goal succeeds within Seconds.
+%   Goal has this solution, if all its solutions are found within Seconds.
 
 within(Seconds, Goal) :-
-    catch(call_with_time_limit(Seconds, Goal), time_limit_exceeded, fail).
+    must_be(number, Seconds),
+    flag(indigolog_alarm, N, N+1),
+    term_variables(Goal, Answer),
+    catch(setup_call_cleanup(
+              alarm(Seconds, throw(golog_late(N)), Alarm, [remove(false)]),
+              findall(Answer, Goal, Answers),
+              remove_alarm(Alarm)),
+          golog_late(N),
+          fail),
+    member(Answer, Answers).
 
 
                 /* Errors */

@@ -243,6 +243,8 @@ internal_action(set(_)).
 internal_action(unset(_)).
 internal_action(test(_)).
 internal_action(e(_, _)).
+internal_action(branch(_)).
+internal_action(sim(_)).
 
 %!  execute_action(+Devices, +Theory, +Action, -Sensing) is det.
 %

@@ -1,7 +1,9 @@
 :- module(indigolog_formula,
           [ holds/2,                  % +Formula, +Situation
             test/2,                   % +Formula, +Situation
-            evaluate/3                % +Term, +Situation, -Value
+            evaluate/3,               % +Term, +Situation, -Value
+            true_in/2,                % +Formula, +World
+            value_in/3                % +Term, +World, -Value
           ]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(aggregate), [aggregate_all/3]).
@@ -15,6 +17,9 @@
 A formula is true or false in a situation.  Anything that is not a connective, a
 quantifier, a procedure abbreviation or a fluent is a Prolog goal of the theory,
 called with the fluents in it replaced by their values.
+
+Where fluents may have several possible values (knowledge.pl), a formula holds
+in a situation if it is true in every world: whatever the values are.
 */
 
 %!  test(+Formula, +Situation) is nondet.
@@ -32,102 +37,139 @@ test(Formula, Situation) :-
 %
 %   Formula is true in Situation, perhaps after binding its free variables.
 
-holds(P, _), var(P) =>
+holds(P, S) :-
+    (   values_certain(S)
+    ->  true_in(P, S)
+    ;   in_all_worlds(true_in(P), S)
+    ).
+
+%!  evaluate(+Term, +Situation, -Value) is nondet.
+%
+%   Value is Term with each fluent in it, at any depth, replaced by its value.
+%   Fluents with unbound arguments are enumerated.  Fails if the value of a fluent
+%   is not known yet.
+%
+%   @error golog(no_value(Fluent, History)) for a functional fluent that has no value and
+%          that no sensing axiom speaks of
+
+evaluate(T, S, V) :-
+    (   values_certain(S)
+    ->  value_in(T, S, V)
+    ;   in_all_worlds(known_value(T, V), S)
+    ).
+
+known_value(T, V, W) :-
+    value_in(T, W, V).
+
+%!  true_in(+Formula, +World) is nondet.
+%
+%   Formula is true in World.
+%
+%   @throws several_values(Fluent, Values) if it depends on a fluent that has
+%           several possible values in World
+
+true_in(P, _), var(P) =>
     throw(error(golog(not_a_formula(P)), _)).
-holds(true, _) =>
+true_in(true, _) =>
     true.
-holds(false, _) =>
+true_in(false, _) =>
     fail.
-holds(and(P, Q), S) =>
-    holds(P, S),
-    holds(Q, S).
-holds((P, Q), S) =>
-    holds(P, S),
-    holds(Q, S).
-holds(and(Ps), S) =>
+true_in(and(P, Q), S) =>
+    true_in(P, S),
+    true_in(Q, S).
+true_in((P, Q), S) =>
+    true_in(P, S),
+    true_in(Q, S).
+true_in(and(Ps), S) =>
     all_hold(Ps, S).
-holds(or(P, Q), S) =>
-    (   holds(P, S)
-    ;   holds(Q, S)
+true_in(or(P, Q), S) =>
+    (   true_in(P, S)
+    ;   true_in(Q, S)
     ).
-holds((P -> Q ; R), S) =>
-    (   holds(P, S)
-    ->  holds(Q, S)
-    ;   holds(R, S)
+true_in((P -> Q ; R), S) =>
+    (   true_in(P, S)
+    ->  true_in(Q, S)
+    ;   true_in(R, S)
     ).
-holds((P -> Q), S) =>
-    (   holds(P, S)
-    ->  holds(Q, S)
+true_in((P -> Q), S) =>
+    (   true_in(P, S)
+    ->  true_in(Q, S)
     ).
-holds((P ; Q), S) =>
-    (   holds(P, S)
-    ;   holds(Q, S)
+true_in((P ; Q), S) =>
+    (   true_in(P, S)
+    ;   true_in(Q, S)
     ).
-holds(or(Ps), S) =>
+true_in(or(Ps), S) =>
     member(P, Ps),
-    holds(P, S).
-holds(neg(P), S) =>
-    \+ holds(P, S).
-holds(\+ P, S) =>
-    \+ holds(P, S).
-holds(impl(P, Q), S) =>
-    (   holds(P, S)
-    ->  \+ \+ holds(Q, S)
+    true_in(P, S).
+true_in(neg(P), S) =>
+    \+ true_in(P, S).
+true_in(\+ P, S) =>
+    \+ true_in(P, S).
+true_in(impl(P, Q), S) =>
+    (   true_in(P, S)
+    ->  \+ \+ true_in(Q, S)
     ;   true
     ).
-holds(equiv(P, Q), S) =>
-    (   holds(P, S)
-    ->  \+ \+ holds(Q, S)
-    ;   \+ holds(Q, S)
+true_in(equiv(P, Q), S) =>
+    (   true_in(P, S)
+    ->  \+ \+ true_in(Q, S)
+    ;   \+ true_in(Q, S)
     ).
-holds(some(V, P), S) =>
+true_in(some(V, P), S) =>
     some(V, P, S).
-holds(all(V, P), S) =>
+true_in(all(V, P), S) =>
     \+ some(V, neg(P), S).
-holds(X = Y, S) =>
+true_in(some(V, D, P), S) =>
+    some((V, D), P, S).
+true_in(all(V, D, P), S) =>
+    \+ some((V, D), neg(P), S).
+true_in(X = Y, S) =>
     (   ground(Y)                         % once, whatever X enumerates
-    ->  evaluate(Y, S, V),
-        evaluate(X, S, V)
-    ;   evaluate(X, S, V),
-        evaluate(Y, S, V)
+    ->  value_in(Y, S, V),
+        value_in(X, S, V)
+    ;   value_in(X, S, V),
+        value_in(Y, S, V)
     ).
-holds(X < Y, S) =>
-    evaluate(X, S, A), evaluate(Y, S, B), A < B.
-holds(X > Y, S) =>
-    evaluate(X, S, A), evaluate(Y, S, B), A > B.
-holds(X =< Y, S) =>
-    evaluate(X, S, A), evaluate(Y, S, B), A =< B.
-holds(X >= Y, S) =>
-    evaluate(X, S, A), evaluate(Y, S, B), A >= B.
-holds(X =:= Y, S) =>
-    evaluate(X, S, A), evaluate(Y, S, B), A =:= B.
-holds(X =\= Y, S) =>
-    evaluate(X, S, A), evaluate(Y, S, B), A =\= B.
-holds(X is Y, S) =>
-    evaluate(Y, S, B),
-    evaluate(X, S, A),
+true_in(X < Y, S) =>
+    value_in(X, S, A), value_in(Y, S, B), A < B.
+true_in(X > Y, S) =>
+    value_in(X, S, A), value_in(Y, S, B), A > B.
+true_in(X =< Y, S) =>
+    value_in(X, S, A), value_in(Y, S, B), A =< B.
+true_in(X >= Y, S) =>
+    value_in(X, S, A), value_in(Y, S, B), A >= B.
+true_in(X =:= Y, S) =>
+    value_in(X, S, A), value_in(Y, S, B), A =:= B.
+true_in(X =\= Y, S) =>
+    value_in(X, S, A), value_in(Y, S, B), A =\= B.
+true_in(X is Y, S) =>
+    value_in(Y, S, B),
+    value_in(X, S, A),
     A is B.
-holds(know(P), S) =>
+true_in(know(P), W) =>
+    actual_situation(W, S),
     known(P, S).
-holds(kwhether(P), S) =>
+true_in(kwhether(P), W) =>
+    actual_situation(W, S),
     known_whether(P, S).
-holds(done(A), S) =>
+true_in(done(A), S) =>
     situation_history(S, History),
     member(A, History).
-holds(forall(P, Q), S) =>
-    \+ ( holds(P, S), \+ holds(Q, S) ).
-holds(findall(T, P, L), S) =>
-    findall(T, holds(P, S), L).
-holds(aggregate_all(T, P, R), S) =>
-    aggregate_all(T, holds(P, S), R).
-holds(once(P), S) =>
-    once(holds(P, S)).
-holds(P, S) =>
+true_in(forall(P, Q), S) =>
+    \+ ( true_in(P, S), \+ true_in(Q, S) ).
+true_in(findall(T, P, L), S) =>
+    findall(T, true_in(P, S), L).
+true_in(aggregate_all(T, P, R), S) =>
+    aggregate_all(T, true_in(P, S), R).
+true_in(once(P), S) =>
+    once(true_in(P, S)).
+true_in(P, S) =>
     situation_theory(S, Theory),
     theory_module(Theory, Module),
     (   Module:proc(P, Body)
-    ->  holds(Body, S)
-    ;   evaluate(P, S, Goal),
+    ->  true_in(Body, S)
+    ;   value_in(P, S, Goal),
         call_goal(Goal, P, Module)
     ).
 
@@ -140,7 +182,7 @@ call_goal(Goal, P, Module) :-
 
 all_hold([], _).
 all_hold([P|Ps], S) :-
-    holds(P, S),
+    true_in(P, S),
     all_hold(Ps, S).
 
 % some(+Variables, +Formula, +Situation)
@@ -149,75 +191,84 @@ some(V, P, S) :-
     (   is_list(V)
     ->  some_of(V, P, S)
     ;   nonvar(V), V = (V0, D)
-    ->  evaluate(D, S, D1),
+    ->  value_in(D, S, D1),
         situation_theory(S, Theory),
         domain_list(Theory, D1, Values),
         member(O, Values),
         substitute(V0, O, P, P1),
-        holds(P1, S)
+        true_in(P1, S)
     ;   substitute(V, _, P, P1),
-        holds(P1, S)
+        true_in(P1, S)
     ).
 
 some_of([], P, S) :-
-    holds(P, S).
+    true_in(P, S).
 some_of([V|Vs], P, S) :-
     some(V, some(Vs, P), S).
 
-%!  evaluate(+Term, +Situation, -Value) is nondet.
+%!  value_in(+Term, +World, -Value) is nondet.
 %
-%   Value is Term with each fluent in it, at any depth, replaced by its value.
-%   Fluents with unbound arguments are enumerated.  Fails if the value of a fluent
-%   is not known yet.
-%
-%   @error golog(no_value(Fluent, History)) for a functional fluent that has no value and
-%          that no sensing axiom speaks of
+%   As evaluate/3, in a world.
 
-evaluate(T, _, V), var(T) =>
+value_in(T, _, V), var(T) =>
     V = T.
-evaluate(T, S, V), atom(T) =>
-    (   S = s(th(Module, _, _), _, _, _, _),
+value_in(T, S, V), atom(T) =>
+    (   S = s(th(Module, _, _, _), _, _, _, _),
         Module:'$fluent'(T, Kind)
     ->  value_of(T, Kind, S, V)
     ;   V = T
     ).
-evaluate(T, _, V), atomic(T) =>
+value_in(T, _, V), atomic(T) =>
     V = T.
-evaluate([H|L], S, V) =>
+value_in([H|L], S, V) =>
     V = [H1|L1],
-    evaluate(H, S, H1),
-    evaluate(L, S, L1).
-evaluate(T, S, V) =>
+    value_in(H, S, H1),
+    value_in(L, S, L1).
+value_in(T, S, V) =>
     compound_name_arguments(T, Name, Args0),
-    evaluate_arguments(Args0, S, Args),
+    values_in(Args0, S, Args),
     compound_name_arguments(T1, Name, Args),
-    (   S = s(th(Module, _, _), _, _, _, _),
+    (   S = s(th(Module, _, _, _), _, _, _, _),
         Module:'$fluent'(T1, Kind)
     ->  value_of(T1, Kind, S, V)
     ;   V = T1
     ).
 
-evaluate_arguments([], _, []).
-evaluate_arguments([A|As], S, [B|Bs]) :-
-    evaluate(A, S, B),
-    evaluate_arguments(As, S, Bs).
+values_in([], _, []).
+values_in([A|As], S, [B|Bs]) :-
+    value_in(A, S, B),
+    values_in(As, S, Bs).
 
 value_of(F, Kind, S, V) :-
     (   ground(F)
     ->  fluent_status(F, S, Status),
         ground_value(Status, F, Kind, S, V)
-    ;   fluent_value(F, S, V)
+    ;   fluent_instance(F, S),
+        (   ground(F)
+        ->  fluent_status(F, S, Status),
+            instance_value(Status, F, V)
+        ;   fluent_value(F, S, V)
+        )
     ).
+
+instance_value(v(V0), _, V) =>
+    V = V0.
+instance_value(any(Vs), F, _) =>
+    throw(several_values(F, Vs)).
+instance_value(_, _, _) =>
+    fail.
 
 ground_value(v(V0), _, _, _, V) =>
     V = V0.
+ground_value(any(Vs), F, _, _, _) =>
+    throw(several_values(F, Vs)).
 ground_value(undeclared, F, _, _, V) =>
     V = F.
-ground_value(unknown, _, rel, _, _) =>
-    fail.
-ground_value(unknown, F, fun, S, _) =>
+ground_value(unknown, F, Kind, S, _) =>
     situation_theory(S, Theory),
-    (   sensed_template(Theory, F)
+    (   only_knowledge(S)
+    ->  throw(no_value(F))
+    ;   ( Kind == rel ; sensed_template(Theory, F) )
     ->  fail
     ;   situation_history(S, History),
         throw(error(golog(no_value(F, History)), _))

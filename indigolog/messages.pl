@@ -127,6 +127,14 @@ error_text(no_value(F, History)) -->
     after(History).
 error_text(effect_not_ground(A, F, V)) -->
     [ 'an effect of ~q sets ~q to ~q, which is not ground'-[A, F, V] ].
+error_text(impossible_result(A, R, F)) -->
+    [ 'the result ~q of ~q contradicts every possible value of ~q'-[R, A, F] ].
+error_text(cannot_branch(P)) -->
+    [ 'branch(~q): neither a relational fluent nor Fluent = Value for a fluent with several possible values'-[P] ].
+error_text(achieve_option(O)) -->
+    [ '~q is not an option of achieve/3: actions(List), id(_), mess(_)'-[O] ].
+error_text(unknown_exogenous(A)) -->
+    [ 'sim(~q): the theory declares no such exogenous action'-[A] ].
 error_text(no_answer(A)) -->
     [ 'the input ended before it gave a sensing result for ~q'-[A] ].
 

@@ -12,6 +12,12 @@
             fluent_status/3,          % +Fluent, +Situation, -Status
             fluent_instance/2,        % ?Fluent, +Situation
             fluent_value/3,           % ?Fluent, +Situation, -Value
+            possible_value/2,         % +Values, -Stored
+            values_certain/1,         % +Situation
+            knowledge_world/2,        % +Situation, -World
+            only_knowledge/1,         % +World
+            assumed/4,                % +Fluent, +Value, +World, -World1
+            actual_situation/2,       % +World, -Situation
             known_fluents/2,          % +Situation, -Pairs
             situation_key/2,          % +Situation, -Key
             sensing_action/1,         % +Action
@@ -22,6 +28,7 @@
 :- use_module(library(lists), [member/2]).
 :- use_module(theory).
 :- use_module(formula, [holds/2, evaluate/3]).
+:- use_module(knowledge, [possible_effects/3]).
 
 /** <module> Situations
 
@@ -44,6 +51,8 @@ first, and looked up there.
 initial_situation(Situation) :-
     current_theory(Theory),
     initial_situation(Theory, Situation).
+
+%!  initial_situation(+Theory, -Situation) is det.
 
 initial_situation(Theory, s(Theory, Empty, [], 0, [])) :-
     empty_assoc(Empty).
@@ -105,11 +114,15 @@ keep_list(s(T, Map, _, N, Open), History, s(T, Map, History, N, Open)).
 
 %!  fluent_status(+Fluent, +Situation, -Status) is det.
 %
-%   Status of a ground Fluent: v(Value), `unknown` or `undeclared`.
+%   Status of a ground Fluent: v(Value), any(Values) if it may have any of
+%   several values, `unknown` or `undeclared`.
 
 fluent_status(Fluent, s(Theory, Map, _, _, Open), Status) :-
     (   get_assoc(Fluent, Map, Value)
-    ->  Status = v(Value)
+    ->  (   Value = '$any'(Values)
+        ->  Status = any(Values)
+        ;   Status = v(Value)
+        )
     ;   Open == []
     ->  initial_status(Theory, Fluent, Status)
     ;   open_status(Open, Fluent, Theory, Status)
@@ -171,6 +184,56 @@ fluent_value(Fluent, Situation, Value) :-
         )
     ).
 
+%!  possible_value(+Values, -Stored) is det.
+%
+%   Stored is what a situation keeps for a fluent that may have any of Values.
+
+possible_value(Values, Stored) :-
+    (   Values = [Value]
+    ->  Stored = Value
+    ;   Stored = '$any'(Values)
+    ).
+
+%!  values_certain(+Situation) is semidet.
+%
+%   The theory leaves no fluent several possible values.
+
+values_certain(s(th(_, _, _, certain), _, _, _, _)).
+
+%!  knowledge_world(+Situation, -World) is det.
+%
+%   World is Situation, where asking for a fluent without a value throws
+%   no_value(Fluent).
+
+knowledge_world(S, W) :-
+    assumed('$only_knowledge', true, S, W).
+
+only_knowledge(s(_, Map, _, _, _)) :-
+    get_assoc('$only_knowledge', Map, _).
+
+%!  assumed(+Fluent, +Value, +World, -World1) is det.
+%
+%   World1 is World, except that Fluent has Value there.
+
+assumed(F, V, W, s(Theory, Map, H, N, Open)) :-
+    W = s(Theory, Map0, H, N, Open),
+    (   get_assoc('$actual', Map0, _)
+    ->  Map1 = Map0
+    ;   put_assoc('$actual', Map0, W, Map1)
+    ),
+    put_assoc(F, Map1, V, Map).
+
+%!  actual_situation(+World, -Situation) is det.
+%
+%   The situation in which World is one of the possible worlds.
+
+actual_situation(W, S) :-
+    W = s(_, Map, _, _, _),
+    (   get_assoc('$actual', Map, S0)
+    ->  S = S0
+    ;   S = W
+    ).
+
 %!  known_fluents(+Situation, -Pairs) is det.
 %
 %   Fluent-Value for every fluent instance that has a value and is either
@@ -214,7 +277,10 @@ progress(Action, Situation, New) :-
     Situation = s(Theory, Map, History, N, Open),
     N1 is N+1,
     theory_module(Theory, Module),
-    findall(Effect, effect(Action, Module, Situation, Effect), Effects),
+    (   effects_certain(Action, Theory)
+    ->  findall(Effect, effect(Action, Module, Situation, Effect), Effects)
+    ;   possible_effects(Action, Situation, Effects)
+    ),
     (   Effects == []
     ->  New = s(Theory, Map, [Action|History], N1, Open)
     ;   Effects = [F-V],
@@ -224,6 +290,12 @@ progress(Action, Situation, New) :-
     ;   apply_effects(Effects, [], Action, Situation, Map, Map1, Open, Open1),
         New = s(Theory, Map1, [Action|History], N1, Open1)
     ).
+
+effects_certain(_, th(_, _, _, certain)) :- !.
+effects_certain(set(_), _).
+effects_certain(unset(_), _).
+effects_certain(e(F, _), Theory) :-
+    fluent_template(Theory, F, _).
 
 apply_effects([], _, _, _, Map, Map, Open, Open).
 apply_effects([E|Es], Done, Action, Situation, Map0, Map, Open0, Open) :-
@@ -275,6 +347,8 @@ effect(set(F), _, _, Effect) =>
     Effect = F-true.
 effect(unset(F), _, _, Effect) =>
     Effect = F-false.
+effect(sim(Action), Module, S, Effect) =>
+    effect(Action, Module, S, Effect).
 effect(Action, Module, S, Effect) =>
     (   Module:causes_val(Action, F, V, Condition)
     ;   Module:causes_true(Action, F, Condition), V = true

@@ -45,6 +45,8 @@ hides(rpi(V, E),          X, D, rpi(W, E), D1)          :- binds(V, X, D, W, D1)
 hides(rpi(V, D, E),       X, D, rpi(V, D1, E), D1)      :- binds(V, X).
 hides(some(V, P),         X, D, some(W, P), D1)         :- binds(V, X, D, W, D1).
 hides(all(V, P),          X, D, all(W, P), D1)          :- binds(V, X, D, W, D1).
+hides(some(V, D, P),      X, D, some(V, D1, P), D1)     :- binds(V, X).
+hides(all(V, D, P),       X, D, all(V, D1, P), D1)      :- binds(V, X).
 hides(for(V, D, E),       X, D, for(V, D1, E), D1)      :- binds(V, X).
 hides(interrupt(V, P, E), X, D, interrupt(W, P, E), D1) :- binds(V, X, D, W, D1).
 

@@ -9,6 +9,7 @@
 :- use_module(substitution).
 :- use_module(context).
 :- use_module(search).
+:- use_module(transition, [trans/5]).
 
 /** <module> Final: where a program may end
 
@@ -104,8 +105,8 @@ final(rconc(Es), S, C) =>
     final(Es, S, C).
 final(rrobin(Es), S, C) =>
     final(Es, S, C).
-final(sync(Es), S, C) =>
-    final(Es, S, C).
+final(sync(Es), S, C) =>                            % perhaps after steps without an action
+    all_end(Es, S, C).
 final(interrupt(_, E), S, C) =>
     ended_interrupt(E, S, C).
 final(interrupt(_, _, E), S, C) =>
@@ -129,6 +130,10 @@ final(goal(Done, E, _, _), S, C) =>
     ).
 final(atomic(E), S, C) =>
     final(E, S, C).
+final('$atomic'(E), S, C) =>
+    final(E, S, C).
+final('$locked'(E), S, C) =>
+    final(E, S, C).
 final(time(E, Seconds), S, C) =>
     within(Seconds, final(E, S, C)).
 final(ttime(E, Seconds), S, C) =>
@@ -136,6 +141,10 @@ final(ttime(E, Seconds), S, C) =>
 final(search(E), S, C) =>
     final(E, S, C).
 final(search(E, _), S, C) =>
+    final(E, S, C).
+final(searchc(E), S, C) =>
+    final(E, S, C).
+final(searchc(E, _), S, C) =>
     final(E, S, C).
 final('$plan'(E, _, S0, Steps), S, C) =>
     (   Steps == [],
@@ -165,6 +174,20 @@ either(E, F, S, C) :-
 % An interrupt ends only when the interrupts around it have been stopped.
 ended_interrupt(_, _, C) :-
     \+ interrupts_running(C).
+
+all_end([], _, _).
+all_end([E|Es], S, C) :-
+    ends(E, S, C, []),
+    all_end(Es, S, C).
+
+ends(E, S, C, _) :-
+    final(E, S, C).
+ends(E, S, C, Seen) :-
+    trans(E, S, C, E1, S1),
+    situation_length(S, N),
+    situation_length(S1, N),
+    \+ ( member(E0, [E|Seen]), E0 =@= E1 ),
+    ends(E1, S1, C, [E|Seen]).
 
 some_final(V, E, S, C) :-
     (   is_list(V)

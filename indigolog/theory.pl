@@ -8,6 +8,7 @@
             fluent_template/3,        % +Theory, +Term, -Kind
             declared_fluent/2,        % +Theory, ?Fluent
             sensed_template/2,        % +Theory, +Fluent
+            uncertain_template/2,     % +Theory, +Fluent
             action_template/3,        % +Theory, +Term, -Kind
             initial_status/3,         % +Theory, +Fluent, -Status
             declared_instance/3,      % +Theory, ?Fluent, -Instances
@@ -28,9 +29,10 @@ that declare fluents, actions, axioms and procedures.  This module loads them
 and answers what the axioms say, remembering initial values and the declared
 ground instances of a fluent, which do not change while a program runs.
 
-A theory is a term th(Module, Instances, Trie): the module that holds the
-files, a module that holds the ground fluent instances (so that every argument
-is indexed), and the trie that remembers initial values.
+A theory is a term th(Module, Instances, Trie, Values): the module that holds
+the files, a module that holds the ground fluent instances (so that every
+argument is indexed), the trie that remembers initial values, and `possible` if
+some fluent may have several possible values, else `certain`.
 */
 
 :- dynamic loaded/2.                  % Theory, Files: at most one fact
@@ -52,6 +54,7 @@ theory_predicate(senses/2).
 theory_predicate(senses/5).
 theory_predicate(settles/5).
 theory_predicate(rejects/5).
+theory_predicate(sensing/2).
 theory_predicate(initially/2).
 theory_predicate(proc/2).
 theory_predicate(cache/1).
@@ -87,9 +90,13 @@ load_theory(Spec) :-
     ),
     atom_concat(Module, '_instances', Instances),
     trie_new(Trie),
-    Theory = th(Module, Instances, Trie),
     index_fluents(Module),
     index_actions(Module),
+    (   Module:'$uncertain'(_)
+    ->  Values = possible
+    ;   Values = certain
+    ),
+    Theory = th(Module, Instances, Trie, Values),
     assertz(loaded(Theory, Files)).
 
 theory_file(Spec, File) :-
@@ -108,7 +115,8 @@ prepare_module(Module) :-
              multifile(Module:PI),
              discontiguous(Module:PI) )),
     dynamic([ Module:'$fluent'/2, Module:'$action'/2, Module:'$sensed'/1,
-              Module:'$instances'/2 ]),
+              Module:'$uncertain'/1,
+                           Module:'$instances'/2 ]),
     Module:import(indigolog_terminal:ask_execute/2),
     Module:import(indigolog_terminal:ask_exog_occurs/1).
 
@@ -147,7 +155,7 @@ refuse_header(File) :-
 %   Forget the current theory, if there is one.
 
 unload_theory :-
-    (   retract(loaded(th(Module, _, Trie), Files))
+    (   retract(loaded(th(Module, _, Trie, _), Files))
     ->  trie_destroy(Trie),
         unload_files(Module, Files)
     ;   true
@@ -168,7 +176,7 @@ current_theory(Theory) :-
     ;   throw(error(golog(no_theory), _))
     ).
 
-theory_module(th(Module, _, _), Module).
+theory_module(th(Module, _, _, _), Module).
 
 theory_files(Theory, Files) :-
     loaded(Theory, Files).
@@ -178,7 +186,7 @@ theory_files(Theory, Files) :-
 %   Forget what was remembered of initial values and declared instances, for a
 %   theory whose helper facts have changed since.
 
-forget_initial_values(th(Module, Instances, Trie)) :-
+forget_initial_values(th(Module, Instances, Trie, _)) :-
     trie_gen_compiled_reset(Trie),
     forall(retract(Module:'$instances'(Template, _)),
            ( functor(Template, Name, Arity),
@@ -199,7 +207,10 @@ index_fluents(Module) :-
            assertz(Module:'$fluent'(Template, Kind))),
     forall(( sensing_axiom(Module, Template),
              \+ Module:'$sensed'(Template) ),
-           assertz(Module:'$sensed'(Template))).
+           assertz(Module:'$sensed'(Template))),
+    forall(( possible_values_axiom(Module, Template),
+             \+ Module:'$uncertain'(Template) ),
+           assertz(Module:'$uncertain'(Template))).
 
 declaration(Module, Kind, Template) :-
     (   Kind = rel, Head = rel_fluent(F)
@@ -233,6 +244,13 @@ sensing_axiom(Module, Template) :-
     callable(F),
     generalised(F, Template).
 
+possible_values_axiom(Module, Template) :-
+    (   clause(Module:settles(_, _, F, _, _), _)
+    ;   clause(Module:rejects(_, _, F, _, _), _)
+    ),
+    callable(F),
+    generalised(F, Template).
+
 index_actions(Module) :-
     forall(( member(Kind-Head, [ prim-prim_action(A), exog-exog_action(A) ]),
              head_template(Module, Head, A, Template),
@@ -243,7 +261,7 @@ index_actions(Module) :-
 %
 %   Term has the functor of a declared fluent; Kind is `rel` or `fun`.
 
-fluent_template(th(Module, _, _), Term, Kind) :-
+fluent_template(th(Module, _, _, _), Term, Kind) :-
     Module:'$fluent'(Term, Kind),
     !.
 
@@ -252,20 +270,29 @@ fluent_template(th(Module, _, _), Term, Kind) :-
 %   Some sensing axiom speaks of the functor of Fluent, so that having no value
 %   means that it is not known yet.
 
-sensed_template(th(Module, _, _), Fluent) :-
+sensed_template(th(Module, _, _, _), Fluent) :-
     Module:'$sensed'(Fluent),
+    !.
+
+%!  uncertain_template(+Theory, +Fluent) is semidet.
+%
+%   A settles/5 or rejects/5 axiom speaks of the functor of Fluent, so that all
+%   its initial values are possible ones.
+
+uncertain_template(th(Module, _, _, _), Fluent) :-
+    Module:'$uncertain'(Fluent),
     !.
 
 %!  action_template(+Theory, +Term, -Kind) is nondet.
 %
 %   Term has the functor of a declared action; Kind is `prim` or `exog`.
 
-action_template(th(Module, _, _), Term, Kind) :-
+action_template(th(Module, _, _, _), Term, Kind) :-
     Module:'$action'(Term, Kind).
 
 %!  declared_fluent(+Theory, ?Fluent) is nondet.
 
-declared_fluent(th(Module, _, _), Fluent) :-
+declared_fluent(th(Module, _, _, _), Fluent) :-
     (   Module:rel_fluent(Fluent)
     ;   Module:fun_fluent(Fluent)
     ;   Module:prim_fluent(Fluent)
@@ -274,11 +301,11 @@ declared_fluent(th(Module, _, _), Fluent) :-
 %!  initial_status(+Theory, +Fluent, -Status) is det.
 %
 %   What the theory says of a ground Fluent in the initial situation: v(Value),
-%   `unknown` if it is declared and has no value, `undeclared` if this instance
+%   any(Values) if it has several possible values, `unknown` if it is declared and has no value, `undeclared` if this instance
 %   is not declared.
 
 initial_status(Theory, Fluent, Status) :-
-    Theory = th(_, _, Trie),
+    Theory = th(_, _, Trie, _),
     (   trie_lookup(Trie, Fluent, Status0)
     ->  Status = Status0
     ;   find_initial_status(Theory, Fluent, Status),
@@ -286,24 +313,32 @@ initial_status(Theory, Fluent, Status) :-
     ).
 
 find_initial_status(Theory, Fluent, Status) :-
-    Theory = th(Module, _, _),
+    Theory = th(Module, _, _, _),
     (   \+ declared_fluent(Theory, Fluent)
     ->  Status = undeclared
+    ;   uncertain_template(Theory, Fluent)
+    ->  findall(Value, Module:initially(Fluent, Value), Values0),
+        list_to_set(Values0, Values),
+        values_status(Values, Status)
     ;   Module:initially(Fluent, Value)
     ->  Status = v(Value)
     ;   Status = unknown
     ).
+
+values_status([], unknown) :- !.
+values_status([Value], v(Value)) :- !.
+values_status(Values, any(Values)).
 
 %!  declared_instance(+Theory, ?Fluent, -Instances) is nondet.
 %
 %   Fluent is a declared instance and Instances is `ground`, or Instances is
 %   `open` when the declaration leaves arguments free.
 
-declared_instance(th(Module, Home, _), Fluent, Instances) :-
+declared_instance(th(Module, Home, _, _), Fluent, Instances) :-
     (   Module:'$instances'(Fluent, Instances0)
     ->  Instances = Instances0
     ;   generalised(Fluent, Template),
-        findall(Template, declared_fluent(th(Module, _, _), Template), All0),
+        findall(Template, declared_fluent(th(Module, _, _, _), Template), All0),
         list_to_set(All0, All),
         (   ground(All)
         ->  Instances = ground,

@@ -2,7 +2,7 @@
           [ step/4,                   % +Program, +Situation, -Program1, -Situation1
             trans/5                   % +Program, +Situation, +Context, -Program1, -Situation1
           ]).
-:- use_module(library(lists), [member/2, nth0/3, append/3, select/3]).
+:- use_module(library(lists), [member/2, memberchk/2, nth0/3, append/3, select/3]).
 :- use_module(library(error), [must_be/2]).
 :- use_module(theory).
 :- use_module(situation).
@@ -11,6 +11,7 @@
 :- use_module(termination).
 :- use_module(context).
 :- use_module(search).
+:- use_module(conditional).
 :- use_module(chance).
 
 /** <module> Trans: one step of a program
@@ -128,6 +129,8 @@ trans(pconc(E, F), S, C, E1, S1) =>                 % E goes first whenever it c
     ;   trans(F, S, C, F0, S1),
         prioritized(E, F0, E1)
     ).
+trans('$locked'(E), S, C, E1, S1) =>
+    locked(E, S, C, E1, S1).
 trans(iconc(E), S, C, E1, S1) =>
     trans(E, S, C, E0, S1),
     concurrent(E0, iconc(E), E1).
@@ -139,15 +142,18 @@ trans(rconc(Es), S, C, E1, S1) =>
     member(I-E, Order),
     trans(E, S, C, E0, S1),
     replaced(I, Es, E0, Es1),
-    E1 = rconc(Es1).
+    around(E0, rconc(Es1), E1).
 trans(rrobin(Es), S, C, E1, S1) =>                  % whoever moved goes to the end
     select(E, Es, Rest),
     trans(E, S, C, E0, S1),
     append(Rest, [E0], Es1),
-    E1 = rrobin(Es1).
+    around(E0, rrobin(Es1), E1).
 trans(sync(Es), S, C, E1, S1) =>
     together(Es, S, C, Es1, none, Action),
-    E1 = sync(Es1),
+    (   memberchk('$locked'(_), Es1)
+    ->  E1 = '$locked'(sync(Es1))
+    ;   E1 = sync(Es1)
+    ),
     progress(Action, S, S1).
 trans(interrupt(P, E), S, C, E1, S1) =>
     interrupts_running(C),
@@ -169,7 +175,7 @@ trans('$interrupts'(N, E), S, C0, E1, S1) =>
     trans(E, S, C, E0, S1),
     (   interrupts_stopped(N, S, S1)
     ->  stopped_interrupts(E0, E1)
-    ;   E1 = '$interrupts'(N, E0)
+    ;   around(E0, '$interrupts'(N, E0), E1)
     ).
 trans('$stopped'(E), S, C0, E1, S1) =>
     stopped_context(C0, C),
@@ -182,28 +188,32 @@ trans(stop_interrupts, S, C, E1, S1) =>
 trans(gexec(P, E), S, C, E1, S1) =>                 % as long as P holds
     once_if_ground(P, holds(P, S)),
     trans(E, S, C, E0, S1),
-    E1 = gexec(P, E0).
+    around(E0, gexec(P, E0), E1).
 trans(goal(Done, E, Failed, Recovery), S, C, E1, S1) =>
     \+ holds(Done, S),
     (   holds(Failed, S)
     ->  trans(Recovery, S, C, E1, S1)
     ;   trans(E, S, C, E0, S1),
-        E1 = goal(Done, E0, Failed, Recovery)
+        around(E0, goal(Done, E0, Failed, Recovery), E1)
     ).
 trans(abort(P), S, _, E1, S1) =>
     E1 = [],
     progress(e(P, false), S, S1).
-trans(atomic(E), S, C, E1, S1) =>
+trans(atomic(E), S, C, E1, S1) =>                   % nothing comes between its steps
     trans(E, S, C, E0, S1),
-    (   E0 == []
-    ->  E1 = []
-    ;   E1 = atomic(E0)
+    atomic_rest(E0, E1).
+trans('$atomic'(E), S, C, E1, S1) =>
+    (   trans(E, S, C, E0, S1),
+        atomic_rest(E0, E1)
+    ;   once_if_ground(E, final(E, S, C)),
+        E1 = [],
+        S1 = S
     ).
 trans(time(E, Seconds), S, C, E1, S1) =>            % the first step in time
     within(Seconds, trans(E, S, C, E1, S1)).
 trans(ttime(E, Seconds), S, C, E1, S1) =>           % every step in time
     within(Seconds, trans(E, S, C, E0, S1)),
-    E1 = ttime(E0, Seconds).
+    around(E0, ttime(E0, Seconds), E1).
 trans(wait, S, _, E1, S1) =>
     E1 = [],
     progress(wait, S, S1).
@@ -216,9 +226,37 @@ trans(commit, S, _, E1, S1) =>
 trans(search(E), S, C, E1, S1) =>
     search_step(E, [], S, C, E1, S1).
 trans(search(E, How), S, C, E1, S1) =>
-    search_step(E, How, S, C, E1, S1).
+    (   announcement(How)
+    ->  search_step(E, [], S, C, E1, S1)
+    ;   search_step(E, How, S, C, E1, S1)
+    ).
 trans('$plan'(E, How, S0, Steps), S, C, E1, S1) =>
     plan_step(E, How, S0, Steps, S, C, E1, S1).
+trans(searchc(E), S, C, E1, S1) =>
+    S1 = S,
+    conditional_plan(E, S, C, E1).
+trans(searchc(E, _), S, C, E1, S1) =>
+    trans(searchc(E), S, C, E1, S1).
+trans(achieve(P), S, C, E1, S1) =>
+    trans(achieve(P, 10, []), S, C, E1, S1).
+trans(achieve(P, Max), S, C, E1, S1) =>
+    trans(achieve(P, Max, []), S, C, E1, S1).
+trans(achieve(P, Max, Options), S, _, E1, S1) =>
+    S1 = S,
+    must_be(nonneg, Max),
+    planning_options(Options, Known),
+    plan_for(P, S, [max(Max)|Known], E1).
+trans(case(A, Branches), S, _, E1, S1) =>
+    S1 = S,
+    chosen_branch(A, Branches, S, E1).
+trans(branch(P), S, _, E1, S1) =>
+    E1 = [],
+    progress(branch(P), S, S1).
+trans(sim(A), S, _, E1, S1) =>                      % an exogenous action, supposed
+    E1 = [],
+    evaluated_action(A, S, A1),
+    supposed(A1, S),
+    progress(sim(A1), S, S1).
 trans(E, S, C, E1, S1) =>
     situation_theory(S, Theory),
     theory_module(Theory, Module),
@@ -320,6 +358,74 @@ in_order(random, Values0, Values) :-
 
 
                 /* Helpers of single constructs */
+
+atomic_rest(E0, E1) :-
+    (   E0 == []
+    ->  E1 = []
+    ;   E1 = '$locked'('$atomic'(E0))
+    ).
+
+% locked(+E, ...): a step of the part of E that holds the lock.
+locked(conc(E, F), S, C, E1, S1) =>
+    (   E = '$locked'(_)
+    ->  trans(E, S, C, E0, S1),
+        concurrent(E0, F, E1)
+    ;   trans(F, S, C, F0, S1),
+        concurrent(E, F0, E1)
+    ).
+locked(pconc(E, F), S, C, E1, S1) =>
+    (   E = '$locked'(_)
+    ->  trans(E, S, C, E0, S1),
+        prioritized(E0, F, E1)
+    ;   trans(F, S, C, F0, S1),
+        prioritized(E, F0, E1)
+    ).
+locked(rconc(Es), S, C, E1, S1) =>
+    nth0(I, Es, '$locked'(E)),
+    !,
+    trans('$locked'(E), S, C, E0, S1),
+    replaced(I, Es, E0, Es1),
+    around(E0, rconc(Es1), E1).
+locked(rrobin(Es), S, C, E1, S1) =>
+    append(Before, ['$locked'(E)|After], Es),
+    !,
+    trans('$locked'(E), S, C, E0, S1),
+    append(Before, [E0|After], Es1),
+    around(E0, rrobin(Es1), E1).
+locked(E, S, C, E1, S1) =>
+    trans(E, S, C, E1, S1).
+
+% The second argument of a published search/2 is what to say about it.
+announcement(How) :-
+    (   atomic(How)
+    ->  How \== []
+    ;   How = [First|_],
+        atomic(First)
+    ).
+
+% Options of achieve/3, or, as in older theories, the list of actions.
+planning_options(Options, Known) :-
+    must_be(list, Options),
+    (   member(O, Options),
+        \+ ( callable(O), planning_option(O) )
+    ->  (   Options = [actions(_)|_]
+        ->  throw(error(golog(achieve_option(O)), _))
+        ;   Known = [actions(Options)]
+        )
+    ;   Known = Options
+    ).
+
+planning_option(actions(L)) :- is_list(L).
+planning_option(id(_)).
+planning_option(mess(_)).
+
+supposed(A, S) :-
+    situation_theory(S, Theory),
+    theory_module(Theory, Module),
+    (   Module:exog_action(A)
+    *-> true
+    ;   throw(error(golog(unknown_exogenous(A)), _))
+    ).
 
 % sync: every program makes the same action at once.
 together([], _, _, [], Action, Action).

@@ -1,0 +1,152 @@
+:- module(indigolog_conditional,
+          [ conditional_plan/4,       % +Program, +Situation, +Context, -Plan
+            plan_for/4,               % +Goal, +Situation, +Options, -Plan
+            chosen_branch/4           % +Action, +Branches, +Situation, -Plan
+          ]).
+:- use_module(library(lists), [member/2]).
+:- use_module(formula, [holds/2]).
+:- use_module(knowledge, [known/2, sensing_results/3]).
+:- use_module(situation).
+:- use_module(termination, [final/3]).
+:- use_module(theory).
+:- use_module(transition, [trans/5]).
+
+/** <module> Plans that branch on what will be sensed
+
+A conditional plan is a program of actions, case(Action, Branches) after a
+sensing action, with if(Result, Plan) for each result, and if(P, Plan, Plan)
+where branch(P) asked for it.  Whatever is sensed, it leads to the end
+(Lakemeyer 1999; Sardina 2001).
+*/
+
+%!  conditional_plan(+Program, +Situation, +Context, -Plan) is nondet.
+%
+%   Plan is a conditional plan for a complete execution of Program.
+
+conditional_plan(E, S, C, Plan) :-
+    plan_on(E, C, [], S, Plan).
+
+% plan_on(+Program, +Context, +Seen, +Situation, -Plan): Seen are the programs
+% met in this situation.
+plan_on(E, C, _, S, []) :-
+    final(E, S, C).
+plan_on(E, C, Seen, S, Plan) :-
+    trans(E, S, C, E1, S1),
+    (   situation_length(S, N),
+        situation_length(S1, N)
+    ->  \+ ( member(E0, [E|Seen]), E0 =@= E1 ),
+        plan_on(E1, C, [E|Seen], S1, Plan)
+    ;   situation_history(S1, [A|_]),
+        after_step(A, S, S1, plan_on(E1, C, []), Plan)
+    ).
+
+:- meta_predicate
+    after_step(+, +, +, 2, -),
+    after_action(+, +, 2, -).
+
+% after_step(+Action, +Situation, +Situation1, :Rest, -Plan): call(Rest, S, Plan1)
+% plans what comes after Action.
+after_step(branch(P), S, _, Rest, Plan) =>
+    (   ( known(P, S) ; known(neg(P), S) )
+    ->  call(Rest, S, Plan)
+    ;   assume_formula(P, S, S1, S2),
+        Plan = [if(P, Plan1, Plan2)],
+        once(call(Rest, S1, Plan1)),
+        once(call(Rest, S2, Plan2))
+    ).
+after_step(test(P), _, S1, Rest, Plan) =>
+    Plan = [?(P)|Plan1],
+    call(Rest, S1, Plan1).
+after_step(A, _, S1, Rest, Plan) =>
+    after_action(A, S1, Rest, Plan).
+
+after_action(A, S, Rest, [A|Plan]) :-
+    (   sensing_action(A),
+        sensing_results(A, S, Results)
+    ->  Plan = [case(A, Branches)],
+        branches(Results, A, S, Rest, Branches),
+        Branches \== []
+    ;   call(Rest, S, Plan)
+    ).
+
+% A result that contradicts what is known cannot come.
+branches([], _, _, _, []).
+branches([R|Rs], A, S, Rest, Branches) :-
+    (   catch(progress(e(A, R), S, S1), error(golog(impossible_result(_, _, _)), _), fail)
+    ->  Branches = [if(R, Plan)|Branches1],
+        once(call(Rest, S1, Plan))
+    ;   Branches = Branches1
+    ),
+    branches(Rs, A, S, Rest, Branches1).
+
+assume_formula(F, S, S1, S2) :-
+    callable(F),
+    situation_theory(S, Theory),
+    fluent_template(Theory, F, rel),
+    !,
+    progress(e(F, true), S, S1),
+    progress(e(F, false), S, S2).
+assume_formula(F = V, S, S1, S2) :-
+    situation_theory(S, Theory),
+    callable(F),
+    fluent_template(Theory, F, fun),
+    fluent_status(F, S, any(Vs)),
+    findall(W, ( member(W, Vs), W \== V ), [W1|Ws]),
+    !,
+    possible_value([W1|Ws], Others),
+    progress(e(F, V), S, S1),
+    progress(e(F, Others), S, S2).
+assume_formula(P, _, _, _) :-
+    throw(error(golog(cannot_branch(P)), _)).
+
+%!  plan_for(+Goal, +Situation, +Options, -Plan) is nondet.
+%
+%   Plan is a conditional plan after which the formula Goal holds, those with the
+%   least longest branch first.  Options: max(N), the
+%   longest branch (10); actions(List), the actions that may be used.
+
+plan_for(Goal, S, Options, Plan) :-
+    (   member(max(Max), Options) -> true ; Max = 10 ),
+    (   member(actions(Actions), Options) -> true ; Actions = [_] ),
+    between(0, Max, N),
+    reach(Goal, N, Actions, S, Plan).
+
+reach(Goal, N, Actions, S, Plan) :-
+    (   \+ \+ holds(Goal, S)
+    ->  Plan = []
+    ;   N > 0,
+        N1 is N-1,
+        allowed_action(Actions, S, A),
+        progress(A, S, S1),
+        (   sensing_action(A)
+        ->  Rest = reach_soon(Goal, N1, Actions)
+        ;   Rest = reach(Goal, N1, Actions)
+        ),
+        after_action(A, S1, Rest, Plan)
+    ).
+
+% Each branch of a case is as short as it can be.
+reach_soon(Goal, Max, Actions, S, Plan) :-
+    between(0, Max, N),
+    reach(Goal, N, Actions, S, Plan).
+
+allowed_action(Actions, S, A) :-
+    situation_theory(S, Theory),
+    theory_module(Theory, Module),
+    Module:prim_action(A),
+    \+ \+ member(A, Actions),
+    (   ground(A)
+    ->  \+ \+ ( Module:poss(A, P), holds(P, S) )
+    ;   Module:poss(A, P), holds(P, S), ground(A)
+    ).
+
+%!  chosen_branch(+Action, +Branches, +Situation, -Plan) is semidet.
+%
+%   Plan is the branch for the last result of Action.
+
+chosen_branch(A, Branches, S, Plan) :-
+    situation_history(S, History),
+    member(e(A, R), History),
+    !,
+    member(if(R, Plan), Branches),
+    !.
