@@ -139,7 +139,7 @@ def pose_error(pose: PoseMessage, true_pose: PoseMessage) -> PoseErrorMessage:
     )
 
 
-def in_words(settings: Settings | FrameTable) -> str:
+def in_words(settings: Settings) -> str:
     """Settings on one line."""
     text = f"lights {list(settings.lights)}, {settings.shutter_s:g} s, f/{settings.aperture:g}"
     if settings.focal_length_mm is not None:

@@ -11,7 +11,14 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
-from bridge.messages import CameraDescription, Describe, LightDescription, PoseMessage, TargetDescription
+from bridge.messages import (
+    CameraDescription,
+    Describe,
+    LightDescription,
+    PoseMessage,
+    Settings,
+    TargetDescription,
+)
 from image_server.sensor import Sensor
 from image_server.tables import Table, as_table, read_toml
 
@@ -20,21 +27,11 @@ STACK_FILE = "stack.toml"
 
 NotNegative = Annotated[float, Meta(ge=0)]
 Positive = Annotated[float, Meta(gt=0)]
-Vector3 = tuple[float, float, float]
 
 
-class CameraTable(Table, frozen=True):
+class CameraTable(CameraDescription, frozen=True, kw_only=True):
     """`[camera]`: calibration, sensor and blur."""
 
-    width: Annotated[int, Meta(ge=1, le=65536)]
-    height: Annotated[int, Meta(ge=1, le=65536)]
-    fx: Positive
-    fy: Positive
-    cx: float
-    cy: float
-    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
-    gain: Positive = 1.0
-    gamma: Positive = 1.0
     shutters_s: Annotated[tuple[Positive, ...], Meta(min_length=1)] = (
         1 / 240,
         1 / 120,
@@ -43,8 +40,6 @@ class CameraTable(Table, frozen=True):
         1 / 15,
     )
     apertures: Annotated[tuple[Positive, ...], Meta(min_length=1)] = (2.8, 4.0, 5.6)
-    read_noise_e: NotNegative = 2.0
-    full_well_e: Positive = 10000.0
     defocus_sigma_px: NotNegative = 0.0
     motion_px_per_s: tuple[float, float] = (0.0, 0.0)
     prnu: Annotated[float, Meta(ge=0, le=0.5)] = 0.0
@@ -74,43 +69,28 @@ class CameraTable(Table, frozen=True):
         return CameraDescription(**{name: getattr(self, name) for name in names})
 
 
-class BasisLight(Table, frozen=True):
-    """One of `[[lights]]` of a basis stack; `radiance` is its linear 16-bit image at full level."""
-
-    name: str
-    radiance: str
-    levels: Annotated[int, Meta(ge=1, le=65536)] = 8
-    power: NotNegative = 1.0
-    position: Vector3 | None = None
-
-
-class FramesLight(Table, frozen=True):
+class FramesLight(LightDescription, frozen=True, kw_only=True):
     """One of `[[lights]]` of a frames stack."""
 
-    name: str
     levels: Annotated[int, Meta(ge=1, le=65536)] = 8
-    power: NotNegative = 1.0
-    position: Vector3 | None = None
 
 
-class TargetTable(Table, frozen=True):
+class BasisLight(FramesLight, frozen=True, kw_only=True):
+    """One of `[[lights]]` of a basis stack; `radiance` is its linear 16-bit image at full level."""
+
+    radiance: str
+
+
+class TargetTable(TargetDescription, frozen=True, kw_only=True):
     """`[target]`."""
 
-    model: str
-    unit: Literal["m", "cm", "mm", "in"] = "m"
-    seed_pose: PoseMessage | None = None
     true_pose: PoseMessage | None = None
 
 
-class FrameTable(Table, frozen=True):
+class FrameTable(Settings, frozen=True, kw_only=True):
     """One of `[[frames]]`: an image file and the settings it was taken under."""
 
     image: str
-    lights: tuple[Annotated[int, Meta(ge=0, le=65535)], ...]
-    shutter_s: Positive
-    aperture: Positive
-    focal_length_mm: Positive | None = None
-    focus_m: Positive | None = None
 
 
 class BasisTable(Table, frozen=True):
@@ -186,7 +166,7 @@ def describe_stack(stack: BasisStack | FramesStack, name: str) -> Describe:
         seed_pose=table.target.seed_pose,
     )
     if isinstance(table, BasisTable):
-        lights: tuple[BasisLight | FramesLight, ...] = table.lights
+        lights: tuple[FramesLight, ...] = table.lights
         shutters, apertures = table.camera.shutters_s, table.camera.apertures
         focals: list[float] = []
         focuses: list[float] = []
@@ -199,7 +179,7 @@ def describe_stack(stack: BasisStack | FramesStack, name: str) -> Describe:
     return Describe(
         device=name,
         lights=tuple(
-            LightDescription(name=light.name, levels=light.levels, position=light.position, power=light.power)
+            LightDescription(**{name: getattr(light, name) for name in LightDescription.__struct_fields__})
             for light in lights
         ),
         shutters_s=shutters,

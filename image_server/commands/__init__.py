@@ -1,0 +1,1 @@
+"""Commands of `python -m image_server`, one file each."""

@@ -1,0 +1,45 @@
+"""`replay`: serve a recorded light stack."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from bridge.errors import BadInput
+from image_server.commands.options import Conditions, Draws, Serving, grouped
+from image_server.commands.serving import serve_device
+
+if TYPE_CHECKING:
+    from image_server.replay import Replay
+
+
+@grouped
+def replay(
+    stack: Annotated[Path, typer.Option(metavar="DIR", help="Stack folder with its stack.toml.")],
+    serving: Serving,
+    draws: Draws,
+    conditions: Conditions,
+) -> None:
+    """Serve a recorded light stack."""
+    serve_device(lambda: replay_device(stack, draws.seed, conditions), serving)
+
+
+def replay_device(stack: Path, seed: int, conditions: Conditions) -> "Replay":
+    """The device of a stack folder under other conditions.
+
+    Raises
+    ------
+    BadInput : a stack that cannot be used, or conditions for recorded frames.
+    """
+    from image_server.replay import Replay
+    from image_server.stack import BasisStack, load_stack, with_conditions
+
+    loaded = load_stack(stack)
+    if isinstance(loaded, BasisStack):
+        loaded = with_conditions(loaded, *conditions.values())
+    elif any(condition is not None for condition in conditions.values()):
+        raise BadInput(
+            f"The stack {stack} holds recorded frames; their sun, lights and blur cannot be changed.",
+            "Leave out --ambient-scale, --light-power, --defocus-sigma-px and --motion-px-per-s.",
+        )
+    return Replay(loaded, seed)

@@ -1,0 +1,34 @@
+"""Running a device behind the wire protocol until it is told to stop."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import typer
+
+from bridge.errors import EXIT_DEVICE, LightsAndCameraError
+from image_server.commands.options import Serving
+
+if TYPE_CHECKING:
+    from image_server.device import Device
+
+
+@contextmanager
+def plain_errors() -> Iterator[None]:
+    """What cannot be used ends the command with one line and exit 2; what failed, with exit 4."""
+    try:
+        yield
+    except (LightsAndCameraError, OSError) as error:
+        typer.echo(f"image_server: {' '.join(str(error).split())}", err=True)
+        status = error.exit_status if isinstance(error, LightsAndCameraError) else EXIT_DEVICE
+        raise typer.Exit(status) from None
+
+
+def serve_device(make_device: "Callable[[], Device]", serving: Serving) -> None:
+    """Make a device and serve it; the exit status is the server's."""
+    with plain_errors():
+        from bridge.serve import serve
+        from image_server.server import ImageServer
+
+        service = ImageServer(make_device())
+        raise typer.Exit(serve(service, serving.endpoint, events=serving.events, parent_pid=serving.parent))

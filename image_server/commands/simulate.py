@@ -1,0 +1,41 @@
+"""`simulator`: serve a ray-traced target."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from image_server.commands.options import Conditions, Draws, Serving, grouped
+from image_server.commands.serving import serve_device
+
+if TYPE_CHECKING:
+    from image_server.simulator import Simulator
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scene:
+    """What the simulator shows."""
+
+    target: Annotated[
+        str,
+        typer.Option(metavar="NAME_OR_FILE", help="A target of targets/ or a .cao, OBJ, STL or PLY file."),
+    ] = "cube"
+    scenario: Annotated[
+        str, typer.Option(metavar="NAME_OR_FILE", help="A scenario of scenarios/ or a TOML file.")
+    ] = "nominal"
+    unit: Annotated[str, typer.Option(help="Unit of the model file: m, cm, mm or in.")] = "m"
+
+
+@grouped
+def simulator(serving: Serving, scene: Scene, draws: Draws, conditions: Conditions) -> None:
+    """Serve a ray-traced target under lights and a sun; the seed draws its true pose."""
+    serve_device(lambda: simulated_device(scene, draws.seed, conditions), serving)
+
+
+def simulated_device(scene: Scene, seed: int, conditions: Conditions) -> "Simulator":
+    """The simulator of a scene under other conditions."""
+    from image_server.simulator import Simulator
+    from image_server.simulator.scenario import load_scenario, with_conditions
+
+    described = with_conditions(load_scenario(scene.scenario), *conditions.values())
+    return Simulator(scene.target, described, seed, unit=scene.unit)
