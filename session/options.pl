@@ -15,6 +15,8 @@ opt_type(controller,     controller,     atom).
 opt_type(target,         target,         atom).
 opt_type(scenario,       scenario,       atom).
 opt_type(stack,          stack,          atom).
+opt_type(camera,         camera,         atom).
+opt_type(lights,         lights,         atom).
 opt_type(camera_model,   camera_model,   atom).
 opt_type(seed_pose,      seed_pose,      atom).
 opt_type(image_server,   image_server,   atom).
@@ -38,6 +40,8 @@ opt_meta(controller,     'NAME_OR_FILE').
 opt_meta(target,         'NAME_OR_FILE').
 opt_meta(scenario,       'NAME_OR_FILE').
 opt_meta(stack,          'DIR').
+opt_meta(camera,         'DEV_OR_TOML').
+opt_meta(lights,         'DEV_OR_TOML').
 opt_meta(camera_model,   'TOML').
 opt_meta(seed_pose,      'TOML').
 opt_meta(image_server,   'ENDPOINT').
@@ -54,9 +58,11 @@ opt_meta(contact_range,  'M').
 opt_help(help(header), "\nOne session: find the pose of a docking target by choosing lights and camera.\n").
 opt_help(help(usage), " [options]").
 opt_help(controller,     "Strategy: heuristic (default), greedy, simple, auto_exposed, fixed, or a Golog file").
-opt_help(target,         "Target on the simulator: cube (default; for --approach: fixture), fixture, satellite, or a model file (.cao .obj .stl .ply)").
+opt_help(target,         "cube (default; for --approach: fixture), fixture, satellite, or a model file (.cao .obj .stl .ply); --camera has no default").
 opt_help(scenario,       "Light conditions on the simulator, or a TOML file (default: nominal; for --approach: approach)").
 opt_help(stack,          "Replay a folder of recorded light stacks instead of simulating").
+opt_help(camera,         "Use a V4L2 camera: its device, such as /dev/video0, or its TOML file").
+opt_help(lights,         "With --camera: serial device of the lights, such as /dev/ttyUSB0, or their TOML file").
 opt_help(camera_model,   "TOML file with [camera], where the image server has none").
 opt_help(seed_pose,      "TOML file with [target.seed_pose], where the image server has none").
 opt_help(image_server,   "Use a running image server, e.g. tcp://127.0.0.1:5555").
@@ -83,7 +89,7 @@ defaults(Given, [target(fixture), scenario(approach)|Defaults]) :-
     !,
     defaults(Defaults).
 defaults(Given, [scenario(nominal)|Defaults]) :-
-    ( option(stack(_), Given) ; option(image_server(_), Given) ),
+    ( option(stack(_), Given) ; option(image_server(_), Given) ; option(camera(_), Given) ),
     !,
     defaults(Defaults).
 defaults(_, [target(cube), scenario(nominal)|Defaults]) :-
@@ -154,10 +160,19 @@ rule(Options, "--max-iterations must be at least 1, not ~w", [N]) :-
     option(max_iterations(N), Options), N < 1.
 rule(Options, "--seed must not be negative: ~w", [Seed]) :-
     option(seed(Seed), Options), Seed < 0.
-rule(Options, "--stack and --image-server exclude each other: one names the images, the other who has them", []) :-
-    option(stack(_), Options), option(image_server(_), Options).
-rule(Options, "--approach needs the simulator (or an image server that can move the target), not --stack", []) :-
-    option(stack(_), Options), option(approach(true), Options).
+rule(Options, "--~w and --~w exclude each other: each says where the images come from", [First, Second]) :-
+    findall(Dashed,
+            ( member(Name, [stack, image_server, camera]),
+              Option =.. [Name, _],
+              option(Option, Options),
+              dashes(Name, Dashed) ),
+            [First, Second|_]).
+rule(Options, "--lights needs --camera: light is only worth what a camera sees of it", []) :-
+    option(lights(_), Options), \+ option(camera(_), Options).
+rule(Options, "--camera needs --target: cube, fixture, satellite or a model file", []) :-
+    option(camera(_), Options), \+ option(target(_), Options).
+rule(Options, "--approach needs the simulator (or an image server that can move the target), not --stack or --camera", []) :-
+    option(approach(true), Options), ( option(stack(_), Options) ; option(camera(_), Options) ).
 rule(Options, "--stack has its own target: leave --target away, or name a model file", []) :-
     option(stack(_), Options), option(target(Name), Options), \+ exists_file(Name).
 rule(Options, "--resume and --approach exclude each other: an approach cannot be taken up half way", []) :-
@@ -177,6 +192,11 @@ rule(Options, "--~w: no file '~w'", [Dashed, File]) :-
     option(Option, Options),
     \+ exists_file(File),
     dashes(Name, Dashed).
+rule(Options, "--~w: there is no '~w'", [Name, Device]) :-
+    member(Name, [camera, lights]),
+    Option =.. [Name, Device],
+    option(Option, Options),
+    \+ access_file(Device, exist).
 rule(Options, "--stack: no folder '~w'", [Dir]) :-
     option(stack(Dir), Options), \+ exists_directory(Dir).
 rule(Options, "--resume: no folder '~w'", [Dir]) :-

@@ -15,7 +15,7 @@
 :- use_module('../indigolog/indigolog').
 :- use_module(library(http/json), [json_write_dict/3]).
 :- use_module(library(apply), [foldl/4]).
-:- use_module(library(lists), [append/3, member/2]).
+:- use_module(library(lists), [append/2, append/3, member/2]).
 :- use_module(library(option), [option/2, option/3]).
 :- use_module(library(process), [process_create/3, process_wait/3]).
 
@@ -103,15 +103,27 @@ endpoint(Name, _, _, Endpoint, true) :-
     atomic_list_concat(['ipc://', Temporary, /, Base], Endpoint).
 
 image_server_arguments(Options, Plan, Endpoint, Arguments) :-
-    (   option(stack(Dir), Options)
-    ->  absolute_file_name(Dir, Stack),
-        Source = [replay, '--stack', Stack]
-    ;   option(target(Target), Options),
-        option(scenario(Scenario), Options),
-        Source = [simulator, '--target', Target, '--scenario', Scenario]
-    ),
+    image_source(Options, Plan, Source),
     atom_concat(Endpoint, '-events', Events),
-    append(Source, ['--seed', Plan.seed, '--endpoint', Endpoint, '--events', Events], Arguments).
+    append(Source, ['--endpoint', Endpoint, '--events', Events], Arguments).
+
+image_source(Options, Plan, [replay, '--stack', Stack, '--seed', Plan.seed]) :-
+    option(stack(Dir), Options),
+    !,
+    absolute_file_name(Dir, Stack).
+image_source(Options, _, [hardware|Arguments]) :-
+    option(camera(_), Options),
+    !,
+    findall([Dashed, Value],
+            ( member(Name-Dashed, [ camera-'--camera', lights-'--lights', target-'--target',
+                                    camera_model-'--camera-model', seed_pose-'--seed-pose' ]),
+              Option =.. [Name, Value],
+              option(Option, Options) ),
+            Pairs),
+    append(Pairs, Arguments).
+image_source(Options, Plan, [simulator, '--target', Target, '--scenario', Scenario, '--seed', Plan.seed]) :-
+    option(target(Target), Options),
+    option(scenario(Scenario), Options).
 
 %   Arguments of the vision server's `start`; what is not given it asks of the image server.
 start_arguments(Options, Plan, ImageServer, Folder, Args) :-

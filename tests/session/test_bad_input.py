@@ -65,6 +65,10 @@ def test_help_lists_the_options() -> None:
         (["--image-server", "localhost:1"], ["--image-server", "endpoint"]),
         (["--camera-model", "/nowhere.toml"], ["--camera-model", "/nowhere.toml"]),
         (["--approach", "--stack", "."], ["--approach"]),
+        (["--camera", "/dev/null", "--stack", "."], ["--stack and --camera exclude each other"]),
+        (["--camera", "/dev/null"], ["--camera needs --target", "cube"]),
+        (["--camera", "/dev/nowhere", "--target", "cube"], ["--camera", "there is no '/dev/nowhere'"]),
+        (["--lights", "/dev/null"], ["--lights needs --camera"]),
         (["--out", "/proc/none"], ["--out", "/proc/none"]),
     ],
 )
