@@ -122,6 +122,16 @@ class TargetDescription(Message, frozen=True):
     seed_pose: PoseMessage | None = None
 
 
+class SettingRange(Message, frozen=True):
+    """Unit, bounds and step of one setting; without a step, only the values listed elsewhere are taken."""
+
+    name: str
+    unit: str
+    minimum: float
+    maximum: float
+    step: float | None = None
+
+
 class Describe(Message, frozen=True):
     """Result of `describe`: what an image server can do. Never the true pose."""
 
@@ -135,6 +145,7 @@ class Describe(Message, frozen=True):
     reference: ReferenceExposure = ReferenceExposure()
     target: TargetDescription | None = None
     movable: bool = False
+    ranges: tuple[SettingRange, ...] = ()
     events: str | None = None
 
 

@@ -2,6 +2,8 @@
 
 import typer
 
+from image_server.commands.emulate import emulate
+from image_server.commands.hardware import cameras, hardware
 from image_server.commands.replay import replay
 from image_server.commands.simulate import simulator
 
@@ -13,6 +15,9 @@ app = typer.Typer(
 )
 app.command()(replay)
 app.command()(simulator)
+app.command()(hardware)
+app.command()(cameras)
+app.command()(emulate)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput, Unsupported
-from bridge.messages import Describe, EventName, PoseErrorMessage, PoseMessage, Settings
+from bridge.messages import Describe, EventName, PoseErrorMessage, PoseMessage, SettingRange, Settings
 
 SETTING_TOLERANCE = 1e-3
 """Relative difference under which two values of a setting are the same one (1/60 written as 0.0167)."""
@@ -87,6 +87,25 @@ class Device(ABC):
 
     def close(self) -> None:  # noqa: B027  # files and simulators hold nothing
         """Leave the hardware dark and free; may be called twice."""
+
+
+def setting_ranges(describe: Describe) -> tuple[SettingRange, ...]:
+    """Unit, minimum, maximum and step of every setting that a request may give."""
+    lights = [
+        SettingRange(name=f"lights.{light.name}", unit="level", minimum=0, maximum=light.levels - 1, step=1)
+        for light in describe.lights
+    ]
+    listed = [
+        SettingRange(name=name, unit=unit, minimum=min(values), maximum=max(values))
+        for name, unit, values in (
+            ("shutter_s", "s", describe.shutters_s),
+            ("aperture", "f-number", describe.apertures),
+            ("focal_length_mm", "mm", describe.focal_lengths_mm),
+            ("focus_m", "m", describe.focuses_m),
+        )
+        if values
+    ]
+    return (*lights, *listed)
 
 
 def checked_settings(describe: Describe, settings: Settings) -> Settings:

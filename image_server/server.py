@@ -5,7 +5,7 @@ import msgspec
 from bridge.arrays import array_sha256
 from bridge.messages import ImageCaptureArgs, ImageCaptureResult, MoveArgs, NoArgs, ScoreArgs
 from bridge.serve import Reply, Service
-from image_server.device import Change, Device
+from image_server.device import Change, Device, setting_ranges
 
 
 class ImageServer(Service):
@@ -32,7 +32,9 @@ class ImageServer(Service):
         self.emit(change.event, change.args)
 
     def _on_describe(self, _: NoArgs) -> Reply:
-        return Reply(msgspec.structs.replace(self._device.describe(), events=self.events_endpoint))
+        described = self._device.describe()
+        ranges = (*setting_ranges(described), *described.ranges)
+        return Reply(msgspec.structs.replace(described, ranges=ranges, events=self.events_endpoint))
 
     def _on_capture(self, args: ImageCaptureArgs) -> Reply:
         frame = self._device.capture(args.settings)

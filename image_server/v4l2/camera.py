@@ -1,0 +1,303 @@
+"""A V4L2 camera as settings in, frame out: set, settle, drop what is stale, read back."""
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import BadInput, DeviceError
+from bridge.messages import SettingRange, Settings
+from image_server.v4l2.camera_file import Axis, CameraFile, proposal
+from image_server.v4l2.controls import SETTABLE, Control, controls, read_control, write_control
+from image_server.v4l2.node import Node, Trace
+from image_server.v4l2.stream import START_DEADLINE_S, Freshness, Stream, StreamFormat
+
+ATTEMPTS = 2
+"""Times that a frame is asked for: a stream that has stalled is started again once."""
+ASSUMED_PERIOD_S = 1 / 15
+"""Frame period of a camera that does not tell its own."""
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """One frame of the camera.
+
+    Attributes
+    ----------
+    pixels : (H, W) uint8.
+    applied : the settings as read back after the frame had come, by name.
+    verified : whether all of them, and the fixed controls, are those that were set.
+    timestamp : middle of the exposure, seconds since 1970 (UTC).
+    """
+
+    pixels: NDArray[np.uint8]
+    applied: dict[str, float]
+    verified: bool
+    timestamp: float
+
+
+class V4L2Camera:
+    """One camera, streaming from the start.
+
+    Parameters
+    ----------
+    file : its camera file; what that leaves out is proposed from the camera's list of controls.
+    trace : told of every request to the driver.
+
+    Raises
+    ------
+    BadInput : no such camera, another camera than the file's, or a control or value it does not have.
+    DeviceError : busy, gone, or a control that refuses.
+    """
+
+    def __init__(self, file: CameraFile, trace: Trace | None = None) -> None:
+        self._node = Node(file.device, trace)
+        self._stream: Stream | None = None
+        self._retries = self._lost = self._damaged = self._dropped = 0
+        self._set: dict[str, int] = {}
+        try:
+            self._check_card(file)
+            self.controls = controls(self._node)
+            self.file = self._completed(file)
+            self._axes = self.file.axes()
+            self._check_controls()
+            self._format = StreamFormat(**{name: getattr(file.format, name) for name in _FORMAT_KEYS})
+            self._stream = Stream(self._node, self._format)
+            for name, value in self.file.controls.items():
+                self._write(name, value)
+            self._changed = time.monotonic()
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def identity(self) -> str:
+        """Card, driver and place of the camera."""
+        node = self._node
+        return f"{node.card} ({node.driver}, {node.bus}) at {node.path}"
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of its frames, px."""
+        layout = self._streaming().layout
+        return layout.width, layout.height
+
+    @property
+    def frame_rate(self) -> float | None:
+        """Frames per second that the driver promises; None where it does not."""
+        period = self._streaming().period_s
+        return None if period is None else 1 / period
+
+    @property
+    def shutters_s(self) -> tuple[float, ...]:
+        """Shutters that can be asked for; a camera whose shutter cannot be set has one, a frame period."""
+        if self.file.shutter is not None:
+            return self.file.shutter.values
+        return (self._streaming().period_s or ASSUMED_PERIOD_S,)
+
+    def capture(self, settings: Settings, not_before: float) -> Exposure:
+        """A frame under these settings whose exposure began after a time (time.monotonic()).
+
+        Raises
+        ------
+        BadInput : a setting that the camera file has no step for.
+        DeviceError : a control refuses, no frame comes, or the camera is gone.
+        """
+        changed = self._apply(settings)
+        for attempt in range(1, ATTEMPTS + 1):
+            try:
+                return self._fresh(settings, not_before, changed)
+            except DeviceError:
+                if attempt == ATTEMPTS:
+                    raise
+                self._retries += 1
+                self._restart()
+        raise AssertionError("unreachable: the last attempt returns or raises")
+
+    def ranges(self) -> tuple[SettingRange, ...]:
+        """Every control of the camera with unit, range and step, as `control.NAME`."""
+        return tuple(
+            SettingRange(
+                name=f"control.{control.name}",
+                unit=control.unit,
+                minimum=control.minimum,
+                maximum=control.maximum,
+                step=control.step,
+            )
+            for control in self.controls.values()
+            if control.kind in SETTABLE
+        )
+
+    def health(self) -> dict[str, Any]:
+        """Counts since the start, and the frame rate that the driver promises."""
+        stream = self._stream
+        return {
+            "device": self.identity,
+            "format": None if stream is None else stream.layout.name,
+            "frame_rate": None if stream is None else self.frame_rate,
+            "lost_frames": self._lost + (stream.lost if stream else 0),
+            "damaged_frames": self._damaged + (stream.damaged if stream else 0),
+            "stale_frames": self._dropped,
+            "retries": self._retries,
+        }
+
+    def close(self) -> None:
+        """Stop and give the camera back; may be called twice."""
+        self._stop()
+        self._node.close()
+
+    # --- settings ---
+
+    def _apply(self, settings: Settings) -> bool:
+        """Set what differs from what is set; whether anything did."""
+        wanted = {}
+        for name, axis in self._axes.items():
+            value = getattr(settings, name)
+            if value is not None:
+                assert axis.control is not None
+                wanted[axis.control] = _step(name, axis, value)
+        changed = False
+        for control, value in wanted.items():
+            if self._set.get(control) != value:
+                self._write(control, value)
+                changed = True
+        if changed:
+            self._changed = time.monotonic()
+        return changed
+
+    def _write(self, name: str, value: int) -> None:
+        self._set.pop(name, None)
+        held = write_control(self._node, self.controls[name], value)
+        if held == value:
+            self._set[name] = value  # else it is tried again, and no frame counts as verified
+
+    def _read_back(self, settings: Settings) -> tuple[dict[str, float], bool]:
+        """Settings that the controls stand for now, and whether every control has its value."""
+        applied = {}
+        verified = all(self._holds(name, value) for name, value in self.file.controls.items())
+        for name, axis in self._axes.items():
+            asked = getattr(settings, name)
+            assert axis.control is not None
+            value = read_control(self._node, self.controls[axis.control])
+            applied[name] = _meaning(axis, value)
+            verified &= asked is None or value == _step(name, axis, asked)
+        return applied, verified
+
+    def _holds(self, name: str, value: int) -> bool:
+        return read_control(self._node, self.controls[name]) == value
+
+    # --- frames ---
+
+    def _fresh(self, settings: Settings, not_before: float, changed: bool) -> Exposure:
+        stream = self._streaming()
+        stream.drain()
+        period = stream.period_s or ASSUMED_PERIOD_S
+        # A stamp at the end of a frame may be a whole read-out after the exposure of its first line ended.
+        # That matters where something has changed; else any frame that began since then will do.
+        lead = settings.shutter_s + (period if changed else 0.0)
+        skip = self.file.settle_frames if changed else 0
+        fresh = Freshness(max(not_before, self._changed), lead, skip)
+        frames = skip + 4
+        deadline = (
+            max(time.monotonic(), not_before)
+            + START_DEADLINE_S
+            + frames * max(period, settings.shutter_s)
+            + lead
+        )
+        pixels, stamp = stream.frame(deadline, fresh)
+        self._dropped += fresh.dropped
+        applied, verified = self._read_back(settings)
+        half = settings.shutter_s / 2
+        middle = stamp.time + half if stamp.at_start else stamp.time - half
+        return Exposure(
+            pixels=pixels,
+            applied=applied,
+            verified=verified and stamp.from_driver,
+            timestamp=time.time() - (time.monotonic() - middle),
+        )
+
+    def _streaming(self) -> Stream:
+        if self._stream is None:
+            self._stream = Stream(self._node, self._format)
+        return self._stream
+
+    def _stop(self) -> None:
+        if self._stream is not None:
+            self._lost += self._stream.lost
+            self._damaged += self._stream.damaged
+            self._stream.close()
+            self._stream = None
+
+    def _restart(self) -> None:
+        self._stop()
+        self._streaming()
+
+    # --- what the file says against what there is ---
+
+    def _check_card(self, file: CameraFile) -> None:
+        if file.card is not None and file.card != self._node.card:
+            raise BadInput(
+                f"The camera {file.device} is {self._node.card!r}, but its file was made for {file.card!r}.",
+                "Connect that camera, or calibrate this one: python -m image_server calibrate",
+            )
+
+    def _completed(self, file: CameraFile) -> CameraFile:
+        if file.controls or file.axes():
+            return file
+        proposed = proposal(self.controls)
+        return CameraFile(
+            **{name: getattr(file, name) for name in CameraFile.__struct_fields__}
+            | {"controls": proposed.controls, "shutter": proposed.shutter}
+        )
+
+    def _check_controls(self) -> None:
+        wanted = [(name, value) for name, value in self.file.controls.items()]
+        for axis in self._axes.values():
+            assert axis.control is not None
+            wanted += [(axis.control, value) for _, value in axis.steps]
+        for name, value in wanted:
+            control = self.controls.get(name)
+            if control is None:
+                raise BadInput(
+                    f"The camera {self._node.path} ({self._node.card}) has no control {name}.",
+                    f"It has {', '.join(self.controls) or 'none'}.",
+                )
+            if control.read_only or control.kind not in SETTABLE:
+                raise BadInput(
+                    f"{self._node.path}: the control {name} cannot be set.",
+                    "Leave it out of the camera file.",
+                )
+            control.check(value, self._node.path)
+
+
+_FORMAT_KEYS = ("pixel_format", "width", "height", "frame_rate")
+
+
+def _step(name: str, axis: Axis, asked: float) -> int:
+    for value, number in axis.steps:
+        if abs(value - asked) <= 1e-9 * value:
+            return number
+    raise BadInput(
+        f"{name} = {asked:g} is not offered.", f"Allowed: {', '.join(f'{v:g}' for v in axis.values)}."
+    )
+
+
+def _meaning(axis: Axis, number: int) -> float:
+    """The setting that a control's value stands for, between steps by interpolation."""
+    steps = sorted(axis.steps, key=lambda step: step[1])
+    return float(np.interp(number, [n for _, n in steps], [value for value, _ in steps]))
+
+
+def describe_control(control: Control) -> str:
+    """A control on one line."""
+    unit = f" {control.unit}" if control.unit else ""
+    text = (
+        f"{control.name} ({control.kind}) {control.minimum}..{control.maximum} step {control.step}"
+        f" default {control.default}{unit}"
+    )
+    if control.menu:
+        text += ": " + ", ".join(f"{number} = {entry}" for number, entry in control.menu.items())
+    flags = [word for word, on in (("read-only", control.read_only), ("inactive", control.inactive)) if on]
+    return f"{text} [{', '.join(flags)}]" if flags else text

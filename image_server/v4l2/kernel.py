@@ -1,0 +1,98 @@
+"""The kernel's V4L2 interface: v4l2-python3, corrected where its structures are not the kernel's.
+
+v4l2-python3 0.3.5 ends `v4l2_pix_format` after 32 of 48 bytes, names the third word of
+`v4l2_frmsize_stepwise` twice and lacks controls newer than Linux 2.6.30. Sizes, offsets and request numbers
+used here are checked against <linux/videodev2.h> by the tests.
+"""
+
+import ctypes
+
+import v4l2
+
+BUFFER_CAPTURE = int(v4l2.V4L2_BUF_TYPE_VIDEO_CAPTURE)
+MEMORY_MMAP = int(v4l2.V4L2_MEMORY_MMAP)
+
+BUFFER_ERROR = 0x0040  # V4L2_BUF_FLAG_ERROR: the data may be damaged
+BUFFER_CLOCK_MASK = 0xE000
+BUFFER_CLOCK_MONOTONIC = 0x2000
+BUFFER_STAMPED_AT_START = 0x10000  # V4L2_BUF_FLAG_TSTAMP_SRC_SOE
+
+FULL_RANGE = 1  # V4L2_QUANTIZATION_FULL_RANGE
+COLORSPACE_JPEG = 7  # full range unless said otherwise
+
+
+class PixFormat(ctypes.Structure):
+    """`struct v4l2_pix_format`, all 48 bytes."""
+
+    _fields_ = [
+        (name, ctypes.c_uint32)
+        for name in (
+            "width",
+            "height",
+            "pixelformat",
+            "field",
+            "bytesperline",
+            "sizeimage",
+            "colorspace",
+            "priv",
+            "flags",
+            "ycbcr_enc",
+            "quantization",
+            "xfer_func",
+        )
+    ]
+
+
+class _FormatUnion(ctypes.Union):
+    _fields_ = [("pix", PixFormat), ("raw", ctypes.c_uint64 * 25)]
+
+
+class Format(ctypes.Structure):
+    """`struct v4l2_format`."""
+
+    _fields_ = [("type", ctypes.c_uint32), ("fmt", _FormatUnion)]
+
+
+class FrameSizeStepwise(ctypes.Structure):
+    """`struct v4l2_frmsize_stepwise`."""
+
+    _fields_ = [
+        (name, ctypes.c_uint32)
+        for name in ("min_width", "max_width", "step_width", "min_height", "max_height", "step_height")
+    ]
+
+
+def _request(number: int) -> int:
+    return number & 0xFFFFFFFF  # v4l2-python3 gives them as signed numbers
+
+
+REQUESTS: dict[str, tuple[int, type]] = {
+    "QUERYCAP": (_request(v4l2.VIDIOC_QUERYCAP), v4l2.v4l2_capability),
+    "ENUM_FMT": (_request(v4l2.VIDIOC_ENUM_FMT), v4l2.v4l2_fmtdesc),
+    "G_FMT": (_request(v4l2.VIDIOC_G_FMT), Format),
+    "S_FMT": (_request(v4l2.VIDIOC_S_FMT), Format),
+    "REQBUFS": (_request(v4l2.VIDIOC_REQBUFS), v4l2.v4l2_requestbuffers),
+    "QUERYBUF": (_request(v4l2.VIDIOC_QUERYBUF), v4l2.v4l2_buffer),
+    "QBUF": (_request(v4l2.VIDIOC_QBUF), v4l2.v4l2_buffer),
+    "DQBUF": (_request(v4l2.VIDIOC_DQBUF), v4l2.v4l2_buffer),
+    "STREAMON": (_request(v4l2.VIDIOC_STREAMON), ctypes.c_int),
+    "STREAMOFF": (_request(v4l2.VIDIOC_STREAMOFF), ctypes.c_int),
+    "G_PARM": (_request(v4l2.VIDIOC_G_PARM), v4l2.v4l2_streamparm),
+    "S_PARM": (_request(v4l2.VIDIOC_S_PARM), v4l2.v4l2_streamparm),
+    "QUERY_EXT_CTRL": (_request(v4l2.VIDIOC_QUERY_EXT_CTRL), v4l2.v4l2_query_ext_ctrl),
+    "QUERYMENU": (_request(v4l2.VIDIOC_QUERYMENU), v4l2.v4l2_querymenu),
+    "G_CTRL": (_request(v4l2.VIDIOC_G_CTRL), v4l2.v4l2_control),
+    "S_CTRL": (_request(v4l2.VIDIOC_S_CTRL), v4l2.v4l2_control),
+    "ENUM_FRAMESIZES": (_request(v4l2.VIDIOC_ENUM_FRAMESIZES), v4l2.v4l2_frmsizeenum),
+}
+"""Number and argument of every request that is made, by its name without VIDIOC_."""
+
+
+def fourcc(name: str) -> int:
+    """The number of a pixel format, e.g. of "GREY"."""
+    return int.from_bytes(name.encode("ascii").ljust(4), "little")
+
+
+def fourcc_name(number: int) -> str:
+    """The name of a pixel format."""
+    return number.to_bytes(4, "little").decode("ascii", "replace").strip()
