@@ -1,6 +1,7 @@
 """The serial line to a driver of lights, and what each of its failures means in plain words."""
 
 import errno
+import termios
 import time
 from pathlib import Path
 
@@ -10,6 +11,10 @@ from bridge.errors import BadInput, DeviceError
 
 READ_SLICE_S = 0.05
 """Longest single wait for bytes; the deadline is the caller's."""
+
+
+FAILURES = (serial.SerialException, OSError, ValueError, TypeError, termios.error)
+"""What pyserial lets through from a device that is not there (any more)."""
 
 
 class PortGoneError(DeviceError):
@@ -29,7 +34,7 @@ class Port:
         self.path = path
         try:
             self._serial = serial.Serial(path, baud, timeout=READ_SLICE_S, write_timeout=1.0, exclusive=True)
-        except (serial.SerialException, OSError, ValueError) as error:
+        except FAILURES as error:
             raise _opening_failed(path, error) from None
 
     def fileno(self) -> int:
@@ -50,7 +55,7 @@ class Port:
             self._serial.flush()
         except serial.SerialTimeoutException:
             raise DeviceError(f"The lights at {self.path} take no data.", "Check cable and power.") from None
-        except (serial.SerialException, OSError, ValueError) as error:
+        except FAILURES as error:
             raise self._gone() from error
 
     def receive(self, deadline: float) -> bytes:
@@ -60,14 +65,14 @@ class Port:
                 data = bytes(self._serial.read(max(1, self._serial.in_waiting)))
                 if data or time.monotonic() >= deadline:
                     return data
-        except (serial.SerialException, OSError, ValueError, TypeError) as error:
+        except FAILURES as error:
             raise self._gone() from error
 
     def close(self) -> None:
         """Give the line back; may be called twice."""
         try:
             self._serial.close()
-        except (serial.SerialException, OSError):
+        except FAILURES:
             return  # a line that is gone needs no closing
 
     def _gone(self) -> PortGoneError:

@@ -264,9 +264,11 @@ def _set_frame_rate(node: Node, rate: float | None) -> float | None:
 def _stamp(buffer: Any) -> Stamp:
     from_driver = buffer.flags & BUFFER_CLOCK_MASK == BUFFER_CLOCK_MONOTONIC
     stamped = buffer.timestamp.secs + 1e-6 * buffer.timestamp.usecs
+    now = time.monotonic()
     return Stamp(
         sequence=buffer.sequence,
-        time=stamped if from_driver else time.monotonic(),
+        # some drivers say when the frame should have been complete, which may be yet to come
+        time=min(stamped, now) if from_driver else now,
         at_start=from_driver and bool(buffer.flags & BUFFER_STAMPED_AT_START),
         from_driver=from_driver,
     )
