@@ -9,12 +9,16 @@
             request_stop/1,           % +Reason
             request_abort/0,
             report_exogenous/1,       % +Action
+            explain/2,                % +Question, +History
+            step_through/2,           % +Program, +Options
             fluent_value/3,           % ?Fluent, +Situation, -Value
             situation_holds/2,        % +Formula, +Situation
             situation_history/2,      % +Situation, -History
             random_fraction/1,        % -Fraction
             random_pick/2             % +List, -Element
           ]).
+:- use_module(console, [step_through/2]).
+:- use_module(explain, [why/3]).
 :- use_module(chance, [random_fraction/1, random_pick/2]).
 :- use_module(devices, [report_exogenous/1]).
 :- use_module(executive, [run/2, request_stop/1, request_abort/0]).
@@ -63,6 +67,18 @@ final(Program, History) :-
 holds(Formula, History) :-
     history_situation(History, S),
     indigolog_formula:test(Formula, S).
+
+%!  explain(+Question, +History) is det.
+%
+%   Print why, after History, something is not so.  Question is poss(Action): why is
+%   Action not possible? holds(Formula): why is Formula false? search(Program): which
+%   ways did the search for a complete execution reject? Or a program: why has it no
+%   step?
+
+explain(Question, History) :-
+    history_situation(History, S),
+    why(Question, S, Whys),
+    print_message(help, golog(why(Whys))).
 
 %!  situation_holds(+Formula, +Situation) is nondet.
 %

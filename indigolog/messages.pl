@@ -2,6 +2,9 @@
           [ progress_message/1        % +Message
           ]).
 :- use_module(library(debug), [debugging/1]).
+:- use_module(explain, [why/3]).
+:- use_module(explanation_text, [explanations//1]).
+:- use_module(situation, [history_situation/2]).
 
 /** <module> What the interpreter says */
 
@@ -24,6 +27,8 @@ prolog:error_message(golog(Error)) -->
 
 message(prompt(sensing(A))) -->
     [ '~q: sensing result? '-[A], flush ].
+message(prompt(step)) -->
+    [ '> ', flush ].
 message(prompt(exogenous)) -->
     [ 'Exogenous action (nil. for none)? '-[], flush ].
 
@@ -35,6 +40,8 @@ message(progress(plan(kept, Actions))) -->
     [ 'the world is not as expected; the ~D actions left of the plan still do: ~p'-[N, Actions] ].
 message(device_left(Device)) -->
     [ 'Device ~q does not end: its thread is left behind'-[Device] ].
+message(no_term(Text)) -->
+    [ '~w: not a Prolog term; once more, please'-[Text] ].
 message(undeclared_event(A)) -->
     [ 'Ignored ~q: the theory declares no such exogenous action'-[A] ].
 
@@ -85,9 +92,10 @@ error_text(not_a_program(E)) -->
     [ '~q is not a program'-[E] ].
 error_text(recursion(Call, N)) -->
     [ 'procedure calls nest ~D deep without an action, the last is ~q'-[N, Call] ].
-error_text(program_ended(Outcome, _, History)) -->
+error_text(program_ended(Outcome, Rest, History)) -->
     { length(History, N) },
-    [ 'the program ended as ~w after ~D actions'-[Outcome, N] ].
+    [ 'the program ended as ~w after ~D actions'-[Outcome, N] ],
+    stands(Outcome, Rest, History).
 error_text(no_journal(File)) -->
     [ 'cannot resume: ~w does not exist or tells of no run'-[File] ].
 error_text(other_program(File, Program)) -->
@@ -135,8 +143,18 @@ error_text(achieve_option(O)) -->
     [ '~q is not an option of achieve/3: actions(List), id(_), mess(_)'-[O] ].
 error_text(unknown_exogenous(A)) -->
     [ 'sim(~q): the theory declares no such exogenous action'-[A] ].
+error_text(no_answer(wait)) -->
+    [ 'the input ended while the program waited for an exogenous action'-[] ].
 error_text(no_answer(A)) -->
     [ 'the input ended before it gave a sensing result for ~q'-[A] ].
+
+% What a program that failed could not get past.
+stands(failed, Rest, History) -->
+    { catch(( history_situation(History, S), why(Rest, S, [Why|Whys]) ), _, fail) },
+    !,
+    [ ':'-[], nl ],
+    explanations([Why|Whys]).
+stands(_, _, _) --> [].
 
 after([]) --> [ ' in the initial situation'-[] ].
 after([A|H]) -->

@@ -1,14 +1,22 @@
 :- module(indigolog_run, [main/0]).
+:- use_module(library(debug), [debug/1]).
 :- use_module(library(lists), [reverse/2, member/2]).
+:- use_module(library(option), [option/2, option/3]).
 :- use_module(indigolog).
 :- use_module(checks, [check_theory/0, check_program/1]).
+:- use_module(console, [step_through/2]).
+:- use_module(explain, [why/3]).
+:- use_module(explanation_text, [explanations//1]).
 :- use_module(messages, []).
+:- use_module(offline, [bounded_do/4]).
+:- use_module(situation, [initial_situation/1]).
+:- use_module(theory, [current_theory/1, action_template/3]).
 
 :- initialization(main, main).
 
 /** <module> Run a Golog program of a theory file
 
-    swipl indigolog/run.pl -- THEORY PROGRAM [--offline|--online] [--max-actions N]
+    swipl indigolog/run.pl -- THEORY PROGRAM [--offline|--online|--step] [OPTION...]
 */
 
 %!  main is det.
@@ -22,8 +30,8 @@ main :-
     halt(Status).
 
 run(Argv, Status) :-
-    arguments(Argv, options(offline, inf), Options, Words),
-    (   Options == help
+    arguments(Argv, Options, Words),
+    (   option(help(true), Options)
     ->  usage(Usage),
         format("~w~n", [Usage]),
         Status = 0
@@ -31,17 +39,38 @@ run(Argv, Status) :-
     ->  program(Text, Program),
         load_theory(Theory),
         known_program(Program),
-        Options = options(Mode, Max),
-        run(Mode, Program, Max, Status)
+        (   option(trace(true), Options)
+        ->  debug(indigolog)
+        ;   true
+        ),
+        mode(Options, Mode),
+        run(Mode, Program, Options, Status)
     ;   throw(usage('two arguments are needed, THEORY and PROGRAM'))
     ).
 
+% The last of --offline, --online and --step counts; a journal has only an online run.
+mode(Options, Mode) :-
+    (   option(mode(Mode0), Options)
+    ->  Mode = Mode0
+    ;   member(Option, [journal(_), resume(_), replay(_)]),
+        option(Option, Options)
+    ->  Mode = online
+    ;   Mode = offline
+    ).
+
+arguments(Argv, Options, Words) :-
+    arguments(Argv, [], Options, Words).
+
 arguments([], Options, Options, []).
 arguments([W|Ws], Options0, Options, Words) :-
-    (   option_word(W, Ws, Options0, Options1, Ws1)
-    ->  (   Options1 == help
-        ->  Options = help, Words = []
-        ;   arguments(Ws1, Options1, Options, Words)
+    (   option_word(W, Option)
+    ->  arguments(Ws, [Option|Options0], Options, Words)
+    ;   value_word(W, Ws, Ws1, Flag, Text)
+    ->  (   option_value(Flag, Text, Option)
+        ->  arguments(Ws1, [Option|Options0], Options, Words)
+        ;   needs(Flag, What),
+            format(atom(Message), '~w needs ~w', [Flag, What]),
+            throw(usage(Message))
         )
     ;   sub_atom(W, 0, _, _, '--')
     ->  format(atom(Message), 'unknown option ~w', [W]),
@@ -50,23 +79,42 @@ arguments([W|Ws], Options0, Options, Words) :-
         arguments(Ws, Options0, Options, Words1)
     ).
 
-option_word('--help', Ws, _, help, Ws).
-option_word('-h', Ws, _, help, Ws).
-option_word('--offline', Ws, options(_, Max), options(offline, Max), Ws).
-option_word('--online', Ws, options(_, Max), options(online, Max), Ws).
-option_word(W, Ws0, options(Mode, _), options(Mode, Max), Ws) :-
-    (   W == '--max-actions'
-    ->  ( Ws0 = [Text|Ws] -> true ; Text = '', Ws = [] )
-    ;   atom_concat('--max-actions=', Text, W)
-    ->  Ws = Ws0
-    ),
-    (   catch(atom_number(Text, Max), _, fail),
-        integer(Max), Max >= 0
-    ->  true
-    ;   throw(usage('--max-actions needs a whole number'))
-    ).
+option_word('--help', help(true)).
+option_word('-h', help(true)).
+option_word('--offline', mode(offline)).
+option_word('--online', mode(online)).
+option_word('--step', mode(step)).
+option_word('--explain', explain(true)).
+option_word('--trace', trace(true)).
 
-usage('usage: swipl indigolog/run.pl -- THEORY PROGRAM [--offline|--online] [--max-actions N]
+% --flag VALUE or --flag=VALUE
+value_word(W, Ws0, Ws, Flag, Text) :-
+    needs(Flag, _),
+    (   W == Flag
+    ->  ( Ws0 = [Text|Ws] -> true ; Text = '', Ws = [] )
+    ;   atomic_list_concat([Flag, '='], Start),
+        atom_concat(Start, Text, W),
+        Ws = Ws0
+    ),
+    !.
+
+needs('--max-actions', 'a whole number').
+needs('--seed', 'a whole number').
+needs('--journal', 'a file').
+needs('--resume', 'a file').
+needs('--replay', 'a file').
+
+option_value('--max-actions', Text, max_actions(N)) :- whole_number(Text, N).
+option_value('--seed', Text, seed(N)) :- whole_number(Text, N).
+option_value('--journal', Text, journal(Text)) :- Text \== ''.
+option_value('--resume', Text, resume(Text)) :- Text \== ''.
+option_value('--replay', Text, replay(Text)) :- Text \== ''.
+
+whole_number(Text, N) :-
+    catch(atom_number(Text, N), _, fail),
+    integer(N), N >= 0.
+
+usage('usage: swipl indigolog/run.pl -- THEORY PROGRAM [--offline|--online|--step] [OPTION...]
 
 Runs PROGRAM, a Golog program (one Prolog term, in quotes), of the theory file
 THEORY. Executed actions are printed one a line, then "N actions.".
@@ -74,7 +122,14 @@ THEORY. Executed actions are printed one a line, then "N actions.".
   --offline         find a complete execution before printing it (default)
   --online          execute step by step; without a device in the theory,
                     sensing and exogenous actions are asked for on the terminal
+  --step            step through the program by hand; ? lists the commands
   --max-actions N   give up after N actions
+  --explain         say what was in the way when there is no complete execution
+  --trace           say on stderr what plans search finds
+  --seed N          of random choices, online
+  --journal FILE    write a fact an action, online
+  --resume FILE     go on after what that journal tells, and write to it
+  --replay FILE     follow that journal, and do nothing more
   --help            this text
 
 Exit status: 0 final, 1 the program failed or met --max-actions, 2 error.').
@@ -87,10 +142,11 @@ program(Text, Program) :-
 % The words of the program must be known before anything runs.
 known_program(Program) :-
     check_theory,
-    indigolog_checks:check_program(Program).
+    check_program(Program).
 
-run(offline, Program, Max, Status) :-
-    (   indigolog_offline:bounded_do(Program, Max, History, Limit),
+run(offline, Program, Options, Status) :-
+    option(max_actions(Max), Options, inf),
+    (   bounded_do(Program, Max, History, Limit),
         Limit \== true
     ->  printed(History),
         Status = 0
@@ -98,22 +154,46 @@ run(offline, Program, Max, Status) :-
         ->  say('no complete execution within ~w actions', [Max])
         ;   say('the program has no complete execution', [])
         ),
+        (   option(explain(true), Options)
+        ->  initial_situation(S),
+            explained(search(Program), S)
+        ;   true
+        ),
         Status = 1
     ).
-run(online, Program, Max, Status) :-
+run(online, Program, Options, Status) :-
     flag(indigolog_executed, _, 0),
-    indigolog(Program, [ on_action(indigolog_run:print_action),
-                         outcome(Outcome), max_actions(Max) ]),
+    findall(Option, online_option(Options, Option), Own),
+    indigolog(Program, [ on_action(indigolog_run:print_action), situation(S), rest(Rest),
+                         outcome(Outcome)|Own ]),
     flag(indigolog_executed, N, N),
     format("~d actions.~n", [N]),
-    (   Outcome == final
-    ->  Status = 0
-    ;   Outcome == limit
-    ->  say('stopped after ~w actions', [Max]),
-        Status = 1
-    ;   say('the program ~w', [Outcome]),
-        Status = 1
-    ).
+    ended(Outcome, Options, Rest, S, Status).
+run(step, Program, Options, 0) :-
+    findall(replay(File), option(replay(File), Options), Own),
+    step_through(Program, Own).
+
+online_option(Options, Option) :-
+    member(Option, [max_actions(_), seed(_), journal(_), resume(_), replay(_)]),
+    option(Option, Options).
+online_option(Options, journal(File)) :-
+    option(resume(File), Options).
+
+ended(final, _, _, _, 0).
+ended(replayed, _, _, _, 0).
+ended(limit, Options, _, _, 1) :-
+    option(max_actions(Max), Options),
+    say('stopped after ~w actions', [Max]).
+ended(aborted, _, _, _, 1) :-
+    say('the program was aborted', []).
+ended(failed, _, Rest, S, 1) :-
+    say('the program failed', []),
+    explained(Rest, S).
+
+explained(Question, S) :-
+    why(Question, S, Whys),
+    phrase(explanations(Whys), Lines),
+    print_message_lines(user_error, '', Lines).
 
 :- public print_action/2.
 
@@ -121,9 +201,9 @@ print_action(A, Situation) :-
     situation_history(Situation, [Newest|Before]),
     (   Newest = e(A, _), Before = [A|_]
     ->  Executed = true
-    ;   indigolog_theory:current_theory(Theory),
-        \+ ( indigolog_theory:action_template(Theory, A, exog),
-             \+ indigolog_theory:action_template(Theory, A, prim) ),
+    ;   current_theory(Theory),
+        \+ ( action_template(Theory, A, exog),
+             \+ action_template(Theory, A, prim) ),
         A \= failed(_, _)
     ->  Executed = true
     ;   Executed = false

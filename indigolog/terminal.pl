@@ -5,6 +5,8 @@
             forget_input_ended/0
           ]).
 
+:- use_module(library(readutil), [read_line_to_string/2]).
+
 /** <module> The terminal as the world
 
 What a person at the terminal answers stands for sensing results and exogenous
@@ -53,9 +55,29 @@ input_ended :-
 forget_input_ended :-
     nb_setval(indigolog_input_ended, false).
 
+% A term, with or without a full stop, on as many lines as it takes.
 prompt_for(What, Answer) :-
     print_message(help, golog(prompt(What))),
     prompt(Old, ''),
-    setup_call_cleanup(true,
-                       read(user_input, Answer),
-                       prompt(_, Old)).
+    call_cleanup(read_answer("", Answer0), prompt(_, Old)),
+    (   Answer0 = term(Answer)
+    ->  true
+    ;   print_message(error, golog(no_term(Answer0))),
+        prompt_for(What, Answer)
+    ).
+
+read_answer(Before, Answer) :-
+    read_line_to_string(user_input, Line),
+    (   Line == end_of_file
+    ->  Answer = term(end_of_file)
+    ;   atomics_to_string([Before, Line, "\n"], Text),
+        split_string(Text, "", " \t\r\n", [Trimmed]),
+        (   Trimmed == ""
+        ->  read_answer("", Answer)
+        ;   catch(term_string(Term, Trimmed), error(syntax_error(_), _), fail)
+        ->  Answer = term(Term)
+        ;   sub_string(Trimmed, _, 1, 0, ".")
+        ->  Answer = Trimmed
+        ;   read_answer(Text, Answer)
+        )
+    ).

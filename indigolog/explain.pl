@@ -1,0 +1,365 @@
+:- module(indigolog_explain,
+          [ why/3,                    % +Question, +Situation, -Whys
+            why_stuck/3               % +Program, +Situation, -Whys
+          ]).
+:- use_module(library(apply), [maplist/3]).
+:- use_module(library(lists), [member/2, memberchk/2, reverse/2]).
+:- use_module(library(occurs), [sub_term/2]).
+:- use_module(library(solution_sequences), [limit/2]).
+:- use_module(configuration).
+:- use_module(context, [top_context/1, by_priority/2, for_sequence/5]).
+:- use_module(formula, [holds/2, evaluate/3]).
+:- use_module(search_options, [new_memory/3, seen/4]).
+:- use_module(situation).
+:- use_module(substitution).
+:- use_module(termination, [final/3]).
+:- use_module(theory).
+:- use_module(transition, [trans/5]).
+
+/** <module> Why something is not so
+
+A Why is one of
+
+    false(Formula, Parts)           % Formula is false, because of Parts
+    true(Formula, Parts)            % Formula is true, where it should not be
+    value(Fluent, Value)            % `unknown` for a fluent without a value
+    impossible(Action, Parts)
+    undeclared(Action)              % neither an action nor a procedure
+    not_an_instance(Action)         % of a declared action
+    no_axiom(Action)                % no precondition axiom
+    stopped(Interrupt)              % waits for interrupts to run
+    no_step(Program)                % anything else
+    dead_end(Actions, Whys)         % a way that does not lead to the end
+
+and is printed by explanations//1 of explanation_text.pl.
+*/
+
+% Most instances, alternatives and dead ends that are told of.
+most(5).
+most_dead_ends(20).
+most_configurations(10_000).
+
+% What looking for an explanation may cost.
+most_inferences(2_000_000).
+
+%!  why(+Question, +Situation, -Whys) is det.
+%
+%   Question is poss(Action), holds(Formula), search(Program) or a program.  Whys
+%   is empty where there is nothing to explain.
+
+why(poss(A), S, Whys) =>
+    findall(Why, why_not_possible(A, S, Why), Whys).
+why(holds(P), S, Whys) =>
+    findall(Why, why_false(P, S, Why), Whys).
+why(search(E), S, Whys) =>
+    top_context(C),
+    findall(Why, bounded(search(E), dead_end(E, S, C, Why), Why), Whys).
+why(E, S, Whys) =>
+    why_stuck(E, S, Whys).
+
+:- meta_predicate bounded(+, 0, -).
+
+bounded(E, Goal, Why) :-
+    most_inferences(Limit),
+    call_with_inference_limit(Goal, Limit, Result),
+    (   Result == inference_limit_exceeded
+    ->  Why = no_step(E)
+    ;   true
+    ).
+
+
+                /* Formulas */
+
+% why_false(+Formula, +Situation, -Why) is semidet: fails if Formula is true.
+
+why_false(P, S, false(P, Parts)) :-
+    \+ is_true(P, S),
+    parts(P, S, Parts0),
+    (   Parts0 = [value(P0, _)],           % a fluent alone: its value is said
+        P0 == P
+    ->  Parts = []
+    ;   Parts = Parts0
+    ).
+
+is_true(P, S) :-
+    catch(holds(P, S), error(_, _), fail),
+    !.
+
+whys_false(Ps, S, Whys) :-
+    findall(Why, ( member(P, Ps), why_false(P, S, Why) ), Whys).
+
+% parts(+Formula, +Situation, -Parts): why a formula is false that is false.
+
+parts(P, _, Parts), var(P) =>
+    Parts = [].
+parts(and(P, Q), S, Parts) =>
+    first_false([P, Q], S, Parts).
+parts((P, Q), S, Parts) =>
+    first_false([P, Q], S, Parts).
+parts(and(Ps), S, Parts) =>
+    first_false(Ps, S, Parts).
+parts(or(P, Q), S, Parts) =>
+    whys_false([P, Q], S, Parts).
+parts(or(Ps), S, Parts) =>
+    whys_false(Ps, S, Parts).
+parts(neg(P), S, Parts) =>
+    Parts = [true(P, Values)],
+    once(holds(P, S)),
+    values(P, S, Values).
+parts(\+ P, S, Parts) =>
+    parts(neg(P), S, Parts).
+parts(impl(P, Q), S, Parts) =>
+    holds(P, S),
+    !,
+    values(P, S, Values),
+    why_false(Q, S, Why),
+    Parts = [true(P, Values), Why].
+parts(some(V, P), S, Parts) =>
+    most(Most),
+    findall(Why,
+            limit(Most, ( instance(V, P, S, P1), why_false(P1, S, Why) )),
+            Parts0),
+    (   Parts0 == []
+    ->  values(P, S, Parts)
+    ;   Parts = Parts0
+    ).
+parts(all(V, P), S, Parts) =>
+    (   instance(V, P, S, P1),
+        why_false(P1, S, Why)
+    ->  Parts = [Why]
+    ;   values(P, S, Parts)
+    ).
+parts(P, S, Parts) =>
+    situation_theory(S, Theory),
+    theory_module(Theory, Module),
+    (   Module:proc(P, Body)
+    ->  parts(Body, S, Parts)
+    ;   values(P, S, Parts)
+    ).
+
+% Of a conjunction the first part that fails, after what the others bind.
+first_false([P|Ps], S, Parts) :-
+    (   Ps \== [],
+        catch(holds(P, S), error(_, _), fail)
+    ->  first_false(Ps, S, Parts)
+    ;   why_false(P, S, Why)
+    ->  Parts = [Why]
+    ;   Parts = []
+    ).
+
+% The instances of a formula over a domain that is given.
+instance(V, P, S, P1) :-
+    (   is_list(V)
+    ->  instance_of_each(V, P, S, P1)
+    ;   nonvar(V),
+        V = (V0, D)
+    ->  evaluate(D, S, D1),
+        situation_theory(S, Theory),
+        domain_list(Theory, D1, Values),
+        member(X, Values),
+        substitute(V0, X, P, P1)
+    ;   substitute(V, _, P, P1)
+    ).
+
+instance_of_each([], P, _, P).
+instance_of_each([V|Vs], P0, S, P) :-
+    instance(V, P0, S, P1),
+    instance_of_each(Vs, P1, S, P).
+
+%   values(+Formula, +Situation, -Parts): the values of the fluents in Formula.
+
+values(P, S, Values) :-
+    situation_theory(S, Theory),
+    findall(F, ( sub_term(F, P), callable(F), fluent_template(Theory, F, _) ), Fluents0),
+    sort(Fluents0, Fluents),
+    findall(Value, ( member(F, Fluents), value(F, S, Value) ), Values).
+
+value(F, S, value(F, Value)) :-
+    (   ground(F)
+    ->  (   fluent_value(F, S, Value0)
+        ->  Value = Value0
+        ;   Value = unknown
+        )
+    ;   most(Most),
+        limit(Most, fluent_value(F, S, Value))
+    ).
+
+
+                /* Actions */
+
+% why_not_possible(+Action, +Situation, -Why) is semidet: fails if Action is
+% possible.
+
+why_not_possible(A, S, Why) :-
+    situation_theory(S, Theory),
+    theory_module(Theory, Module),
+    (   \+ action_template(Theory, A, _)
+    ->  Why = undeclared(A)
+    ;   \+ Module:prim_action(A)
+    ->  Why = not_an_instance(A)
+    ;   \+ Module:poss(A, _)
+    ->  Why = no_axiom(A)
+    ;   \+ ( Module:poss(A, P), is_true(P, S) ),
+        findall(P, Module:poss(A, P), Ps),
+        whys_false(Ps, S, Parts),
+        Why = impossible(A, Parts)
+    ).
+
+
+                /* Programs */
+
+%!  why_stuck(+Program, +Situation, -Whys) is det.
+%
+%   What stands in the way of each of the ways to begin Program.
+
+why_stuck(E, S, Whys) :-
+    top_context(C),
+    most(Most),
+    findall(Why, limit(Most, bounded(E, blocked(E, S, C, Why), Why)), Whys0),
+    sort(0, @<, Whys0, Whys).
+
+% blocked(+E, +S, +C, -Why) is nondet: one Why for each way to begin.
+
+blocked(E, _, _, Why), var(E) =>
+    Why = no_step(E).
+blocked([], _, _, _) =>
+    fail.
+blocked([E|L], S, C, Why) =>
+    (   trans(E, S, C, E1, S1)
+    *-> same_situation(S, S1),
+        ( E1 == [] -> Next = L ; Next = [E1|L] ),
+        blocked(Next, S1, C, Why)
+    ;   final(E, S, C)
+    *-> blocked(L, S, C, Why)
+    ;   blocked(E, S, C, Why)
+    ).
+blocked(stop_interrupts, _, _, _) =>
+    fail.
+blocked(?(P), S, _, Why) =>
+    why_false(P, S, Why).
+blocked(if(P, E), S, C, Why) =>
+    blocked(if(P, E, ?(P)), S, C, Why).
+blocked(if(P, E, F), S, C, Why) =>
+    (   holds(P, S)
+    ->  blocked(E, S, C, Why)
+    ;   blocked(F, S, C, Why)
+    ).
+blocked(while(P, E), S, C, Why) =>
+    (   holds(P, S)
+    *-> blocked(E, S, C, Why)
+    ;   why_false(P, S, Why)
+    ).
+blocked(pi(V, E), S, C, Why) =>
+    instance(V, E, S, E1),
+    blocked(E1, S, C, Why).
+blocked(pi(V, D, E), S, C, Why) =>
+    blocked(pi((V, D), E), S, C, Why).
+blocked(for(V, D, E), S, C, Why) =>
+    for_sequence(V, D, E, S, Es),
+    blocked(Es, S, C, Why).
+blocked(interrupt(P, E), S, C, Why) =>
+    (   holds(P, S)
+    ->  blocked(E, S, C, Why)
+    ;   why_false(P, S, Why)
+    ).
+blocked(prioritized_interrupts(Is), S, C, Why) =>
+    by_priority(Is, E),
+    blocked(E, S, C, Why).
+blocked('$interrupts'(_, E), S, C, Why) =>
+    blocked(E, S, C, Why).
+blocked('$stopped'(E), S, C, Why) =>
+    blocked(E, S, C, Why).
+blocked('$plan'(E, _, _, _), S, C, Why) =>
+    blocked(search(E), S, C, Why).
+blocked(gexec(P, E), S, C, Why) =>
+    (   holds(P, S)
+    ->  blocked(E, S, C, Why)
+    ;   why_false(P, S, Why)
+    ).
+blocked(search(E, _), S, C, Why) =>
+    blocked(search(E), S, C, Why).
+blocked(search(E), S, C, Why) =>
+    dead_end(E, S, C, Why).
+blocked(E, S, C, Why), parts_of_program(E, Parts) =>
+    member(Part, Parts),
+    blocked(Part, S, C, Why).
+blocked(E, S, C, Why) =>
+    situation_theory(S, Theory),
+    theory_module(Theory, Module),
+    (   Module:proc(E, Body)
+    ->  blocked(Body, S, C, Why)
+    ;   callable(E),
+        evaluated(E, S, A),
+        why_not_possible(A, S, Why)
+    ).
+
+% Each of these is stuck only where all its parts are.
+parts_of_program(ndet(E, F), [E, F]).
+parts_of_program(wndet(E, F), [E, F]).
+parts_of_program(rndet(E, F), [E, F]).
+parts_of_program(conc(E, F), [E, F]).
+parts_of_program(pconc(E, F), [E, F]).
+parts_of_program(rconc(E, F), [E, F]).
+parts_of_program(rconc(Es), Es).
+parts_of_program(rrobin(Es), Es).
+parts_of_program(sync(Es), Es).
+parts_of_program(star(E), [E]).
+parts_of_program(star(E, _), [E]).
+parts_of_program(iconc(E), [E]).
+parts_of_program(atomic(E), [E]).
+parts_of_program(time(E, _), [E]).
+parts_of_program(ttime(E, _), [E]).
+parts_of_program(rpi(V, E), [pi(V, E)]).
+parts_of_program(rpi(V, D, E), [pi(V, D, E)]).
+parts_of_program(interrupt(V, P, E), [pi(V, if(P, E))]).
+parts_of_program(goal(_, E, _, _), [E]).
+
+evaluated(E, S, A) :-
+    E =.. [Name|Args0],
+    maplist(evaluated_argument(S), Args0, Args),
+    A =.. [Name|Args].
+
+evaluated_argument(S, Arg, Value) :-
+    (   catch(evaluate(Arg, S, Value0), error(_, _), fail)
+    ->  Value = Value0
+    ;   Value = Arg
+    ).
+
+% dead_end(+Program, +Situation, +Context, -Why) is nondet: the ways to execute
+% Program that lead nowhere, in the order of depth first search, up to the first
+% that leads to the end: dead_end(Actions, Whys), with what was in the way after
+% Actions.
+
+dead_end(E, S, C, Why) :-
+    new_memory(E, S, Memory),
+    most_dead_ends(Most),
+    most_configurations(Configurations),
+    State = state(Configurations),
+    findall(End, limit(Most, way(E, S, C, [], Memory, State, End)), Ends0),
+    before_end(Ends0, Ends),
+    member(Why, Ends).
+
+before_end([], []).
+before_end([End|More], Ends) :-
+    (   End == end
+    ->  Ends = []
+    ;   Ends = [End|Ends1],
+        before_end(More, Ends1)
+    ).
+
+way(E, S, C, Done, Memory, State, End) :-
+    arg(1, State, Left),
+    Left > 0,
+    Left1 is Left-1,
+    nb_setarg(1, State, Left1),
+    \+ seen(Memory, E, S, 0),
+    (   ends(E, S, C)
+    ->  End = end
+    ;   after_action(E, S, C, E1, S1)
+    *-> last_action(S1, A),
+        way(E1, S1, C, [A|Done], Memory, State, End)
+    ;   reverse(Done, Actions),
+        findall(Why, blocked(E, S, C, Why), Whys0),
+        sort(0, @<, Whys0, Whys),
+        End = dead_end(Actions, Whys)
+    ).

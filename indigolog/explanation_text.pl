@@ -1,0 +1,66 @@
+:- module(indigolog_explanation_text,
+          [ explanations//1           % +Whys
+          ]).
+
+/** <module> How the explanations of explain.pl read */
+
+:- multifile prolog:message//1.
+
+prolog:message(golog(why([]))) -->
+    [ 'There is nothing to explain: it is so'-[] ].
+prolog:message(golog(why(Whys))) -->
+    { Whys = [_|_] },
+    explanations(Whys).
+
+%!  explanations(+Whys)// is det.
+%
+%   Message lines, parts indented below what they explain.
+
+explanations(Whys) -->
+    explanations(Whys, 0).
+
+explanations([], _) --> [].
+explanations([Why], Depth) -->
+    !,
+    explanation(Why, Depth).
+explanations([Why|Whys], Depth) -->
+    explanation(Why, Depth),
+    [ nl ],
+    explanations(Whys, Depth).
+
+explanation(Why, Depth) -->
+    { Columns is 2*Depth },
+    [ '~*c'-[Columns, 0'\s] ],
+    said(Why, Parts),
+    below(Parts, Depth).
+
+below([], _) --> [].
+below([Part|Parts], Depth) -->
+    [ nl ],
+    { Deeper is Depth+1 },
+    explanation(Part, Deeper),
+    below(Parts, Depth).
+
+said(false(P, Parts), Parts) -->
+    [ '~p is false'-[P] ].
+said(true(P, Parts), Parts) -->
+    [ '~p is true'-[P] ].
+said(value(F, unknown), []) -->
+    !,
+    [ '~p has no known value'-[F] ].
+said(value(F, V), []) -->
+    [ '~p = ~p'-[F, V] ].
+said(impossible(A, Parts), Parts) -->
+    [ 'action ~p is not possible'-[A] ].
+said(undeclared(A), []) -->
+    [ '~p is neither an action nor a procedure of the theory'-[A] ].
+said(not_an_instance(A), []) -->
+    [ 'action ~p is not one of those that are declared'-[A] ].
+said(no_axiom(A), []) -->
+    [ 'action ~p has no precondition axiom'-[A] ].
+said(no_step(E), []) -->
+    [ '~p has no step'-[E] ].
+said(dead_end([], Parts), Parts) -->
+    [ 'at once:'-[] ].
+said(dead_end([A|As], Parts), Parts) -->
+    [ 'after ~p:'-[[A|As]] ].

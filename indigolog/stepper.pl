@@ -1,0 +1,258 @@
+:- module(indigolog_stepper,
+          [ start_stepper/3,          % +Program, +Options, -Stepper
+            stop_stepper/1,           % +Stepper
+            command/4                 % +Command, +Stepper, -Stepper1, -Answer
+          ]).
+:- use_module(library(lists), [member/2, nth1/3, reverse/2]).
+:- use_module(library(option), [option/3]).
+:- use_module(configuration).
+:- use_module(context, [top_context/1]).
+:- use_module(devices).
+:- use_module(explain, [why/3]).
+:- use_module(formula, [holds/2]).
+:- use_module(journal, [journal_entries/3]).
+:- use_module(situation).
+:- use_module(theory).
+
+/** <module> A program step by step, by hand
+
+A stepper is stepper(Configurations, Devices), the configurations being
+conf(E, S, Entries), the newest first: the program that remains, the situation,
+and what a journal tells of the time after it, if one is replayed.
+
+| command         | does                                                       |
+|-----------------|------------------------------------------------------------|
+| step            | the next action, the first of the possible ones            |
+| step(N)         | the N-th of the possible ones                              |
+| run, run(N)     | steps until there is none, N steps                         |
+| next            | what can happen next                                       |
+| fluents         | every fluent that has a value                              |
+| fluents(F)      | those that match                                           |
+| program         | the program that remains                                   |
+| history         | the actions so far                                         |
+| exog(A)         | the exogenous action A happens                             |
+| undo            | as if the last command that did something had not been     |
+| test(P)         | is formula P true?                                         |
+| why             | why the program has no step                                |
+| why(Question)   | poss(A), holds(P), search(E) or a program                  |
+| help            | the commands                                               |
+*/
+
+%!  start_stepper(+Program, +Options, -Stepper) is det.
+%
+%   Options are device(Module)*, deadline(Seconds) as for indigolog/2, and
+%   replay(File): steps are those of that journal to its end.
+
+start_stepper(Program, Options, stepper([conf(Program, S, Entries)], Devices)) :-
+    current_theory(Theory),
+    option(replay(File), Options, none),
+    (   File == none
+    ->  Entries = []
+    ;   exists_file(File),
+        journal_entries(File, _, Entries)
+    ->  true
+    ;   throw(error(golog(no_journal(File)), _))
+    ),
+    initial_situation(Theory, S),
+    open_devices(Options, Theory, Devices).
+
+%!  stop_stepper(+Stepper) is det.
+
+stop_stepper(stepper(_, Devices)) :-
+    close_devices(Devices).
+
+%!  command(+Command, +Stepper, -Stepper1, -Answer) is det.
+
+command(step, Stepper, Stepper1, Answer) =>
+    command(step(1), Stepper, Stepper1, Answer).
+command(step(N), Stepper, Stepper1, Answer) =>
+    Stepper = stepper([Now|Past], Devices),
+    (   step(N, Now, Devices, New, Happened)
+    ->  Stepper1 = stepper([New, Now|Past], Devices),
+        Answer = happened([Happened])
+    ;   Stepper1 = Stepper,
+        (   N > 1
+        ->  Answer = no_such_step(N)
+        ;   stuck(Now, Answer)
+        )
+    ).
+command(run, Stepper, Stepper1, Answer) =>
+    command(run(inf), Stepper, Stepper1, Answer).
+command(run(N), stepper([Now|Past], Devices), Stepper1, Answer) =>
+    run(N, Now, Devices, New, Happened),
+    (   Happened == []
+    ->  Stepper1 = stepper([Now|Past], Devices)
+    ;   Stepper1 = stepper([New, Now|Past], Devices)
+    ),
+    (   step_is_left(N, Happened)
+    ->  stuck(New, End)
+    ;   End = none
+    ),
+    Answer = ran(Happened, End).
+command(next, Stepper, Stepper1, Answer) =>
+    Stepper1 = Stepper,
+    now(Stepper, conf(E, S, _)),
+    possible_actions(E, S, Actions),
+    may_end(E, S, End),
+    Answer = next(Actions, End).
+command(fluents, Stepper, Stepper1, Answer) =>
+    command(fluents(_), Stepper, Stepper1, Answer).
+command(fluents(F), Stepper, Stepper1, Answer) =>
+    Stepper1 = Stepper,
+    now(Stepper, conf(_, S, _)),
+    known_fluents(S, Pairs),
+    findall(F-V, member(F-V, Pairs), Matching),
+    Answer = fluents(Matching).
+command(program, Stepper, Stepper1, Answer) =>
+    Stepper1 = Stepper,
+    now(Stepper, conf(E, _, _)),
+    Answer = program(E).
+command(history, Stepper, Stepper1, Answer) =>
+    Stepper1 = Stepper,
+    now(Stepper, conf(_, S, _)),
+    situation_history(S, History),
+    reverse(History, Actions),
+    Answer = history(Actions).
+command(exog(A), stepper([Now|Past], Devices), Stepper1, Answer) =>
+    Now = conf(E, S, Entries),
+    situation_theory(S, Theory),
+    theory_module(Theory, Module),
+    (   ground(A),
+        Module:exog_action(A)
+    ->  progress(A, S, S1),
+        Stepper1 = stepper([conf(E, S1, Entries), Now|Past], Devices),
+        Answer = happened([A])
+    ;   Stepper1 = stepper([Now|Past], Devices),
+        Answer = not_exogenous(A)
+    ).
+command(undo, stepper([Now|Past], Devices), Stepper1, Answer) =>
+    (   Past == []
+    ->  Stepper1 = stepper([Now], Devices),
+        Answer = nothing_to_undo
+    ;   Stepper1 = stepper(Past, Devices),
+        Past = [conf(_, S, _)|_],
+        situation_length(S, N),
+        Answer = undone(N)
+    ).
+command(test(P), Stepper, Stepper1, Answer) =>
+    Stepper1 = Stepper,
+    now(Stepper, conf(_, S, _)),
+    (   holds(P, S)
+    ->  Answer = holds(P)
+    ;   why(holds(P), S, Whys),
+        Answer = why(Whys)
+    ).
+command(why, Stepper, Stepper1, Answer) =>
+    now(Stepper, conf(E, _, _)),
+    command(why(E), Stepper, Stepper1, Answer).
+command(why(Question), Stepper, Stepper1, Answer) =>
+    Stepper1 = Stepper,
+    now(Stepper, conf(_, S, _)),
+    why(Question, S, Whys),
+    Answer = why(Whys).
+command(help, Stepper, Stepper1, Answer) =>
+    Stepper1 = Stepper,
+    Answer = help.
+
+now(stepper([Now|_], _), Now).
+
+
+                /* Steps */
+
+possible_actions(E, S, Actions) :-
+    top_context(C),
+    findall(A, ( after_action(E, S, C, _, S1), last_action(S1, A) ), Actions).
+
+may_end(E, S, End) :-
+    top_context(C),
+    (   \+ ends(E, S, C)
+    ->  End = no
+    ;   End = may_end
+    ).
+
+stuck(conf(E, S, _), Answer) :-
+    (   may_end(E, S, may_end)
+    ->  Answer = final
+    ;   possible_actions(E, S, [wait|_])
+    ->  Answer = waits
+    ;   why(E, S, Whys),
+        Answer = stuck(Whys)
+    ).
+
+% What the journal tells, or the N-th action, carried out.
+step(_, conf(E, S, [exogenous(_, A)|Entries]), _, conf(E, S1, Entries), Happened) :-
+    !,
+    Happened = A,
+    progress(A, S, S1).
+step(_, conf(E, S, [Entry|Entries]), _, conf(E1, S2, Entries), Happened) :-
+    !,
+    arg(2, Entry, A),
+    top_context(C),
+    (   after_action(E, S, C, E1, S1),
+        last_action(S1, A1),
+        A1 == A
+    ->  true
+    ;   throw(error(golog(journal_differs(Entry, E)), _))
+    ),
+    (   Entry = executed(_, _, Sensing)
+    ->  sensed(Sensing, A, S1, S2),
+        Happened = A
+    ;   Entry = failed(_, _, Reason),
+        Happened = failed(A, Reason),
+        progress(Happened, S, S2)
+    ).
+step(N, conf(E, S, []), Devices, conf(E1, S2, []), A) :-
+    top_context(C),
+    findall(A0, ( after_action(E, S, C, _, S0), last_action(S0, A0) ), Actions),
+    nth1(N, Actions, A),
+    nth_step(N, E, S, C, E1, S1),
+    (   A == wait
+    ->  waited(S),
+        S2 = S
+    ;   situation_theory(S, Theory),
+        execute_action(Devices, Theory, A, Sensing),
+        sensed(Sensing, A, S1, S2)
+    ).
+
+nth_step(N, E, S, C, E1, S1) :-
+    Count = count(0),
+    after_action(E, S, C, E1, S1),
+    arg(1, Count, N0),
+    N1 is N0+1,
+    nb_setarg(1, Count, N1),
+    N1 == N,
+    !.
+
+% The exogenous action that is waited for has just happened.
+waited(S) :-
+    last_action(S, A),
+    situation_theory(S, Theory),
+    theory_module(Theory, Module),
+    \+ \+ Module:exog_action(A).
+
+sensed(Sensing, A, S1, S2) :-
+    situation_theory(S1, Theory),
+    (   Sensing \== none,
+        sensing_action(Theory, A)
+    ->  progress(e(A, Sensing), S1, S2)
+    ;   S2 = S1
+    ).
+
+run(N, Now, Devices, New, Happened) :-
+    (   N \== 0,
+        step(1, Now, Devices, Next, A)
+    ->  Happened = [A|More],
+        fewer(N, N1),
+        run(N1, Next, Devices, New, More)
+    ;   New = Now,
+        Happened = []
+    ).
+
+fewer(inf, inf) :- !.
+fewer(N, N1) :- N1 is N-1.
+
+step_is_left(inf, _).
+step_is_left(N, Happened) :-
+    integer(N),
+    length(Happened, Done),
+    Done < N.

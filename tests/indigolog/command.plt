@@ -1,0 +1,87 @@
+:- module(test_indigolog_command, []).
+:- use_module(library(plunit)).
+:- use_module(library(lists), [append/3]).
+:- use_module(library(process), [process_create/3, process_wait/2]).
+
+/** <module> swipl indigolog/run.pl */
+
+here(Folder) :-
+    module_property(test_indigolog_command, file(Here)),
+    file_directory_name(Here, Folder).
+
+% run(+Words, +Input, -Status, -Output, -Errors): the command on the theory of the tests.
+run(Words, Input, Status, Output, Errors) :-
+    here(Folder),
+    atom_concat(Folder, '/../../indigolog/run.pl', Script),
+    atom_concat(Folder, '/theories/lights.pl', Theory),
+    current_prolog_flag(executable, Swipl),
+    process_create(Swipl, [Script, '--', Theory|Words],
+                   [stdin(pipe(In)), stdout(pipe(Out)), stderr(pipe(Err)), process(Process)]),
+    call_cleanup(( call_cleanup(write(In, Input), close(In)),
+                   read_string(Out, _, Output),
+                   read_string(Err, _, Errors) ),
+                 ( close(Out), close(Err), process_wait(Process, exit(Status)) )).
+
+:- begin_tests(command).
+
+test(offline, Status-Output == 0-"inc\nswitch(a)\n2 actions.\n") :-
+    run(['[inc, switch(a)]'], "", Status, Output, _).
+
+test(online_asks_the_terminal, Status-Output == 0-"look\ninc\n2 actions.\n") :-
+    run(['[look, ?(door = open), inc]', '--online'], "open\n", Status, Output, _).
+
+test(an_answer_on_two_lines, Status == 0) :-
+    run(['[look, ?(door = f(1)), inc]', '--online'], "\nf(\n1).\n", Status, _, _).
+
+test(waits_for_an_event, Status-Output == 0-"inc\n1 actions.\n") :-
+    run(['[wait, ?(counter = 10), inc]', '--online'], "nil.\nbump.\n", Status, Output, _).
+
+test(no_more_input, Status-true == 2-Said) :-
+    run([wait, '--online'], "", Status, _, Errors),
+    said(Errors, "the input ended while the program waited", Said).
+
+test(says_why_it_failed, Status-true == 1-Said) :-
+    run(['[inc, ?(lit(b))]', '--online'], "", Status, _, Errors),
+    said(Errors, "the program failed\nlit(b) is false", Said).
+
+test(explains_why_there_is_no_execution, Status-true == 1-Said) :-
+    run(['[star(inc, 1), ?(lit(b))]', '--explain'], "", Status, _, Errors),
+    said(Errors, "after [inc]:\n  lit(b) is false", Said).
+
+test(traces_search, true == Said) :-
+    run(['search([inc, inc])', '--trace'], "", _, _, Errors),
+    said(Errors, "search found a plan of 2 actions", Said).
+
+test(steps, Status-Output == 0-"Stepping through [inc,inc]. Commands: ? lists them\ninc\n1  inc\ninc\n\
+The program may end here\n\"leap\" is not a command; ? lists them\n") :-
+    run(['[inc, inc]', '--step'], "s\nnext\nr\nleap\nquit\n", Status, Output, _).
+
+test(help_of_the_stepper, true == Said) :-
+    run(['[inc, inc]', '--step'], "?\n", _, Output, _),
+    said(Output, "exog ACTION (e)", Said).
+
+test(journal_and_back, [setup(tmp_file(journal, File)), cleanup(delete_file(File)),
+                        First-Again-Replayed == "look\ninc\n2 actions.\n"-"look\ninc\n2 actions.\n"-"look\ninc\n2 actions.\n"]) :-
+    Program = '[look, ?(door = open), inc]',
+    run([Program, '--journal', File, '--seed', '7'], "open\n", 0, First, _),
+    run([Program, '--resume', File], "", 0, Again, _),
+    run([Program, '--replay', File], "", 0, Replayed, _).
+
+test(bad_usage, [forall(wrong(Words, Text)), Status-true == 2-Said]) :-
+    run(Words, "", Status, _, Errors),
+    said(Errors, Text, Said).
+
+wrong([], "two arguments are needed").
+wrong([inc, '--sideways'], "unknown option --sideways").
+wrong([inc, '--max-actions', many], "--max-actions needs a whole number").
+wrong([inc, '--seed=x'], "--seed needs a whole number").
+wrong([inc, '--journal'], "--journal needs a file").
+wrong([inc, '--resume', '/nowhere/at/all'], "cannot resume: /nowhere/at/all does not exist").
+
+said(Text, Part, Said) :-
+    (   sub_string(Text, _, _, _, Part)
+    ->  Said = true
+    ;   Said = Text
+    ).
+
+:- end_tests(command).

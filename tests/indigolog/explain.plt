@@ -1,0 +1,83 @@
+:- module(test_indigolog_explain, []).
+:- use_module(library(plunit)).
+:- use_module('../../indigolog/indigolog').
+:- use_module('../../indigolog/explain', [why/3]).
+:- use_module('../../indigolog/situation', [history_situation/2]).
+
+/** <module> What stands in the way of actions, formulas, programs and plans */
+
+load(Name) :-
+    module_property(test_indigolog_explain, file(Here)),
+    file_directory_name(Here, Folder),
+    atomic_list_concat([Folder, '/theories/', Name, '.pl'], File),
+    load_theory(File).
+
+whys(Question, History, Whys) :-
+    history_situation(History, S),
+    why(Question, S, Whys).
+
+text(Term, Text) :-
+    once(phrase(prolog:message(Term), Lines)),
+    with_output_to(string(Text), print_message_lines(current_output, '', Lines)).
+
+:- begin_tests(explain, [setup(load(lights))]).
+
+why(holds(counter > 3), [false(counter > 3, [value(counter, 0)])]).
+why(holds(counter < 3), []).
+why(holds(lit(a)), [false(lit(a), [])]).
+why(holds(and(counter = 0, lit(b))), [false(and(counter = 0, lit(b)), [false(lit(b), [])])]).
+why(holds(and(counter = 1, lit(b))), [false(and(counter = 1, lit(b)), [false(counter = 1, [value(counter, 0)])])]).
+why(holds(or(lit(a), counter > 3)),
+    [false(or(lit(a), counter > 3), [false(lit(a), []), false(counter > 3, [value(counter, 0)])])]).
+why(holds(neg(counter = 0)), [false(neg(counter = 0), [true(counter = 0, [value(counter, 0)])])]).
+why(holds(all((l, [a, b]), lit(l))), [false(all((l, [a, b]), lit(l)), [false(lit(a), [])])]).
+why(holds(all_lit), [false(all_lit, [false(lit(a), [])])]).
+why(holds(some((l, [a, b]), lit(l))),
+    [false(some((l, [a, b]), lit(l)), [false(lit(a), []), false(lit(b), [])])]).
+why(holds(door = open), [false(door = open, [value(door, unknown)])]).
+why(poss(inc), []).
+why(poss(never), [impossible(never, [false(false, [])])]).
+why(poss(switch(z)), [not_an_instance(switch(z))]).
+why(poss(nothing), [undeclared(nothing)]).
+why([?(counter = 0), ?(lit(a)), inc], [false(lit(a), [])]).
+why(ndet(never, ?(lit(a))), [false(lit(a), []), impossible(never, [false(false, [])])]).
+why(pi((l, [a, b]), [?(lit(l)), inc]), [false(lit(a), []), false(lit(b), [])]).
+why(while(counter < 0, inc), [false(counter < 0, [value(counter, 0)])]).
+why(prioritized_interrupts([interrupt(lit(a), inc)]), [false(lit(a), [])]).
+why(if(lit(a), inc, never), [impossible(never, [false(false, [])])]).
+why(inc, []).
+why(search([inc, ndet(switch(a), inc), ?(lit(b))]),
+    [ dead_end([inc, switch(a)], [false(lit(b), [])]),
+      dead_end([inc, inc], [false(lit(b), [])]) ]).
+why(search([ndet(never, inc)]), []).
+
+test(why, [forall(why(Question, Expected)), Whys == Expected]) :-
+    whys(Question, [], Whys).
+
+test(after_a_history, Whys == [false(counter > 3, [value(counter, 2)])]) :-
+    whys(holds(counter > 3), [inc, inc], Whys).
+
+% Alternatives that were rejected before the plan was found, and no more.
+test(up_to_the_plan, Whys == [dead_end([switch(a)], [false(lit(b), [])])]) :-
+    whys(search([ndet(switch(a), ndet(switch(b), inc)), ?(lit(b))]), [], Whys).
+
+test(no_end_of_steps_without_an_action, Whys == [no_step([while(true, ?(true)), inc])]) :-
+    whys([while(true, ?(true)), inc], [], Whys).
+
+test(reads_well, Text == "and(counter<3,lit(b)) is false\n  lit(b) is false\n") :-
+    whys(holds(and(counter < 3, lit(b))), [], Whys),
+    text(golog(why(Whys)), Text).
+
+test(nothing_to_explain, Text == "There is nothing to explain: it is so\n") :-
+    text(golog(why([])), Text).
+
+% The error of a program that got stuck says where.
+test(error, Text == "the program ended as failed after 1 actions:\nlit(b) is false\n") :-
+    catch(indigolog([inc, ?(lit(b))], [device(idle)]), error(golog(Formal), _), true),
+    phrase(prolog:error_message(golog(Formal)), Lines),
+    with_output_to(string(Text), print_message_lines(current_output, '', Lines)).
+
+idle:can_execute(_).
+idle:execute(_, none).
+
+:- end_tests(explain).
