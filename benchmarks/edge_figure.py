@@ -17,7 +17,8 @@ from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario, with_conditions
 from vision_server.channel import channel_statistics
 from vision_server.comparison_edges import ComparisonMethod, comparison_edges
-from vision_server.edges import EdgeMap, merge_channels
+from vision_server.edge_map import EdgeMap
+from vision_server.edges import merge_channels
 from vision_server.segments import extract_segments
 
 DEFAULT = Path(__file__).resolve().parent.parent / "docs" / "images" / "merged-edges.png"
@@ -35,10 +36,11 @@ Picture = NDArray[np.uint8]
 
 def drawn(edges: EdgeMap) -> Picture:
     """The strongest edgels, dark on white; the darker the stronger."""
-    count = int(STRONGEST * edges.ridge.size)
-    weakest = float(np.partition(edges.ridge, -count, axis=None)[-count])
-    rank = np.clip(edges.ridge / max(3.0 * weakest, 1e-6), 0.0, 1.0)
-    shade = np.where(edges.ridge >= max(weakest, 1e-6), BACKGROUND - rank * (BACKGROUND - INK), BACKGROUND)
+    ridge = edges.ridge
+    count = int(STRONGEST * ridge.size)
+    weakest = float(np.partition(ridge, -count, axis=None)[-count])
+    rank = np.clip(ridge / max(3.0 * weakest, 1e-6), 0.0, 1.0)
+    shade = np.where(ridge >= max(weakest, 1e-6), BACKGROUND - rank * (BACKGROUND - INK), BACKGROUND)
     return shade.astype(np.uint8)
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from vision_server.edge_map import EdgeMap
 
 Field = NDArray[np.float32]
 
@@ -71,13 +72,43 @@ def suppress_non_maxima(
     return ridge, offset
 
 
-def hysteresis(ridge: Field, low: float | Field, high: float | Field) -> NDArray[np.bool_]:
-    """Ridge pixels above ``low`` that are 8-connected to one above ``high``; thresholds scalar or (H, W)."""
-    weak = ridge > low
-    if not weak.any():
-        return weak
-    _, labels = cv2.connectedComponents(weak.view(np.uint8), connectivity=8)
-    kept = np.zeros(int(labels.max()) + 1, np.bool_)
-    kept[labels[weak & (ridge > high)]] = True
-    kept[0] = False
-    return np.asarray(kept[labels], dtype=np.bool_)
+@njit(cache=True, nogil=True)
+def _spread(
+    weak: NDArray[np.bool_], kept: NDArray[np.bool_], index: NDArray[np.int32], places: NDArray[np.int32]
+) -> None:
+    """From the edgels kept so far to the weak ones that are 8-connected to them."""
+    rows, columns = index.shape
+    stack = np.flatnonzero(kept)
+    depth = len(stack)
+    grown = np.empty(len(kept), np.int64)
+    grown[:depth] = stack
+    while depth > 0:
+        depth -= 1
+        y = places[grown[depth]] // columns
+        x = places[grown[depth]] - y * columns
+        for v in range(max(y - 1, 0), min(y + 2, rows)):
+            for u in range(max(x - 1, 0), min(x + 2, columns)):
+                at = index[v, u]
+                if at >= 0 and weak[at] and not kept[at]:
+                    kept[at] = True
+                    grown[depth] = at
+                    depth += 1
+
+
+def hysteresis(edges: EdgeMap, low: float | Field, high: float | Field) -> NDArray[np.bool_]:
+    """Edgels stronger than ``low`` that are 8-connected to one stronger than ``high``.
+
+    Parameters
+    ----------
+    edges
+        N edgels.
+    low, high
+        Thresholds, scalar or (N,).
+
+    Returns
+    -------
+    bool (N,).
+    """
+    weak, kept = edges.strength > low, edges.strength > np.maximum(low, high)
+    _spread(weak, kept, edges.index, edges.places)
+    return np.asarray(kept, dtype=np.bool_)

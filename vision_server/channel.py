@@ -2,7 +2,8 @@
 
 A *channel* is one image of the set. Its gradient is measured on linear intensity (tone curve undone) with the
 exposure divided out, so that channels are comparable. Each pixel gets a weight that says how lit it is in
-this channel, and the noise that the gradient carries there.
+this channel, and the noise that the gradient carries there. Weight and noise are smooth and are kept for
+each 2 x 2 px; the gradient is kept as a list of the pixels where it exceeds its noise.
 
 The weight is 2^(k l). l is the mean of the darkest and the brightest log2 intensity within reach: a shadow
 edge has a side that is darker than in the other channels, so its weight collapses, and because darkest and
@@ -11,6 +12,7 @@ brightest are the same all across an edge, the weight does not move the edge."""
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -18,8 +20,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
-from vision_server.blur import blur_sigma
+from vision_server.blur import blur_sigma, halved
 from vision_server.gaussian import gaussian_kernels
+from vision_server.gradient_pixels import GradientPixels, find_gradient_pixels
 from vision_server.noise import FINEST_SCALE_PX, gradient_scale, grey_noise
 
 Grey = NDArray[np.uint8]
@@ -28,51 +31,51 @@ Field = NDArray[np.float32]
 WEIGHT_EXPONENT = 12.0  # k: how steeply a channel loses its say where it is darker
 LIT_OFFSET_GREY = 8.0  # grey at reference exposure added before the logarithm: black is black
 SMOOTHING_SIGMA_PX = 1.0  # before the darkest and brightest are taken, against noise
+REACH = 2.5  # how far they are taken from, in standard deviations of an edge's spread
 SHARP_PX = 2.0  # blur up to this is what any lens and pixel do
 SHARPNESS_EXPONENT = (
     4.0  # a channel's say falls with its blur to this power: sharp ones know where an edge is
 )
 SATURATED_GREY = 250  # from here on a pixel is clipped
-MOST_SMOOTHING = 2.0  # beyond this the weakest quarter of the gradients is texture, not noise
-RAYLEIGH_QUARTER = 0.7585  # lower quartile of the length of a plane Gaussian vector, in standard deviations
-SAMPLE_STEP, MIN_SAMPLES = 4, 500
 SCALE_OF_BLUR = 0.2  # of the gradient, at least: much finer than the blur it would see noise only
 CLIPPED_STOPS = 0.25  # beside a clipped pixel a channel counts as so much darker: others know better
 FLOOR_NOISE_RATIO = 3.0  # a gradient under so many of its own standard deviations is no edge
 LOG2_WEIGHT_LIMIT = 100.0  # float32 holds 2^126; room for sums
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ChannelStatistics:
-    """What one image contributes to the merged edge map; all arrays (H, W).
+    """What one image contributes to the merged edge map.
 
     Attributes
     ----------
-    linear
-        float32, linear intensity at this frame's own exposure, 0..255 (255 is full scale).
-    contrast
-        float32, gradient magnitude as the height in grey, at reference exposure, of the ideal step edge that
-        would give it (gradient times sqrt(2 pi) sigma); 0 where below the noise floor.
-    orientation
-        float32, direction of the gradient taken as an axis, rad in [0, pi), 0 along x, pi/2 along y (down).
-    weight
-        float32, 2^(k l): how lit the pixel is in this channel.
-    noise
-        float32, standard deviation of ``contrast`` from sensor noise.
-    unsaturated
-        bool, False within reach of a clipped pixel.
+    image
+        uint8 (H, W), as it came.
+    gradient
+        Pixels whose gradient stands out of the noise. Magnitudes are contrasts: the height in grey, at
+        reference exposure, of the ideal step edge that would give the gradient (gradient times
+        sqrt(2 pi) sigma).
+    coarse_weight
+        float32 (H // 2, W // 2), 2^(k l) for 2 x 2 px: how lit they are in this channel.
+    coarse_noise
+        float32 (H // 2, W // 2), standard deviation of the contrast from sensor noise.
+    coarse_clear
+        bool (H // 2, W // 2), False within reach of a clipped pixel.
+    linear_of
+        float32 (256,), linear intensity of each grey at this frame's own exposure, 0..255 (255 is full
+        scale).
     exposure, sigma_px, blur_px
         Relative exposure of the frame; scale of the gradient; blur found in the image.
     noise_factor
-        By so much ``noise`` exceeds what white noise of the measured size would give: 1 to 2.
+        By so much ``coarse_noise`` exceeds what white noise of the measured size would give: 1 to 2.
     """
 
-    linear: Field
-    contrast: Field
-    orientation: Field
-    weight: Field
-    noise: Field
-    unsaturated: NDArray[np.bool_]
+    image: Grey
+    gradient: GradientPixels
+    coarse_weight: Field
+    coarse_noise: Field
+    coarse_clear: NDArray[np.bool_]
+    linear_of: Field
     exposure: float
     sigma_px: float
     blur_px: float
@@ -81,62 +84,68 @@ class ChannelStatistics:
     @property
     def shape(self) -> tuple[int, int]:
         """Height and width of the image in px."""
-        height, width = self.linear.shape
+        height, width = self.image.shape
         return height, width
 
+    @cached_property
+    def linear(self) -> Field:
+        """Linear intensity at this frame's own exposure, 0..255, float32 (H, W)."""
+        return np.asarray(cv2.LUT(self.image, self.linear_of), dtype=np.float32)
 
-@njit(cache=True)
-def _describe(
-    magnitude: Field,
-    angle: Field,
-    smoothed: Grey,
+    @cached_property
+    def contrast(self) -> Field:
+        """Contrast, 0 where it is below the noise floor, float32 (H, W)."""
+        return self._scattered(self.gradient.magnitude)
+
+    @property
+    def orientation(self) -> Field:
+        """Axis of the gradient, rad in [0, pi), 0 below the noise floor, float32 (H, W)."""
+        return self._scattered(self.gradient.axis)
+
+    @cached_property
+    def weight(self) -> Field:
+        """How lit each pixel is, float32 (H, W)."""
+        return self._at_full_size(self.coarse_weight)
+
+    @cached_property
+    def noise(self) -> Field:
+        """Standard deviation of ``contrast`` from sensor noise, float32 (H, W)."""
+        return self._at_full_size(self.coarse_noise)
+
+    @property
+    def unsaturated(self) -> NDArray[np.bool_]:
+        """False within reach of a clipped pixel, bool (H, W)."""
+        return np.asarray(self._at_full_size(self.coarse_clear.astype(np.float32)) > 0, dtype=np.bool_)
+
+    def _scattered(self, values: Field) -> Field:
+        field = np.zeros(self.shape, np.float32)
+        field.ravel()[self.gradient.places] = values
+        return field
+
+    def _at_full_size(self, coarse: Field) -> Field:
+        rows, columns = self.shape
+        field = np.repeat(np.repeat(coarse, 2, axis=0), 2, axis=1)
+        return np.pad(field, ((0, rows - len(field)), (0, columns - field.shape[1])), mode="edge")
+
+
+@njit(cache=True, nogil=True)
+def _weigh(
     darkest: Grey,
     brightest: Grey,
-    half_weight: Field,
-    noise_of: Field,
+    root: Field,
     clipped_grey: int,
     clipped_factor: float,
-    floor_ratio: float,
-    contrast: Field,
-    orientation: Field,
     weight: Field,
-    noise: Field,
-    unsaturated: NDArray[np.bool_],
+    clear: NDArray[np.bool_],
 ) -> None:
-    """Contrast, axis, weight and noise at each pixel; the equations of `channel_statistics`."""
-    rows, columns = magnitude.shape
-    pi = np.float32(np.pi)
-    clipped_scale = np.float32(clipped_factor)
-    ratio = np.float32(floor_ratio)
+    """Weight from the darkest and brightest grey within reach; ``root``: of the weight of a grey."""
+    rows, columns = darkest.shape
+    factor = np.float32(clipped_factor)
     for y in range(rows):
         for x in range(columns):
-            w = half_weight[darkest[y, x]] * half_weight[brightest[y, x]]
-            clear = brightest[y, x] < clipped_grey
-            unsaturated[y, x] = clear
-            weight[y, x] = w if clear else w * clipped_scale
-            sd = noise_of[smoothed[y, x]]
-            noise[y, x] = sd
-            m, a = magnitude[y, x], angle[y, x]
-            if a >= pi:
-                a -= pi
-            contrast[y, x] = m if m > ratio * sd else np.float32(0.0)
-            orientation[y, x] = a if a < pi else np.float32(0.0)
-
-
-def _smooth_noise_factor(magnitude: Field, image: Grey, noise_of: Field) -> np.float32:
-    """How much stronger the weakest quarter of the gradients is than white noise of the measured size.
-
-    Demosaicing, compression and scaling smooth the noise of a camera: its second differences, on which the
-    noise is measured, fall more than its gradient does. Flat parts show it, and the weakest quarter is there.
-    """
-    sample = np.s_[1::SAMPLE_STEP, 1::SAMPLE_STEP]
-    ratio = magnitude[sample] / noise_of[image[sample]]
-    ratio = ratio[(image[sample] > 1) & (image[sample] < SATURATED_GREY)]
-    if ratio.size < MIN_SAMPLES:
-        return np.float32(1.0)
-    rank = ratio.size // 4
-    quarter = float(np.partition(ratio, rank)[rank])
-    return np.float32(min(max(quarter / RAYLEIGH_QUARTER, 1.0), MOST_SMOOTHING))
+            w = root[darkest[y, x]] * root[brightest[y, x]]
+            clear[y, x] = brightest[y, x] < clipped_grey
+            weight[y, x] = w if clear[y, x] else w * factor
 
 
 def _tables(
@@ -192,48 +201,35 @@ def channel_statistics(
         if not (np.isfinite(value) and value > 0.0):
             raise BadInput(f"The {name} of a channel must be a positive number, not {value}.")
     image = np.ascontiguousarray(image)
-    linear_of, half_weight, grey_sd, linear_sd = _tables(image, exposure, gamma, weight_exponent)
-    blur = blur_sigma(image)
+    linear_of, root, grey_sd, linear_sd = _tables(image, exposure, gamma, weight_exponent)
+    half = halved(image)
+    blur = blur_sigma(half)
     suited = max(gradient_scale(image, grey_sd), SCALE_OF_BLUR * blur)
     scale = suited if sigma_px is None else sigma_px
 
     smooth, derivative = gaussian_kernels(scale)
-    to_contrast = float(np.sqrt(2.0 * np.pi) * scale / exposure)
-    scaled = derivative * np.float32(to_contrast)
-    linear = np.asarray(cv2.LUT(image, linear_of), dtype=np.float32)
-    gx = cv2.sepFilter2D(linear, cv2.CV_32F, scaled, smooth, borderType=cv2.BORDER_REPLICATE)
-    gy = cv2.sepFilter2D(linear, cv2.CV_32F, smooth, scaled, borderType=cv2.BORDER_REPLICATE)
-    magnitude, angle = cv2.cartToPolar(gx, gy)
+    scaled = derivative * np.float32(np.sqrt(2.0 * np.pi) * scale / exposure)
     noise_of = (linear_sd * float(np.linalg.norm(smooth) * np.linalg.norm(scaled))).astype(np.float32)
-
-    noise_factor = _smooth_noise_factor(np.asarray(magnitude, np.float32), image, noise_of)
-    noise_of *= noise_factor
-    smoothed = cv2.GaussianBlur(image, (0, 0), SMOOTHING_SIGMA_PX, borderType=cv2.BORDER_REPLICATE)
+    border = cv2.BORDER_REPLICATE
+    level = np.asarray(cv2.GaussianBlur(half, (3, 3), 0.5 * SMOOTHING_SIGMA_PX, borderType=border), np.uint8)
+    gradient, noise_factor = find_gradient_pixels(
+        image, linear_of, (smooth, scaled), level, noise_of, FLOOR_NOISE_RATIO
+    )
     spread = np.sqrt(scale**2 + max(blur**2 - SHARP_PX**2, 0.0))
-    side = 2 * int(np.ceil(2.5 * spread)) + 1
+    side = 2 * max(int(np.round(0.5 * REACH * spread)), 1) + 1
     window = np.ones((side, side), np.uint8)
-    half_weight *= np.float32((FINEST_SCALE_PX / spread) ** (0.5 * SHARPNESS_EXPONENT))
-    shape = image.shape
-    contrast, orientation = np.empty(shape, np.float32), np.empty(shape, np.float32)
-    weight, noise = np.empty(shape, np.float32), np.empty(shape, np.float32)
-    unsaturated = np.empty(shape, np.bool_)
-    _describe(
-        np.asarray(magnitude, np.float32),
-        np.asarray(angle, np.float32),
-        np.asarray(smoothed, np.uint8),
-        np.asarray(cv2.erode(smoothed, window), np.uint8),
-        np.asarray(cv2.dilate(smoothed, window), np.uint8),
-        half_weight,
-        noise_of,
+    root *= np.float32((FINEST_SCALE_PX / spread) ** (0.5 * SHARPNESS_EXPONENT))
+    weight, clear = np.empty(level.shape, np.float32), np.empty(level.shape, np.bool_)
+    _weigh(
+        np.asarray(cv2.erode(level, window), np.uint8),
+        np.asarray(cv2.dilate(level, window), np.uint8),
+        root,
         SATURATED_GREY,
         2.0 ** (-weight_exponent * CLIPPED_STOPS),
-        FLOOR_NOISE_RATIO,
-        contrast,
-        orientation,
         weight,
-        noise,
-        unsaturated,
+        clear,
     )
+    noise = np.asarray(cv2.LUT(level, noise_of * np.float32(noise_factor)), np.float32)
     return ChannelStatistics(
-        linear, contrast, orientation, weight, noise, unsaturated, exposure, scale, blur, float(noise_factor)
+        image, gradient, weight, noise, clear, linear_of, exposure, scale, blur, noise_factor
     )

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bridge.errors import BadInput
 from vision_server.canny import suppress_non_maxima
 from vision_server.channel import Field
-from vision_server.edges import EdgeMap
+from vision_server.edge_map import EdgeMap
 from vision_server.gaussian import gaussian_kernels
 from vision_server.noise import grey_noise
 
@@ -116,4 +116,4 @@ def _edge_map(magnitude: NDArray[np.floating], angle: NDArray[np.floating], floo
     """Suppression of non-maxima, and the fields that `edges` gives too."""
     strength, axis = magnitude.astype(np.float32), np.mod(angle, np.pi).astype(np.float32)
     ridge, offset = suppress_non_maxima(strength, axis)
-    return EdgeMap(strength, strength, axis, ridge, offset, np.full_like(strength, floor), 0.0, ())
+    return EdgeMap.from_fields(ridge, axis, offset, floor)

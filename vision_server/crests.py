@@ -1,129 +1,179 @@
-"""Non-maximum suppression of the merged edges, where the weights of the channels cannot move an edge.
+"""The merge itself: which pixels lie on a crest of the merged contrast, and what the mixture says of them.
 
-The weights change from pixel to pixel, most of all across an edge whose sides different lights reach, and
-would pull the crest of the merged mass to one side. So each candidate is judged by the three contrasts across
-the edge that its own weights give.
-"""
+The weights of the channels change from pixel to pixel, most of all across an edge whose sides different
+lights reach, and would pull the crest of the merged mass to one side. So each pixel is judged by the
+contrasts to either side that its own weights give; their sums are part of the state. The even part is a
+number, the odd part a vector along the gradient, so that they add up whichever way an axis is read."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from vision_server.channel import ChannelStatistics
+from vision_server.mixture import BINS, EM_ITERATIONS, bin_directions, densities, fit_mixtures
 
 Field = NDArray[np.float32]
+Places = NDArray[np.int32]
 
+FLOOR_RATIO = 3.0  # mass under so many standard deviations of its noise is none
+CANDIDATE_RATIO = 0.6  # a pixel under this share of the largest mass in the 6 x 6 px around cannot be a ridge
+SLACK = 0.9  # so close to a crest a pixel still enters the mixture
+BATCH = 32  # pixels whose mixtures are fitted side by side
 MOST_OFFSET_PX = 0.7  # from a ridge pixel to the ridge: half a diagonal
+MASS, FLANKS, FLANK_X, FLANK_Y = range(4)  # columns of the sums
 
 
-@njit(cache=True)
-def across(field: Field, y: int, x: int, cosine: float, sine: float) -> tuple[float, float]:
-    """The field one step ahead and behind along a direction, interpolated on the ring of neighbours."""
-    u = 1 if cosine > 0.0 else -1
-    v = 1 if sine > 0.0 else -1
-    along_x, along_y = abs(cosine), abs(sine)
-    if along_x >= along_y:
-        t = along_y / along_x
-        ahead = (1.0 - t) * field[y, x + u] + t * field[y + v, x + u]
-        behind = (1.0 - t) * field[y, x - u] + t * field[y - v, x - u]
-    else:
-        t = along_x / along_y
-        ahead = (1.0 - t) * field[y + v, x] + t * field[y + v, x + u]
-        behind = (1.0 - t) * field[y - v, x] + t * field[y - v, x - u]
-    return ahead, behind
-
-
-@njit(cache=True)
-def _add_profiles(
-    contrast: Field,
-    weight: Field,
-    places: NDArray[np.int64],
-    cosine: Field,
-    sine: Field,
-    profiles: NDArray[np.float64],
+@njit(cache=True, nogil=True, error_model="numpy")
+def _masses(
+    sums: Field, place_of: Places, columns: int, weights: Field, mass: Field, share_of: Field, largest: Field
 ) -> None:
-    """Add one channel to the profiles across the edge: behind, here, ahead, with the weight of the middle."""
-    columns = contrast.shape[1]
-    for i in range(len(places)):
-        y, x = places[i] // columns, places[i] % columns
-        w = weight[y, x]
-        ahead, behind = across(contrast, y, x, cosine[i], sine[i])
-        profiles[i, 0] += w * behind
-        profiles[i, 1] += w * contrast[y, x]
-        profiles[i, 2] += w * ahead
+    """Mass of each pixel, one over its weight, and the largest mass in each 2 x 2 px."""
+    last_row, last_column = weights.shape[0] - 1, weights.shape[1] - 1
+    for i in range(len(place_of)):
+        y = place_of[i] // columns
+        x = place_of[i] - y * columns
+        v, u = min(y >> 1, last_row), min(x >> 1, last_column)
+        inverse = np.float32(1.0) / weights[v, u]
+        m = sums[i, MASS] * inverse
+        share_of[i] = inverse
+        mass[i] = m
+        largest[v, u] = max(largest[v, u], m)
 
 
-@njit(cache=True)
-def _peaks(
-    places: NDArray[np.int64],
-    cosine: Field,
-    sine: Field,
-    profiles: NDArray[np.float64],
-    magnitude: Field,
-    ridge: Field,
-    offset: Field,
-) -> None:
-    """Keep the places whose profile peaks in the middle; where between the three, as for a Gaussian."""
-    columns = magnitude.shape[1]
-    for i in range(len(places)):
-        behind, here, ahead = profiles[i, 0], profiles[i, 1], profiles[i, 2]
-        if here < ahead or here <= behind:
+@njit(cache=True, nogil=True, error_model="numpy")
+def _candidates(
+    sums: Field, place_of: Places, columns: int, noises: Field, mass: Field, share_of: Field, largest: Field,
+    chosen: Places,
+) -> int:  # fmt: skip
+    """Pixels that may be on a crest; how many there are.
+
+    The flanks' difference is taken whole, whatever its direction: more than it is along the axis that the
+    mixture will find, but hardly so near a crest.
+    """
+    last_row, last_column = noises.shape[0] - 1, noises.shape[1] - 1
+    half_slack, ratio, share = np.float32(0.5 * SLACK), np.float32(FLOOR_RATIO), np.float32(CANDIDATE_RATIO)
+    found = 0
+    for i in range(len(place_of)):
+        row = sums[i]
+        flank = row[FLANKS] + np.sqrt(row[FLANK_X] * row[FLANK_X] + row[FLANK_Y] * row[FLANK_Y])
+        if row[MASS] < half_slack * flank:
             continue
-        y, x = places[i] // columns, places[i] % columns
-        ridge[y, x] = magnitude[y, x]
-        if behind > 0.0 and ahead > 0.0:
-            behind, here, ahead = np.log(behind), np.log(here), np.log(ahead)
-        curvature = ahead - 2.0 * here + behind
-        if curvature < 0.0:
-            stretch = 1.0 / max(abs(cosine[i]), abs(sine[i]))
-            place = 0.5 * (behind - ahead) / curvature * stretch
-            offset[y, x] = np.float32(min(max(place, -MOST_OFFSET_PX), MOST_OFFSET_PX))
+        y = place_of[i] // columns
+        x = place_of[i] - y * columns
+        v, u = min(y >> 1, last_row), min(x >> 1, last_column)
+        if mass[i] > ratio * noises[v, u] * share_of[i] and mass[i] >= share * largest[v, u]:
+            chosen[found] = i
+            found += 1
+    return found
 
 
-def _profiles(
-    channels: Iterable[ChannelStatistics], places: NDArray[np.int64], cosine: Field, sine: Field
-) -> NDArray[np.float64]:
-    profiles = np.zeros((len(places), 3))
-    for channel in channels:
-        _add_profiles(channel.contrast, channel.weight, places, cosine, sine, profiles)
-    return profiles
-
-
-def near_crest(
-    channels: Iterable[ChannelStatistics], places: NDArray[np.int64], axes: Field, slack: float
-) -> NDArray[np.bool_]:
-    """Which places (flat indices) hold at least ``slack`` times the contrast one step to either side."""
-    profiles = _profiles(channels, places, np.cos(axes), np.sin(axes))
-    return np.asarray(profiles[:, 1] >= slack * np.maximum(profiles[:, 0], profiles[:, 2]))
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+def _edgels(
+    histograms: Field, sums: Field, place_of: Places, index: NDArray[np.int32], weights: Field, noises: Field,
+    directions: Field, model: Field, mass: Field, share_of: Field, chosen: Places, out: Field,
+) -> int:  # fmt: skip
+    """The ridge among the candidates; ``chosen`` becomes their places. How many there are."""
+    columns = index.shape[1]
+    last_row, last_column = weights.shape[0] - 1, weights.shape[1] - 1
+    half = np.float32(0.5)
+    window, windows = np.empty(BINS, np.float32), np.ones((BINS, BATCH), np.float32)
+    beside, room = np.empty_like(windows), np.empty((4, BATCH), np.float32)
+    fitted = np.empty((3, BATCH), np.float32)
+    batch = np.empty(BATCH, np.int64)
+    found, waiting, last = 0, 0, len(chosen) - 1
+    for number in range(len(chosen)):
+        i = chosen[number]
+        y = place_of[i] // columns
+        x = place_of[i] - y * columns
+        window[:] = np.float32(0.0)
+        for v in range(y - 1, y + 2):
+            for u in range(x - 1, x + 2):
+                at = index[v, u]
+                if at >= 0:
+                    scale, row = share_of[at], histograms[at]
+                    for k in range(BINS):
+                        window[k] += scale * row[k]
+        for k in range(BINS):
+            windows[k, waiting] = window[k]
+        batch[waiting] = i
+        waiting += 1
+        if waiting < BATCH and number < last:
+            continue
+        fit_mixtures(windows, directions, model, EM_ITERATIONS, beside, fitted, room)
+        for j in range(waiting):
+            i = batch[j]
+            c = np.sqrt(max(half + half * fitted[1, j], np.float32(0.0)))
+            s = np.sqrt(max(half - half * fitted[1, j], np.float32(0.0)))
+            if fitted[2, j] < np.float32(0.0):
+                c = -c
+            row = sums[i]
+            odd = row[FLANK_X] * c + row[FLANK_Y] * s
+            here, ahead, behind = row[MASS], half * (row[FLANKS] + odd), half * (row[FLANKS] - odd)
+            if here < ahead or here <= behind:
+                continue
+            place = np.float32(0.0)
+            if behind > 0.0 and ahead > 0.0:
+                behind, here, ahead = np.log(behind), np.log(here), np.log(ahead)
+            curvature = ahead - np.float32(2.0) * here + behind
+            if curvature < 0.0:
+                place = half * (behind - ahead) / (curvature * max(abs(c), abs(s)))
+            at = place_of[i]
+            chosen[found] = at
+            axis = np.arctan2(s, c)
+            out[0, found] = fitted[0, j] * mass[i]
+            out[1, found] = mass[i]
+            out[2, found] = axis if axis < np.float32(np.pi) else np.float32(0.0)
+            out[3, found] = min(max(place, np.float32(-MOST_OFFSET_PX)), np.float32(MOST_OFFSET_PX))
+            v, u = at // columns, at % columns
+            out[4, found] = noises[min(v >> 1, last_row), min(u >> 1, last_column)] * share_of[i]
+            found += 1
+        waiting = 0
+    return found
 
 
 def find_crests(
-    channels: Iterable[ChannelStatistics], magnitude: Field, orientation: Field
-) -> tuple[Field, Field]:
-    """Thin the merged magnitude to ridges with sub-pixel positions.
+    histograms: Field,
+    sums: Field,
+    place_of: Places,
+    index: NDArray[np.int32],
+    weights: Field,
+    noises: Field,
+) -> tuple[Places, Field, Field, Field, Field, Field]:
+    """Edgels of an image set.
 
     Parameters
     ----------
-    channels
-        All channels of the set.
-    magnitude, orientation
-        float32 (H, W); only pixels with magnitude above 0 are candidates.
+    histograms
+        float32 (N, 16), for each pixel with a gradient in some channel: weight times contrast by axial
+        orientation.
+    sums
+        float32 (N, 4), weight times contrast; the same of the contrasts to either side, their sum and their
+        difference, a vector.
+    place_of
+        int32 (N,), flat indices of these pixels.
+    index
+        int32 (H, W), number of the pixel's state, -1 for none.
+    weights, noises
+        float32 (H // 2, W // 2), for 2 x 2 px: sum of weights, sum of weight times noise.
 
     Returns
     -------
-    ridge
-        float32 (H, W), the magnitude on ridges, else 0.
-    offset
-        float32 (H, W), px along the orientation from the pixel's centre to the ridge.
+    Places (ascending), strength, mass, axis, offset and floor of the edgels, as in `EdgeMap`.
     """
-    places = np.flatnonzero(magnitude)
-    angle = orientation.ravel()[places]
-    cosine, sine = np.cos(angle), np.sin(angle)
-    profiles = _profiles(channels, places, cosine, sine)
-    ridge, offset = np.zeros_like(magnitude), np.zeros_like(magnitude)
-    _peaks(places, cosine, sine, profiles, magnitude, ridge, offset)
-    return ridge, offset
+    count, columns = len(place_of), index.shape[1]
+    mass, share_of = np.empty((2, count), np.float32)
+    chosen = np.empty(count, np.int32)
+    largest = np.zeros_like(weights)
+    _masses(sums, place_of, columns, weights, mass, share_of, largest)
+    largest = np.asarray(cv2.dilate(largest, np.ones((3, 3), np.uint8)), dtype=np.float32)
+    found = _candidates(sums, place_of, columns, noises, mass, share_of, largest, chosen)
+    chosen, out = chosen[:found], np.empty((5, found), np.float32)
+    found = _edgels(
+        histograms, sums, place_of, index, weights, noises, bin_directions(), densities(), mass, share_of,
+        chosen, out,
+    )  # fmt: skip
+    order = np.argsort(chosen[:found], kind="stable")
+    strength, mass, axis, offset, floor = (row[order] for row in out[:, :found])
+    return chosen[order], strength, mass, axis, offset, floor

@@ -1,98 +1,75 @@
 """Merging channels into one edge map: a mixture of orientations at each pixel, fitted by EM.
 
 The state kept per pixel is a histogram of axial orientation (weight times contrast, linear split between
-neighbouring bins) with the sums of weight, of weight times contrast and of weight times noise. It is additive
-over channels, so the merge does not depend on how many there are.
+neighbouring bins) with the sums that place a ridge between pixels. It is additive over channels, so the merge
+does not depend on how many there are, and it is kept only where some channel has a gradient.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import TypeVar
 
-import cv2
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from vision_server.channel import ChannelStatistics, Field
-from vision_server.crests import find_crests, near_crest
-from vision_server.mixture import BINS, fit_mixtures, orientation_windows
+from vision_server.crests import FLANK_X, FLANK_Y, FLANKS, MASS, find_crests
+from vision_server.edge_map import EdgeMap
+from vision_server.mixture import BINS
 
-CANDIDATE_RATIO = 0.6  # a pixel under this share of the largest mass in 5 x 5 cannot be a ridge
-CANDIDATE_WINDOW_PX = 5
-SLACK = 0.95  # so close to a crest on the first, mean axis a pixel still enters the mixture
-
-
-@dataclass(frozen=True)
-class EdgeMap:
-    """Merged edges of an image set; all arrays float32 (H, W).
-
-    Attributes
-    ----------
-    mass
-        Weighted mean contrast of the channels, grey at reference exposure.
-    magnitude
-        Mass times the share that the mixture's main component has in it; 0 where no ridge can be.
-    orientation
-        Direction across the edge, an axis, rad in [0, pi), 0 along x.
-    ridge
-        ``magnitude`` after non-maximum suppression, 0 off the ridges; no threshold, no hysteresis.
-    offset
-        Sub-pixel position of the ridge along ``orientation``, px, within [-0.5, 0.5].
-    floor
-        Standard deviation of ``mass`` from sensor noise.
-    blur_px
-        Blur of the most blurred channel, px.
-    channels
-        What was merged; empty when the map is not a merge of channels.
-    """
-
-    mass: Field
-    magnitude: Field
-    orientation: Field
-    ridge: Field
-    offset: Field
-    floor: Field
-    blur_px: float
-    channels: tuple[ChannelStatistics, ...]
+Number = TypeVar("Number", np.float32, np.int32)
+ROOM = 4096  # pixels for which there is room at first
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _accumulate(
-    contrast: Field,
-    orientation: Field,
-    weight: Field,
-    noise: Field,
-    bins: Field,
-    weights: Field,
-    masses: Field,
-    noises: Field,
-) -> None:
-    """Add one channel to the sums."""
-    rows, columns = contrast.shape
-    count = bins.shape[2]
-    per_rad = np.float32(count / np.pi)
-    for y in range(rows):
-        for x in range(columns):
-            w = weight[y, x]
-            weights[y, x] += w
-            noises[y, x] += w * noise[y, x]
-            m = contrast[y, x]
-            if m <= 0.0:
-                continue
-            mass = w * m
-            masses[y, x] += mass
-            position = orientation[y, x] * per_rad
-            low = int(position)
-            part = position - np.float32(low)
-            if low >= count:
-                low -= count
-            high = low + 1
-            if high == count:
-                high = 0
-            bins[y, x, low] += mass * (np.float32(1.0) - part)
-            bins[y, x, high] += mass * part
+    places: NDArray[np.int32],
+    magnitude: Field,
+    axis: Field,
+    flank_sum: Field,
+    flank_x: Field,
+    flank_y: Field,
+    coarse_weight: Field,
+    index: NDArray[np.int32],
+    histograms: Field,
+    sums: Field,
+    place_of: NDArray[np.int32],
+    count: int,
+) -> int:
+    """Add the gradient pixels of one channel to the state; how many pixels it holds then."""
+    columns = index.shape[1]
+    flat = index.ravel()
+    last_row, last_column = coarse_weight.shape[0] - 1, coarse_weight.shape[1] - 1
+    per_rad = np.float32(BINS / np.pi)
+    one = np.float32(1.0)
+    for i in range(len(places)):
+        place = places[i]
+        y = place // columns
+        x = place - y * columns
+        at = flat[place]
+        if at < 0:
+            at = count
+            count += 1
+            flat[place] = at
+            place_of[at] = place
+            histograms[at] = np.float32(0.0)
+            sums[at] = np.float32(0.0)
+        row, histogram = sums[at], histograms[at]
+        w = coarse_weight[min(y >> 1, last_row), min(x >> 1, last_column)]
+        mass = w * magnitude[i]
+        position = axis[i] * per_rad
+        low = int(position)
+        part = position - np.float32(low)
+        histogram[low % BINS] += mass * (one - part)
+        histogram[(low + 1) % BINS] += mass * part
+        row[MASS] += mass
+        row[FLANKS] += w * flank_sum[i]
+        row[FLANK_X] += w * flank_x[i]
+        row[FLANK_Y] += w * flank_y[i]
+    return count
 
 
 class ImageSetStatistics:
@@ -104,9 +81,11 @@ class ImageSetStatistics:
 
     def __init__(self) -> None:
         self.channels: dict[str, ChannelStatistics] = {}
-        self._shape: tuple[int, int] | None = None
-        self._bins = np.zeros((0, 0, BINS), np.float32)
-        self._weights = self._masses = self._noises = np.zeros((0, 0), np.float32)
+        self._count = 0
+        self._index = np.zeros((0, 0), np.int32)
+        self._place_of = np.zeros(0, np.int32)
+        self._histograms, self._sums = np.zeros((0, BINS), np.float32), np.zeros((0, 4), np.float32)
+        self._weights = self._noises = np.zeros((0, 0), np.float32)
 
     def add(self, name: str, channel: ChannelStatistics) -> None:
         """Add a channel under a name of its own.
@@ -118,14 +97,13 @@ class ImageSetStatistics:
         """
         if name in self.channels:
             raise BadInput(f"Image {name} is in the set already.")
-        if self._shape is not None and self._shape != channel.shape:
+        if not self.channels:
+            self._clear(channel)
+        if self._index.shape != channel.shape:
             raise BadInput(
                 f"Image {name} has {channel.shape[1]}x{channel.shape[0]} px, "
-                f"the image set {self._shape[1]}x{self._shape[0]}."
+                f"the image set {self._index.shape[1]}x{self._index.shape[0]}."
             )
-        if self._shape is None:
-            self._shape = channel.shape
-            self._clear()
         self.channels[name] = channel
         self._sum(channel)
 
@@ -139,12 +117,11 @@ class ImageSetStatistics:
         """
         if name not in self.channels:
             raise BadInput(f"No image {name} in the set.")
-        del self.channels[name]
-        self._clear()
+        self._clear(self.channels.pop(name))
         for channel in self.channels.values():
             self._sum(channel)
 
-    def merge(self, candidate_ratio: float = CANDIDATE_RATIO) -> EdgeMap:
+    def merge(self) -> EdgeMap:
         """The merged edge map of all channels in the set.
 
         Raises
@@ -154,39 +131,59 @@ class ImageSetStatistics:
         """
         if not self.channels:
             raise BadInput("An empty image set has no edges.")
-        mass = self._masses / self._weights
-        floor = self._noises / self._weights
-        window = np.ones((CANDIDATE_WINDOW_PX, CANDIDATE_WINDOW_PX), np.uint8)
-        largest = np.asarray(cv2.dilate(mass, window), dtype=np.float32)
-        channels = list(self.channels.values())
-        least = np.maximum(floor, np.float32(candidate_ratio) * largest)
-        places, windows, axes = orientation_windows(self._bins, self._weights, mass, least)
-        near = near_crest(channels, places, axes, SLACK)
-        places = places[near]
-        share, axes = fit_mixtures(windows[near], axes[near])
-        magnitude, orientation = np.zeros_like(mass), np.zeros_like(mass)
-        magnitude.ravel()[places] = share * mass.ravel()[places]
-        orientation.ravel()[places] = axes
-        ridge, offset = find_crests(channels, magnitude, orientation)
-        blur = max(channel.blur_px for channel in channels)
-        return EdgeMap(mass, magnitude, orientation, ridge, offset, floor, blur, tuple(channels))
-
-    def _clear(self) -> None:
-        assert self._shape is not None
-        self._bins = np.zeros((*self._shape, BINS), np.float32)
-        self._weights, self._masses, self._noises = (np.zeros(self._shape, np.float32) for _ in range(3))
-
-    def _sum(self, channel: ChannelStatistics) -> None:
-        _accumulate(
-            channel.contrast,
-            channel.orientation,
-            channel.weight,
-            channel.noise,
-            self._bins,
+        edgels = find_crests(
+            self._histograms[: self._count],
+            self._sums[: self._count],
+            self._place_of[: self._count],
+            self._index,
             self._weights,
-            self._masses,
             self._noises,
         )
+        channels = tuple(self.channels.values())
+        return EdgeMap(self._index.shape, *edgels, max(channel.blur_px for channel in channels), channels)
+
+    def _clear(self, like: ChannelStatistics) -> None:
+        self._count = 0
+        if self._index.shape != like.shape:
+            self._index = np.empty(like.shape, np.int32)
+        self._index.fill(-1)
+        self._weights, self._noises = np.zeros((2, *like.coarse_weight.shape), np.float32)
+
+    def _sum(self, channel: ChannelStatistics) -> None:
+        self._weights += channel.coarse_weight
+        self._noises += channel.coarse_weight * channel.coarse_noise
+        pixels = channel.gradient
+        new = int(np.count_nonzero(self._index.ravel()[pixels.places] < 0))
+        self._reserve(self._count + new)
+        self._count = _accumulate(
+            pixels.places,
+            pixels.magnitude,
+            pixels.axis,
+            pixels.flank_sum,
+            pixels.flank_x,
+            pixels.flank_y,
+            channel.coarse_weight,
+            self._index,
+            self._histograms,
+            self._sums,
+            self._place_of,
+            self._count,
+        )
+
+    def _reserve(self, wanted: int) -> None:
+        if wanted <= len(self._place_of):
+            return
+        room = max(wanted, 2 * len(self._place_of), ROOM)
+        self._place_of = _extended(self._place_of, self._count, room)
+        self._histograms = _extended(self._histograms, self._count, room)
+        self._sums = _extended(self._sums, self._count, room)
+
+
+def _extended(array: NDArray[Number], used: int, room: int) -> NDArray[Number]:
+    """A longer array with the same beginning."""
+    longer = np.empty((room, *array.shape[1:]), array.dtype)
+    longer[:used] = array[:used]
+    return longer
 
 
 def merge_channels(channels: Sequence[ChannelStatistics]) -> EdgeMap:

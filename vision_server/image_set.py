@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from vision_server.channel import ChannelStatistics, channel_statistics
-from vision_server.edges import EdgeMap, ImageSetStatistics
+from vision_server.edge_map import EdgeMap
+from vision_server.edges import ImageSetStatistics
 from vision_server.gradients import GradientChannel, gradient_channel
 
 Grey = NDArray[np.uint8]
@@ -20,9 +22,14 @@ Grey = NDArray[np.uint8]
 class SetImage:
     """One image and its two views: for the merged edge map, and for refinement."""
 
+    name: str
     pixels: Grey
     statistics: ChannelStatistics
-    gradient: GradientChannel
+
+    @cached_property
+    def gradient(self) -> GradientChannel:
+        """What refinement sees; made when it first asks."""
+        return gradient_channel(self.name, self.pixels, self.statistics)
 
 
 class ImageSet:
@@ -60,7 +67,7 @@ class ImageSet:
                 "Give the camera model of the image's size.",
             )
         statistics = channel_statistics(pixels, exposure, gamma)
-        self.images[name] = SetImage(pixels, statistics, gradient_channel(name, pixels, statistics))
+        self.images[name] = SetImage(name, pixels, statistics)
 
     def remove(self, name: str) -> None:
         """Forget an image.

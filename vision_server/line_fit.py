@@ -9,8 +9,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from vision_server.edge_map import EdgeMap
+
 EDGEL_SD_PX = 0.1  # smallest believable scatter of edgels about a line
-DENSITY_WINDOW_PX = 41  # neighbourhood in which the density of edgels is taken
+CELL_PX, CELLS = 8, 5  # the density of edgels is taken in 5 x 5 cells of 8 x 8 px
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,16 @@ class Edgels:
     normals: NDArray[np.float64]
     strengths: NDArray[np.float64]
     groups: NDArray[np.int64]
+
+
+def edgel_groups(edges: EdgeMap, members: NDArray[np.int64], groups: NDArray[np.int64]) -> Edgels:
+    """Groups given as stretches of a list of edgels' numbers."""
+    return Edgels(
+        edges.points[members].astype(np.float64),
+        edges.axis[members].astype(np.float64),
+        edges.strength[members].astype(np.float64),
+        groups,
+    )
 
 
 @dataclass(frozen=True)
@@ -122,7 +134,16 @@ def fit_lines(edgels: Edgels) -> FittedLines:
     )
 
 
-def log_chance(lines: FittedLines, mask: NDArray[np.bool_]) -> NDArray[np.float64]:
+def edgel_density(edges: EdgeMap, chosen: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Edgels per px in the 40 x 40 px around each cell of 8 x 8 px, float32 (ceil(H / 8), ceil(W / 8))."""
+    rows, columns = (-(-side // CELL_PX) for side in edges.shape)
+    y, x = np.divmod(edges.places[chosen], np.int32(edges.shape[1]))
+    counts = np.bincount((y // CELL_PX) * columns + x // CELL_PX, minlength=rows * columns)
+    per_px = (counts.reshape(rows, columns) / CELL_PX**2).astype(np.float32)
+    return np.asarray(cv2.blur(per_px, (CELLS, CELLS)), dtype=np.float32)
+
+
+def log_chance(lines: FittedLines, edges: EdgeMap, chosen: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Decimal logarithm of a bound on the expected number of lines as good as each, by chance.
 
     The a-contrario test of Desolneux, Moisan & Morel (2000) with edgels instead of pixels: in a field of
@@ -134,18 +155,18 @@ def log_chance(lines: FittedLines, mask: NDArray[np.bool_]) -> NDArray[np.float6
     ----------
     lines
         N fitted lines.
-    mask
-        bool (H, W), all edgels.
+    edges, chosen
+        The edge map, and which of its edgels may be part of lines, bool.
 
     Returns
     -------
     float64 (N,); under 0 a line is no accident.
     """
-    height, width = mask.shape
-    density = cv2.blur(mask.astype(np.float32), (DENSITY_WINDOW_PX, DENSITY_WINDOW_PX))
+    height, width = edges.shape
+    density = edgel_density(edges, chosen)
     ends = lines.endpoints
-    x = np.clip(np.round(0.5 * (ends[:, 0] + ends[:, 2])).astype(int), 0, width - 1)
-    y = np.clip(np.round(0.5 * (ends[:, 1] + ends[:, 3])).astype(int), 0, height - 1)
+    x = np.clip(np.round(0.5 * (ends[:, 0] + ends[:, 2])).astype(int), 0, width - 1) // CELL_PX
+    y = np.clip(np.round(0.5 * (ends[:, 1] + ends[:, 3])).astype(int), 0, height - 1) // CELL_PX
     across_px = np.maximum(4.0 * lines.rms_px, 0.5)
     axis_share = np.clip(4.0 * lines.rms_axis_rad / np.pi, 0.08, 0.5)
     p = np.clip(density[y, x] * across_px * axis_share, 1e-4, 0.9)

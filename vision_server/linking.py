@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from vision_server.edges import EdgeMap
+from vision_server.edge_map import EdgeMap
 
 MIN_CHAIN_PX = 6  # shorter chains are noise
 REACH_PX = 2  # how far ahead the next edgel may be: 1 is its neighbour, 2 jumps a gap of one pixel
@@ -38,83 +38,81 @@ class Chains:
     starts: NDArray[np.int64]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _next(
-    y: int, x: int, dx: float, dy: float, free: NDArray[np.bool_], normal: NDArray[np.float32], reach: int
-) -> int:
-    """Flat index of the best edgel to go on to from (x, y) towards (dx, dy), or -1."""
-    rows, columns = free.shape
+    here: int, dx: float, dy: float, index: NDArray[np.int32], places: NDArray[np.int32],
+    free: NDArray[np.bool_], normals: NDArray[np.float32], reach: int,
+) -> int:  # fmt: skip
+    """The best edgel to go on to from ``here`` towards (dx, dy), or -1."""
+    rows, columns = index.shape
+    y = places[here] // columns
+    x = places[here] - y * columns
     best, best_cost = -1, 1e9
     for j in range(-reach, reach + 1):
         for i in range(-reach, reach + 1):
             v, u = y + j, x + i
-            if (i == 0 and j == 0) or v < 0 or u < 0 or v >= rows or u >= columns or not free[v, u]:
+            if (i == 0 and j == 0) or v < 0 or u < 0 or v >= rows or u >= columns:
+                continue
+            at = index[v, u]
+            if at < 0 or not free[at]:
                 continue
             distance = np.sqrt(float(i * i + j * j))
             forward = (i * dx + j * dy) / distance
             if forward < MAX_TURN_COSINE:
                 continue
-            agreement = abs(np.cos(float(normal[v, u] - normal[y, x])))
+            agreement = abs(normals[at, 0] * normals[here, 0] + normals[at, 1] * normals[here, 1])
             if agreement < MAX_AXIS_COSINE:
                 continue
             cost = distance * (2.0 - forward) + 1.0 - agreement
             if cost < best_cost:
-                best, best_cost = v * columns + u, cost
+                best, best_cost = at, cost
     return best
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _follow(
-    seed: int,
-    sign: float,
-    free: NDArray[np.bool_],
-    normal: NDArray[np.float32],
-    reach: int,
-    order: NDArray[np.int64],
-    filled: int,
-) -> int:
+    seed: int, sign: float, index: NDArray[np.int32], places: NDArray[np.int32], free: NDArray[np.bool_],
+    normals: NDArray[np.float32], reach: int, order: NDArray[np.int64], filled: int,
+) -> int:  # fmt: skip
     """Write the edgels reached from the seed in one direction into ``order``; how many it holds then."""
-    columns = free.shape[1]
-    y, x = seed // columns, seed % columns
-    dx, dy = -sign * np.sin(float(normal[y, x])), sign * np.cos(float(normal[y, x]))
+    here = seed
+    dx, dy = -sign * normals[here, 1], sign * normals[here, 0]
     while True:
-        step = _next(y, x, dx, dy, free, normal, reach)
-        if step < 0:
+        here = _next(here, dx, dy, index, places, free, normals, reach)
+        if here < 0:
             return filled
-        v, u = step // columns, step % columns
-        free[v, u] = False
-        order[filled] = step
+        free[here] = False
+        order[filled] = here
         filled += 1
-        tx, ty = -np.sin(float(normal[v, u])), np.cos(float(normal[v, u]))
+        tx, ty = -normals[here, 1], normals[here, 0]
         if tx * dx + ty * dy < 0.0:
             tx, ty = -tx, -ty
-        y, x, dx, dy = v, u, tx, ty
+        dx, dy = tx, ty
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _chains(
-    mask: NDArray[np.bool_], normal: NDArray[np.float32], seeds: NDArray[np.int64], reach: int, shortest: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    chosen: NDArray[np.bool_], index: NDArray[np.int32], places: NDArray[np.int32],
+    normals: NDArray[np.float32], seeds: NDArray[np.int64], reach: int, shortest: int,
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:  # fmt: skip
     """Edgel order and chain starts; every edgel is in one chain at most."""
-    free = mask.copy()
-    columns = mask.shape[1]
+    free = chosen.copy()
     order = np.empty(len(seeds), np.int64)
     back = np.empty(len(seeds), np.int64)
     starts = np.empty(len(seeds) + 1, np.int64)
     starts[0] = 0
     filled, chains = 0, 0
     for seed in seeds:
-        y, x = seed // columns, seed % columns
-        if not free[y, x]:
+        if not free[seed]:
             continue
-        free[y, x] = False
-        behind = _follow(seed, -1.0, free, normal, reach, back, 0)
+        free[seed] = False
+        behind = _follow(seed, -1.0, index, places, free, normals, reach, back, 0)
         begin = filled
         for k in range(behind):
             order[filled + k] = back[behind - 1 - k]
         filled += behind
         order[filled] = seed
-        filled = _follow(seed, 1.0, free, normal, reach, order, filled + 1)
+        filled = _follow(seed, 1.0, index, places, free, normals, reach, order, filled + 1)
         if filled - begin < shortest:
             filled = begin
         else:
@@ -124,7 +122,7 @@ def _chains(
 
 
 def link_edgels(
-    edges: EdgeMap, mask: NDArray[np.bool_], *, shortest: int = MIN_CHAIN_PX, reach: int = REACH_PX
+    edges: EdgeMap, chosen: NDArray[np.bool_], *, shortest: int = MIN_CHAIN_PX, reach: int = REACH_PX
 ) -> Chains:
     """Follow edges from their strongest edgels both ways.
 
@@ -132,18 +130,19 @@ def link_edgels(
     ----------
     edges
         Merged edge map.
-    mask
-        bool (H, W), the edgels that count (after hysteresis).
+    chosen
+        bool (N,), the edgels that count (after hysteresis).
     shortest
         Chains of fewer edgels are dropped.
     reach
         How far ahead the next edgel may be, px (Chebyshev).
     """
-    seeds = np.flatnonzero(mask)
-    seeds = seeds[np.argsort(-edges.ridge.ravel()[seeds], kind="stable")]
-    order, starts = _chains(mask, edges.orientation, seeds, reach, shortest)
-    y, x = np.divmod(order, mask.shape[1])
-    normal = edges.orientation.ravel()[order].astype(np.float64)
-    offset = edges.offset.ravel()[order].astype(np.float64)
-    points = np.stack([x + offset * np.cos(normal), y + offset * np.sin(normal)], axis=1).astype(np.float64)
-    return Chains(points, normal, edges.ridge.ravel()[order].astype(np.float64), starts)
+    seeds = np.flatnonzero(chosen)
+    seeds = seeds[np.argsort(-edges.strength[seeds], kind="stable")]
+    order, starts = _chains(chosen, edges.index, edges.places, edges.normals, seeds, reach, shortest)
+    return Chains(
+        edges.points[order].astype(np.float64),
+        edges.axis[order].astype(np.float64),
+        edges.strength[order].astype(np.float64),
+        starts,
+    )

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 QUANTISATION_SD_GREY = 0.3  # an 8-bit step of 1 grey, uniform: 1/sqrt(12)
 MAD_TO_SD = 1.4826  # of a Gaussian
 MASK_NORM = 6.0  # Euclidean norm of the mask [1 -2 1; -2 4 -2; 1 -2 1]
+LARGEST_RESPONSE = 8 * 255  # of that mask
 MIN_SAMPLES = 200  # in a grey band before its spread is believed
 BANDS = 16
-SAMPLED_ROWS = 80  # of second differences: tens of thousands of samples are plenty
+SAMPLED_ROWS = 60  # of second differences: tens of thousands of samples are plenty
 FINEST_SCALE_PX = 0.7
 COARSEST_SCALE_PX = 2.0
 SCALE_PER_ROOT = (
     3.0  # scale = 3 (noise / range)^(1/3): found best on renders over noise 1..8, contrast .15..1
 )
+SAMPLE_STEP = 4  # of the greys whose range is taken
+BLACK_GREY, CLIPPED_GREY = 1, 250  # greys up to the one and from the other on tell nothing of noise
+MOST_SMOOTHING = 2.0  # beyond this the weakest quarter of the gradients is texture, not noise
+RAYLEIGH_QUARTER = 0.7585  # lower quartile of the length of a plane Gaussian vector, in standard deviations
+FEWEST_FLAT = 500  # gradients before their lower quartile is believed
 
 Floats = NDArray[np.float64]
 
@@ -38,35 +45,49 @@ def grey_noise(image: NDArray[np.uint8]) -> Floats:
     """
     variance = np.full(256, QUANTISATION_SD_GREY**2)
     if min(image.shape) >= 5:
-        greys, variances, counts = _banded_variances(image)
-        if len(greys):
-            variance = np.maximum(_variance_line(greys, variances, counts), variance)
+        medians, counts = _band_medians(image, max(3, image.shape[0] // SAMPLED_ROWS))
+        told = np.flatnonzero(counts >= MIN_SAMPLES)
+        if len(told):
+            greys = (told + 0.5) * 256.0 / BANDS
+            variances = (MAD_TO_SD * medians[told] / MASK_NORM) ** 2
+            variance = np.maximum(_variance_line(greys, variances, counts[told]), variance)
     return np.asarray(np.sqrt(variance), dtype=np.float64)
 
 
-def _banded_variances(image: NDArray[np.uint8]) -> tuple[Floats, Floats, Floats]:
-    """Middle grey, robust noise variance and number of samples of the bands that have enough of them."""
-    step = max(3, image.shape[0] // SAMPLED_ROWS)
-    bottom = image[2::step].astype(np.int16)
-    top, middle = (
-        image[::step][: len(bottom)].astype(np.int16),
-        image[1::step][: len(bottom)].astype(np.int16),
-    )
-    column = top - 2 * middle + bottom
-    response = np.abs(column[:, 1:-3] - 2 * column[:, 2:-2] + column[:, 3:-1])
-    # grey from pixels beside the mask: the mask's own noise must not choose its band
-    centre = (middle[:, :-4] + middle[:, 4:]) // 2
-    usable = (centre > 1) & (centre < 250)
-    band = centre[usable] * BANDS // 256
-    value = response[usable]
-    found = []
-    for index in range(BANDS):
-        chosen = value[band == index]
-        if len(chosen) >= MIN_SAMPLES:
-            spread = MAD_TO_SD * float(np.median(chosen)) / MASK_NORM
-            found.append(((index + 0.5) * 256.0 / BANDS, spread**2, float(len(chosen))))
-    table = np.array(found, dtype=np.float64).reshape(-1, 3)
-    return table[:, 0], table[:, 1], table[:, 2]
+@njit(cache=True, nogil=True)
+def _band_medians(image: NDArray[np.uint8], step: int) -> tuple[Floats, Floats]:
+    """Median of the mask's absolute response in each band of grey, and how many responses it is of."""
+    rows, columns = image.shape
+    histogram = np.zeros((BANDS, LARGEST_RESPONSE + 1), np.int32)
+    column = np.empty(columns, np.int32)
+    for y in range(0, rows - 2, step):
+        top, middle, bottom = image[y], image[y + 1], image[y + 2]
+        for x in range(columns):
+            column[x] = np.int32(top[x]) - 2 * np.int32(middle[x]) + np.int32(bottom[x])
+        for x in range(2, columns - 2):
+            # grey from pixels beside the mask: the mask's own noise must not choose its band
+            centre = (np.int32(middle[x - 2]) + np.int32(middle[x + 2])) >> 1
+            if BLACK_GREY < centre < CLIPPED_GREY:
+                response = abs(column[x - 1] - 2 * column[x] + column[x + 1])
+                histogram[(centre * BANDS) >> 8, response] += 1
+    medians, counts = np.zeros(BANDS), np.zeros(BANDS)
+    for band in range(BANDS):
+        total = 0
+        for k in range(LARGEST_RESPONSE + 1):
+            total += histogram[band, k]
+        counts[band] = total
+        if total == 0:
+            continue
+        below, k = histogram[band, 0], 0
+        while below <= (total - 1) // 2:
+            k += 1
+            below += histogram[band, k]
+        lower = k
+        while below <= total // 2:
+            k += 1
+            below += histogram[band, k]
+        medians[band] = 0.5 * (lower + k)
+    return medians, counts
 
 
 def _variance_line(grey: Floats, variance: Floats, count: Floats) -> Floats:
@@ -83,6 +104,27 @@ def _variance_line(grey: Floats, variance: Floats, count: Floats) -> Floats:
     return np.asarray(a + b * np.arange(256.0), dtype=np.float64)
 
 
+@njit(cache=True, nogil=True)
+def _quantiles(image: NDArray[np.uint8], shares: Floats) -> NDArray[np.int64]:
+    """Greys below which the given shares of every fourth pixel of every fourth row lie."""
+    rows, columns = image.shape
+    histogram = np.zeros(256, np.int64)
+    total = 0
+    for y in range(0, rows, SAMPLE_STEP):
+        for x in range(0, columns, SAMPLE_STEP):
+            histogram[image[y, x]] += 1
+            total += 1
+    out = np.zeros(len(shares), np.int64)
+    for k in range(len(shares)):
+        rank = int(shares[k] * (total - 1))
+        grey, below = 0, histogram[0]
+        while below <= rank:
+            grey += 1
+            below += histogram[grey]
+        out[k] = grey
+    return out
+
+
 def gradient_scale(image: NDArray[np.uint8], noise: Floats) -> float:
     """Scale of the gradient that suits an image: fine when clean, coarse when noise drowns its contrast.
 
@@ -97,7 +139,34 @@ def gradient_scale(image: NDArray[np.uint8], noise: Floats) -> float:
     -------
     Sigma of the Gaussian derivative, px.
     """
-    sample = np.sort(image[::4, ::4], axis=None)
-    low, middle, high = (int(sample[int(q * (len(sample) - 1))]) for q in (0.01, 0.5, 0.99))
+    low, middle, high = _quantiles(image, np.array([0.01, 0.5, 0.99])).tolist()
     share = float(noise[(middle + high) // 2]) / max(high - low, 1)
     return float(np.clip(SCALE_PER_ROOT * np.cbrt(share), FINEST_SCALE_PX, COARSEST_SCALE_PX))
+
+
+def smooth_noise_factor(
+    magnitude: NDArray[np.float32], grey: NDArray[np.uint8], noise_of: NDArray[np.float32]
+) -> float:
+    """How much stronger the weakest quarter of the gradients is than white noise of the measured size.
+
+    Demosaicing, compression and scaling smooth the noise of a camera: its second differences, on which the
+    noise is measured, fall more than its gradient does. Flat parts show it, and the weakest quarter is there.
+
+    Parameters
+    ----------
+    magnitude, grey
+        float32 and uint8, same shape: gradients of a sample of pixels, and their grey.
+    noise_of
+        float32 (256,), standard deviation of the gradient from white noise, for each grey.
+
+    Returns
+    -------
+    1 to 2.
+    """
+    telling = (grey > BLACK_GREY) & (grey < CLIPPED_GREY)
+    ratio = magnitude[telling] / noise_of[grey[telling]]
+    if len(ratio) < FEWEST_FLAT:
+        return 1.0
+    rank = len(ratio) // 4
+    quarter = float(np.partition(ratio, rank)[rank])
+    return min(max(quarter / RAYLEIGH_QUARTER, 1.0), MOST_SMOOTHING)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vision_server.canny import hysteresis
 from vision_server.centring import centre_lines
 from vision_server.channel import SHARP_PX
-from vision_server.edges import EdgeMap
+from vision_server.edge_map import EdgeMap
 from vision_server.growing import grow_lines
 from vision_server.line_fit import Edgels, fit_lines, log_chance
 from vision_server.linking import link_edgels
@@ -61,7 +61,7 @@ class Segments:
 
 
 def edgel_thresholds(edges: EdgeMap) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Hysteresis thresholds at each pixel, float32 (H, W), from the noise there."""
+    """Hysteresis thresholds of each edgel, float32 (N,), from the noise there."""
     return np.float32(LOW_NOISE_RATIO) * edges.floor, np.float32(HIGH_NOISE_RATIO) * edges.floor
 
 
@@ -91,11 +91,11 @@ def extract_segments(
     Segments, strongest first; none when there are none.
     """
     low, high = edgel_thresholds(edges)
-    mask = edges.ridge > low
+    chosen = edges.strength > low
     if grouping == "growing":
-        edgels = grow_lines(edges, mask, shortest_px=min_length_px)
+        edgels = grow_lines(edges, chosen, shortest_px=min_length_px)
     else:
-        chains = link_edgels(edges, hysteresis(edges.ridge, low, high))
+        chains = link_edgels(edges, hysteresis(edges, low, high))
         edgels = Edgels(chains.points, chains.normals, chains.strengths, split_chains(chains))
     lines = fit_lines(edgels)
     ends = lines.endpoints
@@ -106,7 +106,7 @@ def extract_segments(
     segments = Segments(ends, lines.strength, lines.normal_sd)
     good = segments.length >= min_length_px
     if grouping == "growing":
-        good &= log_chance(lines, mask) < MAX_LOG_CHANCE
+        good &= log_chance(lines, edges, chosen) < MAX_LOG_CHANCE
     segments = segments.take(good)
     order = np.argsort(-segments.length * segments.strength, kind="stable")[:max_segments]
     return segments.take(order)

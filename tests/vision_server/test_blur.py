@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from vision_server.blur import blur_sigma
+from vision_server.blur import blur_sigma, halved
 
 
 def squares(blur_px: float, noise: float = 1.0) -> NDArray[np.uint8]:
@@ -22,14 +22,14 @@ def squares(blur_px: float, noise: float = 1.0) -> NDArray[np.uint8]:
 
 @pytest.mark.parametrize("blur_px", [2.0, 3.0, 4.0, 5.0])
 def test_blur_is_found(blur_px: float) -> None:
-    assert blur_sigma(squares(blur_px)) == pytest.approx(blur_px, rel=0.2)
+    assert blur_sigma(halved(squares(blur_px))) == pytest.approx(blur_px, rel=0.2)
 
 
 def test_a_sharp_image_is_sharp() -> None:
-    assert blur_sigma(squares(0.0)) < 1.2
-    assert blur_sigma(squares(0.0, noise=6.0)) < 1.2
+    assert blur_sigma(halved(squares(0.0))) < 1.2
+    assert blur_sigma(halved(squares(0.0, noise=6.0))) < 1.2
 
 
 def test_without_edges_nothing_is_said() -> None:
-    assert blur_sigma(np.full((100, 100), 30, np.uint8)) == 0.0
-    assert blur_sigma(np.zeros((3, 3), np.uint8)) == 0.0
+    assert blur_sigma(halved(np.full((100, 100), 30, np.uint8))) == 0.0
+    assert blur_sigma(halved(np.zeros((3, 3), np.uint8))) == 0.0

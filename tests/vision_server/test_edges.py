@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from bridge.errors import BadInput
 from tests.vision_server.edge_scenes import polygon_with_shadows, square_outline, step
 from tests.vision_server.em_oracle import axial_difference, mixture_at
 from vision_server.channel import WEIGHT_EXPONENT, ChannelStatistics, channel_statistics
-from vision_server.edges import EdgeMap, ImageSetStatistics, merge_channels
+from vision_server.edge_map import EdgeMap
+from vision_server.edges import ImageSetStatistics, merge_channels
 
 
 def clutter(count: int) -> list[ChannelStatistics]:
@@ -22,7 +24,7 @@ def clutter(count: int) -> list[ChannelStatistics]:
 
 
 def same(a: EdgeMap, b: EdgeMap) -> bool:
-    fields = ("mass", "magnitude", "orientation", "ridge", "offset", "floor")
+    fields = ("places", "strength", "mass", "axis", "offset", "floor")
     return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in fields)
 
 
@@ -33,13 +35,13 @@ def test_bins_agree_with_em_over_all_samples(scene: str) -> None:
     else:
         channels = clutter(4)
     edges = merge_channels(channels)
-    places = [(y, x) for y, x in np.argwhere(edges.ridge > 0) if 0 < y < 79 and 0 < x < 99][::3]
     shares, turns = [], []
-    for y, x in places:
-        share, orientation = mixture_at(channels, y, x)
-        shares.append(share - edges.magnitude[y, x] / edges.mass[y, x])
-        turns.append(float(axial_difference(orientation, float(edges.orientation[y, x]))))
-    assert len(places) > 30
+    for at in range(0, len(edges), 3):
+        y, x = divmod(int(edges.places[at]), edges.shape[1])
+        share, axis = mixture_at(channels, y, x)
+        shares.append(share - edges.strength[at] / edges.mass[at])
+        turns.append(float(axial_difference(axis, float(edges.axis[at]))))
+    assert len(shares) > 30
     assert np.quantile(np.abs(shares), 0.95) < 0.03
     assert np.quantile(turns, 0.95) < np.deg2rad(2.5)
 
@@ -50,7 +52,7 @@ def strongest_shadow(weight_exponent: float) -> float:
     ridge = merge_channels([channel_statistics(i, weight_exponent=weight_exponent) for i in images]).ridge
     distance = distance_transform_edt(~square_outline())
     true, shadow = ridge[(ridge > 0) & (distance <= 1)], ridge[(ridge > 0) & (distance > 3)]
-    return float(shadow.max() / np.quantile(true, 0.1))
+    return float(shadow.max(initial=0.0) / np.quantile(true, 0.1))
 
 
 def test_shadow_edges_rank_far_below_true_edges() -> None:
@@ -61,21 +63,27 @@ def test_it_is_the_weight_that_puts_them_there() -> None:
     assert strongest_shadow(0.0) > 0.2
 
 
+def inner_edgels(edges: EdgeMap, share: float) -> NDArray[np.bool_]:
+    """Edgels well inside the image that are stronger than a share of the strongest."""
+    x, y = edges.points.T
+    inner = (y > 10) & (y < 85) & (x > 10) & (x < 117)
+    return np.asarray(inner & (edges.strength > share * edges.strength.max()))
+
+
+def across(edges: EdgeMap, chosen: NDArray[np.bool_], angle: float) -> NDArray[np.float64]:
+    """Distance of edgels from the line through the middle of the image with this normal, px."""
+    return np.asarray((edges.points[chosen] - [63.5, 47.5]) @ [np.cos(angle), np.sin(angle)])
+
+
 def test_a_clean_edge_belongs_to_the_main_component() -> None:
     for angle in (0.0, 0.5, 1.2, 2.0, 2.9):
         images = [step(angle, 0.2, 50, high) for high in (150, 200)]
         edges = merge_channels([channel_statistics(image) for image in images])
-        y, x = np.argwhere(edges.ridge > 0.9 * edges.ridge.max()).T
-        inner = (y > 10) & (y < 85) & (x > 10) & (x < 117)
-        y, x = y[inner], x[inner]
-        assert len(y) > 30
-        assert np.median(edges.magnitude[y, x] / edges.mass[y, x]) > 0.95
-        assert np.median(axial_difference(edges.orientation[y, x].astype(np.float64), angle)) < np.deg2rad(
-            1.5
-        )
-        across = (x - 63.5 + edges.offset[y, x] * np.cos(edges.orientation[y, x])) * np.cos(angle)
-        across += (y - 47.5 + edges.offset[y, x] * np.sin(edges.orientation[y, x])) * np.sin(angle)
-        assert np.median(across) == pytest.approx(0.2, abs=0.08)
+        strong = inner_edgels(edges, 0.9)
+        assert strong.sum() > 30
+        assert np.median(edges.strength[strong] / edges.mass[strong]) > 0.95
+        assert np.median(axial_difference(edges.axis[strong].astype(np.float64), angle)) < np.deg2rad(1.5)
+        assert np.median(across(edges, strong, angle)) == pytest.approx(0.2, abs=0.08)
 
 
 def test_reversed_contrast_is_the_same_edge() -> None:
@@ -90,14 +98,9 @@ def test_light_from_two_sides_does_not_move_an_edge() -> None:
     for angle in (0.0, 0.5, 1.3, 2.2):
         images = [step(angle, 0.2, low, high, noise=0.5) for low, high in ((20, 190), (130, 110), (160, 30))]
         edges = merge_channels([channel_statistics(image) for image in images])
-        y, x = np.argwhere(edges.ridge > 0.5 * edges.ridge.max()).T
-        inner = (y > 10) & (y < 85) & (x > 10) & (x < 117)
-        y, x = y[inner], x[inner]
-        normal = edges.orientation[y, x]
-        across = (x - 63.5 + edges.offset[y, x] * np.cos(normal)) * np.cos(angle)
-        across += (y - 47.5 + edges.offset[y, x] * np.sin(normal)) * np.sin(angle)
-        assert len(y) > 60
-        assert np.median(across) == pytest.approx(0.2, abs=0.08)
+        strong = inner_edgels(edges, 0.5)
+        assert strong.sum() > 60
+        assert np.median(across(edges, strong, angle)) == pytest.approx(0.2, abs=0.08)
 
 
 def test_removing_a_channel_is_exact() -> None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from vision_server.line_fit import Edgels, fit_lines, log_chance
+from vision_server.edge_map import EdgeMap
+from vision_server.line_fit import Edgels, FittedLines, fit_lines, log_chance
 from vision_server.segments import MAX_LOG_CHANCE
 
 
@@ -19,6 +21,17 @@ def noisy_lines(count: int, points: int, sd: float, angle: float, seed: int = 0)
     groups = np.stack([starts, starts + points], axis=1)
     normals = np.full(len(xy), angle + np.pi / 2)
     return Edgels(xy, normals, np.full(len(xy), 7.0), groups)
+
+
+def edges_at(mask: NDArray[np.bool_]) -> EdgeMap:
+    zero = np.zeros(mask.shape, np.float32)
+    return EdgeMap.from_fields(mask.astype(np.float32), zero, zero, 0.0)
+
+
+def chance(lines: FittedLines, mask: NDArray[np.bool_]) -> float:
+    """Of the first line, among edgels at the pixels of a mask."""
+    edges = edges_at(mask)
+    return float(log_chance(lines, edges, np.ones(len(edges), np.bool_))[0])
 
 
 def test_a_clean_line_is_returned() -> None:
@@ -46,7 +59,8 @@ def test_the_stated_uncertainty_is_the_true_one(points: int, sd: float) -> None:
 def test_no_groups_no_lines() -> None:
     none = Edgels(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros((0, 2), np.int64))
     assert len(fit_lines(none).endpoints) == 0
-    assert len(log_chance(fit_lines(none), np.zeros((20, 20), np.bool_))) == 0
+    nowhere = edges_at(np.zeros((20, 20), np.bool_))
+    assert len(log_chance(fit_lines(none), nowhere, np.zeros(0, np.bool_))) == 0
 
 
 def test_longer_straighter_and_lonelier_lines_are_less_likely_by_chance() -> None:
@@ -55,8 +69,8 @@ def test_longer_straighter_and_lonelier_lines_are_less_likely_by_chance() -> Non
     busy = np.random.default_rng(0).random((80, 100)) < 0.4
     short, long = (fit_lines(noisy_lines(1, n, 0.1, 0.0)) for n in (8, 40))
     wavy = fit_lines(noisy_lines(1, 40, 0.8, 0.0))
-    assert log_chance(long, quiet)[0] < -20
-    assert log_chance(long, quiet)[0] < log_chance(short, quiet)[0]
-    assert log_chance(long, quiet)[0] < log_chance(wavy, quiet)[0]
-    assert log_chance(long, quiet)[0] < log_chance(long, busy)[0]
-    assert log_chance(short, busy)[0] > MAX_LOG_CHANCE
+    assert chance(long, quiet) < -20
+    assert chance(long, quiet) < chance(short, quiet)
+    assert chance(long, quiet) < chance(wavy, quiet)
+    assert chance(long, quiet) < chance(long, busy)
+    assert chance(short, busy) > MAX_LOG_CHANCE

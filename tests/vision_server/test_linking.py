@@ -6,7 +6,8 @@ import numpy as np
 
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
 from vision_server.channel import channel_statistics
-from vision_server.edges import EdgeMap, merge_channels
+from vision_server.edge_map import EdgeMap
+from vision_server.edges import merge_channels
 from vision_server.linking import link_edgels
 
 
@@ -15,13 +16,12 @@ def edge_map_of(points: list[tuple[int, int, float]], shape: tuple[int, int] = (
     ridge, orientation = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
     for x, y, normal in points:
         ridge[y, x], orientation[y, x] = 10.0, normal % np.pi
-    zero = np.zeros(shape, np.float32)
-    return EdgeMap(ridge, ridge, orientation, ridge, zero, zero, 0.0, ())
+    return EdgeMap.from_fields(ridge, orientation, np.zeros(shape, np.float32), 0.0)
 
 
 def test_a_line_is_one_chain_in_order() -> None:
     edges = merge_channels([channel_statistics(step(0.5, 0.0, 50, 150))])
-    chains = link_edgels(edges, edges.ridge > 30)
+    chains = link_edgels(edges, edges.strength > 30)
     lengths = np.diff(chains.starts)
     assert lengths.max() > 80
     longest = int(np.argmax(lengths))
@@ -33,15 +33,15 @@ def test_a_line_is_one_chain_in_order() -> None:
 def test_small_gaps_are_crossed_and_large_ones_not() -> None:
     row = [(x, 30, np.pi / 2) for x in range(10, 60)]
     one_missing = edge_map_of([p for p in row if p[0] != 30])
-    assert len(link_edgels(one_missing, one_missing.ridge > 0).starts) == 2
+    assert len(link_edgels(one_missing, one_missing.strength > 0).starts) == 2
     many_missing = edge_map_of([p for p in row if not 28 <= p[0] <= 34])
-    assert len(link_edgels(many_missing, many_missing.ridge > 0).starts) == 3
+    assert len(link_edgels(many_missing, many_missing.strength > 0).starts) == 3
 
 
 def test_a_junction_does_not_turn_the_chain() -> None:
     cross = [(x, 30, np.pi / 2) for x in range(10, 60)] + [(35, y, 0.0) for y in range(5, 55) if y != 30]
     edges = edge_map_of(cross)
-    chains = link_edgels(edges, edges.ridge > 0)
+    chains = link_edgels(edges, edges.strength > 0)
     spans = [
         np.ptp(chains.points[a:b], axis=0) for a, b in zip(chains.starts, chains.starts[1:], strict=False)
     ]
@@ -51,7 +51,7 @@ def test_a_junction_does_not_turn_the_chain() -> None:
 
 def test_every_edgel_is_used_once_at_most() -> None:
     edges = merge_channels([channel_statistics(image) for image in polygon_with_shadows(3)])
-    mask = edges.ridge > 3
+    mask = edges.strength > 3
     chains = link_edgels(edges, mask)
     pixels = np.round(chains.points - np.stack([np.zeros(len(chains.points))] * 2, axis=1)).astype(int)
     assert len(chains.points) <= mask.sum()
@@ -60,6 +60,6 @@ def test_every_edgel_is_used_once_at_most() -> None:
 
 def test_no_edgels_no_chains() -> None:
     edges = edge_map_of([])
-    chains = link_edgels(edges, edges.ridge > 0)
+    chains = link_edgels(edges, edges.strength > 0)
     assert len(chains.points) == 0
     assert chains.starts.tolist() == [0]

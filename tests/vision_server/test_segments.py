@@ -8,7 +8,8 @@ from scipy.ndimage import gaussian_filter
 
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
 from vision_server.channel import channel_statistics
-from vision_server.edges import EdgeMap, merge_channels
+from vision_server.edge_map import EdgeMap
+from vision_server.edges import merge_channels
 from vision_server.segments import Grouping, Segments, extract_segments
 
 GROUPINGS: list[Grouping] = ["growing", "splitting"]
@@ -112,5 +113,7 @@ def test_segments_do_not_depend_on_chance() -> None:
 def test_edge_maps_keep_their_promise_of_types() -> None:
     edges = merge_channels([channel_statistics(polygon_with_shadows(1)[0])])
     assert isinstance(edges, EdgeMap)
-    for name in ("mass", "magnitude", "orientation", "ridge", "offset", "floor"):
+    for name in ("strength", "mass", "axis", "offset", "floor", "ridge", "points", "normals"):
         assert getattr(edges, name).dtype == np.float32
+    assert edges.places.dtype == np.int32
+    assert np.all(np.diff(edges.places) > 0)

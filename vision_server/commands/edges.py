@@ -16,7 +16,8 @@ from bridge.errors import EXIT_BAD_INPUT, BadInput
 from vision_server.canny import hysteresis
 from vision_server.channel import channel_statistics
 from vision_server.comparison_edges import ComparisonMethod, comparison_edges
-from vision_server.edges import EdgeMap, merge_channels
+from vision_server.edge_map import EdgeMap
+from vision_server.edges import merge_channels
 from vision_server.image_files import read_image_set
 from vision_server.segments import edgel_thresholds
 
@@ -60,7 +61,9 @@ def parse_exposures(text: str | None, count: int) -> list[float]:
 def edge_picture(edges: EdgeMap) -> NDArray[np.uint8]:
     """Edgels that survive hysteresis, white on black, uint8 (H, W)."""
     low, high = edgel_thresholds(edges)
-    return hysteresis(edges.ridge, low, high).astype(np.uint8) * np.uint8(255)
+    picture = np.zeros(edges.shape, np.uint8)
+    picture.ravel()[edges.places[hysteresis(edges, low, high)]] = 255
+    return picture
 
 
 def write_file(path: Path, content: bytes) -> None:
