@@ -19,20 +19,10 @@ stacked(Bs, B, Below) :- append(_, [B|Lower], Bs), ( Lower = [Below|_] -> true ;
 proc(clear(X), neg(some(z, on(z) = X))).
 proc(goal, forall(wanted(B, Below), on(B) = Below)).
 
-% How many blocks are not yet where they belong: each needs a move at least.
-fun_fluent(moves).
-initially(moves, 0).
-causes_val(move(_, _), moves, N, N is moves + 1).
-
-fun_fluent(misplaced).
-initially(misplaced, 6).
-causes_val(move(X, Y), misplaced, N,
-           and(aggregate_all(count, and(wanted(B, W), neg(B = X)), _),
-               and(aggregate_all(count, and(wanted(B, W), and(neg(B = X), neg(on(B) = W))), Others),
-                   N is Others + Here))) :-
-    ( wanted(X, Y) -> Here = 0 ; Here = 1 ).
-
 proc(anything, [pi([x, y], [?(prim_action(move(x, y))), move(x, y)])]).
+
+% How many blocks are not yet where they belong: each needs a move at least.
 proc(control,
      search(while(neg(goal), anything),
-            [strategy(astar), heuristic(misplaced)])).
+            [ strategy(astar),
+              heuristic(N^aggregate_all(count, and(wanted(B, Below), neg(on(B) = Below)), N)) ])).

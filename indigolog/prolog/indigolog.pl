@@ -1,0 +1,4 @@
+:- module(indigolog_pack, []).
+:- reexport('../indigolog').
+
+/** <module> library(indigolog) of the pack: the interpreter */
