@@ -5,6 +5,7 @@
             true_in/2,                % +Formula, +World
             value_in/3                % +Term, +World, -Value
           ]).
+:- use_module(library(assoc), [get_assoc/3]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(theory).
@@ -243,6 +244,14 @@ value_of(F, Kind, S, V) :-
     (   ground(F)
     ->  fluent_status(F, S, Status),
         ground_value(Status, F, Kind, S, V)
+    ;   S = s(Theory, Map, _, _, []),
+        ground_instances(Theory, F, Home)
+    ->  Home:F,                           % the common case, inlined
+        (   get_assoc(F, Map, Value)
+        ->  stored_value(Value, F, V)
+        ;   initial_status(Theory, F, Status),
+            instance_value(Status, F, V)
+        )
     ;   fluent_instance(F, S),
         (   ground(F)
         ->  fluent_status(F, S, Status),
@@ -250,6 +259,11 @@ value_of(F, Kind, S, V) :-
         ;   fluent_value(F, S, V)
         )
     ).
+
+stored_value('$any'(Values), F, _) =>
+    throw(several_values(F, Values)).
+stored_value(Value, _, V) =>
+    V = Value.
 
 instance_value(v(V0), _, V) =>
     V = V0.

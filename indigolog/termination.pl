@@ -157,6 +157,7 @@ final(E, S, C) =>
     theory_module(Theory, Module),
     Module:proc(E, Body),
     !,
+    \+ never_final(Body),
     enter(E, C, C1),
     final(Body, S, C1).
 

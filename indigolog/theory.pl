@@ -12,6 +12,7 @@
             action_template/3,        % +Theory, +Term, -Kind
             initial_status/3,         % +Theory, +Fluent, -Status
             declared_instance/3,      % +Theory, ?Fluent, -Instances
+            ground_instances/3,       % +Theory, ?Fluent, -Home
             domain_list/3,            % +Theory, +Domain, -Values
             theory_predicate/1        % ?Indicator
           ]).
@@ -334,7 +335,23 @@ values_status(Values, any(Values)).
 %   Fluent is a declared instance and Instances is `ground`, or Instances is
 %   `open` when the declaration leaves arguments free.
 
-declared_instance(th(Module, Home, _, _), Fluent, Instances) :-
+declared_instance(Theory, Fluent, Instances) :-
+    declared_instances(Theory, Fluent, Instances),
+    (   Instances == ground
+    ->  Theory = th(_, Home, _, _),
+        Home:Fluent
+    ;   true
+    ).
+
+%!  ground_instances(+Theory, ?Fluent, -Home) is semidet.
+%
+%   All declared instances of Fluent are ground, and are the facts of module Home.
+
+ground_instances(Theory, Fluent, Home) :-
+    declared_instances(Theory, Fluent, ground),
+    Theory = th(_, Home, _, _).
+
+declared_instances(th(Module, Home, _, _), Fluent, Instances) :-
     (   Module:'$instances'(Fluent, Instances0)
     ->  Instances = Instances0
     ;   generalised(Fluent, Template),
@@ -350,10 +367,6 @@ declared_instance(th(Module, Home, _, _), Fluent, Instances) :-
         ),
         generalised(Fluent, Key),
         assertz(Module:'$instances'(Key, Instances))
-    ),
-    (   Instances == ground
-    ->  Home:Fluent
-    ;   true
     ).
 
 assert_instance(Home, Instance) :-
