@@ -6,11 +6,14 @@
 :- use_module(library(apply), [maplist/3]).
 :- use_module(configuration).
 :- use_module(search_options).
-:- use_module(situation, [situation_key/2]).
+:- use_module(situation, [situation_key/2, situation_length/2]).
 :- use_module(termination, [final/3]).
 :- use_module(transition, [trans/5]).
 
 /** <module> Search in depth first order */
+
+% Most actions of a plan in search as published, which has no budget.
+most_actions(100_000).
 
 %!  depth_first_path(+Program, +Situation, +Context, -Steps) is nondet.
 %
@@ -18,21 +21,28 @@
 %   Final give them.  Configurations from which there is none are remembered, and
 %   one that comes again on its own path is not followed: Trans would come to it
 %   without end.
+%
+%   @error golog(search_depth(N)) if an execution goes on for ever
 
 depth_first_path(E, S, C, Steps) :-
     new_memory(E, S, Memory),
-    path(E, S, C, Memory, Steps).
+    most_actions(Most),
+    situation_length(S, N),
+    Deepest is N+Most,
+    path(E, S, C, how(Memory, Deepest), Steps).
 
-path(E, S, C, none, Steps) :-
+path(E, S, C, How, Steps) :-
+    How = how(none, _),
     !,
-    onward(E, S, C, none, Steps).
-path(E, S, C, Memory, Steps) :-
+    onward(E, S, C, How, Steps).
+path(E, S, C, How, Steps) :-
+    How = how(Memory, _),
     situation_key(S, Values),
     Key = E-Values,
     \+ trie_lookup(Memory, Key, _),       % open or dead
     trie_insert(Memory, Key, open),
     Found = found(false),
-    (   onward(E, S, C, Memory, Steps),
+    (   onward(E, S, C, How, Steps),
         nb_setarg(1, Found, true)
     ;   exhausted(Found, Memory, Key)
     ).
@@ -46,13 +56,22 @@ exhausted(found(true), Memory, Key) :-
 
 onward(E, S, C, _, []) :-
     final(E, S, C).
-onward(E, S, C, Memory, Steps) :-
+onward(E, S, C, How, Steps) :-
     trans(E, S, C, E1, S1),
     (   same_situation(S, S1)
     ->  E1 \=@= E,
-        onward(E1, S1, C, Memory, Steps)
-    ;   Steps = [c(E1, S1)|Steps1],
-        path(E1, S1, C, Memory, Steps1)
+        onward(E1, S1, C, How, Steps)
+    ;   not_too_deep(S1, How),
+        Steps = [c(E1, S1)|Steps1],
+        path(E1, S1, C, How, Steps1)
+    ).
+
+not_too_deep(S, how(_, Deepest)) :-
+    situation_length(S, N),
+    (   N =< Deepest
+    ->  true
+    ;   most_actions(Most),
+        throw(error(golog(search_depth(Most)), _))
     ).
 
 

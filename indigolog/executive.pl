@@ -5,7 +5,7 @@
           ]).
 :- use_module(library(option), [option/2, option/3, meta_options/3]).
 :- use_module(chance).
-:- use_module(context, [top_context/1]).
+:- use_module(context, [in_step/3, top_context/1]).
 :- use_module(devices).
 :- use_module(journal).
 :- use_module(situation).
@@ -22,8 +22,8 @@ then makes one step of the program: a step is first looked for, and only a
 program that has none may end.  An action of the step is carried to the device
 that can execute it before the next turn.
 
-What stays the same during a run is x(Devices, Journal, OnAction, Max, MaxWait,
-Mode), Mode being `live`, or `replay` where only a journal is followed.
+What stays the same during a run is x(Devices, Journal, on(OnAction, OnFact), Max,
+MaxWait, Mode), Mode being `live`, or `replay` where only a journal is followed.
 */
 
 :- dynamic requested/1.               % stop(Reason) or abort
@@ -57,13 +57,14 @@ run(Program, Options0) :-
     set_random(seed(Seed)),
     option(journal(File), Options, none),
     option(on_action(OnAction), Options, none),
+    option(on_fact(OnFact), Options, none),
     option(max_actions(Max), Options, inf),
     option(max_wait(MaxWait), Options, inf),
     new_facts_only(File, Options, Entries, Skip),
     setup_call_cleanup(
         opened(Mode, Options, Theory, File, Devices, Journal),
         ( begin(Skip, Journal, begun(Program, Seed)),
-          X = x(Devices, Journal, OnAction, Max, MaxWait, Mode),
+          X = x(Devices, Journal, on(OnAction, OnFact), Max, MaxWait, Mode),
           catch(turn(Program, S0, 0, 0, Entries, Skip, X, S, Rest, Outcome),
                 Error,
                 ended_by(Error, Journal)),
@@ -76,6 +77,7 @@ run(Program, Options0) :-
     told(Outcome, Options, Rest, S).
 
 is_meta(on_action).
+is_meta(on_fact).
 
 opened(replay, _, Theory, _, Devices, Journal) =>
     journal_open(none, Journal),
@@ -248,16 +250,14 @@ take_in([A|As], T, X, S0, S, Skip0, Skip) :-
 
 % Write Fact to the journal, unless it came from there, and tell of Action.
 happened(Fact, Action, X, S, Skip0, Skip) :-
-    X = x(_, Journal, OnAction, _, _, _),
+    X = x(_, Journal, on(OnAction, OnFact), _, _, _),
     (   Skip0 > 0
     ->  Skip is Skip0-1
     ;   Skip = 0,
         journal_write(Journal, Fact)
     ),
-    (   OnAction == none
-    ->  true
-    ;   ignore(call(OnAction, Action, S))
-    ).
+    ( OnAction == none -> true ; ignore(call(OnAction, Action, S)) ),
+    ( OnFact == none -> true ; ignore(call(OnFact, Fact, S)) ).
 
 wait_for_events([_|_], _).
 wait_for_events([], x(Devices, _, _, _, MaxWait, _)) :-
@@ -304,13 +304,14 @@ carry_out(A, X, S, Result) :-
     catch(( execute_action(Devices, Theory, A, Sensing),
             Result = done(Sensing) ),
           Error,
-          failure(Error, A, Theory, Result)).
+          failure(Error, A, S, Result)).
 
 % A failed action is an exogenous action if the theory declares it.
-failure(Error, A, Theory, Result) :-
+failure(Error, A, S, Result) :-
+    situation_theory(S, Theory),
     theory_module(Theory, Module),
     (   Error = error(Reason, _),
         \+ \+ Module:exog_action(failed(A, Reason))
     ->  Result = failed(Reason)
-    ;   throw(Error)
+    ;   in_step(Error, A, S)
     ).

@@ -104,6 +104,8 @@ situation_holds(Formula, Situation) :-
 %     * max_wait(Seconds)    the longest wait for an exogenous action
 %     * on_action(:Closure)  called with each action, exogenous ones too, and the
 %       situation after it
+%     * on_fact(:Closure)    called with each fact of the journal and the situation
+%       after it
 %     * history(-History), situation(-Situation), rest(-Program)   where it ended
 %     * outcome(-Outcome)    `final`, `failed`, `limit`, `aborted` or `replayed`;
 %       without this option anything but the first and the last is an error

@@ -24,6 +24,18 @@ prolog:message(golog(Message)) -->
     message(Message).
 prolog:error_message(golog(Error)) -->
     error_text(Error).
+prolog:message(error(Formal, Where)) -->
+    { nonvar(Where),
+      Where = golog(at(E, History), Context) },
+    '$messages':translate_message(error(Formal, Context)),
+    [ nl, '  in ~W'-[E, [quoted(true), portray(true), numbervars(true), max_depth(14)]] ],
+    where(History).
+
+where([]) --> [ nl, '  in the initial situation'-[] ].
+where([A|H]) -->
+    { length([A|H], N) },
+    [ nl, '  after ~D actions, newest first ~W'-
+          [N, [A|H], [quoted(true), portray(true), max_depth(8)]] ].
 
 message(prompt(sensing(A))) -->
     [ '~q: sensing result? '-[A], flush ].
@@ -75,6 +87,9 @@ error_text(search_budget(max_nodes(N))) -->
     [ 'search found no plan within ~D configurations'-[N] ].
 error_text(search_budget(max_seconds(T))) -->
     [ 'search found no plan within ~w s'-[T] ].
+error_text(search_depth(N)) -->
+    [ 'search followed an execution for ~D actions without coming to its end; '-[N],
+      'search(E, [strategy(breadth)]) or another strategy bounds it'-[] ].
 error_text(search_value(heuristic, Term)) -->
     [ 'the estimate ~p has no value that is a number from 0 on'-[Term] ].
 error_text(search_value(cost(A), Term)) -->

@@ -10,7 +10,6 @@
 :- use_module(messages, []).
 :- use_module(offline, [bounded_do/4]).
 :- use_module(situation, [initial_situation/1]).
-:- use_module(theory, [current_theory/1, action_template/3]).
 
 :- initialization(main, main).
 
@@ -164,7 +163,7 @@ run(offline, Program, Options, Status) :-
 run(online, Program, Options, Status) :-
     flag(indigolog_executed, _, 0),
     findall(Option, online_option(Options, Option), Own),
-    indigolog(Program, [ on_action(indigolog_run:print_action), situation(S), rest(Rest),
+    indigolog(Program, [ on_fact(indigolog_run:print_executed), situation(S), rest(Rest),
                          outcome(Outcome)|Own ]),
     flag(indigolog_executed, N, N),
     format("~d actions.~n", [N]),
@@ -195,25 +194,13 @@ explained(Question, S) :-
     phrase(explanations(Whys), Lines),
     print_message_lines(user_error, '', Lines).
 
-:- public print_action/2.
+:- public print_executed/2.
 
-print_action(A, Situation) :-
-    situation_history(Situation, [Newest|Before]),
-    (   Newest = e(A, _), Before = [A|_]
-    ->  Executed = true
-    ;   current_theory(Theory),
-        \+ ( action_template(Theory, A, exog),
-             \+ action_template(Theory, A, prim) ),
-        A \= failed(_, _)
-    ->  Executed = true
-    ;   Executed = false
-    ),
-    (   Executed == true
-    ->  flag(indigolog_executed, N, N+1),
-        format("~q~n", [A]),
-        flush_output
-    ;   true
-    ).
+print_executed(executed(_, A, _), _) :-
+    \+ own_step(A),
+    flag(indigolog_executed, N, N+1),
+    format("~q~n", [A]),
+    flush_output.
 
 printed(History) :-
     reverse(History, Actions),
@@ -224,11 +211,16 @@ printed(History) :-
 
 exclude_sensing([], []).
 exclude_sensing([A|As], Bs) :-
-    (   ( A = e(_, _) ; A = test(_) ; A == wait )
+    (   own_step(A)
     ->  Bs = Bs1
     ;   Bs = [A|Bs1]
     ),
     exclude_sensing(As, Bs1).
+
+% What the interpreter adds to a history.
+own_step(e(_, _)).
+own_step(test(_)).
+own_step(wait).
 
 failed(usage(Message), 2) :-
     !,

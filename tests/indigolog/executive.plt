@@ -91,6 +91,17 @@ test(no_answer, [forall(member(Device, [device(worker, [deadline(0.2)]), device(
 test(a_device_that_fails, Trace == [failed(inc, golog(device_failed(refusing, inc)))]) :-
     trace(inc, [device(refusing, [])], Trace).
 
+% An error says in which program and after which actions.
+test(where_it_was, History-Said == [inc]-true) :-
+    catch(trace([inc, ?(nonsense(1)), inc], [device(hooked)], _), Error, true),
+    Error = error(_, golog(at(_, History), _)),
+    once(phrase(prolog:message(Error), Lines)),
+    with_output_to(string(Text), print_message_lines(current_output, '', Lines)),
+    (   sub_string(Text, _, _, _, "  in [?(nonsense(1)),inc]\n  after 1 actions, newest first [inc]\n")
+    ->  Said = true
+    ;   Said = Text
+    ).
+
 test(hooks, [forall(member(Device, [device(hooked), device(hooked, [])])), setup(fresh),
              Seen == [started, inc, stopped]]) :-
     trace(inc, [Device], [inc]),
@@ -156,6 +167,18 @@ test(abort, Outcome-Trace == aborted-[inc, inc, inc]) :-
 test(stop_while_waiting, throws(stopped(by_signal))) :-
     thread_create(( sleep(0.1), request_stop(by_signal) ), Id),
     call_cleanup(trace(wait, [device(hooked)], _), thread_join(Id, _)).
+
+test(facts, Facts == [executed(0, look, ajar), exogenous(1, bump), executed(1, inc, none)]) :-
+    fresh,
+    trace([look, inc], [device(worker), on_fact(plunit_stopping:noted)], _),
+    findall(F, seen(fact(F)), Facts).
+
+noted(Fact, _) :-
+    assertz(test_indigolog_executive:seen(fact(Fact))),
+    (   Fact = executed(0, _, _)
+    ->  assertz(test_indigolog_executive:arriving(bump))
+    ;   true
+    ).
 
 test(rest_of_the_program, Rest == [inc]) :-
     indigolog([inc, ?(false), inc], [device(hooked), outcome(failed), rest(All)]),

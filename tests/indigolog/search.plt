@@ -103,6 +103,9 @@ test(message_as_published, Trace == Expected) :-
 
 :- begin_tests(search_misuse, [setup(load)]).
 
+test(without_end_as_published, error(golog(search_depth(100_000)))) :-
+    do(search(for_ever(0)), [], _).
+
 test(unknown_option, error(golog(search_option(depth(3))))) :-
     do(search(travel, [depth(3)]), [], _).
 

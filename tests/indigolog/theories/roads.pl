@@ -46,3 +46,4 @@ misled(z, 0).
 
 proc(travel, while(neg(at = z), pi([x, y], [?(and(at = x, way(x, y))), drive(x, y)]))).
 proc(in_circles, [star([drive(a, c), drive(c, a)]), ?(false)]).
+proc(for_ever(N), [drive(a, c), drive(c, a), for_ever(M)]) :- integer(N), M is N + 1.
