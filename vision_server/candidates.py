@@ -117,7 +117,7 @@ class Refiner:
         if quality(evidence) >= DOUBT_QUALITY:
             return None
         measurement = evidence.measurement
-        base = base_weights(measurement, len(self.model.lines))
+        base = base_weights(measurement, len(self.model.lines), exact_ends=False)
         range_m = float(np.linalg.norm(found.solution.pose.translation))
         whole, _ = solve(measurement, base, range_m, self.tone_sd_px)
         pull = np.bincount(measurement.samples.line, base.sum(axis=0), minlength=len(self.model.lines))

@@ -25,6 +25,7 @@ VOTE_WIDTH_PX = 1.0  # tolerance of a line's vote for a sharp edge
 STRONG_SHARE = 0.8  # of the edge points of a channel are weaker than its strong ones
 QUALITY_SNR_SHARE = 0.5  # an edge point this many times as strong as its channel's strong ones counts half
 BLUR_REACH = 1.5  # search at least this many filter scales to either side
+GAP_SPACINGS = 2.0  # between samples that are no neighbours
 SMALL_STEP_PX = 0.5  # for the derivative of the lens distortion
 MOST_STEP = 2.0  # a step from black, over the mean of its two sides
 LEAST_LEVEL = 2.0  # grey, under which that ratio is noise
@@ -42,6 +43,8 @@ class Measurement:
         (N, 2), unit normals of the lines in the image.
     along
         (N,), place of a sample on its line's visible part, -1 to 1.
+    from_end
+        (N,), distance of a sample from the nearest end of a visible part of its line, px.
     jacobian
         (N, 6), change of the line's place along the normal, px, per (rotation rad about ``centre``,
         translation m).
@@ -68,6 +71,7 @@ class Measurement:
     samples: Samples
     normal: Floats
     along: Floats
+    from_end: Floats
     jacobian: Floats
     centre: Floats
     scale: Ints
@@ -85,27 +89,40 @@ class Measurement:
 
 
 @njit(cache=True, error_model="numpy")
-def places_on_lines(line: Ints, image: Floats, direction: Floats) -> Floats:
-    """Place of each sample between the ends of its line's visible part, -1 to 1, (N,).
+def places_on_lines(line: Ints, image: Floats, direction: Floats, gap_px: float) -> tuple[Floats, Floats]:
+    """Where each sample is on its line, and how far from where the line or a visible part of it ends.
 
-    ``line`` (N,) ascending; ``image`` and ``direction`` (N, 2), as in `Samples`.
+    Parameters
+    ----------
+    line
+        (N,) ascending; image and direction (N, 2), as in `Samples`.
+    gap_px
+        Neighbours that are farther apart have something in between that hides the line.
+
+    Returns
+    -------
+    along (N,), between the ends of all visible parts, -1 to 1; distance (N,) to the nearest end, px.
     """
     count = len(line)
-    along = np.zeros(count)
+    along, distance = np.zeros(count), np.zeros(count)
     start = 0
     while start < count:
         end = start
         while end < count and line[end] == line[start]:
             end += 1
         ux, uy = direction[(start + end) // 2, 0], direction[(start + end) // 2, 1]
-        low, high = np.inf, -np.inf
+        low, high, part = np.inf, -np.inf, start
         for i in range(start, end):
             along[i] = image[i, 0] * ux + image[i, 1] * uy
             low, high = min(low, along[i]), max(high, along[i])
+            if i + 1 == end or abs(image[i + 1, 0] * ux + image[i + 1, 1] * uy - along[i]) > gap_px:
+                for k in range(part, i + 1):
+                    distance[k] = min(abs(along[k] - along[part]), abs(along[k] - along[i])) + 0.25 * gap_px
+                part = i + 1
         for i in range(start, end):
             along[i] = 2.0 * (along[i] - low) / (high - low) - 1.0 if high > low else 0.0
         start = end
-    return along
+    return along, distance
 
 
 def step_jacobian(camera: Camera, points_camera: Floats, normal: Floats, centre: Floats) -> Floats:
@@ -163,7 +180,9 @@ def measure(
     samples = visible_samples(model, camera, pose, spacing_px)
     count, lines = len(samples.line), len(model.lines)
     normal = np.stack([-samples.image_direction[:, 1], samples.image_direction[:, 0]], axis=1)
-    along = places_on_lines(samples.line, samples.image, samples.image_direction)
+    along, from_end = places_on_lines(
+        samples.line, samples.image, samples.image_direction, GAP_SPACINGS * spacing_px
+    )
     centre = pose.apply(0.5 * (model.vertices.min(axis=0) + model.vertices.max(axis=0))[None])[0]
     sigmas = np.array(SCALES_PX)
     line_sigma = sigmas[scale].max(axis=0) if len(channels) else np.ones(lines)
@@ -212,6 +231,7 @@ def measure(
         samples=samples,
         normal=normal,
         along=along,
+        from_end=from_end,
         jacobian=step_jacobian(camera, pose.apply(samples.points), normal, centre),
         centre=centre,
         scale=scale,

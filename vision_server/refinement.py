@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 REACHES_PX = (6.0, 4.0, 3.0, 3.0)
+EXACT_REACH_PX = 3.0  # the pose is near its place when so little is looked around
 SOLVER_ITERATIONS = 5  # of reweighting, on the edge points of one measurement
 LEAST_SPACING_PX = 2.0  # of samples: the sharpest filter makes nearer ones alike
 MOST_SAMPLES = 450
@@ -208,7 +209,7 @@ def refine(
     solution = None
     for reach in reaches_px:
         measurement = measure(channels, model, camera, pose, reach, scale, spacing)
-        base = base_weights(measurement, len(model.lines))
+        base = base_weights(measurement, len(model.lines), exact_ends=reach <= EXACT_REACH_PX)
         if int((base > 0).sum()) < ENOUGH_ROWS:
             return None
         step, weight = solve(measurement, base, float(np.linalg.norm(pose.translation)), tone_sd_px)
