@@ -154,7 +154,7 @@ def main(
             bound, stated = (
                 np.array([getattr(e, f"of_{kind}") for e in errors]) for kind in ("bound", "stated")
             )
-            row = {
+            row: dict[str, Any] = {
                 "name": f"refinement over the Cramér–Rao bound, noise {noise_grey:g} grey, blur {blur:g} px"
             }
             row |= {

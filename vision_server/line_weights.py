@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 SYSTEMATIC_SD_PX = 0.12  # of one edge point: pixel grid, texture and shading beside the edge
-# Where lines meet, each pulls at the edge of the other: the scatter is 0.42 px at blurred corners, 0.2 px three
+# Where lines meet, each pulls at the other's edge: the scatter is 0.42 px at blurred corners, 0.2 px three
 # and 0.08 px six pixels away.
 END_SD_PX, END_REACH_PX = 0.45, 4.0
 STRONG_SHARE = 0.7  # of the edge points of a channel are weaker than its strong ones
@@ -90,9 +90,7 @@ def base_weights(measurement: Measurement, lines: int, exact_ends: bool = True) 
             strong = max(float(np.partition(seen, rank)[rank]), 1e-12)
             of_sample = measurement.samples.line
             own = sigma[c, of_sample]
-            near_end = (END_SD_PX if exact_ends else 0.0) * np.exp(
-                -((measurement.from_end / (END_REACH_PX * own)) ** 2)
-            )
+            near_end = end_sd_px * np.exp(-((measurement.from_end / (END_REACH_PX * own)) ** 2))
             variance = measurement.sd[c] ** 2 + (SYSTEMATIC_SD_PX**2 + near_end**2) * own**2
             out[c] = np.minimum(1.0, strength / strong) * trust[c, of_sample] / variance
     return out * measurement.samples.px

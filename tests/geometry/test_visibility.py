@@ -56,10 +56,33 @@ def in_front(model: Model, pose: Pose) -> dict[int, np.ndarray]:
     }
 
 
+def crown(seed: int, folder: Path) -> Model:
+    """A prism over a star-shaped polygon with random corners: mostly re-entrant, each time another."""
+    random = np.random.default_rng(seed)
+    corners = 9
+    angles = 2 * np.pi * (np.arange(corners) + random.uniform(-0.3, 0.3, corners)) / corners
+    outline = random.uniform(0.04, 0.2, corners)[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+    points = [(x, y, z) for z in (-0.06, 0.06) for x, y in outline.tolist()]
+    sides = [(i, (i + 1) % corners, (i + 1) % corners + corners, i + corners) for i in range(corners)]
+    faces = [tuple(range(corners))[::-1], tuple(range(corners, 2 * corners)), *sides]
+    text = ["V1", str(len(points)), *(" ".join(map(repr, point)) for point in points), "0", "0"]
+    text += [str(len(faces)), *(" ".join(map(str, (len(face), *face))) for face in faces), "0", "0"]
+    return model_of("\n".join(text), folder)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_random_shapes_with_re_entrant_corners_agree_with_ray_casting(seed: int, tmp_path: Path) -> None:
+    must_agree_with_ray_casting(crown(seed, tmp_path), random_pose(100 + seed))
+
+
 @pytest.mark.parametrize("name", ["cube", "fixture", "satellite"])
 @pytest.mark.parametrize("seed", range(6))
 def test_agrees_with_ray_casting(name: str, seed: int) -> None:
-    model, pose = load_model(find_target(name)), random_pose(seed)
+    must_agree_with_ray_casting(load_model(find_target(name)), random_pose(seed))
+
+
+def must_agree_with_ray_casting(model: Model, pose: Pose) -> None:
+    """Every sample can be seen, and every point of a line that can be seen has a sample."""
     samples = visible_samples(model, WIDE, pose, spacing_px=0.5)
     assert not hidden(model, pose, samples.points[::9]).any()
     for line, points in in_front(model, pose).items():
