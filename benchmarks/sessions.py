@@ -4,6 +4,7 @@
     .venv/bin/python -m benchmarks.sessions simulator           the default target, many poses
     .venv/bin/python -m benchmarks.sessions grid                three targets, five suns, two backgrounds
     .venv/bin/python -m benchmarks.sessions worth FOLDER...     what control is worth, by sun, blur, light
+    .venv/bin/python -m benchmarks.sessions scenarios           every scenario, the three targets in turn
     .venv/bin/python -m benchmarks.sessions approach            docking from the first to the contact range
 
 Each prints one JSON object per session and then a table. A pose is right when it is off by less than 1
@@ -32,6 +33,7 @@ ROOT = Path(__file__).resolve().parent.parent
 SESSION_DEADLINE_S = 300.0
 RIGHT = (1.0, 0.01)
 TIGHT = (0.2, 0.002)
+TARGETS = ("cube", "fixture", "satellite")
 
 app = typer.Typer(help=__doc__, no_args_is_help=True, rich_markup_mode=None)
 
@@ -213,6 +215,28 @@ def simulator(controllers: Controllers = PAPER, seeds: Seeds = "1-50", keep: Kee
 
 
 @app.command()
+def scenarios(
+    names: Annotated[list[str] | None, typer.Argument(help="Scenarios; all when left out.")] = None,
+    controllers: Controllers = "heuristic",
+    seeds: Seeds = "1-20",
+    keep: Keep = None,
+) -> None:
+    """Every scenario; each seed is another pose, and the next of the three targets."""
+    names = names or sorted(file.stem for file in (ROOT / "scenarios").glob("*.toml"))
+    report(
+        run_all(
+            [
+                Case(name, name, c, seed, ("--scenario", name, "--target", TARGETS[seed % len(TARGETS)]))
+                for c in controllers.split(",")
+                for name in names
+                for seed in _seeds(seeds)
+            ],
+            keep,
+        )
+    )
+
+
+@app.command()
 def grid(controllers: Controllers = "heuristic", seeds: Seeds = "1-4", keep: Keep = None) -> None:
     """Three targets, five sun directions (back-lit and grazing among them), with and without a background."""
     with tempfile.TemporaryDirectory() as scratch:
@@ -223,7 +247,7 @@ def grid(controllers: Controllers = "heuristic", seeds: Seeds = "1-4", keep: Kee
                     Case(name, f"{target}-{name}", c, seed, ("--target", target, "--scenario", str(file)))
                     for c in controllers.split(",")
                     for name, file in scenarios.items()
-                    for target in ("cube", "fixture", "satellite")
+                    for target in TARGETS
                     for seed in _seeds(seeds)
                 ],
                 keep,
@@ -251,7 +275,7 @@ def worth(
                 scenario = str(simulated_conditions(sun, hard, Path(scratch)))
                 sources += [
                     (target, ("--target", target, "--scenario", scenario))
-                    for target in ("cube", "fixture", "satellite")
+                    for target in TARGETS
                 ]
                 cases += [
                     Case(group, f"{name}-{'hard' if hard else 'mild'}-{sun:g}", c, seed, options)

@@ -37,18 +37,27 @@ def microfacets(n_l: float, n_v: float, n_h: float, v_h: float, alpha: float, re
 def _reflected(
     n: Floats, v: Floats, lx: float, ly: float, lz: float, scattered: float, alpha: float, reflectance: float
 ) -> float:
-    """Radiance towards v per unit of light from the unit vector l."""
+    """Radiance towards v per unit of light from the unit vector l, 0 from behind."""
     n_l: float = n[0] * lx + n[1] * ly + n[2] * lz
     if n_l <= 0.0:
         return 0.0
+    return n_l * _brightness(n, v, lx, ly, lz, scattered, alpha, reflectance)
+
+
+@njit(cache=True)
+def _brightness(
+    n: Floats, v: Floats, lx: float, ly: float, lz: float, scattered: float, alpha: float, reflectance: float
+) -> float:
+    """The same for light that falls on the face: without the cosine."""
+    n_l = max(n[0] * lx + n[1] * ly + n[2] * lz, 1e-4)
     n_v = max(n[0] * v[0] + n[1] * v[1] + n[2] * v[2], 1e-4)
     hx, hy, hz = lx + v[0], ly + v[1], lz + v[2]
     length = math.sqrt(hx * hx + hy * hy + hz * hz)
     if length < 1e-9:
-        return scattered * n_l
+        return scattered
     n_h = (n[0] * hx + n[1] * hy + n[2] * hz) / length
     v_h = (v[0] * hx + v[1] * hy + v[2] * hz) / length
-    out: float = (scattered + microfacets(n_l, n_v, n_h, v_h, alpha, reflectance)) * n_l
+    out: float = scattered + microfacets(n_l, n_v, n_h, v_h, alpha, reflectance)
     return out
 
 
@@ -93,7 +102,8 @@ def shade(
     ----------
     triangle : (N,) int32, the triangle that each ray from the camera hits.
     direction, distance : (N, 3) and (N,) float32; the point is their product, metres, camera frame.
-    reach : (N, L + 1) float32, share of each light, then of the sun, that gets to the point.
+    reach : (N, L + 1) float32, share of each light that gets to the point; last the mean cosine of what
+        gets there of the sun's disc, 0 for what does not.
     pixel : (2,) size of a pixel at unit distance; (0, 0) takes the texture at the point alone.
     normals, face, surfaces, axes, part, rotations, translations : the scene (`image_server.simulator.scene`).
     lights : (L, 3) positions, camera frame, metres.
@@ -154,9 +164,13 @@ def shade(
                 w += away * frame[6 + k]
             scattered += albedo(s, local[0], local[1], local[2], u, w)
         scattered /= places
+        share = reach[i, channels - 1]
         if s[CRINKLE] > 0.0:
+            flat = n[0] * sun[0] + n[1] * sun[1] + n[2] * sun[2]
             crinkled(s, local[0], local[1], local[2], slope_there)
             _lean(n, r, slope_there)
+            bent = n[0] * sun[0] + n[1] * sun[1] + n[2] * sun[2]
+            share *= max(bent, 0.0) / max(flat, 1e-2)
         for c in range(channels - 1):
             if reach[i, c] > 0:
                 lx, ly, lz = lights[c, 0] - p[0], lights[c, 1] - p[1], lights[c, 2] - p[2]
@@ -167,11 +181,9 @@ def shade(
                 value *= intensity(beams[c], -(lx * aims[c, 0] + ly * aims[c, 1] + lz * aims[c, 2]))
                 out[i, c] = value * reach[i, c] * light_strength / square
         value = scattered * light_from(sky, n[0], n[1], n[2])
-        share = reach[i, channels - 1]
         if share > 0:
             wide = math.sqrt(s[ALPHA] * s[ALPHA] + sun_radius * sun_radius / 8.0)
-            value += (
-                share * sun_strength * _reflected(n, v, sun[0], sun[1], sun[2], scattered, wide, s[SPECULAR])
-            )
+            bright = _brightness(n, v, sun[0], sun[1], sun[2], scattered, wide, s[SPECULAR])
+            value += share * sun_strength * bright
         out[i, channels - 1] = value
     return out

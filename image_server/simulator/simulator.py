@@ -22,7 +22,7 @@ from bridge.messages import (
 )
 from geometry.camera import Camera
 from geometry.errors import GeometryError
-from geometry.model import find_target, load_model
+from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from image_server.device import Change, Device, Frame, checked_settings
 from image_server.replay import level_fraction, pose_error
@@ -96,6 +96,16 @@ class Simulator(Device):
         self._captures = 0
         self._moves = 0
         self._traced: OrderedDict[float | None, View] = OrderedDict()
+
+    @property
+    def model(self) -> Model:
+        """The target's geometry."""
+        return self._model
+
+    @property
+    def model_file(self) -> Path:
+        """Where it was read from."""
+        return self._file
 
     @property
     def true_pose(self) -> Pose:

@@ -32,6 +32,8 @@ NEAR_M = 1e-3  # nothing nearer is projected
 BAND_PIXELS = 1 << 17  # traced at a time
 BORDER_PX = 2  # around the things in view
 SAMPLES = 16  # per pixel at edges
+NARROW_RAD = math.radians(0.5)  # up to here a penumbra is so narrow that SAMPLES places on the disc do
+WIDE_SAMPLES = 64
 DISC_STEP = 5  # order in which the places of a pixel look at the sun's disc
 
 
@@ -110,7 +112,7 @@ class _Tracer:
         inner = np.s_[len(columns) : -len(columns)]
         directions = pixel_rays(camera, around, columns)
         triangle, distance, reach, label = self.sampled(directions, None)
-        edge = _differs(label.reshape(len(around), len(columns))).ravel()[inner]
+        edge = (_differs(label.reshape(len(around), len(columns))).ravel() | (label < 0))[inner]
         directions, triangle = directions[inner], triangle[inner]
         distance, reach = distance[inner], reach[inner]
         values = np.zeros((len(directions), reach.shape[1]), np.float32)
@@ -143,7 +145,9 @@ class _Tracer:
 
         Returns
         -------
-        triangle (N,), distance (N,), reach (N, L + 1), and a label (N,), equal where face and shadows are.
+        triangle (N,), distance (N,), reach (N, L + 1), and a label (N,), equal where face and shadows are;
+        negative where part of the sun's disc is seen. The last of reach is the light of the disc on the face:
+        the mean cosine of what is seen of it.
         """
         triangle, distance = self._caster.first_hits(directions)
         hit = np.flatnonzero(triangle != NOTHING)
@@ -161,18 +165,28 @@ class _Tracer:
             there = (position - starts).astype(np.float32)
             reach[hit, c] = self._reached(normals, starts, there, 1.0)
             label = 2 * label + (reach[:, c] > 0)
-        if place is None:
-            views = [0, *range(1, SAMPLES, 4)] if light.sky.sun_radius_rad > 0 else [0]
-        else:
-            views = [1 + (place * DISC_STEP) % SAMPLES]
+        views = self._views(place)
         seen = np.zeros(len(hit), np.int64)
+        cosines = np.zeros(len(hit))
         for view in views:
             there = np.broadcast_to(self._disc[view].astype(np.float32), starts.shape)
-            seen += self._reached(normals, starts, there, np.inf)
-        reach[hit, -1] = seen / len(views)
-        label = (SAMPLES + 1) * label
-        label[hit] += seen
+            unhidden = self._reached(normals, starts, there, np.inf)
+            seen += unhidden
+            cosines += unhidden * (normals @ self._disc[view])
+        reach[hit, -1] = cosines / len(views)
+        label = 2 * label
+        label[hit] += seen > 0
+        label[hit] *= np.where((seen > 0) & (seen < len(views)), -1, 1)
         return triangle, distance, reach, label
+
+    def _views(self, place: int | None) -> list[int]:
+        """Rows of the disc that a sample looks at: the middle and two pairs at the rim, or a place's own."""
+        count = len(self._disc) - 1
+        if count == 0:
+            return [0]
+        if place is None:
+            return [0, 1, 1 + count // 2, 3, 3 + count // 2]
+        return [1 + (place * DISC_STEP) % SAMPLES + first for first in range(0, count, SAMPLES)]
 
     def _reached(self, normals: Floats, starts: Rays, there: Rays, far: float) -> Flags:
         """Which starts see along `there`; those turned away do not."""
@@ -245,13 +259,20 @@ def _places() -> Floats:
 
 
 def _disc(sun: Floats, radius_rad: float) -> Floats:
-    """Directions (1 + SAMPLES, 3): the sun's middle, then places on its disc (golden spiral, rim first)."""
+    """Directions (1 + D, 3): the sun's middle, then places on its disc: a golden spiral, rim first.
+
+    The second half of the places lies opposite to the first, so that their mean is the middle. A wide disc
+    has more of them; a point has none.
+    """
+    if radius_rad == 0:
+        return sun[None]
+    half = (SAMPLES if radius_rad <= NARROW_RAD else WIDE_SAMPLES) // 2
     helper = np.eye(3)[np.argmin(np.abs(sun))]
     u = np.cross(sun, helper)
     u /= np.linalg.norm(u)
     v = np.cross(sun, u)
-    index = np.arange(SAMPLES)
-    radius = radius_rad * np.sqrt(1 - (index + 0.5) / SAMPLES)
+    index = np.arange(half)
+    radius = radius_rad * np.sqrt(1 - (index + 0.5) / half)
     angle = index * math.pi * (3 - math.sqrt(5))
     spread = np.outer(radius * np.cos(angle), u) + np.outer(radius * np.sin(angle), v)
-    return np.concatenate([sun[None], sun + spread])
+    return np.concatenate([sun[None], sun + spread, sun - spread])
