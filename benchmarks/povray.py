@@ -41,7 +41,8 @@ def point_light(position: Floats, strength: float, aim: Floats | None = None, po
     colour = strength * MM**2 / (2 * FADE_MM**2)
     spot = ""
     if aim is not None:
-        spot = f" spotlight point_at {_vector(MM * (position + aim))} radius 89.9999 falloff 90 tightness {power:.8g}"
+        spot = f" spotlight point_at {_vector(MM * (position + aim))}"
+        spot += f" radius 89.9999 falloff 90 tightness {power:.8g}"
     return (
         f"light_source {{ {_vector(MM * position)} color rgb {colour:.8g}{spot}"
         f" fade_distance {FADE_MM:g} fade_power 2 }}"

@@ -116,7 +116,7 @@ def theirs(case: Case, scene: Scene, folder: Path) -> Image:
 def sun_disc(diameter_deg: float) -> Floats:
     """Unit vectors (N, 3) spread evenly over the sun's disc: rings of a middle, 6, 12, ... of equal areas."""
     if diameter_deg == 0:
-        return SUN[None]
+        return np.asarray(SUN[None])
     right = np.cross(SUN, [0.0, 1.0, 0.0])
     right /= np.linalg.norm(right)
     down = np.cross(SUN, right)
@@ -128,7 +128,7 @@ def sun_disc(diameter_deg: float) -> Floats:
         )
         around = (np.arange(6 * ring) + 0.5) * math.pi / (3 * ring)
         out += [SUN + radius * (math.cos(a) * right + math.sin(a) * down) for a in around]
-    return np.array([d / np.linalg.norm(d) for d in out])
+    return np.asarray([d / np.linalg.norm(d) for d in out], dtype=np.float64)
 
 
 def regions(scene: Scene, theirs: Image) -> dict[str, NDArray[np.bool_]]:

@@ -12,7 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from image_server.simulator.rays import NOTHING, Caster, Rays, pixel_rays, rays_through
+from image_server.simulator.rays import (
+    NOTHING,
+    Caster,
+    Rays,
+    pixel_rays,
+    rays_through,
+    rays_to,
+    starts_of,
+)
 from image_server.simulator.scene import Scene
 from image_server.simulator.shading import shade
 from image_server.simulator.sky import Sky, irradiance
@@ -32,9 +40,8 @@ NEAR_M = 1e-3  # nothing nearer is projected
 BAND_PIXELS = 1 << 17  # traced at a time
 BORDER_PX = 2  # around the things in view
 SAMPLES = 16  # per pixel at edges
-NARROW_RAD = math.radians(0.5)  # up to here a penumbra is so narrow that SAMPLES places on the disc do
-WIDE_SAMPLES = 64
-DISC_STEP = 5  # order in which the places of a pixel look at the sun's disc
+DISC_SAMPLES = 64  # places on the sun's disc that the places of a pixel look at, four each
+DISC_STEP = 11  # order in which the places of a pixel look at the disc: uncorrelated with where they lie
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,27 +159,23 @@ class _Tracer:
         triangle, distance = self._caster.first_hits(directions)
         hit = np.flatnonzero(triangle != NOTHING)
         scene, light = self._scene, self._light
-        rays = directions[hit].astype(np.float64)
-        points = rays * distance[hit, None]
-        normals = scene.normals[triangle[hit]]
-        normals = normals * -np.sign(np.einsum("ij,ij->i", normals, rays))[:, None]
-        starts = (points + LIFT_M * normals).astype(np.float32)
-        channels = len(light.lights) + 1
-        reach = np.zeros((len(directions), channels), np.float32)
+        starts, normals = starts_of(directions[hit], distance[hit], triangle[hit], scene.normals, LIFT_M)
+        reach = np.zeros((len(directions), len(light.lights) + 1), np.float32)
         label = np.zeros(len(directions), np.int64)
         label[hit] = scene.face[triangle[hit]] + 1
         for c, position in enumerate(light.lights):
-            there = (position - starts).astype(np.float32)
-            reach[hit, c] = self._reached(normals, starts, there, 1.0)
+            reach[hit, c] = self._reached(starts, normals, position, True)
             label = 2 * label + (reach[:, c] > 0)
         views = self._views(place)
         seen = np.zeros(len(hit), np.int64)
-        cosines = np.zeros(len(hit))
+        cosines = np.zeros(len(hit), np.float32)
         for view in views:
-            there = np.broadcast_to(self._disc[view].astype(np.float32), starts.shape)
-            unhidden = self._reached(normals, starts, there, np.inf)
+            unhidden = self._reached(starts, normals, self._disc[view], False)
             seen += unhidden
-            cosines += unhidden * (normals @ self._disc[view])
+            if place is not None:
+                cosines += unhidden * (normals @ self._disc[view].astype(np.float32))
+        if place is None:  # a whole disc is as good as its middle; a part is looked at again
+            cosines = (seen == len(views)) * (normals @ self._disc[0].astype(np.float32)) * len(views)
         reach[hit, -1] = cosines / len(views)
         label = 2 * label
         label[hit] += seen > 0
@@ -180,20 +183,20 @@ class _Tracer:
         return triangle, distance, reach, label
 
     def _views(self, place: int | None) -> list[int]:
-        """Rows of the disc that a sample looks at: the middle and two pairs at the rim, or a place's own."""
+        """Rows of the disc that a sample looks at: the middle and three at the rim, or a place's own."""
         count = len(self._disc) - 1
         if count == 0:
             return [0]
         if place is None:
-            return [0, 1, 1 + count // 2, 3, 3 + count // 2]
+            return [0, 1, 2, 3]
         return [1 + (place * DISC_STEP) % SAMPLES + first for first in range(0, count, SAMPLES)]
 
-    def _reached(self, normals: Floats, starts: Rays, there: Rays, far: float) -> Flags:
-        """Which starts see along `there`; those turned away do not."""
-        out = np.einsum("ij,ij->i", normals, there) > 0
-        facing = np.flatnonzero(out)
-        out[facing] = self._caster.reached(starts[facing], np.ascontiguousarray(there[facing]), far)
-        return np.asarray(out)
+    def _reached(self, starts: Rays, normals: Rays, source: Floats, near: bool) -> Flags:
+        """Which starts see a point, or (not `near`) the sky in a direction; those turned away do not."""
+        out = np.zeros(len(starts), bool)
+        index, origins, directions = rays_to(starts, normals, source, near)
+        out[index] = self._caster.reached(origins, directions, 1.0 if near else np.inf)
+        return out
 
     def shaded(
         self, triangle: NDArray[np.int32], directions: Rays, distance: Rays, reach: Rays, pixel: Floats
@@ -261,12 +264,12 @@ def _places() -> Floats:
 def _disc(sun: Floats, radius_rad: float) -> Floats:
     """Directions (1 + D, 3): the sun's middle, then places on its disc: a golden spiral, rim first.
 
-    The second half of the places lies opposite to the first, so that their mean is the middle. A wide disc
-    has more of them; a point has none.
+    The second half of the places lies opposite to the first, so that their mean is the middle. A point has
+    none.
     """
     if radius_rad == 0:
         return sun[None]
-    half = (SAMPLES if radius_rad <= NARROW_RAD else WIDE_SAMPLES) // 2
+    half = DISC_SAMPLES // 2
     helper = np.eye(3)[np.argmin(np.abs(sun))]
     u = np.cross(sun, helper)
     u /= np.linalg.norm(u)

@@ -149,6 +149,40 @@ def test_the_disc_of_the_sun_makes_a_penumbra_of_its_own_width(tmp_path: Path) -
     assert widths[1] > widths[0] + 4
 
 
+@pytest.mark.parametrize("disc_deg", [0.8, 3.0])
+def test_a_penumbra_is_the_share_of_the_disc_that_is_seen(tmp_path: Path, disc_deg: float) -> None:
+    # a plate's straight edge hides a disc as a chord does: area of the segment, sampled across the shadow
+    wall, plate = 1.0, 0.6
+    corners = [(-0.6, -0.6, wall), (0.6, -0.6, wall), (0.6, 0.6, wall), (-0.6, 0.6, wall)]
+    corners += [(-0.5, -0.4, plate), (-0.2, -0.4, plate), (-0.2, 0.4, plate), (-0.5, 0.4, plate)]
+    scene = scene_of(quad(tmp_path, "plate", corners), at(0.0001))
+    sun = np.array([-0.6, 0.0, -1.0]) / math.hypot(0.6, 1.0)
+    radius = math.radians(disc_deg) / 2
+    row = images_of(scene, lit((0, 0, 0), sun=sun, disc=radius))[-1][120].astype(float)
+    x = (np.arange(320) - 159.5) / 400.0  # on the wall, m
+    beyond = np.arctan2(x + 0.2, wall - plate) - np.arctan2(0.6, 1.0)  # the edge past the sun's middle, rad
+    part = np.clip(beyond / radius, -1, 1)
+    share = 1 - (np.arccos(part) - part * np.sqrt(1 - part**2)) / math.pi
+    around = x > -0.1  # of the shadow's right edge
+    found = row[around] / row[beyond > 2 * radius].mean()
+    assert ((share[around] > 0.02) & (share[around] < 0.98)).sum() >= 2
+    # a pixel sees the mean of its width, and its places look at a limited number of points of the disc
+    assert found == pytest.approx(share[around], abs=0.04)
+    assert found.sum() == pytest.approx(share[around].sum(), abs=0.15)
+
+
+def test_a_face_that_cuts_the_disc_of_the_sun_gets_the_light_of_the_upper_part(square: Model) -> None:
+    radius = math.radians(5.0)
+    rng = np.random.default_rng(0)
+    place = radius * np.sqrt(rng.uniform(size=100000)) * np.sin(rng.uniform(0, 2 * math.pi, 100000))
+    for height in (0.5, 0.0, -0.5):  # of the sun's middle above the face, in radii
+        angle = height * radius
+        sun = np.array([math.cos(angle), 0.0, -math.sin(angle)])
+        image = images_of(scene_of(square, at(0.6)), lit((0, 0, 0), sun=sun, disc=radius))[-1]
+        wanted = np.maximum(np.sin(angle + place), 0).mean()
+        assert middle(image) == pytest.approx(SUN_STRENGTH * 0.6 * wanted, rel=0.12)
+
+
 def test_microfacets_give_back_what_the_published_model_does() -> None:
     # all light that comes in evenly, reflectance 1: what goes out towards the normal
     cosines = (np.arange(2000) + 0.5) / 2000  # evenly over the hemisphere
