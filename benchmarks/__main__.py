@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.simulator_times import simulator
 from bridge.messages import Settings
 from geometry.camera import Camera
 from geometry.model import load_model
@@ -99,3 +100,4 @@ if __name__ == "__main__":
     edges()
     poses()
     golog()
+    simulator(show)

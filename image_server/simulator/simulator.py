@@ -103,6 +103,11 @@ class Simulator(Device):
         return self._model
 
     @property
+    def camera(self) -> Camera:
+        """The camera at the focal length in use."""
+        return self._zoomed(self._focal_mm)
+
+    @property
     def model_file(self) -> Path:
         """Where it was read from."""
         return self._file
@@ -120,7 +125,7 @@ class Simulator(Device):
     def describe(self) -> Describe:
         """Settings, camera at the focal length in use, target and seed pose."""
         scenario = self._scenario
-        camera = self._zoomed(self._focal_mm)
+        camera = self.camera
         pose = self._first_seed_pose
         return Describe(
             device=self.name,
@@ -189,9 +194,7 @@ class Simulator(Device):
     def _view(self) -> View:
         view = self._traced.get(self._focal_mm)
         if view is None:
-            view = rendered(
-                self._scenario, self._scene(), self._zoomed(self._focal_mm), self._sun, self._random(STARS)
-            )
+            view = rendered(self._scenario, self._scene(), self.camera, self._sun, self._random(STARS))
             self._traced[self._focal_mm] = view
             if len(self._traced) > KEPT_GEOMETRIES:
                 self._traced.popitem(last=False)
@@ -201,7 +204,7 @@ class Simulator(Device):
         """Out of focus where the lens is not focused on it."""
         if self._focus_m is None:
             return radiance
-        table, camera = self._scenario.camera, self._zoomed(self._focal_mm)
+        table, camera = self._scenario.camera, self.camera
         focal_m = table.fx * table.pixel_um * 1e-6
         if self._focal_mm is not None:
             focal_m = self._focal_mm * 1e-3
@@ -211,7 +214,7 @@ class Simulator(Device):
         """The sensor, with the motion that the target's own velocity adds all over the image."""
         if not self._drift.moves_target:
             return self._sensor
-        x, y = self._drift.image_motion(self._zoomed(self._focal_mm), self._true)
+        x, y = self._drift.image_motion(self.camera, self._true)
         fixed = self._sensor.motion_px_per_s
         return replace(self._sensor, motion_px_per_s=(fixed[0] + x, fixed[1] + y))
 
@@ -273,11 +276,7 @@ class Simulator(Device):
         scenario = self._scenario
         parts = [target_part(self._model, self._appearance, scenario.target, self._true)]
         parts += background_parts(
-            scenario.background,
-            self._zoomed(self._focal_mm),
-            self._true,
-            self._model.diameter,
-            self._random(BACKGROUND),
+            scenario.background, self.camera, self._true, self._model.diameter, self._random(BACKGROUND)
         )
         return joined(parts)
 

@@ -8,6 +8,7 @@ to 1/32 px whatever its direction; elsewhere only the texture is averaged over t
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,6 +42,7 @@ BAND_PIXELS = 1 << 17  # traced at a time
 BORDER_PX = 2  # around the things in view
 SAMPLES = 16  # per pixel at edges
 DISC_SAMPLES = 64  # places on the sun's disc that the places of a pixel look at, four each
+RIM_VIEWS = 3  # places at the sun's rim that one pixel in four looks at
 DISC_STEP = 11  # order in which the places of a pixel look at the disc: uncorrelated with where they lie
 
 
@@ -118,9 +120,13 @@ class _Tracer:
         around = np.arange(rows[0] - 1, rows[-1] + 2)
         inner = np.s_[len(columns) : -len(columns)]
         directions = pixel_rays(camera, around, columns)
-        triangle, distance, reach, label = self.sampled(directions, None)
-        edge = (_differs(label.reshape(len(around), len(columns))).ravel() | (label < 0))[inner]
-        directions, triangle = directions[inner], triangle[inner]
+        grid = (len(around), len(columns))
+        triangle, distance, seen, reach, rim = self.looked(directions, _every_other(grid))
+        face = np.where(triangle == NOTHING, -1, self._scene.face[triangle])
+        mixed = _mixed(seen.reshape(*grid, -1), (triangle != NOTHING).reshape(grid)).reshape(seen.shape)
+        mixed[:, -1] |= _near(rim.reshape(grid), 2).ravel()
+        edge = (_differs(face.reshape(grid)).ravel() | mixed.any(axis=1))[inner]
+        directions, triangle, mixed = directions[inner], triangle[inner], mixed[inner]
         distance, reach = distance[inner], reach[inner]
         values = np.zeros((len(directions), reach.shape[1]), np.float32)
         covered = (triangle != NOTHING).astype(np.float32)
@@ -129,12 +135,13 @@ class _Tracer:
         pixel = np.array([1 / camera.fx, 1 / camera.fy])
         values[plain] = self.shaded(triangle[plain], directions[plain], distance[plain], reach[plain], pixel)
         chosen = np.flatnonzero(edge)
+        penumbra = mixed[chosen, -1]
         total = np.zeros((len(chosen), reach.shape[1]), np.float32)
         hits = np.zeros(len(chosen), np.float32)
         centres = np.stack([columns[chosen % len(columns)], rows[chosen // len(columns)]], axis=1)
         for place, offset in enumerate(_places()):
             rays = rays_through(camera, centres + offset)
-            t, d, share, _ = self.sampled(rays, place)
+            t, d, share = self.sampled(rays, place, penumbra)
             hit = np.flatnonzero(t != NOTHING)
             total[hit] += self.shaded(t[hit], rays[hit], d[hit], share[hit], np.zeros(2))
             hits[hit] += 1.0
@@ -143,53 +150,58 @@ class _Tracer:
         shape = (len(rows), len(columns))
         return values.reshape(*shape, -1), covered.reshape(shape), near.reshape(shape).astype(np.float32)
 
-    def sampled(
-        self, directions: Rays, place: int | None
-    ) -> tuple[NDArray[np.int32], Rays, Rays, NDArray[np.int64]]:
-        """Cast rays from the camera, and from what they hit to each light.
+    def looked(self, directions: Rays, rim: Flags) -> tuple[NDArray[np.int32], Rays, Flags, Rays, Flags]:
+        """A first look along rays from the camera (N, 3), and from what they hit to each light.
 
-        `place` names one direction into the sun's disc; None looks at its middle and its rim.
+        Where `rim` (N,) asks for it, it also looks at the rim of the sun's disc.
 
         Returns
         -------
-        triangle (N,), distance (N,), reach (N, L + 1), and a label (N,), equal where face and shadows are;
-        negative where part of the sun's disc is seen. The last of reach is the light of the disc on the face:
-        the mean cosine of what is seen of it.
+        triangle (N,), distance (N,); whether each light and then the sun's middle is seen from there
+        (N, L + 1); what `shade` wants of it; and where the sun's rim is not as its middle (N,).
         """
-        triangle, distance = self._caster.first_hits(directions)
-        hit = np.flatnonzero(triangle != NOTHING)
-        scene, light = self._scene, self._light
-        starts, normals = starts_of(directions[hit], distance[hit], triangle[hit], scene.normals, LIFT_M)
+        triangle, distance, hit, starts, normals = self._hit(directions)
+        light = self._light
+        seen = np.zeros((len(directions), len(light.lights) + 1), bool)
+        for c, position in enumerate(light.lights):
+            seen[hit, c] = self._reached(starts, normals, position, True)
+        seen[hit, -1] = self._reached(starts, normals, self._disc[0], False)
+        partly = np.zeros(len(directions), bool)
+        asked = np.flatnonzero(rim[hit])
+        for view in self._disc[1 : 1 + RIM_VIEWS]:
+            there = self._reached(starts[asked], normals[asked], view, False)
+            partly[hit[asked]] |= there != seen[hit[asked], -1]
+        reach = seen.astype(np.float32)
+        reach[hit, -1] *= normals @ self._disc[0].astype(np.float32)
+        return triangle, distance, seen, reach, partly
+
+    def sampled(self, directions: Rays, place: int, penumbra: Flags) -> tuple[NDArray[np.int32], Rays, Rays]:
+        """Triangle (N,), distance (N,), reach (N, L + 1) along rays (N, 3) through a place of their pixels.
+
+        `penumbra` (N,) tells around which pixels the sun's disc is partly hidden; elsewhere its middle stands
+        for it. The last of reach is the light of the disc on the face: the mean cosine of what is seen of it.
+        """
+        triangle, distance, hit, starts, normals = self._hit(directions)
+        light = self._light
         reach = np.zeros((len(directions), len(light.lights) + 1), np.float32)
-        label = np.zeros(len(directions), np.int64)
-        label[hit] = scene.face[triangle[hit]] + 1
         for c, position in enumerate(light.lights):
             reach[hit, c] = self._reached(starts, normals, position, True)
-            label = 2 * label + (reach[:, c] > 0)
-        views = self._views(place)
-        seen = np.zeros(len(hit), np.int64)
-        cosines = np.zeros(len(hit), np.float32)
-        for view in views:
-            unhidden = self._reached(starts, normals, self._disc[view], False)
-            seen += unhidden
-            if place is not None:
-                cosines += unhidden * (normals @ self._disc[view].astype(np.float32))
-        if place is None:  # a whole disc is as good as its middle; a part is looked at again
-            cosines = (seen == len(views)) * (normals @ self._disc[0].astype(np.float32)) * len(views)
-        reach[hit, -1] = cosines / len(views)
-        label = 2 * label
-        label[hit] += seen > 0
-        label[hit] *= np.where((seen > 0) & (seen < len(views)), -1, 1)
-        return triangle, distance, reach, label
+        own = self._disc[1 + (place * DISC_STEP) % SAMPLES :: SAMPLES] if len(self._disc) > 1 else self._disc
+        for flags, views in ((~penumbra[hit], self._disc[:1]), (penumbra[hit], own)):
+            there = np.flatnonzero(flags)
+            for view in views:
+                cosine = normals[there] @ view.astype(np.float32) / np.float32(len(views))
+                reach[hit[there], -1] += cosine * self._reached(starts[there], normals[there], view, False)
+        return triangle, distance, reach
 
-    def _views(self, place: int | None) -> list[int]:
-        """Rows of the disc that a sample looks at: the middle and three at the rim, or a place's own."""
-        count = len(self._disc) - 1
-        if count == 0:
-            return [0]
-        if place is None:
-            return [0, 1, 2, 3]
-        return [1 + (place * DISC_STEP) % SAMPLES + first for first in range(0, count, SAMPLES)]
+    def _hit(self, directions: Rays) -> tuple[NDArray[np.int32], Rays, Ints, Rays, Rays]:
+        """Triangle and distance (N,); numbers (M,) of the rays that hit; starts and normals (M, 3) there."""
+        triangle, distance = self._caster.first_hits(directions)
+        hit = np.flatnonzero(triangle != NOTHING)
+        starts, normals = starts_of(
+            directions[hit], distance[hit], triangle[hit], self._scene.normals, LIFT_M
+        )
+        return triangle, distance, hit, starts, normals
 
     def _reached(self, starts: Rays, normals: Rays, source: Floats, near: bool) -> Flags:
         """Which starts see a point, or (not `near`) the sky in a direction; those turned away do not."""
@@ -239,7 +251,29 @@ def _region(scene: Scene, camera: Camera) -> tuple[int, int, int, int]:
     return max(low[0], 0), max(low[1], 0), min(high[0], camera.width), min(high[1], camera.height)
 
 
-def _differs(label: NDArray[np.int64]) -> Flags:
+def _mixed(seen: Flags, hit: Flags) -> Flags:
+    """Where a pixel and its neighbours do not all see each light, or all not (H, W, C).
+
+    Only pixels that hit something have a say.
+    """
+    there = hit[..., None]
+    return _near(there & seen, 1) & _near(there & ~seen, 1)
+
+
+def _near(flags: Flags, reach: int) -> Flags:
+    """Pixels (H, W) or (H, W, C) that have one of the flags within reach."""
+    window = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    return np.asarray(cv2.dilate(flags.astype(np.uint8), window).reshape(flags.shape) > 0)
+
+
+def _every_other(grid: tuple[int, int]) -> Flags:
+    """One pixel in four (H·W,), spread evenly."""
+    out = np.zeros(grid, bool)
+    out[::2, ::2] = True
+    return out.ravel()
+
+
+def _differs(label: Ints) -> Flags:
     """Pixels (H, W) with another label among their eight neighbours."""
     out = np.zeros(label.shape, bool)
     for here, there in (

@@ -1,0 +1,78 @@
+"""What a simulated frame costs: the first of a geometry, further settings, the whole sensor, 12 Mpx."""
+
+import time
+from collections.abc import Callable
+
+import msgspec
+import numpy as np
+
+from bridge.messages import Settings
+from image_server.simulator import Simulator
+from image_server.simulator.rays import Caster, pixel_rays
+from image_server.simulator.scenario import Camera, Scenario, load_scenario
+
+MIDDLE = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
+LARGE = Camera(width=4096, height=3072, fx=5120.0, fy=5120.0, cx=2047.5, cy=1535.5)
+FIRST_SEEDS = (1, 2, 3)
+REPEATS = 9
+
+Show = Callable[..., None]
+
+
+def milliseconds(run: Callable[[], object], repeats: int = REPEATS) -> float:
+    """Median time of a call."""
+    times = []
+    for _ in range(repeats):
+        began = time.perf_counter()
+        run()
+        times.append(1000.0 * (time.perf_counter() - began))
+    return float(np.median(times))
+
+
+def cast_ms() -> float:
+    """One ray through each of 640×480 pixels at a wall: the peer of a first frame."""
+    camera = Simulator("cube", "nominal", 1).camera
+    rays = pixel_rays(camera, np.arange(camera.height), np.arange(camera.width))
+    caster = Caster(np.array([[[-9.0, -9.0, 1.0], [9.0, -9.0, 1.0], [0.0, 9.0, 1.0]]]))
+    return milliseconds(lambda: caster.first_hits(rays))
+
+
+def noise_ms() -> float:
+    """640×480 normal draws: the peer of a further frame, which needs them."""
+    draws = np.random.Generator(np.random.SFC64(1))
+    return milliseconds(lambda: draws.standard_normal((480, 640), np.float32))
+
+
+def first_ms(scenario: Scenario | str, target: str, seeds: tuple[int, ...] = FIRST_SEEDS) -> float:
+    """Median time of the first frame, tracing included."""
+    simulators = iter([Simulator(target, scenario, seed) for seed in seeds])
+    return milliseconds(lambda: next(simulators).capture(MIDDLE), len(seeds))
+
+
+def further_ms(scenario: Scenario | str, settings: Settings = MIDDLE) -> float:
+    """Median time of a frame of a geometry that has been traced."""
+    simulator = Simulator("cube", scenario, 1)
+    simulator.capture(settings)
+    return milliseconds(lambda: simulator.capture(settings))
+
+
+def simulator(show: Show) -> None:
+    """Print the simulator's lines of `make bench`."""
+    Simulator("cube", "nominal", 0).capture(MIDDLE)  # compiles, if need be
+    for name, target in (("nominal", "cube"), ("nominal", "fixture"), ("textured", "satellite")):
+        value, cast = first_ms(name, target), cast_ms()
+        show(f"simulator/first_frame({name},{target})", value, "ms", cast_ms=cast, ratio=value / cast)
+    moving = load_scenario("camera")
+    moving = msgspec.structs.replace(
+        moving, camera=msgspec.structs.replace(moving.camera, motion_px_per_s=(240.0, 160.0))
+    )
+    wide = Settings(lights=(4, 4, 4), shutter_s=1 / 30, aperture=2.8)
+    for name, scenario, settings in (
+        ("nominal", load_scenario("nominal"), MIDDLE),
+        ("whole sensor and lens", moving, wide),
+    ):
+        value, noise = further_ms(scenario, settings), noise_ms()
+        show(f"simulator/further_frame({name})", value, "ms", noise_ms=noise, ratio=value / noise)
+    value = first_ms(Scenario(camera=LARGE), "cube", (1,))
+    show("simulator/first_frame(12 megapixels)", value, "ms", ms_per_megapixel=value / 12.6)
+
