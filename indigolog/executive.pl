@@ -5,7 +5,7 @@
           ]).
 :- use_module(library(option), [option/2, option/3, meta_options/3]).
 :- use_module(chance).
-:- use_module(context, [in_step/3, top_context/1]).
+:- use_module(context, [top_context/1]).
 :- use_module(devices).
 :- use_module(journal).
 :- use_module(situation).
@@ -313,5 +313,5 @@ failure(Error, A, S, Result) :-
     (   Error = error(Reason, _),
         \+ \+ Module:exog_action(failed(A, Reason))
     ->  Result = failed(Reason)
-    ;   in_step(Error, A, S)
+    ;   throw(Error)
     ).
