@@ -31,6 +31,7 @@ bridge/zmq4pl.so: $(wildcard bridge/*.c bridge/*.h) | system
 .venv/.compiled: .venv/.installed $(KERNELS)
 	@echo "setup: compiling the numeric kernels"
 	@$(VENV) -m vision_server warm
+	@$(VENV) -m image_server warm
 	@touch $@
 
 dock: setup

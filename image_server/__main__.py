@@ -6,6 +6,7 @@ from image_server.commands.emulate import emulate
 from image_server.commands.hardware import cameras, hardware
 from image_server.commands.replay import replay
 from image_server.commands.simulate import simulator
+from image_server.commands.warm import warm
 
 app = typer.Typer(
     help="Camera and lights behind the wire protocol: settings in, frame out.",
@@ -18,6 +19,7 @@ app.command()(simulator)
 app.command()(hardware)
 app.command()(cameras)
 app.command()(emulate)
+app.command()(warm)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,20 @@
+"""`python -m image_server warm`: compile the simulator's kernels into numba's cache by small frames."""
+
+WARMING = ("earth-limb", "camera")
+"""Scenarios that between them use every kernel but that of folds: sky, blooming."""
+
+
+def warm() -> None:
+    """Compile the simulator's kernels, so that the first session does not wait for it."""
+    from msgspec.structs import replace
+
+    from bridge.messages import Settings
+    from image_server.simulator import Simulator
+    from image_server.simulator.scenario import load_scenario
+
+    for name in WARMING:
+        scenario = load_scenario(name)
+        camera = replace(scenario.camera, width=96, height=72, fx=120.0, fy=120.0, cx=47.5, cy=35.5)
+        folded = replace(scenario.target, crinkle=0.1)
+        simulator = Simulator("cube", replace(scenario, camera=camera, target=folded))
+        simulator.capture(Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0))
