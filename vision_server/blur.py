@@ -19,7 +19,7 @@ CREST_PX = 1.2  # smoothing before the crests of edges are looked for
 STRONGEST_SHARE = 0.03  # of the pixels: what counts as a strong edge
 CLIPPED_GREY = 245  # edges of clipped areas look sharper than they are
 MIN_EDGELS = 20  # fewer say nothing
-MOST_EDGELS = 250  # more say nothing new
+MOST_EDGELS = 150  # more say nothing new
 MOST_BLUR_PX = 8.0
 STRONGEST_SLOPE = 2048  # of `cv2.spatialGradient` along both axes together, and one
 

@@ -12,7 +12,7 @@ brightest are the same all across an edge, the weight does not move the edge."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import cv2
 import numpy as np
@@ -152,13 +152,18 @@ def _tables(
     image: Grey, exposure: float, gamma: float, exponent: float
 ) -> tuple[Field, Field, NDArray[np.float64], NDArray[np.float64]]:
     """Per grey level: linear intensity, root of the weight, noise in grey, noise in linear intensity."""
-    level = np.arange(256, dtype=np.float64) / 255.0
-    linear = 255.0 * level**gamma
-    slope = np.gradient(linear)
+    linear, slope = _linear(gamma)
     grey_sd = grey_noise(image)
     stops = np.log2((linear / exposure + LIT_OFFSET_GREY) / 128.0)
     exponents = np.clip(exponent * stops, -LOG2_WEIGHT_LIMIT, LOG2_WEIGHT_LIMIT)
     return linear.astype(np.float32), np.exp2(0.5 * exponents).astype(np.float32), grey_sd, grey_sd * slope
+
+
+@cache
+def _linear(gamma: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Linear intensity of each grey, 0..255, and its slope."""
+    linear = 255.0 * (np.arange(256, dtype=np.float64) / 255.0) ** gamma
+    return linear, np.gradient(linear)
 
 
 def channel_statistics(

@@ -56,9 +56,10 @@ def _candidates(
     half_slack, ratio, share = np.float32(0.5 * SLACK), np.float32(FLOOR_RATIO), np.float32(CANDIDATE_RATIO)
     found = 0
     for i in range(len(place_of)):
-        row = sums[i]
-        flank = row[FLANKS] + np.sqrt(row[FLANK_X] * row[FLANK_X] + row[FLANK_Y] * row[FLANK_Y])
-        if row[MASS] < half_slack * flank:
+        flank = sums[i, FLANKS] + np.sqrt(
+            sums[i, FLANK_X] * sums[i, FLANK_X] + sums[i, FLANK_Y] * sums[i, FLANK_Y]
+        )
+        if sums[i, MASS] < half_slack * flank:
             continue
         y = place_of[i] // columns
         x = place_of[i] - y * columns
@@ -92,9 +93,9 @@ def _edgels(
             for u in range(x - 1, x + 2):
                 at = index[v, u]
                 if at >= 0:
-                    scale, row = share_of[at], histograms[at]
+                    scale = share_of[at]
                     for k in range(BINS):
-                        window[k] += scale * row[k]
+                        window[k] += scale * histograms[at, k]
         for k in range(BINS):
             windows[k, waiting] = window[k]
         batch[waiting] = i
@@ -108,9 +109,12 @@ def _edgels(
             s = np.sqrt(max(half - half * fitted[1, j], np.float32(0.0)))
             if fitted[2, j] < np.float32(0.0):
                 c = -c
-            row = sums[i]
-            odd = row[FLANK_X] * c + row[FLANK_Y] * s
-            here, ahead, behind = row[MASS], half * (row[FLANKS] + odd), half * (row[FLANKS] - odd)
+            odd = sums[i, FLANK_X] * c + sums[i, FLANK_Y] * s
+            here, ahead, behind = (
+                sums[i, MASS],
+                half * (sums[i, FLANKS] + odd),
+                half * (sums[i, FLANKS] - odd),
+            )
             if here < ahead or here <= behind:
                 continue
             place = np.float32(0.0)

@@ -21,7 +21,6 @@ from vision_server.edge_map import EdgeMap
 from vision_server.mixture import BINS
 
 Number = TypeVar("Number", np.float32, np.int32)
-ROOM = 4096  # pixels for which there is room at first
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -55,20 +54,21 @@ def _accumulate(
             count += 1
             flat[place] = at
             place_of[at] = place
-            histograms[at] = np.float32(0.0)
-            sums[at] = np.float32(0.0)
-        row, histogram = sums[at], histograms[at]
+            for k in range(BINS):
+                histograms[at, k] = np.float32(0.0)
+            for k in range(sums.shape[1]):
+                sums[at, k] = np.float32(0.0)
         w = coarse_weight[min(y >> 1, last_row), min(x >> 1, last_column)]
         mass = w * magnitude[i]
         position = axis[i] * per_rad
         low = int(position)
         part = position - np.float32(low)
-        histogram[low % BINS] += mass * (one - part)
-        histogram[(low + 1) % BINS] += mass * part
-        row[MASS] += mass
-        row[FLANKS] += w * flank_sum[i]
-        row[FLANK_X] += w * flank_x[i]
-        row[FLANK_Y] += w * flank_y[i]
+        histograms[at, low % BINS] += mass * (one - part)
+        histograms[at, (low + 1) % BINS] += mass * part
+        sums[at, MASS] += mass
+        sums[at, FLANKS] += w * flank_sum[i]
+        sums[at, FLANK_X] += w * flank_x[i]
+        sums[at, FLANK_Y] += w * flank_y[i]
     return count
 
 
@@ -173,7 +173,7 @@ class ImageSetStatistics:
     def _reserve(self, wanted: int) -> None:
         if wanted <= len(self._place_of):
             return
-        room = max(wanted, 2 * len(self._place_of), ROOM)
+        room = 2 * wanted  # what is not used is never touched, and costs nothing
         self._place_of = _extended(self._place_of, self._count, room)
         self._histograms = _extended(self._histograms, self._count, room)
         self._sums = _extended(self._sums, self._count, room)

@@ -21,7 +21,7 @@ Places = NDArray[np.int32]
 # atan(t) / t in powers of t^2 for t in [0, 1]: Abramowitz & Stegun (1964) 4.4.47, within 1e-5 rad
 ARCTANGENT = (0.9998660, -0.3302995, 0.1801410, -0.0851330, 0.0208351)
 SAMPLED_ROW_STEP = 16  # rows whose magnitudes are sampled, for the noise in flat parts
-FLANK_RATIO = 0.45  # under this share of what is a step along its gradient a pixel lies on an edge's foot
+FLANK_RATIO = 0.65  # under this share of what is a step along its gradient a pixel lies on an edge's foot
 TAPS = 3  # of a kernel's arm that are summed at once, in registers
 VALUES = 5  # per pixel: magnitude, axis, sum of the flanks, their difference along x and y
 
@@ -122,59 +122,70 @@ def _correlate_row(
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
 def _list_row(
     y: int,
-    above: Field,
-    here: Field,
-    below: Field,
+    magnitude: Field,
     gx: Field,
     gy: Field,
     level: Grey,
     floor_of: Field,
     lowest: np.float32,
+    kept: NDArray[np.bool_],
+    chosen: Places,
     places: Places,
     values: Field,
     found: int,
 ) -> int:
-    """Append the pixels of row ``y`` above the floor, with a level for two columns; how many there are."""
-    columns = len(here)
+    """Append the pixels of row ``y`` above the floor; how many there are.
+
+    ``magnitude`` is a ring of three rows, ``level`` that of two columns each.
+    """
+    columns = len(gx)
     last = len(level) - 1
-    for x in range(1, columns - 1):
-        m = here[x]
-        if m <= lowest or m <= floor_of[level[min(x >> 1, last)]]:
-            continue
-        a, b = abs(gx[x]), abs(gy[x])
-        u = 1 if gx[x] > np.float32(0.0) else -1
-        if gy[x] > np.float32(0.0):
-            front, back = below, above
-        else:
-            front, back = above, below
-        if a >= b:
-            t = b / a
-            ahead, behind = here[x + u], here[x - u]
-        else:
-            t = a / b
-            ahead, behind = front[x], back[x]
-        ahead += t * (front[x + u] - ahead)
-        behind += t * (back[x - u] - behind)
-        if m < np.float32(FLANK_RATIO) * max(ahead, behind):
-            continue
+    above, here, below = magnitude[(y - 1) % 3], magnitude[y % 3], magnitude[(y + 1) % 3]
+    ring = magnitude.ravel()
+    above_at, here_at, below_at = (y - 1) % 3 * columns, y % 3 * columns, (y + 1) % 3 * columns
+    ratio = np.float32(FLANK_RATIO)
+    left, middle, right, up, down = here[:-2], here[1:-1], here[2:], above[1:-1], below[1:-1]
+    along_x, along_y = gx[1:-1], gy[1:-1]
+    for x in range(columns - 2):  # no branches: fills vector registers
+        beside, stacked = max(left[x], right[x]), max(up[x], down[x])
+        across = beside if abs(along_x[x]) > abs(along_y[x]) else stacked
+        kept[x] = (middle[x] > lowest) & (middle[x] >= ratio * across)
+    words = kept.view(np.uint64)
+    count = 0
+    for word in range(len(words)):
+        if words[word] != 0:
+            for x in range(8 * word, 8 * word + 8):
+                chosen[count] = x + 1
+                count += kept[x]
+    for i in range(count):  # no branches either: they would be guesses
+        x = chosen[i]
+        m, dx, dy = here[x], gx[x], gy[x]
+        a, b = abs(dx), abs(dy)
+        u = 1 if dx > np.float32(0.0) else -1
+        front = below_at if dy > np.float32(0.0) else above_at
+        back = above_at if dy > np.float32(0.0) else below_at
+        steep = b > a
+        t = min(a, b) / max(a, b)
+        ahead, behind = (
+            ring[front + x if steep else here_at + x + u],
+            ring[back + x if steep else here_at + x - u],
+        )
+        ahead += t * (ring[front + x + u] - ahead)
+        behind += t * (ring[back + x - u] - behind)
         z = t * t
         series = np.float32(ARCTANGENT[3]) + z * np.float32(ARCTANGENT[4])
         series = np.float32(ARCTANGENT[1]) + z * (np.float32(ARCTANGENT[2]) + z * series)
         axis = t * (np.float32(ARCTANGENT[0]) + z * series)
-        if a < b:
-            axis = np.float32(0.5 * np.pi) - axis
-        if (gx[x] > np.float32(0.0)) != (gy[x] > np.float32(0.0)):
-            axis = np.float32(np.pi) - axis
-            if axis >= np.float32(np.pi):
-                axis = np.float32(0.0)
+        axis = np.float32(0.5 * np.pi) - axis if steep else axis
+        axis = np.float32(np.pi) - axis if (dx > np.float32(0.0)) != (dy > np.float32(0.0)) else axis
         difference = (ahead - behind) / m
         places[found] = y * columns + x
         values[0, found] = m
-        values[1, found] = axis
+        values[1, found] = axis if axis < np.float32(np.pi) else np.float32(0.0)
         values[2, found] = ahead + behind
-        values[3, found] = difference * gx[x]
-        values[4, found] = difference * gy[x]
-        found += 1
+        values[3, found] = difference * dx
+        values[4, found] = difference * dy
+        found += (m > floor_of[level[min(x >> 1, last)]]) & (m >= ratio * max(ahead, behind))
     return found
 
 
@@ -222,6 +233,8 @@ def _pass(
     smoothed, derived = np.empty(columns + 2 * radius, np.float32), np.empty(columns + 2 * radius, np.float32)
     gx, gy = np.empty((2, columns), np.float32), np.empty((2, columns), np.float32)
     magnitude = np.empty((3, columns), np.float32)
+    kept = np.zeros(-(-columns // 8) * 8, np.bool_)
+    chosen = np.empty(len(kept), np.int32)
     lowest = floor_of.min()
     for y in range(-radius, radius):
         _fill(ring, y, image, table)
@@ -234,14 +247,14 @@ def _pass(
             continue
         found = _list_row(
             y - 1,
-            magnitude[(y - 2) % 3],
-            magnitude[(y - 1) % 3],
-            magnitude[y % 3],
+            magnitude,
             gx[(y - 1) & 1],
             gy[(y - 1) & 1],
             level[min((y - 1) >> 1, len(level) - 1)],
             floor_of,
             lowest,
+            kept,
+            chosen,
             places,
             values,
             found,
@@ -251,7 +264,10 @@ def _pass(
 
 def _padded(kernel: Field) -> Field:
     """The kernel with zeros on both ends, so that its radius is a multiple of TAPS."""
-    return np.pad(kernel, -(len(kernel) // 2) % TAPS)
+    more = -(len(kernel) // 2) % TAPS
+    padded = np.zeros(len(kernel) + 2 * more, np.float32)
+    padded[more : more + len(kernel)] = kernel
+    return padded
 
 
 def find_gradient_pixels(

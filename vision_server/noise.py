@@ -22,7 +22,10 @@ SAMPLE_STEP = 4  # of the greys whose range is taken
 BLACK_GREY, CLIPPED_GREY = 1, 250  # greys up to the one and from the other on tell nothing of noise
 MOST_SMOOTHING = 2.0  # beyond this the weakest quarter of the gradients is texture, not noise
 RAYLEIGH_QUARTER = 0.7585  # lower quartile of the length of a plane Gaussian vector, in standard deviations
+QUARTILE_BINS = 256  # of magnitude over noise, up to where the most smoothing is reached
 FEWEST_FLAT = 500  # gradients before their lower quartile is believed
+
+LEVELS = np.arange(256.0)
 
 Floats = NDArray[np.float64]
 
@@ -43,15 +46,11 @@ def grey_noise(image: NDArray[np.uint8]) -> Floats:
     -------
     float64 (256,), grey; never under the quantisation noise.
     """
-    variance = np.full(256, QUANTISATION_SD_GREY**2)
+    a, b = 0.0, 0.0
     if min(image.shape) >= 5:
         medians, counts = _band_medians(image, max(3, image.shape[0] // SAMPLED_ROWS))
-        told = np.flatnonzero(counts >= MIN_SAMPLES)
-        if len(told):
-            greys = (told + 0.5) * 256.0 / BANDS
-            variances = (MAD_TO_SD * medians[told] / MASK_NORM) ** 2
-            variance = np.maximum(_variance_line(greys, variances, counts[told]), variance)
-    return np.asarray(np.sqrt(variance), dtype=np.float64)
+        a, b = _variance_line(medians, counts)
+    return np.asarray(np.sqrt(np.maximum(a + b * LEVELS, QUANTISATION_SD_GREY**2)), dtype=np.float64)
 
 
 @njit(cache=True, nogil=True)
@@ -90,18 +89,28 @@ def _band_medians(image: NDArray[np.uint8], step: int) -> tuple[Floats, Floats]:
     return medians, counts
 
 
-def _variance_line(grey: Floats, variance: Floats, count: Floats) -> Floats:
-    """The weighted fit variance = a + b grey with a, b >= 0, at the 256 levels."""
-    weight = np.sqrt(count)
-    a, b = float(np.average(variance, weights=weight)), 0.0
-    if len(grey) > 1:
-        mean_grey = float(np.average(grey, weights=weight))
-        spread = float(np.sum(weight * (grey - mean_grey) ** 2))
-        b = max(0.0, float(np.sum(weight * (grey - mean_grey) * (variance - a))) / spread)
-        a -= b * mean_grey
-        if a < 0.0:
-            a, b = 0.0, float(np.sum(weight * grey * variance) / np.sum(weight * grey * grey))
-    return np.asarray(a + b * np.arange(256.0), dtype=np.float64)
+@njit(cache=True, nogil=True)
+def _variance_line(medians: Floats, counts: Floats) -> tuple[float, float]:
+    """The weighted fit variance = a + b grey with a, b >= 0 over the bands that have enough samples."""
+    n, sg, sv, sgg, sgv = 0.0, 0.0, 0.0, 0.0, 0.0
+    for band in range(BANDS):
+        if counts[band] >= MIN_SAMPLES:
+            grey = (band + 0.5) * 256.0 / BANDS
+            variance = (MAD_TO_SD * medians[band] / MASK_NORM) ** 2
+            weight = np.sqrt(counts[band])
+            n += weight
+            sg += weight * grey
+            sv += weight * variance
+            sgg += weight * grey * grey
+            sgv += weight * grey * variance
+    if n <= 0.0:
+        return 0.0, 0.0
+    spread = sgg - sg * sg / n
+    slope = max(0.0, (sgv - sg * sv / n) / spread) if spread > 1e-6 * sgg else 0.0
+    offset = (sv - slope * sg) / n
+    if offset < 0.0:
+        return 0.0, sgv / sgg
+    return offset, slope
 
 
 @njit(cache=True, nogil=True)
@@ -163,10 +172,31 @@ def smooth_noise_factor(
     -------
     1 to 2.
     """
-    telling = (grey > BLACK_GREY) & (grey < CLIPPED_GREY)
-    ratio = magnitude[telling] / noise_of[grey[telling]]
-    if len(ratio) < FEWEST_FLAT:
+    count, quarter = _lower_quartile(magnitude, grey, noise_of)
+    if count < FEWEST_FLAT:
         return 1.0
-    rank = len(ratio) // 4
-    quarter = float(np.partition(ratio, rank)[rank])
     return min(max(quarter / RAYLEIGH_QUARTER, 1.0), MOST_SMOOTHING)
+
+
+@njit(cache=True, nogil=True)
+def _lower_quartile(
+    magnitude: NDArray[np.float32], grey: NDArray[np.uint8], noise_of: NDArray[np.float32]
+) -> tuple[int, float]:
+    """Number of samples that tell of noise, and the lower quartile of their magnitudes over their noise."""
+    histogram = np.zeros(QUARTILE_BINS + 1, np.int64)
+    per_unit = np.float32(QUARTILE_BINS / (MOST_SMOOTHING * RAYLEIGH_QUARTER))
+    scale = np.empty(256, np.float32)
+    for k in range(256):
+        scale[k] = per_unit / noise_of[k]
+    count = 0
+    for y in range(grey.shape[0]):
+        for x in range(grey.shape[1]):
+            g = grey[y, x]
+            if BLACK_GREY < g < CLIPPED_GREY:
+                histogram[int(min(magnitude[y, x] * scale[g], np.float32(QUARTILE_BINS)))] += 1
+                count += 1
+    below, k = 0, -1
+    while k < QUARTILE_BINS and below <= count // 4:
+        k += 1
+        below += histogram[k]
+    return count, float((k + 0.5) / per_unit)

@@ -91,6 +91,9 @@ def test_exposure_and_gamma_cancel_out() -> None:
     np.testing.assert_allclose(b.contrast[edge], a.contrast[edge], rtol=0.05)
     encoded = np.round(255 * (bright / 255.0) ** (1 / 2.2)).astype(np.uint8)
     c = channel_statistics(encoded, 1.0, 2.2, sigma_px=1.0)
+    listed = c.contrast > 0
+    assert np.mean(listed[edge]) > 0.95  # at the foot of an edge rounding decides
+    edge &= listed
     np.testing.assert_allclose(c.contrast[edge], a.contrast[edge], rtol=0.06)
 
 
