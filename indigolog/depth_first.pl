@@ -29,7 +29,7 @@ depth_first_path(E, S, C, Steps) :-
     most_actions(Most),
     situation_length(S, N),
     Deepest is N+Most,
-    path(E, S, C, how(Memory, Deepest), Steps).
+    step_on(E, S, C, how(Memory, Deepest), Steps).     % a step, even where E is final
 
 path(E, S, C, How, Steps) :-
     How = how(none, _),
@@ -57,6 +57,9 @@ exhausted(found(true), Memory, Key) :-
 onward(E, S, C, _, []) :-
     final(E, S, C).
 onward(E, S, C, How, Steps) :-
+    step_on(E, S, C, How, Steps).
+
+step_on(E, S, C, How, Steps) :-
     trans(E, S, C, E1, S1),
     (   same_situation(S, S1)
     ->  E1 \=@= E,

@@ -139,7 +139,6 @@ possible_effects(A, S, Effects) =>
     findall(F-V,
             ( member(F, Fs),
               in_some_worlds(value_after(F, A, Module), S, Vs),
-              Vs \== [],
               possible_value(Vs, V) ),
             Effects).
 
@@ -185,6 +184,8 @@ value_before(F, W, V) :-
     (   Status = any(Vs)
     ->  throw(several_values(F, Vs))
     ;   Status = v(V)
+    ->  true
+    ;   V = '$none'
     ).
 
 

@@ -25,7 +25,7 @@
           ]).
 :- use_module(library(assoc), [empty_assoc/1, get_assoc/3, put_assoc/4, gen_assoc/3, assoc_to_list/2, list_to_assoc/2]).
 :- use_module(library(apply), [exclude/3]).
-:- use_module(library(lists), [member/2]).
+:- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(theory).
 :- use_module(formula, [holds/2, evaluate/3]).
 :- use_module(knowledge, [possible_effects/3]).
@@ -120,7 +120,7 @@ keep_list(s(T, Map, _, N, Open), History, s(T, Map, History, N, Open)).
 fluent_status(Fluent, s(Theory, Map, _, _, Open), Status) :-
     (   get_assoc(Fluent, Map, Value)
     ->  (   Value = '$any'(Values)
-        ->  Status = any(Values)
+        ->  ( Values == [] -> Status = unknown ; Status = any(Values) )
         ;   Status = v(Value)
         )
     ;   Open == []
@@ -186,10 +186,13 @@ fluent_value(Fluent, Situation, Value) :-
 
 %!  possible_value(+Values, -Stored) is det.
 %
-%   Stored is what a situation keeps for a fluent that may have any of Values.
+%   Stored is what a situation keeps for a fluent that may have any of Values.  One
+%   that may have no value, '$none', has none that is known.
 
 possible_value(Values, Stored) :-
-    (   Values = [Value]
+    (   memberchk('$none', Values)
+    ->  Stored = '$any'([])
+    ;   Values = [Value]
     ->  Stored = Value
     ;   Stored = '$any'(Values)
     ).

@@ -1,15 +1,34 @@
 :- module(naive,
-          [ naive_traces/3            % +Program, +Bound, -Traces
+          [ naive_theory/1,           % +Clauses
+            naive_traces/3,           % +Program, +Bound, -Traces
+            naive_final/2,            % +Program, +History
+            naive_values/3,           % +Fluent, +History, -Values
+            naive_runs/4              % +Program, +World, +Bound, -Runs
           ]).
-:- use_module(library(lists), [append/3, member/2, nth0/3, reverse/2, select/3]).
+:- use_module(library(apply), [maplist/2, maplist/3, exclude/3]).
+:- use_module(library(lists), [append/3, last/2, member/2, memberchk/2, nth0/3, nth1/3, reverse/2, select/3]).
+:- use_module(library(occurs), [sub_term/2]).
 
 /** <module> The language straight from its axioms
 
-Regression over the history, sets of steps, nothing remembered.  Slow and plain:
-the oracle of the differential tests.  Shares nothing with the interpreter.
+Values by regression over the history, what is known by going through all worlds,
+programs by sets of steps; nothing is remembered.  Slow and plain: the oracle of the
+differential tests.  Shares nothing with the interpreter.
 */
 
-:- include(theories/lights).
+:- dynamic
+    nt:fun_fluent/1, nt:rel_fluent/1, nt:prim_action/1, nt:exog_action/1, nt:poss/2, nt:causes_val/4,
+    nt:causes_true/3, nt:causes_false/3, nt:senses/2, nt:senses/5, nt:settles/5, nt:rejects/5,
+    nt:initially/2, nt:proc/2, nt:objs/1.
+
+%!  naive_theory(+Clauses) is det.
+
+naive_theory(Clauses) :-
+    forall(member(P/N, [fun_fluent/1, rel_fluent/1, prim_action/1, exog_action/1, poss/2, causes_val/4,
+                        causes_true/3, causes_false/3, senses/2, senses/5, settles/5, rejects/5,
+                        initially/2, proc/2, objs/1]),
+           ( functor(Head, P, N), retractall(nt:Head) )),
+    forall(member(C, Clauses), assertz(nt:C)).
 
 %!  naive_traces(+Program, +Bound, -Traces) is det.
 %
@@ -19,9 +38,9 @@ naive_traces(E, Bound, Traces) :-
     findall(T, ( run(E, [], [], Bound, H), reverse(H, T) ), Ts),
     sort(Ts, Traces).
 
-% Seen: the configurations since the last action.
+% Seen: the programs met since the last action.
 run(E, H, _, _, H) :-
-    f(E, H).
+    \+ \+ f(E, H).
 run(E, H, Seen, Bound, H2) :-
     t(E, H, E0, H1),
     tidy(E0, E1),
@@ -32,7 +51,13 @@ run(E, H, Seen, Bound, H2) :-
         run(E1, H1, [], Bound, H2)
     ).
 
-% Without empty parts of sequences, so that a loop of tests is seen to repeat.
+%!  naive_final(+Program, +History) is semidet.
+
+naive_final(E, H) :-
+    \+ \+ f(E, H).
+
+% Without empty parts, so that a loop of tests is seen to repeat.
+tidy(E, E) :- \+ compound(E), !.
 tidy([E|L], T) :-
     !,
     tidy(E, E1),
@@ -42,116 +67,434 @@ tidy([E|L], T) :-
     ;   L1 = [_|_] -> T = [E1|L1]
     ;   T = [E1, L1]
     ).
+tidy(conc(E, F), T) :- !, tidy(E, E1), tidy(F, F1), ( E1 == [] -> T = F1 ; F1 == [] -> T = E1 ; T = conc(E1, F1) ).
+tidy(pconc(E, F), T) :- !, tidy(E, E1), tidy(F, F1), ( E1 == [] -> T = F1 ; F1 == [] -> T = E1 ; T = pconc(E1, F1) ).
+tidy(lock([]), []) :- !.
+tidy(plan([]), []) :- !.
 tidy(E, E).
 
-% Trans
-t([E|L], H, E1, H1) :-
-    (   t(E, H, E0, H1), E1 = [E0|L]
-    ;   f(E, H), t(L, H, E1, H1)
+
+                /* Trans */
+
+t(E, H, E1, H1) :-
+    compound(E), E = [F|L], !,
+    (   t(F, H, F1, H1), E1 = [F1|L]
+    ;   f(F, H), t(L, H, E1, H1)
     ).
-t(?(P), H, [], H) :- h(P, H).
-t(ndet(E, F), H, E1, H1) :- t(E, H, E1, H1) ; t(F, H, E1, H1).
-t(rndet(E, F), H, E1, H1) :- t(ndet(E, F), H, E1, H1).
-t(wndet(E, F), H, E1, H1) :-
-    ( t(E, H, _, _) -> t(E, H, E1, H1) ; t(F, H, E1, H1) ).
-t(if(P, E, F), H, E1, H1) :-
-    ( h(P, H), t(E, H, E1, H1) ; \+ h(P, H), t(F, H, E1, H1) ).
-t(while(P, E), H, [E1, while(P, E)], H1) :- h(P, H), t(E, H, E1, H1).
-t(star(E, N), H, [E1, star(E, M)], H1) :- N > 0, M is N-1, t(E, H, E1, H1).
-t(pi((V, D), E), H, E1, H1) :- element(X, D), put_for(V, X, E, E0), t(E0, H, E1, H1).
-t(for(V, D, E), H, E1, H1) :- unrolled(V, D, E, L), t(L, H, E1, H1).
-t(conc(E, F), H, conc(E1, F), H1) :- t(E, H, E1, H1).
-t(conc(E, F), H, conc(E, F1), H1) :- t(F, H, F1, H1).
-t(pconc(E, F), H, G, H1) :-
-    (   t(E, H, _, _)
-    ->  t(E, H, E1, H1), G = pconc(E1, F)
-    ;   t(F, H, F1, H1), G = pconc(E, F1)
+t(E, _, _, _) :- E == [], !, fail.
+t(?(P), H, [], H) :- !, h(P, H).
+t(??(P), H, [], [test(P)|H]) :- !, h(P, H).
+t(ndet(E, F), H, E1, H1) :- !, ( t(E, H, E1, H1) ; t(F, H, E1, H1) ).
+t(rndet(E, F), H, E1, H1) :- !, t(ndet(E, F), H, E1, H1).
+t(wndet(E, F), H, E1, H1) :- !, ( t(E, H, _, _) -> t(E, H, E1, H1) ; t(F, H, E1, H1) ).
+t(if(P, E), H, E1, H1) :- !, t(if(P, E, []), H, E1, H1).
+t(if(P, E, F), H, E1, H1) :- !, ( h(P, H) -> t(E, H, E1, H1) ; t(F, H, E1, H1) ).
+t(while(P, E), H, [E1, while(P, E)], H1) :- !, h(P, H), t(E, H, E1, H1).
+t(star(E), H, [E1, star(E)], H1) :- !, t(E, H, E1, H1).
+t(star(E, N), H, [E1, star(E, M)], H1) :- !, N > 0, M is N-1, t(E, H, E1, H1).
+t(pi(V, E), H, E1, H1) :- !, picked(V, E, E0), t(E0, H, E1, H1).
+t(pi(V, D, E), H, E1, H1) :- !, picked((V, D), E, E0), t(E0, H, E1, H1).
+t(rpi(V, E), H, E1, H1) :- !, picked(V, E, E0), t(E0, H, E1, H1).
+t(rpi(V, D, E), H, E1, H1) :- !, picked((V, D), E, E0), t(E0, H, E1, H1).
+t(for(V, D, E), H, E1, H1) :- !, unrolled(V, D, E, L), t(L, H, E1, H1).
+t(conc(E, F), H, conc(E1, F1), H1) :- !,
+    (   \+ busy(F), t(E, H, E1, H1), F1 = F
+    ;   \+ busy(E), t(F, H, F1, H1), E1 = E
     ).
-t(rconc(Es), H, rconc(Fs), H1) :-
-    nth0(I, Es, E, Rest), t(E, H, E1, H1), nth0(I, Fs, E1, Rest).
-t(rrobin(Es), H, rrobin(Fs), H1) :-
-    select(E, Es, Rest), t(E, H, E1, H1), append(Rest, [E1], Fs).
-t(gexec(P, E), H, gexec(P, E1), H1) :- h(P, H), t(E, H, E1, H1).
-t(goal(P, E, Q, R), H, E1, H1) :-
+t(pconc(E, F), H, pconc(E1, F1), H1) :- !,
+    (   busy(F) -> E1 = E, t(F, H, F1, H1)
+    ;   busy(E) -> t(E, H, E1, H1), F1 = F
+    ;   t(E, H, _, _) -> t(E, H, E1, H1), F1 = F
+    ;   t(F, H, F1, H1), E1 = E
+    ).
+t(iconc(E), H, conc(E1, iconc(E)), H1) :- !, t(E, H, E1, H1).
+t(rconc(E, F), H, E1, H1) :- !, t(rconc([E, F]), H, E1, H1).
+t(rconc(Es), H, rconc(Fs), H1) :- !,
+    nth0(I, Es, E, Rest), \+ busy(Rest), t(E, H, E1, H1), nth0(I, Fs, E1, Rest).
+t(rrobin(Es), H, rrobin(Fs), H1) :- !,
+    (   busy(Es)
+    ->  nth0(I, Es, E, Rest), busy(E), t(E, H, E1, H1), nth0(I, Fs, E1, Rest)
+    ;   select(E, Es, Rest), t(E, H, E1, H1), append(Rest, [E1], Fs)
+    ).
+t(sync(Es), H, sync(Fs), [A|H]) :- !, Es = [_|_], all_do(Es, H, A, Fs).
+t(gexec(P, E), H, gexec(P, E1), H1) :- !, h(P, H), t(E, H, E1, H1).
+t(goal(P, E, Q, R), H, E1, H1) :- !,
     \+ h(P, H),
-    (   h(Q, H), t(R, H, E1, H1)
-    ;   \+ h(Q, H), t(E, H, E0, H1), E1 = goal(P, E0, Q, R)
+    (   h(Q, H) -> t(R, H, E1, H1)
+    ;   t(E, H, E0, H1), E1 = goal(P, E0, Q, R)
     ).
-t(prioritized_interrupts(Is), H, E1, H1) :- chain(Is, E), t(E, H, E1, H1).
-t(interrupt(P, E), H, [E1, interrupt(P, E)], H1) :-
-    \+ member(stop_interrupts, H), h(P, H), t(E, H, E1, H1).
-t(stop, H, [], [stop_interrupts|H]).
-t(search(E), H, E1, H1) :- t(E, H, E1, H1).      % only asked for whole executions
-t(E, H, E1, H1) :- once(proc(E, B)), t(B, H, E1, H1).
+t(prioritized_interrupts(Is), H, E1, H1) :- !, chain(Is, Flag, E), t(ints(Flag, E), H, E1, H1).
+t(ints(Flag, E), H, ints(Flag, E1), H1) :- !, t(E, H, E1, H1).
+t(int(Flag, P, E), H, [E1, int(Flag, P, E)], H1) :- !, Flag \== stopped, h(P, H), t(E, H, E1, H1).
+t(int(Flag, V, P, E), H, [E1, int(Flag, V, P, E)], H1) :- !,
+    Flag \== stopped, picked(V, if(P, E, ?(false)), E0), t(E0, H, E1, H1).
+t(stop(Flag), H, [], [stop_interrupts|H]) :- !, Flag = stopped.
+t(abort(F), H, [], [e(F, false)|H]) :- !.
+t(atomic(E), H, lock(E1), H1) :- !, t(E, H, E1, H1).
+t(lock(E), H, E1, H1) :- !, ( t(E, H, E0, H1), E1 = lock(E0) ; f(E, H), E1 = [], H1 = H ).
+t(time(E, _), H, E1, H1) :- !, t(E, H, E1, H1).
+t(ttime(E, T), H, ttime(E1, T), H1) :- !, t(E, H, E1, H1).
+t(set(F), H, [], [set(F)|H]) :- !.
+t(unset(F), H, [], [unset(F)|H]) :- !.
+t(sim(A), H, [], [sim(A)|H]) :- !.
+t(wait, H, [], [wait|H]) :- !.
+t(search(E), H, plan(E1), H1) :- !, t(E, H, E1, H1), completes(E1, H1, []).
+t(plan(E), H, E1, H1) :- !, ( t(search(E), H, E1, H1) ; f(E, H), E1 = [], H1 = H ).     % a plan ends where E may
+t(search(E, _), H, E1, H1) :- !, t(search(E), H, E1, H1).
+t(searchc(E), H, Plan, H) :- !, plan(E, H, [], Plan).
+t(branch(P), H, [], [branch(P)|H]) :- !.
+t(case(A, Bs), H, E, H) :- !, once(member(e(A, R), H)), memberchk(if(R, E), Bs).
+t(achieve(P, N, [actions(As)]), H, Plan, H) :- !, reach(P, N, As, H, Plan).
+t(E, H, E1, H1) :- nt:proc(E, B), !, t(B, H, E1, H1).
 t(A, H, [], [B|H]) :-
-    callable(A), \+ A = [_|_],
-    evaluated(A, H, B), once(prim_action(B)), once(( poss(B, P), h(P, H) )).
+    callable(A), evaluated(A, H, B), once(nt:prim_action(B)), nt:poss(B, P), h(P, H).
 
-% Final
-f([], _).
-f([E|L], H) :- f(E, H), f(L, H).
-f(ndet(E, F), H) :- once(( f(E, H) ; f(F, H) )).
-f(rndet(E, F), H) :- f(ndet(E, F), H).
-f(wndet(E, F), H) :- f(E, H), f(F, H).
-f(if(P, E, F), H) :- ( h(P, H) -> f(E, H) ; f(F, H) ).
-f(while(P, E), H) :- ( \+ h(P, H) -> true ; f(E, H) ).
-f(star(_, _), _).
-f(pi((V, D), E), H) :- once(( element(X, D), put_for(V, X, E, E0), f(E0, H) )).
-f(for(V, D, E), H) :- unrolled(V, D, E, L), f(L, H).
-f(conc(E, F), H) :- f(E, H), f(F, H).
-f(pconc(E, F), H) :- f(E, H), f(F, H).
-f(rconc(Es), H) :- f(Es, H).
-f(rrobin(Es), H) :- f(Es, H).
-f(gexec(P, E), H) :- ( \+ h(P, H) -> true ; f(E, H) ).
-f(goal(P, E, _, _), H) :- ( h(P, H) -> true ; f(E, H) ).
-f(interrupt(_, _), H) :- memberchk(stop_interrupts, H).
-f(search(E), H) :- f(E, H).
-f(E, H) :- once(proc(E, B)), f(B, H).
+% A program that has begun something atomic.
+busy(E) :- sub_term(X, E), compound(X), X = lock(_), !.
 
-chain([], stop).
-chain([I|Is], pconc(I, E)) :- chain(Is, E).
+chain([], Flag, stop(Flag)).
+chain([I|Is], Flag, pconc(J, E)) :-
+    (   I = interrupt(P, B) -> J = int(Flag, P, B)
+    ;   I = interrupt(V, P, B) -> J = int(Flag, V, P, B)
+    ;   J = I
+    ),
+    chain(Is, Flag, E).
+
+all_do([], _, _, []).
+all_do([E|Es], H, A, [F|Fs]) :- by_action(E, H, [], A, F), all_do(Es, H, A, Fs).
+
+by_action(E, H, Seen, A, F) :-
+    t(E, H, E0, H1), tidy(E0, E1),
+    (   H1 == H
+    ->  \+ ( member(X, [E|Seen]), X =@= E1 ), by_action(E1, H, [E|Seen], A, F)
+    ;   H1 = [A|_], F = E1
+    ).
+
+ends(E, H, _) :- f(E, H), !.
+ends(E, H, Seen) :-
+    t(E, H, E0, H1), H1 == H, tidy(E0, E1),
+    \+ ( member(X, [E|Seen]), X =@= E1 ),
+    ends(E1, H, [E|Seen]), !.
+
+completes(E, H, _) :- f(E, H), !.
+completes(E, H, Seen) :-
+    t(E, H, E0, H1), tidy(E0, E1),
+    (   H1 == H
+    ->  \+ ( member(X, [E|Seen]), X =@= E1 ), completes(E1, H, [E|Seen])
+    ;   completes(E1, H1, [])
+    ), !.
+
+picked(V0, E, E0) :- V0 == [], !, E0 = E.
+picked(V0, E, E1) :- nonvar(V0), V0 = [V|Vs], !, picked(V, E, E0), picked(Vs, E0, E1).
+picked(V, E, E1) :-
+    (   nonvar(V), V = (W0, D)
+    ->  ( nonvar(W0), W0 = r(W) -> true ; W = W0 )
+    ;   W = V, D = objs
+    ),
+    element(X, D), put_for(W, X, E, E1).
 
 unrolled(V, D, E, L) :-
-    findall(E1, ( element(X, D), put_for(V, X, E, E1) ), L).
+    findall(X, element(X, D), Xs),
+    unroll(Xs, V, E, L).
 
-element(X, D) :- ( D == lamps -> lamps(L) ; L = D ), member(X, L).
+unroll([], _, _, []).
+unroll([X|Xs], V, E, [E1|L]) :- put_for(V, X, E, E1), unroll(Xs, V, E, L).
+
+element(X, D) :- ( D == objs -> nt:objs(L) ; L = D ), member(X, L).
 
 put_for(V, X, T, T1) :-
     (   T == V -> T1 = X
-    ;   T = pi((W, _), _), W == V -> T1 = T          % bound again: another variable
-    ;   T = for(W, _, _), W == V -> T1 = T
-    ;   nonvar(T), ( T = some((W, _), _) ; T = all((W, _), _) ), W == V -> T1 = T
+    ;   var(T) -> T1 = T
+    ;   binder(T, W, D, B), bound_in(V, W)                 % bound again: another variable
+    ->  put_for(V, X, D, D1), binder(T1, W, D1, B), functor(T, N, A), functor(T1, N, A), !
+    ;   T = if(P, E), nonvar(P) -> put_for(V, X, P, P1), put_for(V, X, E, E1), T1 = if(P1, E1)
     ;   compound(T) -> T =.. [N|As], all_put(As, V, X, Bs), T1 =.. [N|Bs]
     ;   T1 = T
     ).
 
+binder(pi((W, D), E), W, D, E).
+binder(pi(W, D, E), W, D, E).
+binder(pi(W, E), W, [], E) :- \+ ( nonvar(W), ( W = (_, _) ; is_list(W) ) ).
+binder(rpi((W, D), E), W, D, E).
+binder(rpi(W, D, E), W, D, E).
+binder(for(W, D, E), W, D, E).
+binder(some((W, D), E), W, D, E).
+binder(all((W, D), E), W, D, E).
+binder(interrupt(W, P, E), W, [], P-E) :- \+ ( nonvar(W), W = (_, _) ).
+
+bound_in(V, W) :- ( W == V -> true ; nonvar(W), W = r(V0), V0 == V ).
+
 all_put([], _, _, []).
 all_put([A|As], V, X, [B|Bs]) :- put_for(V, X, A, B), all_put(As, V, X, Bs).
 
-% Formulas
-h(true, _).
-h(and(P, Q), H) :- h(P, H), h(Q, H).
-h(or(P, Q), H) :- once(( h(P, H) ; h(Q, H) )).
-h(neg(P), H) :- \+ h(P, H).
-h(some((V, D), P), H) :- once(( element(X, D), put_for(V, X, P, Q), h(Q, H) )).
-h(all((V, D), P), H) :- \+ ( element(X, D), put_for(V, X, P, Q), \+ h(Q, H) ).
-h(some(l, P), H) :- once(( lamp(X), put_for(l, X, P, Q), h(Q, H) )).
-h(lit(L), H) :- value(lit(L), true, H).
-h(counter < N, H) :- value(counter, V, H), V < N.
-h(counter = N, H) :- value(counter, N, H).
-h(N is counter + K, H) :- value(counter, V, H), N is V+K.
-h(all_lit, H) :- proc(all_lit, P), h(P, H).
 
-evaluated(put(K, counter), H, put(K, V)) :- !, value(counter, V, H).
-evaluated(A, _, A).
+                /* Final */
 
-% The value of a fluent, by regression.
-value(F, V, H) :- v(F, H, V0), !, V = V0.
+f(E, H) :- compound(E), E = [F|L], !, f(F, H), f(L, H).
+f(E, _) :- E == [], !.
+f(ndet(E, F), H) :- !, once(( f(E, H) ; f(F, H) )).
+f(rndet(E, F), H) :- !, f(ndet(E, F), H).
+f(wndet(E, F), H) :- !, f(E, H), f(F, H).
+f(if(P, E), H) :- !, f(if(P, E, []), H).
+f(if(P, E, F), H) :- !, ( h(P, H) -> f(E, H) ; f(F, H) ).
+f(while(P, E), H) :- !, ( \+ h(P, H) -> true ; f(E, H) ).
+f(star(_), _) :- !.
+f(star(_, _), _) :- !.
+f(pi(V, E), H) :- !, once(( picked(V, E, E0), f(E0, H) )).
+f(pi(V, D, E), H) :- !, f(pi((V, D), E), H).
+f(rpi(V, E), H) :- !, f(pi(V, E), H).
+f(rpi(V, D, E), H) :- !, f(pi((V, D), E), H).
+f(for(V, D, E), H) :- !, unrolled(V, D, E, L), f(L, H).
+f(conc(E, F), H) :- !, f(E, H), f(F, H).
+f(pconc(E, F), H) :- !, f(E, H), f(F, H).
+f(iconc(_), _) :- !.
+f(rconc(E, F), H) :- !, f([E, F], H).
+f(rconc(Es), H) :- !, f(Es, H).
+f(rrobin(Es), H) :- !, f(Es, H).
+f(sync(Es), H) :- !, \+ ( member(E, Es), \+ ends(E, H, []) ).
+f(gexec(P, E), H) :- !, ( \+ h(P, H) -> true ; f(E, H) ).
+f(goal(P, E, _, _), H) :- !, ( h(P, H) -> true ; f(E, H) ).
+f(ints(Flag, E), H) :- !, Flag == stopped, f(E, H).
+f(int(Flag, _, _), _) :- !, Flag == stopped.
+f(int(Flag, _, _, _), _) :- !, Flag == stopped.
+f(atomic(E), H) :- !, f(E, H).
+f(lock(E), H) :- !, f(E, H).
+f(time(E, _), H) :- !, f(E, H).
+f(ttime(E, _), H) :- !, f(E, H).
+f(search(E), H) :- !, f(E, H).
+f(plan(E), H) :- !, f(E, H).
+f(search(E, _), H) :- !, f(E, H).
+f(searchc(E), H) :- !, f(E, H).
+f(E, H) :- callable(E), nt:proc(E, B), !, f(B, H).
 
-v(F, [A|H], V) :- sets(A, F, V, H), !.
-v(F, [_|H], V) :- v(F, H, V).
-v(F, [], V) :- initially(F, V), !.
 
-sets(A, F, V, H) :- causes_val(A, F, V, P), h(P, H).
-sets(A, F, true, H) :- causes_true(A, F, P), h(P, H).
-sets(A, F, false, H) :- causes_false(A, F, P), h(P, H).
+                /* Conditional plans */
+
+plan(E, H, _, []) :- f(E, H).
+plan(E, H, Seen, Plan) :-
+    t(E, H, E0, H1), tidy(E0, E1),
+    (   H1 == H
+    ->  \+ ( member(X, [E|Seen]), X =@= E1 ), plan(E1, H, [E|Seen], Plan)
+    ;   H1 = [branch(P)|_]
+    ->  (   ( h(know(P), H) ; h(know(neg(P)), H) )
+        ->  plan(E1, H, [], Plan)
+        ;   Plan = [if(P, P1, P2)], plan(E1, [e(P, true)|H], [], P1), plan(E1, [e(P, false)|H], [], P2)
+        )
+    ;   H1 = [A|_],
+        Plan = [A|Rest],
+        after(A, H1, plan(E1), Rest)
+    ).
+
+% Next: a closure of History, Seen and Plan.
+after(A, H, Next, Rest) :-
+    (   senses_something(A), outcomes(A, H, Rs)
+    ->  Rest = [case(A, Bs)],
+        exclude(absurd(A, H), Rs, Rs1),
+        Rs1 \== [],
+        maplist(branch_for(A, H, Next), Rs1, Bs)
+    ;   call(Next, H, [], Rest)
+    ).
+
+branch_for(A, H, Next, R, if(R, Plan)) :- call(Next, [e(A, R)|H], [], Plan).
+
+absurd(A, H, R) :- fluent(F), naive_values(F, [e(A, R)|H], []), !.
+
+reach(P, N, As, H, Plan) :- reach_(P, N, As, H, [], Plan).
+
+reach_(P, N, As, H, _, Plan) :-
+    (   h(P, H)
+    ->  Plan = []
+    ;   N > 0, M is N-1,
+        nt:prim_action(A), \+ \+ member(A, As), nt:poss(A, Q), h(Q, H),
+        Plan = [A|Rest],
+        after(A, [A|H], reach_(P, M, As), Rest)
+    ).
+
+senses_something(A) :-
+    (   nt:senses(A, _) ; nt:senses(A, _, _, _, _) ; nt:settles(A, _, _, _, _) ; nt:rejects(A, _, _, _, _) ), !.
+
+outcomes(A, H, Rs) :-
+    findall(L, some_outcomes(A, H, L), Ls),
+    \+ member(open, Ls),
+    findall(R, ( member(L, Ls), member(R, L) ), Rs0),
+    sort(Rs0, Rs), Rs \== [].
+
+some_outcomes(A, H, L) :- nt:senses(A, F), values_to_see(F, H, L).
+some_outcomes(A, H, L) :-
+    (   nt:senses(A, R, F, V, _) ; nt:settles(A, R, F, V, _) ; nt:rejects(A, R, F, V, _) ),
+    (   ground(R) -> L = [R] ; R == V -> values_to_see(F, H, L) ; L = open ).
+
+values_to_see(F, H, L) :-
+    naive_values(F, H, Vs),
+    (   Vs \== [none] -> L = Vs ; nt:rel_fluent(F) -> L = [true, false] ; L = open ).
+
+
+                /* Formulas */
+
+% h(P, H): P is true in every world of H.
+h(P, H) :-
+    expanded(P, Q),
+    findall(F, asked(Q, F), Fs0), sort(Fs0, Fs),
+    copy_term(Q, Q1),
+    forall(world(Fs, H, W), \+ \+ true_in(Q1, W, H, lax)),
+    (   ground(Q) -> true ; world(Fs, H, W), true_in(Q, W, H, lax) ).
+
+known(P, H) :-
+    expanded(P, Q),
+    findall(F, asked(Q, F), Fs0), sort(Fs0, Fs),
+    forall(world(Fs, H, W), catch(true_in(Q, W, H, strict), no_value, fail)).
+
+world([], _, []).
+world([F|Fs], H, [F-V|W]) :- naive_values(F, H, Vs), member(V, Vs), world(Fs, H, W).
+
+% Quantifiers and abbreviations written out.
+expanded(P, P) :- \+ compound(P), \+ ( atom(P), nt:proc(P, _) ), !.
+expanded(some(V, P), or(Qs)) :- !, findall(Q, ( picked(V, P, P1), expanded(P1, Q) ), Qs).
+expanded(all(V, P), and(Qs)) :- !, findall(Q, ( picked(V, P, P1), expanded(P1, Q) ), Qs).
+expanded(P, Q) :- nt:proc(P, B), !, expanded(B, Q).
+expanded(P, Q) :- P =.. [N|As], maplist(expanded, As, Bs), Q =.. [N|Bs].
+
+asked(P, _) :- var(P), !, fail.
+asked(know(_), _) :- !, fail.
+asked(kwhether(_), _) :- !, fail.
+asked(done(_), _) :- !, fail.
+asked(F, F) :- callable(F), fluent(F), !.
+asked(P, F) :- compound(P), arg(_, P, A), asked(A, F).
+
+fluent(F) :- ground(F), ( nt:fun_fluent(F) ; nt:rel_fluent(F) ), !.
+fluent(F) :- var(F), ( nt:fun_fluent(F) ; nt:rel_fluent(F) ).
+
+true_in(P, _, _, _) :- P == true, !.
+true_in(P, _, _, _) :- P == false, !, fail.
+true_in(and(P, Q), W, H, M) :- !, true_in(P, W, H, M), true_in(Q, W, H, M).
+true_in(and(Ps), W, H, M) :- !, forall(member(P, Ps), true_in(P, W, H, M)).
+true_in(or(P, Q), W, H, M) :- !, ( true_in(P, W, H, M) -> true ; true_in(Q, W, H, M) ).
+true_in(or(Ps), W, H, M) :- !, once(( member(P, Ps), true_in(P, W, H, M) )).
+true_in(neg(P), W, H, M) :- !, \+ true_in(P, W, H, M).
+true_in(impl(P, Q), W, H, M) :- !, ( true_in(P, W, H, M) -> true_in(Q, W, H, M) ; true ).
+true_in(equiv(P, Q), W, H, M) :- !, ( true_in(P, W, H, M) -> true_in(Q, W, H, M) ; \+ true_in(Q, W, H, M) ).
+true_in(know(F), _, H, _) :- callable(F), nt:fun_fluent(F), !, naive_values(F, H, [V]), V \== none.
+true_in(kwhether(F), _, H, _) :- callable(F), nt:fun_fluent(F), !, naive_values(F, H, [V]), V \== none.
+true_in(know(P), _, H, _) :- !, known(P, H).
+true_in(kwhether(P), _, H, _) :- !, ( known(P, H) -> true ; known(neg(P), H) ).
+true_in(done(A), _, H, _) :- !, memberchk(A, H).
+true_in(X = Y, W, H, M) :- !, term_in(X, W, H, M, A), term_in(Y, W, H, M, A).
+true_in(X < Y, W, H, M) :- !, term_in(X, W, H, M, A), term_in(Y, W, H, M, B), A < B.
+true_in(X is Y, W, H, M) :- !, term_in(Y, W, H, M, B), X is B.
+true_in(member(X, L), W, H, M) :- !, term_in(X, W, H, M, A), memberchk(A, L).
+true_in(F, W, H, M) :- term_in(F, W, H, M, V), V == true.
+
+term_in(T, _, _, _, T) :- var(T), !.
+term_in(T, W, _, M, V) :- member(T0-V0, W), T0 == T, !,
+    (   V0 \== none -> V = V0 ; M == strict -> throw(no_value) ; fail ).
+term_in(T, W, H, M, V) :- compound(T), !, T =.. [N|As], terms_in(As, W, H, M, Bs), V =.. [N|Bs].
+term_in(T, _, _, _, T).
+
+terms_in([], _, _, _, []).
+terms_in([A|As], W, H, M, [B|Bs]) :- term_in(A, W, H, M, B), terms_in(As, W, H, M, Bs).
+
+evaluated(A, H, B) :-
+    (   compound(A)
+    ->  A =.. [N|As], maplist(argument(H), As, Bs), B =.. [N|Bs]
+    ;   B = A
+    ).
+
+argument(H, A, B) :- ( callable(A), fluent(A) -> naive_values(A, H, [B]), B \== none ; B = A ).
+
+
+                /* Values, by regression */
+
+%!  naive_values(+Fluent, +History, -Values) is det.
+%
+%   The values Fluent may have; [none] if it has none, [] if there can be none.
+
+naive_values(F, [], Vs) :- !,
+    findall(V, nt:initially(F, V), Vs0),
+    (   ( nt:settles(_, _, F, _, _) ; nt:rejects(_, _, F, _, _) ), Vs0 \== []
+    ->  sort(Vs0, Vs)
+    ;   Vs0 = [V|_] -> Vs = [V]
+    ;   Vs = [none]
+    ).
+naive_values(F, [A|H], Vs) :-
+    (   A = set(F) -> Vs = [true]
+    ;   A = unset(F) -> Vs = [false]
+    ;   A = e(F, V) -> Vs = [V]
+    ;   A = e(B, R), senses_something(B) -> after_result(F, B, R, H, Vs)
+    ;   ( A = sim(B) -> true ; B = A ),
+        findall(C, effect(B, F, _, C), Cs),
+        (   Cs == []
+        ->  naive_values(F, H, Vs)
+        ;   findall(G, ( member(C, Cs), expanded(C, C1), asked(C1, G) ), Gs0),
+            sort([F|Gs0], Gs),
+            findall(V, ( world(Gs, H, W), after_effect(F, B, W, H, V) ), Vs0),
+            (   memberchk(none, Vs0) -> Vs = [none] ; sort(Vs0, Vs) )
+        )
+    ).
+
+after_effect(F, A, W, H, V) :-
+    (   effect(A, F, V0, C), expanded(C, C1), true_in(C1, W, H, lax)
+    ->  V = V0
+    ;   member(F0-V, W), F0 == F -> true
+    ).
+
+effect(A, F, V, C) :- nt:causes_val(A, F, V, C).
+effect(A, F, true, C) :- nt:causes_true(A, F, C).
+effect(A, F, false, C) :- nt:causes_false(A, F, C).
+
+after_result(F, A, R, _, [R]) :- nt:senses(A, F), !.
+after_result(F, A, R, H, [V]) :- ( nt:senses(A, R, F, V, C) ; nt:settles(A, R, F, V, C) ), h(C, H), !.
+after_result(F, A, R, H, Vs) :-
+    naive_values(F, H, Vs0),
+    exclude(taken_away(F, A, R, H), Vs0, Vs).
+
+taken_away(F, A, R, H, V) :- nt:rejects(A, R, F, V, C), h(C, H), !.
+
+
+                /* Online */
+
+%!  naive_runs(+Program, +World, +Bound, -Runs) is det.
+%
+%   Runs are all History-Outcome of Program online.  World is
+%   world(Results, Events): the result of each sensing action in turn, and
+%   event(N, Action) for what happens after N executed actions.  Outcome is `final`,
+%   `failed`, `limit` after Bound actions, or `contradiction`.
+
+naive_runs(E, World, Bound, Runs) :-
+    findall(H-O, online(E, [], 0, 0-0, World, Bound, H, O), Runs0),
+    sort(Runs0, Runs).
+
+% C counts the entries that the program made, N those that the world executed, K sensings.
+online(E, H0, C, N-K, world(Rs, Es0), Bound, H, O) :-
+    due(Es0, N, H0, H1, Es),
+    (   t(E, H1, _, _)
+    ->  t(E, H1, E1, H2),
+        (   H2 == H1
+        ->  online(E1, H2, C, N-K, world(Rs, Es), Bound, H, O)
+        ;   C >= Bound
+        ->  H = H1, O = limit
+        ;   H2 = [A|_],
+            C1 is C+1,
+            ( nt:prim_action(A) -> N1 is N+1 ; N1 = N ),
+            (   senses_something(A)
+            ->  K1 is K+1, nth1(K1, Rs, R0),
+                result_for(A, R0, R),
+                (   absurd(A, H2, R)
+                ->  H = H2, O = contradiction
+                ;   online(E1, [e(A, R)|H2], C1, N1-K1, world(Rs, Es), Bound, H, O)
+                )
+            ;   online(E1, H2, C1, N1-K, world(Rs, Es), Bound, H, O)
+            )
+        )
+    ;   H = H1,
+        ( f(E, H1) -> O = final ; O = failed )
+    ).
+
+due([event(M, A)|Es], N, H0, H, Rest) :- M =< N, !, due(Es, N, [A|H0], H, Rest).
+due(Es, _, H, H, Es).
+
+% The results of a world are numbers; settling actions answer yes or no.
+result_for(A, R0, R) :-
+    (   nt:settles(A, yes, _, _, _) -> ( R0 > 1 -> R = yes ; R = no )
+    ;   nt:senses(A, F), nt:rel_fluent(F) -> ( R0 > 1 -> R = true ; R = false )
+    ;   R = R0
+    ).
