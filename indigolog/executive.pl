@@ -8,6 +8,7 @@
 :- use_module(context, [top_context/1]).
 :- use_module(devices).
 :- use_module(journal).
+:- use_module(messages, [progress_message/1]).
 :- use_module(situation).
 :- use_module(termination, [final/3]).
 :- use_module(theory).
@@ -256,11 +257,13 @@ happened(Fact, Action, X, S, Skip0, Skip) :-
     ;   Skip = 0,
         journal_write(Journal, Fact)
     ),
+    progress_message(Fact),
     ( OnAction == none -> true ; ignore(call(OnAction, Action, S)) ),
     ( OnFact == none -> true ; ignore(call(OnFact, Fact, S)) ).
 
 wait_for_events([_|_], _).
 wait_for_events([], x(Devices, _, _, _, MaxWait, _)) :-
+    progress_message(waiting),
     wait_for_event(Devices, MaxWait, requested(_)).
 
 

@@ -44,7 +44,8 @@ Histories here are lists, newest action first.
 do(Program, History, History1) :-
     history_situation(History, S),
     complete(Program, S, S1),
-    situation_history(S1, History1).
+    situation_history(S1, History1),
+    remember_situation(S1).
 
 %!  trans(+Program, +History, -Program1, -History1) is nondet.
 

@@ -50,6 +50,17 @@ message(progress(plan(found, Actions))) -->
 message(progress(plan(kept, Actions))) -->
     { length(Actions, N) },
     [ 'the world is not as expected; the ~D actions left of the plan still do: ~p'-[N, Actions] ].
+message(progress(waiting)) -->
+    [ 'waiting for an exogenous action'-[] ].
+message(progress(executed(_, A, none))) -->
+    [ 'did ~p'-[A] ].
+message(progress(executed(_, A, Sensing))) -->
+    { Sensing \== none },
+    [ 'did ~p, which sensed ~p'-[A, Sensing] ].
+message(progress(exogenous(_, A))) -->
+    [ 'exogenous action ~p'-[A] ].
+message(progress(failed(_, A, Reason))) -->
+    [ '~p failed: ~p'-[A, Reason] ].
 message(device_left(Device)) -->
     [ 'Device ~q does not end: its thread is left behind'-[Device] ].
 message(no_term(Text)) -->

@@ -124,7 +124,7 @@ THEORY. Executed actions are printed one a line, then "N actions.".
   --step            step through the program by hand; ? lists the commands
   --max-actions N   give up after N actions
   --explain         say what was in the way when there is no complete execution
-  --trace           say on stderr what plans search finds
+  --trace           say on stderr what happens and what plans search finds
   --seed N          of random choices, online
   --journal FILE    write a fact an action, online
   --resume FILE     go on after what that journal tells, and write to it

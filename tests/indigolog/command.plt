@@ -52,6 +52,12 @@ test(traces_search, true == Said) :-
     run(['search([inc, inc])', '--trace'], "", _, _, Errors),
     said(Errors, "search found a plan of 2 actions", Said).
 
+test(traces_events, true == Said) :-
+    run(['[wait, look]', '--online', '--trace'], "bump\nopen\n", _, _, Errors),
+    said(Errors, "exogenous action bump", Said0),
+    said(Errors, "did look, which sensed open", Said1),
+    ( Said0 == true -> Said = Said1 ; Said = Said0 ).
+
 test(steps, Status-Output == 0-"Stepping through [inc,inc]. Commands: ? lists them\ninc\n1  inc\ninc\n\
 The program may end here\n\"leap\" is not a command; ? lists them\n") :-
     run(['[inc, inc]', '--step'], "s\nnext\nr\nleap\nquit\n", Status, Output, _).
