@@ -4,7 +4,7 @@
             chosen_branch/4           % +Action, +Branches, +Situation, -Plan
           ]).
 :- use_module(library(lists), [member/2]).
-:- use_module(formula, [holds/2]).
+:- use_module(formula, [holds_in/2]).
 :- use_module(knowledge, [known/2, sensing_results/3]).
 :- use_module(situation).
 :- use_module(termination, [final/3]).
@@ -112,7 +112,7 @@ plan_for(Goal, S, Options, Plan) :-
     reach(Goal, N, Actions, S, Plan).
 
 reach(Goal, N, Actions, S, Plan) :-
-    (   \+ \+ holds(Goal, S)
+    (   \+ \+ holds_in(Goal, S)
     ->  Plan = []
     ;   N > 0,
         N1 is N-1,
@@ -136,8 +136,8 @@ allowed_action(Actions, S, A) :-
     Module:prim_action(A),
     \+ \+ member(A, Actions),
     (   ground(A)
-    ->  \+ \+ ( Module:poss(A, P), holds(P, S) )
-    ;   Module:poss(A, P), holds(P, S), ground(A)
+    ->  \+ \+ ( Module:poss(A, P), holds_in(P, S) )
+    ;   Module:poss(A, P), holds_in(P, S), ground(A)
     ).
 
 %!  chosen_branch(+Action, +Branches, +Situation, -Plan) is semidet.

@@ -8,7 +8,7 @@
 :- use_module(library(solution_sequences), [limit/2]).
 :- use_module(configuration).
 :- use_module(context, [top_context/1, by_priority/2, for_sequence/5]).
-:- use_module(formula, [holds/2, evaluate/3]).
+:- use_module(formula, [holds_in/2, evaluate/3]).
 :- use_module(search_options, [new_memory/3, seen/4]).
 :- use_module(situation).
 :- use_module(substitution).
@@ -82,7 +82,7 @@ why_false(P, S, false(P, Parts)) :-
     ).
 
 is_true(P, S) :-
-    catch(holds(P, S), error(_, _), fail),
+    catch(holds_in(P, S), error(_, _), fail),
     !.
 
 whys_false(Ps, S, Whys) :-
@@ -104,12 +104,12 @@ parts(or(Ps), S, Parts) =>
     whys_false(Ps, S, Parts).
 parts(neg(P), S, Parts) =>
     Parts = [true(P, Values)],
-    once(holds(P, S)),
+    once(holds_in(P, S)),
     values(P, S, Values).
 parts(\+ P, S, Parts) =>
     parts(neg(P), S, Parts).
 parts(impl(P, Q), S, Parts) =>
-    holds(P, S),
+    holds_in(P, S),
     !,
     values(P, S, Values),
     why_false(Q, S, Why),
@@ -140,7 +140,7 @@ parts(P, S, Parts) =>
 % Of a conjunction the first part that fails, after what the others bind.
 first_false([P|Ps], S, Parts) :-
     (   Ps \== [],
-        catch(holds(P, S), error(_, _), fail)
+        catch(holds_in(P, S), error(_, _), fail)
     ->  first_false(Ps, S, Parts)
     ;   why_false(P, S, Why)
     ->  Parts = [Why]
@@ -240,12 +240,12 @@ blocked(?(P), S, _, Why) =>
 blocked(if(P, E), S, C, Why) =>
     blocked(if(P, E, ?(P)), S, C, Why).
 blocked(if(P, E, F), S, C, Why) =>
-    (   holds(P, S)
+    (   holds_in(P, S)
     ->  blocked(E, S, C, Why)
     ;   blocked(F, S, C, Why)
     ).
 blocked(while(P, E), S, C, Why) =>
-    (   holds(P, S)
+    (   holds_in(P, S)
     *-> blocked(E, S, C, Why)
     ;   why_false(P, S, Why)
     ).
@@ -258,7 +258,7 @@ blocked(for(V, D, E), S, C, Why) =>
     for_sequence(V, D, E, S, Es),
     blocked(Es, S, C, Why).
 blocked(interrupt(P, E), S, C, Why) =>
-    (   holds(P, S)
+    (   holds_in(P, S)
     ->  blocked(E, S, C, Why)
     ;   why_false(P, S, Why)
     ).
@@ -272,7 +272,7 @@ blocked('$stopped'(E), S, C, Why) =>
 blocked('$plan'(E, _, _, _), S, C, Why) =>
     blocked(search(E), S, C, Why).
 blocked(gexec(P, E), S, C, Why) =>
-    (   holds(P, S)
+    (   holds_in(P, S)
     ->  blocked(E, S, C, Why)
     ;   why_false(P, S, Why)
     ).

@@ -1,5 +1,5 @@
 :- module(indigolog_formula,
-          [ holds/2,                  % +Formula, +Situation
+          [ holds_in/2,               % +Formula, +Situation
             test/2,                   % +Formula, +Situation
             evaluate/3,               % +Term, +Situation, -Value
             true_in/2,                % +Formula, +World
@@ -25,20 +25,20 @@ in a situation if it is true in every world: whatever the values are.
 
 %!  test(+Formula, +Situation) is nondet.
 %
-%   As holds/2, and without choice points for a ground formula.
+%   As holds_in/2, and without choice points for a ground formula.
 
 test(Formula, Situation) :-
     (   ground(Formula)
-    ->  holds(Formula, Situation)
+    ->  holds_in(Formula, Situation)
     ->  true
-    ;   holds(Formula, Situation)
+    ;   holds_in(Formula, Situation)
     ).
 
-%!  holds(+Formula, +Situation) is nondet.
+%!  holds_in(+Formula, +Situation) is nondet.
 %
 %   Formula is true in Situation, perhaps after binding its free variables.
 
-holds(P, S) :-
+holds_in(P, S) :-
     (   values_certain(S)
     ->  true_in(P, S)
     ;   in_all_worlds(true_in(P), S)

@@ -7,7 +7,7 @@
           ]).
 :- use_module(library(lists), [append/3, list_to_set/2, member/2]).
 :- use_module(library(apply), [exclude/3]).
-:- use_module(formula, [holds/2, true_in/2]).
+:- use_module(formula, [holds_in/2, true_in/2]).
 :- use_module(situation).
 :- use_module(theory).
 
@@ -208,7 +208,7 @@ sensed_value(F, A, R, Module, S, V) :-
     (   Module:senses(A, R, F, V0, C)
     ;   Module:settles(A, R, F, V0, C)
     ),
-    holds(C, S),
+    holds_in(C, S),
     !,
     V = V0.
 sensed_value(F, A, R, Module, S, V) :-
@@ -223,7 +223,7 @@ sensed_value(F, A, R, Module, S, V) :-
 
 rejected(F, A, R, Module, S, V) :-
     Module:rejects(A, R, F, V, C),
-    holds(C, S),
+    holds_in(C, S),
     !.
 
 values_of(v(V), [V]).

@@ -14,7 +14,7 @@
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(occurs), [sub_term/2]).
 :- use_module(library(option), [option/2, option/3]).
-:- use_module(formula, [holds/2, evaluate/3]).
+:- use_module(formula, [holds_in/2, evaluate/3]).
 :- use_module(situation, [situation_key/2, situation_theory/2]).
 :- use_module(theory, [theory_module/2]).
 
@@ -113,7 +113,7 @@ value(Term, S, V) :-
     (   nonvar(Term),
         Term = _^_
     ->  copy_term(Term, V^P),
-        once(holds(P, S))
+        once(holds_in(P, S))
     ;   once(evaluate(Term, S, V))
     ).
 

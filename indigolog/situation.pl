@@ -27,7 +27,7 @@
 :- use_module(library(apply), [exclude/3]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(theory).
-:- use_module(formula, [holds/2, evaluate/3]).
+:- use_module(formula, [holds_in/2, evaluate/3]).
 :- use_module(knowledge, [possible_effects/3]).
 
 /** <module> Situations
@@ -133,7 +133,7 @@ open_status([], Fluent, Theory, Status) :-
 open_status([Effect|Effects], Fluent, Theory, Status) :-
     copy_open(Effect, open(Pattern, Value, Condition, Before)),
     (   Pattern = Fluent
-    ->  (   holds(Condition, Before)
+    ->  (   holds_in(Condition, Before)
         ->  Status = v(Value)
         ;   fluent_status(Fluent, Before, Status)
         )
@@ -375,7 +375,7 @@ effect_of(F, V, Condition, S, Effect) :-
     (   ground(F)
     ->  (   Condition == true
         ->  true
-        ;   holds(Condition, S)
+        ;   holds_in(Condition, S)
         ->  true
         ),
         Effect = F-V
@@ -385,12 +385,12 @@ effect_of(F, V, Condition, S, Effect) :-
 
 instance_effect(F, V, Condition, S, Effect) :-
     (   ground(F)
-    ->  once(holds(Condition, S)),
+    ->  once(holds_in(Condition, S)),
         Effect = F-V
     ;   situation_theory(S, Theory),
         declared_instance(Theory, F, Instances),
         (   Instances == ground
-        ->  once(holds(Condition, S)),
+        ->  once(holds_in(Condition, S)),
             Effect = F-V
         ;   Effect = open(F, V, Condition)
         )

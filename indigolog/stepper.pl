@@ -9,7 +9,7 @@
 :- use_module(context, [top_context/1]).
 :- use_module(devices).
 :- use_module(explain, [why/3]).
-:- use_module(formula, [holds/2]).
+:- use_module(formula, [holds_in/2]).
 :- use_module(journal, [journal_entries/3]).
 :- use_module(situation).
 :- use_module(theory).
@@ -137,7 +137,7 @@ command(undo, stepper([Now|Past], Devices), Stepper1, Answer) =>
 command(test(P), Stepper, Stepper1, Answer) =>
     Stepper1 = Stepper,
     now(Stepper, conf(_, S, _)),
-    (   holds(P, S)
+    (   holds_in(P, S)
     ->  Answer = holds(P)
     ;   why(holds(P), S, Whys),
         Answer = why(Whys)

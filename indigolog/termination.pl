@@ -5,7 +5,7 @@
 :- use_module(library(lists), [member/2]).
 :- use_module(theory).
 :- use_module(situation).
-:- use_module(formula, [holds/2, evaluate/3]).
+:- use_module(formula, [holds_in/2, evaluate/3]).
 :- use_module(substitution).
 :- use_module(context).
 :- use_module(search).
@@ -67,12 +67,12 @@ final(wndet(E, F), S, C) =>
 final(if(P, E), S, C) =>
     final(if(P, E, []), S, C).
 final(if(P, E, F), S, C) =>
-    (   holds(P, S)
+    (   holds_in(P, S)
     ->  final(E, S, C)
     ;   final(F, S, C)
     ).
 final(while(P, E), S, C) =>
-    (   holds(P, S)
+    (   holds_in(P, S)
     ->  final(E, S, C)
     ;   true
     ).
@@ -119,12 +119,12 @@ final('$stopped'(E), S, C0) =>
     stopped_context(C0, C),
     final(E, S, C).
 final(gexec(P, E), S, C) =>
-    (   \+ holds(P, S)
+    (   \+ holds_in(P, S)
     ->  true
     ;   final(E, S, C)
     ).
 final(goal(Done, E, _, _), S, C) =>
-    (   holds(Done, S)
+    (   holds_in(Done, S)
     ->  true
     ;   final(E, S, C)
     ).

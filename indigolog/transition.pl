@@ -6,7 +6,7 @@
 :- use_module(library(error), [must_be/2]).
 :- use_module(theory).
 :- use_module(situation).
-:- use_module(formula, [holds/2, test/2, evaluate/3]).
+:- use_module(formula, [holds_in/2, test/2, evaluate/3]).
 :- use_module(substitution).
 :- use_module(termination).
 :- use_module(context).
@@ -81,7 +81,7 @@ trans(if(P, E), S, C, E1, S1) =>
     !,
     trans(E, S, C, E1, S1).
 trans(if(P, E, F), S, C, E1, S1) =>
-    (   holds(P, S)
+    (   holds_in(P, S)
     ->  trans(E, S, C, E1, S1)
     ;   trans(F, S, C, E1, S1)
     ).
@@ -157,7 +157,7 @@ trans(sync(Es), S, C, E1, S1) =>
     progress(Action, S, S1).
 trans(interrupt(P, E), S, C, E1, S1) =>
     interrupts_running(C),
-    once_if_ground(P, holds(P, S)),
+    once_if_ground(P, holds_in(P, S)),
     trans(E, S, C, E0, S1),
     sequence(E0, [interrupt(P, E)], E1).
 trans(interrupt(V, P, E), S, C, E1, S1) =>
@@ -186,12 +186,12 @@ trans(stop_interrupts, S, C, E1, S1) =>
     context_depth(C, N),
     stop_interrupts(N, S, S1).
 trans(gexec(P, E), S, C, E1, S1) =>                 % as long as P holds
-    once_if_ground(P, holds(P, S)),
+    once_if_ground(P, holds_in(P, S)),
     trans(E, S, C, E0, S1),
     around(E0, gexec(P, E0), E1).
 trans(goal(Done, E, Failed, Recovery), S, C, E1, S1) =>
-    \+ holds(Done, S),
-    (   holds(Failed, S)
+    \+ holds_in(Done, S),
+    (   holds_in(Failed, S)
     ->  trans(Recovery, S, C, E1, S1)
     ;   trans(E, S, C, E0, S1),
         around(E0, goal(Done, E0, Failed, Recovery), E1)
@@ -326,7 +326,7 @@ possible(unset(F), _, _) =>
     ground(F).
 possible(A, Module, S) =>
     Module:poss(A, P),
-    holds(P, S).
+    holds_in(P, S).
 
 
                 /* Choices of arguments */
