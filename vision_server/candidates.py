@@ -17,6 +17,7 @@ from vision_server.gradients import GradientChannel
 from vision_server.line_scales import line_scales
 from vision_server.line_weights import base_weights
 from vision_server.refinement import Solution, moved, refine, solve, spacing_for
+from vision_server.sidesteps import laid_beside, loosened
 
 Ints = NDArray[np.int64]
 
@@ -30,6 +31,9 @@ DOUBT_QUALITY = 0.8  # under this, lines may lie on wrong edges
 DOUBTED_LINES = 10  # that are left out, one after the other
 DOUBT_ROUNDS = 2
 LEAST_GIVE_PX = 0.3  # that the others move by without it, for a line to be doubted
+CLEAR_QUALITY = 2.0  # from here on, nothing beside the pose can be as good
+LOOSENED, LAID_BESIDE = 2, 6  # motions and edges that are tried beside the best pose
+BESIDE_ROUNDS = 2  # and again when that has found a better one
 NO_WORSE = 1.02  # a second look must improve the quality by this factor
 
 
@@ -80,6 +84,13 @@ class Refiner:
             if better is None:
                 break
             coarse.insert(0, better)
+        for _ in range(BESIDE_ROUNDS if coarse else 0):
+            first = coarse[0]
+            if quality(first.evidence) >= CLEAR_QUALITY:
+                break
+            self.add_beside(coarse)
+            if coarse[0] is first:
+                break
         least = FINISHED_SHARE * quality(coarse[0].evidence) if coarse else 0.0
         out = [self.finished(one) if quality(one.evidence) >= least else one for one in coarse]
         return sorted(out, key=lambda one: -quality(one.evidence))
@@ -106,6 +117,18 @@ class Refiner:
         """A coarsely refined pose, refined to the end."""
         fine = self.refined(rough.solution.pose, rough.evidence.measurement.scale, FINE_REACHES_PX, 1.0)
         return rough if fine is None else fine
+
+    def add_beside(self, found: list[Refined]) -> None:
+        """Add the rivals that lie beside the first pose, see `sidesteps`; best first again."""
+        pose, measurement = found[0].solution.pose, found[0].evidence.measurement
+        base = base_weights(measurement, len(self.model.lines))
+        starts = loosened(pose, measurement, base, LOOSENED)
+        starts += laid_beside(self.channels, self.model, self.camera, pose, measurement, base, LAID_BESIDE)
+        for start in starts:
+            other = self.refined(start, measurement.scale, COARSE_REACHES_PX, COARSER, known=found)
+            if other is not None:
+                found.append(other)
+        found.sort(key=lambda one: -quality(one.evidence))
 
     def second_look(self, found: Refined) -> Refined | None:
         """A better pose than a doubtful one, from leaving out one of its lines at a time.

@@ -14,6 +14,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
+from vision_server.edge_owners import leave_to_owners
 from vision_server.edge_points import CLIPPED_SD_PX, PEAKS, find_edge_points
 from vision_server.gradients import SCALES_PX, GradientChannel
 from vision_server.line_votes import choose, vote
@@ -201,6 +202,7 @@ def measure(
             normal,
             reach[samples.line],
         )
+        leave_to_owners(samples.line, samples.image, samples.image_direction, normal, lines, offset[c])
     width = VOTE_WIDTH_PX * np.sqrt(line_sigma)
     shift, agreed = np.zeros((lines, 2)), np.zeros(lines)
     chosen = np.empty((len(channels), count), dtype=np.int64)
