@@ -13,14 +13,19 @@ The rest is loaded only when it is set up: it needs the compiled ZeroMQ module.
 main :-
     current_prolog_flag(argv, Argv),
     catch(session_options(Argv, Options), error(usage_error(Message), _), give_up(Message)),
-    set_up,
-    use_module(session/session, []),
+    root(Root),
+    set_up(Root),
+    atom_concat(Root, '/session/session', Session),
+    use_module(Session, []),
     session:run_session(Options, Status),
     halt(Status).
 
-set_up :-
+%   The folder of this file; the session may be started from any other.
+root(Root) :-
     module_property(lights_and_camera, file(File)),
-    file_directory_name(File, Root),
+    file_directory_name(File, Root).
+
+set_up(Root) :-
     (   forall(needed(Path), ( atomic_list_concat([Root, /, Path], Full), exists_file(Full) ))
     ->  true
     ;   give_up("not set up yet: run `make setup` first")

@@ -22,15 +22,16 @@ class Replay(Device):
     ----------
     stack : a loaded stack.
     seed : session seed; with the capture's number it draws the noise of a basis stack.
+    captures_taken : by an earlier process of the same session.
     """
 
     name = "replay"
 
-    def __init__(self, stack: BasisStack | FramesStack, seed: int = 0) -> None:
+    def __init__(self, stack: BasisStack | FramesStack, seed: int = 0, captures_taken: int = 0) -> None:
         self._stack = stack
         self._seed = seed
         self._describe = describe_stack(stack, self.name)
-        self._captures = 0
+        self._captures = captures_taken
         self._shown: dict[int, int] = {}
 
     def describe(self) -> Describe:

@@ -4,13 +4,15 @@
             can_execute/1,              % +Action
             execute/2,                  % +Action, -Sensing
             exogenous/1,                % -Actions
+            resumed/1,                  % +Situation
             score_pose/2,               % +Pose, -Error
             seconds_spent/2             % -Waiting, -Parts
           ]).
 :- use_module('../bridge/client').
+:- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
 :- use_module('../domain/merit', [default_threshold/1]).
 :- use_module(library(apply), [maplist/2, maplist/3]).
-:- use_module(library(lists), [member/2, sum_list/2]).
+:- use_module(library(lists), [member/2, memberchk/2, reverse/2, subtract/3, sum_list/2]).
 :- use_module(library(option), [option/2, option/3]).
 
 /** <module> The device that carries the controller's actions to the servers
@@ -112,6 +114,29 @@ execute(advance(RangeM), true) :-
     request(image_server, move, _{range_m:RangeM}, _),
     assertz(own_move),
     request(vision_server, parameters, _{seed_pose:_{best_at_range_m:RangeM}}, _).
+
+%!  resumed(+Situation) is det.
+%
+%   Take over a session that was interrupted in Situation: the vision server gets
+%   its images back, and is told again what it had been told.
+
+resumed(Situation) :-
+    situation_history(Situation, Newest),
+    memberchk(connect, Newest),
+    !,
+    opened_with(Options),
+    option(start(Args), Options),
+    fluent_value(image_set, Situation, Kept),
+    fluent_value(candidate, Situation, Candidate),
+    findall(Image, ( member(kept(Image, _), Kept) ; Candidate \== none, Image = Candidate ), Newer),
+    reverse(Newer, Images),
+    findall(Image, member(capture(Image, _), Newest), Taken),
+    subtract(Taken, Images, Discarded),
+    request(vision_server, restore, Args.put(_{images:Images, discarded:Discarded}), Result),
+    subscribe(Result.describe),
+    reverse(Newest, Oldest),
+    forall(( member(Action, Oldest), Action = set_parameter(_, _) ), execute(Action, _)).
+resumed(_).
 
 request(Name, Op, Args, Result) :-
     connection(Name, Client),

@@ -120,6 +120,8 @@ error_words(Result) -->
 error_words(_) -->
     [].
 
+prolog:error_message(usage_error(Message)) -->
+    [ '~s'-[Message] ].
 prolog:error_message(server_died(Name, Status, Line, LogFile)) -->
     [ 'the ~w ended by itself (~w)'-[Name, Status] ],
     last_words(Line),

@@ -1,6 +1,7 @@
 :- module(session_options,
           [ session_options/2           % +Argv, -Options
           ]).
+:- use_module(resumption, [resumed_options/3]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(main), [argv_options/4, argv_usage/1]).
 :- use_module(library(option), [merge_options/3, option/2]).
@@ -117,9 +118,20 @@ session_options(Argv, Options) :-
     ->  usage_error("unexpected argument '~w'; options begin with -- (see --help)", [Word])
     ;   true
     ),
-    defaults(Given, Defaults),
-    merge_options(Given, Defaults, Options),
+    begun_with(Given, Begun),
+    defaults(Begun, Defaults),
+    merge_options(Begun, Defaults, Options),
     check(Options).
+
+%   A session that is resumed has its options from its folder.
+begun_with(Given, Begun) :-
+    option(resume(Folder), Given),
+    !,
+    (   exists_directory(Folder)
+    ->  resumed_options(Given, Folder, Begun)
+    ;   usage_error("--resume: no folder '~w'", [Folder])
+    ).
+begun_with(Given, Given).
 
 bad_usage(error(Formal, _)) :-
     usage_text(Formal, Text),
@@ -199,8 +211,6 @@ rule(Options, "--~w: there is no '~w'", [Name, Device]) :-
     \+ access_file(Device, exist).
 rule(Options, "--stack: no folder '~w'", [Dir]) :-
     option(stack(Dir), Options), \+ exists_directory(Dir).
-rule(Options, "--resume: no folder '~w'", [Dir]) :-
-    option(resume(Dir), Options), \+ exists_directory(Dir).
 
 usage_error(Format, Args) :-
     format(string(Message), Format, Args),

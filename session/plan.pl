@@ -21,6 +21,7 @@ session_plan(Options, Plan) :-
     root(Root),
     option(controller(Controller), Options),
     controller_file(Root, Controller, ControllerFile, ControllerName),
+    check_names(Root, Options),
     theory_files(Root, ControllerFile, Files),
     target_name(Options, TargetName),
     program(Options, Program),
@@ -34,25 +35,36 @@ root(Root) :-
     file_directory_name(Session, Root).
 
 %   A controller is a name in domain/controllers or a Golog file of the user's.
-controller_file(Root, Name, File, Name) :-
-    atomic_list_concat([Root, '/domain/controllers/', Name, '.pl'], File),
+controller_file(Root, Given, File, Name) :-
+    named_file(Root, controller, 'domain/controllers', pl, Given, File),
+    base_name(File, Name).
+
+%   Targets and scenarios are the image server's to read; a wrong name is said here.
+check_names(Root, Options) :-
+    forall(( member(named(Name, Folder, Extension),
+                    [named(target, targets, cao), named(scenario, scenarios, toml)]),
+             Option =.. [Name, Given],
+             option(Option, Options) ),
+           named_file(Root, Name, Folder, Extension, Given, _)).
+
+%   The file that an option names: one of the project's by its name alone, or the user's.
+named_file(Root, _, Folder, Extension, Given, File) :-
+    atomic_list_concat([Root, /, Folder, /, Given, '.', Extension], File),
     exists_file(File),
     !.
-controller_file(_, Given, File, Name) :-
+named_file(_, _, _, _, Given, File) :-
     exists_file(Given),
     !,
-    absolute_file_name(Given, File),
-    file_base_name(File, Base),
-    file_name_extension(Name, _, Base).
-controller_file(Root, Given, _, _) :-
-    atomic_list_concat([Root, '/domain/controllers/*.pl'], Pattern),
+    absolute_file_name(Given, File).
+named_file(Root, Option, Folder, Extension, Given, _) :-
+    atomic_list_concat([Root, /, Folder, '/*.', Extension], Pattern),
     expand_file_name(Pattern, Files),
-    maplist(controller_name, Files, Names),
+    maplist(base_name, Files, Names),
     atomic_list_concat(Names, ', ', Known),
-    format(string(Message), "--controller: '~w' is neither a file nor one of ~w", [Given, Known]),
+    format(string(Message), "--~w: '~w' is neither a file nor one of ~w", [Option, Given, Known]),
     throw(error(usage_error(Message), _)).
 
-controller_name(File, Name) :-
+base_name(File, Name) :-
     file_base_name(File, Base),
     file_name_extension(Name, _, Base).
 
@@ -66,7 +78,7 @@ under(Root, Path, File) :-
 target_name(Options, Name) :-
     option(target(Given), Options),
     !,
-    controller_name(Given, Name).
+    base_name(Given, Name).
 target_name(Options, Name) :-
     option(stack(Dir), Options),
     !,

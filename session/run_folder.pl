@@ -17,14 +17,13 @@
 make_run_folder(Options, _, Folder) :-
     option(resume(Given), Options),
     !,
-    absolute_file_name(Given, Folder).
+    absolute_file_name(Given, Folder),
+    writable(Folder, "--resume").
 make_run_folder(Options, Plan, Folder) :-
     folder_name(Options, Plan, Given),
     absolute_file_name(Given, Folder),
-    catch(make_directory_path(Folder), error(_, _), cannot("make", Folder)),
-    run_file(Folder, '.write-test', Probe),
-    catch(( open(Probe, write, Stream), close(Stream), delete_file(Probe) ),
-          error(_, _), cannot("write to", Folder)),
+    catch(make_directory_path(Folder), error(_, _), cannot("--out", "make", Folder)),
+    writable(Folder, "--out"),
     run_file(Folder, 'result.json', Result),
     (   exists_file(Result)
     ->  format(string(Message),
@@ -32,6 +31,11 @@ make_run_folder(Options, Plan, Folder) :-
         throw(error(usage_error(Message), _))
     ;   true
     ).
+
+writable(Folder, Option) :-
+    run_file(Folder, '.write-test', Probe),
+    catch(( open(Probe, write, Stream), close(Stream), delete_file(Probe) ),
+          error(_, _), cannot(Option, "write to", Folder)).
 
 folder_name(Options, _, Folder) :-
     option(out(Folder), Options),
@@ -51,9 +55,9 @@ unused(Root, Time, Plan, N, Folder) :-
     ;   Folder = Name
     ).
 
-cannot(What, Folder) :-
+cannot(Option, What, Folder) :-
     format(string(Message),
-           "--out: cannot ~s ~w; choose a folder you may write to", [What, Folder]),
+           "~s: cannot ~s ~w; choose a folder you may write to", [Option, What, Folder]),
     throw(error(usage_error(Message), _)).
 
 %!  run_file(+Folder, +Name, -File) is det.

@@ -6,6 +6,7 @@
 :- use_module(plan).
 :- use_module(processes).
 :- use_module(result).
+:- use_module(resumption).
 :- use_module(run_folder).
 :- use_module('../domain/candidates').
 :- use_module('../domain/image_set').
@@ -49,6 +50,7 @@ session(Options, Status) :-
     ->  print_message(help, session(would_do(Plan))),
         Status = 0
     ;   make_run_folder(Options, Plan, Folder),
+        ( option(resume(_), Options) -> true ; record_options(Options, Folder) ),
         get_time(Start),
         call_cleanup(served_session(Options, Plan, Folder, Start, Status), stop_everything)
     ).
@@ -69,7 +71,7 @@ start_servers(Options, Plan, Folder) :-
     endpoint(image_server, Options, Folder, ImageServer, StartImageServer),
     endpoint(vision_server, Options, Folder, VisionServer, StartVisionServer),
     (   StartImageServer == true
-    ->  image_server_arguments(Options, Plan, ImageServer, Arguments),
+    ->  image_server_arguments(Options, Plan, ImageServer, Folder, Arguments),
         start(image_server, Arguments, Folder)
     ;   true
     ),
@@ -102,16 +104,12 @@ endpoint(Name, _, _, Endpoint, true) :-
     ( getenv('TMPDIR', Temporary) -> true ; Temporary = '/tmp' ),
     atomic_list_concat(['ipc://', Temporary, /, Base], Endpoint).
 
-image_server_arguments(Options, Plan, Endpoint, Arguments) :-
-    image_source(Options, Plan, Source),
+image_server_arguments(Options, Plan, Endpoint, Folder, Arguments) :-
+    image_source(Options, Plan, Folder, Source),
     atom_concat(Endpoint, '-events', Events),
     append(Source, ['--endpoint', Endpoint, '--events', Events], Arguments).
 
-image_source(Options, Plan, [replay, '--stack', Stack, '--seed', Plan.seed]) :-
-    option(stack(Dir), Options),
-    !,
-    absolute_file_name(Dir, Stack).
-image_source(Options, _, [hardware|Arguments]) :-
+image_source(Options, _, _, [hardware|Arguments]) :-
     option(camera(_), Options),
     !,
     findall([Dashed, Value],
@@ -121,9 +119,19 @@ image_source(Options, _, [hardware|Arguments]) :-
               option(Option, Options) ),
             Pairs),
     append(Pairs, Arguments).
-image_source(Options, Plan, [simulator, '--target', Target, '--scenario', Scenario, '--seed', Plan.seed]) :-
-    option(target(Target), Options),
-    option(scenario(Scenario), Options).
+image_source(Options, Plan, Folder, Arguments) :-
+    (   option(stack(Dir), Options)
+    ->  absolute_file_name(Dir, Stack),
+        Source = [replay, '--stack', Stack]
+    ;   option(target(Target), Options),
+        option(scenario(Scenario), Options),
+        Source = [simulator, '--target', Target, '--scenario', Scenario]
+    ),
+    (   option(resume(_), Options)
+    ->  captures_taken(Folder, Taken)
+    ;   Taken = 0
+    ),
+    append(Source, ['--seed', Plan.seed, '--captures-taken', Taken], Arguments).
 
 %   Arguments of the vision server's `start`; what is not given it asks of the image server.
 start_arguments(Options, Plan, ImageServer, Folder, Args) :-
@@ -331,7 +339,14 @@ failed(error(golog(reported), _), 2) :-
     !.                                  % its problems have been printed
 failed(Error, Status) :-
     error_status(Error, Status),
-    print_message(error, Error).
+    plain(Error, Plain),
+    print_message(error, Plain).
+
+% Where in the program it was tells something about a program's error, not a server's.
+plain(error(Formal, _), Plain), Formal \= golog(_) =>
+    Plain = error(Formal, _).
+plain(Error, Plain) =>
+    Plain = Error.
 
 error_status(error(usage_error(_), _), 2) :- !.
 error_status(error(golog(_), _), 2) :- !.

@@ -17,7 +17,6 @@ Ints = NDArray[np.int64]
 
 ALONG_COSINE = 0.9  # lines that cross at more than about 25 degrees do not compete
 BEYOND_PX = 2.0  # past its ends, where a line still has a claim
-NEARER_PX = 0.25  # by how much another line must be nearer
 
 
 @njit(cache=True, error_model="numpy")
@@ -58,12 +57,11 @@ def leave_to_owners(
                 continue
             for i in range(first[mine], last[mine] + 1):
                 for k in range(offset.shape[1]):
-                    if not abs(offset[i, k]) > NEARER_PX:
-                        continue
                     x = image[i, 0] + offset[i, k] * normal[i, 0] - image[a, 0]
                     y = image[i, 1] + offset[i, k] * normal[i, 1] - image[a, 1]
                     along = x * ux + y * uy
                     if not -BEYOND_PX <= along <= length + BEYOND_PX:
                         continue
-                    if abs(x * uy - y * ux) < abs(offset[i, k]) - NEARER_PX:
+                    theirs, ours = abs(x * uy - y * ux), abs(offset[i, k])
+                    if theirs < ours or (theirs == ours and other < mine):
                         offset[i, k] = np.nan

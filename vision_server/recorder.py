@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import queue
+import shutil
 import threading
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -41,6 +42,8 @@ class Recorder:
         Folder of the run.
     head
         Text of the stack file before its frames, from `stack_head`.
+    model
+        The target's model file; a copy joins the frames, so that the folder can be moved.
 
     Raises
     ------
@@ -50,12 +53,16 @@ class Recorder:
 
     out: Path
     head: str
+    model: Path
     frames: list[Frame] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.folder = self.out / FOLDER
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
+            copy = self.folder / self.model.name
+            if not (copy.exists() and copy.samefile(self.model)):
+                shutil.copyfile(self.model, copy)
             self._write_stack()
         except OSError as error:
             raise BadInput(
@@ -149,7 +156,7 @@ def recorded_frames(out: Path) -> list[Frame]:
     ]
 
 
-def stack_head(describe: Describe, camera: Mapping[str, Any], model: Path, unit: str, seed_pose: Pose) -> str:
+def stack_head(describe: Describe, camera: Mapping[str, Any], model: str, unit: str, seed_pose: Pose) -> str:
     """The stack file's text before its frames: camera, lights and target."""
     parts = ['kind = "frames"\n', _table("[camera]", camera)]
     for light in describe.lights:
@@ -157,7 +164,7 @@ def stack_head(describe: Describe, camera: Mapping[str, Any], model: Path, unit:
         if light.position is not None:
             values["position"] = list(light.position)
         parts.append(_table("[[lights]]", values))
-    parts.append(_table("[target]", {"model": str(model), "unit": unit}))
+    parts.append(_table("[target]", {"model": model, "unit": unit}))
     parts.append(_table("[target.seed_pose]", seed_pose.to_dict()))
     return "\n".join(parts)
 

@@ -82,10 +82,11 @@ class VisionServer(Service):
             raise BadInput(
                 f"{out / FOLDER} has no image {missing[0]}.", f"It has {', '.join(frames) or 'none'}."
             )
-        session = self._open(args, list(frames.values()))
+        known = {*args.images, *args.discarded}
+        session = self._open(args, [frame for frame in frames.values() if frame.image in known])
         for image in args.images:
             session.add(image, read_grey(out / FOLDER / f"{image}.png"), frames[image].settings)
-        session.retired |= set(args.discarded) | (set(frames) - set(args.images))
+        session.retired |= set(args.discarded)
         return _started(session)
 
     def _on_capture(self, args: VisionCaptureArgs) -> Reply:
@@ -113,7 +114,10 @@ class VisionServer(Service):
 
     def _on_estimate(self, args: EstimateArgs) -> Reply:
         session, _ = self._here()
-        return Reply(estimate_result(session.estimate(args.images)))
+        estimate = session.estimate(args.images)
+        if session.recorder is not None:
+            session.recorder.flush()  # what is decided on is on the disk: a session can be resumed
+        return Reply(estimate_result(estimate))
 
     def _on_discard(self, args: DiscardArgs) -> Reply:
         session, _ = self._here()

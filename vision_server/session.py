@@ -160,8 +160,8 @@ def open_session(args: StartArgs, describe: Describe, recorded: Sequence[Frame] 
         for key in ("read_noise_e", "full_well_e"):
             if key in table:
                 head[key] = table[key]
-        text = stack_head(describe, head, model_file.resolve(), unit, seed_pose)
-        session.recorder = Recorder(Path(args.out), text, list(recorded))
+        text = stack_head(describe, head, model_file.name, unit, seed_pose)
+        session.recorder = Recorder(Path(args.out), text, model_file, list(recorded))
     return session
 
 

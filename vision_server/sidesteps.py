@@ -87,7 +87,7 @@ def _edges_beside(
 ) -> list[tuple[float, int, Floats]]:
     """Straight edges that run along visible lines, as (clearness, line, shift (2,) px as in `vote`)."""
     samples = visible_samples(model, camera, pose, SPACING_PX)
-    along = places_on_lines(samples.line, samples.image, samples.image_direction)
+    along, _ = places_on_lines(samples.line, samples.image, samples.image_direction, 2.0 * SPACING_PX)
     lines = len(model.lines)
     counts = np.maximum(np.bincount(samples.line, minlength=lines), 1)
     length = np.bincount(samples.line, weights=samples.px, minlength=lines)

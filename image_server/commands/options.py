@@ -34,6 +34,10 @@ class Draws:
     seed: Annotated[
         int, typer.Option(min=0, help="Seed of every random draw: noise, and the simulator's poses.")
     ] = 0
+    captures_taken: Annotated[
+        int,
+        typer.Option(min=0, help="Frames taken before by a session that goes on: noise is drawn from there."),
+    ] = 0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,10 +21,10 @@ def replay(
     conditions: Conditions,
 ) -> None:
     """Serve a recorded light stack."""
-    serve_device(lambda: replay_device(stack, draws.seed, conditions), serving)
+    serve_device(lambda: replay_device(stack, draws, conditions), serving)
 
 
-def replay_device(stack: Path, seed: int, conditions: Conditions) -> "Replay":
+def replay_device(stack: Path, draws: Draws, conditions: Conditions) -> "Replay":
     """The device of a stack folder under other conditions.
 
     Raises
@@ -42,4 +42,4 @@ def replay_device(stack: Path, seed: int, conditions: Conditions) -> "Replay":
             f"The stack {stack} holds recorded frames; their sun, lights and blur cannot be changed.",
             "Leave out --ambient-scale, --light-power, --defocus-sigma-px and --motion-px-per-s.",
         )
-    return Replay(loaded, seed)
+    return Replay(loaded, draws.seed, draws.captures_taken)

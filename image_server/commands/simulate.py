@@ -29,13 +29,15 @@ class Scene:
 @grouped
 def simulator(serving: Serving, scene: Scene, draws: Draws, conditions: Conditions) -> None:
     """Serve a ray-traced target under lights and a sun; the seed draws its true pose."""
-    serve_device(lambda: simulated_device(scene, draws.seed, conditions), serving)
+    serve_device(lambda: simulated_device(scene, draws, conditions), serving)
 
 
-def simulated_device(scene: Scene, seed: int, conditions: Conditions) -> "Simulator":
+def simulated_device(scene: Scene, draws: Draws, conditions: Conditions) -> "Simulator":
     """The simulator of a scene under other conditions."""
     from image_server.simulator import Simulator
     from image_server.simulator.scenario import load_scenario, with_conditions
 
     described = with_conditions(load_scenario(scene.scenario), *conditions.values())
-    return Simulator(scene.target, described, seed, unit=scene.unit)
+    return Simulator(
+        scene.target, described, draws.seed, unit=scene.unit, captures_taken=draws.captures_taken
+    )

@@ -50,6 +50,7 @@ class Simulator(Device):
     scenario : a scenario, or the name or file of one.
     seed : draws poses, sun, background and noise.
     unit : of the model file.
+    captures_taken : by an earlier process of the same session; noise is drawn from there on.
 
     Raises
     ------
@@ -64,6 +65,7 @@ class Simulator(Device):
         scenario: Scenario | str = "nominal",
         seed: int = 0,
         unit: str = "m",
+        captures_taken: int = 0,
     ) -> None:
         self._scenario = load_scenario(scenario) if isinstance(scenario, str) else scenario
         self._seed = seed
@@ -93,7 +95,7 @@ class Simulator(Device):
         self._ambient_scale = self._scenario.ambient_scale
         self._focal_mm = table.focal_lengths_mm[0] if table.focal_lengths_mm else None
         self._focus_m = table.focuses_m[0] if table.focuses_m else None
-        self._captures = 0
+        self._captures = captures_taken
         self._moves = 0
         self._traced: OrderedDict[float | None, View] = OrderedDict()
 

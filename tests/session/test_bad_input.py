@@ -76,6 +76,7 @@ def test_options(options: list[str], words: list[str]) -> None:
     message = refused(*options)
     for word in words:
         assert word in message
+    assert "Unknown" not in message
 
 
 def test_controller_with_a_syntax_error(tmp_path: Path) -> None:

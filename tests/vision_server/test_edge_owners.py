@@ -7,7 +7,7 @@ from geometry.pose import Pose
 from tests.vision_server.synthetic import CAMERA, linear_picture, photographed
 from tests.vision_server.test_refinement import channels_of
 from vision_server.candidates import Refiner
-from vision_server.edge_owners import BEYOND_PX, NEARER_PX, leave_to_owners
+from vision_server.edge_owners import BEYOND_PX, leave_to_owners
 from vision_server.line_scales import line_scales
 
 EDGE_ON = Pose(np.array([0.3, 0.03, 0.0]), np.array([-0.05, -0.004, 0.45]))
@@ -33,10 +33,18 @@ def test_an_edge_between_two_lines_belongs_to_the_nearer() -> None:
     assert (left[20:] == -1.0).all()
 
 
-def test_an_edge_midway_stays_with_both() -> None:
+def test_an_edge_midway_counts_once() -> None:
     offset = np.full((40, 1), 2.0)
-    offset[20:] = -2.0 + 0.5 * NEARER_PX
-    assert np.isfinite(level_lines(4.0, offset)).all()
+    offset[20:] = -2.0
+    left = level_lines(4.0, offset)
+    assert np.isfinite(left[:20]).all()
+    assert np.isnan(left[20:]).all()
+
+
+def test_lines_that_fall_together_share_nothing() -> None:
+    left = level_lines(0.0, np.full((40, 1), 0.1))
+    assert np.isfinite(left[:20]).all()
+    assert np.isnan(left[20:]).all()
 
 
 def test_lines_that_cross_do_not_compete() -> None:

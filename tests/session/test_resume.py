@@ -1,0 +1,98 @@
+"""A session that was interrupted goes on from its run folder, and comes to what it would have come to."""
+
+import json
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from tests.session.command import controller
+from tests.session.test_ends import gone, running_session
+
+OPTIONS = (
+    "--controller",
+    "simple",
+    "--seed",
+    "3",
+    "--threshold",
+    "0.000001",
+    "--max-iterations",
+    "4",
+    "--no-report",
+)
+
+
+def steps_of(out: Path) -> list[tuple[object, ...]]:
+    """What the session did and found, image by image."""
+    steps = json.loads((out / "result.json").read_text())["steps"]
+    return [(s["image"], str(s["settings"]), s["decision"], s["set_size"], s["rms_px"]) for s in steps]
+
+
+def cut(journal: Path, after: str) -> None:
+    """Keep the journal up to and with the first line that begins like this."""
+    lines = journal.read_text().splitlines(keepends=True)
+    last = next(number for number, line in enumerate(lines) if after in line)
+    journal.write_text("".join(lines[: last + 1]))
+
+
+def limit(journal: Path, images: int) -> None:
+    """Let the session that was to take 1000 images end after fewer; it learns its limit when it connects."""
+    text = journal.read_text()
+    assert ",1000))" in text
+    journal.write_text(text.replace(",1000))", f",{images}))"))
+
+
+@pytest.mark.parametrize("after", ["capture(i2", "keep(i2)", "connect"])
+def test_it_comes_to_the_same_end(tmp_path: Path, after: str) -> None:
+    whole = controller(*OPTIONS, "--out", tmp_path, "--quiet")
+    assert whole.returncode == 3, whole.stderr
+    expected = steps_of(tmp_path)
+    (tmp_path / "result.json").unlink()
+    cut(tmp_path / "history.pl", after)
+    resumed = controller("--resume", tmp_path, "--no-report", "--json")
+    assert resumed.returncode == 3, resumed.stderr
+    assert steps_of(tmp_path) == expected
+    assert json.loads(resumed.stdout)["seed"] == 3
+
+
+def test_after_the_controller_was_killed(tmp_path: Path) -> None:
+    session, servers = running_session(tmp_path)
+    session.send_signal(signal.SIGKILL)
+    session.communicate(timeout=10)
+    assert gone(servers, 5)
+    limit(tmp_path / "history.pl", 12)
+    resumed = controller("--resume", tmp_path, "--no-report", "--json")
+    assert resumed.returncode == 3, resumed.stderr
+    result = json.loads(resumed.stdout)
+    assert result["iterations"] == 12
+    assert len({step["image"] for step in result["steps"]}) == 12
+    assert all((tmp_path / "images" / f"{image}.png").exists() for image in result["kept"])
+
+
+def test_after_a_signal(tmp_path: Path) -> None:
+    session, _ = running_session(tmp_path)
+    os.kill(session.pid, signal.SIGINT)
+    session.communicate(timeout=30)
+    assert json.loads((tmp_path / "result.json").read_text())["status"] == "stopped"
+    limit(tmp_path / "history.pl", 3)
+    assert controller("--resume", tmp_path, "--no-report", "--quiet").returncode == 3
+    assert json.loads((tmp_path / "result.json").read_text())["status"] == "exhausted"
+
+
+def test_a_finished_session_is_left_alone(tmp_path: Path) -> None:
+    assert controller("--out", tmp_path, "--no-report", "--quiet").returncode == 0
+    before = (tmp_path / "history.pl").read_text()
+    again = controller("--resume", tmp_path)
+    assert again.returncode == 2
+    assert "finished" in again.stderr
+    assert (tmp_path / "history.pl").read_text() == before
+
+
+def test_what_cannot_be_resumed_is_said(tmp_path: Path) -> None:
+    nothing = controller("--resume", tmp_path)
+    assert nothing.returncode == 2
+    assert "holds no session" in nothing.stderr
+    other = controller("--resume", tmp_path, "--target", "cube")
+    assert other.returncode == 2
+    assert "leave --target away" in other.stderr
