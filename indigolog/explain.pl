@@ -237,6 +237,8 @@ blocked(stop_interrupts, _, _, _) =>
     fail.
 blocked(?(P), S, _, Why) =>
     why_false(P, S, Why).
+blocked(??(P), S, _, Why) =>
+    why_false(P, S, Why).
 blocked(if(P, E), S, C, Why) =>
     blocked(if(P, E, ?(P)), S, C, Why).
 blocked(if(P, E, F), S, C, Why) =>
@@ -283,6 +285,9 @@ blocked(search(E), S, C, Why) =>
 blocked(E, S, C, Why), parts_of_program(E, Parts) =>
     member(Part, Parts),
     blocked(Part, S, C, Why).
+blocked(E, S, C, Why), unexplained(E) =>
+    \+ trans(E, S, C, _, _),
+    Why = no_step(E).
 blocked(E, S, C, Why) =>
     situation_theory(S, Theory),
     theory_module(Theory, Module),
@@ -313,6 +318,25 @@ parts_of_program(rpi(V, E), [pi(V, E)]).
 parts_of_program(rpi(V, D, E), [pi(V, D, E)]).
 parts_of_program(interrupt(V, P, E), [pi(V, if(P, E))]).
 parts_of_program(goal(_, E, _, _), [E]).
+
+parts_of_program('$locked'(E), [E]).
+parts_of_program('$atomic'(E), [E]).
+
+% What is only said to have no step.
+unexplained(searchc(_)).
+unexplained(searchc(_, _)).
+unexplained(achieve(_)).
+unexplained(achieve(_, _)).
+unexplained(achieve(_, _, _)).
+unexplained(case(_, _)).
+unexplained(branch(_)).
+unexplained(sim(_)).
+unexplained(wait).
+unexplained(abort).
+unexplained(abort(_)).
+unexplained(commit).
+unexplained(set(_)).
+unexplained(unset(_)).
 
 evaluated(E, S, A) :-
     E =.. [Name|Args0],

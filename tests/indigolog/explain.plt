@@ -46,6 +46,9 @@ why(while(counter < 0, inc), [false(counter < 0, [value(counter, 0)])]).
 why(prioritized_interrupts([interrupt(lit(a), inc)]), [false(lit(a), [])]).
 why(if(lit(a), inc, never), [impossible(never, [false(false, [])])]).
 why(inc, []).
+why(atomic([?(lit(a)), inc]), [false(lit(a), [])]).
+why(searchc([inc, ?(lit(a))]), [no_step(searchc([inc, ?(lit(a))]))]).
+why(set(lit(a)), []).
 why(search([inc, ndet(switch(a), inc), ?(lit(b))]),
     [ dead_end([inc, switch(a)], [false(lit(b), [])]),
       dead_end([inc, inc], [false(lit(b), [])]) ]).

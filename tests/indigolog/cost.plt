@@ -1,0 +1,64 @@
+:- module(test_indigolog_cost, []).
+:- use_module(library(plunit)).
+:- use_module('../../indigolog/indigolog').
+
+/** <module> What a step costs depends on the axioms of its action, not on what went before or what else there is
+
+Costs are inferences, which do not depend on the machine.
+*/
+
+load(Text) :-
+    setup_call_cleanup(( tmp_file_stream(text, File, Out), close(Out) ),
+                       ( setup_call_cleanup(open(File, write, Stream),
+                                            format(Stream, "~s", [Text]),
+                                            close(Stream)),
+                         load_theory(File) ),
+                       delete_file(File)).
+
+count(`fun_fluent(counter). prim_action(inc). poss(inc, true).
+       causes_val(inc, counter, N, N is counter + 1). initially(counter, 0).
+       proc(count(N), while(counter < N, inc)).`).
+
+beside_others(Codes) :-
+    count(Count),
+    append(Count, `\nfun_fluent(cell(I)) :- between(1, 10000, I). initially(cell(_), 0).`, Codes).
+
+costless:can_execute(_).
+costless:execute(_, none).
+
+run(offline, Program) :-
+    once(do(Program, [], _)).
+run(online, Program) :-
+    indigolog(Program, [device(costless)]).
+
+per_step(Mode, N, Cost) :-
+    run(Mode, count(N)),                  % initial values are remembered from here on
+    statistics(inferences, Before),
+    run(Mode, count(N)),
+    statistics(inferences, After),
+    Cost is (After-Before)/N.
+
+:- begin_tests(cost).
+
+test(flat, [forall(member(Mode, [offline, online])), setup(( count(Text), load(Text) )), true(Long < 1.02*Short)]) :-
+    per_step(Mode, 500, Short),
+    per_step(Mode, 10_000, Long).
+
+test(beside_ten_thousand_fluents, true(Many < 1.02*Few)) :-
+    count(Count),
+    load(Count),
+    per_step(offline, 1000, Few),
+    beside_others(Others),
+    load(Others),
+    per_step(offline, 1000, Many).
+
+test(going_on_from_a_long_history, true(Cost < 200)) :-
+    count(Count),
+    load(Count),
+    once(do(count(10_000), [], History)),
+    statistics(inferences, Before),
+    once(do(inc, History, [inc|_])),
+    statistics(inferences, After),
+    Cost is After-Before.
+
+:- end_tests(cost).
