@@ -4,7 +4,9 @@
             theory_problems/1,        % -Problems
             program_problems/2        % +Program, -Problems
           ]).
-:- use_module(library(lists), [member/2]).
+:- use_module(library(lists), [member/2, memberchk/2]).
+:- use_module(library(solution_sequences), [limit/2]).
+:- use_module(program_checks).
 :- use_module(theory).
 
 /** <module> What is wrong with a theory or a program, before it runs
@@ -39,90 +41,178 @@ reported(Problems) :-
     ).
 
 %!  theory_problems(-Problems) is det.
+%
+%   In the order of the files.
 
 theory_problems(Problems) :-
     current_theory(Theory),
-    findall(Problem, theory_problem(Theory, Problem), Problems0),
-    sort(2, @=<, Problems0, Problems1),
-    sort(0, @<, Problems1, Problems).
+    findall(File-Line-problem(Kind, File, Line, What),
+            ( theory_problem(Theory, Kind, What, Ref),
+              place(Ref, File, Line) ),
+            Found0),
+    sort(Found0, Found),
+    findall(Problem, member(_-Problem, Found), Problems).
 
-theory_problem(Theory, problem(Kind, File, Line, What)) :-
+place(Ref, File, Line) :-
+    (   clause_property(Ref, file(File0)),
+        clause_property(Ref, line_count(Line0))
+    ->  File = File0, Line = Line0
+    ;   File = '?', Line = 0
+    ).
+
+% theory_problem(+Theory, -Kind, -What, -Ref): Ref is the clause that it is in.
+
+theory_problem(Theory, Kind, What, Ref) :-
     theory_module(Theory, Module),
-    axiom(Module, Head, Ref),
-    wrong(Head, Theory, Kind, What),
-    place(Ref, File, Line).
-theory_problem(Theory, problem(Kind, File, Line, What)) :-
+    axiom(Head),
+    clause(Module:Head, _, Ref),
+    axiom_problem(Head, Theory, Kind, What).
+theory_problem(Theory, Kind, What, Ref) :-
+    theory_module(Theory, Module),
+    member(Head-Label-P,
+           [ poss(A, P)-of(poss, A)-P,
+             causes_val(A, _, _, P)-of(effect, A)-P,
+             causes_true(A, _, P)-of(effect, A)-P,
+             causes_false(A, _, P)-of(effect, A)-P,
+             senses(A, _, _, _, P)-of(sensing, A)-P,
+             settles(A, _, _, _, P)-of(sensing, A)-P,
+             rejects(A, _, _, _, P)-of(sensing, A)-P ]),
+    clause(Module:Head, _, Ref),
+    bound_names(P, Names),
+    formula_problem(P, in(Label, Names), Theory, Kind, What).
+theory_problem(Theory, Kind, What, Ref) :-
     theory_module(Theory, Module),
     clause(Module:proc(Name, Body), _, Ref),
-    wrong_part(Body, Name, Theory, Kind, What),
-    place(Ref, File, Line).
-theory_problem(Theory, problem(warning, File, Line, no_poss(A))) :-
+    bound_names(Body, Names),
+    body_problem(Body, in(Name, Names), Theory, Kind, What).
+theory_problem(Theory, warning, no_poss(A), Ref) :-
     theory_module(Theory, Module),
     clause(Module:prim_action(A0), _, Ref),
     nonvar(A0),
     generalised(A0, A),
-    \+ clause(Module:poss(A, _), _),
-    place(Ref, File, Line).
-theory_problem(Theory, problem(warning, File, Line, no_initial(F))) :-
+    \+ clause(Module:poss(A, _), _).
+theory_problem(Theory, warning, What, Ref) :-
     theory_module(Theory, Module),
-    clause(Module:fun_fluent(F0), _, Ref),
+    member(F0-Head, [F-fun_fluent(F), F-prim_fluent(F)]),
+    clause(Module:Head, Body, Ref),
+    nonvar(F0),
+    generalised(F0, G),
+    \+ sensed_template(Theory, G),
+    (   \+ clause(Module:initially(G, _), _)
+    ->  What = no_initial(G)
+    ;   limit(1000, catch(Module:Body, _, fail)),
+        ground(F0),
+        \+ Module:initially(F0, _),
+        !,
+        What = no_initial_value(F0)
+    ).
+theory_problem(Theory, error, two_kinds(F), Ref) :-
+    theory_module(Theory, Module),
+    clause(Module:rel_fluent(F0), _, Ref),
     nonvar(F0),
     generalised(F0, F),
-    \+ clause(Module:initially(F, _), _),
-    \+ sensed_template(Theory, F),
-    place(Ref, File, Line).
-
-axiom(Module, Head, Ref) :-
-    member(Head, [ poss(_, _), causes_val(_, _, _, _), causes_true(_, _, _),
-                   causes_false(_, _, _), senses(_, _), senses(_, _, _, _, _),
-                   initially(_, _) ]),
+    member(Head, [fun_fluent(F), prim_fluent(F)]),
+    clause(Module:Head, _),
+    \+ \+ ( clause(Module:Head, _, Other), Other \== Ref ).
+theory_problem(Theory, warning, two_uses(Name), Ref) :-
+    theory_module(Theory, Module),
+    clause(Module:proc(Name, _), _, Ref),
+    nonvar(Name),
+    ( action_template(Theory, Name, prim) -> true ; fluent_template(Theory, Name, _) ).
+theory_problem(Theory, error, axiom_arity(Name/Arity, Expected), Ref) :-
+    theory_module(Theory, Module),
+    current_predicate(Module:Name/Arity),
+    \+ theory_predicate(Name/Arity),
+    theory_predicate(Name/_),
+    functor(Head, Name, Arity),
+    \+ predicate_property(Module:Head, imported_from(_)),
+    findall(Name/N, theory_predicate(Name/N), Expected),
     clause(Module:Head, _, Ref).
+theory_problem(Theory, warning, recursion(Name, Path), Ref) :-
+    theory_module(Theory, Module),
+    clause(Module:proc(Name, Body), true, Ref),
+    nonvar(Name),
+    unguarded_call(Body, Theory, Call),
+    comes_back(Call, Name, Theory, [Name], Path).
 
-place(Ref, File, Line) :-
-    (   clause_property(Ref, file(File)),
-        clause_property(Ref, line_count(Line))
-    ->  true
-    ;   File = '?', Line = 0
+% comes_back(+Call, +Name, +Theory, +Before, -Path): without an action in between,
+% and through procedures whose clauses have no condition.
+comes_back(Call, Name, _, Before, [Call|Before]) :-
+    functor(Call, F, N),
+    functor(Name, F, N),
+    !.
+comes_back(Call, Name, Theory, Before, Path) :-
+    \+ ( member(Earlier, Before),
+         functor(Earlier, F, N),
+         functor(Call, F, N) ),
+    theory_module(Theory, Module),
+    clause(Module:proc(Call, Body), true),
+    unguarded_call(Body, Theory, Next),
+    comes_back(Next, Name, Theory, [Call|Before], Path).
+
+axiom(poss(_, _)).
+axiom(causes_val(_, _, _, _)).
+axiom(causes_true(_, _, _)).
+axiom(causes_false(_, _, _)).
+axiom(senses(_, _)).
+axiom(senses(_, _, _, _, _)).
+axiom(settles(_, _, _, _, _)).
+axiom(rejects(_, _, _, _, _)).
+axiom(sensing(_, _)).
+axiom(initially(_, _)).
+
+% speaks_of(+Axiom, -Name, -Action, -Fluent): `none` where it does not.
+speaks_of(poss(A, _), precondition, A, none).
+speaks_of(causes_val(A, F, _, _), effect, A, F).
+speaks_of(causes_true(A, F, _), effect, A, F).
+speaks_of(causes_false(A, F, _), effect, A, F).
+speaks_of(senses(A, F), sensing, A, F).
+speaks_of(senses(A, _, F, _, _), sensing, A, F).
+speaks_of(settles(A, _, F, _, _), sensing, A, F).
+speaks_of(rejects(A, _, F, _, _), sensing, A, F).
+speaks_of(sensing(A, _), sensing, A, none).
+speaks_of(initially(F, _), initial, none, F).
+
+axiom_problem(Axiom, Theory, error, What) :-
+    speaks_of(Axiom, Name, A, F),
+    (   unknown_action(Theory, A),
+        What = unknown_action(Name, A)
+    ;   unknown_fluent(Theory, F),
+        What = unknown_fluent(Name, F)
     ).
+axiom_problem(Axiom, Theory, error, not_relational(F)) :-
+    ( Axiom = causes_true(_, F, _) ; Axiom = causes_false(_, F, _) ),
+    callable(F),
+    theory_module(Theory, Module),
+    generalised(F, G),
+    clause(Module:fun_fluent(G), _),
+    \+ clause(Module:rel_fluent(G), _),
+    !.
+axiom_problem(initially(F, V), Theory, error, not_boolean(F, V)) :-
+    callable(F),
+    nonvar(V),
+    \+ memberchk(V, [true, false]),
+    theory_module(Theory, Module),
+    generalised(F, G),
+    clause(Module:rel_fluent(G), _),
+    \+ clause(Module:fun_fluent(G), _),
+    !.
 
 generalised(T, G) :-
     callable(T),
     functor(T, Name, Arity, Type),
     functor(G, Name, Arity, Type).
 
-wrong(poss(A, _), T, error, unknown_action(poss, A)) :-
-    unknown_action(T, A).
-wrong(causes_val(A, _, _, _), T, error, unknown_action(effect, A)) :-
-    unknown_action(T, A).
-wrong(causes_val(_, F, _, _), T, error, unknown_fluent(effect, F)) :-
-    unknown_fluent(T, F).
-wrong(causes_true(A, _, _), T, error, unknown_action(effect, A)) :-
-    unknown_action(T, A).
-wrong(causes_true(_, F, _), T, error, unknown_fluent(effect, F)) :-
-    unknown_fluent(T, F).
-wrong(causes_false(A, _, _), T, error, unknown_action(effect, A)) :-
-    unknown_action(T, A).
-wrong(causes_false(_, F, _), T, error, unknown_fluent(effect, F)) :-
-    unknown_fluent(T, F).
-wrong(senses(A, _), T, error, unknown_action(sensing, A)) :-
-    unknown_action(T, A).
-wrong(senses(_, F), T, error, unknown_fluent(sensing, F)) :-
-    unknown_fluent(T, F).
-wrong(senses(A, _, _, _, _), T, error, unknown_action(sensing, A)) :-
-    unknown_action(T, A).
-wrong(senses(_, _, F, _, _), T, error, unknown_fluent(sensing, F)) :-
-    unknown_fluent(T, F).
-wrong(initially(F, _), T, error, unknown_fluent(initial, F)) :-
-    unknown_fluent(T, F).
-
 unknown_action(Theory, A) :-
     callable(A),
+    A \== none,
     \+ A = set(_), \+ A = unset(_), \+ A = sim(_),
     generalised(A, G),
     \+ action_template(Theory, G, _).
 
 unknown_fluent(Theory, F) :-
     callable(F),
+    F \== none,
     \+ F = (_,_),
     generalised(F, G),
     \+ fluent_template(Theory, G, _).
@@ -131,91 +221,7 @@ unknown_fluent(Theory, F) :-
 
 program_problems(Program, Problems) :-
     current_theory(Theory),
+    bound_names(Program, Names),
     findall(problem(Kind, program, 0, What),
-            wrong_part(Program, program, Theory, Kind, What),
+            program_problem(Program, in(program, Names), Theory, Kind, What),
             Problems).
-
-% A procedure whose body is a formula is an abbreviation; only bodies that are
-% certainly programs are looked into.
-wrong_part(Program, In, Theory, error, unknown_call(In, Call)) :-
-    ( In == program -> true ; is_program(Program) ),
-    called(Program, Call),
-    callable(Call),
-    generalised(Call, G),
-    \+ action_template(Theory, G, _),
-    theory_module(Theory, Module),
-    \+ clause(Module:proc(G, _), _).
-
-is_program(P) :-
-    nonvar(P),
-    (   P = [_|_]
-    ;   construct(P, _)
-    ;   P = ?(_)
-    ).
-
-%   called(+Program, -Call): Call stands where an action or a procedure must.
-
-called(P, _) :-
-    var(P),
-    !,
-    fail.
-called([], _) :-
-    !,
-    fail.
-called([E|L], Call) :-
-    !,
-    (   called(E, Call)
-    ;   called(L, Call)
-    ).
-called(P, _) :-
-    leaf(P),
-    !,
-    fail.
-called(P, Call) :-
-    construct(P, Parts),
-    !,
-    is_list(Parts),
-    member(E, Parts),
-    called(E, Call).
-called(P, P).
-
-leaf(?(_)).
-leaf(??(_)).
-leaf(wait).
-leaf(abort).
-leaf(commit).
-leaf(stop_interrupts).
-leaf(set(_)).
-leaf(unset(_)).
-leaf(abort(_)).
-
-construct(ndet(E, F), [E, F]).
-construct(wndet(E, F), [E, F]).
-construct(rndet(E, F), [E, F]).
-construct(if(_, E), [E]).
-construct(if(_, E, F), [E, F]).
-construct(while(_, E), [E]).
-construct(star(E), [E]).
-construct(star(E, _), [E]).
-construct(pi(_, E), [E]).
-construct(pi(_, _, E), [E]).
-construct(rpi(_, E), [E]).
-construct(rpi(_, _, E), [E]).
-construct(for(_, _, E), [E]).
-construct(conc(E, F), [E, F]).
-construct(pconc(E, F), [E, F]).
-construct(iconc(E), [E]).
-construct(rconc(E, F), [E, F]).
-construct(rconc(Es), Es).
-construct(rrobin(Es), Es).
-construct(sync(Es), Es).
-construct(interrupt(_, E), [E]).
-construct(interrupt(_, _, E), [E]).
-construct(prioritized_interrupts(Es), Es).
-construct(gexec(_, E), [E]).
-construct(goal(_, E, _, F), [E, F]).
-construct(atomic(E), [E]).
-construct(time(E, _), [E]).
-construct(ttime(E, _), [E]).
-construct(search(E), [E]).
-construct(search(E, _), [E]).

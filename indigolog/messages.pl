@@ -77,19 +77,90 @@ message(problem(File, Line, What)) -->
 
 problem(unknown_action(Axiom, A)) -->
     { functor(A, Name, Arity) },
-    [ '~w axiom for ~q, which is not a declared action'-[Axiom, Name/Arity] ].
+    [ '~w axiom for ~q, which is not a declared action'-[Axiom, Name/Arity] ],
+    hint(A).
 problem(unknown_fluent(Axiom, F)) -->
     { functor(F, Name, Arity) },
-    [ '~w axiom for ~q, which is not a declared fluent'-[Axiom, Name/Arity] ].
+    [ '~w axiom for ~q, which is not a declared fluent'-[Axiom, Name/Arity] ],
+    hint(F).
 problem(unknown_call(In, Call)) -->
     { functor(Call, Name, Arity) },
-    [ '~p: ~q is neither an action nor a procedure of the theory'-[In, Name/Arity] ].
+    inside(In),
+    [ '~q is neither an action nor a procedure of the theory'-[Name/Arity] ],
+    hint(Call).
+problem(no_program(In, E)) -->
+    inside(In),
+    [ '~q stands where a program must'-[E] ].
+problem(no_formula(In, P)) -->
+    inside(In),
+    [ '~q stands where a formula must'-[P] ].
+problem(unknown_formula(In, P)) -->
+    { functor(P, Name, Arity) },
+    inside(In),
+    [ '~q is neither a fluent nor an abbreviation nor a predicate'-[Name/Arity] ],
+    hint(P).
+problem(fluent_arity(In, F, Declared)) -->
+    { functor(F, Name, Arity) },
+    inside(In),
+    [ '~q has the name of the fluent ~q'-[Name/Arity, Declared] ].
+problem(no_number(In, T)) -->
+    inside(In),
+    [ '~q is compared as a number and is no fluent'-[T] ].
+problem(no_domain(In, D)) -->
+    inside(In),
+    [ 'the domain ~q is neither a list nor a predicate of one argument'-[D] ].
+problem(unused(In, Construct, V)) -->
+    inside(In),
+    [ '~w binds ~q, which is not used'-[Construct, V] ].
 problem(no_poss(A)) -->
     { functor(A, Name, Arity) },
     [ 'action ~q has no precondition axiom and will never be possible'-[Name/Arity] ].
 problem(no_initial(F)) -->
     { functor(F, Name, Arity) },
     [ 'fluent ~q has no initial value'-[Name/Arity] ].
+problem(no_initial_value(F)) -->
+    [ 'fluent ~q has no initial value'-[F] ].
+problem(two_kinds(F)) -->
+    { functor(F, Name, Arity) },
+    [ 'fluent ~q is declared relational and functional'-[Name/Arity] ].
+problem(two_uses(P)) -->
+    { functor(P, Name, Arity) },
+    [ 'procedure ~q has the name of an action or a fluent, and hides it'-[Name/Arity] ].
+problem(not_relational(F)) -->
+    { functor(F, Name, Arity) },
+    [ 'causes_true and causes_false are for relational fluents, ~q is functional'-[Name/Arity] ].
+problem(not_boolean(F, V)) -->
+    { functor(F, Name, Arity) },
+    [ 'relational fluent ~q is initially ~q, neither true nor false'-[Name/Arity, V] ].
+problem(axiom_arity(Given, Expected)) -->
+    [ '~q has the wrong number of arguments: '-[Given] ],
+    alternatives(Expected).
+problem(recursion(Name, Path)) -->
+    { functor(Name, F, N),
+      length(Path, Length),
+      Steps is Length-1 },
+    [ 'procedure ~q can come back to itself, in ~D call(s), before any action or test'-[F/N, Steps] ].
+
+inside(in(In, _)) -->
+    (   { nonvar(In), In = of(What, A) }
+    ->  { functor(A, Name, Arity) },
+        [ '~w of ~q: '-[What, Name/Arity] ]
+    ;   { In == program }
+    ->  [ 'program: '-[] ]
+    ;   { functor(In, Name, Arity) },
+        [ 'procedure ~q: '-[Name/Arity] ]
+    ).
+
+% Another number of arguments may have been meant.
+hint(Term) -->
+    (   { indigolog_theory:current_theory(Theory),
+          indigolog_program_checks:near_miss(Theory, Term, Declared) }
+    ->  [ '; there is ~q'-[Declared] ]
+    ;   []
+    ).
+
+alternatives([PI]) --> [ 'it is ~q'-[PI] ].
+alternatives([PI, PI2|PIs]) --> [ '~q or '-[PI] ], alternatives([PI2|PIs]).
 
 error_text(search_option(Option)) -->
     [ '~q is not an option of search/2: strategy(depth, breadth, iterative, best, astar or beam(Width)), '-[Option], nl,

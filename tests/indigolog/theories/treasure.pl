@@ -1,7 +1,6 @@
 % A treasure lies in one of three boxes; what the agent knows of it are possible values.
 fun_fluent(at).
 fun_fluent(treasure).
-fun_fluent(key).
 rel_fluent(rich).
 rel_fluent(lamp).
 

@@ -1,0 +1,101 @@
+:- module(test_indigolog_wrong,
+          [ print_documented/0
+          ]).
+:- use_module(library(plunit)).
+:- use_module(library(apply), [maplist/3, partition/4]).
+:- use_module(library(lists), [append/3, member/2, nth1/3]).
+:- use_module(library(readutil), [read_file_to_string/3]).
+:- use_module('../../indigolog/checks').
+:- use_module('../../indigolog/indigolog').
+
+/** <module> What docs/wrong_theories.md says is printed for each wrong theory is printed
+
+In a theory of that page, a line `?- PROGRAM` is a program to check with it.
+*/
+
+% documented(-Title, -Theory, -Printed): lists of lines.
+documented(Title, Theory, Printed) :-
+    module_property(test_indigolog_wrong, file(Here)),
+    file_directory_name(Here, Folder),
+    atom_concat(Folder, '/../../docs/wrong_theories.md', File),
+    read_file_to_string(File, Text, [encoding(utf8)]),
+    split_string(Text, "\n", "", Lines),
+    nth1(I, Lines, Heading),
+    string_concat("## ", Title, Heading),
+    length(Before, I),
+    append(Before, Rest, Lines),
+    block("```prolog", Rest, Theory, Rest1),
+    block("```text", Rest1, Printed, _).
+
+block(Fence, Lines, Block, Rest) :-
+    append(_, [Fence|Lines1], Lines),
+    !,
+    append(Block, ["```"|Rest], Lines1),
+    !.
+
+% printed(+Theory, -Lines): what checking it prints, each with kind and line.
+printed(Theory, Lines) :-
+    partition([L]>>string_concat("?- ", _, L), Theory, Queries, Clauses),
+    setup_call_cleanup(
+        tmp_file_stream(File, Stream, [encoding(utf8), extension(pl)]),
+        ( forall(member(Clause, Clauses), format(Stream, "~s~n", [Clause])),
+          close(Stream),
+          checked(File, Queries, Problems) ),
+        delete_file(File)),
+    maplist(line, Problems, Lines).
+
+checked(File, Queries, Problems) :-
+    catch(( load_theory(File),
+            theory_problems(Problems0),
+            findall(P, ( member(Query, Queries),
+                         string_concat("?- ", Text, Query),
+                         term_string(Program, Text),
+                         program_problems(Program, Ps),
+                         member(P, Ps) ),
+                    Problems1),
+            append(Problems0, Problems1, Problems) ),
+          error(Formal, _),
+          Problems = [Formal]).
+
+line(problem(Kind, _, Line, What), Text) :-
+    !,
+    once(phrase(indigolog_messages:problem(What), Parts)),
+    rendered(Parts, Message),
+    (   Line =:= 0
+    ->  format(string(Text), "~w: ~s", [Kind, Message])
+    ;   format(string(Text), "~w, line ~d: ~s", [Kind, Line, Message])
+    ).
+line(golog(Error), Text) :-
+    without_file(Error, Error1),
+    once(phrase(indigolog_messages:error_text(Error1), Parts)),
+    rendered(Parts, Message),
+    format(string(Text), "error: ~s", [Message]).
+
+without_file(module_header(_, Own), Error) => Error = module_header('theory.pl', Own).
+without_file(load(_, Count), Error) => Error = load(['theory.pl'], Count).
+without_file(Error0, Error) => Error = Error0.
+
+rendered(Parts, Text) :-
+    with_output_to(string(Text0), print_message_lines(current_output, '', Parts)),
+    split_string(Text0, "", "\n", [Text]).
+
+%!  print_documented is det.
+%
+%   Print what each theory of the page gives now.
+
+print_documented :-
+    forall(documented(Title, Theory, _),
+           ( printed(Theory, Lines),
+             format("## ~s~n", [Title]),
+             forall(member(Line, Lines), format("~s~n", [Line])) )).
+
+:- begin_tests(wrong_theories).
+
+test(printed, [forall(documented(Title, Theory, Expected)), true(Title-Lines == Title-Expected)]) :-
+    printed(Theory, Lines).
+
+test(all_are_wrong, true(Count >= 25)) :-
+    findall(T, ( documented(T, _, Printed), Printed \== [] ), Titles),
+    length(Titles, Count).
+
+:- end_tests(wrong_theories).
