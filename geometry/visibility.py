@@ -7,7 +7,6 @@ signed distances of the two ends of the line: no ray is cast per sample.
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model
+from geometry.occluders import Solid, hidden_part, near_line, occluders, tiled
 from geometry.pose import Pose
 
 Floats = NDArray[np.float64]
@@ -47,21 +47,6 @@ class Samples:
     image: Floats
     image_direction: Floats
     px: Floats
-
-
-class Solid(NamedTuple):
-    """A model as the kernels take it; see Model for the meanings."""
-
-    vertices: Floats
-    lines: Ints
-    line_faces: Ints
-    smooth: Flags
-    triangles: Ints
-    triangle_face: Ints
-    face_point: Floats
-    face_normal: Floats
-    two_sided: Flags
-    diameter: float
 
 
 def solid_of(model: Model) -> Solid:
@@ -122,79 +107,14 @@ def _clipped(ends: Floats, bounds: Floats) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def _occluders(
-    solid: Solid, towards: Flags, points: Floats, near: float, intrinsics: Floats
-) -> tuple[Floats, Floats]:
-    """Triangles that can hide something.
-
-    Returns
-    -------
-    planes : (K, 14), the inner normals of the cone's three sides, then unit normal and offset of the
-        triangle's plane, positive behind it, and the least depth.
-    boxes : (K, 4), bounds in the image; everything when a corner is not in front.
-    """
-    planes = np.empty((len(solid.triangles), 14))
-    boxes = np.empty((len(solid.triangles), 4))
-    count = 0
-    for i in range(len(solid.triangles)):
-        face = solid.triangle_face[i]
-        if not (towards[face] or solid.two_sided[face]):
-            continue
-        corners = solid.triangles[i]
-        if points[corners[0], 2] < near and points[corners[1], 2] < near and points[corners[2], 2] < near:
-            continue
-        row, box = planes[count], boxes[count]
-        for k in range(3):
-            a, b = corners[k], corners[(k + 1) % 3]
-            row[3 * k] = points[a, 1] * points[b, 2] - points[a, 2] * points[b, 1]
-            row[3 * k + 1] = points[a, 2] * points[b, 0] - points[a, 0] * points[b, 2]
-            row[3 * k + 2] = points[a, 0] * points[b, 1] - points[a, 1] * points[b, 0]
-        c = corners[2]
-        volume = row[0] * points[c, 0] + row[1] * points[c, 1] + row[2] * points[c, 2]
-        for k in range(3):
-            row[9 + k] = row[k] + row[3 + k] + row[6 + k]  # (b − a) × (c − a)
-        length = math.sqrt(row[9] * row[9] + row[10] * row[10] + row[11] * row[11])
-        if abs(volume) <= 1e-12 * length * solid.diameter:
-            continue  # seen edge-on
-        sign = 1.0 if volume > 0.0 else -1.0
-        for k in range(9):
-            row[k] *= sign
-        for k in range(9, 12):
-            row[k] *= sign / length
-        row[12] = abs(volume) / length
-        row[13] = min(points[corners[0], 2], points[corners[1], 2], points[c, 2])
-        box[0] = box[1] = np.inf
-        box[2] = box[3] = -np.inf
-        for k in range(3):
-            depth = points[corners[k], 2]
-            if depth < near:
-                box[0] = box[1] = -np.inf
-                box[2] = box[3] = np.inf
-                break
-            x = intrinsics[0] * points[corners[k], 0] / depth + intrinsics[2]
-            y = intrinsics[1] * points[corners[k], 1] / depth + intrinsics[3]
-            box[0], box[1] = min(box[0], x), min(box[1], y)
-            box[2], box[3] = max(box[2], x), max(box[3], y)
-        count += 1
-    return planes[:count], boxes[:count]
-
-
-@njit(cache=True)
-def _hidden_part(plane: Floats, start: Floats, end: Floats, touch: float) -> tuple[float, float]:
-    """Interval (from, to) of the segment start–end that a triangle hides; from > to: nothing."""
-    low, high = 0.0, 1.0
-    for k in range(4):
-        at_start = plane[3 * k] * start[0] + plane[3 * k + 1] * start[1] + plane[3 * k + 2] * start[2]
-        at_end = plane[3 * k] * end[0] + plane[3 * k + 1] * end[1] + plane[3 * k + 2] * end[2]
-        if k == 3:
-            at_start -= plane[12] + touch
-            at_end -= plane[12] + touch
-        if at_start < 0.0:
-            if at_end < 0.0:
-                return 1.0, 0.0
-            low = max(low, at_start / (at_start - at_end))
-        elif at_end < 0.0:
-            high = min(high, at_start / (at_start - at_end))
+def _extent(ends: Floats) -> tuple[Floats, Floats]:
+    """Least and greatest x, y (2,) of segments (N, 4); 0 without any."""
+    low, high = np.zeros(2), np.zeros(2)
+    for k in range(2):
+        for i in range(len(ends)):
+            least, most = min(ends[i, k], ends[i, k + 2]), max(ends[i, k], ends[i, k + 2])
+            low[k] = least if i == 0 else min(low[k], least)
+            high[k] = most if i == 0 else max(high[k], most)
     return low, high
 
 
@@ -283,7 +203,11 @@ def trace(
         kept_count += 1
         total += max(1, int(length / spacing_px + 0.5))
 
-    planes, boxes = _occluders(solid, towards, points, near, intrinsics)
+    planes, boxes = occluders(solid, towards, points, near, intrinsics)
+    tiles = tiled(boxes, *_extent(seen[:kept_count]))
+    stamp = np.full(len(planes), -1, dtype=np.int64)
+    listed = np.empty(len(planes), dtype=np.int64)
+    span = np.empty(4)
     line = np.empty(total, dtype=np.int64)
     out = np.empty((total, 3))
     image = np.empty((total, 2))
@@ -293,15 +217,18 @@ def trace(
     hidden = np.empty((max(1, len(planes)), 2))
     for j in range(kept_count):
         i, ends, ends3 = kept[j], seen[j], cut[j]
-        left, right = min(ends[0], ends[2]), max(ends[0], ends[2])
-        top, bottom = min(ends[1], ends[3]), max(ends[1], ends[3])
+        span[0], span[2] = min(ends[0], ends[2]), max(ends[0], ends[2])
+        span[1], span[3] = min(ends[1], ends[3]), max(ends[1], ends[3])
         farthest = max(ends3[0, 2], ends3[1, 2])
         intervals = 0
-        for k in range(len(planes)):
+        for m in range(near_line(tiles, span, stamp, j, listed)):
+            k = listed[m]
             box = boxes[k]
-            if box[0] > right or box[2] < left or box[1] > bottom or box[3] < top or planes[k, 13] > farthest:
+            if planes[k, 13] > farthest or box[0] > span[2] or box[2] < span[0]:
                 continue
-            low, high = _hidden_part(planes[k], ends3[0], ends3[1], touch)
+            if box[1] > span[3] or box[3] < span[1]:
+                continue
+            low, high = hidden_part(planes[k], ends3[0], ends3[1], touch)
             if low <= high:
                 hidden[intervals, 0], hidden[intervals, 1] = low, high
                 intervals += 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -18,12 +18,12 @@ from vision_server.candidates import Refined, Refiner
 from vision_server.confidence import ambiguity, confidence, quality
 from vision_server.covariance import pose_covariance, uncertainty
 from vision_server.evidence import Evidence, LineEvidence
-from vision_server.gradients import SCALES_PX
+from vision_server.gradients import SCALES_PX, GradientChannel
 from vision_server.image_set import ImageSet
 from vision_server.matching import MATCHERS, Match, SearchRange, match_genetic
 from vision_server.matching.match import distinct
 from vision_server.refinement import KNOWN_TONE_SD_PX
-from vision_server.segments import Segments, extract_segments
+from vision_server.segments import extract_segments
 
 Floats = NDArray[np.float64]
 
@@ -130,21 +130,34 @@ def estimate_pose(
     if settings.edge_contrast_grey > 0.0:
         segments = segments.take(segments.strength >= settings.edge_contrast_grey)
     watch.lap("linking")
-    match = _matched(segments, model, camera, seed_pose, settings)
+    estimate = pose_of_segments(segments.endpoints, channels, model, camera, seed_pose, settings)
+    return replace(estimate, seconds={**watch.seconds, **estimate.seconds})
+
+
+def pose_of_segments(
+    endpoints: Floats,
+    channels: Sequence[GradientChannel],
+    model: Model,
+    camera: Camera,
+    seed_pose: Pose,
+    settings: PipelineSettings = PipelineSettings(),
+) -> Estimate:
+    """Match segments (N, 4) px, from wherever they come, and refine on the channels; errors as above."""
+    watch = _Stopwatch()
+    match = _matched(endpoints, model, camera, seed_pose, settings)
     watch.lap("matching")
     least = SCALES_PX.index(settings.refinement_scale_px)
     refiner = Refiner(channels, model, camera, least, settings.tone_sd_px)
     estimate = _best(refiner.best_first(_worth_refining(match)))
     watch.lap("refinement")
-    return _with(estimate, len(segments), watch.seconds)
+    return replace(estimate, segments=len(endpoints), seconds=watch.seconds)
 
 
 def _matched(
-    segments: Segments, model: Model, camera: Camera, seed_pose: Pose, settings: PipelineSettings
+    ends: Floats, model: Model, camera: Camera, seed_pose: Pose, settings: PipelineSettings
 ) -> Match:
     if settings.matcher not in MATCHERS:
         raise BadInput(f"Unknown matcher {settings.matcher!r}.", f"Use {' or '.join(sorted(MATCHERS))}.")
-    ends = segments.endpoints
     if camera.distorted and len(ends):
         ends = np.ascontiguousarray(camera.undistort_points(ends.reshape(-1, 2)).reshape(-1, 4))
     matcher = MATCHERS[settings.matcher]
@@ -187,7 +200,3 @@ def _best(refined: list[Refined]) -> Estimate:
         rivals=tuple(Rival(other.solution.pose, quality(other.evidence) / own) for other in others),
         evidence=best.evidence,
     )
-
-
-def _with(estimate: Estimate, segments: int, seconds: dict[str, float]) -> Estimate:
-    return Estimate(**{**vars(estimate), "segments": segments, "seconds": seconds})

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
+from geometry.occluders import Solid
 from geometry.pose import Pose
-from geometry.visibility import MIN_LINE_PX, Solid, solid_of, trace
+from geometry.visibility import MIN_LINE_PX, solid_of, trace
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
