@@ -5,12 +5,13 @@ export PYTHON
 VENV    = .venv/bin/python
 KERNELS = $(shell find geometry vision_server image_server -name '*.py')
 
-.PHONY: dock test bench setup check clean help
+.PHONY: dock test test-v4l2 bench setup check clean help
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make dock    run a session on the simulator (options: make dock ARGS='--seed 7')"
 	@echo "make test    run every test"
+	@echo "make test-v4l2  the camera against a real kernel driver, in a guest (a few minutes)"
 	@echo "make bench   measure; one JSON object a line"
 	@echo "make check   ruff, mypy, and Prolog loading without warnings"
 	@echo "make setup   what the others do first"
@@ -40,6 +41,9 @@ dock: setup
 test: setup check
 	swipl -g main tests/run.pl
 	$(VENV) -m pytest
+
+test-v4l2: setup
+	@setup/test-v4l2
 
 check: setup
 	$(VENV) -m ruff check .

@@ -2,8 +2,10 @@
 
 import typer
 
+from image_server.commands.calibrate import calibrate
 from image_server.commands.emulate import emulate
 from image_server.commands.hardware import cameras, hardware
+from image_server.commands.record import record
 from image_server.commands.replay import replay
 from image_server.commands.simulate import simulator
 from image_server.commands.warm import warm
@@ -18,7 +20,9 @@ app.command()(replay)
 app.command()(simulator)
 app.command()(hardware)
 app.command()(cameras)
+app.command()(calibrate)
 app.command()(emulate)
+app.command()(record)
 app.command()(warm)
 
 

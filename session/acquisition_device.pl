@@ -40,8 +40,8 @@ results, events as exogenous actions.  Pixels stay on the other side.
 %!  open_acquisition(+Options) is det.
 %
 %   Connect to the servers.  Options: image_server(Endpoint),
-%   vision_server(Endpoint), alive(:Goal) called while waiting, start(Args) for
-%   the request `start`, threshold(Px), max_iterations(N).
+%   vision_server(Endpoint), alive(:Goal) called while waiting, timeout(Seconds) of
+%   a request, start(Args) for the request `start`, threshold(Px), max_iterations(N).
 
 open_acquisition(Options) :-
     close_acquisition,
@@ -53,7 +53,8 @@ open_acquisition(Options) :-
 
 open_server(Name, Endpoint, Options) :-
     option(alive(Alive), Options, true),
-    client_open(Endpoint, Client, [alive(Alive), timeout(60)]),
+    option(timeout(Seconds), Options, 60),
+    client_open(Endpoint, Client, [alive(Alive), timeout(Seconds)]),
     assertz(connection(Name, Client)).
 
 %!  close_acquisition is det.

@@ -80,8 +80,10 @@ start_servers(Options, Plan, Folder) :-
     ;   true
     ),
     start_arguments(Options, Plan, ImageServer, Folder, Args),
+    % a server of our own is known to live while it is slow
+    (   StartImageServer == true, StartVisionServer == true -> Timeout = 240 ; Timeout = 60 ),
     open_acquisition([ image_server(ImageServer), vision_server(VisionServer),
-                       alive(session:check_servers), start(Args) | Options ]).
+                       alive(session:check_servers), timeout(Timeout), start(Args) | Options ]).
 
 start(Name, Arguments, Folder) :-
     atom_concat(Name, '.log', Log),

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from image_server.hardware import Hardware
 
 
-@dataclass(frozen=True, kw_only=True)
-class Laboratory:
-    """Which camera and lights, and what is known of camera and target."""
+CAMERA = typer.Option(metavar="DEV_OR_TOML", help="A V4L2 device such as /dev/video0, or a camera file.")
 
-    camera: Annotated[
-        str, typer.Option(metavar="DEV_OR_TOML", help="A V4L2 device such as /dev/video0, or a camera file.")
-    ]
+
+@dataclass(frozen=True, kw_only=True)
+class Equipment:
+    """Lights, and what is known of camera and target."""
+
     lights: Annotated[
         str | None,
         typer.Option(metavar="DEV_OR_TOML", help="A serial device such as /dev/ttyUSB0, or a lights file."),
@@ -44,6 +44,13 @@ class Laboratory:
             help="Turn the lights off when no request has come for so long; 0: never. Default: lights file.",
         ),
     ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Laboratory(Equipment):
+    """A camera with its equipment."""
+
+    camera: Annotated[str, CAMERA]
 
 
 @grouped

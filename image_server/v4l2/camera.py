@@ -11,8 +11,8 @@ from bridge.errors import BadInput, DeviceError
 from bridge.messages import SettingRange, Settings
 from image_server.v4l2.camera_file import Axis, CameraFile, proposal
 from image_server.v4l2.controls import SETTABLE, Control, controls, read_control, write_control
-from image_server.v4l2.node import Node, Trace
-from image_server.v4l2.stream import START_DEADLINE_S, Freshness, Stream, StreamFormat
+from image_server.v4l2.node import Node
+from image_server.v4l2.stream import START_DEADLINE_S, Freshness, Stamp, Stream, StreamFormat
 
 ATTEMPTS = 2
 """Times that a frame is asked for: a stream that has stalled is started again once."""
@@ -44,7 +44,7 @@ class V4L2Camera:
     Parameters
     ----------
     file : its camera file; what that leaves out is proposed from the camera's list of controls.
-    trace : told of every request to the driver.
+    node : its device node, where that is open already.
 
     Raises
     ------
@@ -52,8 +52,8 @@ class V4L2Camera:
     DeviceError : busy, gone, or a control that refuses.
     """
 
-    def __init__(self, file: CameraFile, trace: Trace | None = None) -> None:
-        self._node = Node(file.device, trace)
+    def __init__(self, file: CameraFile, node: Node | None = None) -> None:
+        self._node = node or Node(file.device)
         self._stream: Stream | None = None
         self._retries = self._lost = self._damaged = self._dropped = 0
         self._set: dict[str, int] = {}
@@ -77,6 +77,11 @@ class V4L2Camera:
         """Card, driver and place of the camera."""
         node = self._node
         return f"{node.card} ({node.driver}, {node.bus}) at {node.path}"
+
+    @property
+    def card(self) -> str:
+        """The camera's own name."""
+        return self._node.card
 
     @property
     def size(self) -> tuple[int, int]:
@@ -115,6 +120,26 @@ class V4L2Camera:
                 self._retries += 1
                 self._restart()
         raise AssertionError("unreachable: the last attempt returns or raises")
+
+    def set_control(self, name: str, value: int) -> None:
+        """Set one control, whatever the camera file says.
+
+        Raises
+        ------
+        BadInput : no such control, or a value out of its range.
+        DeviceError : the control refuses, or does not keep the value.
+        """
+        if write_control(self._node, self._control(name), value) != value:
+            raise DeviceError(
+                f"The camera {self._node.path} does not keep {name} = {value}.", "Is an automatic mode on?"
+            )
+        self._set.pop(name, None)
+
+    def next_frame(self) -> tuple[NDArray[np.uint8], Stamp]:
+        """The next frame in the driver's queue, however old."""
+        stream = self._streaming()
+        period = stream.period_s or ASSUMED_PERIOD_S
+        return stream.frame(time.monotonic() + START_DEADLINE_S + 4 * period)
 
     def ranges(self) -> tuple[SettingRange, ...]:
         """Every control of the camera with unit, range and step, as `control.NAME`."""
@@ -252,18 +277,21 @@ class V4L2Camera:
             | {"controls": proposed.controls, "shutter": proposed.shutter}
         )
 
+    def _control(self, name: str) -> Control:
+        if name not in self.controls:
+            raise BadInput(
+                f"The camera {self._node.path} ({self._node.card}) has no control {name}.",
+                f"It has {', '.join(self.controls) or 'none'}.",
+            )
+        return self.controls[name]
+
     def _check_controls(self) -> None:
         wanted = [(name, value) for name, value in self.file.controls.items()]
         for axis in self._axes.values():
             assert axis.control is not None
             wanted += [(axis.control, value) for _, value in axis.steps]
         for name, value in wanted:
-            control = self.controls.get(name)
-            if control is None:
-                raise BadInput(
-                    f"The camera {self._node.path} ({self._node.card}) has no control {name}.",
-                    f"It has {', '.join(self.controls) or 'none'}.",
-                )
+            control = self._control(name)
             if control.read_only or control.kind not in SETTABLE:
                 raise BadInput(
                     f"{self._node.path}: the control {name} cannot be set.",

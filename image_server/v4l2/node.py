@@ -7,7 +7,6 @@ import os
 import select
 import stat
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +21,6 @@ DEVICE_CAPS = int(v4l2.V4L2_CAP_DEVICE_CAPS)
 GONE = (errno.ENODEV, errno.ENXIO, errno.EPIPE)
 UNPLUGGED_HINT = "Was it unplugged? Connect it and start again."
 
-Trace = Callable[[str, bytes, bytes, int], None]
-"""Told of every request: its name, argument before and after as bytes, and errno (0: done)."""
-
 
 class Node:
     """A capture node, open for this process alone to stream from.
@@ -32,7 +28,6 @@ class Node:
     Parameters
     ----------
     path : device node, e.g. /dev/video0.
-    trace : told of every request made.
 
     Raises
     ------
@@ -40,9 +35,8 @@ class Node:
     DeviceError : the node is there but cannot be opened.
     """
 
-    def __init__(self, path: str, trace: Trace | None = None) -> None:
+    def __init__(self, path: str) -> None:
         self.path = path
-        self._trace = trace
         self._fd = _open(path)
         try:
             self.capability = self._checked_capability()
@@ -72,17 +66,7 @@ class Node:
         ------
         OSError : the driver's refusal, for the caller to put into words.
         """
-        number, _ = REQUESTS[name]
-        before = bytes(argument) if self._trace is not None else b""
-        failure = 0
-        try:
-            fcntl.ioctl(self._fd, number, argument)
-        except OSError as error:
-            failure = error.errno or errno.EIO
-            raise
-        finally:
-            if self._trace is not None:
-                self._trace(name, before, bytes(argument), failure)
+        fcntl.ioctl(self._fd, REQUESTS[name][0], argument)
         return argument
 
     def map(self, offset: int, length: int) -> mmap.mmap:

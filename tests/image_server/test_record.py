@@ -1,0 +1,201 @@
+"""Recording: what is replayed from a recorded stack is what the device would have shown."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from bridge.errors import BadInput
+from bridge.messages import Describe, Settings
+from image_server.commands.record import parsed_settings
+from image_server.device import Device, Frame
+from image_server.record import record_basis, record_frames
+from image_server.replay import Replay
+from image_server.simulator import Simulator
+from image_server.simulator.scenario import load_scenario
+from image_server.stack import BasisStack, load_stack
+from image_server.toml_text import toml_text
+
+APERTURE = 4.0
+SETTINGS = [
+    Settings(lights=(7, 0, 0), shutter_s=1 / 60, aperture=APERTURE),
+    Settings(lights=(0, 3, 5), shutter_s=1 / 120, aperture=5.6),
+    Settings(lights=(0, 0, 0), shutter_s=1 / 15, aperture=2.8),
+]
+
+
+def ignore(_text: str) -> None:
+    """Nobody watches."""
+
+
+@pytest.fixture(scope="module")
+def simulator() -> Simulator:
+    return Simulator("cube", "nominal", seed=5)
+
+
+def test_frames_come_back_bit_for_bit(simulator: Simulator, tmp_path: Path) -> None:
+    taken: list[Frame] = []
+
+    class Watched(Device):
+        name = "watched"
+
+        def describe(self) -> Describe:
+            return simulator.describe()
+
+        def capture(self, settings: Settings) -> Frame:
+            taken.append(simulator.capture(settings))
+            return taken[-1]
+
+        def health(self) -> dict[str, object]:
+            return simulator.health()
+
+    done = record_frames(Watched(), tmp_path / "stack", SETTINGS, repeat=2, progress=ignore)
+    assert (done.frames, done.unverified) == (6, 0)
+    replay = Replay(load_stack(tmp_path / "stack"))
+    for frame in taken:
+        replayed = replay.capture(frame.applied)
+        assert np.array_equal(replayed.pixels, frame.pixels)
+        assert replayed.applied == frame.applied
+    assert not np.array_equal(taken[0].pixels, taken[1].pixels)  # each is a frame of its own
+
+
+def test_a_recording_of_a_recording_is_the_same(simulator: Simulator, tmp_path: Path) -> None:
+    record_frames(simulator, tmp_path / "first", SETTINGS, repeat=1, progress=ignore)
+    first = Replay(load_stack(tmp_path / "first"))
+    record_frames(first, tmp_path / "second", SETTINGS, repeat=1, progress=ignore)
+    for name in ("frame0001.png", "frame0003.png", "cube.cao"):
+        assert (tmp_path / "first" / name).read_bytes() == (tmp_path / "second" / name).read_bytes()
+
+
+@pytest.mark.parametrize(("noisy", "average", "share"), [(False, 1, 0.9999), (True, 8, 0.97)])
+def test_a_basis_replays_within_one_grey_level(
+    simulator: Simulator, tmp_path: Path, noisy: bool, average: int, share: float
+) -> None:
+    """What differs is rounding, and what the averaging has left of the photons' noise."""
+    nominal = load_scenario("nominal")
+    noiseless = msgspec.structs.replace(nominal.camera, read_noise_e=0.0, full_well_e=1e12)
+    truth = Simulator("cube", msgspec.structs.replace(nominal, camera=noiseless), seed=5)
+    at = Settings(lights=(0, 0, 0), shutter_s=1 / 60, aperture=APERTURE)
+    source = simulator if noisy else truth
+    record_basis(source, tmp_path / "stack", at, average=average, black=0.0, progress=ignore)
+    stack = load_stack(tmp_path / "stack")
+    assert isinstance(stack, BasisStack)
+    assert stack.table.camera.apertures == (APERTURE,)
+    camera = msgspec.structs.replace(stack.table.camera, read_noise_e=0.0, full_well_e=1e12)
+    table = msgspec.structs.replace(stack.table, camera=camera)
+    replay = Replay(BasisStack(stack.folder, table, stack.radiances, stack.ambient))
+    for lights in ((7, 0, 0), (0, 7, 0), (0, 0, 0), (2, 5, 3), (7, 7, 7)):
+        for shutter_s in (1 / 240, 1 / 60, 1 / 15):
+            asked = Settings(lights=lights, shutter_s=shutter_s, aperture=APERTURE)
+            difference = np.abs(truth.capture(asked).pixels.astype(int) - replay.capture(asked).pixels)
+            assert (difference <= 1).mean() >= share
+            assert difference.mean() < 0.2
+
+
+def test_a_camera_that_is_not_linear_makes_no_basis(simulator: Simulator, tmp_path: Path) -> None:
+    class Curved(Device):
+        """A simulator behind a tone curve that its description does not tell of."""
+
+        name = "curved"
+
+        def describe(self) -> Describe:
+            return simulator.describe()
+
+        def capture(self, settings: Settings) -> Frame:
+            frame = simulator.capture(settings)
+            pixels = np.rint(255 * (frame.pixels / 255) ** (1 / 2.2)).astype(np.uint8)
+            return Frame(pixels, settings, frame.applied, True, frame.sequence, 0.0)
+
+        def health(self) -> dict[str, object]:
+            return {}
+
+    at = Settings(lights=(0, 0, 0), shutter_s=1 / 60, aperture=APERTURE)
+    with pytest.raises(BadInput, match=r"not linear: light 'left' is 1\.\d+ times brighter"):
+        record_basis(Curved(), tmp_path / "stack", at, average=1, black=0.0, progress=ignore)
+    assert not (tmp_path / "stack" / "stack.toml").exists()
+
+
+def test_a_light_that_is_not_linear_makes_no_basis(simulator: Simulator, tmp_path: Path) -> None:
+    class Dimmed(Device):
+        """Lights whose levels follow a square law."""
+
+        name = "dimmed"
+
+        def describe(self) -> Describe:
+            return simulator.describe()
+
+        def capture(self, settings: Settings) -> Frame:
+            levels = tuple(round(level**2 / 7) for level in settings.lights)
+            frame = simulator.capture(msgspec.structs.replace(settings, lights=levels))
+            return Frame(frame.pixels, settings, settings, True, frame.sequence, 0.0)
+
+        def health(self) -> dict[str, object]:
+            return {}
+
+    at = Settings(lights=(0, 0, 0), shutter_s=1 / 60, aperture=APERTURE)
+    with pytest.raises(BadInput, match=r"Light 'left' is not linear: level 4 of 7"):
+        record_basis(Dimmed(), tmp_path / "stack", at, average=1, black=0.0, progress=ignore)
+
+
+# --- the command ---
+
+
+def record(*arguments: str | Path) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [sys.executable, "-m", "image_server", "record", *map(str, arguments)],
+        capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+
+
+def test_the_command_records_from_the_simulator(tmp_path: Path) -> None:
+    out = tmp_path / "stack"
+    done = record(
+        out, "--kind", "frames", "--scenario", "nominal", "--seed", "5", "--settings", "7,0,0:1/60:4"
+    )
+    assert done.returncode == 0, done.stderr
+    assert "1 frames recorded, 0 of them unverified" in done.stdout
+    assert load_stack(out).table.kind == "frames"
+    again = record(out, "--kind", "frames", "--scenario", "nominal", "--settings", "7,0,0:1/60:4")
+    assert again.returncode == 2
+    assert "holds a stack already" in again.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--kind", "frames", "--settings", "each"], "Give one of --camera, --stack and --scenario"),
+        (["--kind", "frames", "--scenario", "nominal"], "nothing to record"),
+        (["--kind", "frames", "--scenario", "nominal", "--settings", "bright"], "'bright' is not LEVELS"),
+        (["--kind", "frames", "--scenario", "nominal", "--settings", "9,0,0:1/60:4"], "no level 9"),
+        (["--kind", "frames", "--scenario", "nominal", "--settings", "7,0,0:0.5:4"], "Allowed: 0.00416667"),
+        (["--kind", "frames", "--camera", "/dev/video77", "--settings", "each"], "no camera /dev/video77"),
+    ],
+)
+def test_bad_input_is_refused(tmp_path: Path, arguments: list[str], message: str) -> None:
+    done = record(tmp_path / "stack", *arguments)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert not (tmp_path / "stack" / "stack.toml").exists()
+
+
+def test_settings_are_written_as_photographers_do(simulator: Simulator) -> None:
+    (one,) = parsed_settings("7,0,3:1/60:5.6:35:1.5", simulator.describe())
+    assert one == Settings(
+        lights=(7, 0, 3), shutter_s=1 / 60, aperture=5.6, focal_length_mm=35.0, focus_m=1.5
+    )
+    assert len(parsed_settings("each", simulator.describe())) == 4 * 5 * 3
+
+
+def test_toml_text_reads_back() -> None:
+    import tomllib
+
+    values = {
+        "kind": "frames", "none": None, "x": 1 / 3, "on": True,
+        "camera": {"k": [0.1, -2.0], "deep": {"s": 'ä"\\'}},
+        "frames": [{"image": "a.png", "n": 1}, {"image": "b.png", "pose": {"t": [1.0, 2.0]}}],
+    }  # fmt: skip
+    read = tomllib.loads(toml_text(values))
+    assert read == {key: value for key, value in values.items() if value is not None}
