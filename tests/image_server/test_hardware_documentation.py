@@ -1,0 +1,60 @@
+"""What docs/hardware.md shows is read, sent and run as it stands there."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from image_server.__main__ import app
+from image_server.lights.lights_file import load_lights_file
+from image_server.lights.line_protocol import decoded
+from image_server.stack import load_stack
+from image_server.v4l2.camera_file import load_camera_file
+from tests.session.command import ROOT
+
+PAGE = (ROOT / "docs" / "hardware.md").read_text()
+
+
+def shown(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
+
+
+def commands(name: str) -> list[str]:
+    return re.findall(rf"^    \.venv/bin/python -m image_server {name} (.*)$", PAGE, re.MULTILINE)
+
+
+def test_the_files_shown_can_be_used(tmp_path: Path) -> None:
+    camera, lights = shown("toml")
+    (tmp_path / "camera.toml").write_text(camera)
+    (tmp_path / "lights.toml").write_text(lights)
+    read = load_camera_file(str(tmp_path / "camera.toml"))
+    assert set(read.axes()) == {"shutter_s", "aperture", "focal_length_mm", "focus_m"}
+    assert [light.name for light in load_lights_file(tmp_path / "lights.toml").lights] == ["left", "top"]
+
+
+def test_the_lines_shown_have_the_right_check() -> None:
+    lines = re.findall(r"^    (17 .*?\*[0-9A-F]{2})", PAGE, re.MULTILINE)
+    assert [decoded(line.encode())[1] for line in lines] == ["SET 0 128 255", "OUT 0 128 255"]
+
+
+@pytest.mark.parametrize("command", commands("record"))
+def test_recordings_shown_can_be_made(command: str, tmp_path: Path) -> None:
+    out, *options = shlex.split(command)
+    done = subprocess.run(
+        [sys.executable, "-m", "image_server", "record", str(tmp_path / out), *options],
+        capture_output=True, text=True, timeout=240, check=False, cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert load_stack(tmp_path / out).table.kind in command
+
+
+def test_every_command_is_there() -> None:
+    table = re.findall(r"^\| `(\w+)", PAGE, re.MULTILINE)
+    names = [name for name in table if name.islower()]
+    assert len(commands("record")) == 2
+    for name in {*names, *(command for command in ("calibrate", "emulate", "record") if commands(command))}:
+        assert CliRunner().invoke(app, [name, "--help"]).exit_code == 0, name
