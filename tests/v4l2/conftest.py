@@ -1,13 +1,14 @@
 """The virtual camera of the kernel's driver vivid; `make test-v4l2` runs these tests where there is one."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
 from bridge.errors import LightsAndCameraError
 from image_server.v4l2.camera import V4L2Camera
-from image_server.v4l2.camera_file import CameraFile, FormatTable
+from image_server.v4l2.camera_file import CameraFile, FormatTable, load_camera_file
 from image_server.v4l2.controls import controls, write_control
 from image_server.v4l2.node import Node
 
@@ -22,13 +23,13 @@ height = 360
 frame_rate = 30.0
 
 [controls]
-test_pattern = 20
 osd_text_mode = 2
+horizontal_flip = 0
 
-# vivid has no exposure time: its brightness stands for one
+# vivid has no exposure time: its test patterns black, grey ramp and white stand for one
 [shutter]
-control = "brightness"
-steps = [[0.004, 64], [0.008, 128], [0.016, 192]]
+control = "test_pattern"
+steps = [[0.004, 5], [0.008, 20], [0.016, 6]]
 
 [camera]
 width = 640
@@ -38,6 +39,8 @@ fy = 800.0
 cx = 319.5
 cy = 179.5
 """
+
+RESET = ("test_pattern", "horizontal_flip", "osd_text_mode", "brightness", "percentage_of_dropped_buffers")
 
 
 @pytest.fixture(scope="session")
@@ -63,16 +66,31 @@ def fresh(vivid: str) -> Iterator[str]:
     _reset(vivid)
 
 
+@pytest.fixture
+def opened() -> Iterator[Callable[[Path], V4L2Camera]]:
+    """Opens the camera of a file; closed at the end, also of a test that fails."""
+    with ExitStack() as stack:
+
+        def open_camera(file: Path) -> V4L2Camera:
+            camera = V4L2Camera(load_camera_file(str(file)))
+            stack.callback(camera.close)
+            return camera
+
+        yield open_camera
+
+
+@pytest.fixture
+def behind(fresh: str) -> Iterator[Node]:
+    """The same camera, opened a second time to change what the first one has set."""
+    node = Node(fresh)
+    yield node
+    node.close()
+
+
 def _reset(device: str) -> None:
     node = Node(device)
     for control in controls(node).values():
-        if control.name in (
-            "brightness",
-            "contrast",
-            "test_pattern",
-            "percentage_of_dropped_buffers",
-            "autogain",
-        ):
+        if control.name in RESET:
             write_control(node, control, control.default)
     node.close()
 

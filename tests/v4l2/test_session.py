@@ -87,6 +87,7 @@ def test_the_camera_is_listed_calibrated_and_recorded(
     assert listed.returncode == 0, listed.stderr
     assert f"{fresh}: vivid" in listed.stdout
     assert "brightness (integer) 0..255 step 1 default 128" in listed.stdout
+    assert "20 = Gray Ramp" in listed.stdout
     made = tmp_path / "made.toml"
     done = image_server("calibrate", "--camera", camera_file, made)
     assert done.returncode == 0, done.stderr
