@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.simulator_times import simulator
+from benchmarks.transport import transport
 from bridge.messages import Settings
 from geometry.camera import Camera
 from geometry.model import load_model
@@ -101,3 +102,4 @@ if __name__ == "__main__":
     poses()
     golog()
     simulator(show)
+    transport(show)

@@ -273,10 +273,7 @@ def worth(
                     for folder in folders or []
                 ]
                 scenario = str(simulated_conditions(sun, hard, Path(scratch)))
-                sources += [
-                    (target, ("--target", target, "--scenario", scenario))
-                    for target in TARGETS
-                ]
+                sources += [(target, ("--target", target, "--scenario", scenario)) for target in TARGETS]
                 cases += [
                     Case(group, f"{name}-{'hard' if hard else 'mild'}-{sun:g}", c, seed, options)
                     for c in controllers.split(",")

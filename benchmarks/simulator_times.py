@@ -75,4 +75,3 @@ def simulator(show: Show) -> None:
         show(f"simulator/further_frame({name})", value, "ms", noise_ms=noise, ratio=value / noise)
     value = first_ms(Scenario(camera=LARGE), "cube", (1,))
     show("simulator/first_frame(12 megapixels)", value, "ms", ms_per_megapixel=value / 12.6)
-
