@@ -1,12 +1,14 @@
 :- module(indigolog_conditional,
           [ conditional_plan/4,       % +Program, +Situation, +Context, -Plan
-            plan_for/4,               % +Goal, +Situation, +Options, -Plan
+            plan_for/5,               % +Goal, +Situation, +Max, +Options, -Plan
             chosen_branch/4           % +Action, +Branches, +Situation, -Plan
           ]).
+:- use_module(library(error), [must_be/2]).
 :- use_module(library(lists), [member/2]).
 :- use_module(formula, [holds_in/2]).
 :- use_module(knowledge, [known/2, sensing_results/3]).
 :- use_module(situation).
+:- use_module(world).
 :- use_module(termination, [final/3]).
 :- use_module(theory).
 :- use_module(transition, [trans/5]).
@@ -99,17 +101,35 @@ assume_formula(F = V, S, S1, S2) :-
 assume_formula(P, _, _, _) :-
     throw(error(golog(cannot_branch(P)), _)).
 
-%!  plan_for(+Goal, +Situation, +Options, -Plan) is nondet.
+%!  plan_for(+Goal, +Situation, +Max, +Options, -Plan) is nondet.
 %
-%   Plan is a conditional plan after which the formula Goal holds, those with the
-%   least longest branch first.  Options: max(N), the
-%   longest branch (10); actions(List), the actions that may be used.
+%   Plan is a conditional plan after which the formula Goal holds and of which no
+%   branch has more than Max actions, those with the least longest branch first.
+%   Options: actions(List), the actions that may be used.
+%
+%   @error golog(achieve_option(Option))
 
-plan_for(Goal, S, Options, Plan) :-
-    (   member(max(Max), Options) -> true ; Max = 10 ),
-    (   member(actions(Actions), Options) -> true ; Actions = [_] ),
+plan_for(Goal, S, Max, Options, Plan) :-
+    planning_options(Options, Known),
+    (   member(actions(Actions), Known) -> true ; Actions = [_] ),
     between(0, Max, N),
     reach(Goal, N, Actions, S, Plan).
+
+% Options of achieve/3, or, as in older theories, the list of actions.
+planning_options(Options, Known) :-
+    must_be(list, Options),
+    (   member(O, Options),
+        \+ ( callable(O), planning_option(O) )
+    ->  (   Options = [actions(_)|_]
+        ->  throw(error(golog(achieve_option(O)), _))
+        ;   Known = [actions(Options)]
+        )
+    ;   Known = Options
+    ).
+
+planning_option(actions(L)) :- is_list(L).
+planning_option(id(_)).
+planning_option(mess(_)).
 
 reach(Goal, N, Actions, S, Plan) :-
     (   \+ \+ holds_in(Goal, S)

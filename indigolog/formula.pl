@@ -10,6 +10,7 @@
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(theory).
 :- use_module(situation).
+:- use_module(world).
 :- use_module(substitution).
 :- use_module(knowledge).
 

@@ -12,12 +12,6 @@
             fluent_status/3,          % +Fluent, +Situation, -Status
             fluent_instance/2,        % ?Fluent, +Situation
             fluent_value/3,           % ?Fluent, +Situation, -Value
-            possible_value/2,         % +Values, -Stored
-            values_certain/1,         % +Situation
-            knowledge_world/2,        % +Situation, -World
-            only_knowledge/1,         % +World
-            assumed/4,                % +Fluent, +Value, +World, -World1
-            actual_situation/2,       % +World, -Situation
             known_fluents/2,          % +Situation, -Pairs
             situation_key/2,          % +Situation, -Key
             sensing_action/1,         % +Action
@@ -25,7 +19,7 @@
           ]).
 :- use_module(library(assoc), [empty_assoc/1, get_assoc/3, put_assoc/4, gen_assoc/3, assoc_to_list/2, list_to_assoc/2]).
 :- use_module(library(apply), [exclude/3]).
-:- use_module(library(lists), [member/2, memberchk/2]).
+:- use_module(library(lists), [member/2]).
 :- use_module(theory).
 :- use_module(formula, [holds_in/2, evaluate/3]).
 :- use_module(knowledge, [possible_effects/3]).
@@ -182,59 +176,6 @@ fluent_value(Fluent, Situation, Value) :-
             theory_module(Theory, Module),
             Module:initially(Fluent, Value)
         )
-    ).
-
-%!  possible_value(+Values, -Stored) is det.
-%
-%   Stored is what a situation keeps for a fluent that may have any of Values.  One
-%   that may have no value, '$none', has none that is known.
-
-possible_value(Values, Stored) :-
-    (   memberchk('$none', Values)
-    ->  Stored = '$any'([])
-    ;   Values = [Value]
-    ->  Stored = Value
-    ;   Stored = '$any'(Values)
-    ).
-
-%!  values_certain(+Situation) is semidet.
-%
-%   The theory leaves no fluent several possible values.
-
-values_certain(s(th(_, _, _, certain), _, _, _, _)).
-
-%!  knowledge_world(+Situation, -World) is det.
-%
-%   World is Situation, where asking for a fluent without a value throws
-%   no_value(Fluent).
-
-knowledge_world(S, W) :-
-    assumed('$only_knowledge', true, S, W).
-
-only_knowledge(s(_, Map, _, _, _)) :-
-    get_assoc('$only_knowledge', Map, _).
-
-%!  assumed(+Fluent, +Value, +World, -World1) is det.
-%
-%   World1 is World, except that Fluent has Value there.
-
-assumed(F, V, W, s(Theory, Map, H, N, Open)) :-
-    W = s(Theory, Map0, H, N, Open),
-    (   get_assoc('$actual', Map0, _)
-    ->  Map1 = Map0
-    ;   put_assoc('$actual', Map0, W, Map1)
-    ),
-    put_assoc(F, Map1, V, Map).
-
-%!  actual_situation(+World, -Situation) is det.
-%
-%   The situation in which World is one of the possible worlds.
-
-actual_situation(W, S) :-
-    W = s(_, Map, _, _, _),
-    (   get_assoc('$actual', Map, S0)
-    ->  S = S0
-    ;   S = W
     ).
 
 %!  known_fluents(+Situation, -Pairs) is det.

@@ -6,10 +6,10 @@
 :- use_module(library(error), [must_be/2]).
 :- use_module(theory).
 :- use_module(situation).
-:- use_module(formula, [holds_in/2, test/2, evaluate/3]).
-:- use_module(substitution).
+:- use_module(formula, [holds_in/2, test/2]).
 :- use_module(termination).
 :- use_module(context).
+:- use_module(action).
 :- use_module(search).
 :- use_module(conditional).
 :- use_module(chance).
@@ -244,8 +244,7 @@ trans(achieve(P, Max), S, C, E1, S1) =>
 trans(achieve(P, Max, Options), S, _, E1, S1) =>
     S1 = S,
     must_be(nonneg, Max),
-    planning_options(Options, Known),
-    plan_for(P, S, [max(Max)|Known], E1).
+    plan_for(P, S, Max, Options, E1).
 trans(case(A, Branches), S, _, E1, S1) =>
     S1 = S,
     chosen_branch(A, Branches, S, E1).
@@ -266,95 +265,6 @@ trans(E, S, C, E1, S1) =>
     ;   E1 = [],
         act(E, S, S1)
     ).
-
-
-                /* Actions */
-
-% act(+Term, +Situation, -Situation1): arguments are evaluated, then the action
-% must be a primitive one, and possible.
-
-act(Term, S, S1) :-
-    evaluated_action(Term, S, A),
-    situation_theory(S, Theory),
-    theory_module(Theory, Module),
-    (   ground(A)
-    ->  primitive(A, Module, Theory),
-        possible(A, Module, S),
-        !
-    ;   primitive(A, Module, Theory),
-        possible(A, Module, S),
-        (   ground(A)
-        ->  true
-        ;   throw(error(golog(open_action(A)), _))
-        )
-    ),
-    progress(A, S, S1).
-
-evaluated_action(set(F), _, A) =>
-    A = set(F).
-evaluated_action(unset(F), _, A) =>
-    A = unset(F).
-evaluated_action(Term, _, A), atom(Term) =>
-    A = Term.
-evaluated_action(Term, S, A), compound(Term) =>
-    compound_name_arguments(Term, Name, Args0),
-    values(Args0, S, Args),
-    compound_name_arguments(A, Name, Args).
-evaluated_action(Term, _, _) =>
-    throw(error(golog(not_a_program(Term)), _)).
-
-values([], _, []).
-values([A|As], S, [B|Bs]) :-
-    evaluate(A, S, B),
-    values(As, S, Bs).
-
-primitive(set(_), _, _) =>
-    true.
-primitive(unset(_), _, _) =>
-    true.
-primitive(A, Module, Theory) =>
-    (   Module:prim_action(A)
-    *-> true
-    ;   action_template(Theory, A, _)
-    ->  fail
-    ;   throw(error(golog(unknown_action(A)), _))
-    ).
-
-possible(set(F), _, _) =>
-    ground(F).
-possible(unset(F), _, _) =>
-    ground(F).
-possible(A, Module, S) =>
-    Module:poss(A, P),
-    holds_in(P, S).
-
-
-                /* Choices of arguments */
-
-% pick(+Variables, +Program, +Order, +Situation, -Instance) is nondet.
-
-pick([], E, _, _, E0) =>
-    E0 = E.
-pick([V|Vs], E, Order, S, E0) =>
-    pick(V, E, Order, S, E1),
-    pick(Vs, E1, Order, S, E0).
-pick(V, E, Order, S, E0), nonvar(V), V = (V0, D) =>
-    (   nonvar(V0), V0 = r(V1)
-    ->  Order1 = random
-    ;   V1 = V0, Order1 = Order
-    ),
-    evaluate(D, S, D1),
-    situation_theory(S, Theory),
-    domain_list(Theory, D1, Values0),
-    in_order(Order1, Values0, Values),
-    member(X, Values),
-    substitute(V1, X, E, E0).
-pick(V, E, _, _, E0) =>
-    substitute(V, _, E, E0).
-
-in_order(ordered, Values, Values).
-in_order(random, Values0, Values) :-
-    shuffled(Values0, Values).
 
 
                 /* Helpers of single constructs */
@@ -403,29 +313,7 @@ announcement(How) :-
         atomic(First)
     ).
 
-% Options of achieve/3, or, as in older theories, the list of actions.
-planning_options(Options, Known) :-
-    must_be(list, Options),
-    (   member(O, Options),
-        \+ ( callable(O), planning_option(O) )
-    ->  (   Options = [actions(_)|_]
-        ->  throw(error(golog(achieve_option(O)), _))
-        ;   Known = [actions(Options)]
-        )
-    ;   Known = Options
-    ).
 
-planning_option(actions(L)) :- is_list(L).
-planning_option(id(_)).
-planning_option(mess(_)).
-
-supposed(A, S) :-
-    situation_theory(S, Theory),
-    theory_module(Theory, Module),
-    (   Module:exog_action(A)
-    *-> true
-    ;   throw(error(golog(unknown_exogenous(A)), _))
-    ).
 
 % sync: every program makes the same action at once.
 together([], _, _, [], Action, Action).

@@ -205,22 +205,23 @@ element(X, D) :- ( D == objs -> nt:objs(L) ; L = D ), member(X, L).
 put_for(V, X, T, T1) :-
     (   T == V -> T1 = X
     ;   var(T) -> T1 = T
-    ;   binder(T, W, D, B), bound_in(V, W)                 % bound again: another variable
-    ->  put_for(V, X, D, D1), binder(T1, W, D1, B), functor(T, N, A), functor(T1, N, A), !
+    ;   binder(T, W, D, D1, T1), bound_in(V, W)            % bound again: another variable
+    ->  put_for(V, X, D, D1)
     ;   T = if(P, E), nonvar(P) -> put_for(V, X, P, P1), put_for(V, X, E, E1), T1 = if(P1, E1)
     ;   compound(T) -> T =.. [N|As], all_put(As, V, X, Bs), T1 =.. [N|Bs]
     ;   T1 = T
     ).
 
-binder(pi((W, D), E), W, D, E).
-binder(pi(W, D, E), W, D, E).
-binder(pi(W, E), W, [], E) :- \+ ( nonvar(W), ( W = (_, _) ; is_list(W) ) ).
-binder(rpi((W, D), E), W, D, E).
-binder(rpi(W, D, E), W, D, E).
-binder(for(W, D, E), W, D, E).
-binder(some((W, D), E), W, D, E).
-binder(all((W, D), E), W, D, E).
-binder(interrupt(W, P, E), W, [], P-E) :- \+ ( nonvar(W), W = (_, _) ).
+% binder(T, W, D, D1, T1): T binds W; T1 is T with D1 for the domain D.
+binder(pi((W, D), E), W, D, D1, pi((W, D1), E)).
+binder(pi(W, D, E), W, D, D1, pi(W, D1, E)).
+binder(pi(W, E), W, [], [], pi(W, E)).
+binder(rpi((W, D), E), W, D, D1, rpi((W, D1), E)).
+binder(rpi(W, D, E), W, D, D1, rpi(W, D1, E)).
+binder(for(W, D, E), W, D, D1, for(W, D1, E)).
+binder(some((W, D), E), W, D, D1, some((W, D1), E)).
+binder(all((W, D), E), W, D, D1, all((W, D1), E)).
+binder(interrupt(W, P, E), W, [], [], interrupt(W, P, E)).
 
 bound_in(V, W) :- ( W == V -> true ; nonvar(W), W = r(V0), V0 == V ).
 

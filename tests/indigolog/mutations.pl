@@ -1,0 +1,191 @@
+:- module(mutations, []).
+:- use_module(library(filesex), [copy_file/2, delete_directory_and_contents/1, directory_file_path/3, make_directory_path/1]).
+:- use_module(library(lists), [member/2, nth1/3]).
+:- use_module(library(process), [process_create/3, process_kill/1, process_wait/3]).
+:- use_module(library(readutil), [read_file_to_string/3]).
+
+/** <module> Do the tests notice a wrong interpreter?
+
+    swipl tests/indigolog/mutations.pl [NUMBER...]
+
+plants one mistake at a time (or those of the given numbers) in a copy of the interpreter, runs its tests
+there until one fails, and prints which tests caught it.  The exit status is 1 if a mistake was not
+caught.
+*/
+
+:- initialization(main, main).
+
+%   mutation(What, File, Old, New): Old occurs once in File.
+
+mutation('if takes the other branch', transition,
+         "    ->  trans(E, S, C, E1, S1)\n    ;   trans(F, S, C, E1, S1)\n    ).\ntrans(while",
+         "    ->  trans(F, S, C, E1, S1)\n    ;   trans(E, S, C, E1, S1)\n    ).\ntrans(while").
+mutation('ndet knows only its first program', transition,
+         "    (   trans(E, S, C, E1, S1)\n    ;   trans(F, S, C, E1, S1)\n",
+         "    (   trans(E, S, C, E1, S1)\n    ;   fail, trans(F, S, C, E1, S1)\n").
+mutation('wndet is as ndet', transition,
+         "    *-> E1 = E0, S1 = S0\n",
+         "    ,   E1 = E0, S1 = S0\n").
+mutation('conc never steps its second program', transition,
+         "        concurrent(E, F0, E1)\n    ).\ntrans(pconc",
+         "        concurrent(E, F0, E1), fail\n    ).\ntrans(pconc").
+mutation('pconc has no priority', transition,
+         "    *-> S1 = S0,\n",
+         "    ,   S1 = S0,\n").
+mutation('interrupts in the reverse priority', context,
+         "by_priority([I|Is], pconc(I, E))",
+         "by_priority([I|Is], pconc(E, I))").
+mutation('a stopped interrupt runs on', context,
+         "stopped_context(c(N, _, M, K), c(N, false, M, K))",
+         "stopped_context(c(N, _, M, K), c(N, true, M, K))").
+mutation('star(E, N) does not count', transition,
+         "    ;   M is N-1,\n",
+         "    ;   M is N,\n").
+mutation('a while loop is never final', termination,
+         "    ->  final(E, S, C)\n    ;   true\n    ).\nfinal(star(_), _, _)",
+         "    ->  final(E, S, C)\n    ;   fail\n    ).\nfinal(star(_), _, _)").
+mutation('a sequence is final where its head is', termination,
+         "    final(E, S, C),\n    final(L, S, C).\nfinal(?(_), _, _)",
+         "    final(E, S, C), ( true ; final(L, S, C) ).\nfinal(?(_), _, _)").
+mutation('gexec goes on without its condition', transition,
+         "    once_if_ground(P, holds_in(P, S)),\n    trans(E, S, C, E0, S1),\n    around(E0, gexec(P, E0), E1)",
+         "    trans(E, S, C, E0, S1),\n    around(E0, gexec(P, E0), E1)").
+mutation('goal/4 steps although it is done', transition,
+         "    \\+ holds_in(Done, S),\n",
+         "").
+mutation('sync ends without silent steps', termination,
+         "    all_end(Es, S, C).\nfinal(interrupt",
+         "    final(Es, S, C).\nfinal(interrupt").
+mutation('atomic can be interrupted', transition,
+         "    ;   E1 = '$locked'('$atomic'(E0))\n",
+         "    ;   E1 = E0\n").
+mutation('for goes through its domain in reverse', context,
+         "    instances(Values, V, E, Es).\n",
+         "    lists:reverse(Values, Reversed), instances(Reversed, V, E, Es).\n").
+mutation('an inner variable is not hidden', substitution,
+         "hides(pi(V, E),           X, D, pi(W, E), D1)           :- binds(V, X, D, W, D1).\n",
+         "").
+mutation('the last axiom counts, not the first', situation,
+         "            Earlier == F\n",
+         "            Earlier == F, fail\n").
+mutation('causes_false makes true', situation,
+         "    ;   Module:causes_false(Action, F, Condition), V = false\n",
+         "    ;   Module:causes_false(Action, F, Condition), V = true\n").
+mutation('effects are conditional on the situation after', situation,
+         "    ;   bind_equalities(Condition, S),\n",
+         "    ;   ").
+mutation('impl is and', formula,
+         "    ->  \\+ \\+ true_in(Q, S)\n    ;   true\n",
+         "    ->  \\+ \\+ true_in(Q, S)\n    ;   fail\n").
+mutation('all is some', formula,
+         "    \\+ some(V, neg(P), S).\ntrue_in(some(V, D, P), S)",
+         "    \\+ \\+ some(V, P, S).\ntrue_in(some(V, D, P), S)").
+mutation('one world is enough to know', knowledge,
+         "    in_all_worlds(Goal, W1),\n    in_each(Vs, F, Goal, W).",
+         "    in_all_worlds(Goal, W1), ( true ; in_each(Vs, F, Goal, W) ).").
+mutation('nothing is rejected', knowledge,
+         "    exclude(rejected(F, A, R, Module, S), Vs0, Vs),",
+         "    exclude([_]>>fail, Vs0, Vs),").
+mutation('kwhether is know', knowledge,
+         "    ;   known(neg(P), S)\n",
+         "").
+mutation('effects do not look at all worlds', knowledge,
+         "    append(Here, More, Results),\n    results_of_each(Vs, F, Goal, W, More).",
+         "    append(Here, [], Results), ( true ; results_of_each(Vs, F, Goal, W, More) ).").
+mutation('a plan forgets all but the first result', conditional,
+         "    branches(Rs, A, S, Rest, Branches1).\n",
+         "    Branches1 = [], ( true ; branches(Rs, A, S, Rest, Branches1) ).\n").
+mutation('case takes the oldest result', conditional,
+         "    member(e(A, R), History),\n",
+         "    lists:reverse(History, Oldest), member(e(A, R), Oldest),\n").
+mutation('search is content with its first step', depth_first,
+         "onward(E, S, C, _, []) :-\n    final(E, S, C).\n",
+         "onward(_, _, _, _, []).\n").
+mutation('one action too many', executive,
+         "        ;   Count >= Max\n",
+         "        ;   Count > Max\n").
+mutation('the world is asked after the program has ended', executive,
+         "        (   next(Entries, T, E, S1, E1, S2)\n",
+         "        (   next(Entries, T, E, S0, E1, S2)\n").
+
+main :-
+    current_prolog_flag(argv, Argv),
+    findall(I-M, numbered(Argv, I, M), Chosen),
+    flag(missed, _, 0),
+    forall(member(I-M, Chosen), tried(I, M)),
+    flag(missed, Missed, Missed),
+    length(Chosen, N),
+    Caught is N-Missed,
+    format("~d of ~d caught~n", [Caught, N]),
+    ( Missed =:= 0 -> halt(0) ; halt(1) ).
+
+numbered(Argv, I, mutation(What, File, Old, New)) :-
+    findall(mutation(W, F, O, N), mutation(W, F, O, N), All),
+    nth1(I, All, mutation(What, File, Old, New)),
+    (   Argv == [] -> true ; atom_number(Word, I), member(Word, Argv) ).
+
+tried(I, mutation(What, File, Old, New)) :-
+    setup_call_cleanup(
+        ( tmp_file(mutation, Folder), copied(Folder) ),
+        ( planted(Folder, File, Old, New),
+          (   member(Tests, [language, 'indigolog.plt', differential, '']),
+              fails(Folder, Tests, How)
+          ->  named(Tests, Name),
+              format("~|~t~d~3+ caught  ~w~t~20| ~w: ~w~n", [I, Name, What, How])
+          ;   format("~|~t~d~3+ MISSED  ~t~20| ~w~n", [I, What]),
+              flag(missed, M, M+1)
+          ),
+          flush_output ),
+        delete_directory_and_contents(Folder)).
+
+named('', 'others') :- !.
+named('indigolog.plt', constructs) :- !.
+named(Name, Name).
+
+% The tests need these, in their places.
+copied(Folder) :-
+    module_property(mutations, file(Here)),
+    file_directory_name(Here, Tests),
+    atom_concat(Tests, '/../../', Root),
+    forall(member(Pattern, ['indigolog/*.pl', 'indigolog/*/*.pl', 'tests/run.pl', 'tests/indigolog/*.p*',
+                            'tests/indigolog/theories/*.pl', 'docs/*.md', 'examples/*.pl', 'benchmarks/theories/*.pl',
+                            'benchmarks/golog.pl']),
+           ( atom_concat(Root, Pattern, Whole),
+             expand_file_name(Whole, Files),
+             forall(member(File, Files), copy_below(Root, File, Folder)) )).
+
+copy_below(Root, File, Folder) :-
+    atom_concat(Root, Path, File),
+    directory_file_path(Folder, Path, Target),
+    file_directory_name(Target, Directory),
+    make_directory_path(Directory),
+    copy_file(File, Target).
+
+planted(Folder, File, Old, New) :-
+    atomic_list_concat([Folder, '/indigolog/', File, '.pl'], Path),
+    read_file_to_string(Path, Text, [encoding(utf8)]),
+    (   findall(B, sub_string(Text, B, _, _, Old), [Before])
+    ->  true
+    ;   throw(error(existence_error(mutated_text, File-Old), _))
+    ),
+    sub_string(Text, 0, Before, _, Head),
+    string_length(Old, Length),
+    After is Before+Length,
+    sub_string(Text, After, _, 0, Tail),
+    setup_call_cleanup(open(Path, write, Out, [encoding(utf8)]),
+                       format(Out, "~s~s~s", [Head, New, Tail]),
+                       close(Out)).
+
+% A run of the tests that does not end in three minutes fails too.
+fails(Folder, Tests, How) :-
+    atom_concat('indigolog/', Tests, Name),
+    process_create(path(swipl), ['-g', main, 'tests/run.pl', '--', Name],
+                   [ cwd(Folder), stdout(null), stderr(null), process(Process) ]),
+    process_wait(Process, Status, [timeout(180)]),
+    (   Status == timeout
+    ->  process_kill(Process),
+        process_wait(Process, _, []),
+        How = 'does not end'
+    ;   Status \== exit(0),
+        How = 'a test fails'
+    ).
