@@ -57,7 +57,7 @@ def record(
     with plain_errors():
         from image_server.record import record_basis, record_frames
 
-        with _opened(camera, equipment, stack, scenario, draws.seed) as device:
+        with _opened(camera, equipment, stack, scenario, draws) as device:
             describe = device.describe()
             if kind is StackKind.FRAMES:
                 if not settings:
@@ -119,7 +119,7 @@ def _reference(describe: "Describe") -> "Settings":
 
 @contextmanager
 def _opened(
-    camera: str | None, equipment: Equipment, stack: Path | None, scenario: str | None, seed: int
+    camera: str | None, equipment: Equipment, stack: Path | None, scenario: str | None, draws: Draws
 ) -> "Iterator[Device]":
     given = {"--camera": camera, "--stack": stack, "--scenario": scenario}
     sources = [name for name, value in given.items() if value is not None]
@@ -129,10 +129,10 @@ def _opened(
         )
     device: Device
     if stack is not None:
-        device = replay_device(stack, seed, Conditions())
+        device = replay_device(stack, draws, Conditions())
     elif scenario is not None:
         scene = Scene(target=equipment.target or "cube", scenario=scenario, unit=equipment.unit)
-        device = simulated_device(scene, seed, Conditions())
+        device = simulated_device(scene, draws, Conditions())
     else:
         assert camera is not None
         device = laboratory_device(Laboratory(camera=camera, **vars(equipment)))
