@@ -19,17 +19,18 @@ REPEATS = 9
 Show = Callable[..., None]
 
 
-def milliseconds(run: Callable[[], object], repeats: int = REPEATS) -> float:
-    """Median time of a call."""
+def milliseconds(run: Callable[[], object], repeats: int = REPEATS) -> tuple[float, float]:
+    """Median time of a call: on the clock, and of all processors together."""
     times = []
     for _ in range(repeats):
-        began = time.perf_counter()
+        began = time.perf_counter(), time.process_time()
         run()
-        times.append(1000.0 * (time.perf_counter() - began))
-    return float(np.median(times))
+        times.append((time.perf_counter() - began[0], time.process_time() - began[1]))
+    clock, processor = 1000.0 * np.median(times, axis=0)
+    return float(clock), float(processor)
 
 
-def cast_ms() -> float:
+def cast_ms() -> tuple[float, float]:
     """One ray through each of 640×480 pixels at a wall: the peer of a first frame."""
     camera = Simulator("cube", "nominal", 1).camera
     rays = pixel_rays(camera, np.arange(camera.height), np.arange(camera.width))
@@ -37,19 +38,21 @@ def cast_ms() -> float:
     return milliseconds(lambda: caster.first_hits(rays))
 
 
-def noise_ms() -> float:
+def noise_ms() -> tuple[float, float]:
     """640×480 normal draws: the peer of a further frame, which needs them."""
     draws = np.random.Generator(np.random.SFC64(1))
     return milliseconds(lambda: draws.standard_normal((480, 640), np.float32))
 
 
-def first_ms(scenario: Scenario | str, target: str, seeds: tuple[int, ...] = FIRST_SEEDS) -> float:
+def first_ms(
+    scenario: Scenario | str, target: str, seeds: tuple[int, ...] = FIRST_SEEDS
+) -> tuple[float, float]:
     """Median time of the first frame, tracing included."""
     simulators = iter([Simulator(target, scenario, seed) for seed in seeds])
     return milliseconds(lambda: next(simulators).capture(MIDDLE), len(seeds))
 
 
-def further_ms(scenario: Scenario | str, settings: Settings = MIDDLE) -> float:
+def further_ms(scenario: Scenario | str, settings: Settings = MIDDLE) -> tuple[float, float]:
     """Median time of a frame of a geometry that has been traced."""
     simulator = Simulator("cube", scenario, 1)
     simulator.capture(settings)
@@ -60,8 +63,8 @@ def simulator(show: Show) -> None:
     """Print the simulator's lines of `make bench`."""
     Simulator("cube", "nominal", 0).capture(MIDDLE)  # compiles, if need be
     for name, target in (("nominal", "cube"), ("nominal", "fixture"), ("textured", "satellite")):
-        value, cast = first_ms(name, target), cast_ms()
-        show(f"simulator/first_frame({name},{target})", value, "ms", cast_ms=cast, ratio=value / cast)
+        first, cast = first_ms(name, target), cast_ms()
+        line(show, f"first_frame({name},{target})", first, cast_ms=cast[0], ratio=first[1] / cast[1])
     moving = load_scenario("camera")
     moving = msgspec.structs.replace(
         moving, camera=msgspec.structs.replace(moving.camera, motion_px_per_s=(240.0, 160.0))
@@ -71,7 +74,11 @@ def simulator(show: Show) -> None:
         ("nominal", load_scenario("nominal"), MIDDLE),
         ("whole sensor and lens", moving, wide),
     ):
-        value, noise = further_ms(scenario, settings), noise_ms()
-        show(f"simulator/further_frame({name})", value, "ms", noise_ms=noise, ratio=value / noise)
-    value = first_ms(Scenario(camera=LARGE), "cube", (1,))
-    show("simulator/first_frame(12 megapixels)", value, "ms", ms_per_megapixel=value / 12.6)
+        further, noise = further_ms(scenario, settings), noise_ms()
+        line(show, f"further_frame({name})", further, noise_ms=noise[0], ratio=further[1] / noise[1])
+    line(show, "first_frame(12 megapixels)", first_ms(Scenario(camera=LARGE), "cube", (1,)))
+
+
+def line(show: Show, name: str, measured: tuple[float, float], **more: float) -> None:
+    """Print a time; ratios are of processor time, which other work on the machine changes less."""
+    show(f"simulator/{name}", measured[0], "ms", processor_ms=measured[1], **more)

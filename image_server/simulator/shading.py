@@ -73,7 +73,7 @@ def _lean(n: Floats, rotation: Floats, slope: Floats) -> None:
     n[0], n[1], n[2] = x / length, y / length, z / length
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def shade(
     triangle: NDArray[np.int32],
     direction: NDArray[np.float32],

@@ -6,6 +6,7 @@ to 1/32 px whatever its direction; elsewhere only the texture is averaged over t
 """
 
 import math
+from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
 
 import cv2
@@ -86,10 +87,12 @@ def traced(scene: Scene, camera: Camera, light: Illumination) -> Traced:
     images = [np.zeros(shape, np.float32) for _ in range(len(light.lights) + 1)]
     coverage, inverse_depth = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
     left, top, right, bottom = _region(scene, camera)
-    if left < right and top < bottom:
-        tracer = _Tracer(scene, camera, light)
-        step = max(1, BAND_PIXELS // (right - left))
-        columns = np.arange(left, right)
+    if left >= right or top >= bottom:
+        return Traced(images, coverage, inverse_depth)
+    step = max(1, BAND_PIXELS // (right - left))
+    columns = np.arange(left, right)
+    with ThreadPoolExecutor(1) as shading:  # shades one lot of samples while the next is cast
+        tracer = _Tracer(scene, camera, light, shading)
         for first in range(top, bottom, step):
             rows = np.arange(first, min(first + step, bottom))
             values, covered, near = tracer.band(rows, columns)
@@ -103,10 +106,11 @@ def traced(scene: Scene, camera: Camera, light: Illumination) -> Traced:
 class _Tracer:
     """Casts and shades samples of one scene."""
 
-    def __init__(self, scene: Scene, camera: Camera, light: Illumination) -> None:
+    def __init__(self, scene: Scene, camera: Camera, light: Illumination, shading: Executor) -> None:
         self._scene = scene
         self._camera = camera
         self._light = light
+        self._shading = shading
         self._caster = Caster(scene.triangles)
         self._disc = _disc(light.sky.sun, light.sky.sun_radius_rad)
         self._sky = irradiance(light.sky)
@@ -133,18 +137,25 @@ class _Tracer:
         near = covered / np.where(covered > 0, distance, 1.0)
         plain = np.flatnonzero(~edge & (covered > 0))
         pixel = np.array([1 / camera.fx, 1 / camera.fy])
-        values[plain] = self.shaded(triangle[plain], directions[plain], distance[plain], reach[plain], pixel)
+        inside = self._shading.submit(
+            self.shaded, triangle[plain], directions[plain], distance[plain], reach[plain], pixel
+        )
         chosen = np.flatnonzero(edge)
         penumbra = mixed[chosen, -1]
         total = np.zeros((len(chosen), reach.shape[1]), np.float32)
+        samples = []
         hits = np.zeros(len(chosen), np.float32)
         centres = np.stack([columns[chosen % len(columns)], rows[chosen // len(columns)]], axis=1)
         for place, offset in enumerate(_places()):
             rays = rays_through(camera, centres + offset)
             t, d, share = self.sampled(rays, place, penumbra)
             hit = np.flatnonzero(t != NOTHING)
-            total[hit] += self.shaded(t[hit], rays[hit], d[hit], share[hit], np.zeros(2))
+            shading = self._shading.submit(self.shaded, t[hit], rays[hit], d[hit], share[hit], np.zeros(2))
+            samples.append((hit, shading))
             hits[hit] += 1.0
+        for hit, shading in samples:
+            total[hit] += shading.result()
+        values[plain] = inside.result()
         values[chosen] = total / SAMPLES
         covered[chosen] = hits / SAMPLES
         shape = (len(rows), len(columns))
