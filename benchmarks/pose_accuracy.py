@@ -1,6 +1,7 @@
 """Success and error of the pose on recorded images from disturbed starts, through the whole pipeline.
 
     .venv/bin/python -m benchmarks.pose_accuracy FOLDER [--starts 8] [--rotation-deg 25] [--translation-px 40]
+        [--command-line]
 
 FOLDER holds images, `camera.toml`, a `.cao` model and poses, either one 4x4 matrix per image
 (`Camera_L_*.txt`, exact) or tracks of a tracker (`visp_*_poses.txt`; then the error is that to the nearer
@@ -12,6 +13,9 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
+import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -32,6 +36,7 @@ from vision_server.session_inputs import read_camera
 from vision_server.tone import file_tone
 
 EXACT_LIMITS = (1.0, 0.01)  # degrees, share of range
+COMMAND_DEADLINE_S = 60.0
 TRACK_LIMITS_MM_DEG = (6.4, 2.7)  # how far apart two trackers are on the same frames, 90th percentile
 
 
@@ -46,6 +51,7 @@ class Trial:
     rotation_deg: float
     translation_px: float
     matcher: str
+    command_line: bool
 
 
 def true_poses(folder: Path) -> dict[Path, tuple[Pose, ...]]:
@@ -73,25 +79,61 @@ def _scene(folder: Path) -> tuple[Camera, Model, float | None]:
     return camera, load_model(next(folder.glob("*.cao"))), table.get("gamma")
 
 
-def run_trial(trial: Trial) -> dict[str, Any]:
-    """Estimate one pose and compare it with the truth."""
+def in_process(trial: Trial, start: Pose) -> dict[str, Any]:
+    """The estimate from a start pose, with the keys of the command's JSON."""
     camera, model, gamma = _scene(trial.folder)
     (exponent,), tone_sd_px = file_tone([trial.image], gamma)
     images = ImageSet(camera.width, camera.height)
     images.add("i1", read_grey(trial.image), 1.0, exponent)
-    rng = np.random.default_rng([trial.number, int(trial.rotation_deg)])
-    start = disturbed(trial.true[0], rng, trial.rotation_deg, trial.translation_px, camera.fx)
     settings = PipelineSettings(matcher=trial.matcher, seed=trial.number, tone_sd_px=tone_sd_px)
     estimate = estimate_pose(images, ["i1"], model, camera, start, settings)
-    row: dict[str, Any] = {"image": trial.image.name, "start": trial.number, "right": False}
-    row |= {
-        "seconds": sum(estimate.seconds.values()),
+    return {
+        "pose": None if estimate.pose is None else estimate.pose.to_dict(),
         "score": estimate.score,
         "ambiguity": estimate.ambiguity,
+        "rms_px": estimate.rms_px,
+        "supported_fraction": estimate.supported_fraction,
+        "uncertainty": estimate.uncertainty,
+        "seconds": {"total": sum(estimate.seconds.values())},
     }
-    if estimate.pose is None:
+
+
+def by_command(trial: Trial, start: Pose) -> dict[str, Any]:
+    """What `python -m vision_server estimate` prints for one image and a start pose."""
+    with tempfile.TemporaryDirectory() as scratch:
+        seed_pose = Path(scratch) / "seed_pose.toml"
+        values = (f"{key} = {list(value)}\n" for key, value in start.to_dict().items())
+        seed_pose.write_text("[target.seed_pose]\n" + "".join(values))
+        command: list[str | Path] = [
+            sys.executable, "-m", "vision_server", "estimate", trial.image,
+            "--model", next(trial.folder.glob("*.cao")), "--camera", trial.folder / "camera.toml",
+            "--seed-pose", seed_pose, "--matcher", trial.matcher, "--seed", str(trial.number), "--json",
+        ]  # fmt: skip
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=COMMAND_DEADLINE_S, check=False
+        )
+    if done.returncode not in (0, 3):
+        raise RuntimeError(f"exit {done.returncode}: {done.stderr.strip()}")
+    out: dict[str, Any] = json.loads(done.stdout)
+    return out
+
+
+def run_trial(trial: Trial) -> dict[str, Any]:
+    """Estimate one pose and compare it with the truth."""
+    camera, _, _ = _scene(trial.folder)
+    rng = np.random.default_rng([trial.number, int(trial.rotation_deg)])
+    start = disturbed(trial.true[0], rng, trial.rotation_deg, trial.translation_px, camera.fx)
+    estimate = (by_command if trial.command_line else in_process)(trial, start)
+    row: dict[str, Any] = {"image": trial.image.name, "start": trial.number, "right": False}
+    row |= {
+        "seconds": estimate["seconds"]["total"],
+        "score": estimate["score"],
+        "ambiguity": estimate["ambiguity"],
+    }
+    if estimate["pose"] is None:
         return row
-    errors = [estimate.pose.error_to(true) for true in trial.true]
+    pose = Pose.from_dict(estimate["pose"])
+    errors = [pose.error_to(true) for true in trial.true]
     nearest = min(errors, key=lambda error: error.translation_m / TRACK_LIMITS_MM_DEG[0] * 1e3)
     if len(trial.true) == 1:
         right = nearest.within(*EXACT_LIMITS)
@@ -103,19 +145,21 @@ def run_trial(trial: Trial) -> dict[str, Any]:
         "translation_mm": nearest.translation_m * 1e3,
         "rotation_deg": nearest.rotation_deg,
         "fraction_of_range": nearest.translation_fraction_of_range,
-        "rms_px": estimate.rms_px,
-        "supported_fraction": estimate.supported_fraction,
-        "uncertainty": estimate.uncertainty,
+        "rms_px": estimate["rms_px"],
+        "supported_fraction": estimate["supported_fraction"],
+        "uncertainty": estimate["uncertainty"],
     }
 
 
 def trials(
-    folder: Path, starts: int, rotation_deg: float, translation_px: float, matcher: str
+    folder: Path, starts: int, rotation_deg: float, translation_px: float, matcher: str, command_line: bool
 ) -> Iterator[Trial]:
     """Every image of a folder with so many starts each."""
     for index, (image, true) in enumerate(sorted(true_poses(folder).items())):
         for start in range(starts):
-            yield Trial(folder, image, 1000 * index + start, true, rotation_deg, translation_px, matcher)
+            yield Trial(
+                folder, image, 1000 * index + start, true, rotation_deg, translation_px, matcher, command_line
+            )
 
 
 def summary(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
@@ -142,10 +186,11 @@ def main(
     rotation_deg: Annotated[float, typer.Option(min=0)] = 25.0,
     translation_px: Annotated[float, typer.Option(min=0)] = 40.0,
     matcher: str = "search",
+    command_line: Annotated[bool, typer.Option(help="Run `vision_server estimate` for each trial.")] = False,
     quiet: Annotated[bool, typer.Option(help="Print the summary alone.")] = False,
 ) -> None:
     """Run all trials on all cores."""
-    todo = list(trials(folder.resolve(), starts, rotation_deg, translation_px, matcher))
+    todo = list(trials(folder.resolve(), starts, rotation_deg, translation_px, matcher, command_line))
     rows = []
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         for row in pool.map(run_trial, todo, chunksize=4):

@@ -110,6 +110,8 @@ defaults([ controller(heuristic), matcher(search), max_iterations(10), seed(1),
 session_options(Argv, _) :-
     ( memberchk('--help', Argv) ; memberchk('-h', Argv) ),
     !,
+    stream_property(Output, alias(user_output)),
+    set_stream(Output, alias(user_error)),      % help that was asked for is no complaint
     argv_usage(session_options:[]),
     halt(0).
 session_options(Argv, Options) :-

@@ -1,7 +1,10 @@
 """What README and docs say can be done is there, and runs."""
 
+import os
 import re
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -37,3 +40,63 @@ def test_sessions_of_the_readme(line: str, tmp_path: Path) -> None:
     done = controller(*options, "--out", tmp_path / "run", cwd=ROOT)
     assert done.returncode in ((0, 3) if "--approach" in options else (0,)), done.stderr
     assert (tmp_path / "run" / "report.html").stat().st_size > 10_000
+
+
+def shown(start: str) -> list[tuple[str, str]]:
+    """Page and text of the commands that README and docs show and that begin like this."""
+    return [
+        (page.name, line.strip())
+        for page in PAGES
+        for line in page.read_text().splitlines()
+        if line.startswith("    ") and line.strip().startswith(start)
+    ]
+
+
+@pytest.mark.parametrize(("page", "line"), shown("make "))
+def test_make_has_the_targets(page: str, line: str) -> None:
+    target = shlex.split(line, comments=True)[1]
+    done = subprocess.run(["make", "-n", target], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, (page, done.stderr)
+
+
+@pytest.mark.parametrize(("page", "line"), [*shown(".venv/bin/python -m"), *shown("python -m")])
+def test_python_commands_take_the_options_that_are_shown(page: str, line: str) -> None:
+    words = shlex.split(line, comments=True)
+    module = words[words.index("-m") + 1]
+    command = [word for word in words[words.index("-m") + 2 :][:1] if re.fullmatch("[a-z][a-z-]*", word)]
+    done = subprocess.run(
+        [sys.executable, "-m", module, *command, "--help"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env={**os.environ, "COLUMNS": "200"},
+        check=False,
+    )
+    assert done.returncode == 0, (page, done.stderr)
+    for option in (word.split("=")[0] for word in words if word.startswith("--")):
+        assert option in done.stdout, f"{page}: {line} has {option}, which is none of\n{done.stdout}"
+
+
+@pytest.mark.parametrize(("page", "line"), shown("swipl main.pl"))
+def test_session_options_that_are_shown_exist(page: str, line: str) -> None:
+    help_text = controller("--help")
+    known = help_text.stdout + help_text.stderr
+    for option in (word for word in shlex.split(line, comments=True) if word.startswith("--")):
+        assert option in known, f"{page}: {line}"
+
+
+@pytest.mark.parametrize(
+    ("page", "line"), [at for at in shown("swipl indigolog/run.pl") if "THEORY" not in at[1]]
+)
+def test_agents_that_are_shown_run(page: str, line: str) -> None:
+    done = subprocess.run(
+        shlex.split(line, comments=True),
+        cwd=ROOT,
+        input="quit\n",
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, (page, done.stderr)
