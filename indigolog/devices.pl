@@ -11,6 +11,7 @@
 :- use_module(library(lists), [member/2]).
 :- use_module(library(option), [option/3]).
 :- use_module(library(time), [call_with_time_limit/2]).
+:- use_module(device_thread).
 :- use_module(situation, [sensing_action/2]).
 :- use_module(terminal).
 :- use_module(theory, [theory_module/2]).
@@ -48,12 +49,6 @@ device(Module, Deadline, Where), Where being `here` or thread(Id, Requests, Repl
 % How long a device in a thread has for an action where no deadline is given.
 default_deadline(60).
 
-% Seconds between two looks for events.
-poll_interval(0.01).
-
-% Seconds a device has to end its thread.
-closing_time(1.0).
-
 %!  open_devices(+Options, +Theory, -Devices) is det.
 %
 %   Start the devices of Options: device(Module)*, device(Module, DeviceOptions)*,
@@ -77,10 +72,18 @@ open_devices(Options, Theory, devices(List, Events, Theory)) :-
 open_each([], _, _, _, []).
 open_each([Module-Options|Specs], Deadline0, Events, Opened, [Device|List]) :-
     known_device(Module),
+    known_device_options(Module, Options),
     option(deadline(Deadline), Options, Deadline0),
     catch(open_device(Module, Options, Deadline, Events, Device), Error,
           ( close_each(Opened), throw(Error) )),
     open_each(Specs, Deadline0, Events, [Device|Opened], List).
+
+known_device_options(Module, Options) :-
+    (   member(Option, Options),
+        \+ ( nonvar(Option), ( Option = thread(_) ; Option = deadline(_) ) )
+    ->  throw(error(golog(unknown_option(device(Module, [Option]))), _))
+    ;   true
+    ).
 
 known_device(Module) :-
     (   member(PI, [can_execute/1, execute/2]),
@@ -92,20 +95,10 @@ known_device(Module) :-
 open_device(Module, Options, Deadline0, Events, device(Module, Deadline, Where)) :-
     (   option(thread(true), Options, true)
     ->  ( Deadline0 == none -> default_deadline(Deadline) ; Deadline = Deadline0 ),
-        message_queue_create(Requests),
-        message_queue_create(Replies),
-        thread_create(work(Module, Requests, Replies, Events), Id),
-        Where = thread(Id, Requests, Replies),
-        answer(Where, started, Deadline, started, done(_))
+        start_thread(Module, Deadline, Events, Where)
     ;   Deadline = Deadline0,
         Where = here,
         hook(Module, started)
-    ).
-
-hook(Module, Hook) :-
-    (   current_predicate(Module:Hook/0)
-    ->  ignore(Module:Hook)
-    ;   true
     ).
 
 %!  close_devices(+Devices) is det.
@@ -122,114 +115,9 @@ close_each(List) :-
 
 close_device(here, Module) :-
     hook(Module, stopped).
-close_device(thread(Id, Requests, Replies), Module) :-
-    closing_time(Seconds),
-    thread_send_message(Requests, stop),
-    (   thread_get_message(Replies, stopped, [timeout(Seconds)])
-    ->  thread_join(Id, _),
-        message_queue_destroy(Requests),
-        message_queue_destroy(Replies)
-    ;   catch(thread_signal(Id, throw(device_closed)), error(_, _), true),
-        (   thread_get_message(Replies, stopped, [timeout(Seconds)])
-        ->  thread_join(Id, _)
-        ;   thread_detach(Id),
-            print_message(warning, golog(device_left(Module)))
-        )
-    ).
-
-
-                /* A device's own thread */
-
-work(Module, Requests, Replies, Events) :-
-    catch(( hook(Module, started),
-            thread_send_message(Replies, reply(started, done(none))),
-            keep_serving(Module, Requests, Replies, Events) ),
-          Error,
-          trouble(Error, Module, Replies, Events)),
-    catch(hook(Module, stopped), _, true),
-    thread_send_message(Replies, stopped).
-
-trouble(device_closed, _, _, _) :-
-    !.
-trouble(Error, _, Replies, Events) :-
-    thread_send_message(Replies, reply(started, error(Error))),
-    thread_send_message(Events, trouble(Error)).
-
-% What is done too late is broken off, wherever it is by then.
-keep_serving(Module, Requests, Replies, Events) :-
-    catch(( serve(Module, Requests, Replies, Events),
-            Ended = true ),
-          too_late,
-          Ended = false),
-    (   Ended == true
-    ->  true
-    ;   keep_serving(Module, Requests, Replies, Events)
-    ).
-
-serve(Module, Requests, Replies, Events) :-
-    (   current_predicate(Module:exogenous/1)
-    ->  poll_interval(Seconds),
-        (   thread_get_message(Requests, Request, [timeout(Seconds)])
-        ->  true
-        ;   Request = none
-        )
-    ;   thread_get_message(Requests, Request)
-    ),
-    (   Request == stop
-    ->  true
-    ;   done(Request, Module, Replies),
-        poll(Module, Events),
-        serve(Module, Requests, Replies, Events)
-    ).
-
-done(none, _, _).
-done(execute(Id, A), Module, Replies) :-
-    catch(executed(Module, A, Result), Error, ours(Error, Result)),
-    thread_send_message(Replies, reply(Id, Result)).
-
-ours(Error, Result) :-
-    (   ( Error == device_closed ; Error == too_late )
-    ->  throw(Error)
-    ;   Result = error(Error)
-    ).
-
-executed(Module, A, Result) :-
-    (   Module:execute(A, Sensing)
-    ->  Result = done(Sensing)
-    ;   Result = error(error(golog(device_failed(Module, A)), _))
-    ).
-
-poll(Module, Events) :-
-    (   current_predicate(Module:exogenous/1)
-    ->  Module:exogenous(Actions),
-        forall(member(A, Actions), thread_send_message(Events, event(A)))
-    ;   true
-    ).
-
-% answer(+Where, +Id, +Deadline, +Action, -Result): the reply to request Id.
-
-answer(thread(Id, _, Replies), Request, Deadline, A, Result) :-
-    get_time(Now),
-    End is Now+Deadline,
-    (   reply(Replies, Request, End, Result0)
-    ->  (   Result0 = error(Error)
-        ->  throw(Error)
-        ;   Result = Result0
-        )
-    ;   thread_signal(Id, throw(too_late)),
-        throw(error(golog(deadline(A, Deadline)), _))
-    ).
-
-% In short waits, so that signals are seen.
-reply(Replies, Request, End, Result) :-
-    get_time(Now),
-    Wait is min(0.1, End-Now),
-    Wait > 0,
-    (   thread_get_message(Replies, reply(Request0, Result0), [timeout(Wait)]),
-        Request0 == Request               % and not one that came too late
-    ->  Result = Result0
-    ;   reply(Replies, Request, End, Result)
-    ).
+close_device(Where, Module) :-
+    Where = thread(_, _, _),
+    stop_thread(Where, Module).
 
 
                 /* Actions */
@@ -293,10 +181,8 @@ carried_out_at(here, Module, Deadline, A, Sensing) :-
         throw(Error)
     ).
 carried_out_at(Where, _, Deadline, A, Sensing) :-
-    Where = thread(_, Requests, _),
-    flag(indigolog_request, Id, Id+1),
-    thread_send_message(Requests, execute(Id, A)),
-    answer(Where, Id, Deadline, A, done(Sensing)).
+    Where = thread(_, _, _),
+    carried_out_by_thread(Where, Deadline, A, Sensing).
 
 
                 /* Events */

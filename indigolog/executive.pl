@@ -3,6 +3,7 @@
             request_stop/1,           % +Reason
             request_abort/0
           ]).
+:- use_module(library(lists), [member/2]).
 :- use_module(library(option), [option/2, option/3, meta_options/3]).
 :- use_module(chance).
 :- use_module(context, [top_context/1]).
@@ -49,6 +50,7 @@ request_abort :-
 
 run(Program, Options0) :-
     meta_options(is_meta, Options0, Options),
+    known_options(Options),
     retractall(requested(_)),
     current_theory(Theory),
     forget_initial_values(Theory),
@@ -79,6 +81,29 @@ run(Program, Options0) :-
 
 is_meta(on_action).
 is_meta(on_fact).
+
+known_options(Options) :-
+    (   member(Option, Options),
+        \+ known_option(Option)
+    ->  throw(error(golog(unknown_option(Option)), _))
+    ;   true
+    ).
+
+known_option(device(_)).
+known_option(device(_, _)).
+known_option(deadline(_)).
+known_option(journal(_)).
+known_option(resume(_)).
+known_option(replay(_)).
+known_option(seed(_)).
+known_option(max_actions(_)).
+known_option(max_wait(_)).
+known_option(on_action(_)).
+known_option(on_fact(_)).
+known_option(history(_)).
+known_option(situation(_)).
+known_option(rest(_)).
+known_option(outcome(_)).
 
 opened(replay, _, Theory, _, Devices, Journal) =>
     journal_open(none, Journal),

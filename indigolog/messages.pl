@@ -203,6 +203,8 @@ error_text(journal(File, Line)) -->
     [ '~w:~d: not a fact of a journal'-[File, Line] ].
 error_text(no_device(Module, PI)) -->
     [ '~q is not a device: it does not define ~q'-[Module, PI] ].
+error_text(unknown_option(Option)) -->
+    [ '~p is not an option of indigolog/2'-[Option] ].
 error_text(nothing_runs(A)) -->
     [ '~q was reported, and no program runs'-[A] ].
 error_text(nothing_happened(Seconds)) -->

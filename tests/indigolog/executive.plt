@@ -124,6 +124,9 @@ test(events_that_cannot_be_had, [forall(member(Device, [device(faulty), device(f
 test(not_a_device, error(golog(no_device(nobody, can_execute/1)))) :-
     trace(inc, [device(nobody)], _).
 
+test(unknown_option, [forall(member(Option, [max_action(3), device(worker, [timeout(3)])])), error(golog(unknown_option(_)))]) :-
+    trace(inc, [Option], _).
+
 test(no_thread_is_left, After == Before) :-
     findall(T, thread_property(T, status(_)), Before),
     trace(inc, [device(worker, []), device(hooked, [])], _),
