@@ -2,8 +2,10 @@
           [ session_options/2           % +Argv, -Options
           ]).
 :- use_module(resumption, [resumed_options/3]).
+:- use_module(library(apply), [foldl/4]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(main), [argv_options/4, argv_usage/1]).
+:- use_module(library(memfile), [free_memory_file/1, memory_file_to_string/2, new_memory_file/1, open_memory_file/3]).
 :- use_module(library(option), [merge_options/3, option/2]).
 
 /** <module> The command line of a session
@@ -110,9 +112,8 @@ defaults([ controller(heuristic), matcher(search), max_iterations(10), seed(1),
 session_options(Argv, _) :-
     ( memberchk('--help', Argv) ; memberchk('-h', Argv) ),
     !,
-    stream_property(Output, alias(user_output)),
-    set_stream(Output, alias(user_error)),      % help that was asked for is no complaint
-    argv_usage(session_options:[]),
+    usage(Text),
+    write(Text),
     halt(0).
 session_options(Argv, Options) :-
     catch(argv_options(session_options:Argv, Positional, Given, []), Error, bad_usage(Error)),
@@ -124,6 +125,27 @@ session_options(Argv, Options) :-
     defaults(Begun, Defaults),
     merge_options(Begun, Defaults, Options),
     check(Options).
+
+%   The usage, with the names of options as they are written on a command line.
+usage(Text) :-
+    stream_property(Errors, alias(user_error)),
+    setup_call_cleanup(
+        new_memory_file(File),
+        ( setup_call_cleanup(
+              ( open_memory_file(File, write, Stream), set_stream(Stream, alias(user_error)) ),
+              argv_usage(session_options:[]),
+              ( set_stream(Errors, alias(user_error)), close(Stream) )),
+          memory_file_to_string(File, Underscored) ),
+        free_memory_file(File)),
+    findall(Name, opt_type(Name, _, _), Names),
+    foldl(with_dashes, Names, Underscored, Text).
+
+with_dashes(Name, Text0, Text) :-
+    dashes(Name, Dashed),
+    atomic_list_concat(['--', Name], Underscored),
+    atomic_list_concat(['--', Dashed], Written),
+    atomic_list_concat(Parts, Underscored, Text0),
+    atomic_list_concat(Parts, Written, Text).
 
 %   A session that is resumed has its options from its folder.
 begun_with(Given, Begun) :-
