@@ -1,4 +1,4 @@
-"""The commands behind the simulator's pages: pictures of scenarios, comparison with POV-Ray, measured curves."""
+"""The commands behind the simulator's pages: pictures of scenarios, POV-Ray beside it, measured curves."""
 
 import subprocess
 import sys
