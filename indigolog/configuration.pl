@@ -5,6 +5,7 @@
             ends/3,                   % +Program, +Situation, +Context
             along/5                   % +Actions, +Program, +Situation, +Context, -Steps
           ]).
+:- use_module(patience, [still_patient/3]).
 :- use_module(situation).
 :- use_module(termination, [final/3]).
 :- use_module(transition, [trans/5]).
@@ -67,6 +68,7 @@ onward(E, S, C, mark(Earlier, Count, Next), E1, S1, Mark1) :-
     (   same_situation(S, S1)
     ->  E1 \=@= Earlier,
         Count1 is Count+1,
+        still_patient(Count1, E1, S1),
         (   Count1 > Next
         ->  Next1 is Next*2,
             Mark1 = mark(E1, Count1, Next1)

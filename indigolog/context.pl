@@ -21,6 +21,8 @@
 :- use_module(library(error), [must_be/2]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(time), [alarm/4, remove_alarm/1]).
+:- use_module(point, [program_point/5]).
+:- use_module(patience, [most_calls/1]).
 :- use_module(situation).
 :- use_module(theory).
 :- use_module(formula, [evaluate/3]).
@@ -44,9 +46,6 @@ top_context(c(0, false, [], 0)).
 
 context_depth(c(Depth, _, _, _), Depth).
 
-% Most calls that could be made before a single step.
-recursion_limit(20_000).
-
 %!  enter(+Call, +Context, -Context1) is semidet.
 %
 %   @error golog(recursion(Call, Count))
@@ -58,7 +57,7 @@ enter(Call, c(D, R, Mark, N), c(D, R, Mark1, N1)) :-
     ->  Mark1 = Call
     ;   Mark1 = Mark
     ),
-    recursion_limit(Limit),
+    most_calls(Limit),
     (   N1 < Limit
     ->  true
     ;   throw(error(golog(recursion(Call, N1)), _))
@@ -175,6 +174,15 @@ within(Seconds, Goal) :-
 
                 /* Errors */
 
+% A test that calls a predicate which the theory does not have.
+own_words(Formal, Context, S, Told, Context1) :-
+    (   Formal = existence_error(procedure, Module:PI),
+        situation_theory(S, Theory),
+        theory_module(Theory, Module)
+    ->  Told = golog(unknown_formula(PI))
+    ;   Told = Formal, Context1 = Context
+    ).
+
 %!  in_step(+Error, +Program, +Situation) is failure.
 %
 %   Rethrow Error with the program and the history it was met in.
@@ -184,6 +192,8 @@ in_step(Error, E, S) :-
         \+ is_dict(Context),              % of a stack overflow
         \+ subsumes_term(golog(_, _), Context)
     ->  situation_history(S, History),
-        throw(error(Formal, golog(at(E, History), Context)))
+        program_point(Formal, E, S, Point, Bindings),
+        own_words(Formal, Context, S, Told, Context1),
+        throw(error(Told, golog(at(E, History), point(Point, Bindings, Context1))))
     ;   throw(Error)
     ).

@@ -10,6 +10,7 @@
 :- use_module(devices).
 :- use_module(journal).
 :- use_module(messages, [progress_message/1]).
+:- use_module(patience, [still_patient/3, with_patience/2]).
 :- use_module(situation).
 :- use_module(termination, [final/3]).
 :- use_module(theory).
@@ -68,7 +69,10 @@ run(Program, Options0) :-
         opened(Mode, Options, Theory, File, Devices, Journal),
         ( begin(Skip, Journal, begun(Program, Seed)),
           X = x(Devices, Journal, on(OnAction, OnFact), Max, MaxWait, Mode),
-          catch(turn(Program, S0, 0, 0, Entries, Skip, X, S, Rest, Outcome),
+          nb_setval(indigolog_silent, 0),
+          option(max_silent(Silent), Options, default),
+          catch(with_patience(Silent,
+                    turn(Program, S0, 0, 0, Entries, Skip, X, S, Rest, Outcome)),
                 Error,
                 ended_by(Error, Journal)),
           journal_write(Journal, ended(Outcome)) ),
@@ -202,8 +206,13 @@ stepped(E, S1, E1, S2, T, Count, Entries, Skip, X, S, Rest, Outcome) :-
     situation_length(S1, N1),
     situation_length(S2, N2),
     (   N1 =:= N2
-    ->  turn(E1, S2, T1, Count, Entries, Skip, X, S, Rest, Outcome)
-    ;   situation_history(S2, [A|_]),
+    ->  nb_getval(indigolog_silent, Silent),
+        Silent1 is Silent+1,
+        still_patient(Silent1, E1, S2),
+        nb_setval(indigolog_silent, Silent1),
+        turn(E1, S2, T1, Count, Entries, Skip, X, S, Rest, Outcome)
+    ;   nb_setval(indigolog_silent, 0),
+        situation_history(S2, [A|_]),
         X = x(_, _, _, Max, _, _),
         (   A == wait
         ->  wait_for_events(Entries, X),

@@ -102,6 +102,7 @@ situation_holds(Formula, Situation) :-
 %     * replay(File)         replay that journal and nothing more: no device is called
 %     * seed(Integer)        of random choices
 %     * max_actions(N)       stop with outcome `limit`
+%     * max_silent(N)        an error after N steps without an action
 %     * max_wait(Seconds)    the longest wait for an exogenous action
 %     * on_action(:Closure)  called with each action, exogenous ones too, and the
 %       situation after it

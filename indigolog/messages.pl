@@ -26,10 +26,24 @@ prolog:error_message(golog(Error)) -->
     error_text(Error).
 prolog:message(error(Formal, Where)) -->
     { nonvar(Where),
-      Where = golog(at(E, History), Context) },
+      Where = golog(at(E, History), Point),
+      (   nonvar(Point), Point = point(_, _, Context) -> true ; Context = Point ) },
     '$messages':translate_message(error(Formal, Context)),
+    point(Point, E),
     [ nl, '  in ~W'-[E, [quoted(true), portray(true), numbervars(true), max_depth(14)]] ],
     where(History).
+
+point(Point, E) -->
+    (   { nonvar(Point), Point = point(Part, Bindings, _), Part \== E }
+    ->  [ nl, '  at ~W'-[Part, [quoted(true), portray(true), numbervars(true), max_depth(14)]] ],
+        bindings(Bindings)
+    ;   []
+    ).
+
+bindings([]) --> [].
+bindings([B|Bs]) -->
+    [ nl, '  with ~q'-[B] ],
+    bindings(Bs).
 
 where([]) --> [ nl, '  in the initial situation'-[] ].
 where([A|H]) -->
@@ -169,6 +183,10 @@ error_text(search_budget(max_nodes(N))) -->
     [ 'search found no plan within ~D configurations'-[N] ].
 error_text(search_budget(max_seconds(T))) -->
     [ 'search found no plan within ~w s'-[T] ].
+error_text(unknown_formula(Name/Arity)) -->
+    [ '~q is neither a fluent nor an abbreviation nor a predicate'-[Name/Arity] ].
+error_text(silent(N)) -->
+    [ 'the program made ~D steps without an action'-[N] ].
 error_text(search_depth(N)) -->
     [ 'search followed an execution for ~D actions without coming to its end; '-[N],
       'search(E, [strategy(breadth)]) or another strategy bounds it'-[] ].
@@ -188,7 +206,8 @@ error_text(unknown_action(A)) -->
 error_text(not_a_program(E)) -->
     [ '~q is not a program'-[E] ].
 error_text(recursion(Call, N)) -->
-    [ 'procedure calls nest ~D deep without an action, the last is ~q'-[N, Call] ].
+    [ 'procedure calls nest ~D deep without an action, the last is ~W'-
+          [N, Call, [quoted(true), max_depth(8)]] ].
 error_text(program_ended(Outcome, Rest, History)) -->
     { length(History, N) },
     [ 'the program ended as ~w after ~D actions'-[Outcome, N] ],

@@ -5,6 +5,7 @@
 :- use_module(context, [top_context/1, once_if_ground/2]).
 :- use_module(termination, [final/3]).
 :- use_module(transition, [step/4]).
+:- use_module(patience, [still_patient/3]).
 :- use_module(situation, [initial_situation/1, situation_history/2, situation_length/2]).
 
 /** <module> Offline execution
@@ -58,6 +59,7 @@ onward(E, S, Mark, Count, Next, Limit, S1) :-
     (   situation_length(S0, N)
     ->  E0 \=@= Mark,
         Count1 is Count+1,
+        still_patient(Count1, E0, S0),
         (   Count1 > Next
         ->  Next1 is Next*2,
             complete(E0, S0, E0, Count1, Next1, Limit, S1)

@@ -4,6 +4,8 @@
             body_problem/5,           % +Body, +In, +Theory, -Kind, -What
             unguarded_call/3,         % +Body, +Theory, -Call
             bound_names/2,            % +Term, -Names
+            bound_variables/2,        % +Variables, -List
+            program_part/2,           % +Program, -Part
             near_miss/3               % +Theory, +Term, -Indicator
           ]).
 :- use_module(library(apply), [maplist/2]).
@@ -200,6 +202,25 @@ construct(case(_, Branches), [programs(Es)]) :-
     ->  findall(E, member(if(_, E), Branches), Es)
     ;   Es = []
     ).
+
+%!  program_part(+Program, -Part) is nondet.
+%
+%   Part is a program that the construct Program is made of.
+
+program_part(E, Part) :-
+    construct(E, Parts),
+    (   member(program(Part), Parts)
+    ;   member(programs(Es), Parts),
+        is_list(Es),
+        member(Part, Es)
+    ).
+
+%!  bound_variables(+Variables, -List) is det.
+%
+%   The variables that the first argument of a construct such as pi/2 binds.
+
+bound_variables(V, Vs) :-
+    findall(Name, bound_name(V, Name), Vs).
 
 %!  near_miss(+Theory, +Term, -Indicator) is semidet.
 %

@@ -9,6 +9,7 @@
 :- use_module(explanation_text, [explanations//1]).
 :- use_module(messages, []).
 :- use_module(offline, [bounded_do/4]).
+:- use_module(patience, [with_patience/2]).
 :- use_module(situation, [initial_situation/1]).
 
 :- initialization(main, main).
@@ -98,12 +99,14 @@ value_word(W, Ws0, Ws, Flag, Text) :-
     !.
 
 needs('--max-actions', 'a whole number').
+needs('--max-silent', 'a whole number').
 needs('--seed', 'a whole number').
 needs('--journal', 'a file').
 needs('--resume', 'a file').
 needs('--replay', 'a file').
 
 option_value('--max-actions', Text, max_actions(N)) :- whole_number(Text, N).
+option_value('--max-silent', Text, max_silent(N)) :- whole_number(Text, N).
 option_value('--seed', Text, seed(N)) :- whole_number(Text, N).
 option_value('--journal', Text, journal(Text)) :- Text \== ''.
 option_value('--resume', Text, resume(Text)) :- Text \== ''.
@@ -123,6 +126,7 @@ THEORY. Executed actions are printed one a line, then "N actions.".
                     sensing and exogenous actions are asked for on the terminal
   --step            step through the program by hand; ? lists the commands
   --max-actions N   give up after N actions
+  --max-silent N    an error after N steps without an action (100000)
   --explain         say what was in the way when there is no complete execution
   --trace           say on stderr what happens and what plans search finds
   --seed N          of random choices, online
@@ -145,7 +149,8 @@ known_program(Program) :-
 
 run(offline, Program, Options, Status) :-
     option(max_actions(Max), Options, inf),
-    (   bounded_do(Program, Max, History, Limit),
+    option(max_silent(Silent), Options, default),
+    (   with_patience(Silent, bounded_do(Program, Max, History, Limit)),
         Limit \== true
     ->  printed(History),
         Status = 0
@@ -173,7 +178,7 @@ run(step, Program, Options, 0) :-
     step_through(Program, Own).
 
 online_option(Options, Option) :-
-    member(Option, [max_actions(_), seed(_), journal(_), resume(_), replay(_)]),
+    member(Option, [max_actions(_), max_silent(_), seed(_), journal(_), resume(_), replay(_)]),
     option(Option, Options).
 online_option(Options, journal(File)) :-
     option(resume(File), Options).

@@ -383,7 +383,7 @@ domain_list(Theory, Domain, Values) :-
     ;   callable(Domain),
         theory_module(Theory, Module),
         domain_goal(Domain, Values0, Goal),
-        Module:Goal,
+        catch(Module:Goal, error(existence_error(procedure, _), _), fail),
         is_list(Values0)
     ->  Values = Values0
     ;   throw(error(golog(no_domain(Domain)), _))

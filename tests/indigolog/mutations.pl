@@ -1,7 +1,7 @@
 :- module(mutations, []).
 :- use_module(library(filesex), [copy_file/2, delete_directory_and_contents/1, directory_file_path/3, make_directory_path/1]).
 :- use_module(library(lists), [member/2, nth1/3]).
-:- use_module(library(process), [process_create/3, process_kill/1, process_wait/3]).
+:- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
 :- use_module(library(readutil), [read_file_to_string/3]).
 
 /** <module> Do the tests notice a wrong interpreter?
@@ -183,7 +183,7 @@ fails(Folder, Tests, How) :-
                    [ cwd(Folder), stdout(null), stderr(null), process(Process) ]),
     process_wait(Process, Status, [timeout(180)]),
     (   Status == timeout
-    ->  process_kill(Process),
+    ->  process_kill(Process, kill),
         process_wait(Process, _, []),
         How = 'does not end'
     ;   Status \== exit(0),
