@@ -102,6 +102,7 @@ known_option(replay(_)).
 known_option(seed(_)).
 known_option(max_actions(_)).
 known_option(max_wait(_)).
+known_option(max_silent(_)).
 known_option(on_action(_)).
 known_option(on_fact(_)).
 known_option(history(_)).
