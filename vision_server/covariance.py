@@ -17,6 +17,9 @@ BIAS_GROWTH = (
 )
 LAGS = 60  # samples over which residuals of one line may hang together
 POOLED_SHARE = 30.0  # samples that the pooled variance counts as, beside a line's own
+# Tukey's weights shrink the residuals that the variance is taken from, and cost the estimate a twentieth of its
+# efficiency; for Gaussian residuals the variance so found is 0.79 of the one that the formula below asks for.
+TUKEY_SHRINKS = 0.79
 LEAST_VARIANCE_PX2 = 0.02**2
 
 
@@ -72,7 +75,7 @@ def _about_camera(centre: Floats) -> Floats:
 
 def _line_variances(residual: Floats, weight: Floats, line: NDArray[np.int64]) -> Floats:
     """Residual variance of each sample's line, px^2, shrunk towards that of all lines, (N,)."""
-    degrees = max(0.2, 1.0 - 6.0 / len(residual))
+    degrees = TUKEY_SHRINKS * max(0.2, 1.0 - 6.0 / len(residual))
     pooled = float(weight @ residual**2 / weight.sum()) / degrees
     out = np.empty(len(residual))
     for index in np.unique(line).tolist():
