@@ -17,8 +17,8 @@ BIAS_GROWTH = (
 )
 LAGS = 60  # samples over which residuals of one line may hang together
 POOLED_SHARE = 30.0  # samples that the pooled variance counts as, beside a line's own
-# Tukey's weights shrink the residuals that the variance is taken from, and cost the estimate a twentieth of its
-# efficiency; for Gaussian residuals the variance so found is 0.79 of the one that the formula below asks for.
+# Tukey's weights shrink the residuals that the variance is taken from, and cost the estimate a twentieth of
+# its efficiency; for Gaussian residuals the variance so found is 0.79 of the one that the formula asks for.
 TUKEY_SHRINKS = 0.79
 LEAST_VARIANCE_PX2 = 0.02**2
 
