@@ -9,16 +9,13 @@ from pathlib import Path
 import cv2
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
+from benchmarks.edge_times import all_edge_times, simulated
 from benchmarks.simulator_times import simulator
 from benchmarks.transport import transport
-from bridge.messages import Settings
 from geometry.camera import Camera
 from geometry.model import load_model
 from image_server.simulator import Simulator
-from vision_server.channel import channel_statistics
-from vision_server.edges import merge_channels
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import estimate_pose
 
@@ -43,22 +40,6 @@ def milliseconds(run: Callable[[], object]) -> float:
     return float(np.median(times))
 
 
-def frames(simulator: Simulator) -> list[NDArray[np.uint8]]:
-    """Four images of one scene: each light alone, and all together."""
-    lights = [(7, 0, 0), (0, 7, 0), (0, 0, 7), (4, 4, 4)]
-    return [
-        simulator.capture(Settings(lights=levels, shutter_s=1 / 60, aperture=4.0)).pixels for levels in lights
-    ]
-
-
-def edges() -> None:
-    """Four channels to an edge map against cv2.Canny on the same four images."""
-    images = frames(Simulator("satellite", "nominal", 1))
-    ours = milliseconds(lambda: merge_channels([channel_statistics(image, 2.0) for image in images]))
-    canny = milliseconds(lambda: [cv2.Canny(image, 50, 150) for image in images])
-    show("edges/four_channels", ours, "ms", canny_ms=canny, ratio=ours / canny)
-
-
 def poses() -> None:
     """Stages of an estimate from four images, against cv2's LSD on the same four."""
     for target in ("cube", "fixture", "satellite"):
@@ -68,7 +49,7 @@ def poses() -> None:
 def pose(target: str) -> None:
     """One target's estimate."""
     simulator = Simulator(target, "nominal", 1)
-    images = frames(simulator)
+    images = simulated(target)
     described = simulator.describe()
     assert described.camera is not None
     assert described.target is not None
@@ -98,7 +79,7 @@ def golog() -> None:
 
 
 if __name__ == "__main__":
-    edges()
+    all_edge_times(show)
     poses()
     golog()
     simulator(show)

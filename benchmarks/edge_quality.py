@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -19,11 +18,11 @@ from numpy.typing import NDArray
 
 from benchmarks.attached_shadows import BODIES, attached_shadow_set
 from benchmarks.edge_metrics import EdgeQuality, edge_quality, outline_of
+from benchmarks.edge_times import edge_times
 from vision_server.channel import channel_statistics
 from vision_server.comparison_edges import comparison_edges
-from vision_server.edges import ImageSetStatistics, merge_channels
+from vision_server.edges import merge_channels
 from vision_server.image_files import read_grey
-from vision_server.segments import extract_segments
 
 Image = NDArray[np.uint8]
 COMPARED = ("mean", "max-image", "max-gradient", "di-zenzo", "mertens")
@@ -88,52 +87,6 @@ def attached_shadows() -> None:
                 report(f"attached shadows, {body}, {lights} lights", method, [quality])
 
 
-def fastest(work: Callable[[], object]) -> float:
-    """Shortest of some runs, ms, after one to warm up."""
-    work()
-    times = []
-    for _ in range(REPEATS):
-        began = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - began)
-    return 1e3 * min(times)
-
-
-def seconds(images: Sequence[Image], name: str) -> None:
-    """Time of an edge map of four images beside cv2.Canny and cv2's LSD on the same four."""
-
-    def whole() -> None:
-        merge_channels([channel_statistics(image) for image in images])
-
-    canny = fastest(lambda: [cv2.Canny(image, *CANNY_THRESHOLDS) for image in images])
-    detector = cv2.createLineSegmentDetector()
-    lsd = fastest(lambda: [detector.detect(image) for image in images])
-    total = fastest(whole)
-    say(f"4 channels to an edge map, {name}", total, "ms", canny_ms=canny, ratio=round(total / canny, 2))
-    edges = merge_channels([channel_statistics(image) for image in images])
-    segments = fastest(lambda: extract_segments(edges))
-    say(
-        f"4 channels to segments, {name}",
-        total + segments,
-        "ms",
-        lsd_ms=lsd,
-        ratio=round((total + segments) / lsd, 2),
-    )
-    channels = [channel_statistics(image) for image in images] * 3
-    for count in (2, 12):
-        image_set = ImageSetStatistics()
-        for number in range(count):
-            image_set.add(str(number), channels[number])
-        again = [channel_statistics(images[0])]
-
-        def last(image_set: ImageSetStatistics = image_set, again: list = again) -> None:  # type: ignore[type-arg]
-            again[0] = channel_statistics(images[0])
-            image_set.add(f"another {len(image_set.channels)}", again[0])
-
-        say(f"adding a channel to {count}, {name}", fastest(last), "ms")
-        say(f"merge of {count} channels, {name}", fastest(image_set.merge), "ms")
-
-
 def main() -> None:
     """Measure everything there is data for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
@@ -145,16 +98,12 @@ def main() -> None:
     if folder.is_dir():
         leaf_shadows(folder)
         real = [cv2.resize(read_grey(folder / f"{n}_TL.png"), (640, 480)) for n in (1, 4, 7, 10)]
-        seconds([np.asarray(image, np.uint8) for image in real], "leaves 640x480")
+        edge_times(say, "leaves", [np.asarray(image, np.uint8) for image in real])
     else:
         print(
             json.dumps({"name": "leaf shadows", "value": None, "unit": "1", "skipped": f"no {folder.name}"})
         )
     attached_shadows()
-    rendered, _ = attached_shadow_set("folded sheet", 4)
-    seconds(
-        [np.asarray(cv2.resize(image, (640, 480)), np.uint8) for image in rendered], "folded sheet 640x480"
-    )
 
 
 if __name__ == "__main__":

@@ -12,14 +12,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from vision_server.axis import axis_of
 from vision_server.noise import smooth_noise_factor
 
 Grey = NDArray[np.uint8]
 Field = NDArray[np.float32]
 Places = NDArray[np.int32]
 
-# atan(t) / t in powers of t^2 for t in [0, 1]: Abramowitz & Stegun (1964) 4.4.47, within 1e-5 rad
-ARCTANGENT = (0.9998660, -0.3302995, 0.1801410, -0.0851330, 0.0208351)
 SAMPLED_ROW_STEP = 16  # rows whose magnitudes are sampled, for the noise in flat parts
 FLANK_RATIO = 0.65  # under this share of what is a step along its gradient a pixel lies on an edge's foot
 TAPS = 3  # of a kernel's arm that are summed at once, in registers
@@ -172,16 +171,10 @@ def _list_row(
         )
         ahead += t * (ring[front + x + u] - ahead)
         behind += t * (ring[back + x - u] - behind)
-        z = t * t
-        series = np.float32(ARCTANGENT[3]) + z * np.float32(ARCTANGENT[4])
-        series = np.float32(ARCTANGENT[1]) + z * (np.float32(ARCTANGENT[2]) + z * series)
-        axis = t * (np.float32(ARCTANGENT[0]) + z * series)
-        axis = np.float32(0.5 * np.pi) - axis if steep else axis
-        axis = np.float32(np.pi) - axis if (dx > np.float32(0.0)) != (dy > np.float32(0.0)) else axis
         difference = (ahead - behind) / m
         places[found] = y * columns + x
         values[0, found] = m
-        values[1, found] = axis if axis < np.float32(np.pi) else np.float32(0.0)
+        values[1, found] = axis_of(dx, dy)
         values[2, found] = ahead + behind
         values[3, found] = difference * dx
         values[4, found] = difference * dy
