@@ -72,6 +72,16 @@ class FittedLines:
     rms_axis_rad: NDArray[np.float64]
     count: NDArray[np.int64]
 
+    @property
+    def length(self) -> NDArray[np.float64]:
+        """float64 (N,), px."""
+        ends = self.endpoints
+        return np.asarray(np.hypot(ends[:, 2] - ends[:, 0], ends[:, 3] - ends[:, 1]), dtype=np.float64)
+
+    def take(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> FittedLines:
+        """The chosen lines, by index or mask."""
+        return FittedLines(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
+
 
 @njit(cache=True)
 def _fit(

@@ -13,6 +13,7 @@ from vision_server.centring import centre_lines
 from vision_server.channel import SHARP_PX
 from vision_server.edge_map import EdgeMap
 from vision_server.growing import grow_lines
+from vision_server.joining import join_collinear
 from vision_server.line_fit import Edgels, fit_lines, log_chance
 from vision_server.linking import link_edgels
 from vision_server.splitting import split_chains
@@ -98,15 +99,18 @@ def extract_segments(
         chains = link_edgels(edges, hysteresis(edges, low, high))
         edgels = Edgels(chains.points, chains.normals, chains.strengths, split_chains(chains))
     lines = fit_lines(edgels)
+    good = lines.length >= min_length_px
+    if grouping == "growing":
+        good &= log_chance(lines, edges, chosen) < MAX_LOG_CHANCE
+    edgels = join_collinear(
+        Edgels(edgels.points, edgels.normals, edgels.strengths, edgels.groups[good]), lines.take(good)
+    )
+    lines = fit_lines(edgels)
     ends = lines.endpoints
     if edges.blur_px > SHARP_PX:
         ends = centre_lines(
             ends, ((c.contrast, c.weight) for c in edges.channels), BLUR_REACH * edges.blur_px
         )
     segments = Segments(ends, lines.strength, lines.normal_sd)
-    good = segments.length >= min_length_px
-    if grouping == "growing":
-        good &= log_chance(lines, edges, chosen) < MAX_LOG_CHANCE
-    segments = segments.take(good)
     order = np.argsort(-segments.length * segments.strength, kind="stable")[:max_segments]
     return segments.take(order)
