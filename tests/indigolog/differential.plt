@@ -41,9 +41,14 @@ compare_programs(Number) :-
 
 progress(Seed, Each, Number) :-
     Done is Seed*Each,
-    (   Number >= 5000,
+    (   Number >= 1000,
         Done mod 1000 =:= 0
-    ->  print_message(informational, format("~D programs alike", [Done]))
+    ->  flag(differential_left_out, Out, Out),
+        flag(differential_compared, Compared, Compared),
+        flag(differential_traces, Traces, Traces),
+        print_message(informational,
+                      format("~D programs alike: ~D comparisons, ~D traces; ~D comparisons left out",
+                             [Done, Compared, Traces, Out]))
     ;   true
     ).
 
@@ -79,7 +84,12 @@ same(What, P, Seed, Clauses) :-
     (   Result == inference_limit_exceeded    % too many executions to list them all
     ->  flag(differential_left_out, Out, Out+1)
     ;   agree(What, Ours, Naive)
-    ->  true
+    ->  flag(differential_compared, Compared, Compared+1),
+        (   What == traces
+        ->  length(Ours, Traces),
+            flag(differential_traces, Before, Before+Traces)
+        ;   true
+        )
     ;   print_message(error, format("theory ~w: ~q~n~q differs in ~q:~n~q~nby the axioms~n~q",
                                     [Seed, Clauses, P, What, Ours, Naive])),
         fail
@@ -179,7 +189,7 @@ number_of_programs(N) :-
 
 test(alike, true(LeftOut * 20 < N)) :-
     number_of_programs(N),
-    flag(differential_left_out, _, 0),
+    forall(member(Flag, [differential_left_out, differential_compared, differential_traces]), flag(Flag, _, 0)),
     compare_programs(N),
     flag(differential_left_out, LeftOut, LeftOut).
 

@@ -71,9 +71,9 @@ mutation('the last axiom counts, not the first', situation,
 mutation('causes_false makes true', situation,
          "    ;   Module:causes_false(Action, F, Condition), V = false\n",
          "    ;   Module:causes_false(Action, F, Condition), V = true\n").
-mutation('effects are conditional on the situation after', situation,
-         "    ;   bind_equalities(Condition, S),\n",
-         "    ;   ").
+mutation('set makes false', situation,
+         "    Effect = F-true.\n",
+         "    Effect = F-false.\n").
 mutation('impl is and', formula,
          "    ->  \\+ \\+ true_in(Q, S)\n    ;   true\n",
          "    ->  \\+ \\+ true_in(Q, S)\n    ;   fail\n").
