@@ -21,7 +21,7 @@ from vision_server.sidesteps import laid_beside, loosened
 
 Ints = NDArray[np.int64]
 
-SAME_DEG, SAME_SHARE_OF_RANGE = 0.1, 0.0005  # poses this close have come to the same place
+SAME_DEG, SAME_SHARE_OF_RANGE = 0.15, 0.001  # poses this close have come to the same place
 SCALE_REACH_PX = 4.0  # around a candidate's lines, where the blur of the edges is looked at
 REFINED = 5  # candidates of the matcher that are looked at
 COARSE_REACHES_PX, COARSER = (6.0, 4.0), 1.75  # first, with fewer samples; ...
@@ -105,11 +105,15 @@ class Refiner:
     ) -> Refined | None:
         """One pose refined at some reaches; None where nothing holds it or it ends at a known one."""
         spacing = coarser * spacing_for(self.model, self.camera, pose)
-        solution = refine(
-            self.channels, self.model, self.camera, pose, scale, reaches_px, self.tone_sd_px, spacing
-        )
-        if solution is None or any(_ends_at(solution.pose, one.solution.pose) for one in known):
-            return None
+        solution = None
+        for reach in reaches_px:
+            solution = refine(
+                self.channels, self.model, self.camera, pose, scale, (reach,), self.tone_sd_px, spacing
+            )
+            if solution is None or any(_ends_at(solution.pose, one.solution.pose) for one in known):
+                return None
+            pose = solution.pose
+        assert solution is not None
         evidence = gather_evidence(self.channels, self.model, self.camera, solution.pose, scale, spacing)
         return None if evidence is None else Refined(solution, evidence)
 
