@@ -27,6 +27,7 @@ SOLVER_ITERATIONS = 5  # of reweighting, on the edge points of one measurement
 LEAST_SPACING_PX = 2.0  # of samples: the sharpest filter makes nearer ones alike
 MOST_SAMPLES = 450
 TUKEY = 4.685  # 95 % efficient on Gaussian residuals
+FIRST_CUT_PX = 3.0  # least; where most edge points lie on their lines, one that is farther off is not theirs
 LEAST_SCALE_PX = 0.12
 MEDIAN_BIN_PX, MEDIAN_BINS = 0.01, 2000
 # Shift of an edge per unit of the first nuisance: what is left of a known tone curve; of a nominal one (0.19
@@ -109,20 +110,21 @@ def _reweighted(
     step = np.zeros(8)
     weight[:] = base
     for iteration in range(SOLVER_ITERATIONS):
-        if iteration > 0:
-            for c in range(channels):
-                for i in range(count):
-                    if base[c, i] > 0.0:
-                        expected = nuisance[c, i, 0] * step[6] + nuisance[c, i, 1] * step[7]
-                        for k in range(6):
-                            expected += jacobian[i, k] * step[k]
-                        residual[c, i] = abs(offset[c, i] - expected)
-            cut = TUKEY * max(LEAST_SCALE_PX, 1.4826 * weighted_median(residual, base))
-            for c in range(channels):
-                for i in range(count):
-                    if base[c, i] > 0.0:
-                        share = max(0.0, 1.0 - (residual[c, i] / cut) ** 2)
-                        weight[c, i] = base[c, i] * share * share
+        for c in range(channels):
+            for i in range(count):
+                if base[c, i] > 0.0:
+                    expected = nuisance[c, i, 0] * step[6] + nuisance[c, i, 1] * step[7]
+                    for k in range(6):
+                        expected += jacobian[i, k] * step[k]
+                    residual[c, i] = abs(offset[c, i] - expected)
+        cut = TUKEY * max(LEAST_SCALE_PX, 1.4826 * weighted_median(residual, base))
+        if iteration == 0:
+            cut = max(cut, FIRST_CUT_PX)
+        for c in range(channels):
+            for i in range(count):
+                if base[c, i] > 0.0:
+                    share = max(0.0, 1.0 - (residual[c, i] / cut) ** 2)
+                    weight[c, i] = base[c, i] * share * share
         normal, pull = np.zeros((8, 8)), np.zeros(8)
         for k in range(8):
             normal[k, k] = prior[k]
