@@ -18,8 +18,9 @@ NO_LIGHTS = Lit(levels=(), verified=True, steady_at=0.0)
 class Hardware(Device):
     """Camera and lights.
 
-    A light that dies is told as `light_fault` and stays off; frames that asked for it say so in their
-    applied settings. A camera that fails is told as `camera_fault`, and the capture is an error.
+    A light that dies is told as `light_fault` and stays off; frames that ask for it say so in their
+    applied settings, and tell it again. A camera that fails is told as `camera_fault`, and the capture is an
+    error.
 
     Parameters
     ----------
@@ -63,9 +64,7 @@ class Hardware(Device):
         """Tell of lights that die and of a camera that fails."""
         self._notify = notify
         if self._lights is not None:
-            self._lights.listen(
-                lambda name, why: notify(Change("light_fault", {"light": name, "reason": why}))
-            )
+            self._lights.listen(lambda name, why: notify(_light_fault(name, why)))
 
     def describe(self) -> Describe:
         """What camera file and lights file offer."""
@@ -88,6 +87,7 @@ class Hardware(Device):
         self._captures += 1
         self._heard()
         still = lit if self._lights is None else self._lights.present()
+        self._tell_again(asked)
         applied = msgspec.structs.replace(asked, lights=still.levels, **exposure.applied)
         return Frame(
             pixels=exposure.pixels,
@@ -121,6 +121,17 @@ class Hardware(Device):
             self._lights.close()
         self._camera.close()
 
+    def _tell_again(self, asked: Settings) -> None:
+        """Who asks for a dead light was not there when it died: an event reaches only those who listen."""
+        dead = {} if self._lights is None else self._lights.dead
+        for light, level in zip(self._describe.lights, asked.lights, strict=True):
+            if level and light.name in dead:
+                self._notify(_light_fault(light.name, dead[light.name]))
+
     def _heard(self) -> None:
         if self._lights is not None:
             self._lights.heard()
+
+
+def _light_fault(name: str, why: str) -> Change:
+    return Change("light_fault", {"light": name, "reason": why})

@@ -139,12 +139,23 @@ image_source(Options, Plan, Folder, Arguments) :-
 start_arguments(Options, Plan, ImageServer, Folder, Args) :-
     option(matcher(Matcher), Options),
     findall(Key-File,
-            ( member(Key-Name, [camera_file-camera_model, seed_pose_file-seed_pose, model-model]),
-              Option =.. [Name, Given],
-              option(Option, Options),
-              absolute_file_name(Given, File) ),
+            ( start_file(Key, Options, Plan, Given), absolute_file_name(Given, File) ),
             Files),
     dict_pairs(Args, start, [image_server-ImageServer, matcher-Matcher, seed-(Plan.seed), out-Folder|Files]).
+
+start_file(camera_file, Options, _, File) :-
+    option(camera_model(File), Options).
+start_file(seed_pose_file, Options, _, File) :-
+    option(seed_pose(File), Options).
+start_file(model, Options, Plan, File) :-
+    option(target(Target), Options),
+    member(Elsewhere, [stack(_), image_server(_)]),   % the others know the target they were started with
+    option(Elsewhere, Options),
+    (   exists_file(Target)
+    ->  File = Target
+    ;   atomic_list_concat([Plan.root, '/targets/', Target, '.cao'], File),
+        exists_file(File)
+    ).
 
 stop_everything :-
     catch(close_acquisition, error(_, _), true),
@@ -354,5 +365,5 @@ error_status(error(usage_error(_), _), 2) :- !.
 error_status(error(golog(_), _), 2) :- !.
 error_status(error(existence_error(source_sink, _), _), 2) :- !.
 error_status(error(server_died(_, exit(2), _, _), _), 2) :- !.
-error_status(error(server_error("bad_input", _, _), _), 2) :- !.
+error_status(error(server_error(bad_input, _, _), _), 2) :- !.
 error_status(_, 4).

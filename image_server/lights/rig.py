@@ -92,6 +92,12 @@ class LightRig:
         """The driver's."""
         return self._driver.identity
 
+    @property
+    def dead(self) -> dict[str, str]:
+        """Lights that have died, with the reason."""
+        with self._lock:
+            return dict(self._dead)
+
     def listen(self, notify: Notify) -> None:
         """Tell of every light that dies, those that are dead already included."""
         with self._lock:

@@ -118,9 +118,10 @@ class Stream:
 
     def drain(self) -> None:
         """Give back every frame that waits: they are stale, and frames missed meanwhile are not lost ones."""
-        while self._node.wait(0.0):
-            buffer = self._dequeue(time.monotonic())
-            self._queue(buffer)
+        for _ in self._buffers:  # no more can wait, however fast the camera is
+            if not self._node.wait(0.0):
+                break
+            self._queue(self._dequeue(time.monotonic()))
         self._last_sequence = None
 
     def close(self) -> None:
