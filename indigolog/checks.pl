@@ -6,6 +6,7 @@
           ]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(solution_sequences), [limit/2]).
+:- use_module(binding, [bound_names/2]).
 :- use_module(program_checks).
 :- use_module(theory).
 

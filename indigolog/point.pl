@@ -5,7 +5,8 @@
 :- use_module(action, [pick/5]).
 :- use_module(context, [top_context/1]).
 :- use_module(formula, [holds_in/2]).
-:- use_module(program_checks, [bound_variables/2, program_part/2]).
+:- use_module(binding, [bound_variables/2]).
+:- use_module(program_checks, [program_part/2]).
 :- use_module(situation, [situation_theory/2]).
 :- use_module(termination, [final/3]).
 :- use_module(theory, [theory_module/2]).

@@ -3,14 +3,13 @@
             formula_problem/5,        % +Formula, +In, +Theory, -Kind, -What
             body_problem/5,           % +Body, +In, +Theory, -Kind, -What
             unguarded_call/3,         % +Body, +Theory, -Call
-            bound_names/2,            % +Term, -Names
-            bound_variables/2,        % +Variables, -List
             program_part/2,           % +Program, -Part
             near_miss/3               % +Theory, +Term, -Indicator
           ]).
 :- use_module(library(apply), [maplist/2]).
 :- use_module(library(lists), [append/2, member/2, memberchk/2]).
 :- use_module(library(occurs), [sub_term/2]).
+:- use_module(binding).
 :- use_module(theory).
 
 /** <module> What is wrong inside programs and formulas
@@ -116,35 +115,10 @@ goal_exists(Goal, Theory) :-
 unused_variable(E, In, warning, unused(In, Name, V)) :-
     binder(E, V0, Body),
     functor(E, Name, _),
-    bound_name(V0, V),
+    bound_variables(V0, Vs),
+    member(V, Vs),
     atom(V),
     \+ ( sub_term(T, Body), T == V ).
-
-binder(pi(V, E), V, E).
-binder(pi(V, _, E), V, E).
-binder(rpi(V, E), V, E).
-binder(rpi(V, _, E), V, E).
-binder(interrupt(V, P, E), V, P-E).
-binder(some(V, P), V, P).
-binder(all(V, P), V, P).
-
-bound_name(V, _) :-
-    var(V),
-    !,
-    fail.
-bound_name([V|Vs], Name) :-
-    !,
-    (   bound_name(V, Name)
-    ;   bound_name(Vs, Name)
-    ).
-bound_name((V, _), Name) :-
-    !,
-    bound_name(V, Name).
-bound_name(r(V), Name) :-
-    !,
-    bound_name(V, Name).
-bound_name(V, V) :-
-    V \== [].
 
 %   construct(+Program, -Parts): the parts of a program of the language.
 
@@ -153,14 +127,7 @@ construct([E|L], [program(E), program(L)]).
 construct(?(P), Parts) :-
     (   P == wait_exog_action -> Parts = [] ; Parts = [formula(P)] ).
 construct(??(P), [formula(P)]).
-construct(wait, []).
-construct(abort, []).
-construct(commit, []).
-construct(stop_interrupts, []).
-construct(set(_), []).
-construct(unset(_), []).
-construct(sim(_), []).
-construct(abort(_), []).
+construct(Own, []) :- step(Own).
 construct(branch(P), [formula(P)]).
 construct(ndet(E, F), [program(E), program(F)]).
 construct(wndet(E, F), [program(E), program(F)]).
@@ -203,6 +170,15 @@ construct(case(_, Branches), [programs(Es)]) :-
     ;   Es = []
     ).
 
+step(wait).
+step(abort).
+step(commit).
+step(stop_interrupts).
+step(set(_)).
+step(unset(_)).
+step(sim(_)).
+step(abort(_)).
+
 %!  program_part(+Program, -Part) is nondet.
 %
 %   Part is a program that the construct Program is made of.
@@ -214,13 +190,6 @@ program_part(E, Part) :-
         is_list(Es),
         member(Part, Es)
     ).
-
-%!  bound_variables(+Variables, -List) is det.
-%
-%   The variables that the first argument of a construct such as pi/2 binds.
-
-bound_variables(V, Vs) :-
-    findall(Name, bound_name(V, Name), Vs).
 
 %!  near_miss(+Theory, +Term, -Indicator) is semidet.
 %
@@ -235,6 +204,7 @@ near_miss(Theory, Term, Name/Arity) :-
         ;   clause(Module:proc(G, _), _), nonvar(G)
         )
     ;   clause(construct(G, _), _), nonvar(G)
+    ;   step(G)
     ),
     functor(G, Name, Arity),
     Arity =\= Arity0,
@@ -339,24 +309,6 @@ number_problem(T, In, Theory, error, no_number(In, T)) :-
     \+ memberchk(T, Variables),
     \+ fluent_template(Theory, T, _),
     \+ current_arithmetic_function(T).
-
-%!  bound_names(+Term, -Names) is det.
-%
-%   The atoms that some construct in Term binds.
-
-bound_names(Term, Names) :-
-    findall(Name,
-            ( sub_term(T, Term),
-              nonvar(T),
-              binds(T, V),
-              bound_name(V, Name) ),
-            Names).
-
-binds(T, V) :-
-    binder(T, V, _).
-binds(for(V, _, _), V).
-binds(some(V, _, _), V).
-binds(all(V, _, _), V).
 
 %!  unguarded_call(+Body, +Theory, -Call) is nondet.
 %

@@ -9,6 +9,7 @@
 :- use_module('../../indigolog/situation',
               [initial_situation/1, history_situation/2, fluent_status/3]).
 :- use_module(naive).
+:- use_module(naive_values, [naive_theory/1, naive_values/3]).
 :- use_module(random_agents).
 
 /** <module> Random agents behave alike in the interpreter and by the axioms
@@ -136,7 +137,7 @@ fluent(m(b)).
 fluent(p(a)).
 fluent(p(b)).
 fluent(q).
-fluent(F) :- member(F, [u, w]), naive:fluent(F).
+fluent(F) :- member(F, [u, w]), naive_values:fluent(F).
 
 our_values(F, H, Vs) :-
     history_situation(H, S),
@@ -164,7 +165,7 @@ carried_out(A, Result) :-
     retract(executed(N)),
     N1 is N+1,
     assertz(executed(N1)),
-    (   naive:senses_something(A)
+    (   naive_values:senses_something(A)
     ->  retract(results([R|Rs])),
         assertz(results(Rs)),
         naive:result_for(A, R, Result)
