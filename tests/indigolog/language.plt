@@ -82,6 +82,6 @@ test(all_constructs, [forall(construct(Name)), true(Examples \== [])]) :-
 construct(Name) :-
     member(Name, [??, ?, ndet, wndet, rndet, if, while, star, pi, rpi, for, conc, pconc, iconc, rconc, rrobin, sync,
                   prioritized_interrupts, interrupt, gexec, goal, abort, atomic, time, ttime, set, unset, sim, search,
-                  searchc, branch, case, achieve, and, or, neg, impl, equiv, some, all, know, kwhether, done, findall]).
+                  searchc, branch, case, achieve, wait, and, or, neg, impl, equiv, some, all, know, kwhether, done, findall]).
 
 :- end_tests(language).
