@@ -47,7 +47,11 @@ class Watchdog:
             os.write(self._pipe, LEAVE)
         os.close(self._pipe)
         self._pipe = -1
-        self._process.wait(DEADLINE_S)
+        try:
+            self._process.wait(DEADLINE_S)
+        except subprocess.TimeoutExpired:  # a busy machine; it has nothing left to do
+            self._process.kill()
+            self._process.wait()
 
 
 def watch(end: int, line: int, dark: bytes) -> None:

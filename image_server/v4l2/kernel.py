@@ -1,7 +1,7 @@
 """The kernel's V4L2 interface: v4l2-python3, corrected where its structures are not the kernel's.
 
-v4l2-python3 0.3.5 ends `v4l2_pix_format` after 32 of 48 bytes, names the third word of
-`v4l2_frmsize_stepwise` twice and lacks controls newer than Linux 2.6.30. Sizes, offsets and request numbers
+v4l2-python3 0.3.5 ends `v4l2_pix_format` after 32 of 48 bytes, and lacks `device_caps` and the controls
+newer than Linux 2.6.30. Sizes, offsets and request numbers
 used here are checked against <linux/videodev2.h> by the tests.
 """
 
@@ -53,37 +53,29 @@ class Format(ctypes.Structure):
     _fields_ = [("type", ctypes.c_uint32), ("fmt", _FormatUnion)]
 
 
-class FrameSizeStepwise(ctypes.Structure):
-    """`struct v4l2_frmsize_stepwise`."""
+_ARGUMENTS: dict[str, type] = {
+    "QUERYCAP": v4l2.v4l2_capability,
+    "ENUM_FMT": v4l2.v4l2_fmtdesc,
+    "G_FMT": Format,
+    "S_FMT": Format,
+    "REQBUFS": v4l2.v4l2_requestbuffers,
+    "QUERYBUF": v4l2.v4l2_buffer,
+    "QBUF": v4l2.v4l2_buffer,
+    "DQBUF": v4l2.v4l2_buffer,
+    "STREAMON": ctypes.c_int,
+    "STREAMOFF": ctypes.c_int,
+    "G_PARM": v4l2.v4l2_streamparm,
+    "S_PARM": v4l2.v4l2_streamparm,
+    "QUERY_EXT_CTRL": v4l2.v4l2_query_ext_ctrl,
+    "QUERYMENU": v4l2.v4l2_querymenu,
+    "G_CTRL": v4l2.v4l2_control,
+    "S_CTRL": v4l2.v4l2_control,
+}
 
-    _fields_ = [
-        (name, ctypes.c_uint32)
-        for name in ("min_width", "max_width", "step_width", "min_height", "max_height", "step_height")
-    ]
-
-
-def _request(number: int) -> int:
-    return number & 0xFFFFFFFF  # v4l2-python3 gives them as signed numbers
-
-
-REQUESTS: dict[str, tuple[int, type]] = {
-    "QUERYCAP": (_request(v4l2.VIDIOC_QUERYCAP), v4l2.v4l2_capability),
-    "ENUM_FMT": (_request(v4l2.VIDIOC_ENUM_FMT), v4l2.v4l2_fmtdesc),
-    "G_FMT": (_request(v4l2.VIDIOC_G_FMT), Format),
-    "S_FMT": (_request(v4l2.VIDIOC_S_FMT), Format),
-    "REQBUFS": (_request(v4l2.VIDIOC_REQBUFS), v4l2.v4l2_requestbuffers),
-    "QUERYBUF": (_request(v4l2.VIDIOC_QUERYBUF), v4l2.v4l2_buffer),
-    "QBUF": (_request(v4l2.VIDIOC_QBUF), v4l2.v4l2_buffer),
-    "DQBUF": (_request(v4l2.VIDIOC_DQBUF), v4l2.v4l2_buffer),
-    "STREAMON": (_request(v4l2.VIDIOC_STREAMON), ctypes.c_int),
-    "STREAMOFF": (_request(v4l2.VIDIOC_STREAMOFF), ctypes.c_int),
-    "G_PARM": (_request(v4l2.VIDIOC_G_PARM), v4l2.v4l2_streamparm),
-    "S_PARM": (_request(v4l2.VIDIOC_S_PARM), v4l2.v4l2_streamparm),
-    "QUERY_EXT_CTRL": (_request(v4l2.VIDIOC_QUERY_EXT_CTRL), v4l2.v4l2_query_ext_ctrl),
-    "QUERYMENU": (_request(v4l2.VIDIOC_QUERYMENU), v4l2.v4l2_querymenu),
-    "G_CTRL": (_request(v4l2.VIDIOC_G_CTRL), v4l2.v4l2_control),
-    "S_CTRL": (_request(v4l2.VIDIOC_S_CTRL), v4l2.v4l2_control),
-    "ENUM_FRAMESIZES": (_request(v4l2.VIDIOC_ENUM_FRAMESIZES), v4l2.v4l2_frmsizeenum),
+REQUESTS = {
+    # v4l2-python3 gives the numbers signed
+    name: (getattr(v4l2, f"VIDIOC_{name}") & 0xFFFFFFFF, argument)
+    for name, argument in _ARGUMENTS.items()
 }
 """Number and argument of every request that is made, by its name without VIDIOC_."""
 
