@@ -1,6 +1,6 @@
 """Quality and time of the ways to merge images into one edge map: one JSON object a line.
 
-    python -m benchmarks.edge_quality [--data DIR]
+    python -m benchmarks.edge_quality [--data DIR] [--plot OUT.png]
 
 DIR holds `leaf_shadows/` (real leaves, cast shadows); without it only the rendered sets are measured.
 """
@@ -14,6 +14,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from benchmarks.attached_shadows import BODIES, attached_shadow_set
@@ -25,6 +26,7 @@ from vision_server.edges import merge_channels
 from vision_server.image_files import read_grey
 
 Image = NDArray[np.uint8]
+Results = dict[str, dict[str, dict[str, float]]]  # set of images -> rule -> measure
 COMPARED = ("mean", "max-image", "max-gradient", "di-zenzo", "mertens")
 METHODS = ("em", "em without weights", *COMPARED)
 TRIPLES = ((1, 5, 9), (2, 6, 10), (3, 7, 11), (4, 8, 12))
@@ -46,7 +48,7 @@ def ridges(images: Sequence[Image], method: str) -> NDArray[np.float32]:
     return comparison_edges(images, method).ridge  # type: ignore[arg-type]
 
 
-def leaf_shadows(folder: Path) -> None:
+def leaf_shadows(folder: Path, results: Results) -> None:
     """Real cast shadows: three lights of twelve (four ways), and all twelve."""
     back = np.mean([read_grey(folder / f"{n}_BL.png").astype(np.float64) for n in range(1, 13)], axis=0)
     _, leaf = cv2.threshold(back.astype(np.uint8), 0, 1, cv2.THRESH_BINARY_INV | cv2.THRESH_OTSU)
@@ -58,25 +60,56 @@ def leaf_shadows(folder: Path) -> None:
 
     for method in METHODS:
         three = [measured(triple, method) for triple in TRIPLES]
-        report("leaf shadows, 3 of 12 lights", method, three)
-        report("leaf shadows, 12 lights", method, [measured(range(1, 13), method)])
+        report(results, "leaf shadows, 3 of 12 lights", method, three)
+        report(results, "leaf shadows, 12 lights", method, [measured(range(1, 13), method)])
 
 
-def report(name: str, method: str, found: Sequence[EdgeQuality]) -> None:
+def report(results: Results, name: str, method: str, found: Sequence[EdgeQuality]) -> None:
     """Mean over sets of images, with what each of them gave."""
     false = [q.false_at_recall_80 for q in found if q.false_at_recall_80 is not None]
+    measured = {
+        "best F": float(np.mean([q.best_f for q in found])),
+        "false pixels at best F": float(np.mean([q.false_at_best for q in found])),
+        "Pratt's figure of merit": float(np.mean([q.best_merit for q in found])),
+    }
+    results.setdefault(name, {})[method] = measured
     say(
         f"{name}: best F",
-        float(np.mean([q.best_f for q in found])),
+        measured["best F"],
         "1",
         method=method,
         each=[round(q.best_f, 4) for q in found],
-        false_px_at_best=round(float(np.mean([q.false_at_best for q in found])), 1),
+        false_px_at_best=round(measured["false pixels at best F"], 1),
         false_px_at_recall_80=round(float(np.mean(false)), 1) if false else None,
+        pratt=round(measured["Pratt's figure of merit"], 4),
     )
 
 
-def attached_shadows() -> None:
+def plot(results: Results, out: Path) -> None:
+    """Each measure in a panel, each set of images a group of bars, each rule a colour."""
+    measures = list(next(iter(next(iter(results.values())).values())))
+    figure = Figure(figsize=(11.0, 3.0 * len(measures)), layout="constrained")
+    places = np.arange(len(results))
+    width = 0.8 / len(METHODS)
+    for axes, measure in zip(figure.subplots(len(measures), 1, sharex=True), measures, strict=True):
+        for number, method in enumerate(METHODS):
+            heights = [of_set[method][measure] for of_set in results.values()]
+            axes.bar(places + (number - 0.5 * (len(METHODS) - 1)) * width, heights, width, label=method)
+        axes.set_ylabel(measure)
+        if measure.startswith("false"):
+            axes.set_yscale("symlog", linthresh=10)
+        else:
+            lowest = min(m[measure] for of_set in results.values() for m in of_set.values())
+            axes.set_ylim(max(0.0, lowest - 0.05), 1.005)
+    axes.set_xticks(places, [name.replace(", ", "\n") for name in results], fontsize=8)
+    figure.legend(
+        *axes.get_legend_handles_labels(), ncols=len(METHODS), loc="outside upper center", fontsize=8
+    )
+    out.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(out, dpi=100)
+
+
+def attached_shadows(results: Results) -> None:
     """Rendered attached shadows."""
     nothing = np.zeros((240, 320), np.bool_)
     for body in BODIES:
@@ -84,7 +117,7 @@ def attached_shadows() -> None:
             images, edges = attached_shadow_set(body, lights)
             for method in METHODS:
                 quality = edge_quality(ridges(images, method), edges, nothing)
-                report(f"attached shadows, {body}, {lights} lights", method, [quality])
+                report(results, f"attached shadows, {body}, {lights} lights", method, [quality])
 
 
 def main() -> None:
@@ -94,16 +127,21 @@ def main() -> None:
     parser.add_argument(
         "--data", type=Path, default=here.parent / "shared" / "data", help="folder of leaf_shadows/"
     )
-    folder = parser.parse_args().data / "leaf_shadows"
+    parser.add_argument("--plot", type=Path, help="draw what was measured into this file")
+    options = parser.parse_args()
+    results: Results = {}
+    folder = options.data / "leaf_shadows"
     if folder.is_dir():
-        leaf_shadows(folder)
+        leaf_shadows(folder, results)
         real = [cv2.resize(read_grey(folder / f"{n}_TL.png"), (640, 480)) for n in (1, 4, 7, 10)]
         edge_times(say, "leaves", [np.asarray(image, np.uint8) for image in real])
     else:
         print(
             json.dumps({"name": "leaf shadows", "value": None, "unit": "1", "skipped": f"no {folder.name}"})
         )
-    attached_shadows()
+    attached_shadows(results)
+    if options.plot is not None:
+        plot(results, options.plot)
 
 
 if __name__ == "__main__":

@@ -66,7 +66,7 @@ def exposed(simulator: Simulator, levels: tuple[int, ...]) -> Exposed:
 
 
 def lsd(image: Image) -> Floats:
-    """Segments of cv2's LSD, float64 (N, 4); its pixel centres lie half a pixel off ours."""
+    """Segments of cv2's LSD that are long enough to be of use, float64 (N, 4)."""
     found = cv2.createLineSegmentDetector().detect(image)[0]
     ends = np.zeros((0, 4)) if found is None else np.asarray(found, np.float64).reshape(-1, 4)
     return ends[np.hypot(ends[:, 2] - ends[:, 0], ends[:, 3] - ends[:, 1]) >= LEAST_LSD_PX]

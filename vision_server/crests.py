@@ -19,7 +19,7 @@ Field = NDArray[np.float32]
 Places = NDArray[np.int32]
 
 FLOOR_RATIO = 3.0  # mass under so many standard deviations of its noise is none
-CANDIDATE_RATIO = 0.6  # a pixel under this share of the largest mass in the 6 x 6 px around cannot be a ridge
+CANDIDATE_RATIO = 0.55  # under this share of the largest mass in the 6 x 6 px around a pixel is no ridge
 SLACK = 0.9  # so close to a crest a pixel still enters the mixture
 BATCH = 32  # pixels whose mixtures are fitted side by side
 MOST_OFFSET_PX = 0.7  # from a ridge pixel to the ridge: half a diagonal
