@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +22,7 @@ import cv2
 import numpy as np
 import typer
 
-from benchmarks.photographs import Photograph, Studio, stack_studio
+from benchmarks.photographs import Photograph, Studio, image_set, stack_studio
 from geometry.pose import Pose, disturbed
 from report.overlay import draw_overlay
 from vision_server.image_set import ImageSet
@@ -43,15 +42,6 @@ class Case:
     folder: Path
     sun: float
     starts: int
-
-
-def image_set(photographs: Sequence[Photograph]) -> ImageSet:
-    """The photographs as one set: i0, i1, ..."""
-    camera = photographs[0].camera
-    images = ImageSet(camera.width, camera.height)
-    for number, one in enumerate(photographs):
-        images.add(f"i{number}", one.pixels, one.exposure, one.gamma)
-    return images
 
 
 def frames(studio: Studio) -> dict[str, list[Photograph]]:

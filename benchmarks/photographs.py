@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -19,6 +20,7 @@ from image_server.replay import Replay
 from image_server.simulator import Simulator
 from image_server.stack import BasisStack, load_stack
 from vision_server.image_files import read_grey
+from vision_server.image_set import ImageSet
 from vision_server.refinement import KNOWN_TONE_SD_PX
 from vision_server.session_inputs import read_camera
 from vision_server.tone import file_tone
@@ -48,6 +50,15 @@ class Photograph:
     model: Model
     true: Pose
     number: int
+
+
+def image_set(photographs: Sequence[Photograph]) -> ImageSet:
+    """The photographs as one set: i0, i1, ..."""
+    camera = photographs[0].camera
+    images = ImageSet(camera.width, camera.height)
+    for number, one in enumerate(photographs):
+        images.add(f"i{number}", one.pixels, one.exposure, one.gamma)
+    return images
 
 
 @dataclass(frozen=True, eq=False)
