@@ -202,7 +202,12 @@ def measure(
             normal,
             reach[samples.line],
         )
+        sharp = (
+            scale[c][samples.line] == 0
+        )  # between blurred edges there is no line to draw: it would cut both
+        kept = np.where(sharp[:, None], np.nan, offset[c])
         leave_to_owners(samples.line, samples.image, samples.image_direction, normal, lines, offset[c])
+        offset[c][~sharp] = kept[~sharp]
     width = VOTE_WIDTH_PX * np.sqrt(line_sigma)
     shift, agreed = np.zeros((lines, 2)), np.zeros(lines)
     chosen = np.empty((len(channels), count), dtype=np.int64)
