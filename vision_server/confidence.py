@@ -15,6 +15,7 @@ PER_AMBIGUITY = -8.0  # above CLEAR_AMBIGUITY
 LIMIT = 0.01  # 1 % of the range, 1 degree
 LEAST_UNCERTAINTY = 0.0005  # being surer than this is no further reason to believe
 CLEAR_AMBIGUITY = 0.3  # rivals with less than this share of the quality are none
+EVEN_AMBIGUITY = 0.6  # from here to 1 the chance is bounded by less and less, to a half: one of two
 LEAST_QUALITY = 1e-3
 
 
@@ -36,7 +37,8 @@ def confidence(evidence: Evidence, ambiguity: float, uncertainty: float) -> floa
         + PER_LOG_UNCERTAINTY * math.log(max(uncertainty, LEAST_UNCERTAINTY) / LIMIT)
         + PER_AMBIGUITY * max(0.0, ambiguity - CLEAR_AMBIGUITY)
     )
-    return 1.0 / (1.0 + math.exp(-logit))
+    bound = 1.0 - 0.5 * max(0.0, ambiguity - EVEN_AMBIGUITY) / (1.0 - EVEN_AMBIGUITY)
+    return min(bound, 1.0 / (1.0 + math.exp(-logit)))
 
 
 def ambiguity(best: Evidence, rivals: list[Evidence]) -> float:

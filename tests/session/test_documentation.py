@@ -47,7 +47,7 @@ def shown(start: str) -> list[tuple[str, str]]:
     return [
         (page.name, line.strip())
         for page in PAGES
-        for line in page.read_text().splitlines()
+        for line in page.read_text().replace("\\\n", " ").splitlines()  # continued lines are one
         if line.startswith("    ") and line.strip().startswith(start)
     ]
 

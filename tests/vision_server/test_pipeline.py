@@ -143,5 +143,6 @@ def test_confidence_falls_with_doubt(model: Model, picture: NDArray[np.float64])
     sure = confidence(evidence, 0.0, 0.0005)
     assert 0 <= confidence(evidence, 0.9, 0.0005) < sure <= 1
     assert confidence(evidence, 0.0, 0.05) < sure
+    assert confidence(evidence, 1.0, 0.0005) <= 0.5  # one of two that are equally good
     assert ambiguity(evidence, []) == 0.0
     assert ambiguity(evidence, [evidence]) == 1.0
