@@ -48,6 +48,11 @@ class Samples:
     image_direction: Floats
     px: Floats
 
+    @property
+    def normal(self) -> Floats:
+        """(N, 2), unit normals of the lines in the image: their directions turned by 90 degrees."""
+        return np.stack([-self.image_direction[:, 1], self.image_direction[:, 0]], axis=1)
+
 
 def solid_of(model: Model) -> Solid:
     """Arrays of a model for `trace`; build them once when a kernel is called often."""

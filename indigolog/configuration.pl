@@ -5,7 +5,7 @@
             ends/3,                   % +Program, +Situation, +Context
             along/5                   % +Actions, +Program, +Situation, +Context, -Steps
           ]).
-:- use_module(patience, [still_patient/3]).
+:- use_module(patience, [fresh_mark/1, silent_step/4]).
 :- use_module(situation).
 :- use_module(termination, [final/3]).
 :- use_module(transition, [trans/5]).
@@ -34,7 +34,8 @@ last_action(S, A) :-
 %   Program can come, by one action, to Program1 in Situation1.
 
 after_action(E, S, C, E1, S1) :-
-    onward(E, S, C, mark('$none', 1, 1), E0, S0, Mark),
+    fresh_mark(Fresh),
+    onward(E, S, C, Fresh, E0, S0, Mark),
     (   Mark == action
     ->  E1 = E0, S1 = S0
     ;   after_action_from(E0, S0, C, Mark, E1, S1)
@@ -53,7 +54,8 @@ after_action_from(E, S, C, Mark, E1, S1) :-
 %   variables of Program.
 
 ends(E, S, C) :-
-    ends(E, S, C, mark('$none', 1, 1)).
+    fresh_mark(Mark),
+    ends(E, S, C, Mark).
 
 ends(E, S, C, _) :-
     final(E, S, C).
@@ -62,18 +64,10 @@ ends(E, S, C, Mark) :-
     Mark1 \== action,
     ends(E1, S1, C, Mark1).
 
-% Mark holds an earlier program of this situation, set at powers of two.
-onward(E, S, C, mark(Earlier, Count, Next), E1, S1, Mark1) :-
+onward(E, S, C, Mark, E1, S1, Mark1) :-
     trans(E, S, C, E1, S1),
     (   same_situation(S, S1)
-    ->  E1 \=@= Earlier,
-        Count1 is Count+1,
-        still_patient(Count1, E1, S1),
-        (   Count1 > Next
-        ->  Next1 is Next*2,
-            Mark1 = mark(E1, Count1, Next1)
-        ;   Mark1 = mark(Earlier, Count1, Next)
-        )
+    ->  silent_step(Mark, E1, S1, Mark1)
     ;   Mark1 = action
     ).
 

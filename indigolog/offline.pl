@@ -5,7 +5,7 @@
 :- use_module(context, [top_context/1, once_if_ground/2]).
 :- use_module(termination, [final/3]).
 :- use_module(transition, [step/4]).
-:- use_module(patience, [still_patient/3]).
+:- use_module(patience, [fresh_mark/1, silent_step/4]).
 :- use_module(situation, [initial_situation/1, situation_history/2, situation_length/2]).
 
 /** <module> Offline execution
@@ -20,7 +20,7 @@ Do(E, S, S1): Trans* from (E, S) to a configuration that is Final.
 %   followed again: it cannot lead to another history.
 
 complete(E, S, S1) :-
-    complete(E, S, none, 1, 1, inf-_, S1).
+    complete(E, S, inf-_, S1).
 
 %!  bounded_do(+Program, +Max, -History, -LimitMet) is semidet.
 %
@@ -31,7 +31,7 @@ complete(E, S, S1) :-
 bounded_do(E, Max, History, Met) :-
     initial_situation(S),
     Limit = limit(false),
-    (   complete(E, S, none, 1, 1, Max-Limit, S1)
+    (   complete(E, S, Max-Limit, S1)
     ->  situation_history(S1, History)
     ;   Limit = limit(true)
     ->  Met = true,
@@ -39,34 +39,31 @@ bounded_do(E, Max, History, Met) :-
     ;   fail
     ).
 
-% Mark is an earlier program of this situation, set at powers of two.
-complete(E, S, Mark, Count, Next, Limit, S1) :-
+complete(E, S, Limit, S1) :-
+    fresh_mark(Mark),
+    complete(E, S, Mark, Limit, S1).
+
+complete(E, S, Mark, Limit, S1) :-
     top_context(C),
     (   \+ final(E, S, C)
-    ->  onward(E, S, Mark, Count, Next, Limit, S1)
+    ->  onward(E, S, Mark, Limit, S1)
     ;   \+ step(E, S, _, _)
     ->  once_if_ground(E, final(E, S, C)),
         S1 = S
     ;   (   once_if_ground(E, final(E, S, C)),
             S1 = S
-        ;   onward(E, S, Mark, Count, Next, Limit, S1)
+        ;   onward(E, S, Mark, Limit, S1)
         )
     ).
 
-onward(E, S, Mark, Count, Next, Limit, S1) :-
+onward(E, S, Mark, Limit, S1) :-
     step(E, S, E0, S0),
     situation_length(S, N),
     (   situation_length(S0, N)
-    ->  E0 \=@= Mark,
-        Count1 is Count+1,
-        still_patient(Count1, E0, S0),
-        (   Count1 > Next
-        ->  Next1 is Next*2,
-            complete(E0, S0, E0, Count1, Next1, Limit, S1)
-        ;   complete(E0, S0, Mark, Count1, Next, Limit, S1)
-        )
+    ->  silent_step(Mark, E0, S0, Mark1),
+        complete(E0, S0, Mark1, Limit, S1)
     ;   within_limit(Limit, N),
-        complete(E0, S0, none, 1, 1, Limit, S1)
+        complete(E0, S0, Limit, S1)
     ).
 
 within_limit(Max-Limit, N) :-

@@ -1,7 +1,9 @@
 :- module(indigolog_patience,
           [ with_patience/2,          % +Steps, :Goal
             most_calls/1,             % -Count
-            still_patient/3           % +Count, +Program, +Situation
+            still_patient/3,          % +Count, +Program, +Situation
+            fresh_mark/1,             % -Mark
+            silent_step/4             % +Mark, +Program, +Situation, -Mark1
           ]).
 :- use_module(situation, [situation_history/2]).
 
@@ -51,4 +53,28 @@ still_patient(Count, E, S) :-
     ->  true
     ;   situation_history(S, History),
         throw(error(golog(silent(Most)), golog(at(E, History), _)))
+    ).
+
+%!  fresh_mark(-Mark) is det.
+%
+%   The mark of a program that has just made an action, for silent_step/4.
+
+fresh_mark(mark('$none', 1, 1)).
+
+%!  silent_step(+Mark, +Program, +Situation, -Mark1) is semidet.
+%
+%   A step without an action led to Program.  Fails if that is an earlier program
+%   of this situation: going on from there leads nowhere new.  The mark holds an
+%   earlier program, set at powers of two, so that every cycle is met.
+%
+%   @error golog(silent(Most)) if there were too many such steps
+
+silent_step(mark(Earlier, Count, Next), E, S, Mark) :-
+    E \=@= Earlier,
+    Count1 is Count+1,
+    still_patient(Count1, E, S),
+    (   Count1 > Next
+    ->  Next1 is Next*2,
+        Mark = mark(E, Count1, Next1)
+    ;   Mark = mark(Earlier, Count1, Next)
     ).

@@ -2,6 +2,7 @@
           [ session_options/2           % +Argv, -Options
           ]).
 :- use_module(resumption, [resumed_options/3]).
+:- use_module(usage, [dashes/2, usage_error/2]).
 :- use_module(library(apply), [foldl/4]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(main), [argv_options/4, argv_usage/1]).
@@ -182,10 +183,6 @@ type_words(oneof(Names), Words) :-
     atomic_list_concat(Names, ', ', Joined),
     format(string(Words), "one of ~w", [Joined]).
 
-dashes(Option, Dashed) :-
-    atomic_list_concat(Words, '_', Option),
-    atomic_list_concat(Words, -, Dashed).
-
 check(Options) :-
     forall(rule(Options, Format, Args), usage_error(Format, Args)).
 
@@ -235,7 +232,3 @@ rule(Options, "--~w: there is no '~w'", [Name, Device]) :-
     \+ access_file(Device, exist).
 rule(Options, "--stack: no folder '~w'", [Dir]) :-
     option(stack(Dir), Options), \+ exists_directory(Dir).
-
-usage_error(Format, Args) :-
-    format(string(Message), Format, Args),
-    throw(error(usage_error(Message), _)).

@@ -2,6 +2,7 @@
           [ session_plan/2,             % +Options, -Plan
             hold_ranges/3               % +FirstM, +ContactM, -RangesM
           ]).
+:- use_module(usage, [usage_error/2]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(lists), [append/3, member/2]).
 :- use_module(library(option), [option/2, option/3]).
@@ -61,8 +62,7 @@ named_file(Root, Option, Folder, Extension, Given, _) :-
     expand_file_name(Pattern, Files),
     maplist(base_name, Files, Names),
     atomic_list_concat(Names, ', ', Known),
-    format(string(Message), "--~w: '~w' is neither a file nor one of ~w", [Option, Given, Known]),
-    throw(error(usage_error(Message), _)).
+    usage_error("--~w: '~w' is neither a file nor one of ~w", [Option, Given, Known]).
 
 base_name(File, Name) :-
     file_base_name(File, Base),

@@ -5,6 +5,7 @@
           ]).
 :- use_module('../indigolog/journal', [journal_entries/3]).
 :- use_module(run_folder, [run_file/3]).
+:- use_module(usage, [dashes/2, usage_error/2]).
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(apply), [exclude/3, maplist/3, partition/4]).
 :- use_module(library(lists), [append/3, member/2]).
@@ -73,8 +74,7 @@ resumed_options(Given, Folder, Options) :-
     partition(of_this_run, Given, Here, Others),
     (   Others = [Other|_]
     ->  functor(Other, Name, _),
-        atomic_list_concat(Words, '_', Name),
-        atomic_list_concat(Words, -, Dashed),
+        dashes(Name, Dashed),
         usage_error("--resume goes on with the session as it was begun: leave --~w away", [Dashed])
     ;   true
     ),
@@ -110,7 +110,3 @@ captures_taken(Folder, Count) :-
     !,
     aggregate_all(count, member(executed(_, capture(_, _), _), Entries), Count).
 captures_taken(_, 0).
-
-usage_error(Format, Args) :-
-    format(string(Message), Format, Args),
-    throw(error(usage_error(Message), _)).

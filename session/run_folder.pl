@@ -2,6 +2,7 @@
           [ make_run_folder/3,          % +Options, +Plan, -Folder
             run_file/3                  % +Folder, +Name, -File
           ]).
+:- use_module(usage, [usage_error/2]).
 :- use_module(library(filesex), [make_directory_path/1]).
 :- use_module(library(option), [option/2]).
 
@@ -26,9 +27,7 @@ make_run_folder(Options, Plan, Folder) :-
     writable(Folder, "--out"),
     run_file(Folder, 'result.json', Result),
     (   exists_file(Result)
-    ->  format(string(Message),
-               "--out: ~w holds a finished session already; name another folder, or remove it", [Folder]),
-        throw(error(usage_error(Message), _))
+    ->  usage_error("--out: ~w holds a finished session already; name another folder, or remove it", [Folder])
     ;   true
     ).
 
@@ -56,9 +55,7 @@ unused(Root, Time, Plan, N, Folder) :-
     ).
 
 cannot(Option, What, Folder) :-
-    format(string(Message),
-           "~s: cannot ~s ~w; choose a folder you may write to", [Option, What, Folder]),
-    throw(error(usage_error(Message), _)).
+    usage_error("~s: cannot ~s ~w; choose a folder you may write to", [Option, What, Folder]).
 
 %!  run_file(+Folder, +Name, -File) is det.
 

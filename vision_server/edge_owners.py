@@ -21,7 +21,13 @@ BEYOND_PX = 2.0  # past its ends, where a line still has a claim
 
 @njit(cache=True, error_model="numpy")
 def leave_to_owners(
-    line: Ints, image: Floats, direction: Floats, normal: Floats, line_count: int, offset: Floats
+    line: Ints,
+    image: Floats,
+    direction: Floats,
+    normal: Floats,
+    line_count: int,
+    sharp: NDArray[np.bool_],
+    offset: Floats,
 ) -> None:
     """Take from each line the edge points that are nearer to another one; they become NaN.
 
@@ -31,6 +37,8 @@ def leave_to_owners(
         (N,), ascending.
     image, direction, normal
         (N, 2), of samples on the visible lines, px; see `Measurement`.
+    sharp
+        (N,), samples that give way; between blurred edges there is no line to draw: it would cut both.
     offset
         (N, K), edge points along the samples' normals, px, NaN for none; changed in place.
     """
@@ -56,6 +64,8 @@ def leave_to_owners(
             if abs(ux * direction[middle, 0] + uy * direction[middle, 1]) < ALONG_COSINE:
                 continue
             for i in range(first[mine], last[mine] + 1):
+                if not sharp[i]:
+                    continue
                 for k in range(offset.shape[1]):
                     x = image[i, 0] + offset[i, k] * normal[i, 0] - image[a, 0]
                     y = image[i, 1] + offset[i, k] * normal[i, 1] - image[a, 1]

@@ -38,7 +38,7 @@ def line_scales(
     ratio of the peaks at 2s and s therefore tells b/s, whatever the contrast.
     """
     samples = visible_samples(model, camera, pose, SPACING_PX)
-    normal = np.stack([-samples.image_direction[:, 1], samples.image_direction[:, 0]], axis=1)
+    normal = samples.normal
     lines = len(model.lines)
     out = np.full((len(channels), lines), least, dtype=np.int64)
     reach = np.empty(len(normal))

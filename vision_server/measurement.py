@@ -180,7 +180,7 @@ def measure(
     """
     samples = visible_samples(model, camera, pose, spacing_px)
     count, lines = len(samples.line), len(model.lines)
-    normal = np.stack([-samples.image_direction[:, 1], samples.image_direction[:, 0]], axis=1)
+    normal = samples.normal
     along, from_end = places_on_lines(
         samples.line, samples.image, samples.image_direction, GAP_SPACINGS * spacing_px
     )
@@ -202,12 +202,8 @@ def measure(
             normal,
             reach[samples.line],
         )
-        sharp = (
-            scale[c][samples.line] == 0
-        )  # between blurred edges there is no line to draw: it would cut both
-        kept = np.where(sharp[:, None], np.nan, offset[c])
-        leave_to_owners(samples.line, samples.image, samples.image_direction, normal, lines, offset[c])
-        offset[c][~sharp] = kept[~sharp]
+        sharp = scale[c][samples.line] == 0
+        leave_to_owners(samples.line, samples.image, samples.image_direction, normal, lines, sharp, offset[c])
     width = VOTE_WIDTH_PX * np.sqrt(line_sigma)
     shift, agreed = np.zeros((lines, 2)), np.zeros(lines)
     chosen = np.empty((len(channels), count), dtype=np.int64)

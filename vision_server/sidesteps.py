@@ -110,7 +110,7 @@ def _edges_beside(
 
 def _offsets_beside(channel: GradientChannel, samples: Samples, scale: Ints) -> Floats:
     """Edge points to either side of the samples, (N, 2 * PEAKS) px along the normal, NaN for none."""
-    normal = np.stack([-samples.image_direction[:, 1], samples.image_direction[:, 0]], axis=1)
+    normal = samples.normal
     middle, reach = 0.5 * (REACH_PX + APART_PX), np.full(len(normal), 0.5 * (REACH_PX - APART_PX))
     sides = []
     for side in (-middle, middle):

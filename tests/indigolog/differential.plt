@@ -103,7 +103,7 @@ compared(traces, P, Ours, Naive) :-
     bound(Bound),
     initial_situation(S0),
     findall(Trace,
-            ( indigolog_offline:complete(P, S0, none, 1, 1, Bound-limit(false), S),
+            ( indigolog_offline:complete(P, S0, Bound-limit(false), S),
               situation_history(S, History),
               reverse(History, Trace) ),
             Traces0),

@@ -10,6 +10,7 @@ from vision_server.candidates import Refiner
 from vision_server.edge_owners import BEYOND_PX, leave_to_owners
 from vision_server.line_scales import line_scales
 
+SHARP = np.ones(40, np.bool_)
 EDGE_ON = Pose(np.array([0.3, 0.03, 0.0]), np.array([-0.05, -0.004, 0.45]))
 """One face is seen at a grazing angle: two of its edges are some 2 px apart."""
 BLACK_SIDE = (0.5, 0.5, 0.5, 0.08, 0.5, 0.5)
@@ -21,7 +22,7 @@ def level_lines(gap_px: float, offset: NDArray[np.float64]) -> NDArray[np.float6
     along = np.arange(20.0)
     image = np.concatenate([np.stack([along, np.full(20, y)], axis=1) for y in (0.0, gap_px)])
     direction, normal = np.tile([1.0, 0.0], (40, 1)), np.tile([0.0, 1.0], (40, 1))
-    leave_to_owners(np.repeat([0, 1], 20), image, direction, normal, 2, offset)
+    leave_to_owners(np.repeat([0, 1], 20), image, direction, normal, 2, SHARP, offset)
     return offset
 
 
@@ -31,6 +32,15 @@ def test_an_edge_between_two_lines_belongs_to_the_nearer() -> None:
     left = level_lines(4.0, offset)
     assert np.isnan(left[:20]).all()
     assert (left[20:] == -1.0).all()
+
+
+def test_blurred_lines_keep_what_they_see() -> None:
+    offset, blurred = np.full((40, 1), 3.0), np.zeros(40, np.bool_)
+    along = np.arange(20.0)
+    image = np.concatenate([np.stack([along, np.full(20, y)], axis=1) for y in (0.0, 4.0)])
+    direction, normal = np.tile([1.0, 0.0], (40, 1)), np.tile([0.0, 1.0], (40, 1))
+    leave_to_owners(np.repeat([0, 1], 20), image, direction, normal, 2, blurred, offset)
+    assert (offset == 3.0).all()
 
 
 def test_an_edge_midway_counts_once() -> None:
@@ -53,7 +63,9 @@ def test_lines_that_cross_do_not_compete() -> None:
     direction = np.repeat([[1.0, 0.0], [0.0, 1.0]], 20, axis=0)
     normal = np.repeat([[0.0, 1.0], [-1.0, 0.0]], 20, axis=0)
     offset = np.full((40, 1), 3.0)
-    leave_to_owners(np.repeat([0, 1], 20), np.concatenate([level, upright]), direction, normal, 2, offset)
+    leave_to_owners(
+        np.repeat([0, 1], 20), np.concatenate([level, upright]), direction, normal, 2, SHARP, offset
+    )
     assert (offset == 3.0).all()
 
 
@@ -64,7 +76,13 @@ def test_a_line_has_no_claim_beyond_its_ends() -> None:
     )
     offset = np.full((40, 1), 3.0)
     leave_to_owners(
-        np.repeat([0, 1], 20), image, np.tile([1.0, 0.0], (40, 1)), np.tile([0.0, 1.0], (40, 1)), 2, offset
+        np.repeat([0, 1], 20),
+        image,
+        np.tile([1.0, 0.0], (40, 1)),
+        np.tile([0.0, 1.0], (40, 1)),
+        2,
+        SHARP,
+        offset,
     )
     assert np.isfinite(offset[:20]).all()
 
