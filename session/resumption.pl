@@ -57,7 +57,7 @@ record_options(Options, Folder) :-
 with_absolute_path(Option, Absolute) :-
     Option =.. [Name, Path],
     path_option(Name),
-    ( exists_file(Path) ; exists_directory(Path) ),
+    ( Name == stack -> exists_directory(Path) ; exists_file(Path) ),
     !,
     absolute_file_name(Path, File),
     Absolute =.. [Name, File].
