@@ -41,18 +41,27 @@ def point_light(position: Floats, strength: float, aim: Floats | None = None, po
     colour = strength * MM**2 / (2 * FADE_MM**2)
     spot = ""
     if aim is not None:
-        spot = f" spotlight point_at {_vector(MM * (position + aim))}"
+        spot = f" spotlight point_at {vector(MM * (position + aim))}"
         spot += f" radius 89.9999 falloff 90 tightness {power:.8g}"
     return (
-        f"light_source {{ {_vector(MM * position)} color rgb {colour:.8g}{spot}"
+        f"light_source {{ {vector(MM * position)} color rgb {colour:.8g}{spot}"
         f" fade_distance {FADE_MM:g} fade_power 2 }}"
+    )
+
+
+def spotlight(position: Floats, at: Floats, strength: float, beam_deg: float) -> str:
+    """A point light aimed at a point; its beam is even to half of `beam_deg` (half angle) and ends there."""
+    colour = strength * MM**2 / (2 * FADE_MM**2)
+    return (
+        f"light_source {{ {vector(MM * position)} color rgb {colour:.8g} spotlight point_at {vector(MM * at)}"
+        f" radius {beam_deg / 2:g} falloff {beam_deg:g} fade_distance {FADE_MM:g} fade_power 2 }}"
     )
 
 
 def far_light(direction: Floats, strength: float) -> str:
     """Parallel light from a direction; a white face turned to it has the radiance `strength`."""
     return (
-        f"light_source {{ {_vector(FAR_MM * direction)} color rgb {strength:.8g}"
+        f"light_source {{ {vector(FAR_MM * direction)} color rgb {strength:.8g}"
         f" parallel point_at <0, 0, 0> }}"
     )
 
@@ -60,16 +69,26 @@ def far_light(direction: Floats, strength: float) -> str:
 def rendered(
     scene: Scene, camera: Camera, lights: Sequence[str], samples: int, folder: Path
 ) -> NDArray[np.float32]:
-    """Linear radiance (H, W) float32, `samples`² rays a pixel, no clipping below 1.
+    """A scene of the simulator, see `ray_traced`.
 
     Every face scatters evenly with its own albedo; textures and mirrors stay out.
+    """
+    return ray_traced([*lights, *_meshes(scene)], camera, samples, folder)
+
+
+def ray_traced(objects: Sequence[str], camera: Camera, samples: int, folder: Path) -> NDArray[np.float32]:
+    """Linear radiance (H, W) float32, `samples`² rays a pixel, no clipping below 1.
+
+    Parameters
+    ----------
+    objects : lights and things in POV-Ray's language, its axes, mm.
 
     Raises
     ------
     DeviceError : POV-Ray failed or took too long.
     """
     source, image = folder / "scene.pov", folder / "scene.png"
-    source.write_text(_described(scene, camera, lights))
+    source.write_text("\n".join([*_head(camera), *objects]) + "\n")
     command = [
         "povray", f"+I{source}", f"+O{image}", f"+W{camera.width}", f"+H{camera.height}", "+FN16",
         "File_Gamma=1.0", "+AM1", "+A0.0", f"+R{samples}", "-J", "-D", "-GA",
@@ -86,23 +105,33 @@ def rendered(
     return np.asarray(pixels[..., 0] / np.float32(FULL_SCALE_16), dtype=np.float32)
 
 
-def _described(scene: Scene, camera: Camera, lights: Sequence[str]) -> str:
-    parts = [
+def _head(camera: Camera) -> list[str]:
+    return [
         "#version 3.7;",
         "global_settings { assumed_gamma 1.0 ambient_light rgb 0 }",
         "camera { perspective location <0, 0, 0> direction <0, 0, 1>"
         f" right <{camera.width / camera.fx:.10g}, 0, 0> up <0, {camera.height / camera.fy:.10g}, 0> }}",
-        *lights,
     ]
-    for face in np.unique(scene.face):
-        corners = MM * scene.triangles[scene.face == face]
-        mesh = " ".join(f"triangle {{ {', '.join(map(_vector, triangle))} }}" for triangle in corners)
-        parts.append(
-            f"mesh {{ {mesh} pigment {{ color rgb {scene.surfaces[face, ALBEDO]:.8g} }}"
-            " finish { ambient 0 emission 0 diffuse 1 } }"
+
+
+def _meshes(scene: Scene) -> list[str]:
+    return [
+        mesh(
+            scene.triangles[scene.face == face],
+            f"pigment {{ color rgb {scene.surfaces[face, ALBEDO]:.8g} }}"
+            " finish { ambient 0 emission 0 diffuse 1 }",
         )
-    return "\n".join(parts) + "\n"
+        for face in np.unique(scene.face)
+    ]
 
 
-def _vector(point: Floats) -> str:
+def mesh(triangles: Floats, look: str) -> str:
+    """Triangles (T, 3, 3), metres in the camera frame, with pigment, normal and finish."""
+    corners = MM * triangles
+    parts = " ".join(f"triangle {{ {', '.join(map(vector, triangle))} }}" for triangle in corners)
+    return f"mesh {{ {parts} {look} }}"
+
+
+def vector(point: Floats) -> str:
+    """A point of the camera frame in POV-Ray's axes."""
     return f"<{point[0]:.9g}, {-point[1]:.9g}, {point[2]:.9g}>"

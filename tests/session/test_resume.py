@@ -89,6 +89,17 @@ def test_a_finished_session_is_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "history.pl").read_text() == before
 
 
+def test_a_folder_with_the_target_s_name_is_not_the_target(tmp_path: Path) -> None:
+    (tmp_path / "fixture").mkdir()
+    out = tmp_path / "run"
+    whole = controller(*OPTIONS, "--target", "fixture", "--out", out, "--quiet", cwd=tmp_path)
+    assert whole.returncode == 3, whole.stderr
+    cut(out / "history.pl", "capture(i1")
+    resumed = controller("--resume", out, "--no-report", "--json", cwd=tmp_path)
+    assert resumed.returncode == 3, resumed.stderr
+    assert json.loads(resumed.stdout)["target"] == "fixture"
+
+
 def test_what_cannot_be_resumed_is_said(tmp_path: Path) -> None:
     nothing = controller("--resume", tmp_path)
     assert nothing.returncode == 2

@@ -1,0 +1,35 @@
+"""Stacks of scenes by POV-Ray: they load, and they show the target where the file says it is."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from benchmarks import povray, ray_traced_stacks
+from geometry.model import find_target, load_model
+from geometry.pose import Pose
+from image_server.stack import BasisStack, load_stack
+
+
+@pytest.mark.skipif(not povray.available(), reason="POV-Ray (Debian package povray) is not installed")
+def test_the_target_is_lit_where_its_pose_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ray_traced_stacks, "SAMPLES", 1)
+    file = find_target("fixture")
+    ray_traced_stacks.drawn_stack(file, 1, 5, tmp_path)
+    stack = load_stack(tmp_path)
+    assert isinstance(stack, BasisStack)
+    target = stack.table.target
+    assert target.true_pose is not None
+    assert target.seed_pose is not None
+    pose = Pose(np.array(target.true_pose.rotation_vector), np.array(target.true_pose.translation))
+    model = load_model(file)
+    pixels = ray_traced_stacks.CAMERA.project(pose.apply(model.vertices))
+    covered = np.zeros((480, 640), np.uint8)
+    for triangle in model.triangles:
+        cv2.fillConvexPoly(covered, np.rint(pixels[triangle]).astype(np.int32), 1)
+    lit = np.max(stack.radiances, axis=0) > 0.004
+    around = cv2.dilate(covered, np.ones((5, 5), np.uint8)) == 1
+    assert not lit[~around].any()
+    assert lit[covered == 1].mean() > 0.9
+    assert not np.allclose(target.seed_pose.translation, target.true_pose.translation)
