@@ -4,7 +4,7 @@
           ]).
 :- use_module(usage, [usage_error/2]).
 :- use_module(library(apply), [maplist/3]).
-:- use_module(library(lists), [append/3, member/2]).
+:- use_module(library(lists), [append/3]).
 :- use_module(library(option), [option/2, option/3]).
 
 /** <module> What a session is going to do, settled before anything runs
@@ -22,13 +22,14 @@ session_plan(Options, Plan) :-
     root(Root),
     option(controller(Controller), Options),
     controller_file(Root, Controller, ControllerFile, ControllerName),
-    check_names(Root, Options),
+    model_file(Root, Options, Model),
+    check_scenario(Root, Options),
     theory_files(Root, ControllerFile, Files),
     target_name(Options, TargetName),
     program(Options, Program),
     option(seed(Seed), Options),
     Plan = plan{ root:Root, theory:Files, program:Program, seed:Seed,
-                 controller:ControllerName, controller_file:ControllerFile, target:TargetName }.
+                 controller:ControllerName, controller_file:ControllerFile, target:TargetName, model:Model }.
 
 root(Root) :-
     module_property(plan, file(File)),
@@ -40,13 +41,19 @@ controller_file(Root, Given, File, Name) :-
     named_file(Root, controller, 'domain/controllers', pl, Given, File),
     base_name(File, Name).
 
-%   Targets and scenarios are the image server's to read; a wrong name is said here.
-check_names(Root, Options) :-
-    forall(( member(named(Name, Folder, Extension),
-                    [named(target, targets, cao), named(scenario, scenarios, toml)]),
-             Option =.. [Name, Given],
-             option(Option, Options) ),
-           named_file(Root, Name, Folder, Extension, Given, _)).
+%   The target's model file; none when the image server brings its own.
+model_file(Root, Options, File) :-
+    option(target(Given), Options),
+    !,
+    named_file(Root, target, targets, cao, Given, File).
+model_file(_, _, none).
+
+%   Scenarios are the image server's to read; a wrong name is said here.
+check_scenario(Root, Options) :-
+    option(scenario(Given), Options),
+    !,
+    named_file(Root, scenario, scenarios, toml, Given, _).
+check_scenario(_, _).
 
 %   The file that an option names: one of the project's by its name alone, or the user's.
 named_file(Root, _, Folder, Extension, Given, File) :-

@@ -148,14 +148,10 @@ start_file(camera_file, Options, _, File) :-
 start_file(seed_pose_file, Options, _, File) :-
     option(seed_pose(File), Options).
 start_file(model, Options, Plan, File) :-
-    option(target(Target), Options),
+    option(target(_), Options),
     member(Elsewhere, [stack(_), image_server(_)]),   % the others know the target they were started with
     option(Elsewhere, Options),
-    (   exists_file(Target)
-    ->  File = Target
-    ;   atomic_list_concat([Plan.root, '/targets/', Target, '.cao'], File),
-        exists_file(File)
-    ).
+    File = Plan.model.
 
 stop_everything :-
     catch(close_acquisition, error(_, _), true),
