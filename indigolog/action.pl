@@ -6,10 +6,12 @@
           ]).
 :- use_module(library(lists), [member/2]).
 :- use_module(chance, [shuffled/2]).
-:- use_module(formula, [holds_in/2, evaluate/3]).
+:- use_module(compiled, [known_plain/2, learn_plain/2, possible_plain/2]).
+:- use_module(formula, [arguments_in/3, holds_in/2, evaluate/3]).
 :- use_module(situation).
 :- use_module(substitution).
 :- use_module(theory).
+:- use_module(world, [values_certain/1]).
 
 /** <module> Primitive actions, and the choice of arguments */
 
@@ -19,11 +21,18 @@
 %   possible.
 
 act(Term, S, S1) :-
+    S = s(Theory, _, _, _, _),
+    known_plain(Term, Theory),
+    !,
+    once(possible_plain(Term, S)),
+    progress(Term, S, S1).
+act(Term, S, S1) :-
     evaluated_action(Term, S, A),
     situation_theory(S, Theory),
     theory_module(Theory, Module),
     (   ground(A)
     ->  primitive(A, Module, Theory),
+        ( Term == A -> learn_plain(A, Theory) ; true ),
         possible(A, Module, S),
         !
     ;   primitive(A, Module, Theory),
@@ -44,9 +53,12 @@ evaluated_action(unset(F), _, A) =>
 evaluated_action(Term, _, A), atom(Term) =>
     A = Term.
 evaluated_action(Term, S, A), compound(Term) =>
-    compound_name_arguments(Term, Name, Args0),
-    values(Args0, S, Args),
-    compound_name_arguments(A, Name, Args).
+    (   values_certain(S)
+    ->  arguments_in(Term, S, A)
+    ;   compound_name_arguments(Term, Name, Args0),
+        values(Args0, S, Args),
+        compound_name_arguments(A, Name, Args)
+    ).
 evaluated_action(Term, _, _) =>
     throw(error(golog(not_a_program(Term)), _)).
 

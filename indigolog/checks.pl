@@ -199,11 +199,6 @@ axiom_problem(initially(F, V), Theory, error, not_boolean(F, V)) :-
     \+ clause(Module:fun_fluent(G), _),
     !.
 
-generalised(T, G) :-
-    callable(T),
-    functor(T, Name, Arity, Type),
-    functor(G, Name, Arity, Type).
-
 unknown_action(Theory, A) :-
     callable(A),
     A \== none,

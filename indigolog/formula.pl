@@ -2,12 +2,14 @@
           [ holds_in/2,               % +Formula, +Situation
             test/2,                   % +Formula, +Situation
             evaluate/3,               % +Term, +Situation, -Value
+            arguments_in/3,           % +Term, +World, -Term1
             true_in/2,                % +Formula, +World
             value_in/3                % +Term, +World, -Value
           ]).
 :- use_module(library(assoc), [get_assoc/3]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(aggregate), [aggregate_all/3]).
+:- use_module(initial).
 :- use_module(theory).
 :- use_module(situation).
 :- use_module(world).
@@ -167,8 +169,7 @@ true_in(aggregate_all(T, P, R), S) =>
 true_in(once(P), S) =>
     once(true_in(P, S)).
 true_in(P, S) =>
-    situation_theory(S, Theory),
-    theory_module(Theory, Module),
+    S = s(th(Module, _, _, _), _, _, _, _),
     (   Module:proc(P, Body)
     ->  true_in(Body, S)
     ;   value_in(P, S, Goal),
@@ -227,13 +228,32 @@ value_in([H|L], S, V) =>
     value_in(H, S, H1),
     value_in(L, S, L1).
 value_in(T, S, V) =>
-    compound_name_arguments(T, Name, Args0),
-    values_in(Args0, S, Args),
-    compound_name_arguments(T1, Name, Args),
+    arguments_in(T, S, T1),
     (   S = s(th(Module, _, _, _), _, _, _, _),
         Module:'$fluent'(T1, Kind)
     ->  value_of(T1, Kind, S, V)
     ;   V = T1
+    ).
+
+%!  arguments_in(+Term, +World, -Term1) is nondet.
+%
+%   Term1 is the compound Term with its arguments replaced by their values.
+
+arguments_in(T, S, T1) :-
+    compound_name_arity(T, Name, Arity),
+    (   Arity == 1                        % the common cases, without lists
+    ->  arg(1, T, A),
+        value_in(A, S, A1),
+        ( A1 == A -> T1 = T ; compound_name_arguments(T1, Name, [A1]) )
+    ;   Arity == 2
+    ->  arg(1, T, A),
+        arg(2, T, B),
+        value_in(A, S, A1),
+        value_in(B, S, B1),
+        ( A1 == A, B1 == B -> T1 = T ; compound_name_arguments(T1, Name, [A1, B1]) )
+    ;   compound_name_arguments(T, Name, Args0),
+        values_in(Args0, S, Args),
+        compound_name_arguments(T1, Name, Args)
     ).
 
 values_in([], _, []).
@@ -246,12 +266,16 @@ value_of(F, Kind, S, V) :-
     ->  fluent_status(F, S, Status),
         ground_value(Status, F, Kind, S, V)
     ;   S = s(Theory, Map, _, _, []),
-        ground_instances(Theory, F, Home)
-    ->  Home:F,                           % the common case, inlined
+        ground_instances(Theory, F, Instance, Status)
+    ->  call(Instance),                   % the common case, inlined
         (   get_assoc(F, Map, Value)
-        ->  stored_value(Value, F, V)
-        ;   initial_status(Theory, F, Status),
-            instance_value(Status, F, V)
+        ->  (   Value = '$any'(Values)
+            ->  throw(several_values(F, Values))
+            ;   V = Value
+            )
+        ;   Status = v(Value)
+        ->  V = Value
+        ;   instance_value(Status, F, V)
         )
     ;   fluent_instance(F, S),
         (   ground(F)
@@ -260,11 +284,6 @@ value_of(F, Kind, S, V) :-
         ;   fluent_value(F, S, V)
         )
     ).
-
-stored_value('$any'(Values), F, _) =>
-    throw(several_values(F, Values)).
-stored_value(Value, _, V) =>
-    V = Value.
 
 instance_value(v(V0), _, V) =>
     V = V0.

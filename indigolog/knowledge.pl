@@ -10,6 +10,7 @@
 :- use_module(formula, [holds_in/2, true_in/2]).
 :- use_module(situation).
 :- use_module(world).
+:- use_module(initial).
 :- use_module(theory).
 
 :- meta_predicate in_all_worlds(1, +).

@@ -49,10 +49,6 @@ called_procedure(Theory, P) :-
     clause(Module:proc(G, _), _),
     !.
 
-generalised(T, G) :-
-    functor(T, Name, Arity, Type),
-    functor(G, Name, Arity, Type).
-
 %!  program_problem(+Program, +In, +Theory, -Kind, -What) is nondet.
 
 program_problem(E, In, Theory, Kind, What) :-

@@ -20,6 +20,7 @@
 :- use_module(library(assoc), [empty_assoc/1, get_assoc/3, put_assoc/4, gen_assoc/3, assoc_to_list/2, list_to_assoc/2]).
 :- use_module(library(apply), [exclude/3]).
 :- use_module(library(lists), [member/2]).
+:- use_module(initial).
 :- use_module(theory).
 :- use_module(formula, [holds_in/2, evaluate/3]).
 :- use_module(knowledge, [possible_effects/3]).

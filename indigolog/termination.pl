@@ -153,8 +153,7 @@ final('$plan'(E, _, S0, Steps), S, C) =>
     ;   final(E, S, C)
     ).
 final(E, S, C) =>
-    situation_theory(S, Theory),
-    theory_module(Theory, Module),
+    S = s(th(Module, _, _, _), _, _, _, _),
     Module:proc(E, Body),
     !,
     \+ never_final(Body),

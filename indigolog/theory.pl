@@ -4,22 +4,22 @@
             current_theory/1,         % -Theory
             theory_module/2,          % +Theory, -Module
             theory_files/2,           % +Theory, -Files
-            forget_initial_values/1,  % +Theory
+            plain_actions/2,          % +Theory, -Trie
+            renewed_theory/1,         % -Theory
             fluent_template/3,        % +Theory, +Term, -Kind
             declared_fluent/2,        % +Theory, ?Fluent
             sensed_template/2,        % +Theory, +Fluent
             uncertain_template/2,     % +Theory, +Fluent
             action_template/3,        % +Theory, +Term, -Kind
-            initial_status/3,         % +Theory, +Fluent, -Status
-            declared_instance/3,      % +Theory, ?Fluent, -Instances
-            ground_instances/3,       % +Theory, ?Fluent, -Home
+            generalised/2,            % +Term, -Template
             domain_list/3,            % +Theory, +Domain, -Values
             theory_predicate/1        % ?Indicator
           ]).
-:- use_module(library(lists), [append/3, list_to_set/2, member/2]).
+:- use_module(library(lists), [append/3, member/2]).
 :- use_module(library(apply), [maplist/2, maplist/3]).
 :- use_module(library(error), [existence_error/2, must_be/2]).
 :- use_module(library(gensym), [gensym/2]).
+:- use_module(compiled, [compile_preconditions/1]).
 :- use_module(messages, []).
 :- use_module(terminal, []).
 
@@ -30,10 +30,10 @@ that declare fluents, actions, axioms and procedures.  This module loads them
 and answers what the axioms say, remembering initial values and the declared
 ground instances of a fluent, which do not change while a program runs.
 
-A theory is a term th(Module, Instances, Trie, Values): the module that holds
-the files, a module that holds the ground fluent instances (so that every
-argument is indexed), the trie that remembers initial values, and `possible` if
-some fluent may have several possible values, else `certain`.
+A theory is a term th(Module, Instances, tries(Initial, Plain), Values): the module
+that holds the files, a module that holds the ground fluent instances (so that every
+argument is indexed), the tries that remember initial values and plain actions, and
+`possible` if some fluent may have several possible values, else `certain`.
 */
 
 :- dynamic loaded/2.                  % Theory, Files: at most one fact
@@ -91,13 +91,15 @@ load_theory(Spec) :-
     ),
     atom_concat(Module, '_instances', Instances),
     trie_new(Trie),
+    trie_new(Plain),
     index_fluents(Module),
     index_actions(Module),
     (   Module:'$uncertain'(_)
     ->  Values = possible
     ;   Values = certain
     ),
-    Theory = th(Module, Instances, Trie, Values),
+    Theory = th(Module, Instances, tries(Trie, Plain), Values),
+    compile_preconditions(Theory),
     assertz(loaded(Theory, Files)).
 
 theory_file(Spec, File) :-
@@ -156,9 +158,8 @@ refuse_header(File) :-
 %   Forget the current theory, if there is one.
 
 unload_theory :-
-    (   retract(loaded(th(Module, _, Trie, _), Files))
-    ->  trie_destroy(Trie),
-        unload_files(Module, Files)
+    (   retract(loaded(th(Module, _, _, _), Files))
+    ->  unload_files(Module, Files)
     ;   true
     ).
 
@@ -182,20 +183,30 @@ theory_module(th(Module, _, _, _), Module).
 theory_files(Theory, Files) :-
     loaded(Theory, Files).
 
-%!  forget_initial_values(+Theory) is det.
+%!  renewed_theory(-Theory) is det.
 %
-%   Forget what was remembered of initial values and declared instances, for a
-%   theory whose helper facts have changed since.
+%   The current theory, without what was remembered of its initial values and declared
+%   instances: helper facts may have changed since.  New tries, since SWI-Prolog 9.0.4
+%   may crash when it lists one that was emptied.
+%
+%   @error golog(no_theory) if none is loaded
 
-forget_initial_values(th(Module, Instances, Trie, _)) :-
-    trie_gen_compiled_reset(Trie),
-    forall(retract(Module:'$instances'(Template, _)),
-           ( functor(Template, Name, Arity),
-             functor(Head, Name, Arity),
-             retractall(Instances:Head) )).
+renewed_theory(Theory) :-
+    current_theory(Old),
+    Old = th(Module, Home, _, Values),
+    forall(retract(Module:'$instances'(_, Instances)),
+           ( Instances = ground(Instance, _) -> retractall(Instance) ; true )),
+    trie_new(Initial),
+    trie_new(Plain),
+    Theory = th(Module, Home, tries(Initial, Plain), Values),
+    retract(loaded(Old, Files)),
+    assertz(loaded(Theory, Files)).
 
-trie_gen_compiled_reset(Trie) :-
-    forall(trie_gen(Trie, Key, _), trie_delete(Trie, Key, _)).
+%!  plain_actions(+Theory, -Trie) is semidet.
+%
+%   Trie remembers the plain actions (compiled.pl) of a theory that has such.
+
+plain_actions(th(_, _, tries(_, Plain), certain), Plain).
 
 
                 /* What is declared */
@@ -230,6 +241,10 @@ head_template(Module, Head, F, Template) :-
     ;   catch(Module:Body, _, fail), nonvar(F0)
     ),
     generalised(F0, Template).
+
+%!  generalised(+Term, -Template) is semidet.
+%
+%   Template has the functor of the callable Term, and fresh arguments.
 
 generalised(Term, Template) :-
     callable(Term),
@@ -298,79 +313,6 @@ declared_fluent(th(Module, _, _, _), Fluent) :-
     ;   Module:fun_fluent(Fluent)
     ;   Module:prim_fluent(Fluent)
     ).
-
-%!  initial_status(+Theory, +Fluent, -Status) is det.
-%
-%   What the theory says of a ground Fluent in the initial situation: v(Value),
-%   any(Values) if it has several possible values, `unknown` if it is declared and has no value, `undeclared` if this instance
-%   is not declared.
-
-initial_status(Theory, Fluent, Status) :-
-    Theory = th(_, _, Trie, _),
-    (   trie_lookup(Trie, Fluent, Status0)
-    ->  Status = Status0
-    ;   find_initial_status(Theory, Fluent, Status),
-        trie_insert(Trie, Fluent, Status)
-    ).
-
-find_initial_status(Theory, Fluent, Status) :-
-    Theory = th(Module, _, _, _),
-    (   \+ declared_fluent(Theory, Fluent)
-    ->  Status = undeclared
-    ;   uncertain_template(Theory, Fluent)
-    ->  findall(Value, Module:initially(Fluent, Value), Values0),
-        list_to_set(Values0, Values),
-        values_status(Values, Status)
-    ;   Module:initially(Fluent, Value)
-    ->  Status = v(Value)
-    ;   Status = unknown
-    ).
-
-values_status([], unknown) :- !.
-values_status([Value], v(Value)) :- !.
-values_status(Values, any(Values)).
-
-%!  declared_instance(+Theory, ?Fluent, -Instances) is nondet.
-%
-%   Fluent is a declared instance and Instances is `ground`, or Instances is
-%   `open` when the declaration leaves arguments free.
-
-declared_instance(Theory, Fluent, Instances) :-
-    declared_instances(Theory, Fluent, Instances),
-    (   Instances == ground
-    ->  Theory = th(_, Home, _, _),
-        Home:Fluent
-    ;   true
-    ).
-
-%!  ground_instances(+Theory, ?Fluent, -Home) is semidet.
-%
-%   All declared instances of Fluent are ground, and are the facts of module Home.
-
-ground_instances(Theory, Fluent, Home) :-
-    declared_instances(Theory, Fluent, ground),
-    Theory = th(_, Home, _, _).
-
-declared_instances(th(Module, Home, _, _), Fluent, Instances) :-
-    (   Module:'$instances'(Fluent, Instances0)
-    ->  Instances = Instances0
-    ;   generalised(Fluent, Template),
-        findall(Template, declared_fluent(th(Module, _, _, _), Template), All0),
-        list_to_set(All0, All),
-        (   ground(All)
-        ->  Instances = ground,
-            generalised(Fluent, Head),
-            functor(Head, Name, Arity, _),
-            dynamic(Home:Name/Arity),
-            maplist(assert_instance(Home), All)
-        ;   Instances = open
-        ),
-        generalised(Fluent, Key),
-        assertz(Module:'$instances'(Key, Instances))
-    ).
-
-assert_instance(Home, Instance) :-
-    assertz(Home:Instance).
 
 %!  domain_list(+Theory, +Domain, -Values) is det.
 %

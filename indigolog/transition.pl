@@ -257,8 +257,7 @@ trans(sim(A), S, _, E1, S1) =>                      % an exogenous action, suppo
     supposed(A1, S),
     progress(sim(A1), S, S1).
 trans(E, S, C, E1, S1) =>
-    situation_theory(S, Theory),
-    theory_module(Theory, Module),
+    S = s(th(Module, _, _, _), _, _, _, _),
     (   Module:proc(E, Body)
     ->  enter(E, C, C1),
         trans(Body, S, C1, E1, S1)
