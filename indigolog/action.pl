@@ -25,7 +25,7 @@ act(Term, S, S1) :-
     known_plain(Term, Theory),
     !,
     once(possible_plain(Term, S)),
-    progress(Term, S, S1).
+    progress_plain(Term, S, S1).
 act(Term, S, S1) :-
     evaluated_action(Term, S, A),
     situation_theory(S, Theory),

@@ -1,6 +1,7 @@
 :- module(indigolog_compiled,
-          [ compile_preconditions/1,  % +Theory
+          [ compile_axioms/1,         % +Theory
             possible_plain/2,         % +Action, +Situation
+            plain_effect/3,           % +Action, +Situation, -Effect
             known_plain/2,            % +Term, +Theory
             learn_plain/2             % +Action, +Theory
           ]).
@@ -12,15 +13,16 @@
 :- use_module(substitution).
 :- use_module(theory).
 
-/** <module> Preconditions compiled to clauses
+/** <module> Axioms compiled to clauses
 
-Whether an action is possible is asked more often than anything else.  So each poss/2
-axiom is also compiled, when the theory is loaded, to a clause of '$possible'/2, for
-actions that are _plain_: ground, primitive, and with no fluent in them, so that their
-arguments stand for themselves.  The abbreviations that an axiom uses are compiled with
-it, for plain arguments.  A compiled goal does what indigolog_formula:true_in/2 does with
-the formula, and what is rare is left to true_in/2.  Only for theories in which every
-fluent has one value.
+Whether an action is possible, and what it does, is asked more often than anything else.
+So the precondition and effect axioms are also compiled, when the theory is loaded, to
+clauses of '$possible'/2 and '$sets_value'/3, '$sets_true'/3, '$sets_false'/3, for actions
+that are _plain_: ground, primitive, and with no fluent in them, so that their arguments
+stand for themselves.  The abbreviations that an axiom uses are compiled with it, for
+plain arguments.  A compiled goal does what indigolog_formula:true_in/2 does with the
+formula, and what is rare is left to true_in/2.  Only for theories in which every fluent
+has one value.
 */
 
 % Most actions that are remembered as plain.
@@ -57,16 +59,49 @@ possible_plain(A, S) :-
     S = s(th(Module, _, _, _), _, _, _, _),
     Module:'$possible'(A, S).
 
-%!  compile_preconditions(+Theory) is det.
+%!  plain_effect(+Action, +Situation, -Effect) is nondet.
+%
+%   Effect of the plain Action: Fluent-Value, or open(Fluent, Value, Condition).
 
-compile_preconditions(Theory) :-
+plain_effect(A, S, Effect) :-
+    S = s(th(Module, _, _, _), _, _, _, _),
+    (   Module:'$sets_value'(A, S, Effect)
+    ;   Module:'$sets_true'(A, S, Effect)
+    ;   Module:'$sets_false'(A, S, Effect)
+    ).
+
+%!  compile_axioms(+Theory) is det.
+
+compile_axioms(Theory) :-
     theory_module(Theory, Module),
-    dynamic([Module:'$possible'/2, Module:'$abbreviation'/2]),
+    dynamic([ Module:'$possible'/2, Module:'$abbreviation'/2,
+              Module:'$sets_value'/3, Module:'$sets_true'/3, Module:'$sets_false'/3 ]),
     forall(clause(Module:poss(A, P), Body),
            ( term_variables(A, Plain),
              goal(P, in(Theory, Plain, S), Goal),
-             simpler((Body, Goal), Simple),
-             assertz(Module:('$possible'(A, S) :- Simple)) )).
+             define(Module, '$possible'(A, S), (Body, Goal)) )),
+    forall(clause(Module:causes_val(A, F, V, P), Body),
+           compile_effect('$sets_value'(A, S, Effect), F-V, P, Body, S, Effect, Theory)),
+    forall(clause(Module:causes_true(A, F, P), Body),
+           compile_effect('$sets_true'(A, S, Effect), F-true, P, Body, S, Effect, Theory)),
+    forall(clause(Module:causes_false(A, F, P), Body),
+           compile_effect('$sets_false'(A, S, Effect), F-false, P, Body, S, Effect, Theory)).
+
+compile_effect(Head, F-V, P, Body, S, Effect, Theory) :-
+    theory_module(Theory, Module),
+    arg(1, Head, A),
+    term_variables(A, Plain),
+    In = in(Theory, Plain, S),
+    (   will_be_ground(F, In)
+    ->  Effect = F-V,
+        goal(P, In, Goal),
+        define(Module, Head, (Body, once(Goal)))
+    ;   define(Module, Head, (Body, indigolog_situation:effect_of(F, V, P, S, Effect)))
+    ).
+
+define(Module, Head, Body) :-
+    simpler(Body, Body1),
+    assertz(Module:(Head :- Body1)).
 
 
                 /* Formulas */
@@ -151,6 +186,12 @@ simpler(Goal, Simple), nonvar(Goal), Goal = (A -> B) =>
 simpler(Goal, Simple), nonvar(Goal), Goal = (\+ A) =>
     Simple = (\+ A1),
     simpler(A, A1).
+simpler(Goal, Simple), nonvar(Goal), Goal = once(A) =>
+    simpler(A, A1),
+    (   A1 == true
+    ->  Simple = true
+    ;   Simple = (A1 -> true)
+    ).
 simpler(Goal, Simple) =>
     Simple = Goal.
 
@@ -253,7 +294,7 @@ compiled_abbreviation(Head, Module, Theory) :-
     ;   findall(abbreviates(Head, Body, Condition), clause(Module:proc(Head, Body), Condition), Clauses),
         Clauses \== [],
         maplist(declare(Module), Clauses, Compiled),
-        maplist(define(Theory), Clauses, Compiled)
+        maplist(compile_abbreviation(Theory), Clauses, Compiled)
     ).
 
 % All clauses are declared before the first is compiled: they may use one another.
@@ -264,12 +305,11 @@ declare(Module, abbreviates(Head, Body, Condition), Compiled) :-
     Compiled =.. [Name|Variables],
     assertz(Module:('$abbreviation'(Head, Compiled) :- Condition)).
 
-define(Theory, abbreviates(Head, Body, _), Compiled) :-
+compile_abbreviation(Theory, abbreviates(Head, Body, _), Compiled) :-
     theory_module(Theory, Module),
     term_variables(Head, Plain),
     goal(Body, in(Theory, Plain, S), Goal),
     Compiled =.. Parts0,
     append(Parts0, [S], Parts),
     Defined =.. Parts,
-    simpler(Goal, Simple),
-    assertz(Module:(Defined :- Simple)).
+    define(Module, Defined, Goal).

@@ -9,6 +9,7 @@
             stop_interrupts/3,        % +Depth, +Situation, -NewSituation
             stopped_depth/2,          % +Situation, -Depth
             progress/3,               % +Action, +Situation, -NewSituation
+            progress_plain/3,         % +Action, +Situation, -NewSituation
             fluent_status/3,          % +Fluent, +Situation, -Status
             fluent_instance/2,        % ?Fluent, +Situation
             fluent_value/3,           % ?Fluent, +Situation, -Value
@@ -17,11 +18,13 @@
             sensing_action/1,         % +Action
             sensing_action/2          % +Theory, +Action
           ]).
-:- use_module(library(assoc), [empty_assoc/1, get_assoc/3, put_assoc/4, gen_assoc/3, assoc_to_list/2, list_to_assoc/2]).
+:- use_module(library(assoc), [get_assoc/3]).
 :- use_module(library(apply), [exclude/3]).
 :- use_module(library(lists), [member/2]).
 :- use_module(initial).
+:- use_module(compiled, [plain_effect/3]).
 :- use_module(theory).
+:- use_module(values).
 :- use_module(formula, [holds_in/2, evaluate/3]).
 :- use_module(knowledge, [possible_effects/3]).
 
@@ -50,7 +53,7 @@ initial_situation(Situation) :-
 %!  initial_situation(+Theory, -Situation) is det.
 
 initial_situation(Theory, s(Theory, Empty, [], 0, [])) :-
-    empty_assoc(Empty).
+    no_values(Empty).
 
 situation_theory(s(Theory, _, _, _, _), Theory).
 
@@ -113,7 +116,7 @@ keep_list(s(T, Map, _, N, Open), History, s(T, Map, History, N, Open)).
 %   several values, `unknown` or `undeclared`.
 
 fluent_status(Fluent, s(Theory, Map, _, _, Open), Status) :-
-    (   get_assoc(Fluent, Map, Value)
+    (   ( Map = recent(_, _) -> stored(Map, Fluent, Value) ; get_assoc(Fluent, Map, Value) )
     ->  (   Value = '$any'(Values)
         ->  ( Values == [] -> Status = unknown ; Status = any(Values) )
         ;   Status = v(Value)
@@ -153,12 +156,12 @@ fluent_instance(Fluent, Situation) :-
     ).
 
 known_instance(_, Map, Fluent) :-
-    gen_assoc(Fluent, Map, _).
+    stored_pair(Map, Fluent, _).
 known_instance(Theory, Map, Fluent) :-
     theory_module(Theory, Module),
     Module:initially(Fluent, _),
     (   ground(Fluent)
-    ->  \+ get_assoc(Fluent, Map, _)
+    ->  \+ stored(Map, Fluent, _)
     ;   true
     ).
 
@@ -199,7 +202,7 @@ known_fluents(Situation, Pairs) :-
 %   every fluent has the same value.
 
 situation_key(s(Theory, Map, _, _, Open), Changed-Open) :-
-    assoc_to_list(Map, Pairs),
+    stored_pairs(Map, Pairs),
     exclude(initial_pair(Theory), Pairs, Changed).
 
 initial_pair(Theory, Fluent-Value) :-
@@ -219,18 +222,29 @@ initial_pair(Theory, Fluent-Value) :-
 %          value open
 
 progress(Action, Situation, New) :-
-    Situation = s(Theory, Map, History, N, Open),
-    N1 is N+1,
+    situation_theory(Situation, Theory),
     theory_module(Theory, Module),
     (   effects_certain(Action, Theory)
     ->  findall(Effect, effect(Action, Module, Situation, Effect), Effects)
     ;   possible_effects(Action, Situation, Effects)
     ),
-    (   Effects == []
-    ->  New = s(Theory, Map, [Action|History], N1, Open)
-    ;   Effects = [F-V],
+    progressed(Effects, Action, Situation, New).
+
+%!  progress_plain(+Action, +Situation, -NewSituation) is det.
+%
+%   As progress/3, for a plain action (compiled.pl).
+
+progress_plain(Action, Situation, New) :-
+    findall(Effect, plain_effect(Action, Situation, Effect), Effects),
+    progressed(Effects, Action, Situation, New).
+
+progressed(Effects, Action, Situation, New) :-
+    Situation = s(Theory, Map, History, N, Open),
+    N1 is N+1,
+    (   Effects = [F-V|Others],
+        Others == [],
         ground(F-V)
-    ->  put_assoc(F, Map, V, Map1),
+    ->  store(Map, F, V, Map1),
         New = s(Theory, Map1, [Action|History], N1, Open)
     ;   apply_effects(Effects, [], Action, Situation, Map, Map1, Open, Open1),
         New = s(Theory, Map1, [Action|History], N1, Open1)
@@ -252,7 +266,7 @@ apply_effects([E|Es], Done, Action, Situation, Map0, Map, Open0, Open) :-
             Earlier == F
         ->  Map1 = Map0
         ;   ground(F-V)
-        ->  put_assoc(F, Map0, V, Map1)
+        ->  store(Map0, F, V, Map1)
         ;   throw(error(golog(effect_not_ground(Action, F, V)), _))
         ),
         Open1 = Open0,
@@ -263,9 +277,9 @@ apply_effects([E|Es], Done, Action, Situation, Map0, Map, Open0, Open) :-
 % What an effect on all instances overwrites must be looked up where it was done.
 push_open(open(Pattern, Value, Condition), Situation, Map0, Map, Open,
           [open(Pattern, Value, Condition, Situation)|Open]) :-
-    assoc_to_list(Map0, Pairs0),
+    stored_pairs(Map0, Pairs0),
     exclude(matches(Pattern), Pairs0, Pairs),
-    list_to_assoc(Pairs, Map).
+    values_of_pairs(Pairs, Map).
 
 matches(Pattern, Fluent-_) :-
     \+ Pattern \= Fluent.
@@ -278,10 +292,10 @@ matches(Pattern, Fluent-_) :-
 stop_interrupts(Depth, s(Theory, Map, H, N, Open),
                 s(Theory, Map1, [stop_interrupts|H], N1, Open)) :-
     N1 is N+1,
-    put_assoc('$stopped_depth', Map, Depth, Map1).
+    store(Map, '$stopped_depth', Depth, Map1).
 
 stopped_depth(s(_, Map, _, _, _), Depth) :-
-    get_assoc('$stopped_depth', Map, Depth).
+    stored(Map, '$stopped_depth', Depth).
 
 % effect(+Action, +Module, +Situation, -Effect): Fluent-Value, or
 % open(Fluent, Value, Condition) for infinitely many instances.

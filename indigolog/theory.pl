@@ -19,7 +19,7 @@
 :- use_module(library(apply), [maplist/2, maplist/3]).
 :- use_module(library(error), [existence_error/2, must_be/2]).
 :- use_module(library(gensym), [gensym/2]).
-:- use_module(compiled, [compile_preconditions/1]).
+:- use_module(compiled, [compile_axioms/1]).
 :- use_module(messages, []).
 :- use_module(terminal, []).
 
@@ -99,7 +99,7 @@ load_theory(Spec) :-
     ;   Values = certain
     ),
     Theory = th(Module, Instances, tries(Trie, Plain), Values),
-    compile_preconditions(Theory),
+    compile_axioms(Theory),
     assertz(loaded(Theory, Files)).
 
 theory_file(Spec, File) :-

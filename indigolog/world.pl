@@ -6,8 +6,8 @@
             assumed/4,                % +Fluent, +Value, +World, -World1
             actual_situation/2        % +World, -Situation
           ]).
-:- use_module(library(assoc), [get_assoc/3, put_assoc/4]).
 :- use_module(library(lists), [memberchk/2]).
+:- use_module(values, [store/4, stored/3]).
 
 /** <module> Situations with several possible values, and the worlds in them
 
@@ -44,7 +44,7 @@ knowledge_world(S, W) :-
     assumed('$only_knowledge', true, S, W).
 
 only_knowledge(s(_, Map, _, _, _)) :-
-    get_assoc('$only_knowledge', Map, _).
+    stored(Map, '$only_knowledge', _).
 
 %!  assumed(+Fluent, +Value, +World, -World1) is det.
 %
@@ -52,11 +52,11 @@ only_knowledge(s(_, Map, _, _, _)) :-
 
 assumed(F, V, W, s(Theory, Map, H, N, Open)) :-
     W = s(Theory, Map0, H, N, Open),
-    (   get_assoc('$actual', Map0, _)
+    (   stored(Map0, '$actual', _)
     ->  Map1 = Map0
-    ;   put_assoc('$actual', Map0, W, Map1)
+    ;   store(Map0, '$actual', W, Map1)
     ),
-    put_assoc(F, Map1, V, Map).
+    store(Map1, F, V, Map).
 
 %!  actual_situation(+World, -Situation) is det.
 %
@@ -64,7 +64,7 @@ assumed(F, V, W, s(Theory, Map, H, N, Open)) :-
 
 actual_situation(W, S) :-
     W = s(_, Map, _, _, _),
-    (   get_assoc('$actual', Map, S0)
+    (   stored(Map, '$actual', S0)
     ->  S = S0
     ;   S = W
     ).
