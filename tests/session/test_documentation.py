@@ -1,5 +1,6 @@
 """What README and docs say can be done is there, and runs."""
 
+import json
 import os
 import re
 import shlex
@@ -100,3 +101,17 @@ def test_agents_that_are_shown_run(page: str, line: str) -> None:
         check=False,
     )
     assert done.returncode == 0, (page, done.stderr)
+
+
+def test_the_notebook_runs_and_finds_the_pose() -> None:
+    notebook = json.loads((ROOT / "examples" / "three_lights.ipynb").read_text())
+    cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join(cells)],
+        cwd=ROOT, env=os.environ | {"MPLBACKEND": "Agg"},
+        capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    error = re.search(r"true error: ([\d.]+) deg", done.stdout)
+    assert error is not None, done.stdout
+    assert float(error[1]) < 0.2
