@@ -15,10 +15,15 @@ main :-
     catch(session_options(Argv, Options), error(usage_error(Message), _), give_up(Message)),
     root(Root),
     set_up(Root),
-    atom_concat(Root, '/session/session', Session),
-    use_module(Session, []),
-    session:run_session(Options, Status),
+    load(Root, '/session/opening'),     % the servers start while the rest is loaded
+    opening:open_session(Options, Opened),
+    load(Root, '/session/session'),
+    session:run_session(Options, Opened, Status),
     halt(Status).
+
+load(Root, Path) :-
+    atom_concat(Root, Path, File),
+    use_module(File, []).
 
 %   The folder of this file; the session may be started from any other.
 root(Root) :-

@@ -45,6 +45,7 @@ and `null` are atoms.
 
 slice_s(0.1).                       % longest wait between two calls of the alive goal
 max_frame_bytes(67108864).
+reconnect_ms(10).                   % between two tries to connect: a server that is starting is there at any moment
 welcome_s(5.0).                     % an event server that is there answers at once
 
 :- multifile prolog:error_message//1.
@@ -217,7 +218,8 @@ connected(Client, Socket) :-
 connected(Client, Socket) :-
     client(Client, Endpoint, _, _, _, _, Curve),
     max_frame_bytes(Max),
-    zmq_socket(dealer, Socket, [maxmsgsize(Max)|Curve]),
+    reconnect_ms(Again),
+    zmq_socket(dealer, Socket, [maxmsgsize(Max), reconnect_ivl(Again)|Curve]),
     catch(zmq_connect(Socket, Endpoint), Error, ( zmq_close(Socket), throw(Error) )),
     asserta(client_socket(Client, Socket)).
 

@@ -1,8 +1,8 @@
 """A client of the servers, for Python: one request at a time, with a deadline and retries."""
 
 import itertools
+import os
 import time
-import uuid
 from collections.abc import Callable
 from types import TracebackType
 from typing import Any, Self
@@ -17,6 +17,8 @@ from bridge.errors import BadInput, BridgeTimeout, ServerError
 
 SLICE_S = 0.1
 """Longest wait between two looks at whether the server is alive."""
+RECONNECT_MS = 10
+"""Between two tries to connect: a server that is starting is there at any moment."""
 
 
 class Client:
@@ -51,7 +53,7 @@ class Client:
         self._retries = retries
         self._curve = curve
         self._alive = alive
-        self._name = uuid.uuid4().hex[:16]
+        self._name = os.urandom(8).hex()
         self._numbers = itertools.count(1)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._socket: zmq.Socket[bytes] | None = None
@@ -115,6 +117,7 @@ class Client:
             sock = self._context.socket(zmq.DEALER)
             sock.linger = 0
             sock.maxmsgsize = MAX_FRAME_BYTES
+            sock.reconnect_ivl = RECONNECT_MS
             if self._curve is not None:
                 self._curve.apply(sock)
             try:

@@ -10,14 +10,12 @@ import time
 import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib import metadata
 from threading import Lock
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import msgspec
 import zmq
 from numpy.typing import NDArray
-from zmq.auth.thread import ThreadAuthenticator
 
 from bridge.arrays import pack
 from bridge.endpoints import CurveServer, bind, remove_ipc_file
@@ -33,6 +31,9 @@ from bridge.errors import LightsAndCameraError, ProtocolError
 from bridge.lifeline import Lifeline
 from bridge.memory import ReplyMemory
 from bridge.messages import PROTOCOL, NoArgs
+
+if TYPE_CHECKING:
+    from zmq.auth.thread import ThreadAuthenticator
 
 __all__ = ["Handler", "Reply", "Server", "Service", "serve"]
 
@@ -175,6 +176,10 @@ class Server:
         sock.maxmsgsize = MAX_FRAME_BYTES
         if curve is not None:
             if self._guard is None:
+                from zmq.auth.thread import (
+                    ThreadAuthenticator,
+                )  # asyncio and ssl with it, where there are keys
+
                 self._guard = ThreadAuthenticator(self._context)
                 self._guard.start()
                 self._guard.configure_curve_callback(ZAP_DOMAIN, _Allowed(curve.allowed))
@@ -300,6 +305,8 @@ class Server:
     # --- operations that every server has ---
 
     def _hello(self, _: NoArgs) -> Reply:
+        from importlib import metadata
+
         return Reply(
             {
                 "server": self.service.name,

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -76,9 +77,9 @@ class Pose:
             raise GeometryError("pose rotation must be a finite 3×3 matrix")
         return cls(vector_of(rotation), translation)
 
-    @property
+    @cached_property
     def matrix(self) -> Array:
-        """Rotation matrix, (3, 3)."""
+        """Rotation matrix, (3, 3); shared, not to be written to."""
         out: Array = matrix_of(self.rotation_vector)
         return out
 

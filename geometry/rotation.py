@@ -1,9 +1,10 @@
-"""Rotation vectors and matrices as compiled kernels (Rodrigues' formula)."""
+"""Rotation vectors and matrices (Rodrigues' formula).
+
+Plain functions of numbers, which kernels compile for themselves: a process without kernels can use poses."""
 
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -11,10 +12,9 @@ Array = NDArray[np.float64]
 SMALL_ANGLE_RAD = 1e-8  # below this the series of sin and cos to second order is exact in float64
 
 
-@njit(cache=True)
 def matrix_of(vector: Array) -> Array:
     """Rotation matrix (3, 3) of a rotation vector (3,) in rad."""
-    x, y, z = vector[0], vector[1], vector[2]
+    x, y, z = float(vector[0]), float(vector[1]), float(vector[2])
     angle = math.sqrt(x * x + y * y + z * z)
     if angle < SMALL_ANGLE_RAD:
         a, b = 1.0, 0.5
@@ -34,7 +34,6 @@ def matrix_of(vector: Array) -> Array:
     return out
 
 
-@njit(cache=True)
 def vector_of(matrix: Array) -> Array:
     """Rotation vector (3,) in rad, of length at most pi, of a rotation matrix (3, 3).
 

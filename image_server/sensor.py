@@ -34,8 +34,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from image_server.blooming import bloomed
-
 REFERENCE_SHUTTER_S = 1 / 60
 REFERENCE_APERTURE = 4.0
 WHITE = 255.0
@@ -155,6 +153,8 @@ def exposed(
         signal += np.float32(sensor.prnu) * sensitivity * signal
         signal += np.float32(sensor.dsnu_e * per_electron) * dark
     if sensor.blooming > 0:
+        from image_server.blooming import bloomed  # a compiled kernel that a sensor without it need not load
+
         signal = bloomed(signal, sensor.gain, sensor.blooming)
     if seed is not None:
         variance = np.maximum(signal, 0)

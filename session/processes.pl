@@ -1,10 +1,10 @@
 :- module(processes,
           [ start_server/4,             % +Name, +Arguments, +LogFile, -Process
             check_alive/1,              % +Process
-            stop_server/1               % +Process
+            stop_processes/1            % +Processes
           ]).
 :- use_module(library(apply), [exclude/3]).
-:- use_module(library(lists), [append/3, last/2]).
+:- use_module(library(lists), [append/3, last/2, member/2]).
 :- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
 :- use_module(library(readutil), [read_file_to_string/3]).
 
@@ -53,17 +53,27 @@ last_line(LogFile, Line) :-
     exclude(==(""), Lines0, Lines),
     (   last(Lines, Line) -> true ; Line = "" ).
 
-%!  stop_server(+Process) is det.
+%!  stop_processes(+Processes) is det.
 %
-%   Ask with SIGTERM, insist with SIGKILL two seconds later.  A process that has
-%   ended already is left in peace.
+%   Ask all with SIGTERM, insist with SIGKILL on those that run two seconds later.
+%   A process that has ended already is left in peace.
 
-stop_server(process(_, Pid, _)) :-
-    catch(stop(Pid), error(_, _), true).
+stop_processes(Processes) :-
+    get_time(Now),
+    Deadline is Now + 2,
+    forall(member(Process, Processes), ask(Process)),
+    forall(member(Process, Processes), insist(Process, Deadline)).
 
-stop(Pid) :-
-    process_kill(Pid, term),
-    process_wait(Pid, Status, [timeout(2)]),
+ask(process(_, Pid, _)) :-
+    catch(process_kill(Pid, term), error(_, _), true).
+
+insist(process(_, Pid, _), Deadline) :-
+    catch(ended_or_killed(Pid, Deadline), error(_, _), true).
+
+ended_or_killed(Pid, Deadline) :-
+    get_time(Now),
+    Left is max(0, Deadline - Now),
+    process_wait(Pid, Status, [timeout(Left)]),
     (   Status == timeout
     ->  process_kill(Pid, kill),
         process_wait(Pid, _, [])

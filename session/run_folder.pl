@@ -1,9 +1,10 @@
 :- module(run_folder,
           [ make_run_folder/3,          % +Options, +Plan, -Folder
+            leave_run_folder/1,         % +Folder
             run_file/3                  % +Folder, +Name, -File
           ]).
 :- use_module(usage, [usage_error/2]).
-:- use_module(library(filesex), [make_directory_path/1]).
+:- use_module(library(lists), [member/2]).
 :- use_module(library(option), [option/2]).
 
 /** <module> The folder that a session leaves behind */
@@ -23,13 +24,22 @@ make_run_folder(Options, _, Folder) :-
 make_run_folder(Options, Plan, Folder) :-
     folder_name(Options, Plan, Given),
     absolute_file_name(Given, Folder),
-    catch(make_directory_path(Folder), error(_, _), cannot("--out", "make", Folder)),
+    catch(make_folder(Folder), error(_, _), cannot("--out", "make", Folder)),
     writable(Folder, "--out"),
     run_file(Folder, 'result.json', Result),
     (   exists_file(Result)
     ->  usage_error("--out: ~w holds a finished session already; name another folder, or remove it", [Folder])
     ;   true
     ).
+
+%   As make_directory_path/1 does; its library takes longer to load than all of this.
+make_folder(Folder) :-
+    exists_directory(Folder),
+    !.
+make_folder(Folder) :-
+    file_directory_name(Folder, Above),
+    make_folder(Above),
+    make_directory(Folder).
 
 writable(Folder, Option) :-
     run_file(Folder, '.write-test', Probe),
@@ -56,6 +66,19 @@ unused(Root, Time, Plan, N, Folder) :-
 
 cannot(Option, What, Folder) :-
     usage_error("~s: cannot ~s ~w; choose a folder you may write to", [Option, What, Folder]).
+
+%!  leave_run_folder(+Folder) is det.
+%
+%   Take back make_run_folder/3 where no session came of it.
+
+leave_run_folder(Folder) :-
+    run_file(Folder, 'session.pl', Options),
+    (   exists_file(Options)            % one that was to be resumed
+    ->  true
+    ;   forall(member(Log, ['vision_server.log', 'image_server.log']),
+               ( run_file(Folder, Log, File), catch(delete_file(File), error(_, _), true) )),
+        catch(delete_directory(Folder), error(_, _), true)      % where nothing else is in it
+    ).
 
 %!  run_file(+Folder, +Name, -File) is det.
 

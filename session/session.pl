@@ -1,13 +1,12 @@
 :- module(session,
-          [ run_session/2               % +Options, -ExitStatus
+          [ run_session/3               % +Options, +Opened, -ExitStatus
           ]).
 :- use_module(acquisition_device).
 :- use_module(display, []).
-:- use_module(plan).
-:- use_module(processes).
 :- use_module(result).
 :- use_module(resumption).
 :- use_module(run_folder).
+:- use_module(servers, [stop_servers/0]).
 :- use_module('../domain/candidates').
 :- use_module('../domain/image_set').
 :- use_module('../domain/merit').
@@ -16,8 +15,8 @@
 :- use_module('../indigolog/indigolog').
 :- use_module(library(http/json), [json_write_dict/3]).
 :- use_module(library(apply), [foldl/4]).
-:- use_module(library(lists), [append/2, append/3, member/2]).
-:- use_module(library(option), [option/2, option/3]).
+:- use_module(library(lists), [member/2]).
+:- use_module(library(option), [option/2]).
 :- use_module(library(process), [process_create/3, process_wait/3]).
 
 /** <module> One session from options to exit status
@@ -29,111 +28,54 @@ error, by Ctrl-C or by SIGTERM.
     4 a device or server failed for good, 130 and 143 stopped by Ctrl-C and SIGTERM
 */
 
-%!  run_session(+Options, -ExitStatus) is det.
+%!  run_session(+Options, +Opened, -ExitStatus) is det.
+%
+%   Opened is from open_session/2.
 
-run_session(Options, Status) :-
+run_session(Options, Opened, Status) :-
     on_signal(int, _, stop_by),
     on_signal(term, _, stop_by),
-    catch(session(Options, Status), Error, failed(Error, Status)).
+    catch(session(Opened, Options, Status), Error, failed(Error, Status)).
 
 :- public stop_by/1.
 
 stop_by(Signal) :-
     throw(stopped(Signal)).
 
-session(Options, Status) :-
-    session_plan(Options, Plan),
+session(failed(Error), _, _) :-
+    throw(Error).
+session(dry_run(Plan), _, 0) :-
+    check_controller(Plan),
+    print_message(help, session(would_do(Plan))).
+session(opened(Plan, Folder, Servers), Options, Status) :-
+    call_cleanup(served_session(Options, Plan, Folder, Servers, Status), stop_everything).
+
+served_session(Options, Plan, Folder, Servers, Status) :-
+    catch(check_controller(Plan), Error, nothing_begun(Folder, Error)),
+    ( option(resume(_), Options) -> true ; record_options(Options, Folder) ),
+    show(Options, begin(Plan, Folder)),
+    open_servers(Options, Plan, Folder, Servers),
+    run_program(Options, Plan, Folder, Outcome),
+    finish(Outcome, Options, Plan, Folder, Status).
+
+check_controller(Plan) :-
     load_theory(Plan.theory),
     check_theory,
-    check_program(Plan.program),
-    (   option(dry_run(true), Options)
-    ->  print_message(help, session(would_do(Plan))),
-        Status = 0
-    ;   make_run_folder(Options, Plan, Folder),
-        ( option(resume(_), Options) -> true ; record_options(Options, Folder) ),
-        get_time(Start),
-        call_cleanup(served_session(Options, Plan, Folder, Start, Status), stop_everything)
-    ).
+    check_program(Plan.program).
 
-served_session(Options, Plan, Folder, Start, Status) :-
-    show(Options, begin(Plan, Folder)),
-    start_servers(Options, Plan, Folder),
-    run_program(Options, Plan, Folder, Outcome),
-    finish(Outcome, Options, Plan, Folder, Start, Status).
+nothing_begun(Folder, Error) :-
+    stop_everything,
+    leave_run_folder(Folder),
+    throw(Error).
 
                 /*******************************
                 *            SERVERS           *
                 *******************************/
 
-:- dynamic server/1.                    % process that this session started
-
-start_servers(Options, Plan, Folder) :-
-    endpoint(image_server, Options, Folder, ImageServer, StartImageServer),
-    endpoint(vision_server, Options, Folder, VisionServer, StartVisionServer),
-    (   StartImageServer == true
-    ->  image_server_arguments(Options, Plan, ImageServer, Folder, Arguments),
-        start(image_server, Arguments, Folder)
-    ;   true
-    ),
-    (   StartVisionServer == true
-    ->  start(vision_server, [serve, '--endpoint', VisionServer], Folder)
-    ;   true
-    ),
+open_servers(Options, Plan, Folder, servers(ImageServer, VisionServer, Timeout)) :-
     start_arguments(Options, Plan, ImageServer, Folder, Args),
-    % a server of our own is known to live while it is slow
-    (   StartImageServer == true, StartVisionServer == true -> Timeout = 240 ; Timeout = 60 ),
     open_acquisition([ image_server(ImageServer), vision_server(VisionServer),
-                       alive(session:check_servers), timeout(Timeout), start(Args) | Options ]).
-
-start(Name, Arguments, Folder) :-
-    atom_concat(Name, '.log', Log),
-    run_file(Folder, Log, LogFile),
-    start_server(Name, Arguments, LogFile, Process),
-    assertz(server(Process)).
-
-check_servers :-
-    forall(server(Process), check_alive(Process)).
-
-%   An endpoint is the user's, or a socket file of our own: its path must be short
-%   (107 bytes), which a run folder's need not be.
-endpoint(Name, Options, _, Endpoint, false) :-
-    Option =.. [Name, Endpoint],
-    option(Option, Options),
-    !.
-endpoint(Name, _, _, Endpoint, true) :-
-    current_prolog_flag(pid, Pid),
-    format(atom(Base), "lights-and-camera-~w-~w", [Pid, Name]),
-    ( getenv('TMPDIR', Temporary) -> true ; Temporary = '/tmp' ),
-    atomic_list_concat(['ipc://', Temporary, /, Base], Endpoint).
-
-image_server_arguments(Options, Plan, Endpoint, Folder, Arguments) :-
-    image_source(Options, Plan, Folder, Source),
-    atom_concat(Endpoint, '-events', Events),
-    append(Source, ['--endpoint', Endpoint, '--events', Events], Arguments).
-
-image_source(Options, _, _, [hardware|Arguments]) :-
-    option(camera(_), Options),
-    !,
-    findall([Dashed, Value],
-            ( member(Name-Dashed, [ camera-'--camera', lights-'--lights', target-'--target',
-                                    camera_model-'--camera-model', seed_pose-'--seed-pose' ]),
-              Option =.. [Name, Value],
-              option(Option, Options) ),
-            Pairs),
-    append(Pairs, Arguments).
-image_source(Options, Plan, Folder, Arguments) :-
-    (   option(stack(Dir), Options)
-    ->  absolute_file_name(Dir, Stack),
-        Source = [replay, '--stack', Stack]
-    ;   option(target(Target), Options),
-        option(scenario(Scenario), Options),
-        Source = [simulator, '--target', Target, '--scenario', Scenario]
-    ),
-    (   option(resume(_), Options)
-    ->  captures_taken(Folder, Taken)
-    ;   Taken = 0
-    ),
-    append(Source, ['--seed', Plan.seed, '--captures-taken', Taken], Arguments).
+                       alive(session_servers:check_servers), timeout(Timeout), start(Args) | Options ]).
 
 %   Arguments of the vision server's `start`; what is not given it asks of the image server.
 start_arguments(Options, Plan, ImageServer, Folder, Args) :-
@@ -155,7 +97,7 @@ start_file(model, Options, Plan, File) :-
 
 stop_everything :-
     catch(close_acquisition, error(_, _), true),
-    forall(retract(server(Process)), stop_server(Process)).
+    stop_servers.
 
                 /*******************************
                 *          THE PROGRAM         *
@@ -237,11 +179,11 @@ last_step(Situation, Device, Step) :-
                 *            THE END           *
                 *******************************/
 
-finish(Outcome, Options, Plan, Folder, Start, Status) :-
+finish(Outcome, Options, Plan, Folder, Status) :-
     nb_getval(session_situation, Situation),
     (   Situation == none
     ->  true                            % nothing happened: there is nothing to tell
-    ;   seconds(Start, Seconds),
+    ;   seconds(Seconds),
         outcome_status(Outcome, Situation, Name),
         true_error(Situation, Error),
         threshold(Situation, Threshold),
@@ -298,8 +240,10 @@ command_line(Command) :-
     current_prolog_flag(argv, Arguments),
     atomic_list_concat(['swipl main.pl'|Arguments], ' ', Command).
 
-%   What the servers did not use of the time they were waited for is the bridge's.
-seconds(Start, [total-Total, controller-Controller, bridge-Bridge|Parts]) :-
+%   In all since the process began.  What the servers did not use of the time they
+%   were waited for is the bridge's.
+seconds([total-Total, controller-Controller, bridge-Bridge|Parts]) :-
+    statistics(epoch, Start),
     get_time(Now),
     Total is Now - Start,
     seconds_spent(Waiting, Parts),

@@ -1,54 +1,42 @@
-"""Command line of the vision server: `python -m vision_server COMMAND`."""
+"""Command line of the vision server: `python -m vision_server COMMAND`.
+
+A command's file is loaded when it is asked for, and what computes when it runs: a session waits for it."""
 
 from __future__ import annotations
 
-from typing import Annotated
+import sys
+from argparse import ArgumentParser
+from collections.abc import Sequence
+from importlib import import_module
 
-import typer
+from bridge.lifeline import leave
 
-app = typer.Typer(
-    help="Images in, edges and poses out.",
-    add_completion=False,
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-)
-
-
-@app.command()
-def serve(
-    endpoint: Annotated[str, typer.Option(help="Where to listen: ipc:///path or tcp://127.0.0.1:PORT.")],
-    parent: Annotated[int | None, typer.Option(metavar="PID", help="Stop when this process ends.")] = None,
-) -> None:
-    """Serve pose estimation to a controller."""
-    from bridge.errors import EXIT_DEVICE, LightsAndCameraError
-
-    try:
-        from bridge.serve import serve as run
-        from vision_server.server import VisionServer
-
-        status = run(VisionServer(), endpoint, parent_pid=parent)
-    except (LightsAndCameraError, OSError) as error:
-        typer.echo(f"vision_server: {' '.join(str(error).split())}", err=True)
-        status = error.exit_status if isinstance(error, LightsAndCameraError) else EXIT_DEVICE
-    raise typer.Exit(status)
+PROGRAM = "python -m vision_server"
+COMMANDS = {
+    "serve": "Serve pose estimation to a controller.",
+    "estimate": "Estimate the pose of a target from image files of one set.",
+    "edges": "Merge image files of one set into one edge map.",
+    "warm": "Compile every numeric kernel into the cache, once.",
+}
 
 
-@app.command()
-def warm() -> None:
-    """Compile every numeric kernel into the cache, once."""
-    from vision_server.commands.warm import warm_up
-
-    warm_up()
-
-
-def _commands() -> None:
-    from vision_server.commands.edges import edges_command
-    from vision_server.commands.estimate import estimate_command
-
-    app.command("estimate")(estimate_command)
-    app.command("edges")(edges_command)
+def main(words: Sequence[str]) -> int:
+    """Run a command; the exit status."""
+    if not words or words[0] in ("-h", "--help"):
+        listed = "\n".join(f"  {name:<10}{summary}" for name, summary in COMMANDS.items())
+        print(f"Usage: {PROGRAM} COMMAND ...\n\nImages in, edges and poses out.\n\nCommands:\n{listed}")
+        print(f"\n{PROGRAM} COMMAND --help tells more.")
+        return 0 if words else 2
+    name = words[0]
+    if name not in COMMANDS:
+        print(f"vision_server: no command {name!r}; there are {', '.join(COMMANDS)}.", file=sys.stderr)
+        return 2
+    command = import_module(f"vision_server.commands.{name}")
+    parser = ArgumentParser(prog=f"{PROGRAM} {name}", description=COMMANDS[name], allow_abbrev=False)
+    command.add_options(parser)
+    status: int = command.run(parser.parse_intermixed_args(words[1:]))
+    return status
 
 
 if __name__ == "__main__":
-    _commands()
-    app(prog_name="python -m vision_server")
+    leave(main(sys.argv[1:]))

@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.special import i0e
 
 Field = NDArray[np.float32]
 
@@ -24,7 +23,7 @@ MOST_SHARE = np.float32(0.999)  # a share of 1 would leave the background no way
 def concentration(sd_rad: float) -> tuple[float, float]:
     """Concentration of the von Mises density of a doubled angle, and its value at the mean, per rad."""
     kappa = 1.0 / (4.0 * sd_rad**2)
-    return kappa, 1.0 / (np.pi * float(i0e(kappa)))
+    return kappa, 1.0 / (np.pi * float(np.i0(kappa) * np.exp(-kappa)))
 
 
 def bin_directions() -> Field:

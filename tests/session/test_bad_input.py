@@ -99,6 +99,7 @@ def test_controller_without_control(tmp_path: Path) -> None:
     file.write_text("proc(other, []).\n")
     message = refused("--controller", file, "--out", tmp_path / "run")
     assert "control" in message
+    assert not (tmp_path / "run").exists()
 
 
 def test_stack_with_a_missing_image(tmp_path: Path) -> None:

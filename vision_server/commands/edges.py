@@ -2,35 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import sys
-from enum import StrEnum
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import Annotated, cast
-
-import cv2
-import numpy as np
-import typer
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
 from bridge.errors import EXIT_BAD_INPUT, BadInput
-from vision_server.canny import hysteresis
-from vision_server.channel import channel_statistics
-from vision_server.comparison_edges import ComparisonMethod, comparison_edges
-from vision_server.edge_map import EdgeMap
-from vision_server.edges import merge_channels
-from vision_server.image_files import read_image_set
-from vision_server.segments import edgel_thresholds
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from vision_server.edge_map import EdgeMap
 
 
-class Method(StrEnum):
-    """Rule by which several images become one edge map."""
-
-    EM = "em"
-    MEAN = "mean"
-    MAX_IMAGE = "max-image"
-    MAX_GRADIENT = "max-gradient"
-    DI_ZENZO = "di-zenzo"
-    MERTENS = "mertens"
+METHODS = ("em", "mean", "max-image", "max-gradient", "di-zenzo", "mertens")
+"""Rules by which several images become one edge map."""
 
 
 def parse_exposures(text: str | None, count: int) -> list[float]:
@@ -53,13 +41,18 @@ def parse_exposures(text: str | None, count: int) -> list[float]:
         raise BadInput(
             f"--exposures names {len(exposures)} numbers for {count} images.", "Give one for each."
         )
-    if not all(np.isfinite(e) and e > 0.0 for e in exposures):
+    if not all(math.isfinite(e) and e > 0.0 for e in exposures):
         raise BadInput(f"--exposures {text!r} must be positive numbers.")
     return exposures
 
 
 def edge_picture(edges: EdgeMap) -> NDArray[np.uint8]:
     """Edgels that survive hysteresis, white on black, uint8 (H, W)."""
+    import numpy as np
+
+    from vision_server.canny import hysteresis
+    from vision_server.segments import edgel_thresholds
+
     low, high = edgel_thresholds(edges)
     picture = np.zeros(edges.shape, np.uint8)
     picture.ravel()[edges.places[hysteresis(edges, low, high)]] = 255
@@ -80,17 +73,26 @@ def write_file(path: Path, content: bytes) -> None:
         raise BadInput(f"Cannot write {path}: {error.strerror or error}.", "Check the folder.") from error
 
 
-def _run(
-    images: list[Path], out: Path, exposures: str | None, magnitude: Path | None, method: Method, gamma: float
-) -> None:
-    pixels = read_image_set(images)
-    times = parse_exposures(exposures, len(pixels))
-    if not (np.isfinite(gamma) and gamma > 0.0):
+def _write(options: Namespace) -> None:
+    import cv2
+    import numpy as np
+
+    from vision_server.channel import channel_statistics
+    from vision_server.comparison_edges import comparison_edges
+    from vision_server.edges import merge_channels
+    from vision_server.image_files import read_image_set
+    from vision_server.kernels import prepare_kernels
+
+    prepare_kernels()
+    pixels = read_image_set(options.images)
+    times = parse_exposures(options.exposures, len(pixels))
+    gamma, out, magnitude = options.gamma, options.out, options.magnitude
+    if not (math.isfinite(gamma) and gamma > 0.0):
         raise BadInput(f"--gamma must be a positive number, not {gamma}.")
-    if method is Method.EM:
+    if options.method == "em":
         edges = merge_channels([channel_statistics(i, e, gamma) for i, e in zip(pixels, times, strict=True)])
     else:
-        edges = comparison_edges(pixels, cast(ComparisonMethod, method.value), times, gamma)
+        edges = comparison_edges(pixels, options.method, times, gamma)
     try:
         encoded, content = cv2.imencode(out.suffix or ".png", edge_picture(edges))
     except cv2.error:
@@ -108,27 +110,47 @@ def _run(
             ) from error
 
 
-def edges_command(
-    images: Annotated[
-        list[Path], typer.Argument(metavar="IMAGE...", help="Image files of one set, one size.")
-    ],
-    out: Annotated[Path, typer.Option(help="Picture of the edges to write.")],
-    exposures: Annotated[
-        str | None,
-        typer.Option(metavar="E,...", help="Relative exposure of each image; 1 each when left out."),
-    ] = None,
-    magnitude: Annotated[
-        Path | None,
-        typer.Option(
-            help="Also save the merged magnitude on its ridges, before any threshold (.npy, float32)."
-        ),
-    ] = None,
-    method: Annotated[Method, typer.Option(help="How the images are merged.")] = Method.EM,
-    gamma: Annotated[float, typer.Option(help="Tone curve of the files to undo: linear = grey^gamma.")] = 1.0,
-) -> None:
-    """Merge image files of one set into one edge map."""
+def add_options(parser: ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument(
+        "images", metavar="IMAGE", nargs="+", type=Path, help="Image files of one set, one size."
+    )
+    parser.add_argument(
+        "--out", required=True, type=Path, metavar="PNG", help="Picture of the edges to write."
+    )
+    add_exposures(parser)
+    parser.add_argument(
+        "--magnitude",
+        type=Path,
+        metavar="NPY",
+        help="Also save the merged magnitude on its ridges, before any threshold (float32).",
+    )
+    parser.add_argument(
+        "--method",
+        choices=METHODS,
+        default="em",
+        help="How the images are merged (default: em).",
+    )
+    parser.add_argument(
+        "--gamma",
+        type=float,
+        default=1.0,
+        help="Tone curve of the files to undo: linear = grey^gamma (default: 1).",
+    )
+
+
+def add_exposures(parser: ArgumentParser) -> None:
+    """The option of `parse_exposures`."""
+    parser.add_argument(
+        "--exposures", metavar="E,...", help="Relative exposure of each image; 1 each when left out."
+    )
+
+
+def run(options: Namespace) -> int:
+    """Merge, and write the files that are asked for; the exit status."""
     try:
-        _run(images, out, exposures, magnitude, method, gamma)
+        _write(options)
     except BadInput as error:
         print(error, file=sys.stderr)
-        raise typer.Exit(EXIT_BAD_INPUT) from None
+        return EXIT_BAD_INPUT
+    return 0

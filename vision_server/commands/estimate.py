@@ -5,53 +5,36 @@ from __future__ import annotations
 import json
 import math
 import sys
-from enum import StrEnum
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
-from typing import Annotated, Any
-
-import typer
+from typing import Any
 
 from bridge.errors import EXIT_BAD_INPUT, BadInput, LightsAndCameraError
+from vision_server.commands.edges import add_exposures, parse_exposures
 
 EXIT_NO_POSE = 3
 
 
-class Matcher(StrEnum):
-    """How the pose is found before it is refined."""
-
-    SEARCH = "search"
-    GENETIC = "genetic"
-
-
-def _estimated(
-    images: list[Path],
-    model_file: Path,
-    camera_file: Path,
-    seed_pose_file: Path,
-    exposures: str | None,
-    matcher: Matcher,
-    seed: int,
-    unit: str,
-    gamma: float | None,
-) -> dict[str, Any]:
+def _estimated(options: Namespace) -> dict[str, Any]:
     from geometry.errors import GeometryError
-    from vision_server.commands.edges import parse_exposures
     from vision_server.image_files import read_image_set
     from vision_server.image_set import ImageSet
+    from vision_server.kernels import prepare_kernels
     from vision_server.pipeline import PipelineSettings, estimate_pose
     from vision_server.results import estimate_result
     from vision_server.session_inputs import read_camera, read_model, read_seed_pose
     from vision_server.tone import file_tone
 
-    camera, table = read_camera(camera_file)
-    model, seed_pose = read_model(model_file, unit), read_seed_pose(seed_pose_file)
-    pixels = read_image_set(images)
-    times = parse_exposures(exposures, len(pixels))
-    given = table.get("gamma") if gamma is None else gamma
+    prepare_kernels()
+    camera, table = read_camera(options.camera)
+    model, seed_pose = read_model(options.model, options.unit), read_seed_pose(options.seed_pose)
+    pixels = read_image_set(options.images)
+    times = parse_exposures(options.exposures, len(pixels))
+    given = table.get("gamma") if options.gamma is None else options.gamma
     if given is not None and not (isinstance(given, (int, float)) and 0.0 < given < math.inf):
         raise BadInput(f"The value of gamma must be a positive number, not {given!r}.")
-    gammas, tone_sd_px = file_tone(images, None if given is None else float(given))
-    settings = PipelineSettings(matcher=matcher.value, seed=seed, tone_sd_px=tone_sd_px)
+    gammas, tone_sd_px = file_tone(options.images, None if given is None else float(given))
+    settings = PipelineSettings(matcher=options.matcher, seed=options.seed, tone_sd_px=tone_sd_px)
     image_set = ImageSet(camera.width, camera.height)
     names = []
     for number, (grey, exposure, curve) in enumerate(zip(pixels, times, gammas, strict=True), start=1):
@@ -63,8 +46,8 @@ def _estimated(
         raise BadInput(str(error)) from error
     result = estimate_result(estimate)
     result["seconds"]["total"] = sum(result["seconds"].values())
-    files = dict(zip(names, map(str, images), strict=True))
-    return {"target": model.name, "seed": seed, "kept": names, "files": files, **result}
+    files = dict(zip(names, map(str, options.images), strict=True))
+    return {"target": model.name, "seed": options.seed, "kept": names, "files": files, **result}
 
 
 def _print(result: dict[str, Any]) -> None:
@@ -106,40 +89,54 @@ def _print(result: dict[str, Any]) -> None:
     )
 
 
-def estimate_command(
-    images: Annotated[
-        list[Path], typer.Argument(metavar="IMAGE...", help="Image files of one set, one size.")
-    ],
-    model: Annotated[Path, typer.Option(help="Model file: .cao, OBJ, STL or PLY.")],
-    camera: Annotated[Path, typer.Option(metavar="TOML", help="File with [camera].")],
-    seed_pose: Annotated[Path, typer.Option(metavar="TOML", help="File with [target.seed_pose].")],
-    exposures: Annotated[
-        str | None,
-        typer.Option(metavar="E,...", help="Relative exposure of each image; 1 each when left out."),
-    ] = None,
-    matcher: Annotated[Matcher, typer.Option(help="How the pose is found.")] = Matcher.SEARCH,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the matcher's draws.")] = 0,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON object on stdout.")] = False,
-    unit: Annotated[str, typer.Option(help="Unit of the model file: m, cm, mm or in.")] = "m",
-    gamma: Annotated[
-        float | None,
-        typer.Option(
-            help="Tone curve to undo: linear = grey^gamma; else [camera] gamma, or what the files tell."
-        ),
-    ] = None,
-) -> None:
-    """Estimate the pose of a target from image files of one set.
+def add_options(parser: ArgumentParser) -> None:
+    """Options of the command."""
+    parser.description = f"{parser.description} Exit status: 0 pose, 3 no pose, 2 bad input."
+    parser.add_argument(
+        "images", metavar="IMAGE", nargs="+", type=Path, help="Image files of one set, one size."
+    )
+    parser.add_argument(
+        "--model", required=True, type=Path, metavar="FILE", help="Model file: .cao, OBJ, STL or PLY."
+    )
+    parser.add_argument("--camera", required=True, type=Path, metavar="TOML", help="File with [camera].")
+    parser.add_argument(
+        "--seed-pose", required=True, type=Path, metavar="TOML", help="File with [target.seed_pose]."
+    )
+    add_exposures(parser)
+    parser.add_argument(
+        "--matcher",
+        choices=("search", "genetic"),
+        default="search",
+        help="How the pose is found before it is refined (default: search).",
+    )
+    parser.add_argument(
+        "--seed", type=_seed, default=0, metavar="N", help="Seed of the matcher's draws (default: 0)."
+    )
+    parser.add_argument("--json", action="store_true", help="One JSON object on stdout.")
+    parser.add_argument("--unit", default="m", help="Unit of the model file: m, cm, mm or in (default: m).")
+    parser.add_argument(
+        "--gamma",
+        type=float,
+        help="Tone curve to undo: linear = grey^gamma; else [camera] gamma, or what the files tell.",
+    )
 
-    Exit status: 0 pose, 3 no pose, 2 bad input.
-    """
+
+def _seed(text: str) -> int:
+    seed = int(text)
+    if seed < 0:
+        raise ArgumentTypeError(f"{text} is negative")
+    return seed
+
+
+def run(options: Namespace) -> int:
+    """Estimate and print; the exit status."""
     try:
-        result = _estimated(images, model, camera, seed_pose, exposures, matcher, seed, unit, gamma)
+        result = _estimated(options)
     except LightsAndCameraError as error:
         print(f"vision_server: {error}", file=sys.stderr)
-        raise typer.Exit(EXIT_BAD_INPUT) from None
-    if as_json:
+        return EXIT_BAD_INPUT
+    if options.json:
         print(json.dumps(result, allow_nan=False))
     else:
         _print(result)
-    if result["pose"] is None:
-        raise typer.Exit(EXIT_NO_POSE)
+    return EXIT_NO_POSE if result["pose"] is None else 0

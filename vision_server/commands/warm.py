@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser, Namespace
+
 import cv2
 import numpy as np
 
@@ -12,6 +14,16 @@ from vision_server.image_set import ImageSet
 from vision_server.pipeline import PipelineSettings, estimate_pose
 
 __all__ = ["warm_up"]
+
+
+def add_options(parser: ArgumentParser) -> None:
+    """It has none."""
+
+
+def run(_: Namespace) -> int:
+    """Compile what is not in the cache; the exit status."""
+    warm_up()
+    return 0
 
 
 def warm_up() -> None:

@@ -27,6 +27,9 @@ MAX_TURN_RAD = 0.2  # largest rotation of one step
 LEAST_DEPTH_M = 1e-6
 
 
+_matrix_of = njit(cache=True)(matrix_of)
+
+
 @njit(cache=True, error_model="numpy")
 def image_direction(
     ends: Floats, run: int, r: Floats, t: Floats, fx: float, fy: float
@@ -199,7 +202,7 @@ def pull(
         turn = math.sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2])
         if turn > MAX_TURN_RAD:
             step *= MAX_TURN_RAD / turn
-        turned = matrix_of(step[:3])
+        turned = _matrix_of(step[:3])
         for k in range(3):
             x, y, z = r[0, k], r[1, k], r[2, k]
             for i in range(3):

@@ -1,0 +1,30 @@
+:- module(opening,
+          [ open_session/2              % +Options, -Opened
+          ]).
+:- use_module(plan).
+:- use_module(run_folder).
+:- use_module(servers).
+:- use_module(library(option), [option/2]).
+
+/** <module> What a session begins with, before the controller is loaded
+
+The servers take longer to start than everything else in a short session, so they
+are started first; the controller is loaded and checked meanwhile.
+*/
+
+%!  open_session(+Options, -Opened) is det.
+%
+%   Opened is opened(Plan, Folder, Servers), dry_run(Plan), or failed(Error): what
+%   is wrong is said by the session, which knows how.
+
+open_session(Options, Opened) :-
+    catch(opened(Options, Opened), Error, Opened = failed(Error)).
+
+opened(Options, Opened) :-
+    session_plan(Options, Plan),
+    (   option(dry_run(true), Options)
+    ->  Opened = dry_run(Plan)
+    ;   make_run_folder(Options, Plan, Folder),
+        start_servers(Options, Plan, Folder, Servers),
+        Opened = opened(Plan, Folder, Servers)
+    ).

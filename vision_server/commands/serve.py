@@ -1,0 +1,31 @@
+"""`python -m vision_server serve`: the server of a session."""
+
+from __future__ import annotations
+
+import sys
+from argparse import ArgumentParser, Namespace
+
+
+def add_options(parser: ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument(
+        "--endpoint", required=True, help="Where to listen: ipc:///path or tcp://127.0.0.1:PORT."
+    )
+    parser.add_argument("--parent", type=int, metavar="PID", help="Stop when this process ends.")
+
+
+def run(options: Namespace) -> int:
+    """Serve until told to stop; the exit status."""
+    from bridge.errors import EXIT_DEVICE, LightsAndCameraError
+
+    try:
+        from bridge.serve import serve
+        from vision_server.kernels import prepare_kernels
+        from vision_server.server import VisionServer
+
+        prepare_kernels()
+        status = serve(VisionServer(), options.endpoint, parent_pid=options.parent)
+    except (LightsAndCameraError, OSError) as error:
+        print(f"vision_server: {' '.join(str(error).split())}", file=sys.stderr)
+        status = error.exit_status if isinstance(error, LightsAndCameraError) else EXIT_DEVICE
+    return status
