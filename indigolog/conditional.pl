@@ -1,11 +1,9 @@
 :- module(indigolog_conditional,
           [ conditional_plan/4,       % +Program, +Situation, +Context, -Plan
-            plan_for/5,               % +Goal, +Situation, +Max, +Options, -Plan
-            chosen_branch/4           % +Action, +Branches, +Situation, -Plan
+            chosen_branch/4,          % +Action, +Branches, +Situation, -Plan
+            after_action/4            % +Action, +Situation, :Rest, -Plan
           ]).
-:- use_module(library(error), [must_be/2]).
 :- use_module(library(lists), [member/2]).
-:- use_module(formula, [holds_in/2]).
 :- use_module(knowledge, [known/2, sensing_results/3]).
 :- use_module(situation).
 :- use_module(world).
@@ -62,6 +60,11 @@ after_step(test(P), _, S1, Rest, Plan) =>
 after_step(A, _, S1, Rest, Plan) =>
     after_action(A, S1, Rest, Plan).
 
+%!  after_action(+Action, +Situation, :Rest, -Plan) is nondet.
+%
+%   Plan is Action, which led to Situation, and what call(Rest, S, Plan1) plans for
+%   after it, or after each of its sensing results.
+
 after_action(A, S, Rest, [A|Plan]) :-
     (   sensing_action(A),
         sensing_results(A, S, Results)
@@ -100,65 +103,6 @@ assume_formula(F = V, S, S1, S2) :-
     progress(e(F, Others), S, S2).
 assume_formula(P, _, _, _) :-
     throw(error(golog(cannot_branch(P)), _)).
-
-%!  plan_for(+Goal, +Situation, +Max, +Options, -Plan) is nondet.
-%
-%   Plan is a conditional plan after which the formula Goal holds and of which no
-%   branch has more than Max actions, those with the least longest branch first.
-%   Options: actions(List), the actions that may be used.
-%
-%   @error golog(achieve_option(Option))
-
-plan_for(Goal, S, Max, Options, Plan) :-
-    planning_options(Options, Known),
-    (   member(actions(Actions), Known) -> true ; Actions = [_] ),
-    between(0, Max, N),
-    reach(Goal, N, Actions, S, Plan).
-
-% Options of achieve/3, or, as in older theories, the list of actions.
-planning_options(Options, Known) :-
-    must_be(list, Options),
-    (   member(O, Options),
-        \+ ( callable(O), planning_option(O) )
-    ->  (   Options = [actions(_)|_]
-        ->  throw(error(golog(achieve_option(O)), _))
-        ;   Known = [actions(Options)]
-        )
-    ;   Known = Options
-    ).
-
-planning_option(actions(L)) :- is_list(L).
-planning_option(id(_)).
-planning_option(mess(_)).
-
-reach(Goal, N, Actions, S, Plan) :-
-    (   \+ \+ holds_in(Goal, S)
-    ->  Plan = []
-    ;   N > 0,
-        N1 is N-1,
-        allowed_action(Actions, S, A),
-        progress(A, S, S1),
-        (   sensing_action(A)
-        ->  Rest = reach_soon(Goal, N1, Actions)
-        ;   Rest = reach(Goal, N1, Actions)
-        ),
-        after_action(A, S1, Rest, Plan)
-    ).
-
-% Each branch of a case is as short as it can be.
-reach_soon(Goal, Max, Actions, S, Plan) :-
-    between(0, Max, N),
-    reach(Goal, N, Actions, S, Plan).
-
-allowed_action(Actions, S, A) :-
-    situation_theory(S, Theory),
-    theory_module(Theory, Module),
-    Module:prim_action(A),
-    \+ \+ member(A, Actions),
-    (   ground(A)
-    ->  \+ \+ ( Module:poss(A, P), holds_in(P, S) )
-    ;   Module:poss(A, P), holds_in(P, S), ground(A)
-    ).
 
 %!  chosen_branch(+Action, +Branches, +Situation, -Plan) is semidet.
 %

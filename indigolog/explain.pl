@@ -325,6 +325,7 @@ parts_of_program('$atomic'(E), [E]).
 % What is only said to have no step.
 unexplained(searchc(_)).
 unexplained(searchc(_, _)).
+unexplained('$conditional'(_, _)).
 unexplained(achieve(_)).
 unexplained(achieve(_, _)).
 unexplained(achieve(_, _, _)).

@@ -64,6 +64,12 @@ message(progress(plan(found, Actions))) -->
 message(progress(plan(kept, Actions))) -->
     { length(Actions, N) },
     [ 'the world is not as expected; the ~D actions left of the plan still do: ~p'-[N, Actions] ].
+message(progress(planned_again(Plan))) -->
+    [ 'the world is not as expected; the conditional plan is now ~p'-[Plan] ].
+message(progress(planning(Text))) -->
+    [ 'planning: ~p'-[Text] ].
+message(search_budget(Budget)) -->
+    [ 'search used up its budget ~q before it found a plan: it fails'-[Budget] ].
 message(progress(waiting)) -->
     [ 'waiting for an exogenous action'-[] ].
 message(progress(executed(_, A, none))) -->
@@ -179,10 +185,6 @@ alternatives([PI, PI2|PIs]) --> [ '~q or '-[PI] ], alternatives([PI2|PIs]).
 error_text(search_option(Option)) -->
     [ '~q is not an option of search/2: strategy(depth, breadth, iterative, best, astar or beam(Width)), '-[Option], nl,
       'heuristic(Term), cost(Term), cost(Action, Term), weight(W), max_nodes(N), max_seconds(T), anytime(true)'-[] ].
-error_text(search_budget(max_nodes(N))) -->
-    [ 'search found no plan within ~D configurations'-[N] ].
-error_text(search_budget(max_seconds(T))) -->
-    [ 'search found no plan within ~w s'-[T] ].
 error_text(unknown_formula(Name/Arity)) -->
     [ '~q is neither a fluent nor an abbreviation nor a predicate'-[Name/Arity] ].
 error_text(silent(N)) -->
@@ -258,7 +260,9 @@ error_text(impossible_result(A, R, F)) -->
 error_text(cannot_branch(P)) -->
     [ 'branch(~q): neither a relational fluent nor Fluent = Value for a fluent with several possible values'-[P] ].
 error_text(achieve_option(O)) -->
-    [ '~q is not an option of achieve/3: actions(List), id(_), mess(_)'-[O] ].
+    [ '~q is not an option of achieve/3: actions(List), id(Name), simid(Id), mess(Text)'-[O] ].
+error_text(simulator_loops(Id)) -->
+    [ 'simulator(~q, Condition, Action) goes on for ever: its actions do not make its conditions false'-[Id] ].
 error_text(unknown_exogenous(A)) -->
     [ 'sim(~q): the theory declares no such exogenous action'-[A] ].
 error_text(no_answer(wait)) -->

@@ -8,7 +8,7 @@
 :- use_module(configuration, [along/5, last_action/2]).
 :- use_module(depth_first, [depth_first_path/4, bounded_path/5, deepening_path/5]).
 :- use_module(messages, [progress_message/1]).
-:- use_module(search_options, [search_strategy/2]).
+:- use_module(search_options, [out_of_budget/1, search_strategy/2]).
 :- use_module(situation, [situation_history/2]).
 
 /** <module> Search: look ahead to a complete execution before doing anything
@@ -23,13 +23,23 @@ longer leads to the end, search begins again there.
 %!  search_step(+Program, +How, +Situation, +Context, -Program1, -Situation1) is nondet.
 %
 %   First step of a complete execution of Program, on backtracking of the next,
-%   where the strategy finds more than one.
+%   where the strategy finds more than one.  Fails with a warning where the budget is
+%   used up before there is a plan.
 
 search_step(E, How, S, C, E1, S1) :-
     search_strategy(How, Strategy),
-    path(Strategy, E, S, C, How, Steps),
+    catch(path(Strategy, E, S, C, How, Steps), Error, used_up(Error)),
     told(found, Steps),
     follow(Steps, E, How, S, C, E1, S1).
+
+% A budget that is used up is no error of the program: there is no plan.
+used_up(Error) :-
+    (   out_of_budget(Error)
+    ->  Error = error(golog(Budget), _),
+        print_message(warning, golog(Budget)),
+        fail
+    ;   throw(Error)
+    ).
 
 path(published, E, S, C, _, Steps) =>
     depth_first_path(E, S, C, Steps).

@@ -8,6 +8,7 @@
 :- use_module(formula, [holds_in/2, evaluate/3]).
 :- use_module(substitution).
 :- use_module(context).
+:- use_module(monitor).
 :- use_module(search).
 :- use_module(transition, [trans/5]).
 
@@ -152,6 +153,8 @@ final('$plan'(E, _, S0, Steps), S, C) =>
     ->  true
     ;   final(E, S, C)
     ).
+final('$conditional'(Monitor, Plan), S, C) =>
+    monitored_final(Monitor, Plan, S, C).
 final(E, S, C) =>
     S = s(th(Module, _, _, _), _, _, _, _),
     Module:proc(E, Body),

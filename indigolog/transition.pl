@@ -11,7 +11,8 @@
 :- use_module(context).
 :- use_module(action).
 :- use_module(search).
-:- use_module(conditional).
+:- use_module(conditional, [chosen_branch/4]).
+:- use_module(monitor).
 :- use_module(chance).
 
 /** <module> Trans: one step of a program
@@ -233,18 +234,18 @@ trans(search(E, How), S, C, E1, S1) =>
 trans('$plan'(E, How, S0, Steps), S, C, E1, S1) =>
     plan_step(E, How, S0, Steps, S, C, E1, S1).
 trans(searchc(E), S, C, E1, S1) =>
-    S1 = S,
-    conditional_plan(E, S, C, E1).
+    monitored_plan(searchc(E), S, C, E1, S1).
 trans(searchc(E, _), S, C, E1, S1) =>
     trans(searchc(E), S, C, E1, S1).
 trans(achieve(P), S, C, E1, S1) =>
     trans(achieve(P, 10, []), S, C, E1, S1).
 trans(achieve(P, Max), S, C, E1, S1) =>
     trans(achieve(P, Max, []), S, C, E1, S1).
-trans(achieve(P, Max, Options), S, _, E1, S1) =>
-    S1 = S,
+trans(achieve(P, Max, Options), S, C, E1, S1) =>
     must_be(nonneg, Max),
-    plan_for(P, S, Max, Options, E1).
+    monitored_plan(achieve(P, Max, Options), S, C, E1, S1).
+trans('$conditional'(Monitor, Plan), S, C, E1, S1) =>
+    monitored_step(Monitor, Plan, S, C, E1, S1).
 trans(case(A, Branches), S, _, E1, S1) =>
     S1 = S,
     chosen_branch(A, Branches, S, E1).

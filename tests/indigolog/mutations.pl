@@ -101,6 +101,27 @@ mutation('case takes the oldest result', conditional,
 mutation('search is content with its first step', depth_first,
          "onward(E, S, C, _, []) :-\n    final(E, S, C).\n",
          "onward(_, _, _, _, []).\n").
+mutation('a compiled condition is not negated', compiled,
+         "    Goal = ( \\+ P1 ),\n    goal(P, In, P1).",
+         "    goal(P, In, Goal).").
+mutation('a compiled quantifier keeps its value', compiled,
+         "    substitute(V, _, P, P1),\n    goal(P1, In, Goal).",
+         "    substitute(V, none, P, P1),\n    goal(P1, In, Goal).").
+mutation('compiled effects of causes_false are left out', compiled,
+         "    ;   Module:'$sets_false'(A, S, Effect)\n",
+         "").
+mutation('any action is plain', compiled,
+         "        \\+ ( sub_term(T, Action), callable(T), fluent_template(Theory, T, _) )\n",
+         "        true\n").
+mutation('what was set last is lost when the small tree is full', values,
+         "            put_pairs(Pairs, Old, Old1),\n",
+         "            ( Pairs == [] -> Old1 = Old ; Old1 = Old ),\n").
+mutation('a conditional plan goes on whatever happens', monitor,
+         "    plan_expects(Expected, S),\n    !.\nas_planned(Plan",
+         "    ( plan_expects(Expected, S) ; true ),\n    !.\nas_planned(Plan").
+mutation('a conditional plan made again forgets what was done', monitor,
+         "    (   memberchk(N1, Own)\n",
+         "    (   memberchk(N1, Own), fail\n").
 mutation('one action too many', executive,
          "        ;   Count >= Max\n",
          "        ;   Count > Max\n").

@@ -126,10 +126,11 @@ t(wait, H, [], [wait|H]) :- !.
 t(search(E), H, plan(E1), H1) :- !, t(E, H, E1, H1), completes(E1, H1, []).
 t(plan(E), H, E1, H1) :- !, ( t(search(E), H, E1, H1) ; f(E, H), E1 = [], H1 = H ).     % a plan ends where E may
 t(search(E, _), H, E1, H1) :- !, t(search(E), H, E1, H1).
-t(searchc(E), H, Plan, H) :- !, plan(E, H, [], Plan).
+t(searchc(E), H, mon(searchc(E), H, [], H, Plan), H) :- !, planned(searchc(E), H, Plan).
 t(branch(P), H, [], [branch(P)|H]) :- !.
 t(case(A, Bs), H, E, H) :- !, once(member(e(A, R), H)), memberchk(if(R, E), Bs).
-t(achieve(P, N, [actions(As)]), H, Plan, H) :- !, reach(P, N, As, H, Plan).
+t(achieve(P, N, [actions(As)]), H, mon(achieve(P, N, As), H, [], H, Plan), H) :- !, planned(achieve(P, N, As), H, Plan).
+t(mon(G, H0, Own, Hx, P), H, E1, H1) :- !, watched(G, H0, Own, Hx, P, H, E1, H1).
 t(E, H, E1, H1) :- nt:proc(E, B), !, t(B, H, E1, H1).
 t(A, H, [], [B|H]) :-
     callable(A), evaluated(A, H, B), once(nt:prim_action(B)), nt:poss(B, P), h(P, H).
@@ -206,6 +207,8 @@ f(search(E), H) :- !, f(E, H).
 f(plan(E), H) :- !, f(E, H).
 f(search(E, _), H) :- !, f(E, H).
 f(searchc(E), H) :- !, f(E, H).
+f(mon(_, _, _, H, P), H) :- !, f(P, H).
+f(mon(G, H0, Own, _, _), H) :- !, undone(G, H0, Own, H, G1), reached(G1, H).
 f(E, H) :- callable(E), nt:proc(E, B), !, f(B, H).
 
 
@@ -249,6 +252,41 @@ reach_(P, N, As, H, _, Plan) :-
         nt:prim_action(A), \+ \+ member(A, As), nt:poss(A, Q), h(Q, H),
         Plan = [A|Rest],
         after(A, [A|H], reach_(P, M, As), Rest)
+    ).
+
+planned(searchc(E), H, Plan) :- plan(E, H, [], Plan).
+planned(achieve(P, N, As), H, Plan) :- reach(P, N, As, H, Plan).
+
+reached(searchc(E), H) :- f(E, H).
+reached(achieve(P, _, _), H) :- \+ \+ h(P, H).
+
+% A plan for G, made after H0, its own actions done where the history had the lengths Own,
+% expects to go on after Hx; it is made again after anything but a result it has a branch for.
+watched(G, H0, Own, Hx, P, H, E1, H1) :-
+    (   ( H == Hx ; P = [case(A, Bs)|_], H = [e(A, R)|Hx], memberchk(if(R, _), Bs) )
+    ->  t(P, H, P0, H1), tidy(P0, P1),
+        ( H1 == H -> Own1 = Own ; length(H1, N), Own1 = [N|Own] ),
+        E1 = mon(G, H0, Own1, H1, P1)
+    ;   undone(G, H0, Own, H, G1),
+        planned(G1, H, P1),
+        H1 = H, E1 = mon(G1, H, [], H, P1)
+    ).
+
+undone(achieve(P, N, As), _, _, _, achieve(P, N, As)).
+undone(searchc(E), H0, Own, H, searchc(E1)) :- undone_(E, H0, Own, H, E1).
+
+undone_(E, H0, _, H, E) :- H == H0, !.
+undone_(E, H0, Own, [A|H], E1) :-
+    undone_(E, H0, Own, H, E2),
+    length([A|H], N),
+    ( memberchk(N, Own) -> after_silence(E2, H, [], A, E1) ; E1 = E2 ).
+
+after_silence(E, H, Seen, A, E2) :-
+    t(E, H, E0, H1), tidy(E0, E1),
+    (   H1 == H
+    ->  \+ ( member(X, [E|Seen]), X =@= E1 ), after_silence(E1, H, [E|Seen], A, E2)
+    ;   H1 = [A|_], E2 = E1
+    ;   H1 = [M|_], ( M = test(_) ; M = branch(_) ), after_silence(E1, H, [], A, E2)
     ).
 
 outcomes(A, H, Rs) :-

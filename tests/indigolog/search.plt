@@ -112,12 +112,6 @@ test(unknown_option, error(golog(search_option(depth(3))))) :-
 test(unknown_strategy, error(golog(search_option(strategy(best(first)))))) :-
     do(search(travel, [strategy(best(first))]), [], _).
 
-test(nodes, [forall(member(S, [depth, breadth, iterative, best, astar, beam(2)])),
-             error(golog(search_budget(max_nodes(1))))]) :-
-    do(search(travel, [strategy(S), max_nodes(1)]), [], _).
-
-test(seconds, error(golog(search_budget(max_seconds(0))))) :-
-    do(search([star([drive(a, c), drive(c, a)]), ?(false)], [max_seconds(0)]), [], _).
 
 test(estimate_is_no_number, error(golog(search_value(heuristic, at)))) :-
     do(search(travel, [heuristic(at)]), [], _).
@@ -126,6 +120,41 @@ test(cost_is_negative, error(golog(search_value(cost(drive(a, b)), -1)))) :-
     do(search(travel, [cost(-1)]), [], _).
 
 :- end_tests(search_misuse).
+
+:- dynamic warned/1.
+
+:- multifile user:message_hook/3.
+
+user:message_hook(golog(search_budget(Budget)), warning, _) :-
+    assertz(test_indigolog_search:warned(Budget)).
+
+warnings(Goal, Warnings) :-
+    retractall(warned(_)),
+    call(Goal),
+    findall(W, warned(W), Warnings0),
+    sort(Warnings0, Warnings).
+
+:- begin_tests(search_budgets, [setup(load)]).
+
+test(nodes, [forall(member(S, [depth, breadth, iterative, best, astar, beam(2)])), Warnings == [max_nodes(1)]]) :-
+    warnings(\+ do(search(travel, [strategy(S), max_nodes(1)]), [], _), Warnings).
+
+test(seconds, Warnings == [max_seconds(0)]) :-
+    warnings(\+ do(search([star([drive(a, c), drive(c, a)]), ?(false)], [max_seconds(0)]), [], _), Warnings).
+
+test(the_program_goes_on, all(H == [[drive(b, z), drive(a, b)]])) :-
+    do(ndet(search(travel, [max_nodes(1)]), [drive(a, b), drive(b, z)]), [], H).
+
+test(an_interrupt_goes_on, History == [stop_interrupts, drive(b, z), drive(a, b)]) :-
+    indigolog(prioritized_interrupts([ interrupt(neg(at = z), search(travel, [max_nodes(1)])),
+                                       interrupt(at = a, drive(a, b)), interrupt(at = b, drive(b, z)) ]),
+              [device(world), history(History)]).
+
+% The search inside uses its budget up; the one around it has none.
+test(inside_a_search, all(H == [[drive(b, z), drive(a, b)]])) :-
+    do(search(ndet(search(travel, [max_nodes(1)]), [drive(a, b), drive(b, z)])), [], H).
+
+:- end_tests(search_budgets).
 
 :- dynamic happening/2.
 

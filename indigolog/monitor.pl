@@ -1,0 +1,108 @@
+:- module(indigolog_monitor,
+          [ monitored_plan/5,         % +Source, +Situation, +Context, -Program1, -Situation1
+            monitored_step/6,         % +Monitor, +Plan, +Situation, +Context, -Program1, -Situation1
+            monitored_final/4         % +Monitor, +Plan, +Situation, +Context
+          ]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2]).
+:- use_module(achieve, [plan_for/5]).
+:- use_module(conditional, [conditional_plan/4]).
+:- use_module(configuration, [after_action/5, last_action/2]).
+:- use_module(formula, [holds_in/2]).
+:- use_module(messages, [progress_message/1]).
+:- use_module(search, [plan_expects/2]).
+:- use_module(situation).
+:- use_module(termination, [final/3]).
+:- use_module(transition, [trans/5]).
+
+/** <module> Conditional plans, watched while they are executed
+
+A plan that is being executed is '$conditional'(Monitor, Plan), with the Monitor
+monitored(Source, From, Own, Expected): what the plan is for, searchc(Program) or
+achieve(Goal, Max, Options); the situation it was made in; the lengths that the history
+had after each action of its own; the situation that it expects.  A sensing result for
+which it has a branch is expected.  After anything else it is made again, for what is
+left to do.
+*/
+
+%!  monitored_plan(+Source, +Situation, +Context, -Program1, -Situation1) is nondet.
+
+monitored_plan(Source, S, C, '$conditional'(monitored(Source, S, [], S), Plan), S) :-
+    plan(Source, S, C, Plan).
+
+plan(searchc(E), S, C, Plan) :-
+    conditional_plan(E, S, C, Plan).
+plan(achieve(Goal, Max, Options), S, _, Plan) :-
+    plan_for(Goal, S, Max, Options, Plan).
+
+%!  monitored_step(+Monitor, +Plan, +Situation, +Context, -Program1, -Situation1) is nondet.
+
+monitored_step(monitored(Source, From, Own, Expected), Plan, S, C, E1, S1) :-
+    (   as_planned(Plan, Expected, S)
+    ->  trans(Plan, S, C, Plan1, S1),
+        situation_length(S, N),
+        situation_length(S1, N1),
+        ( N1 =:= N -> Own1 = Own ; Own1 = [N1|Own] ),
+        E1 = '$conditional'(monitored(Source, From, Own1, S1), Plan1)
+    ;   left(Source, From, Own, S, C, Source1),
+        monitored_plan(Source1, S, C, E1, S1),
+        E1 = '$conditional'(_, Plan1),
+        progress_message(planned_again(Plan1))
+    ).
+
+as_planned(_, Expected, S) :-
+    plan_expects(Expected, S),
+    !.
+as_planned(Plan, Expected, S) :-
+    ( Plan = [case(A, Branches)|_] ; Plan = case(A, Branches) ),
+    situation_history(S, [e(A, Result)|Before]),
+    situation_history(Expected, Before1),
+    Before1 == Before,
+    \+ \+ member(if(Result, _), Branches),
+    !.
+
+%!  monitored_final(+Monitor, +Plan, +Situation, +Context) is nondet.
+
+monitored_final(monitored(Source, From, Own, Expected), Plan, S, C) :-
+    (   plan_expects(Expected, S)
+    ->  Plan == []
+    ;   left(Source, From, Own, S, C, Left),
+        done(Left, S, C)
+    ).
+
+done(searchc(E), S, C) :-
+    final(E, S, C).
+done(achieve(Goal, _, _), S, _) :-
+    \+ \+ holds_in(Goal, S).
+
+% left(+Source, +From, +Own, +Situation, +Context, -Source1): what is left to do in
+% Situation, the actions at the lengths Own having been done for it.
+left(achieve(Goal, Max, Options), _, _, _, _, achieve(Goal, Max, Options)).
+left(searchc(E), From, Own, S, C, searchc(E1)) :-
+    situation_length(From, N0),
+    situation_length(S, N),
+    situation_history(S, History),
+    Count is N-N0,
+    length(Since, Count),
+    append(Since, _, History),
+    reverse(Since, Happened),
+    follow(Happened, N0, Own, From, C, E, E1).
+
+follow([], _, _, _, _, E, E).
+follow([A|As], N, Own, S, C, E, E1) :-
+    N1 is N+1,
+    (   memberchk(N1, Own)
+    ->  done_for(E, S, C, A, E2, S2)
+    ;   E2 = E,
+        progress(A, S, S2)
+    ),
+    follow(As, N1, Own, S2, C, E2, E1).
+
+% What only marks a test or a branch in the plan is not in the history.
+done_for(E, S, C, A, E1, S1) :-
+    after_action(E, S, C, E2, S2),
+    last_action(S2, A2),
+    (   A2 == A
+    ->  E1 = E2, S1 = S2
+    ;   ( A2 = test(_) ; A2 = branch(_) )
+    ->  done_for(E2, S, C, A, E1, S1)
+    ).
