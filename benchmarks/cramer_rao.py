@@ -34,7 +34,8 @@ from vision_server.image_set import ImageSet
 from vision_server.line_scales import line_scales
 from vision_server.line_weights import base_weights
 from vision_server.measurement import Measurement, measure
-from vision_server.refinement import KNOWN_TONE_SD_PX, LEAST_SPACING_PX, Solution, moved, refine, solve
+from vision_server.refinement import KNOWN_TONE_SD_PX, Solution, moved, refine, solve
+from vision_server.sampling import LEAST_SPACING_PX
 
 Floats = NDArray[np.float64]
 

@@ -15,9 +15,9 @@ from vision_server.confidence import quality
 from vision_server.evidence import Evidence, gather_evidence
 from vision_server.gradients import GradientChannel
 from vision_server.line_scales import line_scales
-from vision_server.line_weights import base_weights
-from vision_server.refinement import Solution, moved, refine, solve, spacing_for
-from vision_server.sidesteps import laid_beside, loosened
+from vision_server.refinement import Solution, refine
+from vision_server.sampling import spacing_for
+from vision_server.sidesteps import starts_beside, surroundings
 
 Ints = NDArray[np.int64]
 
@@ -27,14 +27,9 @@ REFINED = 5  # candidates of the matcher that are looked at
 COARSE_REACHES_PX, COARSER = (6.0, 4.0), 1.75  # first, with fewer samples; ...
 FINE_REACHES_PX = (4.0, 3.0, 3.0)  # ... then, with all, ...
 FINISHED_SHARE = 0.5  # ... those of at least this share of the best one's quality
-DOUBT_QUALITY = 0.8  # under this, lines may lie on wrong edges
-DOUBTED_LINES = 10  # that are left out, one after the other
-DOUBT_ROUNDS = 2
-LEAST_GIVE_PX = 0.3  # that the others move by without it, for a line to be doubted
 CLEAR_QUALITY = 2.0  # from here on, nothing beside the pose can be as good
-LOOSENED, LAID_BESIDE = 2, 6  # motions and edges that are tried beside the best pose
+BESIDE = 4  # starts that are looked at beside the best pose
 BESIDE_ROUNDS = 2  # and again when that has found a better one
-NO_WORSE = 1.02  # a second look must improve the quality by this factor
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,11 +74,6 @@ class Refiner:
             if rough is not None:
                 coarse.append(rough)
         coarse.sort(key=lambda one: -quality(one.evidence))
-        for _ in range(DOUBT_ROUNDS if coarse else 0):
-            better = self.second_look(coarse[0])
-            if better is None:
-                break
-            coarse.insert(0, better)
         for _ in range(BESIDE_ROUNDS if coarse else 0):
             first = coarse[0]
             if quality(first.evidence) >= CLEAR_QUALITY:
@@ -125,43 +115,13 @@ class Refiner:
     def add_beside(self, found: list[Refined]) -> None:
         """Add the rivals that lie beside the first pose, see `sidesteps`; best first again."""
         pose, measurement = found[0].solution.pose, found[0].evidence.measurement
-        base = base_weights(measurement, len(self.model.lines))
-        starts = loosened(pose, measurement, base, LOOSENED)
-        starts += laid_beside(self.channels, self.model, self.camera, pose, measurement, base, LAID_BESIDE)
+        near = surroundings(self.channels, self.model, self.camera, pose, measurement.scale)
+        starts = starts_beside(near, pose, len(self.model.lines), BESIDE)
         for start in starts:
             other = self.refined(start, measurement.scale, COARSE_REACHES_PX, COARSER, known=found)
             if other is not None:
                 found.append(other)
         found.sort(key=lambda one: -quality(one.evidence))
-
-    def second_look(self, found: Refined) -> Refined | None:
-        """A better pose than a doubtful one, from leaving out one of its lines at a time.
-
-        A line that lies on a printed line or a shadow beside its true edge is held there and holds others
-        a little off. Without it they find their place; then it is looked for again.
-        """
-        evidence = found.evidence
-        if quality(evidence) >= DOUBT_QUALITY:
-            return None
-        measurement = evidence.measurement
-        base = base_weights(measurement, len(self.model.lines), exact_ends=False)
-        range_m = float(np.linalg.norm(found.solution.pose.translation))
-        whole, _ = solve(measurement, base, range_m, self.tone_sd_px)
-        pull = np.bincount(measurement.samples.line, base.sum(axis=0), minlength=len(self.model.lines))
-        best, limit = None, NO_WORSE * quality(evidence)
-        for line in np.argsort(-pull, kind="stable")[:DOUBTED_LINES].tolist():
-            if pull[line] <= 0.0:
-                break
-            without = np.where(measurement.samples.line == line, 0.0, base)
-            step, _ = solve(measurement, without, range_m, self.tone_sd_px)
-            gives_px = np.abs(measurement.jacobian @ (step - whole)[:6]).max()
-            if not gives_px >= LEAST_GIVE_PX:
-                continue
-            start = moved(found.solution.pose, step, measurement.centre)
-            other = self.refined(start, measurement.scale, COARSE_REACHES_PX, COARSER)
-            if other is not None and quality(other.evidence) > limit:
-                best, limit = other, quality(other.evidence)
-        return best
 
 
 def _ends_at(pose: Pose, other: Pose) -> bool:

@@ -38,10 +38,11 @@ def leave_to_owners(
     image, direction, normal
         (N, 2), of samples on the visible lines, px; see `Measurement`.
     sharp
-        (N,), samples that give way; between blurred edges there is no line to draw: it would cut both.
+        (C, N), samples that give way; between blurred edges there is no line to draw: it would cut both.
     offset
-        (N, K), edge points along the samples' normals, px, NaN for none; changed in place.
+        (C, N, K), edge points along the samples' normals, px, NaN for none; changed in place.
     """
+    channels, _, peaks = offset.shape
     count = len(line)
     first, last = np.full(line_count, -1), np.full(line_count, -1)
     for i in range(count):
@@ -63,15 +64,16 @@ def leave_to_owners(
             middle = (first[mine] + last[mine]) // 2
             if abs(ux * direction[middle, 0] + uy * direction[middle, 1]) < ALONG_COSINE:
                 continue
-            for i in range(first[mine], last[mine] + 1):
-                if not sharp[i]:
-                    continue
-                for k in range(offset.shape[1]):
-                    x = image[i, 0] + offset[i, k] * normal[i, 0] - image[a, 0]
-                    y = image[i, 1] + offset[i, k] * normal[i, 1] - image[a, 1]
-                    along = x * ux + y * uy
-                    if not -BEYOND_PX <= along <= length + BEYOND_PX:
+            for c in range(channels):
+                for i in range(first[mine], last[mine] + 1):
+                    if not sharp[c, i]:
                         continue
-                    theirs, ours = abs(x * uy - y * ux), abs(offset[i, k])
-                    if theirs < ours or (theirs == ours and other < mine):
-                        offset[i, k] = np.nan
+                    for k in range(peaks):
+                        x = image[i, 0] + offset[c, i, k] * normal[i, 0] - image[a, 0]
+                        y = image[i, 1] + offset[c, i, k] * normal[i, 1] - image[a, 1]
+                        along = x * ux + y * uy
+                        if not -BEYOND_PX <= along <= length + BEYOND_PX:
+                            continue
+                        theirs, ours = abs(x * uy - y * ux), abs(offset[c, i, k])
+                        if theirs < ours or (theirs == ours and other < mine):
+                            offset[c, i, k] = np.nan

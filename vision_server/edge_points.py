@@ -96,11 +96,12 @@ def find_edge_points(
         sigma = sigmas[s]
         half = int(np.ceil(reach_px[i])) + 1
         nx, ny = normal[i, 0], normal[i, 1]
+        across_x, across_y = gx[s], gy[s]
         for k in range(2 * half + 1):
             u = float(k - half)
             x, y = image[i, 0] + u * nx, image[i, 1] + u * ny
             inside = x >= 0.0 and y >= 0.0 and x < columns - 1 and y < rows - 1
-            profile[k] = _derivative(gx[s], gy[s], x, y, nx, ny) if inside else 0.0
+            profile[k] = _derivative(across_x, across_y, x, y, nx, ny) if inside else 0.0
         found = 0
         for k in range(1, 2 * half):
             here = abs(profile[k])
@@ -122,16 +123,16 @@ def find_edge_points(
             x, y = image[i, 0] + place * nx, image[i, 1] + place * ny
             if x < 2.0 or y < 2.0 or x >= right - 1.0 or y >= bottom - 1.0:
                 continue
-            here = sign * _derivative(gx[s], gy[s], x, y, nx, ny)
+            here = sign * _derivative(across_x, across_y, x, y, nx, ny)
             if not here > 0.0:
                 continue
-            before = sign * _derivative(gx[s], gy[s], x - nx, y - ny, nx, ny)
-            after = sign * _derivative(gx[s], gy[s], x + nx, y + ny, nx, ny)
+            before = sign * _derivative(across_x, across_y, x - nx, y - ny, nx, ny)
+            after = sign * _derivative(across_x, across_y, x + nx, y + ny, nx, ny)
             shift, bend = _parabola(before, here, after)
             if not abs(shift) <= 0.5:
                 continue
             place += shift
-            across = _derivative(gx[s], gy[s], x, y, -ny, nx)
+            across = _derivative(across_x, across_y, x, y, -ny, nx)
             if here < MIN_ALIGNED * math.sqrt(here * here + across * across) or abs(place) > reach_px[i]:
                 continue
             ratio = here * to_snr

@@ -15,7 +15,7 @@ from geometry.pose import Pose
 from vision_server.gradients import SCALES_PX, GradientChannel
 from vision_server.line_weights import line_trust
 from vision_server.measurement import Measurement, measure
-from vision_server.refinement import spacing_for
+from vision_server.sampling import spacing_for
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

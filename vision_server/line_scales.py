@@ -14,6 +14,7 @@ from geometry.pose import Pose
 from geometry.visibility import visible_samples
 from vision_server.edge_points import find_edge_points
 from vision_server.gradients import SCALES_PX, GradientChannel
+from vision_server.sampling import thinned
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -21,6 +22,7 @@ Ints = NDArray[np.int64]
 SPACING_PX = 3.0
 SOFTER_RATIO = 0.70  # peak at twice the scale over peak at the scale: above this the edge is the softer one
 FEWEST_POINTS = 6
+MOST_SAMPLES = 20  # of a line
 
 
 def line_scales(
@@ -37,7 +39,7 @@ def line_scales(
     the
     ratio of the peaks at 2s and s therefore tells b/s, whatever the contrast.
     """
-    samples = visible_samples(model, camera, pose, SPACING_PX)
+    samples = thinned(visible_samples(model, camera, pose, SPACING_PX), MOST_SAMPLES)
     normal = samples.normal
     lines = len(model.lines)
     out = np.full((len(channels), lines), least, dtype=np.int64)

@@ -16,6 +16,24 @@ Ints = NDArray[np.int64]
 ALONG_BINS = 12
 BINS_PER_REACH = 10  # to either side
 PRIOR_DROP = 0.4  # how much less a vote at the end of the reach counts
+BINS = 2 * BINS_PER_REACH + 1
+
+
+def _courses() -> tuple[Ints, Floats]:
+    """Courses that an edge may take beside a line, by the bins of its first and its last place.
+
+    Returns
+    -------
+    The bin at each place, (BINS, BINS, ALONG_BINS), and what a vote for the course counts, (BINS, BINS).
+    """
+    first, last = np.arange(BINS)[:, None, None], np.arange(BINS)[None, :, None]
+    place = (np.arange(ALONG_BINS) + 0.5) / ALONG_BINS
+    middle, tilt = 0.5 * (first + last) / BINS_PER_REACH - 1.0, 0.5 * (last - first) / BINS_PER_REACH
+    share = 1.0 - PRIOR_DROP * np.minimum(1.0, middle**2 + tilt**2)
+    return (first + (last - first) * place + 0.5).astype(np.int64), share[:, :, 0]
+
+
+COURSE, COUNTS = _courses()
 
 
 @njit(cache=True)
@@ -48,7 +66,7 @@ def vote(
         (L,), output: votes that the chosen edge got, as a share of the line's samples and channels.
     """
     channels, count, peaks = offset.shape
-    bins = 2 * BINS_PER_REACH + 1
+    bins = BINS
     size = reach_px / BINS_PER_REACH
     table = np.zeros((line_count, ALONG_BINS, bins))
     samples = np.zeros(line_count)
@@ -76,14 +94,12 @@ def vote(
             for last in range(bins):
                 total = 0.0
                 for b in range(ALONG_BINS):
-                    at = first + (last - first) * ((b + 0.5) / ALONG_BINS)
-                    total += table[m, b, int(at + 0.5)]
-                middle = 0.5 * (first + last) / BINS_PER_REACH - 1.0
-                tilt = 0.5 * (last - first) / BINS_PER_REACH
-                total *= 1.0 - PRIOR_DROP * min(1.0, middle * middle + tilt * tilt)
+                    total += table[m, b, COURSE[first, last, b]]
+                total *= COUNTS[first, last]
                 if total > best:
                     best = total
-                    shift[m, 0], shift[m, 1] = middle * reach_px, tilt * reach_px
+                    shift[m, 0] = (0.5 * (first + last) / BINS_PER_REACH - 1.0) * reach_px
+                    shift[m, 1] = 0.5 * (last - first) / BINS_PER_REACH * reach_px
         agreed[m] = best / (samples[m] * channels)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -78,19 +80,54 @@ def base_weights(measurement: Measurement, lines: int, exact_ends: bool = True) 
         Whether edge points near the ends of lines count less. Far from the solution their pull is worth more
         than they are off.
     """
-    trust = line_trust(measurement, lines)
-    sigma = np.array(SCALES_PX)[measurement.scale]
-    end_sd_px = END_SD_PX if exact_ends else 0.0
     out = np.zeros_like(measurement.offset)
-    for c in range(len(out)):
-        strength = np.abs(measurement.strength[c])
-        seen = strength[np.isfinite(measurement.offset[c])]
-        if len(seen):
-            rank = int(STRONG_SHARE * (len(seen) - 1))
-            strong = max(float(np.partition(seen, rank)[rank]), 1e-12)
-            of_sample = measurement.samples.line
-            own = sigma[c, of_sample]
-            near_end = end_sd_px * np.exp(-((measurement.from_end / (END_REACH_PX * own)) ** 2))
-            variance = measurement.sd[c] ** 2 + (SYSTEMATIC_SD_PX**2 + near_end**2) * own**2
-            out[c] = np.minimum(1.0, strength / strong) * trust[c, of_sample] / variance
-    return out * measurement.samples.px
+    _weights(
+        measurement.samples.line,
+        measurement.samples.px,
+        measurement.from_end,
+        measurement.offset,
+        measurement.sd,
+        measurement.strength,
+        line_trust(measurement, lines),
+        np.array(SCALES_PX)[measurement.scale],
+        END_SD_PX if exact_ends else 0.0,
+        out,
+    )
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def _weights(
+    line: Ints,
+    px: Floats,
+    from_end: Floats,
+    offset: Floats,
+    sd: Floats,
+    strength: Floats,
+    trust: Floats,
+    sigma: Floats,
+    end_sd_px: float,
+    out: Floats,
+) -> None:
+    """See `base_weights`; trust and sigma (C, L), out (C, N)."""
+    channels, count = offset.shape
+    seen = np.empty(count)
+    for c in range(channels):
+        found = 0
+        for i in range(count):
+            if np.isfinite(offset[c, i]):
+                seen[found] = abs(strength[c, i])
+                found += 1
+        if found == 0:
+            continue
+        rank = int(STRONG_SHARE * (found - 1))
+        strong = max(np.partition(seen[:found], rank)[rank], 1e-12)
+        for i in range(count):
+            if not np.isfinite(offset[c, i]):
+                continue
+            own = sigma[c, line[i]]
+            near_end = 0.0
+            if end_sd_px > 0.0:
+                near_end = end_sd_px * math.exp(-((from_end[i] / (END_REACH_PX * own)) ** 2))
+            variance = sd[c, i] ** 2 + (SYSTEMATIC_SD_PX**2 + near_end**2) * own**2
+            out[c, i] = px[i] * min(1.0, abs(strength[c, i]) / strong) * trust[c, line[i]] / variance

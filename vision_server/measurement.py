@@ -126,6 +126,12 @@ def places_on_lines(line: Ints, image: Floats, direction: Floats, gap_px: float)
     return along, distance
 
 
+def turning_point(model: Model, pose: Pose) -> Floats:
+    """The middle of the target, (3,), camera frame, metres: what steps turn about."""
+    middle = 0.5 * (model.vertices.min(axis=0) + model.vertices.max(axis=0))
+    return np.asarray(pose.apply(middle[None])[0])
+
+
 def step_jacobian(camera: Camera, points_camera: Floats, normal: Floats, centre: Floats) -> Floats:
     """Motion along the image normal, px, per step (rotation about ``centre`` rad, translation m), (N, 6)."""
     if camera.distorted:
@@ -184,7 +190,7 @@ def measure(
     along, from_end = places_on_lines(
         samples.line, samples.image, samples.image_direction, GAP_SPACINGS * spacing_px
     )
-    centre = pose.apply(0.5 * (model.vertices.min(axis=0) + model.vertices.max(axis=0))[None])[0]
+    centre = turning_point(model, pose)
     sigmas = np.array(SCALES_PX)
     line_sigma = sigmas[scale].max(axis=0) if len(channels) else np.ones(lines)
     reach = np.maximum(reach_px, BLUR_REACH * line_sigma)
@@ -202,8 +208,8 @@ def measure(
             normal,
             reach[samples.line],
         )
-        sharp = scale[c][samples.line] == 0
-        leave_to_owners(samples.line, samples.image, samples.image_direction, normal, lines, sharp, offset[c])
+    sharp = scale[:, samples.line] == 0
+    leave_to_owners(samples.line, samples.image, samples.image_direction, normal, lines, sharp, offset)
     width = VOTE_WIDTH_PX * np.sqrt(line_sigma)
     shift, agreed = np.zeros((lines, 2)), np.zeros(lines)
     chosen = np.empty((len(channels), count), dtype=np.int64)
@@ -249,14 +255,26 @@ def measure(
     )
 
 
+@njit(cache=True, error_model="numpy")
 def _quality(snr: Floats) -> Floats:
-    """What an edge point counts in its line's vote, 0..1: strong beats weak, within its own channel."""
+    """What each edge point counts in its line's vote, 0..1: strong beats weak, within its own channel."""
+    channels, count, peaks = snr.shape
     out = np.zeros_like(snr)
-    for index, channel in enumerate(snr):
-        seen = channel[channel > 0.0]
-        if len(seen):
-            rank = int(STRONG_SHARE * (len(seen) - 1))
-            out[index] = channel / (channel + QUALITY_SNR_SHARE * np.partition(seen, rank)[rank])
+    seen = np.empty(count * peaks)
+    for c in range(channels):
+        found = 0
+        for i in range(count):
+            for k in range(peaks):
+                if snr[c, i, k] > 0.0:
+                    seen[found] = snr[c, i, k]
+                    found += 1
+        if found == 0:
+            continue
+        rank = int(STRONG_SHARE * (found - 1))
+        strong = QUALITY_SNR_SHARE * np.partition(seen[:found], rank)[rank]
+        for i in range(count):
+            for k in range(peaks):
+                out[c, i, k] = snr[c, i, k] / (snr[c, i, k] + strong)
     return out
 
 

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.visibility import visible_samples
+from geometry.rotation import matrix_of
 from vision_server.cholesky import solve_positive
 from vision_server.gradients import GradientChannel
 from vision_server.line_weights import base_weights
 from vision_server.measurement import Measurement, measure
+from vision_server.sampling import spacing_for
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -24,8 +25,6 @@ Ints = NDArray[np.int64]
 REACHES_PX = (6.0, 4.0, 3.0, 3.0)
 EXACT_REACH_PX = 3.0  # the pose is near its place when so little is looked around
 SOLVER_ITERATIONS = 5  # of reweighting, on the edge points of one measurement
-LEAST_SPACING_PX = 2.0  # of samples: the sharpest filter makes nearer ones alike
-MOST_SAMPLES = 450
 TUKEY = 4.685  # 95 % efficient on Gaussian residuals
 FIRST_CUT_PX = 3.0  # least; where most edge points lie on their lines, one that is farther off is not theirs
 LEAST_SCALE_PX = 0.12
@@ -64,12 +63,6 @@ class Solution:
     weight: Floats
     nuisance: Floats
     tone_sd_px: float
-
-
-def spacing_for(model: Model, camera: Camera, pose: Pose) -> float:
-    """Spacing of samples, px, that keeps a large or intricate target within MOST_SAMPLES."""
-    length = float(visible_samples(model, camera, pose, 4.0).px.sum())
-    return max(LEAST_SPACING_PX, length / MOST_SAMPLES)
 
 
 def prior_precision(range_m: float, tone_sd_px: float) -> Floats:
@@ -166,13 +159,8 @@ def weighted_median(values: Floats, weights: Floats) -> float:
 
 def moved(pose: Pose, step: Floats, centre: Floats) -> Pose:
     """The pose after a step that turns about ``centre`` (camera frame)."""
-    turned = Pose(np.zeros(3), -centre)
-    return (
-        Pose(np.zeros(3), centre + step[3:6])
-        .compose(Pose(step[:3], np.zeros(3)))
-        .compose(turned)
-        .compose(pose)
-    )
+    turn = matrix_of(np.ascontiguousarray(step[:3]))
+    return Pose.from_matrix(turn @ pose.matrix, centre + step[3:6] + turn @ (pose.translation - centre))
 
 
 def refine(

@@ -10,7 +10,7 @@ from vision_server.candidates import Refiner
 from vision_server.edge_owners import BEYOND_PX, leave_to_owners
 from vision_server.line_scales import line_scales
 
-SHARP = np.ones(40, np.bool_)
+SHARP = np.ones((1, 40), np.bool_)
 EDGE_ON = Pose(np.array([0.3, 0.03, 0.0]), np.array([-0.05, -0.004, 0.45]))
 """One face is seen at a grazing angle: two of its edges are some 2 px apart."""
 BLACK_SIDE = (0.5, 0.5, 0.5, 0.08, 0.5, 0.5)
@@ -22,7 +22,7 @@ def level_lines(gap_px: float, offset: NDArray[np.float64]) -> NDArray[np.float6
     along = np.arange(20.0)
     image = np.concatenate([np.stack([along, np.full(20, y)], axis=1) for y in (0.0, gap_px)])
     direction, normal = np.tile([1.0, 0.0], (40, 1)), np.tile([0.0, 1.0], (40, 1))
-    leave_to_owners(np.repeat([0, 1], 20), image, direction, normal, 2, SHARP, offset)
+    leave_to_owners(np.repeat([0, 1], 20), image, direction, normal, 2, SHARP, offset[None])
     return offset
 
 
@@ -39,7 +39,7 @@ def test_blurred_lines_keep_what_they_see() -> None:
     along = np.arange(20.0)
     image = np.concatenate([np.stack([along, np.full(20, y)], axis=1) for y in (0.0, 4.0)])
     direction, normal = np.tile([1.0, 0.0], (40, 1)), np.tile([0.0, 1.0], (40, 1))
-    leave_to_owners(np.repeat([0, 1], 20), image, direction, normal, 2, blurred, offset)
+    leave_to_owners(np.repeat([0, 1], 20), image, direction, normal, 2, blurred[None], offset[None])
     assert (offset == 3.0).all()
 
 
@@ -64,7 +64,7 @@ def test_lines_that_cross_do_not_compete() -> None:
     normal = np.repeat([[0.0, 1.0], [-1.0, 0.0]], 20, axis=0)
     offset = np.full((40, 1), 3.0)
     leave_to_owners(
-        np.repeat([0, 1], 20), np.concatenate([level, upright]), direction, normal, 2, SHARP, offset
+        np.repeat([0, 1], 20), np.concatenate([level, upright]), direction, normal, 2, SHARP, offset[None]
     )
     assert (offset == 3.0).all()
 
@@ -82,7 +82,7 @@ def test_a_line_has_no_claim_beyond_its_ends() -> None:
         np.tile([0.0, 1.0], (40, 1)),
         2,
         SHARP,
-        offset,
+        offset[None],
     )
     assert np.isfinite(offset[:20]).all()
 

@@ -6,9 +6,17 @@ from geometry.pose import Pose
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from tests.vision_server.test_refinement import channels_of
 from vision_server.line_scales import line_scales
-from vision_server.line_weights import base_weights
-from vision_server.measurement import Measurement, measure
-from vision_server.sidesteps import LOOSENED_PX, laid_beside, loosened
+from vision_server.refinement import prior_precision
+from vision_server.sidesteps import (
+    LOOSENED,
+    LOOSENED_PX,
+    Surroundings,
+    explained,
+    followed,
+    loosened_steps,
+    starts_beside,
+    surroundings,
+)
 
 SMALLER = 0.9
 """The printed outline's size, as a share of the face's."""
@@ -38,11 +46,10 @@ def with_outline(model: Model) -> np.ndarray:
     return picture * (1.0 - 0.6 * thick / 255.0)
 
 
-def measured(model: Model, picture: np.ndarray) -> tuple[list, Measurement, np.ndarray]:
+def around(model: Model, picture: np.ndarray) -> Surroundings:
     channels = channels_of(photographed(picture))
     scale = line_scales(channels, model, CAMERA, POSE, 4.0)
-    measurement = measure(channels, model, CAMERA, POSE, 4.0, scale, 1.0)
-    return channels, measurement, base_weights(measurement, len(model.lines))
+    return surroundings(channels, model, CAMERA, POSE, scale)
 
 
 def pixels_apart(model: Model, pose: Pose, other: Pose) -> float:
@@ -52,9 +59,8 @@ def pixels_apart(model: Model, pose: Pose, other: Pose) -> float:
 
 
 def test_lines_are_laid_on_a_printed_line_beside_them(model: Model) -> None:
-    channels, measurement, base = measured(model, with_outline(model))
-    beside = laid_beside(channels, model, CAMERA, POSE, measurement, base, 6)
-    assert len(beside) == 6
+    beside = starts_beside(around(model, with_outline(model)), POSE, len(model.lines), 6)
+    assert beside
     face, outline = printed(model)
     apart = CAMERA.project(POSE.apply(outline)) - CAMERA.project(
         POSE.apply(model.vertices[model.faces[face]])
@@ -64,18 +70,39 @@ def test_lines_are_laid_on_a_printed_line_beside_them(model: Model) -> None:
     assert any(0.3 * nearest < move < 3.0 * farthest for move in moves), (moves, nearest, farthest)
 
 
-def test_without_other_edges_nothing_is_laid_elsewhere(model: Model) -> None:
-    channels, measurement, base = measured(model, linear_picture(model, CAMERA, POSE, 6 * (0.6,)))
-    assert laid_beside(channels, model, CAMERA, POSE, measurement, base, 6) == []
+def test_without_other_edges_there_is_nothing_beside(model: Model) -> None:
+    near = around(model, linear_picture(model, CAMERA, POSE))
+    assert starts_beside(near, POSE, len(model.lines), 6) == []
 
 
-@pytest.mark.parametrize("motions", [1, 2])
-def test_loosened_poses_lie_a_set_step_to_either_side(model: Model, motions: int) -> None:
-    _, measurement, base = measured(model, linear_picture(model, CAMERA, POSE))
-    poses = loosened(POSE, measurement, base, motions)
-    assert len(poses) == 2 * motions
-    for pose in poses:
-        assert 0.5 * LOOSENED_PX < pixels_apart(model, POSE, pose) < 4.0 * LOOSENED_PX
-    one, other = poses[:2]
-    middle = 0.5 * (one.translation + other.translation)
-    np.testing.assert_allclose(middle, POSE.translation, atol=1e-3)
+def test_a_pose_is_explained_by_its_own_edges(model: Model) -> None:
+    near = around(model, linear_picture(model, CAMERA, POSE))
+    own = explained(near.jacobian, near.offset, near.samples.px, np.zeros(6))
+    off = explained(near.jacobian, near.offset, near.samples.px, np.array([0.0, 0.03, 0.0, 0.004, 0.0, 0.0]))
+    assert own > 0.95
+    assert off < 0.6 * own
+
+
+def test_a_small_step_settles_where_it_came_from(model: Model) -> None:
+    near = around(model, linear_picture(model, CAMERA, POSE))
+    step = np.array([0.0, 0.02, 0.0, 0.002, 0.0, 0.0])
+    assert np.abs(near.jacobian @ step).max() > 2.0
+    followed(near.jacobian, near.offset, near.samples.px, prior_precision(0.4, 1.0)[:6], step)
+    assert np.abs(near.jacobian @ step).max() < 0.3
+
+
+def test_loosened_steps_go_a_set_way_to_either_side(model: Model) -> None:
+    near = around(model, linear_picture(model, CAMERA, POSE))
+    steps = loosened_steps(near.jacobian, near.samples.px, prior_precision(0.4, 1.0)[:6], 0.4)
+    assert len(steps) == 2 * LOOSENED
+    for step in steps:
+        assert np.abs(near.jacobian @ step).max() == pytest.approx(LOOSENED_PX)
+    np.testing.assert_allclose(steps[0], -steps[1])
+
+
+def test_edge_points_of_several_channels_at_one_place_are_one(model: Model) -> None:
+    channels = channels_of(photographed(linear_picture(model, CAMERA, POSE)))
+    scale = line_scales(channels, model, CAMERA, POSE, 4.0)
+    one = surroundings(channels, model, CAMERA, POSE, scale)
+    three = surroundings(3 * list(channels), model, CAMERA, POSE, np.repeat(scale, 3, axis=0))
+    np.testing.assert_array_equal(one.offset, three.offset)
