@@ -5,16 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.gradients import SCALES_PX
-from vision_server.refinement import SAMPLES_TOGETHER, Solution, prior_precision
+from vision_server.refinement import SAMPLES_TOGETHER, Solution, line_biases, prior_precision
 
 Floats = NDArray[np.float64]
 
-LINE_BIAS_PX = 0.03  # of a whole sharp line: shading across it, calibration, model
-CLIPPED_BIAS_PX = 0.2  # of a sharp line beside saturated pixels, beyond what all of them share
-BIAS_GROWTH = (
-    1.5  # both grow with this power of the filter's scale: softer edges reach farther into what is near
-)
 LAGS = 60  # samples over which residuals of one line may hang together
 POOLED_SHARE = 30.0  # samples that the pooled variance counts as, beside a line's own
 # Tukey's weights shrink the residuals that the variance is taken from, and cost the estimate a twentieth of
@@ -27,10 +21,11 @@ def pose_covariance(solution: Solution) -> Floats:
     """Covariance (6, 6) of a small left-multiplied step (rotation rad, translation m) at the refined pose.
 
     The channels' edge points of one sample are combined to one residual (texture moves them together). With
-    weights W, Jacobians J, residual variance v of each line and correlation time L of the residuals along the
-    lines (integral of their autocorrelation, in samples), the covariance of the weighted least-squares
-    estimate is A^-1 (L sum W^2 v J J' + sum_lines g g') A^-1, where A = sum W J J' + prior and g = sum over a
-    line of W b J, with b the bias that a whole line may have.
+    weights W, Jacobians J and the bias b that a whole line may have (`line_biases`), the estimate
+    eliminates the biases: in its normal equations A = sum W J K' + prior, K is J less its part along the
+    line's bias. With the residual variance v of each line and the correlation time L of the residuals along
+    the lines (integral of their autocorrelation, in samples), its covariance is A^-1 (L sum W^2 v K K' +
+    sum_lines g g') A^-1, where g = sum over a line of W b K.
     """
     measurement = solution.measurement
     turn = _about_camera(measurement.centre)
@@ -42,27 +37,36 @@ def pose_covariance(solution: Solution) -> Floats:
         return np.asarray(turn @ np.linalg.inv(prior)[:6, :6] @ turn.T)
     shared = solution.weight / np.maximum(weight, 1e-300)
     nuisance = (shared[:, :, None] * measurement.nuisance).sum(axis=0)
-    sigma = (shared * np.array(SCALES_PX)[measurement.scale][:, measurement.samples.line]).sum(axis=0)[used]
-    clipped = nuisance[used, 1] != 0.0
-    bias = np.where(clipped, CLIPPED_BIAS_PX, LINE_BIAS_PX) * sigma**BIAS_GROWTH
+    bias = (shared * line_biases(measurement)).sum(axis=0)[used]
     jacobian, weight = np.hstack([measurement.jacobian, nuisance])[used], weight[used]
     line = measurement.samples.line[used]
     offset = np.where(solution.weight > 0, measurement.offset, 0.0)
     combined = (solution.weight * offset).sum(axis=0)[used] / weight
+    rows, biased = _without_biases(jacobian, weight, bias, line)
     pull_of_prior = SAMPLES_TOGETHER * prior
-    normal = (jacobian * weight[:, None]).T @ jacobian
-    inverse = np.linalg.inv(normal + pull_of_prior)
-    residual = combined - jacobian @ (inverse @ (jacobian.T @ (weight * combined)))
+    inverse = np.linalg.inv((jacobian * weight[:, None]).T @ rows + pull_of_prior)
+    residual = combined - jacobian @ (inverse @ (rows.T @ (weight * combined)))
     variance = _line_variances(residual, weight, line)
     together = _correlation_length(residual / np.sqrt(variance), line)
-    middle = together * (jacobian * (weight**2 * variance)[:, None]).T @ jacobian
-    for index in np.unique(line).tolist():
-        of_line = line == index
-        pull = (weight[of_line] * bias[of_line]) @ jacobian[of_line]
-        middle += np.outer(pull, pull)
+    middle = together * (rows * (weight**2 * variance)[:, None]).T @ rows + biased
     covariance = (inverse @ (middle + SAMPLES_TOGETHER * pull_of_prior) @ inverse)[:6, :6]
     covariance = turn @ covariance @ turn.T
     return np.asarray(0.5 * (covariance + covariance.T))
+
+
+def _without_biases(
+    jacobian: Floats, weight: Floats, bias: Floats, line: NDArray[np.int64]
+) -> tuple[Floats, Floats]:
+    """Rows (N, 8) once each line's bias is eliminated, and what the biases leave in the estimate, (8, 8)."""
+    rows, left = jacobian.copy(), np.zeros((jacobian.shape[1], jacobian.shape[1]))
+    for index in np.unique(line).tolist():
+        of_line = line == index
+        pull = (weight[of_line] * bias[of_line]) @ jacobian[of_line]
+        precision = SAMPLES_TOGETHER + float(weight[of_line] @ bias[of_line] ** 2)
+        rows[of_line] -= np.outer(bias[of_line], pull / precision)
+        pull *= SAMPLES_TOGETHER / precision
+        left += np.outer(pull, pull)
+    return rows, left
 
 
 def _about_camera(centre: Floats) -> Floats:

@@ -14,7 +14,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
-from vision_server.edge_owners import leave_to_owners
+from vision_server.edge_owners import leave_to_owners, pulls_of_neighbours
 from vision_server.edge_points import CLIPPED_SD_PX, PEAKS, find_edge_points
 from vision_server.gradients import SCALES_PX, GradientChannel
 from vision_server.line_votes import choose, vote
@@ -65,6 +65,8 @@ class Measurement:
         saturated pixels); both times the filter's scale.
     shift
         (L, 2), each line's voted edge; agreed (L,), the votes it got.
+    neighbours
+        (C, N), how far lines beside this one may move its edge, px, signed.
     nearest
         (C, N), distance px of the edge point nearest to the model line, chosen or not (NaN: none).
     """
@@ -83,6 +85,7 @@ class Measurement:
     nuisance: Floats
     shift: Floats
     agreed: Floats
+    neighbours: Floats
     nearest: Floats
 
     def __len__(self) -> int:
@@ -208,8 +211,7 @@ def measure(
             normal,
             reach[samples.line],
         )
-    sharp = scale[:, samples.line] == 0
-    leave_to_owners(samples.line, samples.image, samples.image_direction, normal, lines, sharp, offset)
+    leave_to_owners(samples.line, samples.image, samples.image_direction, normal, lines, offset)
     width = VOTE_WIDTH_PX * np.sqrt(line_sigma)
     shift, agreed = np.zeros((lines, 2)), np.zeros(lines)
     chosen = np.empty((len(channels), count), dtype=np.int64)
@@ -251,6 +253,9 @@ def measure(
         nuisance=nuisance,
         shift=shift,
         agreed=agreed,
+        neighbours=pulls_of_neighbours(
+            samples.line, samples.image, samples.image_direction, normal, lines, sigmas[scale]
+        ),
         nearest=places[4],
     )
 

@@ -14,7 +14,7 @@ from geometry.model import Model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from vision_server.cholesky import solve_positive
-from vision_server.gradients import GradientChannel
+from vision_server.gradients import SCALES_PX, GradientChannel
 from vision_server.line_weights import base_weights
 from vision_server.measurement import Measurement, measure
 from vision_server.sampling import spacing_for
@@ -38,6 +38,11 @@ SAMPLES_TOGETHER = 10.0  # neighbouring edge points that are worth one, when wei
 PRIOR_ROTATION_SD_RAD = 0.3
 PRIOR_TRANSLATION_SD = 0.1  # of the range
 ENOUGH_ROWS = 12
+LINE_BIAS_PX = 0.03  # of a whole sharp line: shading across it, calibration, model
+CLIPPED_BIAS_PX = 0.2  # of a sharp line beside saturated pixels, beyond what all of them share
+BIAS_GROWTH = (
+    1.5  # both grow with this power of the filter's scale: softer edges reach farther into what is near
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +70,19 @@ class Solution:
     tone_sd_px: float
 
 
+def line_biases(measurement: Measurement) -> Floats:
+    """How far each edge point may be off together with all others of its line, (C, N) px, one sd.
+
+    By shading across the line, calibration and model; by saturation beside it; by what runs beside it. All
+    grow with the filter's scale.
+    """
+    sigma = np.array(SCALES_PX)[measurement.scale][:, measurement.samples.line]
+    clipped = measurement.nuisance[:, :, 1] != 0.0
+    own = np.where(clipped, CLIPPED_BIAS_PX, LINE_BIAS_PX) * sigma**BIAS_GROWTH
+    beside = measurement.neighbours
+    return np.asarray(np.where(np.abs(beside) > own, beside, own))
+
+
 def prior_precision(range_m: float, tone_sd_px: float) -> Floats:
     """Diagonal (8,) of the prior on rotation (rad), translation (m), tone and clipping shifts (px)."""
     pose = np.r_[np.full(3, PRIOR_ROTATION_SD_RAD), np.full(3, PRIOR_TRANSLATION_SD * range_m)]
@@ -77,7 +95,8 @@ def solve(measurement: Measurement, base: Floats, range_m: float, tone_sd_px: fl
 
     A tone curve that was not undone moves each edge towards its dark side, by an amount proportional to its
     relative height, and so does clipping by the sensor (`Measurement.nuisance`); both factors are estimated
-    along with the pose.
+    along with the pose. So is what each line as a whole is off (`line_biases`): a line that is blurred
+    together with its neighbour tells little about where it is, however many edge points it has.
 
     Returns
     -------
@@ -87,18 +106,36 @@ def solve(measurement: Measurement, base: Floats, range_m: float, tone_sd_px: fl
     prior = SAMPLES_TOGETHER * prior_precision(range_m, tone_sd_px)
     weight = np.zeros_like(base)
     step: Floats = _reweighted(
-        measurement.jacobian, measurement.nuisance, measurement.offset, base, prior, weight
+        measurement.jacobian,
+        measurement.nuisance,
+        measurement.offset,
+        measurement.samples.line,
+        line_biases(measurement),
+        base,
+        prior,
+        weight,
     )
     return step, weight
 
 
 @njit(cache=True, error_model="numpy")
 def _reweighted(
-    jacobian: Floats, nuisance: Floats, offset: Floats, base: Floats, prior: Floats, weight: Floats
+    jacobian: Floats,
+    nuisance: Floats,
+    offset: Floats,
+    line: Ints,
+    bias: Floats,
+    base: Floats,
+    prior: Floats,
+    weight: Floats,
 ) -> Floats:
-    """See `solve`; prior (8,) is a diagonal, weight (C, N) the second output."""
+    """See `solve`; prior (8,) is a diagonal, weight (C, N) the second output.
+
+    The bias of each line is an unknown of its own with variance 1 in units of ``bias``, eliminated from the
+    normal equations.
+    """
     channels, count = base.shape
-    row = np.empty(8)
+    row, of_line = np.empty(8), np.zeros(8)
     residual = np.empty((channels, count))
     step = np.zeros(8)
     weight[:] = base
@@ -121,17 +158,31 @@ def _reweighted(
         normal, pull = np.zeros((8, 8)), np.zeros(8)
         for k in range(8):
             normal[k, k] = prior[k]
-        for c in range(channels):
-            for i in range(count):
+        square, product = 0.0, 0.0
+        of_line[:] = 0.0
+        for i in range(count):
+            for c in range(channels):
                 if not weight[c, i] > 0.0:
                     continue
                 row[:6] = jacobian[i]
                 row[6], row[7] = nuisance[c, i, 0], nuisance[c, i, 1]
+                biased = weight[c, i] * bias[c, i]
+                square += biased * bias[c, i]
+                product += biased * offset[c, i]
                 for k in range(8):
                     scaled = weight[c, i] * row[k]
+                    of_line[k] += biased * row[k]
                     pull[k] += scaled * offset[c, i]
                     for m in range(k + 1):
                         normal[k, m] += scaled * row[m]
+            if i + 1 == count or line[i + 1] != line[i]:
+                for k in range(8):
+                    share = of_line[k] / (SAMPLES_TOGETHER + square)
+                    pull[k] -= share * product
+                    for m in range(k + 1):
+                        normal[k, m] -= share * of_line[m]
+                square, product = 0.0, 0.0
+                of_line[:] = 0.0
         step = solve_positive(normal, pull, 0.0, 0.0)
     return step
 

@@ -17,6 +17,7 @@ from vision_server.refinement import (
     REACHES_PX,
     SAMPLES_TOGETHER,
     Solution,
+    line_biases,
     moved,
     prior_precision,
     refine,
@@ -165,13 +166,16 @@ def test_a_solution_is_the_reweighted_least_squares_one(model: Model) -> None:
     measurement = measure(channels_of(pixels), model, CAMERA, start, 4.0, scale, 2.0)
     step, weight = solve(measurement, base_weights(measurement, len(model.lines)), 0.42, 0.01)
     used = weight > 0
-    rows = np.column_stack([measurement.jacobian[np.nonzero(used)[1]], measurement.nuisance[used]])
-    prior = SAMPLES_TOGETHER * np.diag(prior_precision(0.42, 0.01))
+    samples = np.nonzero(used)[1]
+    of_line = measurement.samples.line[samples][:, None] == np.arange(len(model.lines))
+    biases = line_biases(measurement)[used][:, None] * of_line  # an unknown of its own for each line
+    rows = np.column_stack([measurement.jacobian[samples], measurement.nuisance[used], biases])
+    prior = SAMPLES_TOGETHER * np.diag(np.r_[prior_precision(0.42, 0.01), np.ones(len(model.lines))])
     pull = rows.T @ (weight[used] * measurement.offset[used])
-    plain = np.linalg.solve((rows * weight[used][:, None]).T @ rows + prior, pull)
+    plain = np.linalg.solve((rows * weight[used][:, None]).T @ rows + prior, pull)[:8]
     np.testing.assert_allclose(step, plain, rtol=1e-6, atol=1e-12)
     before = np.sum(weight[used] * measurement.offset[used] ** 2)
-    assert np.sum(weight[used] * (measurement.offset[used] - rows @ step) ** 2) < 0.2 * before
+    assert np.sum(weight[used] * (measurement.offset[used] - rows[:, :8] @ step) ** 2) < 0.2 * before
 
 
 def test_trust_prefers_straight_and_complete_lines(model: Model) -> None:
