@@ -55,17 +55,30 @@ def _crests(
         for x in range(columns):
             histogram[min(of[x], STRONGEST_SLOPE - 1)] += 1
     wanted = max(int(STRONGEST_SHARE * ((rows + 3) // 4) * columns), 1)
-    threshold, above = STRONGEST_SLOPE - 1, histogram[STRONGEST_SLOPE - 1]
+    threshold, above = np.int16(STRONGEST_SLOPE - 1), histogram[STRONGEST_SLOPE - 1]
     while threshold > 1 and above < wanted:
-        threshold -= 1
+        threshold = np.int16(threshold - 1)
         above += histogram[threshold]
     found = 0
     crests = np.empty((rows * columns // 2 + 1, 2), np.int64)
+    steep = np.zeros(-(-columns // 8) * 8, np.bool_)
+    words = steep.view(np.uint64)
+    chosen = np.empty(len(steep), np.int64)
     for y in range(margin, rows - margin):
-        for x in range(margin, columns - margin):
-            s = slope[y, x]
-            if s < threshold or around[y, x] >= CLIPPED_GREY:
+        of = slope[y]
+        for x in range(columns):  # fills vector registers
+            steep[x] = of[x] >= threshold
+        count = 0
+        for word in range(len(words)):
+            if words[word] != 0:
+                for x in range(8 * word, 8 * word + 8):
+                    chosen[count] = x
+                    count += steep[x]
+        for i in range(count):
+            x = chosen[i]
+            if x < margin or x >= columns - margin or around[y, x] >= CLIPPED_GREY:
                 continue
+            s = of[x]
             a, b = abs(gx[y, x]), abs(gy[y, x])
             v = 0 if a > 2 * b else 1
             u = 0 if b > 2 * a else 1 if (gx[y, x] > 0) == (gy[y, x] > 0) else -1

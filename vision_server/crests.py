@@ -183,6 +183,6 @@ def find_crests(
         histograms, sums, place_of, index, weights, noises, bin_directions(), densities(), mass, share_of,
         chosen, out,
     )  # fmt: skip
-    order = np.argsort(chosen[:found], kind="stable")
+    order = np.argsort(chosen[:found])
     strength, mass, axis, offset, floor = (row[order] for row in out[:, :found])
     return chosen[order], strength, mass, axis, offset, floor

@@ -32,13 +32,20 @@ def _accumulate(
     flank_x: Field,
     flank_y: Field,
     coarse_weight: Field,
+    coarse_noise: Field,
+    weights: Field,
+    noises: Field,
     index: NDArray[np.int32],
     histograms: Field,
     sums: Field,
     place_of: NDArray[np.int32],
     count: int,
 ) -> int:
-    """Add the gradient pixels of one channel to the state; how many pixels it holds then."""
+    """Add one channel to the state; how many pixels it holds then."""
+    for v in range(weights.shape[0]):
+        for u in range(weights.shape[1]):
+            weights[v, u] += coarse_weight[v, u]
+            noises[v, u] += coarse_weight[v, u] * coarse_noise[v, u]
     columns = index.shape[1]
     flat = index.ravel()
     last_row, last_column = coarse_weight.shape[0] - 1, coarse_weight.shape[1] - 1
@@ -150,8 +157,6 @@ class ImageSetStatistics:
         self._weights, self._noises = np.zeros((2, *like.coarse_weight.shape), np.float32)
 
     def _sum(self, channel: ChannelStatistics) -> None:
-        self._weights += channel.coarse_weight
-        self._noises += channel.coarse_weight * channel.coarse_noise
         pixels = channel.gradient
         new = int(np.count_nonzero(self._index.ravel()[pixels.places] < 0))
         self._reserve(self._count + new)
@@ -163,6 +168,9 @@ class ImageSetStatistics:
             pixels.flank_x,
             pixels.flank_y,
             channel.coarse_weight,
+            channel.coarse_noise,
+            self._weights,
+            self._noises,
             self._index,
             self._histograms,
             self._sums,

@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from vision_server.axis import axis_of
-from vision_server.noise import smooth_noise_factor
+from vision_server.noise import LEVELS, smooth_noise_factor
 
 Grey = NDArray[np.uint8]
 Field = NDArray[np.float32]
@@ -22,6 +22,8 @@ Places = NDArray[np.int32]
 SAMPLED_ROW_STEP = 16  # rows whose magnitudes are sampled, for the noise in flat parts
 FLANK_RATIO = 0.65  # under this share of what is a step along its gradient a pixel lies on an edge's foot
 TAPS = 3  # of a kernel's arm that are summed at once, in registers
+NARROW = 2  # radius of the kernels of sharp and clean images, which are most: two taps at once are all
+NEGLIGIBLE = 0.015  # of a kernel's largest tap: less at both ends of both kernels is left out
 VALUES = 5  # per pixel: magnitude, axis, sum of the flanks, their difference along x and y
 
 
@@ -60,7 +62,7 @@ class GradientPixels:
 def _correlate_columns(
     ring: Field, y: int, smooth: Field, derivative: Field, smoothed: Field, derived: Field
 ) -> None:
-    """Both kernels down the columns around row ``y`` of the ring, with replicated ends for the next pass."""
+    """Both kernels down the columns around row ``y`` of the ring."""
     count = len(ring)
     radius, columns = count // 2, ring.shape[1]
     inner, inner_derived = smoothed[radius : radius + columns], derived[radius : radius + columns]
@@ -80,16 +82,51 @@ def _correlate_columns(
                 inner[x] += p * (a[x] + d[x]) + q * (b[x] + e[x]) + r * (c[x] + f[x])
             for x in range(columns):
                 inner_derived[x] += u * (a[x] - d[x]) + v * (b[x] - e[x]) + w * (c[x] - f[x])
-    for t in range(radius):
-        smoothed[t], smoothed[radius + columns + t] = inner[0], inner[columns - 1]
-        derived[t], derived[radius + columns + t] = inner_derived[0], inner_derived[columns - 1]
+
+
+@njit(inline="always")
+def _correlate_narrow_columns(
+    ring: Field, y: int, smooth: Field, derivative: Field, smoothed: Field, derived: Field
+) -> None:
+    """`_correlate_columns` with kernels of radius NARROW."""
+    columns = ring.shape[1]
+    inner, inner_derived = smoothed[NARROW : NARROW + columns], derived[NARROW : NARROW + columns]
+    a, b, d, e = ring[(y + 1) % 5], ring[(y + 2) % 5], ring[(y - 1) % 5], ring[(y - 2) % 5]
+    here, middle = ring[y % 5], smooth[NARROW]
+    p, q, u, v = smooth[NARROW + 1], smooth[NARROW + 2], derivative[NARROW + 1], derivative[NARROW + 2]
+    for x in range(columns):
+        inner[x] = middle * here[x] + p * (a[x] + d[x]) + q * (b[x] + e[x])
+    for x in range(columns):
+        inner_derived[x] = u * (a[x] - d[x]) + v * (b[x] - e[x])
+
+
+@njit(inline="always")
+def _correlate_narrow_row(
+    smoothed: Field, derived: Field, smooth: Field, derivative: Field, gx: Field, gy: Field
+) -> None:
+    """`_correlate_row` with kernels of radius NARROW."""
+    columns = len(gx)
+    middle = smooth[NARROW]
+    p, q, u, v = smooth[NARROW + 1], smooth[NARROW + 2], derivative[NARROW + 1], derivative[NARROW + 2]
+    a, b, d, e = smoothed[NARROW + 1 :], smoothed[NARROW + 2 :], smoothed[NARROW - 1 :], smoothed
+    for x in range(columns):
+        gx[x] = u * (a[x] - d[x]) + v * (b[x] - e[x])
+    here, a, b, d, e = (
+        derived[NARROW:],
+        derived[NARROW + 1 :],
+        derived[NARROW + 2 :],
+        derived[NARROW - 1 :],
+        derived,
+    )
+    for x in range(columns):
+        gy[x] = middle * here[x] + p * (a[x] + d[x]) + q * (b[x] + e[x])
 
 
 @njit(inline="always")
 def _correlate_row(
-    smoothed: Field, derived: Field, smooth: Field, derivative: Field, gx: Field, gy: Field, magnitude: Field
+    smoothed: Field, derived: Field, smooth: Field, derivative: Field, gx: Field, gy: Field
 ) -> None:
-    """The other kernel along the row: the gradient and its length."""
+    """The other kernel along the row: the gradient."""
     columns = len(gx)
     radius = len(smooth) // 2
     middle = smooth[radius]
@@ -114,11 +151,31 @@ def _correlate_row(
         else:
             for x in range(columns):
                 gy[x] += p * (a[x] + d[x]) + q * (b[x] + e[x]) + r * (c[x] + f[x])
+
+
+@njit(inline="always")
+def _gradient_of_row(
+    ring: Field, y: int, smooth: Field, derivative: Field, smoothed: Field, derived: Field,
+    gx: Field, gy: Field, magnitude: Field,
+) -> None:  # fmt: skip
+    """Gradient of row ``y`` of the ring, and its length; ``smoothed`` and ``derived`` are room to work in."""
+    radius, columns = len(ring) // 2, len(gx)
+    if radius == NARROW:
+        _correlate_narrow_columns(ring, y, smooth, derivative, smoothed, derived)
+    else:
+        _correlate_columns(ring, y, smooth, derivative, smoothed, derived)
+    for t in range(radius):  # replicated ends
+        smoothed[t], smoothed[radius + columns + t] = smoothed[radius], smoothed[radius + columns - 1]
+        derived[t], derived[radius + columns + t] = derived[radius], derived[radius + columns - 1]
+    if radius == NARROW:
+        _correlate_narrow_row(smoothed, derived, smooth, derivative, gx, gy)
+    else:
+        _correlate_row(smoothed, derived, smooth, derivative, gx, gy)
     for x in range(columns):
         magnitude[x] = np.sqrt(gx[x] * gx[x] + gy[x] * gy[x])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})
+@njit(inline="always")
 def _list_row(
     y: int,
     magnitude: Field,
@@ -143,20 +200,23 @@ def _list_row(
     ring = magnitude.ravel()
     above_at, here_at, below_at = (y - 1) % 3 * columns, y % 3 * columns, (y + 1) % 3 * columns
     ratio = np.float32(FLANK_RATIO)
-    left, middle, right, up, down = here[:-2], here[1:-1], here[2:], above[1:-1], below[1:-1]
-    along_x, along_y = gx[1:-1], gy[1:-1]
-    for x in range(columns - 2):  # no branches: fills vector registers
-        beside, stacked = max(left[x], right[x]), max(up[x], down[x])
-        across = beside if abs(along_x[x]) > abs(along_y[x]) else stacked
-        kept[x] = (middle[x] > lowest) & (middle[x] >= ratio * across)
+    for x in range(columns):  # fills vector registers
+        kept[x] = here[x] > lowest
+    kept[0] = kept[columns - 1] = False
     words = kept.view(np.uint64)
     count = 0
     for word in range(len(words)):
         if words[word] != 0:
             for x in range(8 * word, 8 * word + 8):
-                chosen[count] = x + 1
+                chosen[count] = x
                 count += kept[x]
-    for i in range(count):  # no branches either: they would be guesses
+    candidates, count = count, 0
+    for i in range(candidates):  # no branches: they would be guesses
+        x = chosen[i]
+        beside, stacked = max(here[x - 1], here[x + 1]), max(above[x], below[x])
+        chosen[count] = x
+        count += here[x] >= ratio * (beside if abs(gx[x]) > abs(gy[x]) else stacked)
+    for i in range(count):
         x = chosen[i]
         m, dx, dy = here[x], gx[x], gy[x]
         a, b = abs(dx), abs(dy)
@@ -183,15 +243,21 @@ def _list_row(
 
 
 @njit(inline="always")
-def _fill(ring: Field, y: int, image: Grey, table: Field) -> None:
+def _fill(ring: Field, y: int, image: Grey, table: Field, linear: bool) -> None:
     """Row ``y`` of the image, or the nearest there is, into its place in the ring."""
     source, target = image[min(max(y, 0), len(image) - 1)], ring[y % len(ring)]
-    for x in range(len(target)):
-        target[x] = table[source[x]]
+    if linear:  # the table says each grey is itself, as it does for images without a tone curve
+        for x in range(len(target)):
+            target[x] = np.float32(source[x])
+    else:
+        for x in range(len(target)):
+            target[x] = table[source[x]]
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
-def _sample(image: Grey, table: Field, smooth: Field, derivative: Field, samples: Field) -> None:
+def _sample(
+    image: Grey, table: Field, linear: bool, smooth: Field, derivative: Field, samples: Field
+) -> None:
     """Gradient magnitude of each 16th row."""
     columns = image.shape[1]
     count = len(smooth)
@@ -202,15 +268,15 @@ def _sample(image: Grey, table: Field, smooth: Field, derivative: Field, samples
     for i in range(len(samples)):
         y = SAMPLED_ROW_STEP // 2 + i * SAMPLED_ROW_STEP
         for v in range(y - radius, y + radius + 1):
-            _fill(ring, v, image, table)
-        _correlate_columns(ring, y, smooth, derivative, smoothed, derived)
-        _correlate_row(smoothed, derived, smooth, derivative, gx, gy, samples[i])
+            _fill(ring, v, image, table, linear)
+        _gradient_of_row(ring, y, smooth, derivative, smoothed, derived, gx, gy, samples[i])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 def _pass(
     image: Grey,
     table: Field,
+    linear: bool,
     smooth: Field,
     derivative: Field,
     level: Grey,
@@ -230,12 +296,13 @@ def _pass(
     chosen = np.empty(len(kept), np.int32)
     lowest = floor_of.min()
     for y in range(-radius, radius):
-        _fill(ring, y, image, table)
+        _fill(ring, y, image, table, linear)
     found = 0
     for y in range(rows):
-        _fill(ring, y + radius, image, table)
-        _correlate_columns(ring, y, smooth, derivative, smoothed, derived)
-        _correlate_row(smoothed, derived, smooth, derivative, gx[y & 1], gy[y & 1], magnitude[y % 3])
+        _fill(ring, y + radius, image, table, linear)
+        _gradient_of_row(
+            ring, y, smooth, derivative, smoothed, derived, gx[y & 1], gy[y & 1], magnitude[y % 3]
+        )
         if y < 2:
             continue
         found = _list_row(
@@ -255,12 +322,15 @@ def _pass(
     return found
 
 
-def _padded(kernel: Field) -> Field:
-    """The kernel with zeros on both ends, so that its radius is a multiple of TAPS."""
-    more = -(len(kernel) // 2) % TAPS
-    padded = np.zeros(len(kernel) + 2 * more, np.float32)
-    padded[more : more + len(kernel)] = kernel
-    return padded
+def _fitted(smooth: Field, derivative: Field) -> tuple[Field, Field]:
+    """The kernels without negligible ends, or with zeros there: of radius NARROW or a multiple of TAPS."""
+    cut = len(smooth) // 2 - NARROW
+    if cut > 0 and all(
+        kernel[:cut].max() <= NEGLIGIBLE * kernel.max() for kernel in (smooth, abs(derivative))
+    ):
+        return smooth[cut:-cut].copy(), derivative[cut:-cut].copy()
+    more = 0 if cut == 0 else -(len(smooth) // 2) % TAPS
+    return np.pad(smooth, more), np.pad(derivative, more)
 
 
 def find_gradient_pixels(
@@ -298,12 +368,13 @@ def find_gradient_pixels(
         By so much the noise of flat parts exceeds ``noise_of``, see `smooth_noise_factor`; the floor
         follows it.
     """
-    smooth, derivative = _padded(kernels[0]), _padded(kernels[1])
+    smooth, derivative = _fitted(*kernels)
+    linear = bool(np.array_equal(table, LEVELS))
     sampled = image[SAMPLED_ROW_STEP // 2 :: SAMPLED_ROW_STEP]
     samples = np.empty(sampled.shape, np.float32)
-    _sample(image, table, smooth, derivative, samples)
+    _sample(image, table, linear, smooth, derivative, samples)
     factor = smooth_noise_factor(samples, sampled, noise_of)
     floor_of = np.float32(floor_ratio * factor) * noise_of
     places, values = np.empty(image.size, np.int32), np.empty((VALUES, image.size), np.float32)
-    found = _pass(image, table, smooth, derivative, level, floor_of, places, values)
+    found = _pass(image, table, linear, smooth, derivative, level, floor_of, places, values)
     return GradientPixels(places[:found].copy(), *(row[:found].copy() for row in values)), factor
