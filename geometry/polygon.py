@@ -1,5 +1,7 @@
 """Planar polygons in space: area vectors and triangulation of concave outlines."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,8 +12,29 @@ Array = NDArray[np.float64]
 
 def area_vector(corners: Array) -> Array:
     """Newell's area vector (3,) of a polygon (N, 3): its normal, as long as its area, right-handed."""
-    following = np.roll(corners, -1, axis=0)
-    out: Array = 0.5 * np.cross(corners - corners[0], following - corners[0]).sum(axis=0)
+    return area_vectors(corners, [np.arange(len(corners))])[0]
+
+
+def area_vectors(vertices: Array, faces: Sequence[NDArray[np.int64]]) -> Array:
+    """`area_vector` of each of many polygons, faces of vertex indices: (F, 3)."""
+    if not len(faces):
+        return np.empty((0, 3))
+    counts = np.array([len(face) for face in faces])
+    last = np.cumsum(counts) - 1
+    first = last - counts + 1
+    corner = np.concatenate(faces)
+    x, y, z = (vertices[corner] - np.repeat(vertices[corner[first]], counts, axis=0)).T
+    following = np.arange(1, len(corner) + 1)
+    following[last] = first
+    crossed = np.stack(
+        [
+            y * z[following] - z * y[following],
+            z * x[following] - x * z[following],
+            x * y[following] - y * x[following],
+        ],
+        axis=1,
+    )
+    out: Array = 0.5 * np.add.reduceat(crossed, first, axis=0)
     return out
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.errors import GeometryError
-from geometry.polygon import area_vector
+from geometry.polygon import area_vectors
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -45,7 +45,7 @@ class Surface:
 
 def face_normals(vertices: Floats, faces: Sequence[Ints]) -> Floats:
     """Unit normals (F, 3); a face without area raises GeometryError."""
-    out = np.array([area_vector(vertices[face]) for face in faces]).reshape(-1, 3)
+    out = area_vectors(vertices, faces)
     length = np.linalg.norm(out, axis=1)
     if (length == 0).any():
         raise GeometryError(f"face {int(np.argmin(length))} has no area")
@@ -108,9 +108,8 @@ def _turned(face: Ints, turn: bool) -> Ints:
 
 
 def _signed_volume(vertices: Floats, faces: list[Ints]) -> float:
-    origin = vertices[faces[0][0]]
-    corners = (vertices[face] - origin for face in faces)
-    return sum(float(area_vector(polygon) @ polygon[0]) / 3.0 for polygon in corners)
+    first = vertices[[face[0] for face in faces]]
+    return float(np.sum(area_vectors(vertices, faces) * (first - first[0])) / 3.0)
 
 
 def wireframe(surface: Surface, faces: list[Ints]) -> tuple[Ints, Ints, Flags]:
