@@ -12,7 +12,8 @@ Array = NDArray[np.float64]
 
 def area_vector(corners: Array) -> Array:
     """Newell's area vector (3,) of a polygon (N, 3): its normal, as long as its area, right-handed."""
-    return area_vectors(corners, [np.arange(len(corners))])[0]
+    out: Array = area_vectors(corners, [np.arange(len(corners))])[0]
+    return out
 
 
 def area_vectors(vertices: Array, faces: Sequence[NDArray[np.int64]]) -> Array:
