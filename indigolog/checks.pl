@@ -1,5 +1,6 @@
 :- module(indigolog_checks,
           [ check_theory/0,
+            check_theory_once/0,
             check_program/1,          % +Program
             theory_problems/1,        % -Problems
             program_problems/2        % +Program, -Problems
@@ -24,6 +25,22 @@ A problem is problem(Kind, File, Line, What); Kind is `error` or `warning`.
 check_theory :-
     theory_problems(Problems),
     reported(Problems).
+
+:- dynamic checked/1.                 % the module of the theory; at most one fact
+
+%!  check_theory_once is det.
+%
+%   As check_theory/0, unless it has found no error since the theory was loaded.
+
+check_theory_once :-
+    current_theory(Theory),
+    theory_module(Theory, Module),
+    (   checked(Module)
+    ->  true
+    ;   check_theory,
+        retractall(checked(_)),
+        assertz(checked(Module))
+    ).
 
 %!  check_program(+Program) is det.
 %

@@ -12,6 +12,7 @@
 :- use_module(messages, [progress_message/1]).
 :- use_module(patience, [still_patient/3, with_patience/2]).
 :- use_module(situation).
+:- use_module(terminal, [ask_in/2]).
 :- use_module(termination, [final/3]).
 :- use_module(theory).
 :- use_module(transition, [step/4]).
@@ -92,6 +93,7 @@ known_options(Options) :-
     ;   true
     ).
 
+known_option(check(_)).                % done by indigolog/2
 known_option(device(_)).
 known_option(device(_, _)).
 known_option(deadline(_)).
@@ -338,7 +340,7 @@ resumed_if_last(_, _, _, _).
 carry_out(A, X, S, Result) :-
     X = x(Devices, _, _, _, _, _),
     situation_theory(S, Theory),
-    catch(( execute_action(Devices, Theory, A, Sensing),
+    catch(( ask_in(S, execute_action(Devices, Theory, A, Sensing)),
             Result = done(Sensing) ),
           Error,
           failure(Error, A, S, Result)).

@@ -269,7 +269,7 @@ value_of(F, Kind, S, V) :-
     ;   S = s(Theory, Map, _, _, []),
         ground_instances(Theory, F, Instance, Status)
     ->  call(Instance),                   % the common case, inlined
-        (   ( Map = recent(_, _) -> stored(Map, F, Value) ; get_assoc(F, Map, Value) )
+        (   ( Map = recent(_, _, _) -> stored(Map, F, Value) ; get_assoc(F, Map, Value) )
         ->  (   Value = '$any'(Values)
             ->  throw(several_values(F, Values))
             ;   V = Value

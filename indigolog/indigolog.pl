@@ -9,6 +9,8 @@
             request_stop/1,           % +Reason
             request_abort/0,
             report_exogenous/1,       % +Action
+            check_theory/0,
+            check_program/1,          % +Program
             explain/2,                % +Question, +History
             step_through/2,           % +Program, +Options
             fluent_value/3,           % ?Fluent, +Situation, -Value
@@ -17,6 +19,8 @@
             random_fraction/1,        % -Fraction
             random_pick/2             % +List, -Element
           ]).
+:- use_module(library(option), [option/3]).
+:- use_module(checks, [check_program/1, check_theory/0, check_theory_once/0]).
 :- use_module(console, [step_through/2]).
 :- use_module(explain, [why/3]).
 :- use_module(chance, [random_fraction/1, random_pick/2]).
@@ -93,6 +97,8 @@ situation_holds(Formula, Situation) :-
 %
 %   Run Program online. Options:
 %
+%     * check(Boolean)       look for mistakes in the theory, if that has not been done
+%       since it was loaded, and in Program, and print them; true by default
 %     * device(Module), device(Module, DeviceOptions)   see devices.pl; may be
 %       given more than once.  Without one the theory's execute/2 and exog_occurs/1
 %       are asked, or the terminal
@@ -112,11 +118,17 @@ situation_holds(Formula, Situation) :-
 %     * outcome(-Outcome)    `final`, `failed`, `limit`, `aborted` or `replayed`;
 %       without this option anything but the first and the last is an error
 %
-%   @error golog(_), and whatever a device throws; stopped(Reason) after
-%          request_stop/1
+%   @error golog(reported) if the theory or Program has mistakes; golog(_), and whatever
+%          a device throws; stopped(Reason) after request_stop/1
 
 indigolog(Program) :-
     indigolog(Program, []).
 
 indigolog(Program, Options) :-
+    Options = _:Plain,
+    (   option(check(true), Plain, true)
+    ->  check_theory_once,
+        check_program(Program)
+    ;   true
+    ),
     run(Program, Options).

@@ -3,7 +3,8 @@
             known_whether/2,          % +Formula, +Situation
             in_all_worlds/2,          % :Goal, +World
             possible_effects/3,       % +Action, +Situation, -Effects
-            sensing_results/3         % +Action, +Situation, -Results
+            sensing_results/3,        % +Action, +Situation, -Results
+            answers/3                 % +Action, +Situation, -Results
           ]).
 :- use_module(library(lists), [append/3, list_to_set/2, member/2]).
 :- use_module(library(apply), [exclude/3]).
@@ -238,22 +239,33 @@ values_of(any(Vs), Vs).
 %   is no telling.
 
 sensing_results(A, S, Results) :-
+    results(A, S, known, Results).
+
+%!  answers(+Action, +Situation, -Results) is semidet.
+%
+%   The results that may be given for Action, whatever is known: the world may be
+%   otherwise.  Fails if there is no telling.
+
+answers(A, S, Results) :-
+    results(A, S, any, Results).
+
+results(A, S, How, Results) :-
     situation_theory(S, Theory),
     theory_module(Theory, Module),
     (   Module:sensing(A, Results0)
     ->  true
-    ;   findall(Rs, axiom_results(Module, A, S, Rs), Lists),
+    ;   findall(Rs, axiom_results(How, Module, A, S, Rs), Lists),
         Lists \== [],
         \+ member(open, Lists),
         findall(R, ( member(Rs, Lists), member(R, Rs) ), Results0)
     ),
     list_to_set(Results0, Results).
 
-axiom_results(Module, A, S, Rs) :-
+axiom_results(How, Module, A, S, Rs) :-
     Module:senses(A, F),
     ground(F),
-    values_to_sense(F, S, Rs).
-axiom_results(Module, A, S, Rs) :-
+    values_to_sense(How, F, S, Rs).
+axiom_results(How, Module, A, S, Rs) :-
     (   Module:senses(A, R, F, V, _)
     ;   Module:settles(A, R, F, V, _)
     ;   Module:rejects(A, R, F, V, _)
@@ -261,15 +273,18 @@ axiom_results(Module, A, S, Rs) :-
     (   ground(R)
     ->  Rs = [R]
     ;   R == V, ground(F)
-    ->  values_to_sense(F, S, Rs)
+    ->  values_to_sense(How, F, S, Rs)
     ;   Rs = open
     ).
 
-values_to_sense(F, S, Rs) :-
+values_to_sense(How, F, S, Rs) :-
     fluent_status(F, S, Status),
     situation_theory(S, Theory),
-    (   values_of(Status, Rs0)
-    ->  Rs = Rs0
+    (   Status = v(V),
+        How == known
+    ->  Rs = [V]
+    ;   Status = any(Vs)
+    ->  Rs = Vs
     ;   fluent_template(Theory, F, rel)
     ->  Rs = [true, false]
     ;   Rs = open

@@ -2,6 +2,7 @@
           [ progress_message/1        % +Message
           ]).
 :- use_module(library(debug), [debugging/1]).
+:- use_module(library(lists), [append/3, member/2]).
 :- use_module(explain, [why/3]).
 :- use_module(explanation_text, [explanations//1]).
 :- use_module(situation, [history_situation/2]).
@@ -51,8 +52,14 @@ where([A|H]) -->
     [ nl, '  after ~D actions, newest first ~W'-
           [N, [A|H], [quoted(true), portray(true), max_depth(8)]] ].
 
-message(prompt(sensing(A))) -->
-    [ '~q: sensing result? '-[A], flush ].
+message(prompt(sensing(A, Results))) -->
+    [ '~q: sensing result'-[A] ],
+    (   { Results == [] }
+    ->  []
+    ;   { some_terms(Results, Text) },
+        [ ' (~w)'-[Text] ]
+    ),
+    [ '? ', flush ].
 message(prompt(step)) -->
     [ '> ', flush ].
 message(prompt(exogenous)) -->
@@ -181,6 +188,22 @@ hint(Term) -->
 
 alternatives([PI]) --> [ 'it is ~q'-[PI] ].
 alternatives([PI, PI2|PIs]) --> [ '~q or '-[PI] ], alternatives([PI2|PIs]).
+
+% The first few of a list, as they are read.
+some_terms(Terms, Text) :-
+    most_terms(Most),
+    length(Terms, N),
+    (   N =< Most
+    ->  Shown = Terms, More = ''
+    ;   length(Shown, Most),
+        append(Shown, _, Terms),
+        More = ', ...'
+    ),
+    findall(Word, ( member(T, Shown), format(atom(Word), "~q", [T]) ), Words),
+    atomic_list_concat(Words, ', ', Listed),
+    atom_concat(Listed, More, Text).
+
+most_terms(8).
 
 error_text(search_option(Option)) -->
     [ '~q is not an option of search/2: strategy(depth, breadth, iterative, best, astar or beam(Width)), '-[Option], nl,

@@ -168,7 +168,7 @@ run(offline, Program, Options, Status) :-
 run(online, Program, Options, Status) :-
     flag(indigolog_executed, _, 0),
     findall(Option, online_option(Options, Option), Own),
-    indigolog(Program, [ on_fact(indigolog_run:print_executed), situation(S), rest(Rest),
+    indigolog(Program, [ check(false), on_fact(indigolog_run:print_executed), situation(S), rest(Rest),
                          outcome(Outcome)|Own ]),
     flag(indigolog_executed, N, N),
     format("~d actions.~n", [N]),

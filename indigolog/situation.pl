@@ -116,7 +116,7 @@ keep_list(s(T, Map, _, N, Open), History, s(T, Map, History, N, Open)).
 %   several values, `unknown` or `undeclared`.
 
 fluent_status(Fluent, s(Theory, Map, _, _, Open), Status) :-
-    (   ( Map = recent(_, _) -> stored(Map, Fluent, Value) ; get_assoc(Fluent, Map, Value) )
+    (   ( Map = recent(_, _, _) -> stored(Map, Fluent, Value) ; get_assoc(Fluent, Map, Value) )
     ->  (   Value = '$any'(Values)
         ->  ( Values == [] -> Status = unknown ; Status = any(Values) )
         ;   Status = v(Value)

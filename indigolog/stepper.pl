@@ -12,6 +12,7 @@
 :- use_module(formula, [holds_in/2]).
 :- use_module(journal, [journal_entries/3]).
 :- use_module(situation).
+:- use_module(terminal, [ask_in/2]).
 :- use_module(theory).
 
 /** <module> A program step by step, by hand
@@ -210,7 +211,7 @@ step(N, conf(E, S, []), Devices, conf(E1, S2, []), A) :-
     ->  waited(S),
         S2 = S
     ;   situation_theory(S, Theory),
-        execute_action(Devices, Theory, A, Sensing),
+        ask_in(S1, execute_action(Devices, Theory, A, Sensing)),
         sensed(Sensing, A, S1, S2)
     ).
 

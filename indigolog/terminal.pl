@@ -1,11 +1,14 @@
 :- module(indigolog_terminal,
           [ ask_execute/2,            % +Action, -Sensing
+            ask_in/2,                 % +Situation, :Goal
             ask_exog_occurs/1,        % -Action
             input_ended/0,
             forget_input_ended/0
           ]).
 
 :- use_module(library(readutil), [read_line_to_string/2]).
+
+:- meta_predicate ask_in(+, 0).
 
 /** <module> The terminal as the world
 
@@ -21,13 +24,33 @@ the executed actions.
 
 ask_execute(Action, Sensing) :-
     (   indigolog_situation:sensing_action(Action)
-    ->  prompt_for(sensing(Action), Sensing),
+    ->  results(Action, Results),
+        prompt_for(sensing(Action, Results), Sensing),
         (   Sensing == end_of_file
         ->  throw(error(golog(no_answer(Action)), _))
         ;   true
         )
     ;   true
     ).
+
+% What may be answered, where it can be told.
+results(Action, Results) :-
+    (   nb_current(indigolog_asked_in, S),
+        S \== none,
+        indigolog_knowledge:answers(Action, S, Results0)
+    ->  Results = Results0
+    ;   Results = []
+    ).
+
+%!  ask_in(+Situation, :Goal) is nondet.
+%
+%   Call Goal, which may execute an action that led to Situation: the question for its
+%   sensing result then tells what may be answered there.
+
+ask_in(S, Goal) :-
+    b_setval(indigolog_asked_in, S),
+    call(Goal),
+    b_setval(indigolog_asked_in, none).
 
 %!  ask_exog_occurs(-Action) is semidet.
 %

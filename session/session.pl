@@ -113,7 +113,7 @@ run_program(Options, Plan, Folder, Outcome) :-
     ),
     nb_setval(session_situation, none),
     catch(( indigolog(Plan.program,
-                      [ device(acquisition_device), journal(Journal), seed(Plan.seed),
+                      [ check(false), device(acquisition_device), journal(Journal), seed(Plan.seed),
                         on_action(session:after_action(Options)) | Resume ]),
             Outcome = finished ),
           Error,

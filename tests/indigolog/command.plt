@@ -12,8 +12,12 @@ here(Folder) :-
 % run(+Words, +Input, -Status, -Output, -Errors): the command on the theory of the tests.
 run(Words, Input, Status, Output, Errors) :-
     here(Folder),
-    atom_concat(Folder, '/../../indigolog/run.pl', Script),
     atom_concat(Folder, '/theories/lights.pl', Theory),
+    run_on(Theory, Words, Input, Status, Output, Errors).
+
+run_on(Theory, Words, Input, Status, Output, Errors) :-
+    here(Folder),
+    atom_concat(Folder, '/../../indigolog/run.pl', Script),
     current_prolog_flag(executable, Swipl),
     process_create(Swipl, [Script, '--', Theory|Words],
                    [stdin(pipe(In)), stdout(pipe(Out)), stderr(pipe(Err)), process(Process)]),
@@ -29,6 +33,13 @@ test(offline, Status-Output == 0-"inc\nswitch(a)\n2 actions.\n") :-
 
 test(online_asks_the_terminal, Status-Output == 0-"look\ninc\n2 actions.\n") :-
     run(['[look, ?(door = open), inc]', '--online'], "open\n", Status, Output, _).
+
+% The question tells what may be answered, where the axioms do.
+test(tells_what_may_be_answered, true == Said) :-
+    here(Folder),
+    atom_concat(Folder, '/theories/treasure.pl', Theory),
+    run_on(Theory, ['[peek, knock, look]', '--online'], "2\nhollow\ntrue\n", 0, _, Errors),
+    said(Errors, "peek: sensing result (1, 2, 3)? knock: sensing result (dull, hollow)? look: sensing result (true, false)? ", Said).
 
 test(an_answer_on_two_lines, Status == 0) :-
     run(['[look, ?(door = f(1)), inc]', '--online'], "\nf(\n1).\n", Status, _, _).

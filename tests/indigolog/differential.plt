@@ -122,7 +122,7 @@ compared(online(World), P, H-Outcome, Naive) :-
     bound(Bound),
     World = world(Results, Events),
     set_world(Results, Events),
-    catch(indigolog(P, [device(scripted), max_actions(Bound), outcome(Outcome), history(H)]),
+    catch(indigolog(P, [check(false), device(scripted), max_actions(Bound), outcome(Outcome), history(H)]),
           error(golog(impossible_result(A, R, _)), _),
           ( Outcome = contradiction, H = contradiction(A, R) )),
     naive_runs(P, World, Bound, Naive0),

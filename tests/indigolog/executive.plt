@@ -19,7 +19,7 @@ fresh :-
     retractall(arriving(_)).
 
 trace(Program, Options, Trace) :-
-    indigolog(Program, [history(History)|Options]),
+    indigolog(Program, [check(false), history(History)|Options]),
     reverse(History, Trace).
 
 seen_all(All) :-
@@ -184,7 +184,7 @@ noted(Fact, _) :-
     ).
 
 test(rest_of_the_program, Rest == [inc]) :-
-    indigolog([inc, ?(false), inc], [device(hooked), outcome(failed), rest(All)]),
+    indigolog([inc, ?(false), inc], [check(false), device(hooked), outcome(failed), rest(All)]),
     All = [_|Rest].
 
 :- end_tests(stopping).

@@ -76,7 +76,7 @@ test(nothing_to_explain, Text == "There is nothing to explain: it is so\n") :-
 
 % The error of a program that got stuck says where.
 test(error, Text == "the program ended as failed after 1 actions:\nlit(b) is false\n") :-
-    catch(indigolog([inc, ?(lit(b))], [device(idle)]), error(golog(Formal), _), true),
+    catch(indigolog([inc, ?(lit(b))], [check(false), device(idle)]), error(golog(Formal), _), true),
     phrase(prolog:error_message(golog(Formal)), Lines),
     with_output_to(string(Text), print_message_lines(current_output, '', Lines)).
 

@@ -117,12 +117,24 @@ test(enumerates, all(L == [a, c])) :-
 
 :- end_tests(formulas).
 
-:- dynamic seen/1, arriving/1.
+:- dynamic seen/1, arriving/1, printed/1, catching/0.
+
+:- multifile user:message_hook/3.
+
+user:message_hook(golog(problem(_, _, _)), Kind, _) :-
+    test_indigolog:catching,
+    assertz(test_indigolog:printed(problem(Kind))).
+
+catch_messages(Goal, Printed) :-
+    retractall(seen(_)),
+    retractall(printed(_)),
+    setup_call_cleanup(assertz(catching), call(Goal), retractall(catching)),
+    findall(P, printed(P), Printed).
 
 :- begin_tests(online, [setup(load)]).
 
 online(Program, Options, History) :-
-    indigolog(Program, [history(History), device(test_device)|Options]).
+    indigolog(Program, [check(false), history(History), device(test_device)|Options]).
 
 test_device:can_execute(_).
 test_device:execute(look, ajar) :- !.
@@ -142,6 +154,16 @@ test(two_equal_events_are_two, H == [inc, bump, bump]) :-
 test(device_failure_is_an_event, H == [inc, failed(switch(b), lamp_broken)]) :-
     online([switch(b), inc], [], H).
 
+% Mistakes are printed before anything happens, once for a theory.
+test(checked_first, [setup(load), Reported-Printed == reported-[problem(warning), problem(error)]]) :-
+    catch_messages(( catch(indigolog([inc, leap], [device(test_device)]), error(golog(Reported), _), true),
+                     \+ test_indigolog:seen(inc) ),
+                   Printed).
+
+test(checked_once, [setup(load), Printed-More == [problem(warning)]-[]]) :-
+    catch_messages(indigolog(inc, [device(test_device)]), Printed),
+    catch_messages(indigolog(inc, [device(test_device)]), More).
+
 test(stuck, error(golog(program_ended(failed, _, _)))) :-
     online([inc, ?(false)], [], _).
 
@@ -152,7 +174,7 @@ test(step_before_end, H == [inc, inc]) :-
     online(star(inc, 2), [], H).
 
 test(stop, throws(stopped(enough))) :-
-    indigolog(star(inc), [device(test_device), on_action(test_indigolog:stop_now)]).
+    indigolog(star(inc), [check(false), device(test_device), on_action(test_indigolog:stop_now)]).
 
 test(journal_resumes, [setup(tmp_file(journal, File)), cleanup(delete_file(File)), H-Again == [inc, inc]-[inc, inc]]) :-
     online([inc, inc], [journal(File), seed(5)], H),

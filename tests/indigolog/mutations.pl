@@ -113,9 +113,9 @@ mutation('compiled effects of causes_false are left out', compiled,
 mutation('any action is plain', compiled,
          "        \\+ ( sub_term(T, Action), callable(T), fluent_template(Theory, T, _) )\n",
          "        true\n").
-mutation('what was set last is lost when the small tree is full', values,
-         "            put_pairs(Pairs, Old, Old1),\n",
-         "            ( Pairs == [] -> Old1 = Old ; Old1 = Old ),\n").
+mutation('what was set last is lost when the list is full', values,
+         "    ;   put_pairs(Recent, Old, Old1),\n",
+         "    ;   put_pairs([], Old, Old1),\n").
 mutation('a conditional plan goes on whatever happens', monitor,
          "    plan_expects(Expected, S),\n    !.\nas_planned(Plan",
          "    ( plan_expects(Expected, S) ; true ),\n    !.\nas_planned(Plan").
@@ -149,7 +149,7 @@ tried(I, mutation(What, File, Old, New)) :-
     setup_call_cleanup(
         ( tmp_file(mutation, Folder), copied(Folder) ),
         ( planted(Folder, File, Old, New),
-          (   member(Tests, [language, 'indigolog.plt', differential, '']),
+          (   member(Tests, [language, 'indigolog.plt', values, differential, '']),
               fails(Folder, Tests, How)
           ->  named(Tests, Name),
               format("~|~t~d~3+ caught  ~w~t~20| ~w: ~w~n", [I, Name, What, How])

@@ -19,7 +19,7 @@ printed(Program, Text) :-
     printed(Program, [], Text).
 
 printed(Program, Options, Text) :-
-    catch(( indigolog(Program, [device(obedient), max_silent(1000)|Options]), Error = none ), Error, true),
+    catch(( indigolog(Program, [check(false), device(obedient), max_silent(1000)|Options]), Error = none ), Error, true),
     phrase('$messages':translate_message(Error), Parts),
     with_output_to(string(Text), print_message_lines(current_output, '', Parts)).
 
