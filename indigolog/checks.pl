@@ -191,11 +191,15 @@ speaks_of(rejects(A, _, F, _, _), sensing, A, F).
 speaks_of(sensing(A, _), sensing, A, none).
 speaks_of(initially(F, _), initial, none, F).
 
-axiom_problem(Axiom, Theory, error, What) :-
+axiom_problem(Axiom, Theory, Kind, What) :-
     speaks_of(Axiom, Name, A, F),
     (   unknown_action(Theory, A),
-        What = unknown_action(Name, A)
+        (   procedure(Theory, A)
+        ->  Kind = warning, What = axiom_of_procedure(Name, A)
+        ;   Kind = error, What = unknown_action(Name, A)
+        )
     ;   unknown_fluent(Theory, F),
+        Kind = error,
         What = unknown_fluent(Name, F)
     ).
 axiom_problem(Axiom, Theory, error, not_relational(F)) :-
@@ -214,6 +218,12 @@ axiom_problem(initially(F, V), Theory, error, not_boolean(F, V)) :-
     generalised(F, G),
     clause(Module:rel_fluent(G), _),
     \+ clause(Module:fun_fluent(G), _),
+    !.
+
+procedure(Theory, A) :-
+    theory_module(Theory, Module),
+    generalised(A, G),
+    clause(Module:proc(G, _), _),
     !.
 
 unknown_action(Theory, A) :-

@@ -1,6 +1,7 @@
 :- module(indigolog,
           [ load_theory/1,            % +FileOrFiles
             do/3,                     % +Program, +History, -History1
+            do/4,                     % +Program, +History, +Max, -History1
             trans/4,                  % +Program, +History, -Program1, -History1
             final/2,                  % +Program, +History
             holds/2,                  % +Formula, +History
@@ -19,6 +20,7 @@
             random_fraction/1,        % -Fraction
             random_pick/2             % +List, -Element
           ]).
+:- use_module(library(error), [must_be/2]).
 :- use_module(library(option), [option/3]).
 :- use_module(checks, [check_program/1, check_theory/0, check_theory_once/0]).
 :- use_module(console, [step_through/2]).
@@ -48,6 +50,20 @@ Histories here are lists, newest action first.
 do(Program, History, History1) :-
     history_situation(History, S),
     complete(Program, S, S1),
+    situation_history(S1, History1),
+    remember_situation(S1).
+
+%!  do(+Program, +History, +Max, -History1) is nondet.
+%
+%   As do/3, for executions that add at most Max entries to History: there may be no end
+%   to longer ones.
+
+do(Program, History, Max, History1) :-
+    must_be(nonneg, Max),
+    history_situation(History, S),
+    situation_length(S, N),
+    Longest is N+Max,
+    complete(Program, S, Longest, S1),
     situation_history(S1, History1),
     remember_situation(S1).
 

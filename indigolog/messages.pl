@@ -106,6 +106,9 @@ problem(unknown_action(Axiom, A)) -->
     { functor(A, Name, Arity) },
     [ '~w axiom for ~q, which is not a declared action'-[Axiom, Name/Arity] ],
     hint(A).
+problem(axiom_of_procedure(Axiom, A)) -->
+    { functor(A, Name, Arity) },
+    [ '~w axiom for ~q, which is a procedure, not an action: it never applies'-[Axiom, Name/Arity] ].
 problem(unknown_fluent(Axiom, F)) -->
     { functor(F, Name, Arity) },
     [ '~w axiom for ~q, which is not a declared fluent'-[Axiom, Name/Arity] ],

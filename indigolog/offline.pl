@@ -1,5 +1,6 @@
 :- module(indigolog_offline,
           [ complete/3,               % +Program, +Situation, -Situation1
+            complete/4,               % +Program, +Situation, +Longest, -Situation1
             bounded_do/4              % +Program, +Max, -History, -LimitMet
           ]).
 :- use_module(context, [top_context/1, once_if_ground/2]).
@@ -20,7 +21,14 @@ Do(E, S, S1): Trans* from (E, S) to a configuration that is Final.
 %   followed again: it cannot lead to another history.
 
 complete(E, S, S1) :-
-    complete(E, S, inf-_, S1).
+    going(E, S, inf-_, S1).
+
+%!  complete(+Program, +Situation, +Longest, -Situation1) is nondet.
+%
+%   As complete/3, where no history on the way is longer than Longest.
+
+complete(E, S, Longest, S1) :-
+    going(E, S, Longest-limit(false), S1).
 
 %!  bounded_do(+Program, +Max, -History, -LimitMet) is semidet.
 %
@@ -31,7 +39,7 @@ complete(E, S, S1) :-
 bounded_do(E, Max, History, Met) :-
     initial_situation(S),
     Limit = limit(false),
-    (   complete(E, S, Max-Limit, S1)
+    (   going(E, S, Max-Limit, S1)
     ->  situation_history(S1, History)
     ;   Limit = limit(true)
     ->  Met = true,
@@ -39,11 +47,11 @@ bounded_do(E, Max, History, Met) :-
     ;   fail
     ).
 
-complete(E, S, Limit, S1) :-
+going(E, S, Limit, S1) :-
     fresh_mark(Mark),
-    complete(E, S, Mark, Limit, S1).
+    going(E, S, Mark, Limit, S1).
 
-complete(E, S, Mark, Limit, S1) :-
+going(E, S, Mark, Limit, S1) :-
     top_context(C),
     (   \+ final(E, S, C)
     ->  onward(E, S, Mark, Limit, S1)
@@ -61,9 +69,9 @@ onward(E, S, Mark, Limit, S1) :-
     situation_length(S, N),
     (   situation_length(S0, N)
     ->  silent_step(Mark, E0, S0, Mark1),
-        complete(E0, S0, Mark1, Limit, S1)
+        going(E0, S0, Mark1, Limit, S1)
     ;   within_limit(Limit, N),
-        complete(E0, S0, Limit, S1)
+        going(E0, S0, Limit, S1)
     ).
 
 within_limit(Max-Limit, N) :-

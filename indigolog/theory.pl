@@ -21,6 +21,7 @@
 :- use_module(library(gensym), [gensym/2]).
 :- use_module(compiled, [compile_axioms/1]).
 :- use_module(messages, []).
+:- use_module(published, []).
 :- use_module(terminal, []).
 
 /** <module> Action theories
@@ -120,8 +121,17 @@ prepare_module(Module) :-
     dynamic([ Module:'$fluent'/2, Module:'$action'/2, Module:'$sensed'/1,
               Module:'$uncertain'/1,
                            Module:'$instances'/2 ]),
+    add_import_module(Module, indigolog_published, start),
+    forall(older_axiom(Old, New),
+           assertz(Module:term_expansion(Old, New))),
     Module:import(indigolog_terminal:ask_execute/2),
     Module:import(indigolog_terminal:ask_exog_occurs/1).
+
+% Theories for the published evaluator of possible values (2005) write causes/4, and
+% senses/1 beside settles/5 and rejects/5, which say the same.
+older_axiom(causes(A, F, V, P), causes_val(A, F, V, P)).
+older_axiom((causes(A, F, V, P) :- Body), (causes_val(A, F, V, P) :- Body)).
+older_axiom(senses(_), []).
 
 % SWI-Prolog loads a file without a header into one module only, so the file is
 % included into a source of its own, which lies in the same directory.

@@ -5,9 +5,8 @@
 :- use_module(library(lists), [member/2, memberchk/2, reverse/2]).
 :- use_module(library(random), [random_member/2]).
 :- use_module('../../indigolog/indigolog').
-:- use_module('../../indigolog/offline', []).
 :- use_module('../../indigolog/situation',
-              [initial_situation/1, history_situation/2, fluent_status/3]).
+              [history_situation/2, fluent_status/3]).
 :- use_module(naive).
 :- use_module(naive_values, [naive_theory/1, naive_values/3]).
 :- use_module(random_agents).
@@ -101,10 +100,8 @@ agree(_, Same, Same).
 
 compared(traces, P, Ours, Naive) :-
     bound(Bound),
-    initial_situation(S0),
     findall(Trace,
-            ( indigolog_offline:complete(P, S0, Bound-limit(false), S),
-              situation_history(S, History),
+            ( do(P, [], Bound, History),
               reverse(History, Trace) ),
             Traces0),
     sort(Traces0, Ours),

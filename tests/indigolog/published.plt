@@ -107,6 +107,24 @@ test(reacts, Actions == [down, smoke, ring, ring, reset, open, close, clear(2), 
 
 :- end_tests(published).
 
+:- begin_tests(older).
+
+% causes/4, senses/1, and helper predicates that ask for domains.
+test(possible_values, [forall(member(Felt-Actions,
+                                     [ "1\n"-["smell", "shoot", "2 actions."],
+                                       "0\n1\n"-["smell", "walk(2)", "smell", "shoot", "4 actions."] ])),
+                       Status-Lines == 0-Actions]) :-
+    path('theories/caves.pl', Theory),
+    command([Theory, control, '--online'], [], Felt, Status, Lines).
+
+test(random_order, L == [1, 2, 3, 4]) :-
+    path('theories/caves.pl', Theory),
+    load_theory(Theory),
+    once(holds(any_order(L0), [])),
+    msort(L0, L).
+
+:- end_tests(older).
+
 :- begin_tests(shared_theories).
 
 % Published theories kept beside the project, unchanged.

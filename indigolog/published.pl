@@ -1,0 +1,46 @@
+:- module(indigolog_published,
+          [ domain/2,                 % ?Value, :Domain
+            rdomain/2,                % ?Value, :Domain
+            getdomain/2,              % :Domain, -Values
+            shuffle/2                 % +List, -Shuffled
+          ]).
+:- use_module(library(lists), [member/2]).
+:- use_module(chance, [shuffled/2]).
+
+/** <module> What published theories take for granted
+
+Predicates of the published interpreter that the helper predicates of a theory may call,
+and older names of axioms.  A theory inherits them: its own definitions come first.
+*/
+
+:- meta_predicate
+    domain(?, :),
+    rdomain(?, :),
+    getdomain(:, -).
+
+%!  domain(?Value, :Domain) is nondet.
+%!  rdomain(?Value, :Domain) is nondet.
+%
+%   Value is an element of Domain, a list or the name of a predicate whose one argument is
+%   that list; rdomain/2 goes through it in random order.
+
+domain(V, D) :-
+    getdomain(D, Values),
+    member(V, Values).
+
+rdomain(V, D) :-
+    getdomain(D, Values),
+    shuffled(Values, Shuffled),
+    member(V, Shuffled).
+
+%!  getdomain(:Domain, -Values) is det.
+
+getdomain(_:D, Values), is_list(D) =>
+    Values = D.
+getdomain(Domain, Values) =>
+    call(Domain, Values).
+
+%!  shuffle(+List, -Shuffled) is det.
+
+shuffle(List, Shuffled) :-
+    shuffled(List, Shuffled).
