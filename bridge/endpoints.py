@@ -104,7 +104,7 @@ def _check_tcp(endpoint: str, address: str, curve: bool) -> None:
     if not curve and not is_loopback(host):
         raise BadInput(
             f"Refusing to listen on {endpoint}: it can be reached from the network and has no CURVE keys.",
-            "Use 127.0.0.1, or give the server its keys and those of its clients.",
+            "Use 127.0.0.1, or give the server keys: --keys DIR, made by python -m bridge keys DIR.",
         )
 
 

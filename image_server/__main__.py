@@ -2,6 +2,7 @@
 
 import typer
 
+from image_server.commands.bench import bench
 from image_server.commands.calibrate import calibrate
 from image_server.commands.emulate import emulate
 from image_server.commands.hardware import cameras, hardware
@@ -22,6 +23,7 @@ app.command()(hardware)
 app.command()(cameras)
 app.command()(calibrate)
 app.command()(emulate)
+app.command()(bench)
 app.command()(record)
 app.command()(warm)
 

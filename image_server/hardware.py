@@ -1,6 +1,5 @@
 """A laboratory as a device: a V4L2 camera, and lights on a serial line or none."""
 
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -76,9 +75,8 @@ class Hardware(Device):
         self._heard()
         asked = checked_settings(self._describe, settings)
         lit = NO_LIGHTS if self._lights is None else self._lights.light(asked.lights)
-        not_before = max(time.monotonic(), lit.steady_at)
         try:
-            exposure = self._camera.capture(asked, not_before)
+            exposure = self._camera.capture(asked, lit.steady_at)
         except DeviceError as error:
             self._camera_fault = error.message
             self._notify(Change("camera_fault", {"reason": error.message}))

@@ -8,7 +8,15 @@ from numpy.typing import NDArray
 
 from bridge.errors import BadInput, Unsupported
 from bridge.messages import Describe, PoseErrorMessage, PoseMessage, Settings
-from image_server.device import Change, Device, Frame, checked_settings, same_value
+from image_server.device import (
+    Change,
+    Device,
+    Frame,
+    checked_settings,
+    level_fraction,
+    light_powers,
+    same_value,
+)
 from image_server.sensor import exposed, mixed
 from image_server.stack import BasisStack, FramesStack, FrameTable, describe_stack
 
@@ -73,12 +81,8 @@ class Replay(Device):
         raise Unsupported("A recorded stack cannot move its target.", "Use the simulator to approach.")
 
     def _basis_frame(self, stack: BasisStack, settings: Settings, number: int) -> NDArray[np.uint8]:
-        lights = stack.table.lights
-        weights = [
-            light.power * level_fraction(level, light.levels)
-            for light, level in zip(lights, settings.lights, strict=True)
-        ]
-        radiance = mixed([*stack.radiances, stack.ambient], [*weights, stack.table.ambient_scale])
+        weights = [*light_powers(stack.table.lights, settings.lights), stack.table.ambient_scale]
+        radiance = mixed([*stack.radiances, stack.ambient], weights)
         sensor = stack.table.camera.sensor()
         return exposed(radiance, sensor, settings.shutter_s, settings.aperture, (self._seed, number))
 
@@ -119,11 +123,6 @@ class Replay(Device):
             if ours is not None and theirs is not None:
                 distance += stops * abs(float(np.log2(ours / theirs)))
         return distance
-
-
-def level_fraction(level: int, levels: int) -> float:
-    """Share of full power of a level; a light with one level is on."""
-    return 1.0 if levels == 1 else level / (levels - 1)
 
 
 def pose_error(pose: PoseMessage, true_pose: PoseMessage) -> PoseErrorMessage:

@@ -9,10 +9,11 @@
             seconds_spent/2             % -Waiting, -Parts
           ]).
 :- use_module('../bridge/client').
+:- use_module('../bridge/keys', [client_keys/4]).
 :- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
 :- use_module('../domain/merit', [default_threshold/1]).
 :- use_module(library(apply), [maplist/2, maplist/3]).
-:- use_module(library(lists), [member/2, memberchk/2, reverse/2, subtract/3, sum_list/2]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2, subtract/3, sum_list/2]).
 :- use_module(library(option), [option/2, option/3]).
 
 /** <module> The device that carries the controller's actions to the servers
@@ -41,7 +42,8 @@ results, events as exogenous actions.  Pixels stay on the other side.
 %
 %   Connect to the servers.  Options: image_server(Endpoint),
 %   vision_server(Endpoint), alive(:Goal) called while waiting, timeout(Seconds) of
-%   a request, start(Args) for the request `start`, threshold(Px), max_iterations(N).
+%   a request, start(Args) for the request `start`, threshold(Px), max_iterations(N),
+%   keys(Folder) with CURVE keys.
 
 open_acquisition(Options) :-
     close_acquisition,
@@ -54,8 +56,15 @@ open_acquisition(Options) :-
 open_server(Name, Endpoint, Options) :-
     option(alive(Alive), Options, true),
     option(timeout(Seconds), Options, 60),
-    client_open(Endpoint, Client, [alive(Alive), timeout(Seconds)]),
+    curve(Name, Options, Curve),
+    client_open(Endpoint, Client, [alive(Alive), timeout(Seconds)|Curve]),
     assertz(connection(Name, Client)).
+
+curve(Server, Options, [Curve]) :-
+    option(keys(Folder), Options),
+    !,
+    client_keys(Folder, controller, Server, Curve).
+curve(_, _, []).
 
 %!  close_acquisition is det.
 
@@ -185,9 +194,26 @@ score_pose(pose(Rotation, Translation), Error) :-
 subscribe(Description) :-
     string(Description.get(events)),
     !,
-    events_open(Description.events, Subscription),
+    opened_with(Options),
+    (   option(image_server(Server), Options)
+    ->  reachable(Description.events, Server, Events)
+    ;   Events = Description.events
+    ),
+    curve(image_server, Options, Curve),
+    events_open(Events, Subscription, Curve),
     assertz(connection(events, Subscription)).
 subscribe(_).
+
+%   A server that listens on every interface cannot know under which name it is called.
+reachable(Events, Server, Reachable) :-
+    member(Everywhere, ["tcp://0.0.0.0:", "tcp://[::]:"]),
+    string_concat(Everywhere, Port, Events),
+    !,
+    split_string(Server, ":", "", Parts),
+    append(Host, [_], Parts),
+    append(Host, [Port], Named),
+    atomic_list_concat(Named, :, Reachable).
+reachable(Events, _, Events).
 
 %!  exogenous(-Actions) is det.
 %

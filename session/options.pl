@@ -1,6 +1,7 @@
 :- module(session_options,
           [ session_options/2           % +Argv, -Options
           ]).
+:- use_module('../bridge/keys', [client_keys/4]).
 :- use_module(resumption, [resumed_options/3]).
 :- use_module(usage, [dashes/2, usage_error/2]).
 :- use_module(library(apply), [foldl/4]).
@@ -25,6 +26,7 @@ opt_type(camera_model,   camera_model,   atom).
 opt_type(seed_pose,      seed_pose,      atom).
 opt_type(image_server,   image_server,   atom).
 opt_type(vision_server,  vision_server,  atom).
+opt_type(keys,           keys,           atom).
 opt_type(matcher,        matcher,        oneof([search, genetic])).
 opt_type(threshold,      threshold,      number).
 opt_type(max_iterations, max_iterations, integer).
@@ -50,6 +52,7 @@ opt_meta(camera_model,   'TOML').
 opt_meta(seed_pose,      'TOML').
 opt_meta(image_server,   'ENDPOINT').
 opt_meta(vision_server,  'ENDPOINT').
+opt_meta(keys,           'DIR').
 opt_meta(matcher,        'NAME').
 opt_meta(threshold,      'PX').
 opt_meta(max_iterations, 'N').
@@ -71,6 +74,7 @@ opt_help(camera_model,   "TOML file with [camera], where the image server has no
 opt_help(seed_pose,      "TOML file with [target.seed_pose], where the image server has none").
 opt_help(image_server,   "Use a running image server, e.g. tcp://127.0.0.1:5555").
 opt_help(vision_server,  "Use a running vision server").
+opt_help(keys,           "CURVE keys of the servers and of the controller, for servers on a network").
 opt_help(matcher,        "search (default) or genetic, the paper's").
 opt_help(threshold,      "Stop when the merit, in pixels, is under this (default: calibrated)").
 opt_help(max_iterations, "Stop after this many images (default: 10)").
@@ -230,5 +234,12 @@ rule(Options, "--~w: there is no '~w'", [Name, Device]) :-
     Option =.. [Name, Device],
     option(Option, Options),
     \+ access_file(Device, exist).
-rule(Options, "--stack: no folder '~w'", [Dir]) :-
-    option(stack(Dir), Options), \+ exists_directory(Dir).
+rule(Options, "--keys: no ~w key in ~w; make keys with python -m bridge keys DIR", [Which, File]) :-
+    option(keys(Dir), Options), exists_directory(Dir),
+    member(Server, [image_server, vision_server]),
+    catch(( client_keys(Dir, controller, Server, _), fail ), error(no_key(File, Which), _), true).
+rule(Options, "--~w: no folder '~w'", [Name, Dir]) :-
+    member(Name, [stack, keys]),
+    Option =.. [Name, Dir],
+    option(Option, Options),
+    \+ exists_directory(Dir).

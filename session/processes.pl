@@ -1,7 +1,8 @@
 :- module(processes,
           [ start_server/4,             % +Name, +Arguments, +LogFile, -Process
             check_alive/1,              % +Process
-            stop_processes/1            % +Processes
+            stop_processes/1,           % +Processes
+            wait_until/3                % +Deadline, +Pid, -Status
           ]).
 :- use_module(library(apply), [exclude/3]).
 :- use_module(library(lists), [append/3, last/2, member/2]).
@@ -70,12 +71,26 @@ ask(process(_, Pid, _)) :-
 insist(process(_, Pid, _), Deadline) :-
     catch(ended_or_killed(Pid, Deadline), error(_, _), true).
 
+%   A child that has not become a server yet, a copy of this process, loses the SIGTERM: so SIGKILL is
+%   not only for those that are stuck.
 ended_or_killed(Pid, Deadline) :-
-    get_time(Now),
-    Left is max(0, Deadline - Now),
-    process_wait(Pid, Status, [timeout(Left)]),
+    wait_until(Deadline, Pid, Status),
     (   Status == timeout
     ->  process_kill(Pid, kill),
         process_wait(Pid, _, [])
     ;   true
+    ).
+
+%!  wait_until(+Deadline, +Pid, -Status) is det.
+%
+%   Status of a process as process_wait/3 tells it, `timeout` for one that still runs at Deadline (get_time/1);
+%   process_wait/3 itself waits for ever when it is given a time that is not 0 (SWI-Prolog 9.0).
+
+wait_until(Deadline, Pid, Status) :-
+    process_wait(Pid, Now, [timeout(0)]),
+    get_time(Time),
+    (   ( Now \== timeout ; Time >= Deadline )
+    ->  Status = Now
+    ;   sleep(0.01),
+        wait_until(Deadline, Pid, Status)
     ).

@@ -30,6 +30,7 @@ of_this_run(out(_)).
 of_this_run(resume(_)).
 of_this_run(image_server(_)).
 of_this_run(vision_server(_)).
+of_this_run(keys(_)).
 
 % Options whose value may be a path.
 path_option(controller).

@@ -22,7 +22,8 @@ start_servers(Options, Plan, Folder, servers(ImageServer, VisionServer, Timeout)
     endpoint(vision_server, Options, VisionServer, StartVisionServer),
     endpoint(image_server, Options, ImageServer, StartImageServer),
     (   StartVisionServer == true       % first: it has most to load
-    ->  start(vision_server, [serve, '--endpoint', VisionServer], Folder)
+    ->  key_arguments(Options, Keys),
+        start(vision_server, [serve, '--endpoint', VisionServer|Keys], Folder)
     ;   true
     ),
     (   StartImageServer == true
@@ -69,7 +70,13 @@ endpoint(Name, _, Endpoint, true) :-
 image_server_arguments(Options, Plan, Endpoint, Folder, Arguments) :-
     image_source(Options, Plan, Folder, Source),
     atom_concat(Endpoint, '-events', Events),
-    append(Source, ['--endpoint', Endpoint, '--events', Events], Arguments).
+    key_arguments(Options, Keys),
+    append([Source, ['--endpoint', Endpoint, '--events', Events], Keys], Arguments).
+
+key_arguments(Options, ['--keys', Folder]) :-
+    option(keys(Folder), Options),
+    !.
+key_arguments(_, []).
 
 image_source(Options, _, _, [hardware|Arguments]) :-
     option(camera(_), Options),

@@ -17,7 +17,7 @@
 :- use_module(library(apply), [foldl/4]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(option), [option/2]).
-:- use_module(library(process), [process_create/3, process_wait/3]).
+:- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
 
 /** <module> One session from options to exit status
 
@@ -260,7 +260,10 @@ report(Options, Plan, Folder) :-
     atom_concat(Plan.root, '/.venv/bin/python', Python),
     catch(( process_create(Python, ['-m', report, Folder],
                            [ process(Pid), cwd(Plan.root), stdout(null) ]),
-            process_wait(Pid, Status, [timeout(60)]) ),
+            get_time(Now),
+            Deadline is Now+60,
+            wait_until(Deadline, Pid, Status),
+            ( Status == timeout -> process_kill(Pid, kill), process_wait(Pid, _, []) ; true ) ),
           error(_, _), Status = failed),
     (   Status == exit(0)
     ->  run_file(Folder, 'report.html', File),

@@ -10,6 +10,7 @@ from typing import Any
 import msgspec
 
 from bridge.client import Client
+from bridge.endpoints import CurveClient
 from bridge.errors import BadInput, DeviceError, LightsAndCameraError
 from bridge.messages import (
     Describe,
@@ -31,11 +32,17 @@ IMAGE_SERVER_DEADLINE_S = 30.0  # of one capture: a long shutter, and a camera t
 
 
 class VisionServer(Service):
-    """Operations of the vision server; one session at a time, begun by `start` or `restore`."""
+    """Operations of the vision server; one session at a time, begun by `start` or `restore`.
+
+    Parameters
+    ----------
+    curve : keys with which it calls an image server on a network.
+    """
 
     name = "vision_server"
 
-    def __init__(self) -> None:
+    def __init__(self, curve: CurveClient | None = None) -> None:
+        self._curve = curve
         self._session: Session | None = None
         self._client: Client | None = None
         self.operations = {
@@ -61,7 +68,7 @@ class VisionServer(Service):
 
     def _open(self, args: StartArgs, recorded: Sequence[Frame] = ()) -> Session:
         self._end()
-        client = Client(args.image_server, timeout_s=IMAGE_SERVER_DEADLINE_S)
+        client = Client(args.image_server, timeout_s=IMAGE_SERVER_DEADLINE_S, curve=self._curve)
         try:
             result, _ = client.request("describe")
             session = open_session(args, _checked(result, Describe, args.image_server), recorded)

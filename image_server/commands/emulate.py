@@ -4,14 +4,24 @@ import sys
 import time
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from bridge.lifeline import Lifeline
 from image_server.commands.serving import plain_errors
 
+if TYPE_CHECKING:
+    from image_server.emulators.faults import FaultPlan
+
 TICK_S = 0.05
+
+
+LINK = typer.Option(metavar="FILE", help="Make a symbolic link to the pseudo-terminal.")
+FAULT = typer.Option(
+    metavar="[S:]FAULT",
+    help="silent, garbage, unplugged or dead:CHANNEL, S seconds after the start; repeatable.",
+)
 
 
 class Kind(StrEnum):
@@ -23,17 +33,9 @@ class Kind(StrEnum):
 
 def emulate(
     kind: Annotated[Kind, typer.Argument(help="dmx: Enttec DMX USB Pro; line: the line protocol.")],
-    link: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Make a symbolic link to the pseudo-terminal.")
-    ] = None,
+    link: Annotated[Path | None, LINK] = None,
     channels: Annotated[int, typer.Option(min=1, max=512, help="Outputs that have a lamp.")] = 3,
-    fault: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="[S:]FAULT",
-            help="silent, garbage, unplugged or dead:CHANNEL, S seconds after the start; repeatable.",
-        ),
-    ] = None,
+    fault: Annotated[list[str] | None, FAULT] = None,
     parent: Annotated[int | None, typer.Option(metavar="PID", help="Stop when this process ends.")] = None,
 ) -> None:
     """Emulate a light driver; prints its device, then its outputs whenever they change.
@@ -42,28 +44,34 @@ def emulate(
     """
     with plain_errors():
         from image_server.emulators.dmx import EmulatedDmxUsbPro
-        from image_server.emulators.emulator import FaultPlan
+        from image_server.emulators.faults import FaultPlan
         from image_server.emulators.line import EmulatedLineDriver
 
         lifeline = Lifeline(parent, signals=True)
         make = EmulatedDmxUsbPro if kind is Kind.DMX else EmulatedLineDriver
-        emulator = make(channels, _show, link)
+        emulator = make(channels, shown, link)
         try:
-            plan = FaultPlan(emulator, fault or [])
+            plan = FaultPlan({"": emulator}, fault or [])
             print(f"device {link or emulator.path}", flush=True)
-            commands = _Commands()
-            while not lifeline.ended():
-                plan.due()
-                for line in commands.lines(TICK_S):
-                    emulator.fault(line)
-                    print(f"fault {line}", flush=True)
+            have_faults(plan, lifeline)
         finally:
             emulator.close()
             lifeline.close()
         raise typer.Exit(lifeline.status)
 
 
-def _show(outputs: list[int]) -> None:
+def have_faults(plan: "FaultPlan", lifeline: Lifeline) -> None:
+    """Faults as planned, and as they come on standard input, until it is time to stop."""
+    commands = _Commands()
+    while not lifeline.ended():
+        plan.due()
+        for line in commands.lines(TICK_S):
+            plan.now(line)
+            print(f"fault {line}", flush=True)
+
+
+def shown(outputs: list[int]) -> None:
+    """Print what the lights do."""
     print("outputs", *outputs, flush=True)
 
 

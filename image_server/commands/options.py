@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from functools import wraps
+from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import typer
@@ -24,6 +25,10 @@ class Serving:
 
     endpoint: Annotated[str, typer.Option(help="Where to listen: ipc:///path or tcp://127.0.0.1:PORT.")]
     events: Annotated[str | None, typer.Option(help="Where to publish events; none: not published.")] = None
+    keys: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="CURVE keys (python -m bridge keys DIR), to listen on a network."),
+    ] = None
     parent: Annotated[int | None, typer.Option(metavar="PID", help="Stop when this process ends.")] = None
 
 

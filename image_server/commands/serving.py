@@ -27,9 +27,11 @@ def plain_errors() -> Iterator[None]:
 def serve_device(make_device: "Callable[[], Device]", serving: Serving) -> None:
     """Make a device and serve it; the exit status is the server's."""
     with plain_errors():
+        from bridge.keys import server_keys
         from bridge.lifeline import leave
         from bridge.serve import serve
         from image_server.server import ImageServer
 
+        curve = server_keys(serving.keys, "image_server")
         service = ImageServer(make_device())
-        leave(serve(service, serving.endpoint, events=serving.events, parent_pid=serving.parent))
+        leave(serve(service, serving.endpoint, serving.events, parent_pid=serving.parent, curve=curve))

@@ -1,1 +1,1 @@
-"""Light drivers that are not there: emulated on pseudo-terminals, with faults on request."""
+"""Hardware that is not there: lights on pseudo-terminals, a camera on a virtual USB bus; with faults."""

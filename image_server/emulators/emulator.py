@@ -5,7 +5,6 @@ import pty
 import re
 import select
 import threading
-import time
 import tty
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -65,13 +64,10 @@ class Emulator(ABC):
         ------
         BadInput : no such fault.
         """
-        found = FAULT.fullmatch(kind)
-        if found is None or (found[2] and not 1 <= int(found[2]) <= self.channels):
-            raise BadInput(
-                f"The {self.name} has no fault {kind!r}.", f"Give {FAULTS} (1 to {self.channels})."
-            )
-        if found[2]:
-            self._dead.add(int(found[2]))
+        self.check_fault(kind)
+        word, _, channel = kind.partition(":")
+        if word == "dead":
+            self._dead.add(int(channel))
             self.put(self.outputs)
         elif kind == "unplugged":
             self._unplug()
@@ -79,6 +75,14 @@ class Emulator(ABC):
             if kind == "none":
                 self._dead.clear()
             self._fault = kind
+
+    def check_fault(self, kind: str) -> None:
+        """Refuse a fault that it cannot have."""
+        found = FAULT.fullmatch(kind)
+        if found is None or (found[2] and not 1 <= int(found[2]) <= self.channels):
+            raise BadInput(
+                f"The {self.name} has no fault {kind!r}.", f"Give {FAULTS} (1 to {self.channels})."
+            )
 
     def put(self, values: list[int]) -> None:
         """Set the outputs; those that are dead stay 0."""
@@ -130,27 +134,3 @@ class Emulator(ABC):
             raise BadInput(
                 f"Cannot make the link {link}: {error.strerror}.", "Choose another name."
             ) from None
-
-
-class FaultPlan:
-    """Faults at given times after the start, such as "5:silent" or "dead:2"."""
-
-    def __init__(self, emulator: Emulator, plan: list[str]) -> None:
-        self._emulator = emulator
-        self._timed: list[tuple[float, str]] = []
-        for entry in plan:
-            first, _, rest = entry.partition(":")
-            try:
-                at, kind = (float(first), rest) if rest and first != "dead" else (0.0, entry)
-            except ValueError:
-                at, kind = 0.0, entry
-            if FAULT.fullmatch(kind) is None:
-                raise BadInput(f"There is no fault {entry!r}.", f"Give [SECONDS:] and {FAULTS}.")
-            self._timed.append((time.monotonic() + at, kind))
-
-    def due(self) -> None:
-        """Let what is due happen."""
-        now = time.monotonic()
-        for entry in [entry for entry in self._timed if entry[0] <= now]:
-            self._timed.remove(entry)
-            self._emulator.fault(entry[1])

@@ -2,7 +2,7 @@
 
 import time
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,8 +24,8 @@ from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
-from image_server.device import Change, Device, Frame, checked_settings
-from image_server.replay import level_fraction, pose_error
+from image_server.device import Change, Device, Frame, checked_settings, level_fraction
+from image_server.replay import pose_error
 from image_server.sensor import Sensor, exposed, mixed
 from image_server.simulator import placement
 from image_server.simulator.drift import Drift
@@ -110,6 +110,11 @@ class Simulator(Device):
         return self._zoomed(self._focal_mm)
 
     @property
+    def sensor(self) -> Sensor:
+        """The sensor, without the motion that a drifting target adds."""
+        return self._sensor
+
+    @property
     def model_file(self) -> Path:
         """Where it was read from."""
         return self._file
@@ -183,11 +188,19 @@ class Simulator(Device):
 
     def radiance(self, levels: tuple[int, ...]) -> NDArray[np.float32]:
         """Linear radiance (H, W) float32 without blur and noise; 1 clips at 1/60 s, f/4 and gain 1."""
-        weights = [
-            light.power * self._scenario.light_power * level_fraction(level, light.levels)
+        shares = [
+            level_fraction(level, light.levels)
             for light, level in zip(self._scenario.lights, levels, strict=True)
         ]
-        return mixed(self.basis(), [*weights, self._ambient_scale])
+        return self.radiance_of(shares)
+
+    def radiance_of(self, shares: Sequence[float]) -> NDArray[np.float32]:
+        """The same with each light at a share of its full power."""
+        powers = [
+            light.power * self._scenario.light_power * share
+            for light, share in zip(self._scenario.lights, shares, strict=True)
+        ]
+        return mixed(self.basis(), [*powers, self._ambient_scale])
 
     def basis(self) -> Radiances:
         """Radiance images of this geometry: each light alone (full, power 1), then sun, Earth and stars."""

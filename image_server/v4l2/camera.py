@@ -102,8 +102,8 @@ class V4L2Camera:
             return self.file.shutter.values
         return (self._streaming().period_s or ASSUMED_PERIOD_S,)
 
-    def capture(self, settings: Settings, not_before: float) -> Exposure:
-        """A frame under these settings whose exposure began after a time (time.monotonic()).
+    def capture(self, settings: Settings, steady_at: float) -> Exposure:
+        """A frame of now under these settings, exposed wholly after `steady_at` (time.monotonic()).
 
         Raises
         ------
@@ -113,7 +113,7 @@ class V4L2Camera:
         changed = self._apply(settings)
         for attempt in range(1, ATTEMPTS + 1):
             try:
-                return self._fresh(settings, not_before, changed)
+                return self._fresh(settings, steady_at, changed)
             except DeviceError:
                 if attempt == ATTEMPTS:
                     raise
@@ -215,22 +215,14 @@ class V4L2Camera:
 
     # --- frames ---
 
-    def _fresh(self, settings: Settings, not_before: float, changed: bool) -> Exposure:
+    def _fresh(self, settings: Settings, steady_at: float, changed: bool) -> Exposure:
         stream = self._streaming()
         stream.drain()
         period = stream.period_s or ASSUMED_PERIOD_S
-        # A stamp at the end of a frame may be a whole read-out after the exposure of its first line ended.
-        # That matters where something has changed; else any frame that began since then will do.
-        lead = settings.shutter_s + (period if changed else 0.0)
         skip = self.file.settle_frames if changed else 0
-        fresh = Freshness(max(not_before, self._changed), lead, skip)
-        frames = skip + 4
-        deadline = (
-            max(time.monotonic(), not_before)
-            + START_DEADLINE_S
-            + frames * max(period, settings.shutter_s)
-            + lead
-        )
+        now, shutter_s = time.monotonic(), settings.shutter_s
+        fresh = Freshness(now, max(steady_at, self._changed), shutter_s, period, skip)
+        deadline = max(now, steady_at) + START_DEADLINE_S + (skip + 5) * max(period, shutter_s) + shutter_s
         pixels, stamp = stream.frame(deadline, fresh)
         self._dropped += fresh.dropped
         applied, verified = self._read_back(settings)

@@ -27,6 +27,8 @@ from image_server.v4l2.kernel import (
 from image_server.v4l2.node import Node
 
 BUFFERS = 4
+STAMPED_AT_FIRST_PACKET = ("uvcvideo",)
+"""Drivers that call it the start of the exposure when data first come, after exposure."""
 START_DEADLINE_S = 3.0
 """Longest wait for a first frame; a USB camera needs up to two seconds to wake up."""
 
@@ -105,7 +107,7 @@ class Stream:
         """
         while True:
             buffer = self._dequeue(deadline)
-            stamp = _stamp(buffer)
+            stamp = _stamp(buffer, self._node.driver)
             try:
                 if buffer.flags & BUFFER_ERROR:
                     self.damaged += 1
@@ -170,25 +172,33 @@ class Stream:
 
 
 class Freshness:
-    """Which frames count: those exposed wholly after a time, and then not the first few.
+    """Which frames count: those of now, exposed wholly after the last change, and then not the first few.
 
     Parameters
     ----------
-    after : monotonic time before which no exposure may have begun.
-    exposure_s : how long before its stamp the exposure of a frame may have begun.
+    asked : monotonic time since when a frame is wanted.
+    changed : monotonic time of the last change of lights or controls.
+    exposure_s : exposure time.
+    delay_s : longest time from the end of the exposure of a frame's first line to a stamp that is not
+        taken at its start: a rolling shutter's read-out, or a USB camera's buffer.
     skip : further frames to drop: a camera applies controls some frames late.
     """
 
-    def __init__(self, after: float, exposure_s: float, skip: int = 0) -> None:
-        self._after = after
+    def __init__(
+        self, asked: float, changed: float, exposure_s: float, delay_s: float, skip: int = 0
+    ) -> None:
+        self._asked = asked
+        self._changed = changed
         self._exposure_s = exposure_s
+        self._delay_s = delay_s
         self._skip = skip
         self.dropped = 0
 
     def accepts(self, stamp: Stamp) -> bool:
         """Whether a frame counts; to be asked once for each frame, in order."""
-        began = stamp.time if stamp.at_start else stamp.time - self._exposure_s
-        if began >= self._after:
+        latest = stamp.time if stamp.at_start else stamp.time - self._exposure_s
+        earliest = latest if stamp.at_start else latest - self._delay_s
+        if latest >= self._asked and earliest >= self._changed:
             if self._skip <= 0:
                 return True
             self._skip -= 1
@@ -262,7 +272,7 @@ def _set_frame_rate(node: Node, rate: float | None) -> float | None:
     return period
 
 
-def _stamp(buffer: Any) -> Stamp:
+def _stamp(buffer: Any, driver: str) -> Stamp:
     from_driver = buffer.flags & BUFFER_CLOCK_MASK == BUFFER_CLOCK_MONOTONIC
     stamped = buffer.timestamp.secs + 1e-6 * buffer.timestamp.usecs
     now = time.monotonic()
@@ -270,6 +280,8 @@ def _stamp(buffer: Any) -> Stamp:
         sequence=buffer.sequence,
         # some drivers say when the frame should have been complete, which may be yet to come
         time=min(stamped, now) if from_driver else now,
-        at_start=from_driver and bool(buffer.flags & BUFFER_STAMPED_AT_START),
+        at_start=from_driver
+        and bool(buffer.flags & BUFFER_STAMPED_AT_START)
+        and driver not in STAMPED_AT_FIRST_PACKET,
         from_driver=from_driver,
     )

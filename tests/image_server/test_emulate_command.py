@@ -60,7 +60,7 @@ def test_a_fault_may_be_planned(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["line", "--fault", "5:explode"], "There is no fault '5:explode'"),
+        (["line", "--fault", "5:explode"], "no fault 'explode'"),
         (["line", "--fault", "dead:9"], "no fault 'dead:9'"),
         (["line", "--link", "/proc/lights"], "Cannot make the link /proc/lights"),
         (["laser"], "laser"),

@@ -132,12 +132,15 @@ def test_freshness_counts_from_the_start_of_the_exposure() -> None:
     def stamp(time_s: float, at_start: bool = False) -> Stamp:
         return Stamp(0, time_s, at_start, True)
 
-    wanted = Freshness(after=10.0, exposure_s=0.1, skip=1)
+    wanted = Freshness(asked=10.0, changed=0.0, exposure_s=0.1, delay_s=0.03, skip=1)
     assert not wanted.accepts(stamp(10.05))  # began at 9.95
     assert not wanted.accepts(stamp(10.15))  # the one to skip
     assert wanted.accepts(stamp(10.16))
     assert wanted.dropped == 2
-    assert Freshness(10.0, 0.1).accepts(stamp(10.05, at_start=True))
+    assert Freshness(10.0, 10.0, 0.1, 0.03).accepts(stamp(10.05, at_start=True))
+    lit = Freshness(asked=0.0, changed=10.0, exposure_s=0.1, delay_s=0.03)
+    assert not lit.accepts(stamp(10.12))  # its first line may have begun at 9.99, under the old light
+    assert lit.accepts(stamp(10.14))
 
 
 # --- controls that the virtual camera lacks, on a scripted one ---

@@ -1,8 +1,12 @@
-"""The virtual camera of the kernel's driver vivid; `make test-v4l2` runs these tests where there is one."""
+"""The virtual camera of the kernel's driver vivid, and commands; `make test-v4l2` runs these tests."""
 
+import json
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,6 +15,9 @@ from image_server.v4l2.camera import V4L2Camera
 from image_server.v4l2.camera_file import CameraFile, FormatTable, load_camera_file
 from image_server.v4l2.controls import controls, write_control
 from image_server.v4l2.node import Node
+from tests.session.command import ROOT
+
+DEADLINE_S = 600.0  # the guest is emulated
 
 CAMERA_FILE = """
 device = "{device}"
@@ -109,3 +116,24 @@ def small(device: str, pixel_format: str | None = None) -> V4L2Camera:
     return V4L2Camera(
         CameraFile(device=device, format=table, controls={"test_pattern": 20, "osd_text_mode": 2})
     )
+
+
+def run(*command: str | Path) -> "subprocess.CompletedProcess[str]":
+    """A command that ends by itself."""
+    return subprocess.run(
+        list(map(str, command)), capture_output=True, text=True, timeout=DEADLINE_S, check=False,
+        stdin=subprocess.DEVNULL,
+    )  # fmt: skip
+
+
+def image_server(*arguments: str | Path) -> "subprocess.CompletedProcess[str]":
+    """A command of the image server."""
+    return run(sys.executable, "-m", "image_server", *arguments)
+
+
+def session(out: Path, *arguments: str | Path) -> tuple[int, dict[str, Any], str]:
+    """A session: its exit status, its result, and what it and its servers said."""
+    done = run("swipl", ROOT / "main.pl", "--out", out, "--no-report", *arguments)
+    logs = "\n".join(log.read_text() for log in out.glob("*.log"))
+    file = out / "result.json"
+    return done.returncode, json.loads(file.read_text()) if file.is_file() else {}, done.stderr + logs

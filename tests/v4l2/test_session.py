@@ -1,6 +1,5 @@
 """Whole sessions and commands on the virtual camera, with emulated lights."""
 
-import json
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -9,25 +8,13 @@ from pathlib import Path
 import pytest
 
 from image_server.stack import load_stack
-from tests.session.command import ROOT
+from tests.v4l2.conftest import DEADLINE_S, image_server, session
 
-DEADLINE_S = 600.0  # the guest is emulated
 SEED_POSE = """
 [target.seed_pose]
 rotation_vector = [0.5, 0.7, 0.1]
 translation = [0.0, 0.0, 0.6]
 """
-
-
-def run(*command: str | Path) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        list(map(str, command)), capture_output=True, text=True, timeout=DEADLINE_S, check=False,
-        stdin=subprocess.DEVNULL,
-    )  # fmt: skip
-
-
-def image_server(*arguments: str | Path) -> "subprocess.CompletedProcess[str]":
-    return run(sys.executable, "-m", "image_server", *arguments)
 
 
 @pytest.fixture
@@ -58,14 +45,12 @@ def test_a_session_whose_light_dies_ends_in_an_honest_no_pose(
     seed_pose = tmp_path / "seed.toml"
     seed_pose.write_text(SEED_POSE)
     out = tmp_path / "run"
-    done = run(
-        "swipl", ROOT / "main.pl", "--camera", camera_file, "--lights", link, "--target", "cube",
-        "--seed-pose", seed_pose, "--out", out, "--max-iterations", "3", "--no-report",
+    status, result, said = session(
+        out, "--camera", camera_file, "--lights", link, "--target", "cube", "--seed-pose", seed_pose,
+        "--max-iterations", "3",
     )  # fmt: skip
-    logs = "\n".join(log.read_text() for log in out.glob("*.log"))
-    assert done.returncode == 3, done.stderr + logs
-    assert "event: light_fault(light2)" in done.stderr
-    result = json.loads((out / "result.json").read_text())
+    assert status == 3, said
+    assert "event: light_fault(light2)" in said
     assert result["status"] == "exhausted"
     assert result["pose"] is None or result["rms_px"] is not None
     assert result["iterations"] == 3

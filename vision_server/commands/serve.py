@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from argparse import ArgumentParser, Namespace
+from pathlib import Path
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -11,6 +12,10 @@ def add_options(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--endpoint", required=True, help="Where to listen: ipc:///path or tcp://127.0.0.1:PORT."
     )
+    parser.add_argument(
+        "--keys", type=Path, metavar="DIR",
+        help="CURVE keys (python -m bridge keys DIR), for servers on a network.",
+    )  # fmt: skip
     parser.add_argument("--parent", type=int, metavar="PID", help="Stop when this process ends.")
 
 
@@ -19,12 +24,15 @@ def run(options: Namespace) -> int:
     from bridge.errors import EXIT_DEVICE, LightsAndCameraError
 
     try:
+        from bridge.keys import client_keys, server_keys
         from bridge.serve import serve
         from vision_server.kernels import prepare_kernels
         from vision_server.server import VisionServer
 
+        service = VisionServer(client_keys(options.keys, "vision_server", "image_server"))
+        curve = server_keys(options.keys, "vision_server")
         prepare_kernels()
-        status = serve(VisionServer(), options.endpoint, parent_pid=options.parent)
+        status = serve(service, options.endpoint, parent_pid=options.parent, curve=curve)
     except (LightsAndCameraError, OSError) as error:
         print(f"vision_server: {' '.join(str(error).split())}", file=sys.stderr)
         status = error.exit_status if isinstance(error, LightsAndCameraError) else EXIT_DEVICE
