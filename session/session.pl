@@ -3,6 +3,7 @@
           ]).
 :- use_module(acquisition_device).
 :- use_module(display, []).
+:- use_module(processes, [wait_until/3]).
 :- use_module(result).
 :- use_module(resumption).
 :- use_module(run_folder).

@@ -237,7 +237,8 @@ class UvcCamera(UsbDevice):
                 return None
             fields = PROBE_LAYOUT.unpack(self._commit)
             period = fields[3] * 1e-7
-            self._next_s = max(self._next_s + period, now)
+            on_time = self._next_s + period
+            self._next_s = on_time if on_time > now else now + period
             ready, self._exposed = self._exposed, self._exposure(self._formats[fields[1] - 1])
             if ready is None:
                 return None

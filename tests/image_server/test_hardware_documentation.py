@@ -52,9 +52,24 @@ def test_recordings_shown_can_be_made(command: str, tmp_path: Path) -> None:
     assert load_stack(tmp_path / out).table.kind in command
 
 
+def test_the_options_of_commands_that_need_hardware_are_there() -> None:
+    lines = PAGE.replace("\\\n", " ").splitlines()
+    shown = [
+        line
+        for line in lines
+        if re.match(r"    (sudo )?\.venv/bin/python -m image_server (bench|hardware)", line)
+    ]
+    assert len(shown) == 2
+    for line in shown:
+        words = shlex.split(line)
+        name = words[words.index("image_server") + 1]
+        usage = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"}).output
+        assert all(word in usage for word in words if word.startswith("--")), line
+
+
 def test_every_command_is_there() -> None:
-    table = re.findall(r"^\| `(\w+)", PAGE, re.MULTILINE)
-    names = [name for name in table if name.islower()]
+    names = re.findall(r"^\| `(\w+)", PAGE[: PAGE.index("## The camera")], re.MULTILINE)
+    assert "bench" in names
     assert len(commands("record")) == 2
     for name in {*names, *(command for command in ("calibrate", "emulate", "record") if commands(command))}:
         assert CliRunner().invoke(app, [name, "--help"]).exit_code == 0, name

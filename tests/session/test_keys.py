@@ -77,4 +77,4 @@ def test_keys_that_are_missing_are_named(keys: Path, tmp_path: Path) -> None:
     done = controller("--keys", keys, "--out", tmp_path / "run", "--no-report")
     assert done.returncode == 2
     assert f"{missing}" in done.stderr and "python -m bridge keys" in done.stderr
-    assert controller("--keys", tmp_path / "none").returncode == 2
+    assert "--keys: no folder" in controller("--keys", tmp_path / "none").stderr

@@ -7,9 +7,9 @@ from the kernel is traffic of the real driver: exposure, white balance, focus, z
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,74 +18,64 @@ from bridge.errors import BadInput, DeviceError
 from bridge.messages import Settings
 from geometry.pose import Pose
 from image_server.device import Change
-from image_server.emulators.usbip import CONTROLLER
+from image_server.emulators.usbip import CONTROLLER, Connection, video_node
+from image_server.emulators.uvc_camera import UvcCamera
+from image_server.emulators.uvc_descriptors import Format
+from image_server.emulators.uvc_model import load_camera_model
 from image_server.hardware import Hardware
 from image_server.lights.rig import open_rig
 from image_server.simulator import Simulator
 from image_server.v4l2.camera import V4L2Camera
-from image_server.v4l2.camera_file import CameraFile, FormatTable, load_camera_file
+from image_server.v4l2.camera_file import Axis, CameraFile, FormatTable, load_camera_file
 from image_server.v4l2.controls import controls, read_control, write_control
 from image_server.v4l2.node import Node
 from tests.v4l2.conftest import image_server, session
 
 DEADLINE_S = 120.0  # the guest is emulated
 SEED = 3
+WIDTH, HEIGHT = 160, 120
+SERIAL = "TEST01"
+WIDE_OPEN = 2.8
+PERIODS = (333_333, 666_666)
 
 pytestmark = pytest.mark.skipif(
     not CONTROLLER.exists(), reason="no virtual USB controller (vhci-hcd) on this machine: run make test-v4l2"
 )
 
 
-@dataclass
-class Bench:
-    """A running `bench` command."""
+def scene(values: Mapping[str, int]) -> Any:
+    """Bars, brighter with exposure and iris, blurred with focus, larger with zoom."""
+    light = values["exposure_absolute"] / 400 * (values.get("iris_absolute", 100) / 100) ** 2
+    bar = 8 * values.get("zoom_absolute", 100) / 100
+    softness = 0.2 + abs(values["focus_absolute"] - 500) / 250
+    wave = np.sin(2 * np.pi * np.arange(WIDTH) / (2 * bar)) / softness
+    bars = 0.5 + 0.4 * np.tanh(wave)
+    return np.rint(255 * np.clip(np.tile(bars, (HEIGHT, 1)) * light, 0, 1)).astype(np.uint8)
 
-    process: "subprocess.Popen[str]"
-    folder: Path
-    camera: str
-    lights: str
 
-    def fault(self, kind: str) -> None:
-        """Have a fault, and wait until it is there."""
-        assert self.process.stdin is not None
-        self.process.stdin.write(f"{kind}\n")
-        self.process.stdin.flush()
-        self.word("fault")
-
-    def word(self, first: str) -> str:
-        """The rest of the next line that begins with a word."""
-        assert self.process.stdout is not None
-        for line in self.process.stdout:
-            if line.startswith(first):
-                return line.split(maxsplit=1)[1].strip()
-        raise AssertionError(f"the bench ended without {first!r}: {self.process.stderr}")
+Plug = Callable[[str], tuple[str, UvcCamera]]
+Opened = Callable[[CameraFile], V4L2Camera]
 
 
 @pytest.fixture
-def bench(tmp_path: Path) -> Iterator[Callable[..., Bench]]:
-    """Starts benches; all are gone at the end."""
-    running: list[subprocess.Popen[str]] = []
+def plug() -> Iterator[Plug]:
+    """Plugs in a camera of a model; unplugged at the end. Its device node, and itself."""
+    connections: list[Connection] = []
 
-    def start(*arguments: str) -> Bench:
-        folder = tmp_path / "bench"
-        command = [sys.executable, "-m", "image_server", "bench", str(folder), "--seed", str(SEED)]
-        process = subprocess.Popen(
-            [*command, *arguments], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
-        running.append(process)
-        made = Bench(process, folder, "", "")
-        made.lights = made.word("lights")
-        made.camera = made.word("camera")
-        return made
+    def plug_in(model: str) -> tuple[str, UvcCamera]:
+        formats = tuple(Format(name, WIDTH, HEIGHT, PERIODS) for name in ("YUYV", "GREY", "MJPG"))
+        camera = UvcCamera(load_camera_model(model), formats, scene, SERIAL)
+        connections.append(Connection(camera))
+        camera.on_unplug = connections[-1].unplug
+        return video_node(connections[-1], SERIAL), camera
 
-    yield start
-    for process in running:
-        process.terminate()
-        process.communicate(timeout=DEADLINE_S)
+    yield plug_in
+    for connection in connections:
+        connection.unplug()
 
 
 @pytest.fixture
-def opened() -> Iterator[Callable[[CameraFile], V4L2Camera]]:
+def opened() -> Iterator[Opened]:
     """Opens cameras; closed at the end, also of a test that fails."""
     cameras: list[V4L2Camera] = []
 
@@ -98,9 +88,13 @@ def opened() -> Iterator[Callable[[CameraFile], V4L2Camera]]:
         camera.close()
 
 
-def test_controls_are_those_of_the_camera_itself(bench: Callable[..., Bench]) -> None:
+def at(shutter_s: float, aperture: float = 4.0, **lens: float) -> Settings:
+    return Settings(lights=(), shutter_s=shutter_s, aperture=aperture, **lens)
+
+
+def test_controls_are_those_of_the_camera_itself(plug: Plug) -> None:
     """As `v4l2-ctl --list-ctrls` shows them on a C922."""
-    node = Node(bench("--model", "c922").camera)
+    node = Node(plug("c922")[0])
     known = controls(node)
     assert node.card == "C922 Pro Stream Webcam: C922 Pr"  # the kernel keeps 31 letters
     assert node.driver == "uvcvideo"
@@ -123,107 +117,95 @@ def test_controls_are_those_of_the_camera_itself(bench: Callable[..., Bench]) ->
 
 
 @pytest.mark.parametrize("model", ["c922", "live", "lens"])
+@pytest.mark.parametrize("pixel_format", ["YUYV", "MJPG"])
 def test_a_camera_without_a_file_goes_manual(
-    model: str, bench: Callable[..., Bench], opened: Callable[[CameraFile], V4L2Camera]
+    model: str, pixel_format: str, plug: Plug, opened: Opened
 ) -> None:
-    table = FormatTable(pixel_format="MJPG")
-    camera = opened(CameraFile(device=bench("--model", model).camera, format=table))
+    """`live` names an iris whose range is 0 to 0."""
+    device, _ = plug(model)
+    camera = opened(CameraFile(device=device, format=FormatTable(pixel_format=pixel_format)))
     assert len(camera.shutters_s) == 5
-    for shutter_s in (camera.shutters_s[4], camera.shutters_s[0]):
-        exposure = camera.capture(Settings(lights=(), shutter_s=shutter_s, aperture=4.0), time.monotonic())
+    exposures = {s: camera.capture(at(s), time.monotonic()) for s in camera.shutters_s[3::-3]}
+    for shutter_s, exposure in exposures.items():
         assert exposure.verified
         assert exposure.applied == {"shutter_s": shutter_s}
+    long, short = (exposure.pixels.astype(float).sum() for exposure in exposures.values())
+    assert long / short == pytest.approx(camera.shutters_s[3] / camera.shutters_s[0], rel=0.03)
     assert not camera.health()["damaged_frames"]
 
 
-def test_every_lens_control_shows_in_the_picture(
-    bench: Callable[..., Bench], opened: Callable[[CameraFile], V4L2Camera]
-) -> None:
-    """Iris, focus, zoom and gain on a camera that has them all; read back from the driver with each frame."""
-    started = bench("--model", "lens")
-    camera = opened(load_camera_file(str(started.folder / "camera.toml")))
-    assert camera.file.aperture.values == (2.8, 4.0, 5.6)
+def test_every_lens_control_is_set_shows_and_is_read_back(plug: Plug, opened: Opened) -> None:
+    device, _ = plug("lens")
+    camera = opened(
+        CameraFile(
+            device=device,
+            format=FormatTable(pixel_format="GREY"),
+            controls={"exposure_auto": 1, "focus_auto": 0, "auto_white_balance": 0},
+            shutter=Axis("exposure_absolute", ((0.01, 100), (0.02, 200))),
+            aperture=Axis("iris_absolute", ((WIDE_OPEN, 100), (2 * WIDE_OPEN, 50))),
+            focal_length=Axis("zoom_absolute", ((8.0, 100), (16.0, 200))),
+            focus=Axis("focus_absolute", ((0.6, 500), (2.0, 900))),
+        )
+    )
 
-    def shot(aperture: float = 4.0) -> np.ndarray:
-        settings = Settings(lights=(), shutter_s=camera.shutters_s[1], aperture=aperture)
-        exposure = camera.capture(settings, time.monotonic())
+    def shot(**changed: float) -> Any:
+        asked = {"shutter_s": 0.02, "aperture": WIDE_OPEN, "focal_length_mm": 8.0, "focus_m": 0.6} | changed
+        exposure = camera.capture(at(**asked), time.monotonic())
         assert exposure.verified
-        assert exposure.applied["aperture"] == aperture
+        assert exposure.applied == pytest.approx(asked)
         return exposure.pixels.astype(float)
 
-    middle = shot()
-    assert middle.max() < 255
-    for aperture in (2.8, 5.6):
-        light = shot(aperture).sum() / middle.sum()
-        assert light == pytest.approx((4.0 / aperture) ** 2, rel=0.06)  # the iris has 100 steps
-    sharp = np.abs(np.diff(middle, axis=1)).max()
-    camera.set_control("focus_absolute", 900)
-    for _ in range(3):
-        camera.next_frame()
-    assert np.abs(np.diff(shot(), axis=1)).max() < 0.7 * sharp
-    assert not camera.health()["damaged_frames"]
+    first = shot()
+    assert shot(aperture=2 * WIDE_OPEN).mean() == pytest.approx(first.mean() / 4, rel=0.05)
+    assert shot(shutter_s=0.01).mean() == pytest.approx(first.mean() / 2, rel=0.05)
+    assert _edges(shot(focal_length_mm=16.0)) == _edges(first) // 2
+    assert np.ptp(shot(focus_m=2.0)) < 0.8 * np.ptp(first)
 
 
-def test_what_a_light_does_shows_in_the_next_frame_only(
-    bench: Callable[..., Bench], opened: Callable[[CameraFile], V4L2Camera]
-) -> None:
-    """A USB camera sends a frame a period after it was exposed, and calls that the start of the exposure."""
-    started = bench("--model", "c922", "--ambient-scale", "0")
-    hardware = Hardware(
-        opened(load_camera_file(str(started.folder / "camera.toml"))), open_rig(started.lights)
-    )
-    shutter_s = hardware.describe().shutters_s[2]
-    for levels in ((7, 7, 7), (0, 0, 0)) * 3:
-        frame = hardware.capture(Settings(lights=levels, shutter_s=shutter_s, aperture=4.0))
-        assert frame.verified
-        assert (frame.pixels.mean() > 10) == any(levels)
-    hardware.close()
+def _edges(picture: Any) -> int:
+    row = picture[HEIGHT // 2] > picture[HEIGHT // 2].mean()
+    return int(np.count_nonzero(np.diff(row)))
 
 
-def test_what_goes_wrong_is_told(
-    bench: Callable[..., Bench], opened: Callable[[CameraFile], V4L2Camera]
-) -> None:
-    started = bench("--model", "c922")
-    camera = opened(load_camera_file(str(started.folder / "camera.toml")))
+def test_what_goes_wrong_is_told(plug: Plug, opened: Opened) -> None:
+    device, emulated = plug("c922")
+    camera = opened(CameraFile(device=device))
     hardware = Hardware(camera)
     changes: list[Change] = []
     hardware.listen(changes.append)
     first, last = camera.shutters_s[0], camera.shutters_s[-1]
 
-    def capture(shutter_s: float) -> bool:
-        return hardware.capture(Settings(lights=(), shutter_s=shutter_s, aperture=4.0)).verified
+    def verified(shutter_s: float) -> bool:
+        return hardware.capture(at(shutter_s)).verified
 
-    assert capture(first)
-    started.fault("camera:refuse:exposure_absolute")
-    with pytest.raises(DeviceError, match=rf"{started.camera} refuses exposure_absolute = 667: it cannot be"):
-        capture(last)
-    started.fault("camera:none")
-    assert capture(last)
-    started.fault("camera:garbage")
-    with pytest.raises(DeviceError, match=rf"No frame came from the camera {started.camera}"):
-        capture(last)
+    assert verified(first)
+    emulated.fault("refuse:exposure_absolute")
+    with pytest.raises(DeviceError, match=rf"{device} refuses exposure_absolute = 667"):
+        verified(last)
+    emulated.fault("none")
+    assert verified(last)
+    emulated.fault("garbage")
+    with pytest.raises(DeviceError, match=rf"No frame came from the camera {device}"):
+        verified(last)
     assert camera.health()["damaged_frames"] > 0
-    started.fault("camera:none")
-    assert capture(last)
-    started.fault("camera:unplugged")
-    with pytest.raises(DeviceError, match=rf"The camera {started.camera} is gone .*unplugged"):
-        capture(first)
+    emulated.fault("none")
+    assert verified(last)
+    emulated.fault("unplugged")
+    with pytest.raises(DeviceError, match=rf"The camera {device} is gone .*unplugged"):
+        verified(first)
     assert {change.event for change in changes} == {"camera_fault"}
-    assert started.camera in hardware.health()["status"]
+    assert device in hardware.health()["status"]
     hardware.close()
 
 
-def test_an_automatic_mode_that_comes_back_is_noticed(
-    bench: Callable[..., Bench], opened: Callable[[CameraFile], V4L2Camera]
-) -> None:
-    started = bench("--model", "c922")
-    camera = opened(load_camera_file(str(started.folder / "camera.toml")))
-    settings = Settings(lights=(), shutter_s=camera.shutters_s[0], aperture=4.0)
-    assert camera.capture(settings, time.monotonic()).verified
-    other = Node(started.camera)
+def test_an_automatic_mode_that_comes_back_is_noticed(plug: Plug, opened: Opened) -> None:
+    device, _ = plug("c922")
+    camera = opened(CameraFile(device=device))
+    assert camera.capture(at(camera.shutters_s[0]), time.monotonic()).verified
+    other = Node(device)
     known = controls(other)
     write_control(other, known["exposure_auto"], 3)
-    assert not camera.capture(settings, time.monotonic()).verified
+    assert not camera.capture(at(camera.shutters_s[0]), time.monotonic()).verified
     with pytest.raises(
         DeviceError, match=r"exposure_absolute = 100: it cannot be set now. An automatic mode"
     ):
@@ -232,32 +214,77 @@ def test_an_automatic_mode_that_comes_back_is_noticed(
     other.close()
 
 
-def test_a_whole_session_finds_the_pose(bench: Callable[..., Bench], tmp_path: Path) -> None:
-    """Camera over USB, lights over serial, both driven by the kernel; light 3 dies on the way."""
-    started = bench("--model", "c922", "--ambient-scale", "0.3")
-    started.fault("dead:3")
+def test_an_iris_is_calibrated_by_its_light(plug: Plug, tmp_path: Path) -> None:
+    device, _ = plug("lens")
+    made = tmp_path / "made.toml"
+    done = image_server("calibrate", "--camera", device, "--widest-aperture", str(WIDE_OPEN), made)
+    assert done.returncode == 0, done.stderr
+    file = load_camera_file(str(made))
+    stops = {step: value for value, step in file.aperture.steps}
+    for step in (100, 78, 55):
+        assert stops[step] == pytest.approx(100 * WIDE_OPEN / step, rel=0.05)
+    assert 1 <= file.settle_frames <= 4
+
+
+# --- a whole bench: camera over USB, lights over serial, a simulated target between them ---
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, str, "subprocess.Popen[str]"]]:
+    """Folder of a running `bench`, its lights, and its process; no sun."""
+    folder = tmp_path_factory.mktemp("bench")
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "image_server",
+            "bench",
+            str(folder),
+            "--seed",
+            str(SEED),
+            "--ambient-scale",
+            "0",
+        ],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    lights = process.stdout.readline().split()
+    assert lights[:1] == ["lights"]
+    assert process.stdout.readline().startswith("camera /dev/video")
+    yield folder, lights[1], process
+    process.terminate()
+    process.communicate(timeout=DEADLINE_S)
+
+
+def test_what_a_light_does_shows_in_the_next_frame_and_not_before(
+    bench: tuple[Path, str, "subprocess.Popen[str]"], opened: Opened
+) -> None:
+    """A USB camera sends a frame a period after it was exposed, and calls that the start of the exposure."""
+    folder, lights, _ = bench
+    hardware = Hardware(opened(load_camera_file(str(folder / "camera.toml"))), open_rig(lights))
+    shutter_s = hardware.describe().shutters_s[2]
+    for levels in ((7, 7, 7), (0, 0, 0)) * 3:
+        frame = hardware.capture(Settings(lights=levels, shutter_s=shutter_s, aperture=4.0))
+        assert frame.verified
+        assert (frame.pixels.mean() > 5) == any(levels)
+    hardware.close()
+
+
+def test_a_whole_session_finds_the_pose_though_a_light_dies(
+    bench: tuple[Path, str, "subprocess.Popen[str]"], tmp_path: Path
+) -> None:
+    folder, lights, process = bench
+    assert process.stdin is not None
+    process.stdin.write("dead:3\n")
+    process.stdin.flush()
     status, result, said = session(
-        tmp_path / "run", "--camera", started.folder / "camera.toml", "--lights", started.lights,
-        "--target", "cube", "--seed-pose", started.folder / "seed-pose.toml",
+        tmp_path / "run", "--camera", folder / "camera.toml", "--lights", lights,
+        "--target", "cube", "--seed-pose", folder / "seed-pose.toml",
     )  # fmt: skip
     assert "event: light_fault(light3)" in said
     assert (status, result["status"]) == (0, "converged"), said
     found = Pose(*(np.array(result["pose"][part]) for part in ("rotation_vector", "translation")))
     error = found.error_to(Simulator("cube", "nominal", SEED).true_pose)
     assert error.rotation_deg < 0.5 and error.translation_fraction_of_range < 0.005
-
-
-def test_a_camera_is_calibrated_and_recorded(bench: Callable[..., Bench], tmp_path: Path) -> None:
-    """The iris of the emulated lens is calibrated by its light; a basis is recorded and is linear."""
-    started = bench("--model", "lens")
-    made = tmp_path / "made.toml"
-    done = image_server(
-        "calibrate", "--camera", started.folder / "camera.toml", "--widest-aperture", "2.8", made
-    )
-    assert done.returncode == 0, done.stderr
-    file = load_camera_file(str(made))
-    stops = {step: value for value, step in file.aperture.steps}
-    assert {100, 78, 55} <= set(stops)
-    for step in (100, 78, 55):
-        assert stops[step] == pytest.approx(280 / step, rel=0.05)
-    assert 1 <= file.settle_frames <= 4
