@@ -10,7 +10,7 @@ import typer
 from bridge.errors import BadInput
 from bridge.lifeline import Lifeline
 from image_server.commands.emulate import FAULT, LINK, have_faults, shown
-from image_server.commands.options import Conditions, Draws, grouped
+from image_server.commands.options import Conditions, Draws, finite, grouped
 from image_server.commands.serving import plain_errors
 from image_server.commands.simulate import Scene, simulated_device
 from image_server.toml_text import toml_text
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from image_server.simulator import Simulator
 
 FULL = 255
+UNITS_PER_S = 10**7  # of USB video's frame intervals
 
 
 @grouped
@@ -30,6 +31,7 @@ def bench(
     model: Annotated[
         str, typer.Option(metavar="NAME_OR_FILE", help="Model of the camera: c922, live, lens or a file.")
     ] = "c922",
+    frame_rate: Annotated[float, typer.Option(min=0.1, max=120, callback=finite, help="Per second.")] = 30.0,
     link: Annotated[Path | None, LINK] = None,
     fault: Annotated[list[str] | None, FAULT] = None,
     parent: Annotated[int | None, typer.Option(metavar="PID", help="Stop when this process ends.")] = None,
@@ -41,7 +43,7 @@ def bench(
     silent, garbage, unplugged or refuse:CONTROL.
     """
     with plain_errors():
-        from image_server.emulators.bench import FRAME_PERIODS, Bench
+        from image_server.emulators.bench import Bench
         from image_server.emulators.faults import FaultPlan
         from image_server.emulators.line import EmulatedLineDriver
         from image_server.emulators.usbip import Connection, video_node
@@ -56,7 +58,8 @@ def bench(
         try:
             sensor = Bench(simulator, known, lambda: lights.outputs, FULL)
             size = simulator.camera.width, simulator.camera.height
-            formats = tuple(Format(name, *size, FRAME_PERIODS) for name in ("YUYV", "MJPG"))
+            interval = round(UNITS_PER_S / frame_rate)
+            formats = tuple(Format(name, *size, (interval,)) for name in ("YUYV", "MJPG"))
             camera = UvcCamera(known, formats, sensor, serial := secrets.token_hex(6))
             plan = FaultPlan({"": lights, "camera": camera}, fault or [])
             sensor(camera.values)  # traced before anyone waits for a frame

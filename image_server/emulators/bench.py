@@ -26,7 +26,6 @@ FULL_DEFOCUS_PX = 10.0
 """Standard deviation of the blur, iris open, when the focus is off by its whole range."""
 SHUTTERS_S = (1 / 240, 1 / 120, 1 / 60, 1 / 30, 1 / 15)
 APERTURES = (2.8, 4.0, 5.6)
-FRAME_PERIODS = (333_333, 666_666, 1_000_000)  # 100 ns
 
 Grey = NDArray[np.uint8]
 

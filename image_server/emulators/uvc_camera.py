@@ -42,6 +42,8 @@ AUTOMATICS = {
     "focus_absolute": ("focus_auto", (0,)),
 }
 """What can be set only while another control has one of some values."""
+LATEST_PERIODS = 1.5
+"""After so many frame periods a frame that was not fetched has given way to the next."""
 VIDEO_BLACK, VIDEO_SPAN = 16, 219
 SIMPLE_FAULTS = ("none", "silent", "garbage", "unplugged")
 MAKER = "Lights and Camera"
@@ -91,6 +93,7 @@ class UvcCamera(UsbDevice):
         self._refused: set[str] = set()
         self._error = NO_ERROR
         self._exposed: bytes | None = None
+        self._began_s = 0.0
         self._payloads: list[bytes] = []
         self._frame_id = 0
         self._next_s = 0.0
@@ -239,9 +242,10 @@ class UvcCamera(UsbDevice):
             period = fields[3] * 1e-7
             on_time = self._next_s + period
             self._next_s = on_time if on_time > now else now + period
-            ready, self._exposed = self._exposed, self._exposure(self._formats[fields[1] - 1])
-            if ready is None:
-                return None
+            ready, began_s = self._exposed, self._began_s
+            self._began_s, self._exposed = now, self._exposure(self._formats[fields[1] - 1])
+            if ready is None or now - began_s > LATEST_PERIODS * period:
+                return None  # nobody fetched it in time: lost
             self._payloads = self._packed(ready)
         return self._payloads.pop(0)
 

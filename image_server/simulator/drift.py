@@ -9,9 +9,11 @@ from geometry.camera import Camera
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from image_server.device import Change
+from image_server.simulator.motion import smeared
 from image_server.simulator.scenario import Time
 
 Floats = NDArray[np.float64]
+Image = NDArray[np.float32]
 
 
 class Drift:
@@ -65,8 +67,9 @@ class Drift:
         """Whether nothing changes by itself."""
         return self._time.seconds_per_capture == 0 or not (self.moves_target or self._time.sun_deg_per_s)
 
-    def image_motion(self, camera: Camera, pose: Pose) -> tuple[float, float]:
-        """How fast the target's origin moves in the image, px/s."""
-        x, y, z = pose.translation
-        vx, vy, vz = self._time.velocity_m_per_s
-        return camera.fx * (vx - vz * x / z) / z, camera.fy * (vy - vz * y / z) / z
+    def smeared(self, radiance: Image, camera: Camera, pose: Pose, target: Image, shutter_s: float) -> Image:
+        """Radiance (H, W) of an exposure in which the target moves; `target` (H, W) is its 1/depth."""
+        if not self.moves_target:
+            return radiance
+        velocity, spin = np.array(self._time.velocity_m_per_s), np.radians(self._time.spin_deg_per_s)
+        return smeared(radiance, camera, pose.translation, velocity, spin, target, shutter_s)

@@ -25,6 +25,7 @@ BOX_MATERIAL = Material(
 )
 BOX_FACES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
 BOX_SIZE = (0.12, 0.3)  # of the target's diameter
+TARGET = 0  # number of its part
 WALL_MARGIN = 3.0  # the wall reaches this many frame widths, so that it also fills a tilted view
 
 

@@ -12,12 +12,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from image_server.simulator.beam import intensity
-from image_server.simulator.sky import light_from
+from image_server.simulator.sky import light_from, mirrored
 from image_server.simulator.texture import ALPHA, CRINKLE, SPECULAR, albedo, crinkled
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+LEAST_MIRRORED = 1e-3  # share of the light; less is not worth the time
 SUBPIXEL = 0.25  # the texture is averaged at 2×2 places this far from the pixel's centre
 
 
@@ -95,6 +96,10 @@ def shade(
     sun_strength: float,
     sun_radius: float,
     sky: Floats,
+    even: float,
+    earth: Floats,
+    earth_distance: float,
+    earth_strength: float,
 ) -> NDArray[np.float32]:
     """Radiance of N samples under each light and the sun.
 
@@ -113,6 +118,7 @@ def shade(
     sun_radius : half the sun's angular diameter, rad; a disc of radius r widens a mirrored sun as if alpha²
         were larger by r²/8 (the variance of the half vectors, times 2).
     sky : (9,) light of everything else (`sky.irradiance`).
+    even, earth, earth_distance, earth_strength : the same as faces mirror it (`sky.mirrored`).
 
     Returns
     -------
@@ -181,6 +187,13 @@ def shade(
                 value *= intensity(beams[c], -(lx * aims[c, 0] + ly * aims[c, 1] + lz * aims[c, 2]))
                 out[i, c] = value * reach[i, c] * light_strength / square
         value = scattered * light_from(sky, n[0], n[1], n[2])
+        n_v = max(n[0] * v[0] + n[1] * v[1] + n[2] * v[2], 1e-4)
+        fresnel = s[SPECULAR] + (1.0 - s[SPECULAR]) * (1.0 - n_v) ** 5
+        if fresnel > LEAST_MIRRORED:
+            mx, my, mz = 2 * n_v * n[0] - v[0], 2 * n_v * n[1] - v[1], 2 * n_v * n[2] - v[2]
+            value += fresnel * mirrored(
+                mx, my, mz, s[ALPHA], even, earth, earth_distance, sun, earth_strength
+            )
         if share > 0:
             wide = math.sqrt(s[ALPHA] * s[ALPHA] + sun_radius * sun_radius / 8.0)
             bright = _brightness(n, v, sun[0], sun[1], sun[2], scattered, wide, s[SPECULAR])

@@ -3,7 +3,6 @@
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -111,7 +110,7 @@ class Simulator(Device):
 
     @property
     def sensor(self) -> Sensor:
-        """The sensor, without the motion that a drifting target adds."""
+        """The sensor, and the blur in front of it."""
         return self._sensor
 
     @property
@@ -172,9 +171,12 @@ class Simulator(Device):
         if self._captures and not self._drift.stands_still:
             self._advance()
         image = self._through_lens(self.radiance(applied.lights), applied.aperture)
+        image = self._drift.smeared(
+            image, self.camera, self._true, self._view().target_depth, applied.shutter_s
+        )
         self._captures += 1
         pixels = exposed(
-            image, self._moving_sensor(), applied.shutter_s, applied.aperture, (self._seed, self._captures)
+            image, self._sensor, applied.shutter_s, applied.aperture, (self._seed, self._captures)
         )
         return Frame(
             pixels=pixels,
@@ -224,14 +226,6 @@ class Simulator(Device):
         if self._focal_mm is not None:
             focal_m = self._focal_mm * 1e-3
         return focused(radiance, self._view().inverse_depth, camera.fx, focal_m / aperture, self._focus_m)
-
-    def _moving_sensor(self) -> Sensor:
-        """The sensor, with the motion that the target's own velocity adds all over the image."""
-        if not self._drift.moves_target:
-            return self._sensor
-        x, y = self._drift.image_motion(self.camera, self._true)
-        fixed = self._sensor.motion_px_per_s
-        return replace(self._sensor, motion_px_per_s=(fixed[0] + x, fixed[1] + y))
 
     def _advance(self) -> None:
         """One capture's time passes."""

@@ -22,6 +22,7 @@ AIR_HEIGHT_KM = 8.0  # over which the air thins to 1/e
 AIR_BRIGHTNESS = 0.6  # of the air at the limb, relative to the ground's mean
 CLOUD_SIZE = 0.03  # Earth radii
 CLOUD_CONTRAST = 0.8
+LOBE = 4.0  # angle (rad) that a mirrored direction is spread over, per unit of alpha
 LIMB_DARKENING = 0.6  # of the sun, in visible light
 STAR_TO_SUN = 10.0 ** (-0.4 * 26.74)  # a star of magnitude 0 against the sun, as light on a face
 FAINTEST, BRIGHTEST = 6.0, -1.0  # magnitudes of the stars that are drawn
@@ -79,32 +80,76 @@ def earth_radiance(
     """
     count = len(directions)
     out = np.zeros(count)
+    for i in range(count):
+        x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
+        out[i] = earth_along(x, y, z, earth, distance, sun, strength, edge, CLOUD_CONTRAST)
+    return out
+
+
+@njit(cache=True)
+def earth_along(
+    dx: float,
+    dy: float,
+    dz: float,
+    earth: Floats,
+    distance: float,
+    sun: Floats,
+    strength: float,
+    edge: float,
+    clouds: float,
+) -> float:
+    """Radiance of Earth and air in one unit direction; `clouds` is the contrast they have."""
     radius = math.asin(1.0 / distance)
     air = AIR_HEIGHT_KM / EARTH_RADIUS_KM / math.sqrt(distance * distance - 1.0)
-    for i in range(count):
-        along = 0.0
-        for k in range(3):
-            along += directions[i, k] * earth[k]
-        beyond = math.acos(min(max(along, -1.0), 1.0)) - radius
-        if beyond > 12.0 * air + edge:
-            continue
-        middle = along * distance
-        root = middle * middle - (distance * distance - 1.0)
-        ray = middle - math.sqrt(max(root, 0.0))
-        nx = ray * directions[i, 0] - distance * earth[0]
-        ny = ray * directions[i, 1] - distance * earth[1]
-        nz = ray * directions[i, 2] - distance * earth[2]
-        length = math.sqrt(nx * nx + ny * ny + nz * nz)
-        lit = max((nx * sun[0] + ny * sun[1] + nz * sun[2]) / length, 0.0)
-        ground = min(max(0.5 - beyond / edge, 0.0), 1.0)
-        value = (1.0 - ground) * AIR_BRIGHTNESS * math.exp(-max(beyond, 0.0) / air)
-        if ground > 0.0:
+    along = dx * earth[0] + dy * earth[1] + dz * earth[2]
+    beyond = math.acos(min(max(along, -1.0), 1.0)) - radius
+    if beyond > 12.0 * air + edge:
+        return 0.0
+    middle = along * distance
+    root = middle * middle - (distance * distance - 1.0)
+    ray = middle - math.sqrt(max(root, 0.0))
+    nx, ny, nz = (
+        ray * dx - distance * earth[0],
+        ray * dy - distance * earth[1],
+        ray * dz - distance * earth[2],
+    )
+    length = math.sqrt(nx * nx + ny * ny + nz * nz)
+    lit = max((nx * sun[0] + ny * sun[1] + nz * sun[2]) / length, 0.0)
+    ground = min(max(0.5 - beyond / edge, 0.0), 1.0)
+    value = (1.0 - ground) * AIR_BRIGHTNESS * math.exp(-max(beyond, 0.0) / air)
+    if ground > 0.0:
+        cloud = 0.5
+        if clouds > 0.0:
             x, y, z = nx / CLOUD_SIZE + 31.0, ny / CLOUD_SIZE + 17.0, nz / CLOUD_SIZE + 5.0
             cloud = 0.5 * noise(x, y, z)
             cloud += 0.3 * noise(3.1 * x, 3.1 * y, 3.1 * z) + 0.2 * noise(9.7 * x, 9.7 * y, 9.7 * z)
-            value += ground * (1.0 + CLOUD_CONTRAST * 2.0 * (cloud - 0.5))
-        out[i] = strength * lit * value
+        value += ground * (1.0 + clouds * 2.0 * (cloud - 0.5))
+    out: float = strength * lit * value
     return out
+
+
+@njit(cache=True)
+def mirrored(
+    dx: float,
+    dy: float,
+    dz: float,
+    alpha: float,
+    even: float,
+    earth: Floats,
+    distance: float,
+    sun: Floats,
+    strength: float,
+) -> float:
+    """Radiance of the sky as a mirror of roughness `alpha` (GGX) shows it where it reflects (dx, dy, dz).
+
+    A rough mirror shows a blurred Earth: its limb over LOBE · alpha, the width of the lobe, and no clouds
+    where they are smaller than that. `distance` 0 is no Earth.
+    """
+    if distance == 0.0:
+        return even
+    edge = max(1e-3, LOBE * alpha)
+    clouds = CLOUD_CONTRAST * max(0.0, 1.0 - edge / (4.0 * CLOUD_SIZE))
+    return even + earth_along(dx, dy, dz, earth, distance, sun, strength, edge, clouds)
 
 
 def irradiance(sky: Sky) -> Floats:

@@ -74,11 +74,13 @@ class Traced:
     images : L + 1 images (H, W) float32: each light alone at full power, then sun and sky on the scene.
     coverage : (H, W) float32, share of each pixel in which there is something.
     inverse_depth : (H, W) float32, 1/m at the pixel's centre, 0 where there is nothing.
+    part : (H, W) int16, the part of the scene there, -1 where there is nothing.
     """
 
     images: list[Image]
     coverage: Image
     inverse_depth: Image
+    part: NDArray[np.int16]
 
 
 def traced(scene: Scene, camera: Camera, light: Illumination) -> Traced:
@@ -86,21 +88,22 @@ def traced(scene: Scene, camera: Camera, light: Illumination) -> Traced:
     shape = (camera.height, camera.width)
     images = [np.zeros(shape, np.float32) for _ in range(len(light.lights) + 1)]
     coverage, inverse_depth = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+    part = np.full(shape, -1, np.int16)
     left, top, right, bottom = _region(scene, camera)
     if left >= right or top >= bottom:
-        return Traced(images, coverage, inverse_depth)
+        return Traced(images, coverage, inverse_depth, part)
     step = max(1, BAND_PIXELS // (right - left))
     columns = np.arange(left, right)
     with ThreadPoolExecutor(1) as shading:  # shades one lot of samples while the next is cast
         tracer = _Tracer(scene, camera, light, shading)
         for first in range(top, bottom, step):
             rows = np.arange(first, min(first + step, bottom))
-            values, covered, near = tracer.band(rows, columns)
+            values, covered, near, parts = tracer.band(rows, columns)
             there = np.s_[rows[0] : rows[-1] + 1, left:right]
             for channel, image in enumerate(images):
                 image[there] = values[..., channel]
-            coverage[there], inverse_depth[there] = covered, near
-    return Traced(images, coverage, inverse_depth)
+            coverage[there], inverse_depth[there], part[there] = covered, near, parts
+    return Traced(images, coverage, inverse_depth, part)
 
 
 class _Tracer:
@@ -115,8 +118,8 @@ class _Tracer:
         self._disc = _disc(light.sky.sun, light.sky.sun_radius_rad)
         self._sky = irradiance(light.sky)
 
-    def band(self, rows: Ints, columns: Ints) -> tuple[Image, Image, Image]:
-        """Radiance (R, C, L + 1), coverage (R, C) and 1/depth (R, C) of some rows and columns of pixels.
+    def band(self, rows: Ints, columns: Ints) -> tuple[Image, Image, Image, NDArray[np.int16]]:
+        """Radiance (R, C, L + 1), coverage, 1/depth and part (R, C) of some rows and columns of pixels.
 
         A row above and one below are cast, too: what differs from them is an edge.
         """
@@ -159,7 +162,13 @@ class _Tracer:
         values[chosen] = total / SAMPLES
         covered[chosen] = hits / SAMPLES
         shape = (len(rows), len(columns))
-        return values.reshape(*shape, -1), covered.reshape(shape), near.reshape(shape).astype(np.float32)
+        part = np.where(face < 0, -1, self._scene.part[face])[inner].astype(np.int16)
+        return (
+            values.reshape(*shape, -1),
+            covered.reshape(shape),
+            near.reshape(shape).astype(np.float32),
+            part.reshape(shape),
+        )
 
     def looked(self, directions: Rays, rim: Flags) -> tuple[NDArray[np.int32], Rays, Flags, Rays, Flags]:
         """A first look along rays from the camera (N, 3), and from what they hit to each light.
@@ -247,6 +256,10 @@ class _Tracer:
             light.sky.sun_strength,
             light.sky.sun_radius_rad,
             self._sky,
+            light.sky.even,
+            light.sky.sun if light.sky.earth is None else light.sky.earth,
+            0.0 if light.sky.earth is None else light.sky.earth_distance,
+            light.sky.sun_strength * light.sky.albedo,
         )
         return out
 

@@ -11,7 +11,7 @@ from geometry.camera import Camera
 from image_server.simulator.beam import beam_table
 from image_server.simulator.lens import glared, vignette
 from image_server.simulator.scenario import Scenario
-from image_server.simulator.scene import Scene
+from image_server.simulator.scene import TARGET, Scene
 from image_server.simulator.sky import EARTH_RADIUS_KM, Sky, seen
 from image_server.simulator.tracing import SUN_STRENGTH, Illumination, traced
 
@@ -27,10 +27,12 @@ class View:
     ----------
     images : (H, W) float32, each light alone (full, power 1), then sun, Earth and stars.
     inverse_depth : (H, W) float32, 1/m, 0 where nothing is near.
+    target_depth : the same of the target alone.
     """
 
     images: Radiances
     inverse_depth: NDArray[np.float32]
+    target_depth: NDArray[np.float32]
 
 
 def rendered(scenario: Scenario, scene: Scene, camera: Camera, sun: Floats, rng: np.random.Generator) -> View:
@@ -51,7 +53,9 @@ def rendered(scenario: Scenario, scene: Scene, camera: Camera, sun: Floats, rng:
             cv2.multiply(image, factor, dst=image)
     if lens.glare > 0:
         images = [glared(image, lens.glare) for image in images]
-    return View(images, trace.inverse_depth)
+    return View(
+        images, trace.inverse_depth, np.where(trace.part == TARGET, trace.inverse_depth, np.float32(0))
+    )
 
 
 def sky_of(scenario: Scenario, sun: Floats) -> Sky:

@@ -205,6 +205,13 @@ def _refusal(node: Requests, control: Control, value: int, error: OSError) -> De
             f"{what}: it cannot be set now.",
             "An automatic mode may be on; turn it off in the camera file's [controls].",
         )
+    if error.errno == errno.EILSEQ:  # uvcvideo's word for "wrong state"
+        return DeviceError(
+            f"{what}: not in the state it is in.",
+            "Another control may have to be set first; else unplug the camera and connect it again.",
+        )
+    if error.errno == errno.EREMOTE:  # uvcvideo's word for "not enough power"
+        return DeviceError(f"{what}: it has not enough power.", "Connect it to another USB port.")
     if error.errno == errno.EBUSY:
         return DeviceError(f"{what}: another program holds it.", f"Find it with: fuser {node.path}")
     if error.errno in (errno.ERANGE, errno.EINVAL):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bridge.errors import BadInput
-from image_server.emulators.bench import FRAME_PERIODS, Bench
+from image_server.emulators.bench import Bench
 from image_server.emulators.faults import FaultPlan
 from image_server.emulators.usbip import Stall
 from image_server.emulators.uvc_camera import UvcCamera
@@ -22,6 +22,7 @@ MANUAL = {
     "iris_absolute": 50,
     "zoom_absolute": 100,
 }
+FRAME_PERIODS = (333_333, 666_666)
 GET_CUR, SET_CUR, GET_INFO = 0x81, 0x01, 0x86
 
 
@@ -82,6 +83,12 @@ def test_an_automatic_mode_locks_what_it_sets(camera: UvcCamera) -> None:
     assert ask(camera, GET_CUR, 0x02, 0) == b"\x04"  # why: out of range
     with pytest.raises(Stall):
         ask(camera, SET_CUR, 0x02, 1, b"\x04")  # shutter priority, which it does not have
+
+
+def test_a_frame_that_nobody_fetches_gives_way_to_the_next(camera: UvcCamera) -> None:
+    assert camera.bulk_in(10.0) is None
+    assert camera.bulk_in(10.5) is None  # that of 10.0 is lost; the next is exposed now
+    assert camera.bulk_in(10.54) is not None
 
 
 def test_frames_come_in_payloads_a_period_after_they_were_exposed(camera: UvcCamera) -> None:

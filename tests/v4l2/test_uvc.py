@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -45,8 +46,8 @@ pytestmark = pytest.mark.skipif(
 
 def scene(values: Mapping[str, int]) -> Any:
     """Bars, brighter with exposure and iris, blurred with focus, larger with zoom."""
-    light = values["exposure_absolute"] / 400 * (values.get("iris_absolute", 100) / 100) ** 2
-    bar = 8 * values.get("zoom_absolute", 100) / 100
+    iris, zoom = ((values.get(name) or 100) / 100 for name in ("iris_absolute", "zoom_absolute"))
+    light, bar = values["exposure_absolute"] / 400 * iris**2, 8 * zoom
     softness = 0.2 + abs(values["focus_absolute"] - 500) / 250
     wave = np.sin(2 * np.pi * np.arange(WIDTH) / (2 * bar)) / softness
     bars = 0.5 + 0.4 * np.tanh(wave)
@@ -158,7 +159,7 @@ def test_every_lens_control_is_set_shows_and_is_read_back(plug: Plug, opened: Op
     first = shot()
     assert shot(aperture=2 * WIDE_OPEN).mean() == pytest.approx(first.mean() / 4, rel=0.05)
     assert shot(shutter_s=0.01).mean() == pytest.approx(first.mean() / 2, rel=0.05)
-    assert _edges(shot(focal_length_mm=16.0)) == _edges(first) // 2
+    assert _edges(shot(focal_length_mm=16.0)) == pytest.approx(_edges(first) / 2, abs=1)
     assert np.ptp(shot(focus_m=2.0)) < 0.8 * np.ptp(first)
 
 
@@ -180,7 +181,7 @@ def test_what_goes_wrong_is_told(plug: Plug, opened: Opened) -> None:
 
     assert verified(first)
     emulated.fault("refuse:exposure_absolute")
-    with pytest.raises(DeviceError, match=rf"{device} refuses exposure_absolute = 667"):
+    with pytest.raises(DeviceError, match=rf"{device} refuses exposure_absolute = 667: not in the state"):
         verified(last)
     emulated.fault("none")
     assert verified(last)
@@ -263,13 +264,14 @@ def test_what_a_light_does_shows_in_the_next_frame_and_not_before(
 ) -> None:
     """A USB camera sends a frame a period after it was exposed, and calls that the start of the exposure."""
     folder, lights, _ = bench
-    hardware = Hardware(opened(load_camera_file(str(folder / "camera.toml"))), open_rig(lights))
-    shutter_s = hardware.describe().shutters_s[2]
-    for levels in ((7, 7, 7), (0, 0, 0)) * 3:
-        frame = hardware.capture(Settings(lights=levels, shutter_s=shutter_s, aperture=4.0))
-        assert frame.verified
-        assert (frame.pixels.mean() > 5) == any(levels)
-    hardware.close()
+    with closing(
+        Hardware(opened(load_camera_file(str(folder / "camera.toml"))), open_rig(lights))
+    ) as hardware:
+        shutter_s = hardware.describe().shutters_s[2]
+        for levels in ((7, 7, 7), (0, 0, 0)) * 3:
+            frame = hardware.capture(Settings(lights=levels, shutter_s=shutter_s, aperture=4.0))
+            assert frame.verified
+            assert (frame.pixels.mean() > 5) == any(levels)
 
 
 def test_a_whole_session_finds_the_pose_though_a_light_dies(

@@ -1,0 +1,101 @@
+"""Blur of a moving and turning target, against the mean of many renders along its way."""
+
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from geometry.pose import Pose
+from geometry.rotation import matrix_of
+from image_server.sensor import Sensor, blurred
+from image_server.simulator import Simulator
+from image_server.simulator.motion import image_velocity, smeared
+from image_server.simulator.scenario import Background, Scenario, Time
+
+SHUTTER_S = 1 / 15
+MOMENTS = 15
+
+
+def moving(
+    velocity: tuple[float, float, float], spin_deg: tuple[float, float, float], **more: object
+) -> Simulator:
+    time = Time(seconds_per_capture=1.0, velocity_m_per_s=velocity, spin_deg_per_s=spin_deg)
+    return Simulator("cube", msgspec.structs.replace(Scenario(time=time), **more), 4)
+
+
+def exposure(
+    simulator: Simulator, velocity: NDArray[np.float64], spin: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """The mean of renders at moments of the exposure: what the blur has to come near."""
+    middle = simulator.true_pose
+    total = np.zeros((480, 640))
+    for moment in (np.arange(MOMENTS) + 0.5) / MOMENTS - 0.5:
+        seconds = SHUTTER_S * moment
+        turned = matrix_of(spin * seconds) @ middle.matrix
+        simulator._true = Pose.from_matrix(turned, middle.translation + velocity * seconds)
+        simulator._traced.clear()
+        total += simulator.basis()[0]
+    simulator._true = middle
+    simulator._traced.clear()
+    return (total / MOMENTS).astype(np.float32)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "spin_deg"),
+    [
+        ((0.06, -0.03, 0.0), (0.0, 0.0, 0.0)),
+        ((0.0, 0.0, 0.3), (0.0, 0.0, 0.0)),
+        ((0.0, 0.0, 0.0), (0.0, 0.0, 60.0)),
+        ((0.0, 0.0, 0.0), (20.0, -30.0, 0.0)),
+        ((0.05, 0.0, 0.05), (0.0, 20.0, 30.0)),
+    ],
+)
+def test_blur_is_the_mean_of_the_way(
+    velocity: tuple[float, float, float], spin_deg: tuple[float, float, float]
+) -> None:
+    simulator = moving(velocity, spin_deg)
+    v, spin = np.array(velocity), np.radians(spin_deg)
+    true = exposure(simulator, v, spin)
+    sharp = simulator.basis()[0]
+    origin, depth = simulator.true_pose.translation, simulator._view().target_depth
+    ours = smeared(sharp, simulator.camera, origin, v, spin, depth, SHUTTER_S)
+    blur, error = (float(np.sqrt(np.mean((image - true) ** 2))) for image in (sharp, ours))
+    assert blur > 0.0005  # there is something to blur
+    assert error < 0.4 * blur  # what is left is mostly interpolation, and light that changes on the way
+
+
+def test_a_turn_about_the_line_of_sight_moves_in_circles() -> None:
+    simulator = moving((0.0, 0.0, 0.0), (0.0, 0.0, 10.0))
+    camera, spin = simulator.camera, np.array([0.0, 0.0, 0.2])
+    field = image_velocity(
+        camera, np.array([0.0, 0.0, 1.0]), np.zeros(3), spin, np.full((480, 640), 0.7, np.float32)
+    )
+    x, y = 600, 100
+    dx, dy = (x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy
+    assert field[y, x] == pytest.approx([-0.2 * dy * camera.fx, 0.2 * dx * camera.fy], rel=1e-4)
+
+
+def test_a_side_step_blurs_as_a_line() -> None:
+    """Far from outlines it is the straight line of `motion_px_per_s`, as long as the depth asks for."""
+    simulator = moving((0.05, 0.02, 0.0), (0.0, 0.0, 0.0))
+    camera, origin = simulator.camera, simulator.true_pose.translation
+    radiance = np.random.default_rng(1).random((480, 640), np.float32)
+    flat = np.full((480, 640), 2.0, np.float32)
+    ours = smeared(radiance, camera, origin, np.array([0.05, 0.02, 0.0]), np.zeros(3), flat, SHUTTER_S)
+    sensor = replace(Sensor(), motion_px_per_s=(0.05 * 2 * camera.fx, 0.02 * 2 * camera.fy))
+    line = blurred(radiance, sensor, SHUTTER_S, 4.0)
+    assert np.abs(ours - line)[20:-20, 20:-20].mean() < 0.02
+
+
+def test_what_stands_behind_the_target_stays_sharp() -> None:
+    simulator = moving((0.1, 0.0, 0.0), (0.0, 0.0, 0.0), background=Background(kind="wall"))
+    view = simulator._view()
+    origin, velocity = simulator.true_pose.translation, np.array([0.1, 0.0, 0.0])
+    sharp = view.images[0]
+    ours = smeared(sharp, simulator.camera, origin, velocity, np.zeros(3), view.target_depth, SHUTTER_S)
+    changed = np.abs(ours - sharp) > 1e-4
+    behind = view.target_depth == 0
+    assert (view.inverse_depth[behind] > 0).all()
+    assert changed[behind].mean() < 0.05 < changed[~behind].mean()
