@@ -1,6 +1,7 @@
 """What every device is to the server: a thing that takes settings and gives frames."""
 
 import math
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -45,6 +46,14 @@ class Frame:
     sequence: int
     timestamp: float
     devices: dict[str, str] = field(default_factory=dict)
+
+
+def sure_frame(
+    pixels: NDArray[np.uint8], requested: Settings, applied: Settings, sequence: int, source: str
+) -> Frame:
+    """A frame of now from a source that does what it is told: simulated, or recorded."""
+    devices = {"camera": source, "lights": source}
+    return Frame(pixels, requested, applied, True, sequence, time.time(), devices)
 
 
 @dataclass(frozen=True)

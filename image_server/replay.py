@@ -1,6 +1,5 @@
 """The replay device: recorded light stacks answer as if camera and lights were there."""
 
-import time
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from image_server.device import (
     level_fraction,
     light_powers,
     same_value,
+    sure_frame,
 )
 from image_server.sensor import exposed, mixed
 from image_server.stack import BasisStack, FramesStack, FrameTable, describe_stack
@@ -57,15 +57,7 @@ class Replay(Device):
         else:
             pixels, applied = self._recorded_frame(self._stack, applied)
         self._captures += 1
-        return Frame(
-            pixels=pixels,
-            requested=settings,
-            applied=applied,
-            verified=True,
-            sequence=self._captures,
-            timestamp=time.time(),
-            devices={"camera": f"replay:{self._stack.folder}", "lights": f"replay:{self._stack.folder}"},
-        )
+        return sure_frame(pixels, settings, applied, self._captures, f"replay:{self._stack.folder}")
 
     def health(self) -> dict[str, Any]:
         """Always sound: the stack was read whole at the start."""

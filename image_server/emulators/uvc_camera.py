@@ -99,12 +99,7 @@ class UvcCamera(UsbDevice):
         self._next_s = 0.0
 
     def fault(self, kind: str) -> None:
-        """Have a fault from now on.
-
-        Raises
-        ------
-        BadInput : no such fault.
-        """
+        """Have a fault from now on, or with `none` no more; raises BadInput where there is no such fault."""
         self.check_fault(kind)
         word, _, name = kind.partition(":")
         if kind == "unplugged":

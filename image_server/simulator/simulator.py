@@ -1,6 +1,5 @@
 """The simulated device: traces each geometry once, then mixes and exposes."""
 
-import time
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -23,7 +22,7 @@ from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
-from image_server.device import Change, Device, Frame, checked_settings, level_fraction
+from image_server.device import Change, Device, Frame, checked_settings, level_fraction, sure_frame
 from image_server.replay import pose_error
 from image_server.sensor import Sensor, exposed, mixed
 from image_server.simulator import placement
@@ -178,15 +177,7 @@ class Simulator(Device):
         pixels = exposed(
             image, self._sensor, applied.shutter_s, applied.aperture, (self._seed, self._captures)
         )
-        return Frame(
-            pixels=pixels,
-            requested=settings,
-            applied=applied,
-            verified=True,
-            sequence=self._captures,
-            timestamp=time.time(),
-            devices={"camera": "simulator", "lights": "simulator"},
-        )
+        return sure_frame(pixels, settings, applied, self._captures, self.name)
 
     def radiance(self, levels: tuple[int, ...]) -> NDArray[np.float32]:
         """Linear radiance (H, W) float32 without blur and noise; 1 clips at 1/60 s, f/4 and gain 1."""
