@@ -3,7 +3,7 @@
 PYTHON ?= python3
 export PYTHON
 VENV    = .venv/bin/python
-KERNELS = $(shell find geometry vision_server image_server -name '*.py')
+SOURCES = $(shell find bridge geometry vision_server image_server report -name '*.py')
 
 .PHONY: dock test test-v4l2 bench setup check clean help
 .DEFAULT_GOAL := help
@@ -29,8 +29,9 @@ system:
 bridge/zmq4pl.so: $(wildcard bridge/*.c bridge/*.h) | system
 	@swipl-ld -shared -O2 -Wall -o $@ $(filter %.c,$^) -lzmq
 
-.venv/.compiled: .venv/.installed $(KERNELS)
-	@echo "setup: compiling the numeric kernels"
+.venv/.compiled: .venv/.installed $(SOURCES)
+	@echo "setup: compiling modules and numeric kernels"
+	@$(VENV) -m compileall -q bridge geometry vision_server image_server report
 	@$(VENV) -m vision_server warm
 	@$(VENV) -m image_server warm
 	@touch $@

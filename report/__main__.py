@@ -1,27 +1,37 @@
 """`python -m report RUN_FOLDER`: write the folder's report.html and overlay pictures."""
 
 import sys
+from argparse import ArgumentParser
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
+from bridge.lifeline import leave
 from report.errors import ReportError
 
 
-def main(
-    run_folder: Annotated[Path, typer.Argument(help="Run folder of a session, with its result.json.")],
-) -> None:
-    """Write RUN_FOLDER/report.html and RUN_FOLDER/images/<id>-overlay.png."""
-    from report.page import write_report  # late: --help must not wait for numba
+def main() -> int:
+    """Write RUN_FOLDER/report.html and RUN_FOLDER/images/<id>-overlay.png; the exit status."""
+    parser = ArgumentParser(
+        prog="python -m report",
+        description="Write RUN_FOLDER/report.html and overlay pictures of its images.",
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        "run_folder", type=Path, metavar="RUN_FOLDER", help="Run folder of a session, with its result.json."
+    )
+    folder = parser.parse_args().run_folder
 
+    from geometry.kernels import prepare_kernels  # late: --help must not wait for numba
+    from report.page import write_report
+
+    prepare_kernels()
     try:
-        path = write_report(run_folder)
+        path = write_report(folder)
     except ReportError as error:
         print(f"report: {error}", file=sys.stderr)
-        raise typer.Exit(2) from error
+        return 2
     print(path)
+    return 0
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    leave(main())

@@ -34,9 +34,11 @@ def simulator(serving: Serving, scene: Scene, draws: Draws, conditions: Conditio
 
 def simulated_device(scene: Scene, draws: Draws, conditions: Conditions) -> "Simulator":
     """The simulator of a scene under other conditions."""
+    from geometry.kernels import prepare_kernels
     from image_server.simulator import Simulator
     from image_server.simulator.scenario import load_scenario, with_conditions
 
+    prepare_kernels()
     described = with_conditions(load_scenario(scene.scenario), *conditions.values())
     return Simulator(
         scene.target, described, draws.seed, unit=scene.unit, captures_taken=draws.captures_taken

@@ -33,7 +33,7 @@ def test_kernels_are_ready_without_scipy_which_is_there_afterwards(root: Path) -
         root,
         "import sys\n"
         "import numpy as np\n"
-        "from vision_server.kernels import prepare_kernels\n"
+        "from geometry.kernels import prepare_kernels\n"
         "from vision_server.noise import grey_noise\n"
         "prepare_kernels()\n"
         "assert np.isfinite(grey_noise(np.zeros((9, 9), np.uint8))).all()\n"

@@ -77,11 +77,11 @@ def _write(options: Namespace) -> None:
     import cv2
     import numpy as np
 
+    from geometry.kernels import prepare_kernels
     from vision_server.channel import channel_statistics
     from vision_server.comparison_edges import comparison_edges
     from vision_server.edges import merge_channels
     from vision_server.image_files import read_image_set
-    from vision_server.kernels import prepare_kernels
 
     prepare_kernels()
     pixels = read_image_set(options.images)

@@ -26,7 +26,7 @@ def run(options: Namespace) -> int:
     try:
         from bridge.keys import client_keys, server_keys
         from bridge.serve import serve
-        from vision_server.kernels import prepare_kernels
+        from geometry.kernels import prepare_kernels
         from vision_server.server import VisionServer
 
         service = VisionServer(client_keys(options.keys, "vision_server", "image_server"))
