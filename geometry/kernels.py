@@ -1,10 +1,16 @@
-"""Readiness of the compiled kernels."""
+"""What a process does to be quickly ready for compiled kernels."""
 
 from __future__ import annotations
 
+import gc
 import sys
 
 BLAS = "scipy.linalg.cython_blas"
+
+
+def begin_loading() -> None:
+    """Call before numba is imported: what is loaded stays, and need not be looked through for garbage."""
+    gc.disable()
 
 
 def prepare_kernels() -> None:
@@ -23,3 +29,5 @@ def prepare_kernels() -> None:
     finally:
         if found is None:
             del sys.modules[BLAS]
+    gc.freeze()
+    gc.enable()

@@ -5,6 +5,7 @@ from argparse import ArgumentParser
 from pathlib import Path
 
 from bridge.lifeline import leave
+from geometry.kernels import begin_loading, prepare_kernels
 from report.errors import ReportError
 
 
@@ -20,8 +21,8 @@ def main() -> int:
     )
     folder = parser.parse_args().run_folder
 
-    from geometry.kernels import prepare_kernels  # late: --help must not wait for numba
-    from report.page import write_report
+    begin_loading()
+    from report.page import write_report  # late: --help must not wait for numba
 
     prepare_kernels()
     try:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from bridge.lifeline import leave
+from geometry.kernels import begin_loading
 
 PROGRAM = "python -m vision_server"
 COMMANDS = {
@@ -31,6 +32,7 @@ def main(words: Sequence[str]) -> int:
     if name not in COMMANDS:
         print(f"vision_server: no command {name!r}; there are {', '.join(COMMANDS)}.", file=sys.stderr)
         return 2
+    begin_loading()
     command = import_module(f"vision_server.commands.{name}")
     parser = ArgumentParser(prog=f"{PROGRAM} {name}", description=COMMANDS[name], allow_abbrev=False)
     command.add_options(parser)
