@@ -17,6 +17,7 @@ from vision_server.channel import (
     WEIGHT_EXPONENT,
     channel_statistics,
 )
+from vision_server.channels import set_statistics
 from vision_server.gaussian import gaussian_kernels
 from vision_server.gradient_pixels import FLANK_RATIO
 
@@ -36,11 +37,14 @@ def test_contrast_is_the_height_of_a_step_whatever_its_direction() -> None:
         assert min(difference, np.pi - difference) < 0.02
 
 
-def test_statistics_are_their_equations() -> None:
-    image, exposure, gamma, sigma = textured(), 0.5, 2.2, 1.0
+@pytest.mark.parametrize(("gamma", "sigma"), [(2.2, 1.0), (1.0, 1.6), (2.2, 0.8), (1.0, 0.7)])
+def test_statistics_are_their_equations(gamma: float, sigma: float) -> None:
+    image, exposure = textured(), 0.5
     channel = channel_statistics(image, exposure, gamma, sigma_px=sigma)
     linear = 255.0 * (image / 255.0) ** gamma
     smooth, derivative = (kernel.astype(np.float64) for kernel in gaussian_kernels(sigma))
+    if sigma < 0.85:  # the outermost taps are too small to count
+        smooth, derivative = smooth[1:-1], derivative[1:-1]
     height = np.sqrt(2 * np.pi) * sigma / exposure
     # correlate, as image filters do: scipy's convolve1d turns the kernel round
     gx = height * convolve1d(
@@ -156,3 +160,15 @@ def test_noise_that_was_smoothed_is_still_noise() -> None:
 def test_a_blurred_image_gets_a_coarser_gradient() -> None:
     sharp, blurred = (channel_statistics(step(0.3, 0.0, 40, 180, blur_px=blur)) for blur in (0.0, 5.0))
     assert blurred.sigma_px > sharp.sigma_px
+
+
+def test_channels_of_a_set_are_those_of_its_images() -> None:
+    images = [textured(seed) for seed in range(5)]
+    exposures, gammas = [1.0, 0.5, 2.0, 1.0, 4.0], [1.0, 2.2, 1.0, 1.0, 1.8]
+    together = set_statistics(images, exposures, gammas)
+    for channel, image, exposure, gamma in zip(together, images, exposures, gammas, strict=True):
+        alone = channel_statistics(image, exposure, gamma)
+        np.testing.assert_array_equal(channel.contrast, alone.contrast)
+        np.testing.assert_array_equal(channel.weight, alone.weight)
+    with pytest.raises(ValueError, match="5 images, 1 exposures"):
+        set_statistics(images, [1.0], gammas)
