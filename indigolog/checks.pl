@@ -8,6 +8,7 @@
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(solution_sequences), [limit/2]).
 :- use_module(binding, [bound_names/2]).
+:- use_module(loop_variables, [kept_variable/3]).
 :- use_module(program_checks).
 :- use_module(theory).
 
@@ -146,6 +147,10 @@ theory_problem(Theory, error, axiom_arity(Name/Arity, Expected), Ref) :-
     \+ predicate_property(Module:Head, imported_from(_)),
     findall(Name/N, theory_predicate(Name/N), Expected),
     clause(Module:Head, _, Ref).
+theory_problem(Theory, warning, kept_variable(in(Name, []), Part), Ref) :-
+    theory_module(Theory, Module),
+    clause(Module:proc(Name, Body), Condition, Ref),
+    once(kept_variable(Body, Name-Body-Condition, Part)).
 theory_problem(Theory, warning, recursion(Name, Path), Ref) :-
     theory_module(Theory, Module),
     clause(Module:proc(Name, Body), true, Ref),
@@ -246,5 +251,9 @@ program_problems(Program, Problems) :-
     current_theory(Theory),
     bound_names(Program, Names),
     findall(problem(Kind, program, 0, What),
-            program_problem(Program, in(program, Names), Theory, Kind, What),
+            (   program_problem(Program, in(program, Names), Theory, Kind, What)
+            ;   Kind = warning,
+                What = kept_variable(in(program, Names), Part),
+                once(kept_variable(Program, Program, Part))
+            ),
             Problems).

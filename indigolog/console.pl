@@ -3,6 +3,7 @@
           ]).
 :- use_module(library(readutil), [read_line_to_string/2]).
 :- use_module(explanation_text, [explanations//1]).
+:- use_module(messages, [shown_program/2]).
 :- use_module(stepper).
 
 /** <module> The stepper at the terminal: a command a line */
@@ -134,7 +135,8 @@ answer(fluents([])) -->
 answer(fluents([Pair|Pairs])) -->
     values([Pair|Pairs]).
 answer(program(E)) -->
-    [ '~p'-[E] ].
+    { shown_program(E, Shown) },
+    [ '~p'-[Shown] ].
 answer(history([])) -->
     [ 'Nothing has happened'-[] ].
 answer(history([A|As])) -->

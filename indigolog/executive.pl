@@ -3,7 +3,7 @@
             request_stop/1,           % +Reason
             request_abort/0
           ]).
-:- use_module(library(lists), [member/2]).
+:- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3, meta_options/3]).
 :- use_module(chance).
 :- use_module(context, [top_context/1]).
@@ -321,12 +321,22 @@ do_action(A, T, Entries, Skip, X, S1, S2, S3, Entries1, Skip1) :-
         situation_theory(S2, Theory),
         (   Sensing \== none,
             sensing_action(Theory, A)
-        ->  progress(e(A, Sensing), S2, S3)
+        ->  boolean_if_relational(A, Sensing, Theory),
+            progress(e(A, Sensing), S2, S3)
         ;   S3 = S2
         ),
         happened(executed(T, A, Sensing), A, X, S3, Skip, Skip1)
     ),
     resumed_if_last(Entries, Entries1, X, S3).
+
+boolean_if_relational(A, Sensing, Theory) :-
+    theory_module(Theory, Module),
+    (   Module:senses(A, F),
+        fluent_template(Theory, F, rel),
+        \+ memberchk(Sensing, [true, false])
+    ->  throw(error(golog(not_boolean_result(A, F, Sensing)), _))
+    ;   true
+    ).
 
 replayed(executed(_, _, Sensing), done(Sensing)).
 replayed(failed(_, _, Reason), failed(Reason)).

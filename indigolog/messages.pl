@@ -1,6 +1,8 @@
 :- module(indigolog_messages,
-          [ progress_message/1        % +Message
+          [ progress_message/1,       % +Message
+            shown_program/2           % +Program, -Shown
           ]).
+:- use_module(library(apply), [maplist/2, maplist/3]).
 :- use_module(library(debug), [debugging/1]).
 :- use_module(library(lists), [append/3, member/2]).
 :- use_module(explain, [why/3]).
@@ -31,15 +33,33 @@ prolog:message(error(Formal, Where)) -->
       (   nonvar(Point), Point = point(_, _, Context) -> true ; Context = Point ) },
     '$messages':translate_message(error(Formal, Context)),
     point(Point, E),
-    [ nl, '  in ~W'-[E, [quoted(true), portray(true), numbervars(true), max_depth(14)]] ],
+    { shown_program(E, Shown) },
+    [ nl, '  in ~W'-[Shown, [quoted(true), portray(true), numbervars(true), max_depth(14)]] ],
     where(History).
 
 point(Point, E) -->
     (   { nonvar(Point), Point = point(Part, Bindings, _), Part \== E }
-    ->  [ nl, '  at ~W'-[Part, [quoted(true), portray(true), numbervars(true), max_depth(14)]] ],
+    ->  { shown_program(Part, Shown) },
+        [ nl, '  at ~W'-[Shown, [quoted(true), portray(true), numbervars(true), max_depth(14)]] ],
         bindings(Bindings)
     ;   []
     ).
+
+%!  shown_program(+Program, -Shown) is det.
+%
+%   Shown is Program with what only the interpreter writes put in the words of the language.
+
+shown_program(E, Shown), \+ compound(E) => Shown = E.
+shown_program('$interrupts'(_, E), Shown) => shown_program(E, Shown).
+shown_program('$stopped'(E), Shown) => shown_program(E, Shown).
+shown_program('$locked'(E), Shown) => shown_program(E, Shown).
+shown_program('$atomic'(E), Shown) => Shown = atomic(E1), shown_program(E, E1).
+shown_program('$plan'(E, _, _, _), Shown) => Shown = search(E1), shown_program(E, E1).
+shown_program('$conditional'(_, Plan), Shown) => Shown = Plan.
+shown_program(E, Shown) =>
+    compound_name_arguments(E, Name, Args),
+    maplist(shown_program, Args, ShownArgs),
+    compound_name_arguments(Shown, Name, ShownArgs).
 
 bindings([]) --> [].
 bindings([B|Bs]) -->
@@ -90,6 +110,9 @@ message(progress(failed(_, A, Reason))) -->
     [ '~p failed: ~p'-[A, Reason] ].
 message(device_left(Device)) -->
     [ 'Device ~q does not end: its thread is left behind'-[Device] ].
+message(no_answer_of(Answer, Results)) -->
+    { some_terms(Results, Text) },
+    [ '~q is not one of ~w'-[Answer, Text] ].
 message(no_term(Text)) -->
     [ '~w: not a Prolog term; once more, please'-[Text] ].
 message(undeclared_event(A)) -->
@@ -118,6 +141,9 @@ problem(unknown_call(In, Call)) -->
     inside(In),
     [ '~q is neither an action nor a procedure of the theory'-[Name/Arity] ],
     hint(Call).
+problem(no_instance(In, A)) -->
+    inside(In),
+    [ 'action ~q is not one of those that are declared'-[A] ].
 problem(no_program(In, E)) -->
     inside(In),
     [ '~q stands where a program must'-[E] ].
@@ -150,6 +176,13 @@ problem(no_initial(F)) -->
     [ 'fluent ~q has no initial value'-[Name/Arity] ].
 problem(no_initial_value(F)) -->
     [ 'fluent ~q has no initial value'-[F] ].
+problem(kept_variable(In, Part)) -->
+    inside(In),
+    { copy_term(Part, Shown),
+      term_variables(Shown, Variables),
+      maplist(=('$VAR'('_')), Variables) },
+    [ 'a variable in ~W keeps in every round of the loop the value of the first: bind it with pi or some'-
+          [Shown, [quoted(true), numbervars(true)]] ].
 problem(two_kinds(F)) -->
     { functor(F, Name, Arity) },
     [ 'fluent ~q is declared relational and functional'-[Name/Arity] ].
@@ -262,6 +295,8 @@ error_text(deadline(A, Seconds)) -->
     [ 'the device did not finish ~q within ~w s'-[A, Seconds] ].
 error_text(device_failed(D, A)) -->
     [ 'device ~q failed to execute ~q'-[D, A] ].
+error_text(not_boolean_result(A, F, R)) -->
+    [ '~q sensed ~q, but ~q, which it senses, is true or false'-[A, R, F] ].
 error_text(nothing_sensed(A)) -->
     [ 'the device gave no sensing result for ~q'-[A] ].
 error_text(no_theory) -->

@@ -59,13 +59,27 @@ program_problem(E, In, Theory, Kind, What) :-
         ;   unused_variable(E, In, Kind, What)
         )
     ;   callable(E)
-    ->  \+ action_template(Theory, E, _),
-        \+ called_procedure(Theory, E),
-        Kind = error,
-        What = unknown_call(In, E)
+    ->  \+ called_procedure(Theory, E),
+        (   action_template(Theory, E, _)
+        ->  no_instance(E, In, Theory),
+            Kind = warning,
+            What = no_instance(In, E)
+        ;   Kind = error,
+            What = unknown_call(In, E)
+        )
     ;   Kind = error,
         What = no_program(In, E)
     ).
+
+% An action with constant arguments that is not among the declared ones.
+no_instance(A, in(_, Names), Theory) :-
+    ground(A),
+    \+ ( sub_term(T, A),
+         callable(T),
+         ( memberchk(T, Names) ; fluent_template(Theory, T, _) ) ),
+    theory_module(Theory, Module),
+    \+ catch(Module:prim_action(A), _, true),
+    \+ catch(Module:exog_action(A), _, true).
 
 part_problem(program(E), In, Theory, Kind, What) :-
     program_problem(E, In, Theory, Kind, What).

@@ -161,7 +161,7 @@ run(offline, Program, Options, Status) :-
         (   option(explain(true), Options)
         ->  initial_situation(S),
             explained(search(Program), S)
-        ;   true
+        ;   say('(--explain tells what was in the way)', [])
         ),
         Status = 1
     ).

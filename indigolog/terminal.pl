@@ -6,6 +6,7 @@
             forget_input_ended/0
           ]).
 
+:- use_module(library(lists), [memberchk/2]).
 :- use_module(library(readutil), [read_line_to_string/2]).
 
 :- meta_predicate ask_in(+, 0).
@@ -25,12 +26,18 @@ the executed actions.
 ask_execute(Action, Sensing) :-
     (   indigolog_situation:sensing_action(Action)
     ->  results(Action, Results),
-        prompt_for(sensing(Action, Results), Sensing),
-        (   Sensing == end_of_file
-        ->  throw(error(golog(no_answer(Action)), _))
-        ;   true
-        )
+        answer(Action, Results, Sensing)
     ;   true
+    ).
+
+answer(Action, Results, Sensing) :-
+    prompt_for(sensing(Action, Results), Answer),
+    (   Answer == end_of_file
+    ->  throw(error(golog(no_answer(Action)), _))
+    ;   ( Results == [] ; memberchk(Answer, Results) )
+    ->  Sensing = Answer
+    ;   print_message(error, golog(no_answer_of(Answer, Results))),
+        answer(Action, Results, Sensing)
     ).
 
 % What may be answered, where it can be told.

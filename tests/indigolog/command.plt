@@ -41,6 +41,18 @@ test(tells_what_may_be_answered, true == Said) :-
     run_on(Theory, ['[peek, knock, look]', '--online'], "2\nhollow\ntrue\n", 0, _, Errors),
     said(Errors, "peek: sensing result (1, 2, 3)? knock: sensing result (dull, hollow)? look: sensing result (true, false)? ", Said).
 
+test(asks_again, true == Said) :-
+    here(Folder),
+    atom_concat(Folder, '/theories/treasure.pl', Theory),
+    run_on(Theory, [look, '--online'], "maybe\ntrue\n", 0, _, Errors),
+    said(Errors, "maybe is not one of true, false", Said).
+
+% In the words of the language, not in those that the interpreter writes.
+test(program_that_remains, true == Said) :-
+    run(['[prioritized_interrupts([interrupt(counter < 2, [inc, search([inc, inc])])])]', '--step'],
+        "step\nstep\nprogram\nquit\n", 0, Output, _),
+    said(Output, "pconc([search(inc),interrupt(counter<2,[inc,search([inc,inc])])],stop_interrupts)", Said).
+
 test(an_answer_on_two_lines, Status == 0) :-
     run(['[look, ?(door = f(1)), inc]', '--online'], "\nf(\n1).\n", Status, _, _).
 

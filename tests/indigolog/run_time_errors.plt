@@ -49,6 +49,13 @@ test(told, [forall(slip(Program, Lines)), true(Missing == [])]) :-
     printed(Program, Text),
     findall(Line-Text, ( member(Line, Lines), \+ says(Text, Line) ), Missing).
 
+% A device that answers what cannot be: said where it happens, not where it is missed.
+test(no_truth_value, [setup(load), error(golog(not_boolean_result(listen, noisy, loud)))]) :-
+    indigolog([up, listen, ?(noisy)], [check(false), device(deaf)]).
+
+deaf:can_execute(_).
+deaf:execute(A, Result) :- ( A == listen -> Result = loud ; Result = none ).
+
 test(history_is_kept, [setup(tmp_file(journal, File)), cleanup(delete_file(File)), true(Actions == [up, up])]) :-
     printed([up, up, ?(load > 1)], [journal(File)], _),
     read_file_to_terms(File, Facts, []),

@@ -3,9 +3,13 @@ fun_fluent(floor).
 fun_fluent(load).
 prim_action(up).
 prim_action(carry(_)).
+prim_action(listen).
+rel_fluent(noisy).
 
 poss(up, floor < 4).
 poss(carry(_), true).
+poss(listen, true).
+senses(listen, noisy).
 
 causes_val(up, floor, N, N is floor + 1).
 
