@@ -28,6 +28,7 @@ A Why is one of
     not_an_instance(Action)         % of a declared action
     no_axiom(Action)                % no precondition axiom
     stopped(Interrupt)              % waits for interrupts to run
+    no_result(Action)               % a plan goes on with its sensing result
     no_step(Program)                % anything else
     dead_end(Actions, Whys)         % a way that does not lead to the end
 
@@ -273,6 +274,10 @@ blocked('$stopped'(E), S, C, Why) =>
     blocked(E, S, C, Why).
 blocked('$plan'(E, _, _, _), S, C, Why) =>
     blocked(search(E), S, C, Why).
+blocked('$conditional'(_, Plan), S, C, Why) =>
+    blocked(Plan, S, C, Why).
+blocked(case(A, _), S, _, Why), \+ ( situation_history(S, H), memberchk(e(A, _), H) ) =>
+    Why = no_result(A).
 blocked(gexec(P, E), S, C, Why) =>
     (   holds_in(P, S)
     ->  blocked(E, S, C, Why)
@@ -325,7 +330,6 @@ parts_of_program('$atomic'(E), [E]).
 % What is only said to have no step.
 unexplained(searchc(_)).
 unexplained(searchc(_, _)).
-unexplained('$conditional'(_, _)).
 unexplained(achieve(_)).
 unexplained(achieve(_, _)).
 unexplained(achieve(_, _, _)).

@@ -2,6 +2,8 @@
           [ explanations//1           % +Whys
           ]).
 
+:- use_module(messages, [shown_program/2]).
+
 /** <module> How the explanations of explain.pl read */
 
 :- multifile prolog:message//1.
@@ -59,7 +61,10 @@ said(not_an_instance(A), []) -->
 said(no_axiom(A), []) -->
     [ 'action ~p has no precondition axiom'-[A] ].
 said(no_step(E), []) -->
-    [ '~p has no step'-[E] ].
+    { shown_program(E, Shown) },
+    [ '~p has no step'-[Shown] ].
+said(no_result(A), []) -->
+    [ 'the plan goes on with the sensing result of ~p, and there is none (offline nothing is sensed)'-[A] ].
 said(dead_end([], Parts), Parts) -->
     [ 'at once:'-[] ].
 said(dead_end([A|As], Parts), Parts) -->

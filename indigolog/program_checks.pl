@@ -59,7 +59,9 @@ program_problem(E, In, Theory, Kind, What) :-
         ;   unused_variable(E, In, Kind, What)
         )
     ;   callable(E)
-    ->  \+ called_procedure(Theory, E),
+    ->  In = in(_, Names),
+        \+ memberchk(E, Names),           % it stands for a program that is picked
+        \+ called_procedure(Theory, E),
         (   action_template(Theory, E, _)
         ->  no_instance(E, In, Theory),
             Kind = warning,

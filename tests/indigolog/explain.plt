@@ -48,6 +48,7 @@ why(if(lit(a), inc, never), [impossible(never, [false(false, [])])]).
 why(inc, []).
 why(atomic([?(lit(a)), inc]), [false(lit(a), [])]).
 why(searchc([inc, ?(lit(a))]), [no_step(searchc([inc, ?(lit(a))]))]).
+why(case(look, [if(open, inc)]), [no_result(look)]).
 why(set(lit(a)), []).
 why(search([inc, ndet(switch(a), inc), ?(lit(b))]),
     [ dead_end([inc, switch(a)], [false(lit(b), [])]),
