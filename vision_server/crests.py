@@ -7,7 +7,6 @@ number, the odd part a vector along the gradient, so that they add up whichever 
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -35,11 +34,18 @@ def _log_ratio(a: np.float32, b: np.float32) -> np.float32:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _masses(
-    sums: Field, place_of: Places, columns: int, weights: Field, mass: Field, share_of: Field, largest: Field
-) -> None:
-    """Mass of each pixel, one over its weight, and the largest mass in each 2 x 2 px."""
-    last_row, last_column = weights.shape[0] - 1, weights.shape[1] - 1
+def _candidates(
+    sums: Field, place_of: Places, columns: int, weights: Field, noises: Field, mass: Field, share_of: Field,
+    chosen: Places,
+) -> int:  # fmt: skip
+    """Pixels that may be on a crest; how many there are. Mass of each pixel, and one over its weight.
+
+    The flanks' difference is taken whole, whatever its direction: more than it is along the axis that the
+    mixture will find, but hardly so near a crest.
+    """
+    rows_of, columns_of = weights.shape
+    last_row, last_column = rows_of - 1, columns_of - 1
+    largest = np.zeros((rows_of + 2, columns_of + 2), np.float32)  # in each 2 x 2 px, with a border
     for i in range(len(place_of)):
         y = place_of[i] // columns
         x = place_of[i] - y * columns
@@ -48,20 +54,7 @@ def _masses(
         m = sums[i, MASS] * inverse
         share_of[i] = inverse
         mass[i] = m
-        largest[v, u] = max(largest[v, u], m)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _candidates(
-    sums: Field, place_of: Places, columns: int, noises: Field, mass: Field, share_of: Field, largest: Field,
-    chosen: Places,
-) -> int:  # fmt: skip
-    """Pixels that may be on a crest; how many there are.
-
-    The flanks' difference is taken whole, whatever its direction: more than it is along the axis that the
-    mixture will find, but hardly so near a crest.
-    """
-    last_row, last_column = noises.shape[0] - 1, noises.shape[1] - 1
+        largest[v + 1, u + 1] = max(largest[v + 1, u + 1], m)
     half_slack, ratio, share = np.float32(0.5 * SLACK), np.float32(FLOOR_RATIO), np.float32(CANDIDATE_RATIO)
     found = 0
     for i in range(len(place_of)):
@@ -73,7 +66,10 @@ def _candidates(
         y = place_of[i] // columns
         x = place_of[i] - y * columns
         v, u = min(y >> 1, last_row), min(x >> 1, last_column)
-        if mass[i] > ratio * noises[v, u] * share_of[i] and mass[i] >= share * largest[v, u]:
+        around = np.float32(0.0)
+        for row in range(v, v + 3):
+            around = max(around, largest[row, u], largest[row, u + 1], largest[row, u + 2])
+        if mass[i] > ratio * noises[v, u] * share_of[i] and mass[i] >= share * around:
             chosen[found] = i
             found += 1
     return found
@@ -174,10 +170,7 @@ def find_crests(
     count, columns = len(place_of), index.shape[1]
     mass, share_of = np.empty((2, count), np.float32)
     chosen = np.empty(count, np.int32)
-    largest = np.zeros_like(weights)
-    _masses(sums, place_of, columns, weights, mass, share_of, largest)
-    largest = np.asarray(cv2.dilate(largest, np.ones((3, 3), np.uint8)), dtype=np.float32)
-    found = _candidates(sums, place_of, columns, noises, mass, share_of, largest, chosen)
+    found = _candidates(sums, place_of, columns, weights, noises, mass, share_of, chosen)
     chosen, out = chosen[:found], np.empty((5, found), np.float32)
     found = _edgels(
         histograms, sums, place_of, index, weights, noises, bin_directions(), densities(), mass, share_of,

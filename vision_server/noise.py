@@ -48,12 +48,11 @@ def grey_noise(image: NDArray[np.uint8]) -> Floats:
     """
     a, b = 0.0, 0.0
     if min(image.shape) >= 5:
-        medians, counts = _band_medians(image, max(3, image.shape[0] // SAMPLED_ROWS))
-        a, b = _variance_line(medians, counts)
+        a, b = _variance_line(image, max(3, image.shape[0] // SAMPLED_ROWS))
     return np.asarray(np.sqrt(np.maximum(a + b * LEVELS, QUANTISATION_SD_GREY**2)), dtype=np.float64)
 
 
-@njit(cache=True, nogil=True)
+@njit(inline="always")
 def _band_medians(image: NDArray[np.uint8], step: int) -> tuple[Floats, Floats]:
     """Median of the mask's absolute response in each band of grey, and how many responses it is of."""
     rows, columns = image.shape
@@ -90,8 +89,9 @@ def _band_medians(image: NDArray[np.uint8], step: int) -> tuple[Floats, Floats]:
 
 
 @njit(cache=True, nogil=True)
-def _variance_line(medians: Floats, counts: Floats) -> tuple[float, float]:
+def _variance_line(image: NDArray[np.uint8], step: int) -> tuple[float, float]:
     """The weighted fit variance = a + b grey with a, b >= 0 over the bands that have enough samples."""
+    medians, counts = _band_medians(image, step)
     n, sg, sv, sgg, sgv = 0.0, 0.0, 0.0, 0.0, 0.0
     for band in range(BANDS):
         if counts[band] >= MIN_SAMPLES:

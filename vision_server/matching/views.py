@@ -86,7 +86,8 @@ class Views:
 
     def of(self, rotations: Floats, translations: Floats) -> Ints:
         """Index of the view of each pose, (N, 3, 3) and (N, 3) to (N,)."""
-        cells = _cells(rotations, translations, self._middle, self._frame)
+        rotations = np.ascontiguousarray(rotations)  # one kernel, not one for each way they may lie
+        cells = _cells(rotations, np.ascontiguousarray(translations), self._middle, self._frame)
         for cell in np.unique(cells[self._view_of[cells] < 0]).tolist():
             self._view_of[cell] = len(self._parts)
             line, points, px = _seen_from(
@@ -120,7 +121,6 @@ class Views:
         return float((lengths**2).sum()) / total if total > 0 else 0.0
 
 
-@njit(cache=True)
 def frame_towards(direction: Floats) -> Floats:
     """A right-handed frame (3, 3), in rows, whose third axis is the unit vector given."""
     out = np.empty((3, 3))
@@ -137,6 +137,9 @@ def frame_towards(direction: Floats) -> Floats:
     out[1, 0], out[1, 1], out[1, 2] = y * c - z * b, z * a - x * c, x * b - y * a
     out[2, 0], out[2, 1], out[2, 2] = x, y, z
     return out
+
+
+_frame_towards = njit(cache=True)(frame_towards)
 
 
 @njit(cache=True)
@@ -181,7 +184,7 @@ def _seen_from(
         towards = sine * (a * frame[0, k] + b * frame[1, k]) + math.cos(angle) * frame[2, k]
         away[k] = -towards
         centre[k] = middle[k] + distance * towards
-    rotation = frame_towards(away)
+    rotation = _frame_towards(away)
     for k in range(3):
         translation[k] = -(
             rotation[k, 0] * centre[0] + rotation[k, 1] * centre[1] + rotation[k, 2] * centre[2]
