@@ -100,6 +100,7 @@ value_word(W, Ws0, Ws, Flag, Text) :-
 
 needs('--max-actions', 'a whole number').
 needs('--max-silent', 'a whole number').
+needs('--max-wait', 'a number of seconds').
 needs('--seed', 'a whole number').
 needs('--journal', 'a file').
 needs('--resume', 'a file').
@@ -107,6 +108,9 @@ needs('--replay', 'a file').
 
 option_value('--max-actions', Text, max_actions(N)) :- whole_number(Text, N).
 option_value('--max-silent', Text, max_silent(N)) :- whole_number(Text, N).
+option_value('--max-wait', Text, max_wait(Seconds)) :-
+    catch(atom_number(Text, Seconds), _, fail),
+    Seconds >= 0.
 option_value('--seed', Text, seed(N)) :- whole_number(Text, N).
 option_value('--journal', Text, journal(Text)) :- Text \== ''.
 option_value('--resume', Text, resume(Text)) :- Text \== ''.
@@ -122,11 +126,13 @@ Runs PROGRAM, a Golog program (one Prolog term, in quotes), of the theory file
 THEORY. Executed actions are printed one a line, then "N actions.".
 
   --offline         find a complete execution before printing it (default)
-  --online          execute step by step; without a device in the theory,
-                    sensing and exogenous actions are asked for on the terminal
+  --online          execute step by step; without execute/2 and exog_occurs/1 in the
+                    theory, sensing results, and exogenous actions where the program
+                    waits for one, are asked for on the terminal
   --step            step through the program by hand; ? lists the commands
   --max-actions N   give up after N actions
   --max-silent N    an error after N steps without an action (100000)
+  --max-wait S      an error when no exogenous action has arrived for S seconds, online
   --explain         say what was in the way when there is no complete execution
   --trace           say on stderr what happens and what plans search finds
   --seed N          of random choices, online
@@ -178,7 +184,7 @@ run(step, Program, Options, 0) :-
     step_through(Program, Own).
 
 online_option(Options, Option) :-
-    member(Option, [max_actions(_), max_silent(_), seed(_), journal(_), resume(_), replay(_)]),
+    member(Option, [max_actions(_), max_silent(_), max_wait(_), seed(_), journal(_), resume(_), replay(_)]),
     option(Option, Options).
 online_option(Options, journal(File)) :-
     option(resume(File), Options).

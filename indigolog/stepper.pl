@@ -3,6 +3,7 @@
             stop_stepper/1,           % +Stepper
             command/4                 % +Command, +Stepper, -Stepper1, -Answer
           ]).
+:- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(lists), [member/2, nth1/3, reverse/2]).
 :- use_module(library(option), [option/3]).
 :- use_module(configuration).
@@ -132,7 +133,8 @@ command(undo, stepper([Now|Past], Devices), Stepper1, Answer) =>
         Answer = nothing_to_undo
     ;   Stepper1 = stepper(Past, Devices),
         Past = [conf(_, S, _)|_],
-        situation_length(S, N),
+        situation_history(S, History),
+        aggregate_all(count, ( member(A, History), A \= e(_, _) ), N),
         Answer = undone(N)
     ).
 command(test(P), Stepper, Stepper1, Answer) =>

@@ -63,6 +63,13 @@ test(no_more_input, Status-true == 2-Said) :-
     run([wait, '--online'], "", Status, _, Errors),
     said(Errors, "the input ended while the program waited", Said).
 
+% The theory asks nobody, so that nothing can arrive.
+test(waits_no_longer, Status-true == 2-Said) :-
+    here(Folder),
+    atom_concat(Folder, '/theories/deaf.pl', Theory),
+    run_on(Theory, ['[act, wait]', '--online', '--max-wait', '0.2'], "", Status, _, Errors),
+    said(Errors, "no exogenous action arrived within 0.2 s", Said).
+
 test(says_why_it_failed, Status-true == 1-Said) :-
     run(['[inc, ?(lit(b))]', '--online'], "", Status, _, Errors),
     said(Errors, "the program failed\nlit(b) is false", Said).
@@ -104,6 +111,7 @@ wrong([], "two arguments are needed").
 wrong([inc, '--sideways'], "unknown option --sideways").
 wrong([inc, '--max-actions', many], "--max-actions needs a whole number").
 wrong([inc, '--seed=x'], "--seed needs a whole number").
+wrong([inc, '--max-wait', soon], "--max-wait needs a number of seconds").
 wrong([inc, '--journal'], "--journal needs a file").
 wrong([inc, '--resume', '/nowhere/at/all'], "cannot resume: /nowhere/at/all does not exist").
 
