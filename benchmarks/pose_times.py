@@ -21,6 +21,7 @@ from vision_server.image_set import ImageSet
 from vision_server.matching import match_genetic, match_search
 from vision_server.pipeline import estimate_pose
 from vision_server.refinement import KNOWN_TONE_SD_PX
+from vision_server.sampling import spacing_for
 from vision_server.segments import extract_segments
 
 Show = Callable[..., None]
@@ -78,7 +79,8 @@ def _target(show: Show, target: str) -> None:
     start = candidates[0].pose
     scale = refiner.best_first([start])[0].evidence.measurement.scale
     reaches = (*COARSE_REACHES_PX, *FINE_REACHES_PX[1:])
-    alone = milliseconds(lambda: refiner.refined(start, scale, reaches, 1.0))
+    spacing = spacing_for(model, camera, start)
+    alone = milliseconds(lambda: refiner.refined(start, scale, reaches, spacing))
     show(f"refinement/{target}(one pose)", alone, "ms", lsd_ms=lsd, ratio=alone / lsd)
     images = image_set(shots)
     names = list(images.images)

@@ -15,29 +15,32 @@ from vision_server.confidence import quality
 from vision_server.evidence import Evidence, gather_evidence
 from vision_server.gradients import GradientChannel
 from vision_server.line_scales import line_scales
-from vision_server.refinement import Solution, refine
+from vision_server.refinement import EXACT_REACH_PX, Solution, refine
 from vision_server.sampling import spacing_for
 from vision_server.sidesteps import starts_beside, surroundings
 
 Ints = NDArray[np.int64]
 
-SAME_DEG, SAME_SHARE_OF_RANGE = 0.15, 0.001  # poses this close have come to the same place
+SAME = (0.15, 0.001)  # degrees, share of the range: a step that ends this close has come to a known pose
+NEAR = (0.5, 0.004)  # of coarsely refined poses, when both would end at one place
 SCALE_REACH_PX = 4.0  # around a candidate's lines, where the blur of the edges is looked at
 REFINED = 5  # candidates of the matcher that are looked at
 COARSE_REACHES_PX, COARSER = (6.0, 4.0), 1.75  # first, with fewer samples; ...
 FINE_REACHES_PX = (4.0, 3.0, 3.0)  # ... then, with all, ...
 FINISHED_SHARE = 0.5  # ... those of at least this share of the best one's quality
+SETTLED_PX = 0.03  # a step that moves no line farther is the last one
 CLEAR_QUALITY = 2.0  # from here on, nothing beside the pose can be as good
-BESIDE = 4  # starts that are looked at beside the best pose
-BESIDE_ROUNDS = 2  # and again when that has found a better one
+BESIDE = 6  # starts that are looked at beside the best pose
+BESIDE_ROUNDS = 3  # and again when that has found a better one
 
 
 @dataclass(frozen=True, eq=False)
 class Refined:
-    """A refined pose and what the images say about it."""
+    """A refined pose, what the images say about it, and the spacing of samples that suits it, px."""
 
     solution: Solution
     evidence: Evidence
+    spacing_px: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +73,8 @@ class Refiner:
             scale = line_scales(
                 self.channels, self.model, self.camera, pose, SCALE_REACH_PX, self.least_scale
             )
-            rough = self.refined(pose, scale, COARSE_REACHES_PX, COARSER, known=coarse)
+            spacing = spacing_for(self.model, self.camera, pose)
+            rough = self.refined(pose, scale, COARSE_REACHES_PX, spacing, COARSER, known=coarse)
             if rough is not None:
                 coarse.append(rough)
         coarse.sort(key=lambda one: -quality(one.evidence))
@@ -81,8 +85,12 @@ class Refiner:
             self.add_beside(coarse)
             if coarse[0] is first:
                 break
+        distinct: list[Refined] = []
+        for one in coarse:
+            if not any(_ends_at(one.solution.pose, better.solution.pose, NEAR) for better in distinct):
+                distinct.append(one)
         least = FINISHED_SHARE * quality(coarse[0].evidence) if coarse else 0.0
-        out = [self.finished(one) if quality(one.evidence) >= least else one for one in coarse]
+        out = [self.finished(one) if quality(one.evidence) >= least else one for one in distinct]
         return sorted(out, key=lambda one: -quality(one.evidence))
 
     def refined(
@@ -90,39 +98,46 @@ class Refiner:
         pose: Pose,
         scale: Ints,
         reaches_px: Sequence[float],
-        coarser: float,
+        spacing_px: float,
+        coarser: float = 1.0,
         known: Sequence[Refined] = (),
     ) -> Refined | None:
-        """One pose refined at some reaches; None where nothing holds it or it ends at a known one."""
-        spacing = coarser * spacing_for(self.model, self.camera, pose)
+        """One pose refined at some reaches; None where nothing holds it or it ends at a known one.
+
+        ``coarser`` times ``spacing_px`` apart are the samples. Once the pose is near its place, reaches that
+        would not move it are left out.
+        """
+        spacing = coarser * spacing_px
         solution = None
         for reach in reaches_px:
             solution = refine(
                 self.channels, self.model, self.camera, pose, scale, (reach,), self.tone_sd_px, spacing
             )
-            if solution is None or any(_ends_at(solution.pose, one.solution.pose) for one in known):
+            if solution is None or any(_ends_at(solution.pose, one.solution.pose, SAME) for one in known):
                 return None
             pose = solution.pose
+            if reach <= EXACT_REACH_PX and solution.moved_px < SETTLED_PX:
+                break
         assert solution is not None
         evidence = gather_evidence(self.channels, self.model, self.camera, solution.pose, scale, spacing)
-        return None if evidence is None else Refined(solution, evidence)
+        return None if evidence is None else Refined(solution, evidence, spacing_px)
 
     def finished(self, rough: Refined) -> Refined:
         """A coarsely refined pose, refined to the end."""
-        fine = self.refined(rough.solution.pose, rough.evidence.measurement.scale, FINE_REACHES_PX, 1.0)
+        scale = rough.evidence.measurement.scale
+        fine = self.refined(rough.solution.pose, scale, FINE_REACHES_PX, rough.spacing_px)
         return rough if fine is None else fine
 
     def add_beside(self, found: list[Refined]) -> None:
         """Add the rivals that lie beside the first pose, see `sidesteps`; best first again."""
-        pose, measurement = found[0].solution.pose, found[0].evidence.measurement
-        near = surroundings(self.channels, self.model, self.camera, pose, measurement.scale)
-        starts = starts_beside(near, pose, len(self.model.lines), BESIDE)
-        for start in starts:
-            other = self.refined(start, measurement.scale, COARSE_REACHES_PX, COARSER, known=found)
+        first, scale = found[0], found[0].evidence.measurement.scale
+        near = surroundings(self.channels, self.model, self.camera, first.solution.pose, scale)
+        for start in starts_beside(near, first.solution.pose, len(self.model.lines), BESIDE):
+            other = self.refined(start, scale, COARSE_REACHES_PX, first.spacing_px, COARSER, known=found)
             if other is not None:
                 found.append(other)
         found.sort(key=lambda one: -quality(one.evidence))
 
 
-def _ends_at(pose: Pose, other: Pose) -> bool:
-    return pose.error_to(other).within(SAME_DEG, SAME_SHARE_OF_RANGE)
+def _ends_at(pose: Pose, other: Pose, limits: tuple[float, float]) -> bool:
+    return pose.error_to(other).within(*limits)

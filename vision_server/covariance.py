@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.refinement import SAMPLES_TOGETHER, Solution, line_biases, prior_precision
+from vision_server.refinement import LINE_BIAS_PX, SAMPLES_TOGETHER, Solution, line_biases, prior_precision
 
 Floats = NDArray[np.float64]
 
@@ -65,7 +65,8 @@ def _without_biases(
         precision = SAMPLES_TOGETHER + float(weight[of_line] @ bias[of_line] ** 2)
         rows[of_line] -= np.outer(bias[of_line], pull / precision)
         pull *= SAMPLES_TOGETHER / precision
-        left += np.outer(pull, pull)
+        unknown = LINE_BIAS_PX * (weight[of_line] @ rows[of_line])
+        left += np.outer(pull, pull) + np.outer(unknown, unknown)
     return rows, left
 
 

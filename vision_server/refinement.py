@@ -61,6 +61,8 @@ class Solution:
         (2,), estimated factors of the measurement's ``nuisance``, px.
     tone_sd_px
         What was assumed of the first of them.
+    moved_px
+        How far the last step moved the lines, at most.
     """
 
     pose: Pose
@@ -68,6 +70,7 @@ class Solution:
     weight: Floats
     nuisance: Floats
     tone_sd_px: float
+    moved_px: float = 0.0
 
 
 def line_biases(measurement: Measurement) -> Floats:
@@ -78,7 +81,8 @@ def line_biases(measurement: Measurement) -> Floats:
     """
     sigma = np.array(SCALES_PX)[measurement.scale][:, measurement.samples.line]
     clipped = measurement.nuisance[:, :, 1] != 0.0
-    own = np.where(clipped, CLIPPED_BIAS_PX, LINE_BIAS_PX) * sigma**BIAS_GROWTH
+    growth = sigma**BIAS_GROWTH
+    own = np.where(clipped, CLIPPED_BIAS_PX * growth, LINE_BIAS_PX * (growth - 1.0))
     beside = measurement.neighbours
     return np.asarray(np.where(np.abs(beside) > own, beside, own))
 
@@ -259,5 +263,6 @@ def refine(
         pose = moved(pose, step, measurement.centre)
         if not pose.apply(model.vertices)[:, 2].max() > 0:
             return None
-        solution = Solution(pose, measurement, weight, step[6:], tone_sd_px)
+        moved_px = float(np.abs(measurement.jacobian @ step[:6]).max())
+        solution = Solution(pose, measurement, weight, step[6:], tone_sd_px, moved_px)
     return solution

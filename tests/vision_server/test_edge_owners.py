@@ -125,7 +125,7 @@ def test_a_dark_face_seen_edge_on_is_not_closed(model: Model, turn: float) -> No
     start = EDGE_ON.stepped(np.array([0.0, turn, 0.0, 0.0, 0.0, 0.0]))
     scale = line_scales(channels, model, CAMERA, start, 4.0)
     refiner = Refiner(channels, model, CAMERA, 0, 0.01)
-    found = refiner.refined(start, scale, (6.0, 4.0, 3.0), 1.0)
+    found = refiner.refined(start, scale, (6.0, 4.0, 3.0), 2.0)
     assert found is not None
     error = found.solution.pose.error_to(EDGE_ON)
     assert error.rotation_deg < 0.5, error
