@@ -76,6 +76,8 @@ primitive(A, Module, Theory) =>
     *-> true
     ;   action_template(Theory, A, _)
     ->  fail
+    ;   called_procedure(Theory, A)
+    ->  throw(error(golog(no_clause(A)), _))
     ;   throw(error(golog(unknown_action(A)), _))
     ).
 

@@ -199,7 +199,7 @@ speaks_of(initially(F, _), initial, none, F).
 axiom_problem(Axiom, Theory, Kind, What) :-
     speaks_of(Axiom, Name, A, F),
     (   unknown_action(Theory, A),
-        (   procedure(Theory, A)
+        (   called_procedure(Theory, A)
         ->  Kind = warning, What = axiom_of_procedure(Name, A)
         ;   Kind = error, What = unknown_action(Name, A)
         )
@@ -223,12 +223,6 @@ axiom_problem(initially(F, V), Theory, error, not_boolean(F, V)) :-
     generalised(F, G),
     clause(Module:rel_fluent(G), _),
     \+ clause(Module:fun_fluent(G), _),
-    !.
-
-procedure(Theory, A) :-
-    theory_module(Theory, Module),
-    generalised(A, G),
-    clause(Module:proc(G, _), _),
     !.
 
 unknown_action(Theory, A) :-

@@ -144,6 +144,10 @@ problem(unknown_call(In, Call)) -->
 problem(no_instance(In, A)) -->
     inside(In),
     [ 'action ~q is not one of those that are declared'-[A] ].
+problem(no_clause(In, A)) -->
+    inside(In),
+    { functor(A, Name, Arity) },
+    [ 'no clause of the procedure ~q matches ~q'-[Name/Arity, A] ].
 problem(no_program(In, E)) -->
     inside(In),
     [ '~q stands where a program must'-[E] ].
@@ -263,7 +267,11 @@ error_text(open_action(A)) -->
     [ 'action ~q is not ground'-[A] ].
 error_text(unknown_action(A)) -->
     { functor(A, Name, Arity) },
-    [ '~q is neither an action nor a procedure of the theory (~q)'-[Name/Arity, A] ].
+    [ '~q is neither an action nor a procedure of the theory (~q)'-[Name/Arity, A] ],
+    hint(A).
+error_text(no_clause(A)) -->
+    { functor(A, Name, Arity) },
+    [ 'no clause of the procedure ~q matches ~q'-[Name/Arity, A] ].
 error_text(not_a_program(E)) -->
     [ '~q is not a program'-[E] ].
 error_text(recursion(Call, N)) -->

@@ -43,12 +43,6 @@ is_formula(P, Theory) :-
         goal_exists(P, Theory)
     ).
 
-called_procedure(Theory, P) :-
-    theory_module(Theory, Module),
-    generalised(P, G),
-    clause(Module:proc(G, _), _),
-    !.
-
 %!  program_problem(+Program, +In, +Theory, -Kind, -What) is nondet.
 
 program_problem(E, In, Theory, Kind, What) :-
@@ -61,8 +55,11 @@ program_problem(E, In, Theory, Kind, What) :-
     ;   callable(E)
     ->  In = in(_, Names),
         \+ memberchk(E, Names),           % it stands for a program that is picked
-        \+ called_procedure(Theory, E),
-        (   action_template(Theory, E, _)
+        (   called_procedure(Theory, E)
+        ->  no_clause(E, In, Theory),
+            Kind = warning,
+            What = no_clause(In, E)
+        ;   action_template(Theory, E, _)
         ->  no_instance(E, In, Theory),
             Kind = warning,
             What = no_instance(In, E)
@@ -74,14 +71,24 @@ program_problem(E, In, Theory, Kind, What) :-
     ).
 
 % An action with constant arguments that is not among the declared ones.
-no_instance(A, in(_, Names), Theory) :-
-    ground(A),
-    \+ ( sub_term(T, A),
-         callable(T),
-         ( memberchk(T, Names) ; fluent_template(Theory, T, _) ) ),
+no_instance(A, In, Theory) :-
+    constant(A, In, Theory),
     theory_module(Theory, Module),
     \+ catch(Module:prim_action(A), _, true),
     \+ catch(Module:exog_action(A), _, true).
+
+% A call that the head of no procedure matches.
+no_clause(E, In, Theory) :-
+    constant(E, In, Theory),
+    theory_module(Theory, Module),
+    \+ clause(Module:proc(E, _), _).
+
+% Term is the same whatever the values of fluents and variables.
+constant(Term, in(_, Names), Theory) :-
+    ground(Term),
+    \+ ( sub_term(T, Term),
+         callable(T),
+         ( memberchk(T, Names) ; fluent_template(Theory, T, _) ) ).
 
 part_problem(program(E), In, Theory, Kind, What) :-
     program_problem(E, In, Theory, Kind, What).

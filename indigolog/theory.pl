@@ -7,6 +7,7 @@
             plain_actions/2,          % +Theory, -Trie
             renewed_theory/1,         % -Theory
             fluent_template/3,        % +Theory, +Term, -Kind
+            called_procedure/2,       % +Theory, +Term
             declared_fluent/2,        % +Theory, ?Fluent
             sensed_template/2,        % +Theory, +Fluent
             uncertain_template/2,     % +Theory, +Fluent
@@ -315,6 +316,15 @@ uncertain_template(th(Module, _, _, _), Fluent) :-
 
 action_template(th(Module, _, _, _), Term, Kind) :-
     Module:'$action'(Term, Kind).
+
+%!  called_procedure(+Theory, +Term) is semidet.
+%
+%   There is a procedure, or an abbreviation, with the name and arity of Term.
+
+called_procedure(th(Module, _, _, _), Term) :-
+    generalised(Term, G),
+    clause(Module:proc(G, _), _),
+    !.
 
 %!  declared_fluent(+Theory, ?Fluent) is nondet.
 

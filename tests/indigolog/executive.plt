@@ -22,6 +22,14 @@ trace(Program, Options, Trace) :-
     indigolog(Program, [check(false), history(History)|Options]),
     reverse(History, Trace).
 
+:- multifile user:message_hook/3.
+
+user:message_hook(golog(device_left(Device)), warning, _) :-
+    assertz(test_indigolog_executive:seen(left(Device))).
+
+asleep:can_execute(_).
+asleep:execute(_, _) :- shell('sleep 6').
+
 seen_all(All) :-
     findall(X, seen(X), All).
 
@@ -131,6 +139,12 @@ test(no_thread_is_left, After == Before) :-
     findall(T, thread_property(T, status(_)), Before),
     trace(inc, [device(worker, []), device(hooked, [])], _),
     findall(T, thread_property(T, status(_)), After).
+
+% A device that no signal reaches, since it waits in C: the run ends all the same, and says so.
+test(left_behind, [setup(retractall(test_indigolog_executive:seen(_))),
+                   Error-All == deadline(inc, 0.2)-[left(asleep)]]) :-
+    catch(trace(inc, [device(asleep, [deadline(0.2)])], _), error(golog(Error), _), true),
+    seen_all(All).
 
 :- end_tests(devices).
 
