@@ -24,7 +24,7 @@ A device is described by its image server and is, here, the term
     device(Lights, Shutters, Apertures, Sensor, Reference)
 
 with `Lights` a list of light(Name, Levels), `Levels` being `dead` for a light that failed, `Shutters` in seconds,
-`Apertures` as f-numbers, `Sensor` = sensor(Gain, ReadNoiseE, FullWellE) and
+`Apertures` as f-numbers, `Sensor` = sensor(Gain, ReadNoiseE, FullWellE, Gamma) and
 `Reference` = exposure(ShutterS, Aperture), the exposure that counts as zero
 stops.  Nothing here assumes a number of lights.
 

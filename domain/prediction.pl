@@ -79,10 +79,12 @@ predict_with(Device, response(Middle, Highlight, Blur), Settings,
 %   The contrast of a typical model edge is taken as 0.4 of the brightness.  Past
 %   saturation the edges of the brightest part are lost.
 edge_variance(Device, Brightness, Brightest, BlurPx, Variance) :-
-    device_sensor(Device, sensor(Gain, ReadE, FullWellE)),
+    device_sensor(Device, sensor(Gain, ReadE, FullWellE, Gamma)),
     FullScaleE is FullWellE / Gain,
     Seen is max(min(Brightness, 1.0), 1.0e-6),
-    Noise2 is Seen / FullScaleE + (ReadE / FullScaleE) ** 2 + (0.3 / 255) ** 2,
+    % a grey value is seen ** (1/Gamma): a step of it is wider in bright parts than in dark ones
+    Step is 0.3 / 255 * Gamma * Seen ** (1 - 1 / Gamma),
+    Noise2 is Seen / FullScaleE + (ReadE / FullScaleE) ** 2 + Step ** 2,
     Contrast is 0.4 * Seen,
     Overshoot is max(1.0, Brightest / 0.9),
     Variance is ( 2 * sqrt(pi) * BlurPx * Noise2 / Contrast ** 2

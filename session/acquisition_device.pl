@@ -246,13 +246,14 @@ event_action(target_moved, _, target_moved).
                 *        DICTS AND TERMS       *
                 *******************************/
 
-device_term(D, device(Lights, D.shutters_s, D.apertures, sensor(Gain, ReadE, FullWellE),
+device_term(D, device(Lights, D.shutters_s, D.apertures, sensor(Gain, ReadE, FullWellE, Gamma),
                       exposure(Shutter, Aperture))) :-
     maplist(light_term, D.lights, Lights),
     Camera = D.camera,
     Gain = Camera.gain,
     ReadE = Camera.read_noise_e,
     FullWellE = Camera.full_well_e,
+    Gamma = Camera.gamma,
     Shutter = D.reference.shutter_s,
     Aperture = D.reference.aperture.
 
