@@ -60,7 +60,8 @@ def bench(
             size = simulator.camera.width, simulator.camera.height
             interval = round(UNITS_PER_S / frame_rate)
             formats = tuple(Format(name, *size, (interval,)) for name in ("YUYV", "MJPG"))
-            camera = UvcCamera(known, formats, sensor, serial := secrets.token_hex(6))
+            serial = secrets.token_hex(6)
+            camera = UvcCamera(known, formats, sensor, serial, light=lambda: tuple(lights.outputs))
             plan = FaultPlan({"": lights, "camera": camera}, fault or [])
             sensor(camera.values)  # traced before anyone waits for a frame
             connection = Connection(camera)

@@ -43,7 +43,7 @@ AUTOMATICS = {
 }
 """What can be set only while another control has one of some values."""
 LATEST_PERIODS = 1.5
-"""After so many frame periods a frame that was not fetched has given way to the next."""
+"""After so many frame periods a frame that was not fetched gives way to one of the present."""
 VIDEO_BLACK, VIDEO_SPAN = 16, 219
 SIMPLE_FAULTS = ("none", "silent", "garbage", "unplugged")
 MAKER = "Lights and Camera"
@@ -68,6 +68,7 @@ class UvcCamera(UsbDevice):
     scene : makes its pictures.
     serial : its serial number.
     late_frames : exposures that begin with the old values after a control has been set.
+    light : what the light on the scene depends on, to be compared.
     """
 
     def __init__(
@@ -77,6 +78,7 @@ class UvcCamera(UsbDevice):
         scene: Scene,
         serial: str,
         late_frames: int = 1,
+        light: Callable[[], object] = lambda: None,
     ) -> None:
         self.values = {name: default for name, (_, _, _, default) in model.controls.items()}
         self.frames_sent = 0
@@ -94,6 +96,8 @@ class UvcCamera(UsbDevice):
         self._error = NO_ERROR
         self._exposed: bytes | None = None
         self._began_s = 0.0
+        self._light = light
+        self._state: object = None
         self._payloads: list[bytes] = []
         self._frame_id = 0
         self._next_s = 0.0
@@ -237,10 +241,12 @@ class UvcCamera(UsbDevice):
             period = fields[3] * 1e-7
             on_time = self._next_s + period
             self._next_s = on_time if on_time > now else now + period
-            ready, began_s = self._exposed, self._began_s
-            self._began_s, self._exposed = now, self._exposure(self._formats[fields[1] - 1])
-            if ready is None or now - began_s > LATEST_PERIODS * period:
-                return None  # nobody fetched it in time: lost
+            ready, began_s, state = self._exposed, self._began_s, self._state
+            self._began_s, self._state = now, (dict(self.values), self._light())
+            self._exposed = self._exposure(self._formats[fields[1] - 1])
+            # A frame that is late is as good as a later one while nothing has changed; else it is lost.
+            if ready is None or (now - began_s > LATEST_PERIODS * period and state != self._state):
+                return None
             self._payloads = self._packed(ready)
         return self._payloads.pop(0)
 

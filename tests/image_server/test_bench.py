@@ -86,9 +86,16 @@ def test_an_automatic_mode_locks_what_it_sets(camera: UvcCamera) -> None:
 
 
 def test_a_frame_that_nobody_fetches_gives_way_to_the_next(camera: UvcCamera) -> None:
+    ask(camera, SET_CUR, 0x02, 1, b"\x01")  # manual
     assert camera.bulk_in(10.0) is None
+    ask(camera, SET_CUR, 0x04, 1, struct.pack("<I", 100))
     assert camera.bulk_in(10.5) is None  # that of 10.0 is lost; the next is exposed now
     assert camera.bulk_in(10.54) is not None
+
+
+def test_a_late_frame_is_sent_while_nothing_has_changed(camera: UvcCamera) -> None:
+    assert camera.bulk_in(10.0) is None
+    assert camera.bulk_in(10.5) is not None
 
 
 def test_frames_come_in_payloads_a_period_after_they_were_exposed(camera: UvcCamera) -> None:
