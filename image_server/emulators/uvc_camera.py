@@ -4,6 +4,7 @@ A frame shows the values that the controls had, and the light that fell, when it
 before it is sent. A change of a control therefore shows one frame late or more, as on cameras of glass.
 """
 
+import math
 import struct
 from collections.abc import Callable, Mapping
 from typing import Protocol
@@ -100,7 +101,6 @@ class UvcCamera(UsbDevice):
         self._state: object = None
         self._payloads: list[bytes] = []
         self._frame_id = 0
-        self._next_s = 0.0
 
     def fault(self, kind: str) -> None:
         """Have a fault from now on, or with `none` no more; raises BadInput where there is no such fault."""
@@ -229,26 +229,37 @@ class UvcCamera(UsbDevice):
         self._exposed = None
 
     def next_s(self) -> float:
-        """When the next frame is due."""
-        return 0.0 if self._payloads else self._next_s
+        """When there may be a payload; an exposure begins as soon as the last frame is sent."""
+        if self._payloads:
+            return 0.0
+        if self._fault == "silent":
+            return math.inf
+        return 0.0 if self._exposed is None else self._began_s + self._period_s
 
     def bulk_in(self, now: float) -> bytes | None:
         """The next payload."""
-        if not self._payloads:
-            if now < self._next_s or self._fault == "silent":
-                return None
-            fields = PROBE_LAYOUT.unpack(self._commit)
-            period = fields[3] * 1e-7
-            on_time = self._next_s + period
-            self._next_s = on_time if on_time > now else now + period
-            ready, began_s, state = self._exposed, self._began_s, self._state
-            self._began_s, self._state = now, (dict(self.values), self._light())
-            self._exposed = self._exposure(self._formats[fields[1] - 1])
-            # A frame that is late is as good as a later one while nothing has changed; else it is lost.
-            if ready is None or (now - began_s > LATEST_PERIODS * period and state != self._state):
-                return None
-            self._payloads = self._packed(ready)
+        if not self._payloads and not self._frame_ready(now):
+            return None
         return self._payloads.pop(0)
+
+    def _frame_ready(self, now: float) -> bool:
+        """Whether a frame is due at this time; if so, it is cut into payloads."""
+        if self._fault == "silent" or (self._exposed and now - self._began_s < self._period_s):
+            return False
+        ready, state = self._exposed, (dict(self.values), self._light())
+        # A frame that is late is as good as a later one while nothing has changed; else it is lost.
+        late = now - self._began_s > LATEST_PERIODS * self._period_s
+        if ready is not None and not (late and state != self._state):
+            self._exposed = None
+            self._payloads = self._packed(ready)
+            return True
+        self._began_s, self._state = now, state
+        self._exposed = self._exposure(self._formats[PROBE_LAYOUT.unpack(self._commit)[1] - 1])
+        return False
+
+    @property
+    def _period_s(self) -> float:
+        return float(PROBE_LAYOUT.unpack(self._commit)[3] * 1e-7)
 
     def _exposure(self, one: Format) -> bytes:
         """A frame whose exposure begins now, encoded; it is sent a period later."""

@@ -90,6 +90,7 @@ def test_a_frame_that_nobody_fetches_gives_way_to_the_next(camera: UvcCamera) ->
     assert camera.bulk_in(10.0) is None
     ask(camera, SET_CUR, 0x04, 1, struct.pack("<I", 100))
     assert camera.bulk_in(10.5) is None  # that of 10.0 is lost; the next is exposed now
+    assert camera.bulk_in(10.52) is None
     assert camera.bulk_in(10.54) is not None
 
 
