@@ -15,7 +15,6 @@ from bridge.messages import Settings
 from image_server.simulator import Simulator
 from vision_server.canny import hysteresis
 from vision_server.channel import channel_statistics
-from vision_server.channels import set_statistics
 from vision_server.edges import ImageSetStatistics, merge_channels
 from vision_server.segments import edgel_thresholds, extract_segments
 
@@ -70,14 +69,13 @@ def simulated(target: str) -> list[Image]:
 
 def edge_times(show: Show, name: str, images: Sequence[Image], exposure: float = 1.0) -> None:
     """Edge map, hysteresis and segments of all images, beside the peers on the same images."""
-    exposures, gammas = [exposure] * len(images), [1.0] * len(images)
 
     def whole() -> None:
-        edges = merge_channels(set_statistics(images, exposures, gammas))
+        edges = merge_channels([channel_statistics(image, exposure) for image in images])
         hysteresis(edges, *edgel_thresholds(edges))
 
     detector = cv2.createLineSegmentDetector()
-    edges = merge_channels(set_statistics(images, exposures, gammas))
+    edges = merge_channels([channel_statistics(image, exposure) for image in images])
     ours, grouping, canny, lsd = alternately(
         lambda: timed(whole),
         lambda: timed(lambda: extract_segments(edges)),

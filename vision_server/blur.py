@@ -143,7 +143,8 @@ def blur_sigma(half: Grey) -> float:
     strong = heights[1] >= 1.0
     if np.count_nonzero(strong) < MIN_EDGELS:
         return 0.0
-    ratio = float(np.median(heights[0, strong] / heights[1, strong]))
+    ratios = heights[0, strong] / heights[1, strong]
+    ratio = float(np.partition(ratios, len(ratios) // 2)[len(ratios) // 2])
     ratio = min(max(ratio, FINE_PX / COARSE_PX + 1e-3), 1.0 - 1e-6)
     squared = (ratio * COARSE_PX / FINE_PX) ** 2
     variance = (COARSE_PX**2 - squared * FINE_PX**2) / (squared - 1.0)

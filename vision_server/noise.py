@@ -150,7 +150,8 @@ def gradient_scale(image: NDArray[np.uint8], noise: Floats) -> float:
     """
     low, middle, high = _quantiles(image, np.array([0.01, 0.5, 0.99])).tolist()
     share = float(noise[(middle + high) // 2]) / max(high - low, 1)
-    return float(np.clip(SCALE_PER_ROOT * np.cbrt(share), FINEST_SCALE_PX, COARSEST_SCALE_PX))
+    scale: float = SCALE_PER_ROOT * share ** (1.0 / 3.0)
+    return min(max(scale, FINEST_SCALE_PX), COARSEST_SCALE_PX)
 
 
 def smooth_noise_factor(

@@ -17,7 +17,6 @@ from vision_server.channel import (
     WEIGHT_EXPONENT,
     channel_statistics,
 )
-from vision_server.channels import set_statistics
 from vision_server.gaussian import gaussian_kernels
 from vision_server.gradient_pixels import FLANK_RATIO
 
@@ -160,15 +159,3 @@ def test_noise_that_was_smoothed_is_still_noise() -> None:
 def test_a_blurred_image_gets_a_coarser_gradient() -> None:
     sharp, blurred = (channel_statistics(step(0.3, 0.0, 40, 180, blur_px=blur)) for blur in (0.0, 5.0))
     assert blurred.sigma_px > sharp.sigma_px
-
-
-def test_channels_of_a_set_are_those_of_its_images() -> None:
-    images = [textured(seed) for seed in range(5)]
-    exposures, gammas = [1.0, 0.5, 2.0, 1.0, 4.0], [1.0, 2.2, 1.0, 1.0, 1.8]
-    together = set_statistics(images, exposures, gammas)
-    for channel, image, exposure, gamma in zip(together, images, exposures, gammas, strict=True):
-        alone = channel_statistics(image, exposure, gamma)
-        np.testing.assert_array_equal(channel.contrast, alone.contrast)
-        np.testing.assert_array_equal(channel.weight, alone.weight)
-    with pytest.raises(ValueError, match="5 images, 1 exposures"):
-        set_statistics(images, [1.0], gammas)

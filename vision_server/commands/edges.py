@@ -78,7 +78,7 @@ def _write(options: Namespace) -> None:
     import numpy as np
 
     from geometry.kernels import prepare_kernels
-    from vision_server.channels import set_statistics
+    from vision_server.channel import channel_statistics
     from vision_server.comparison_edges import comparison_edges
     from vision_server.edges import merge_channels
     from vision_server.image_files import read_image_set
@@ -90,7 +90,7 @@ def _write(options: Namespace) -> None:
     if not (math.isfinite(gamma) and gamma > 0.0):
         raise BadInput(f"--gamma must be a positive number, not {gamma}.")
     if options.method == "em":
-        edges = merge_channels(set_statistics(pixels, times, [gamma] * len(pixels)))
+        edges = merge_channels([channel_statistics(i, e, gamma) for i, e in zip(pixels, times, strict=True)])
     else:
         edges = comparison_edges(pixels, options.method, times, gamma)
     try:
