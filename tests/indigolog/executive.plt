@@ -28,7 +28,7 @@ user:message_hook(golog(device_left(Device)), warning, _) :-
     assertz(test_indigolog_executive:seen(left(Device))).
 
 asleep:can_execute(_).
-asleep:execute(_, _) :- shell('sleep 3').
+asleep:execute(_, _) :- shell('sleep 5').
 
 seen_all(All) :-
     findall(X, seen(X), All).
@@ -87,7 +87,7 @@ test(events_from_its_thread, Trace == [bump, bump, inc]) :-
     fresh,
     assertz(test_indigolog_executive:arriving(bump)),
     assertz(test_indigolog_executive:arriving(bump)),
-    trace([wait, ?(counter = 20), inc], [device(worker, []), max_wait(20)], Trace).
+    trace([while(counter < 20, wait), inc], [device(worker, []), max_wait(20)], Trace).
 
 test(failure_from_its_thread, Trace == [failed(switch(b), lamp_broken), inc]) :-
     trace([switch(b), inc], [device(worker, [])], Trace).
@@ -142,8 +142,8 @@ test(no_thread_is_left, After == Before) :-
 
 % A device that no signal reaches, since it waits in C: the run ends all the same, and says so.
 test(left_behind, [setup(retractall(test_indigolog_executive:seen(_))),
-                   Trace-All == [failed(inc, golog(deadline(inc, 0.2)))]-[left(asleep)]]) :-
-    trace(inc, [device(asleep, [deadline(0.2)])], Trace),
+                   Trace-All == [failed(inc, golog(deadline(inc, 1)))]-[left(asleep)]]) :-
+    trace(inc, [device(asleep, [deadline(1)])], Trace),
     seen_all(All).
 
 :- end_tests(devices).
