@@ -40,9 +40,7 @@ PRIOR_TRANSLATION_SD = 0.1  # of the range
 ENOUGH_ROWS = 12
 LINE_BIAS_PX = 0.03  # of a whole sharp line: shading across it, calibration, model
 CLIPPED_BIAS_PX = 0.2  # of a sharp line beside saturated pixels, beyond what all of them share
-BIAS_GROWTH = (
-    1.5  # both grow with this power of the filter's scale: softer edges reach farther into what is near
-)
+BIAS_GROWTH = 2.0  # power of the filter's scale with which both grow: softer edges reach farther
 
 
 @dataclass(frozen=True, eq=False)
