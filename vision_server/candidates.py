@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from geometry.symmetry import near_symmetries
 from vision_server.confidence import quality
 from vision_server.evidence import Evidence, gather_evidence
 from vision_server.gradients import GradientChannel
@@ -32,6 +33,7 @@ SETTLED_PX = 0.03  # a step that moves no line farther is the last one
 CLEAR_QUALITY = 2.0  # from here on, nothing beside the pose can be as good
 BESIDE = 6  # starts that are looked at beside the best pose
 BESIDE_ROUNDS = 3  # and again when that has found a better one
+TURNED_BETTER = 1.3  # times the quality: then the target is turned otherwise than the seed pose says
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +129,21 @@ class Refiner:
         scale = rough.evidence.measurement.scale
         fine = self.refined(rough.solution.pose, scale, FINE_REACHES_PX, rough.spacing_px)
         return rough if fine is None else fine
+
+    def turned(self, best: Refined) -> list[tuple[Pose, Evidence]]:
+        """Turns of a target that is nearly symmetric which explain the images clearly better than ``best``.
+
+        They lie outside the search range. A seed pose that is turned wrongly leads to a pose that fits most
+        lines; the others tell. Where no image shows these, the seed pose is believed.
+        """
+        found = []
+        for turn in near_symmetries(self.model):
+            pose = best.solution.pose.compose(turn)
+            scale, spacing = best.evidence.measurement.scale, best.spacing_px
+            evidence = gather_evidence(self.channels, self.model, self.camera, pose, scale, spacing)
+            if evidence is not None and quality(evidence) > TURNED_BETTER * quality(best.evidence):
+                found.append((pose, evidence))
+        return found
 
     def add_beside(self, found: list[Refined]) -> None:
         """Add the rivals that lie beside the first pose, see `sidesteps`; best first again."""

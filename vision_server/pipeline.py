@@ -148,7 +148,7 @@ def pose_of_segments(
     watch.lap("matching")
     least = SCALES_PX.index(settings.refinement_scale_px)
     refiner = Refiner(channels, model, camera, least, settings.tone_sd_px)
-    estimate = _best(refiner.best_first(_worth_refining(match)))
+    estimate = _best(refiner, refiner.best_first(_worth_refining(match)))
     watch.lap("refinement")
     return replace(estimate, segments=len(endpoints), seconds=watch.seconds)
 
@@ -173,7 +173,7 @@ def _worth_refining(match: Match) -> list[Pose]:
     return [one.pose for one in match.candidates if best <= 0.0 or one.score >= WORTH_REFINING * best]
 
 
-def _best(refined: list[Refined]) -> Estimate:
+def _best(refiner: Refiner, refined: list[Refined]) -> Estimate:
     if not refined or quality(refined[0].evidence) <= 0.0:
         return Estimate()
     poses = [one.solution.pose for one in refined]
@@ -183,10 +183,12 @@ def _best(refined: list[Refined]) -> Estimate:
         np.array([quality(one.evidence) for one in refined]),
         len(poses),
     )
-    best, others = refined[keep[0]], [refined[index] for index in keep[1:]]
+    best = refined[keep[0]]
+    others = [(refined[index].solution.pose, refined[index].evidence) for index in keep[1:]]
+    others = refiner.turned(best) + others
     covariance = pose_covariance(best.solution)
     spread = uncertainty(covariance, best.solution.pose.translation)
-    unclear = ambiguity(best.evidence, [other.evidence for other in others])
+    unclear = ambiguity(best.evidence, [evidence for _, evidence in others])
     own = quality(best.evidence)
     return Estimate(
         pose=best.solution.pose,
@@ -197,6 +199,6 @@ def _best(refined: list[Refined]) -> Estimate:
         score=confidence(best.evidence, unclear, spread),
         ambiguity=unclear,
         lines=best.evidence.lines,
-        rivals=tuple(Rival(other.solution.pose, quality(other.evidence) / own) for other in others),
+        rivals=tuple(Rival(pose, quality(evidence) / own) for pose, evidence in others),
         evidence=best.evidence,
     )

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.photographs import image_set, simulated
 from geometry.errors import GeometryError
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose, disturbed
+from geometry.symmetry import near_symmetries
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server.matching import MATCHERS
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
@@ -58,6 +60,22 @@ def test_two_poses_that_explain_the_image_are_both_reported() -> None:
     alone = estimated(picture, cube, disturbed(true, np.random.default_rng(0), 20.0, 20.0, CAMERA.fx))
     assert alone.ambiguity < 0.5
     assert alone.score > max(DOUBT, estimate.score)
+
+
+@pytest.mark.parametrize("seed", [71, 72])
+def test_a_seed_upside_down_is_told_by_the_few_lines_that_differ(seed: int) -> None:
+    """The fixture turned by half fits all lines but those of its bar and box."""
+    one = simulated("fixture", "nominal", seed)
+    (turn,) = near_symmetries(one.model)
+    chosen = PipelineSettings(tone_sd_px=one.tone_sd_px)
+    rng = np.random.default_rng(seed)
+    for start, believed in ((one.true, True), (one.true.compose(turn), False)):
+        seed_pose = disturbed(start, rng, 15.0, 20.0, one.camera.fx)
+        estimate = estimate_pose(image_set([one]), ["i0"], one.model, one.camera, seed_pose, chosen)
+        assert (estimate.score > DOUBT) == believed
+    assert estimate.ambiguity == 1.0
+    assert estimate.rivals[0].share > 1.3
+    assert estimate.rivals[0].pose.error_to(one.true).within(*RIGHT)
 
 
 @pytest.mark.parametrize("matcher", sorted(MATCHERS))

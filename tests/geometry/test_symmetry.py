@@ -1,0 +1,70 @@
+"""Turns that nearly bring a wireframe back onto itself."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from geometry.model import Model, find_target, load_model
+from geometry.symmetry import near_symmetries
+
+BOX_FACES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
+
+
+def model_of(folder: Path, points: NDArray[np.float64], faces: list[tuple[int, ...]]) -> Model:
+    """A model by way of its file."""
+    lines = ["V1", str(len(points)), *(" ".join(f"{value:.9f}" for value in point) for point in points)]
+    lines += [
+        "0",
+        "0",
+        str(len(faces)),
+        *(" ".join(map(str, (len(face), *face))) for face in faces),
+        "0",
+        "0",
+    ]
+    file = folder / "model.cao"
+    file.write_text("\n".join(lines))
+    return load_model(file)
+
+
+def box(folder: Path, *sides: float, slant: float = 0.0) -> Model:
+    """A box off the origin; two corners of its right side are moved to slant it."""
+    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=np.float64) * sides
+    corners[[3, 7], 0] -= slant
+    return model_of(folder, corners + 0.3, list(BOX_FACES))
+
+
+def test_a_turn_that_changes_nothing_is_none(tmp_path: Path) -> None:
+    assert near_symmetries(box(tmp_path, 0.3, 0.2, 0.1)) == ()
+    assert near_symmetries(load_model(find_target("cube"))) == ()
+
+
+def test_turns_go_about_the_middle(tmp_path: Path) -> None:
+    model = box(tmp_path, 0.3, 0.2, 0.1, slant=0.05)
+    middle = 0.5 * (model.vertices.min(axis=0) + model.vertices.max(axis=0))
+    turns = near_symmetries(model)
+    axes = {int(np.argmax(np.abs(turn.rotation_vector))) for turn in turns}
+    assert axes == {0, 1, 2}
+    for turn in turns:
+        assert turn.apply(middle[None])[0] == pytest.approx(middle)
+        assert np.linalg.norm(turn.rotation_vector) == pytest.approx(np.pi)
+
+
+def test_the_fixture_is_nearly_the_same_upside_down() -> None:
+    model = load_model(find_target("fixture"))
+    (turn,) = near_symmetries(model)
+    assert np.degrees(turn.rotation_vector) == pytest.approx([0.0, 0.0, 180.0])
+    assert turn.apply(turn.apply(model.vertices)) == pytest.approx(model.vertices, abs=1e-9)
+
+
+def test_a_square_side_is_turned_by_quarters(tmp_path: Path) -> None:
+    turns = near_symmetries(box(tmp_path, 0.3, 0.3, 0.1, slant=0.03))
+    angles = [round(float(np.degrees(np.linalg.norm(turn.rotation_vector)))) for turn in turns]
+    assert 90 in angles
+
+
+def test_a_model_of_very_many_lines_has_none(tmp_path: Path) -> None:
+    angles = np.linspace(0, 2 * np.pi, 600, endpoint=False)
+    ring = np.stack([np.cos(angles), 1.3 * np.sin(angles), 0 * angles], axis=1)
+    assert near_symmetries(model_of(tmp_path, ring, [tuple(range(600))])) == ()
