@@ -1,5 +1,6 @@
 """Running a device behind the wire protocol until it is told to stop."""
 
+import faulthandler
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -26,6 +27,7 @@ def plain_errors() -> Iterator[None]:
 
 def serve_device(make_device: "Callable[[], Device]", serving: Serving) -> None:
     """Make a device and serve it; the exit status is the server's."""
+    faulthandler.enable()  # where a crash was is told in the log
     with plain_errors():
         from bridge.keys import server_keys
         from bridge.lifeline import leave

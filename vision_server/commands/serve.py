@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -23,6 +24,7 @@ def run(options: Namespace) -> int:
     """Serve until told to stop; the exit status."""
     from bridge.errors import EXIT_DEVICE, LightsAndCameraError
 
+    faulthandler.enable()  # where a crash was is told in the log
     try:
         from bridge.keys import client_keys, server_keys
         from bridge.serve import serve
