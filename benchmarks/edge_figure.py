@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Annotated
 
 import cv2
 import numpy as np
+import typer
 from numpy.typing import NDArray
 
 from bridge.messages import Settings
@@ -52,7 +54,7 @@ def captioned(picture: Picture, text: str) -> Picture:
     return np.vstack([bar, colour])
 
 
-def main(out: Path) -> None:
+def main(out: Annotated[Path, typer.Argument(help="The picture.")] = DEFAULT) -> None:
     """Render, merge, draw."""
     scenario = with_conditions(load_scenario("nominal"), ambient_scale=0.3)
     simulator = Simulator("fixture", scenario, seed=4)
@@ -83,4 +85,4 @@ def main(out: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else DEFAULT)
+    typer.run(main)

@@ -6,12 +6,13 @@ Each is the first frame of a session: lights half up, the longest exposure that 
 target. The targets take turns.
 """
 
-import sys
 from pathlib import Path
+from typing import Annotated
 
 import cv2
 import msgspec
 import numpy as np
+import typer
 from numpy.typing import NDArray
 
 from bridge.messages import Describe, Settings
@@ -52,9 +53,8 @@ def picture(scenario: str, target: str) -> NDArray[np.uint8]:
     return pixels
 
 
-def main() -> None:
+def main(folder: Annotated[Path, typer.Argument(help="Where the pictures go.")] = FOLDER) -> None:
     """Write one JPEG per scenario."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER
     folder.mkdir(parents=True, exist_ok=True)
     for number, file in enumerate(sorted(SCENARIOS.glob("*.toml"))):
         small = cv2.resize(
@@ -64,4 +64,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)
