@@ -1,21 +1,15 @@
 """What `make bench` prints: one JSON object a line, peers measured in the same run."""
 
-import json
 import subprocess
 from pathlib import Path
 
 from benchmarks.edge_times import all_edge_times
+from benchmarks.lines import show
 from benchmarks.pose_times import pose_times
 from benchmarks.simulator_times import simulator
 from benchmarks.transport import transport
 
 ROOT = Path(__file__).resolve().parent.parent
-
-
-def show(name: str, value: float, unit: str, **more: float) -> None:
-    """Print one measurement."""
-    rounded = {key: round(number, 4) for key, number in more.items()}
-    print(json.dumps({"name": name, "value": round(value, 4), "unit": unit, **rounded}), flush=True)
 
 
 def golog() -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.lines import Show
 from bridge.messages import Settings
 from image_server.simulator import Simulator
 from vision_server.canny import hysteresis
@@ -26,12 +26,6 @@ EXPOSURE = 2.0
 TARGETS = ("cube", "fixture", "satellite")
 ONE_LIGHT_EACH_AND_ALL = ((7, 0, 0), (0, 7, 0), (0, 0, 7), (4, 4, 4))
 SHUTTER_S, APERTURE = 1 / 60, 4.0
-
-
-class Show(Protocol):
-    """Where a result goes: name, value, unit, and what else is to be said."""
-
-    def __call__(self, name: str, value: float, unit: str, **more: float) -> None: ...
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 import cv2
 import numpy as np
 
+from benchmarks.lines import Show
 from benchmarks.photographs import image_set, simulated_studio
 from bridge.client import Client
 from bridge.errors import LightsAndCameraError
@@ -23,8 +24,6 @@ from vision_server.pipeline import estimate_pose
 from vision_server.refinement import KNOWN_TONE_SD_PX
 from vision_server.sampling import spacing_for
 from vision_server.segments import extract_segments
-
-Show = Callable[..., None]
 
 ROOT = Path(__file__).resolve().parent.parent
 REPEATS = 9

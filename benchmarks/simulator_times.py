@@ -7,6 +7,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from benchmarks.lines import Show
 from bridge.messages import Describe, Settings
 from image_server.simulator import Simulator
 from image_server.simulator.rays import Caster, pixel_rays
@@ -18,8 +19,6 @@ FIRST_SEEDS = (1, 2, 3)
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 TARGETS = ("cube", "fixture", "satellite")
 REPEATS = 9
-
-Show = Callable[..., None]
 
 
 def milliseconds(run: Callable[[], object], repeats: int = REPEATS) -> tuple[float, float]:

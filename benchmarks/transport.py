@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import zmq
 
+from benchmarks.lines import Show
 from bridge.client import Client
 from bridge.messages import Describe, Settings
 from bridge.serve import Server
@@ -42,7 +43,7 @@ class Still(Device):
         return {"status": "ok"}
 
 
-def transport(show: Callable[..., None]) -> None:
+def transport(show: Show) -> None:
     """Throughput of `capture` for 12-megapixel frames, checksum included."""
     with tempfile.TemporaryDirectory() as folder:
         ours = _captures(f"ipc://{folder}/ours")

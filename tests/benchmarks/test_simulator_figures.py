@@ -1,5 +1,6 @@
 """The commands behind the simulator's pages: pictures of scenarios, POV-Ray beside it, measured curves."""
 
+import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -8,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import photon_transfer, povray, validation
+from benchmarks import photon_transfer, povray, simulator_times, validation
+from benchmarks.lines import show
 from benchmarks.scenario_pictures import CLIPPED_GREY, picture
 
 
@@ -70,3 +72,11 @@ def test_measured_curves_are_drawn(
     photon_transfer.main(file)
     assert "| 2 | 2.00e-04 |" in capsys.readouterr().out
     assert file.stat().st_size > 5000
+
+
+def test_measurements_are_printed_as_json_lines(capsys: pytest.CaptureFixture[str]) -> None:
+    simulator_times.line(show, "first_frame", (1.23456, 2.0), which="nominal,cube", ratio=3.0)
+    assert json.loads(capsys.readouterr().out) == {
+        "name": "simulator/first_frame", "value": 1.2346, "unit": "ms",
+        "processor_ms": 2.0, "which": "nominal,cube", "ratio": 3.0,
+    }  # fmt: skip

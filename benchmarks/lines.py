@@ -1,0 +1,16 @@
+"""The lines that benchmarks print: one JSON object for each thing measured."""
+
+import json
+from typing import Protocol
+
+
+class Show(Protocol):
+    """Where a result goes: name, value, unit, and what else is to be said."""
+
+    def __call__(self, name: str, value: float, unit: str, **more: float | str) -> None: ...
+
+
+def show(name: str, value: float, unit: str, **more: float | str) -> None:
+    """Print one measurement, its numbers to four places."""
+    said = {key: other if isinstance(other, str) else round(other, 4) for key, other in more.items()}
+    print(json.dumps({"name": name, "value": round(value, 4), "unit": unit, **said}), flush=True)
