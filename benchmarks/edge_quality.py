@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from benchmarks.attached_shadows import BODIES, attached_shadow_set
 from benchmarks.edge_metrics import EdgeQuality, edge_quality, outline_of
 from benchmarks.edge_times import edge_times
+from benchmarks.lines import show
 from vision_server.channel import channel_statistics
 from vision_server.comparison_edges import comparison_edges
 from vision_server.edges import merge_channels
@@ -32,11 +33,6 @@ METHODS = ("em", "em without weights", *COMPARED)
 TRIPLES = ((1, 5, 9), (2, 6, 10), (3, 7, 11), (4, 8, 12))
 REPEATS = 7
 CANNY_THRESHOLDS = (50, 150)
-
-
-def say(name: str, value: float, unit: str, **more: object) -> None:
-    """One result."""
-    print(json.dumps({"name": name, "value": round(value, 4), "unit": unit, **more}), flush=True)
 
 
 def ridges(images: Sequence[Image], method: str) -> NDArray[np.float32]:
@@ -73,7 +69,7 @@ def report(results: Results, name: str, method: str, found: Sequence[EdgeQuality
         "Pratt's figure of merit": float(np.mean([q.best_merit for q in found])),
     }
     results.setdefault(name, {})[method] = measured
-    say(
+    show(
         f"{name}: best F",
         measured["best F"],
         "1",
@@ -134,7 +130,7 @@ def main() -> None:
     if folder.is_dir():
         leaf_shadows(folder, results)
         real = [cv2.resize(read_grey(folder / f"{n}_TL.png"), (640, 480)) for n in (1, 4, 7, 10)]
-        edge_times(say, "leaves", [np.asarray(image, np.uint8) for image in real])
+        edge_times(show, "leaves", [np.asarray(image, np.uint8) for image in real])
     else:
         print(
             json.dumps({"name": "leaf shadows", "value": None, "unit": "1", "skipped": f"no {folder.name}"})

@@ -38,23 +38,24 @@ def point_light(position: Floats, strength: float, aim: Floats | None = None, po
 
     With `aim`, a spotlight whose intensity falls as cosine^power from it.
     """
-    colour = strength * MM**2 / (2 * FADE_MM**2)
     spot = ""
     if aim is not None:
         spot = f" spotlight point_at {vector(MM * (position + aim))}"
         spot += f" radius 89.9999 falloff 90 tightness {power:.8g}"
-    return (
-        f"light_source {{ {vector(MM * position)} color rgb {colour:.8g}{spot}"
-        f" fade_distance {FADE_MM:g} fade_power 2 }}"
-    )
+    return _near_light(position, strength, spot)
 
 
 def spotlight(position: Floats, at: Floats, strength: float, beam_deg: float) -> str:
     """A point light aimed at a point; its beam is even to half of `beam_deg` (half angle) and ends there."""
+    spot = f" spotlight point_at {vector(MM * at)} radius {beam_deg / 2:g} falloff {beam_deg:g}"
+    return _near_light(position, strength, spot)
+
+
+def _near_light(position: Floats, strength: float, spot: str) -> str:
     colour = strength * MM**2 / (2 * FADE_MM**2)
     return (
-        f"light_source {{ {vector(MM * position)} color rgb {colour:.8g} spotlight point_at {vector(MM * at)}"
-        f" radius {beam_deg / 2:g} falloff {beam_deg:g} fade_distance {FADE_MM:g} fade_power 2 }}"
+        f"light_source {{ {vector(MM * position)} color rgb {colour:.8g}{spot}"
+        f" fade_distance {FADE_MM:g} fade_power 2 }}"
     )
 
 

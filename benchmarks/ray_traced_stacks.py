@@ -37,9 +37,7 @@ from image_server.toml_text import toml_text
 Floats = NDArray[np.float64]
 
 CAMERA = Camera(640, 480, 800.0, 800.0, 319.5, 239.5)
-DESCRIPTION = CameraDescription(
-    width=640, height=480, fx=800.0, fy=800.0, cx=319.5, cy=239.5, gain=2.0, read_noise_e=6.0
-)
+DESCRIPTION = msgspec.convert(CAMERA.to_dict() | {"gain": 2.0, "read_noise_e": 6.0}, CameraDescription)
 TARGETS = ("cube", "fixture", "satellite")
 LAMPS = {"left": (-0.35, 0.0, 0.0), "right": (0.35, 0.0, 0.0), "top": (0.0, -0.35, 0.0)}  # m, camera frame
 LEVELS = 8

@@ -176,9 +176,8 @@ class Server:
         sock.maxmsgsize = MAX_FRAME_BYTES
         if curve is not None:
             if self._guard is None:
-                from zmq.auth.thread import (
-                    ThreadAuthenticator,
-                )  # asyncio and ssl with it, where there are keys
+                # asyncio and ssl come with it: only where there are keys
+                from zmq.auth.thread import ThreadAuthenticator
 
                 self._guard = ThreadAuthenticator(self._context)
                 self._guard.start()

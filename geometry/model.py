@@ -62,6 +62,11 @@ class Model:
         """Diagonal of the bounding box, metres."""
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
 
+    @property
+    def middle(self) -> Floats:
+        """Middle of the bounding box, (3,), metres."""
+        return np.asarray(0.5 * (self.vertices.min(axis=0) + self.vertices.max(axis=0)))
+
     @classmethod
     def of_surface(cls, name: str, surface: Surface) -> "Model":
         """Orient the faces, find the lines and cut the faces into triangles."""

@@ -28,13 +28,12 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
     Returns
     -------
     target_T_target: what takes a point of the target to where it is after the turn; the nearest to a symmetry
-    first. None for a model of more than MOST_LINES lines.
+    first; empty for a model of more than MOST_LINES lines.
     """
     if not 0 < len(model.lines) <= MOST_LINES:
         return ()
     points, weights = _line_points(model)
-    low, high = model.vertices.min(axis=0), model.vertices.max(axis=0)
-    middle, sides = 0.5 * (low + high), high - low
+    middle, sides = model.middle, np.ptp(model.vertices, axis=0)
     found: list[tuple[float, Pose]] = []
     for axis in range(3):
         across = np.delete(sides, axis)

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from vision_server.flags import set_places
 from vision_server.gaussian import gaussian_kernels
 
 Grey = NDArray[np.uint8]
@@ -62,19 +63,12 @@ def _crests(
     found = 0
     crests = np.empty((rows * columns // 2 + 1, 2), np.int64)
     steep = np.zeros(-(-columns // 8) * 8, np.bool_)
-    words = steep.view(np.uint64)
     chosen = np.empty(len(steep), np.int64)
     for y in range(margin, rows - margin):
         of = slope[y]
         for x in range(columns):  # fills vector registers
             steep[x] = of[x] >= threshold
-        count = 0
-        for word in range(len(words)):
-            if words[word] != 0:
-                for x in range(8 * word, 8 * word + 8):
-                    chosen[count] = x
-                    count += steep[x]
-        for i in range(count):
+        for i in range(set_places(steep, chosen)):
             x = chosen[i]
             if x < margin or x >= columns - margin or around[y, x] >= CLIPPED_GREY:
                 continue

@@ -136,12 +136,12 @@ class Refiner:
         They lie outside the search range. A seed pose that is turned wrongly leads to a pose that fits most
         lines; the others tell. Where no image shows these, the seed pose is believed.
         """
+        scale, least = best.evidence.measurement.scale, TURNED_BETTER * quality(best.evidence)
         found = []
         for turn in near_symmetries(self.model):
             pose = best.solution.pose.compose(turn)
-            scale, spacing = best.evidence.measurement.scale, best.spacing_px
-            evidence = gather_evidence(self.channels, self.model, self.camera, pose, scale, spacing)
-            if evidence is not None and quality(evidence) > TURNED_BETTER * quality(best.evidence):
+            evidence = gather_evidence(self.channels, self.model, self.camera, pose, scale, best.spacing_px)
+            if evidence is not None and quality(evidence) > least:
                 found.append((pose, evidence))
         return found
 

@@ -43,6 +43,19 @@ def _axis(start: Floats, end: Floats) -> tuple[float, float, float]:
 
 
 @njit(cache=True, error_model="numpy")
+def _beside(
+    mine: int, other: int, first: Ints, last: Ints, image: Floats, direction: Floats
+) -> tuple[bool, float, float, float]:
+    """Whether two lines are seen that run about the same way; axis and length of the other one."""
+    if other == mine or first[mine] < 0 or first[other] < 0:
+        return False, 0.0, 0.0, 0.0
+    ux, uy, length = _axis(image[first[other]], image[last[other]])
+    middle = (first[mine] + last[mine]) // 2
+    along = abs(ux * direction[middle, 0] + uy * direction[middle, 1])
+    return along >= ALONG_COSINE, ux, uy, length
+
+
+@njit(cache=True, error_model="numpy")
 def leave_to_owners(
     line: Ints,
     image: Floats,
@@ -65,16 +78,11 @@ def leave_to_owners(
     channels, _, peaks = offset.shape
     first, last = _ends(line, line_count)
     for mine in range(line_count):
-        if first[mine] < 0:
-            continue
         for other in range(line_count):
-            if other == mine or first[other] < 0:
+            competes, ux, uy, length = _beside(mine, other, first, last, image, direction)
+            if not competes:
                 continue
             a = first[other]
-            ux, uy, length = _axis(image[a], image[last[other]])
-            middle = (first[mine] + last[mine]) // 2
-            if abs(ux * direction[middle, 0] + uy * direction[middle, 1]) < ALONG_COSINE:
-                continue
             for c in range(channels):
                 for i in range(first[mine], last[mine] + 1):
                     for k in range(peaks):
@@ -113,16 +121,11 @@ def pulls_of_neighbours(
     out = np.zeros((channels, len(line)))
     first, last = _ends(line, line_count)
     for mine in range(line_count):
-        if first[mine] < 0:
-            continue
         for other in range(line_count):
-            if other == mine or first[other] < 0:
+            competes, ux, uy, length = _beside(mine, other, first, last, image, direction)
+            if not competes:
                 continue
             a = first[other]
-            ux, uy, length = _axis(image[a], image[last[other]])
-            middle = (first[mine] + last[mine]) // 2
-            if abs(ux * direction[middle, 0] + uy * direction[middle, 1]) < ALONG_COSINE:
-                continue
             for i in range(first[mine], last[mine] + 1):
                 x, y = image[i, 0] - image[a, 0], image[i, 1] - image[a, 1]
                 along = x * ux + y * uy

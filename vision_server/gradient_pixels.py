@@ -13,6 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from vision_server.axis import axis_of
+from vision_server.flags import set_places
 from vision_server.noise import LEVELS, smooth_noise_factor
 
 Grey = NDArray[np.uint8]
@@ -203,14 +204,7 @@ def _list_row(
     for x in range(columns):  # fills vector registers
         kept[x] = here[x] > lowest
     kept[0] = kept[columns - 1] = False
-    words = kept.view(np.uint64)
-    count = 0
-    for word in range(len(words)):
-        if words[word] != 0:
-            for x in range(8 * word, 8 * word + 8):
-                chosen[count] = x
-                count += kept[x]
-    candidates, count = count, 0
+    candidates, count = set_places(kept, chosen), 0
     for i in range(candidates):  # no branches: they would be guesses
         x = chosen[i]
         beside, stacked = max(here[x - 1], here[x + 1]), max(above[x], below[x])

@@ -131,8 +131,7 @@ def places_on_lines(line: Ints, image: Floats, direction: Floats, gap_px: float)
 
 def turning_point(model: Model, pose: Pose) -> Floats:
     """The middle of the target, (3,), camera frame, metres: what steps turn about."""
-    middle = 0.5 * (model.vertices.min(axis=0) + model.vertices.max(axis=0))
-    return np.asarray(pose.apply(middle[None])[0])
+    return np.asarray(pose.apply(model.middle[None])[0])
 
 
 def step_jacobian(camera: Camera, points_camera: Floats, normal: Floats, centre: Floats) -> Floats:

@@ -79,11 +79,9 @@ def surroundings(
     samples = thinned(visible_samples(model, camera, pose, SPACING_PX), MOST_SAMPLES)
     normal = samples.normal
     count = len(normal)
-    reach = np.full(count, REACH_PX)
     found = []
     for index, channel in enumerate(channels):
         for middle, reach_px in ((0.0, APART_PX), (-BESIDE_PX, ASIDE_PX), (BESIDE_PX, ASIDE_PX)):
-            reach[:] = reach_px
             offset, *_ = find_edge_points(
                 channel.gx,
                 channel.gy,
@@ -93,7 +91,7 @@ def surroundings(
                 scale[index][samples.line],
                 samples.image + middle * normal,
                 normal,
-                reach,
+                np.full(count, reach_px),
             )
             found.append(offset + middle)
     every = np.concatenate(found, axis=1) if found else np.empty((count, 0))

@@ -42,12 +42,11 @@ def test_a_turn_that_changes_nothing_is_none(tmp_path: Path) -> None:
 
 def test_turns_go_about_the_middle(tmp_path: Path) -> None:
     model = box(tmp_path, 0.3, 0.2, 0.1, slant=0.05)
-    middle = 0.5 * (model.vertices.min(axis=0) + model.vertices.max(axis=0))
     turns = near_symmetries(model)
     axes = {int(np.argmax(np.abs(turn.rotation_vector))) for turn in turns}
     assert axes == {0, 1, 2}
     for turn in turns:
-        assert turn.apply(middle[None])[0] == pytest.approx(middle)
+        assert turn.apply(model.middle[None])[0] == pytest.approx(model.middle)
         assert np.linalg.norm(turn.rotation_vector) == pytest.approx(np.pi)
 
 

@@ -73,7 +73,7 @@ class Views:
         self._solid = sparse_solid(model)
         self._intrinsics = camera.intrinsics
         self._spacing_px = spacing_px
-        self._middle = (model.vertices.min(axis=0) + model.vertices.max(axis=0)) / 2
+        self._middle = model.middle
         centre = -(seed.matrix.T @ seed.translation) - self._middle
         self._range = float(np.linalg.norm(centre))
         self._frame = frame_towards(centre / self._range)
