@@ -164,12 +164,26 @@ def next_generation(ranked: Ints, numbers: Ints, size: int = POPULATION) -> Ints
 
 
 def line_table(segments: Floats) -> Floats:
-    """Segments with their direction in degrees, (N, 5)."""
+    """Segments (N, 4) with their axis, degrees in [0, 180): (5, N)."""
     angle = np.degrees(np.arctan2(segments[:, 3] - segments[:, 1], segments[:, 2] - segments[:, 0]))
-    return np.column_stack([segments, angle])
+    return np.ascontiguousarray(np.column_stack([segments, angle % 180.0]).T)
 
 
-@njit(cache=True)
+@njit(inline="always")
+def _least_cost(lines: Floats, x: float, y: float, nx: float, ny: float, axis: float) -> float:
+    """Least cost of an image line for the model line through (x, y) of that normal and axis."""
+    x0, y0, x1, y1, axes = lines[0], lines[1], lines[2], lines[3], lines[4]
+    best = NO_LINES_COST
+    for k in range(len(axes)):  # no branches: fills vector registers
+        first = nx * (x0[k] - x) + ny * (y0[k] - y)
+        second = nx * (x1[k] - x) + ny * (y1[k] - y)
+        apart = abs(axis - axes[k])
+        turn = min(apart, 180.0 - apart)
+        best = min(best, first * first + second * second + turn * turn)
+    return best
+
+
+@njit(cache=True, error_model="numpy", fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
 def line_costs(
     lines: Floats,
     views: ViewTable,
@@ -182,6 +196,10 @@ def line_costs(
 
     Sum over visible model lines of the least, over image lines, of angle difference squared (degrees) plus
     the squared distances (px) of both ends of the image line to the model line.
+
+    Parameters
+    ----------
+    lines : (5, M), from `line_table`.
     """
     count = len(view)
     cost = np.empty(count)
@@ -203,21 +221,13 @@ def line_costs(
             norm = math.hypot(dx, dy)
             if norm == 0.0:
                 continue
-            nx, ny = -dy / norm, dx / norm
-            angle = math.degrees(math.atan2(dy, dx))
-            best = NO_LINES_COST
-            for k in range(len(lines)):
-                first = nx * (lines[k, 0] - x) + ny * (lines[k, 1] - y)
-                second = nx * (lines[k, 2] - x) + ny * (lines[k, 3] - y)
-                apart = first * first + second * second
-                if apart >= best:
-                    continue
-                turn = abs(angle - lines[k, 4]) % 180.0
-                turn = min(turn, 180.0 - turn)
-                best = min(best, apart + turn * turn)
+            axis = math.degrees(math.atan2(dy, dx)) % 180.0
+            best = _least_cost(lines, x, y, -dy / norm, dx / norm, axis)
             total += best
             used += 1
-            seen = np.sum(views.px[views.run[q] : views.run[q + 1]])
+            seen = 0.0
+            for k in range(views.run[q], views.run[q + 1]):
+                seen += views.px[k]
             length += seen
             if best < NEAR_COST:
                 near += seen
