@@ -84,13 +84,14 @@ def edge_times(show: Show, name: str, images: Sequence[Image], exposure: float =
 
 
 def nth_channel(show: Show, name: str, images: Sequence[Image], exposure: float = 1.0) -> None:
-    """An image added to a set and the set merged again, when it is the second and when it is the twelfth."""
+    """An image added to a merged set and the set merged again: the second, the twelfth; one taken out."""
     channels = [channel_statistics(image, exposure) for image in images] * 3
 
     def of_set(present: int) -> ImageSetStatistics:
         image_set = ImageSetStatistics()
         for number, channel in enumerate(channels[:present]):
             image_set.add(str(number), channel)
+        image_set.merge()
         return image_set
 
     def adding(present: int) -> Taken:
@@ -105,7 +106,12 @@ def nth_channel(show: Show, name: str, images: Sequence[Image], exposure: float 
 
     def removing(present: int) -> Taken:
         image_set = of_set(present)
-        return timed(lambda: image_set.remove("0"))
+
+        def remove_and_merge() -> None:
+            image_set.remove("0")
+            image_set.merge()
+
+        return timed(remove_and_merge)
 
     second, twelfth, fewer = alternately(lambda: adding(1), lambda: adding(11), lambda: removing(12))
     show(

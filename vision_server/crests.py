@@ -12,7 +12,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from vision_server.axis import axis_of
+from vision_server.flags import set_places
 from vision_server.mixture import BINS, EM_ITERATIONS, bin_directions, densities, fit_mixtures
+from vision_server.two_cores import both
 
 Field = NDArray[np.float32]
 Places = NDArray[np.int32]
@@ -35,81 +37,100 @@ def _log_ratio(a: np.float32, b: np.float32) -> np.float32:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _candidates(
-    sums: Field, place_of: Places, columns: int, weights: Field, noises: Field, mass: Field, share_of: Field,
-    chosen: Places,
-) -> int:  # fmt: skip
-    """Pixels that may be on a crest; how many there are. Mass of each pixel, and one over its weight.
+    index: NDArray[np.int32], sums: Field, weights: Field, noises: Field, first: int, end: int
+) -> tuple[Places, Places, Field, Field]:
+    """Pixels of rows ``first`` (even) up to ``end`` that may be on a crest, in raster order.
+
+    Their places, the numbers of their states, their masses; and one over the weight for each 2 x 2 px, as
+    far as these and the pixels beside them need it.
 
     The flanks' difference is taken whole, whatever its direction: more than it is along the axis that the
     mixture will find, but hardly so near a crest.
     """
+    rows, columns = index.shape
     rows_of, columns_of = weights.shape
     last_row, last_column = rows_of - 1, columns_of - 1
+    lowest, highest = max((first >> 1) - 1, 0), min(((end - 1) >> 1) + 1, last_row)
+    inverse = np.empty(weights.shape, np.float32)
+    for v in range(lowest, highest + 1):
+        for u in range(columns_of):
+            inverse[v, u] = np.float32(1.0) / weights[v, u]
     largest = np.zeros((rows_of + 2, columns_of + 2), np.float32)  # in each 2 x 2 px, with a border
-    for i in range(len(place_of)):
-        y = place_of[i] // columns
-        x = place_of[i] - y * columns
-        v, u = min(y >> 1, last_row), min(x >> 1, last_column)
-        inverse = np.float32(1.0) / weights[v, u]
-        m = sums[i, MASS] * inverse
-        share_of[i] = inverse
-        mass[i] = m
-        largest[v + 1, u + 1] = max(largest[v + 1, u + 1], m)
+    kept, chosen = np.zeros(-(-columns // 8) * 8, np.bool_), np.empty(columns + 8, np.int32)
+    room = len(sums)
+    places, states, masses = np.empty(room, np.int32), np.empty(room, np.int32), np.empty(room, np.float32)
+    beside = np.zeros(rows + 1, np.int64)
+    listed = 0
+    stop = rows if highest == last_row else 2 * (highest + 1)
+    for y in range(2 * lowest, stop):
+        v = min(y >> 1, last_row)
+        of = index[y]
+        for x in range(columns):  # fills vector registers
+            kept[x] = of[x] >= 0
+        for j in range(set_places(kept, chosen)):
+            x = chosen[j]
+            i = of[x]
+            u = min(x >> 1, last_column)
+            m = sums[i, MASS] * inverse[v, u]
+            largest[v + 1, u + 1] = max(largest[v + 1, u + 1], m)
+            places[listed], states[listed], masses[listed] = x, i, m
+            listed += 1
+        beside[y + 1] = listed
     half_slack, ratio, share = np.float32(0.5 * SLACK), np.float32(FLOOR_RATIO), np.float32(CANDIDATE_RATIO)
     found = 0
-    for i in range(len(place_of)):
-        flank = sums[i, FLANKS] + np.sqrt(
-            sums[i, FLANK_X] * sums[i, FLANK_X] + sums[i, FLANK_Y] * sums[i, FLANK_Y]
-        )
-        if sums[i, MASS] < half_slack * flank:
-            continue
-        y = place_of[i] // columns
-        x = place_of[i] - y * columns
-        v, u = min(y >> 1, last_row), min(x >> 1, last_column)
-        around = np.float32(0.0)
-        for row in range(v, v + 3):
-            around = max(around, largest[row, u], largest[row, u + 1], largest[row, u + 2])
-        if mass[i] > ratio * noises[v, u] * share_of[i] and mass[i] >= share * around:
-            chosen[found] = i
-            found += 1
-    return found
+    for y in range(first, end):
+        v = min(y >> 1, last_row)
+        for j in range(beside[y], beside[y + 1]):
+            x, i, m = places[j], states[j], masses[j]
+            flank = sums[i, FLANKS] + np.sqrt(
+                sums[i, FLANK_X] * sums[i, FLANK_X] + sums[i, FLANK_Y] * sums[i, FLANK_Y]
+            )
+            u = min(x >> 1, last_column)
+            around = np.float32(0.0)
+            for row in range(v, v + 3):
+                around = max(around, largest[row, u], largest[row, u + 1], largest[row, u + 2])
+            places[found], states[found], masses[found] = y * columns + x, i, m
+            found += (
+                (sums[i, MASS] >= half_slack * flank)
+                & (m > ratio * noises[v, u] * inverse[v, u])
+                & (m >= share * around)
+            )
+    return places[:found], states[:found], masses[:found], inverse
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 def _edgels(
-    histograms: Field, sums: Field, place_of: Places, index: NDArray[np.int32], weights: Field, noises: Field,
-    directions: Field, model: Field, mass: Field, share_of: Field, chosen: Places, out: Field,
+    index: NDArray[np.int32], histograms: Field, sums: Field, noises: Field, inverse: Field,
+    directions: Field, model: Field, chosen: Places, states: Places, masses: Field, out: Field,
 ) -> int:  # fmt: skip
     """The ridge among the candidates; ``chosen`` becomes their places. How many there are."""
     columns = index.shape[1]
-    last_row, last_column = weights.shape[0] - 1, weights.shape[1] - 1
+    last_row, last_column = noises.shape[0] - 1, noises.shape[1] - 1
     half = np.float32(0.5)
     window, windows = np.empty(BINS, np.float32), np.ones((BINS, BATCH), np.float32)
     beside, room = np.empty_like(windows), np.empty((4, BATCH), np.float32)
     fitted = np.empty((3, BATCH), np.float32)
-    batch = np.empty(BATCH, np.int64)
     found, waiting, last = 0, 0, len(chosen) - 1
     for number in range(len(chosen)):
-        i = chosen[number]
-        y = place_of[i] // columns
-        x = place_of[i] - y * columns
+        y = chosen[number] // columns
+        x = chosen[number] - y * columns
         window[:] = np.float32(0.0)
         for v in range(y - 1, y + 2):
             for u in range(x - 1, x + 2):
                 at = index[v, u]
                 if at >= 0:
-                    scale = share_of[at]
+                    scale = inverse[min(v >> 1, last_row), min(u >> 1, last_column)]
                     for k in range(BINS):
                         window[k] += scale * histograms[at, k]
         for k in range(BINS):
             windows[k, waiting] = window[k]
-        batch[waiting] = i
         waiting += 1
         if waiting < BATCH and number < last:
             continue
         fit_mixtures(windows, directions, model, EM_ITERATIONS, beside, fitted, room)
         for j in range(waiting):
-            i = batch[j]
+            candidate = number + 1 - waiting + j
+            i, at = states[candidate], chosen[candidate]
             c = np.sqrt(max(half + half * fitted[1, j], np.float32(0.0)))
             s = np.sqrt(max(half - half * fitted[1, j], np.float32(0.0)))
             if fitted[2, j] < np.float32(0.0):
@@ -125,41 +146,46 @@ def _edgels(
             fall_ahead, fall_behind = _log_ratio(here, ahead), _log_ratio(here, behind)
             curvature = (fall_ahead + fall_behind) * max(abs(c), abs(s))
             place = half * (fall_behind - fall_ahead) / max(curvature, np.float32(1e-6))
-            at = place_of[i]
+            v, u = at // columns, at % columns
+            v, u = min(v >> 1, last_row), min(u >> 1, last_column)
             chosen[found] = at
-            out[0, found] = fitted[0, j] * mass[i]
-            out[1, found] = mass[i]
+            out[0, found] = fitted[0, j] * masses[candidate]
+            out[1, found] = masses[candidate]
             out[2, found] = axis_of(c, s)
             out[3, found] = min(max(place, np.float32(-MOST_OFFSET_PX)), np.float32(MOST_OFFSET_PX))
-            v, u = at // columns, at % columns
-            out[4, found] = noises[min(v >> 1, last_row), min(u >> 1, last_column)] * share_of[i]
+            out[4, found] = noises[v, u] * inverse[v, u]
             found += 1
         waiting = 0
     return found
 
 
+@njit(cache=True, nogil=True)
+def _crests_of_rows(
+    index: NDArray[np.int32], histograms: Field, sums: Field, weights: Field, noises: Field,
+    directions: Field, model: Field, first: int, end: int,
+) -> tuple[Places, Field]:  # fmt: skip
+    """Places and values of the edgels in rows ``first`` (even) up to ``end``."""
+    chosen, states, masses, inverse = _candidates(index, sums, weights, noises, first, end)
+    out = np.empty((5, len(chosen)), np.float32)
+    found = _edgels(index, histograms, sums, noises, inverse, directions, model, chosen, states, masses, out)
+    return chosen[:found], out[:, :found]
+
+
 def find_crests(
-    histograms: Field,
-    sums: Field,
-    place_of: Places,
-    index: NDArray[np.int32],
-    weights: Field,
-    noises: Field,
+    index: NDArray[np.int32], histograms: Field, sums: Field, weights: Field, noises: Field
 ) -> tuple[Places, Field, Field, Field, Field, Field]:
     """Edgels of an image set.
 
     Parameters
     ----------
+    index
+        int32 (H, W), number of the pixel's state, -1 for none, as for all of the outermost pixels.
     histograms
         float32 (N, 16), for each pixel with a gradient in some channel: weight times contrast by axial
         orientation.
     sums
         float32 (N, 4), weight times contrast; the same of the contrasts to either side, their sum and their
         difference, a vector.
-    place_of
-        int32 (N,), flat indices of these pixels.
-    index
-        int32 (H, W), number of the pixel's state, -1 for none.
     weights, noises
         float32 (H // 2, W // 2), for 2 x 2 px: sum of weights, sum of weight times noise.
 
@@ -167,15 +193,16 @@ def find_crests(
     -------
     Places (ascending), strength, mass, axis, offset and floor of the edgels, as in `EdgeMap`.
     """
-    count, columns = len(place_of), index.shape[1]
-    mass, share_of = np.empty((2, count), np.float32)
-    chosen = np.empty(count, np.int32)
-    found = _candidates(sums, place_of, columns, weights, noises, mass, share_of, chosen)
-    chosen, out = chosen[:found], np.empty((5, found), np.float32)
-    found = _edgels(
-        histograms, sums, place_of, index, weights, noises, bin_directions(), densities(), mass, share_of,
-        chosen, out,
-    )  # fmt: skip
-    order = np.argsort(chosen[:found])
-    strength, mass, axis, offset, floor = (row[order] for row in out[:, :found])
-    return chosen[order], strength, mass, axis, offset, floor
+    directions, model = bin_directions(), densities()
+
+    def crests(first: int, end: int) -> tuple[Places, Field]:
+        found: tuple[Places, Field] = _crests_of_rows(
+            index, histograms, sums, weights, noises, directions, model, first, end
+        )
+        return found
+
+    middle = len(index) // 4 * 2
+    halves = both(lambda: crests(middle, len(index)), lambda: crests(0, middle))[::-1]
+    places = np.concatenate([half[0] for half in halves])
+    strength, mass, axis, offset, floor = np.concatenate([half[1] for half in halves], axis=1)
+    return places, strength, mass, axis, offset, floor

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from vision_server.axis import axis_of
 from vision_server.flags import set_places
 from vision_server.noise import LEVELS, smooth_noise_factor
+from vision_server.two_cores import both
 
 Grey = NDArray[np.uint8]
 Field = NDArray[np.float32]
@@ -275,11 +276,13 @@ def _pass(
     derivative: Field,
     level: Grey,
     floor_of: Field,
+    first: int,
+    end: int,
     places: Places,
     values: Field,
 ) -> int:
-    """All rows; how many pixels were found."""
-    rows, columns = image.shape
+    """Rows from ``first`` up to ``end``, neither of them an outermost one; how many pixels were found."""
+    columns = image.shape[1]
     count = len(smooth)
     radius = count // 2
     ring = np.empty((count, columns), np.float32)
@@ -289,15 +292,15 @@ def _pass(
     kept = np.zeros(-(-columns // 8) * 8, np.bool_)
     chosen = np.empty(len(kept), np.int32)
     lowest = floor_of.min()
-    for y in range(-radius, radius):
+    for y in range(first - 1 - radius, first - 1 + radius):
         _fill(ring, y, image, table, linear)
     found = 0
-    for y in range(rows):
+    for y in range(first - 1, end + 1):
         _fill(ring, y + radius, image, table, linear)
         _gradient_of_row(
             ring, y, smooth, derivative, smoothed, derived, gx[y & 1], gy[y & 1], magnitude[y % 3]
         )
-        if y < 2:
+        if y <= first:
             continue
         found = _list_row(
             y - 1,
@@ -369,6 +372,16 @@ def find_gradient_pixels(
     _sample(image, table, linear, smooth, derivative, samples)
     factor = smooth_noise_factor(samples, sampled, noise_of)
     floor_of = np.float32(floor_ratio * factor) * noise_of
-    places, values = np.empty(image.size, np.int32), np.empty((VALUES, image.size), np.float32)
-    found = _pass(image, table, linear, smooth, derivative, level, floor_of, places, values)
-    return GradientPixels(places[:found].copy(), *(row[:found].copy() for row in values)), factor
+
+    def listed(first: int, end: int) -> tuple[Places, Field]:
+        room = max(end - first, 0) * image.shape[1]
+        places, values = np.empty(room, np.int32), np.empty((VALUES, room), np.float32)
+        found = _pass(image, table, linear, smooth, derivative, level, floor_of, first, end, places, values)
+        return places[:found], values[:, :found]
+
+    last = len(image) - 1
+    middle = max(len(image) // 2, 1)
+    halves = both(lambda: listed(1, middle), lambda: listed(middle, last))
+    places = np.concatenate([half[0] for half in halves])
+    values = np.concatenate([half[1] for half in halves], axis=1)
+    return GradientPixels(places, *values), factor

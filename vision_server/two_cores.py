@@ -1,0 +1,82 @@
+"""Two calls side by side: one here, one in a second thread that waits for such calls.
+
+Meant for compiled kernels, which let go of the interpreter's lock. Handing a call over and back takes some
+50 us, so it pays for calls of several times that, and the second should rather be the shorter one. On a
+machine with one core, and while the second thread works for somebody else, the calls run one after the other.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable
+from queue import SimpleQueue
+from typing import Any, TypeVar
+
+First = TypeVar("First")
+Second = TypeVar("Second")
+Answer = tuple[Any, BaseException | None]  # what a call returned, or raised
+
+
+class _Worker:
+    """The second thread, started at its first call."""
+
+    def __init__(self) -> None:
+        self.free = threading.Lock()
+        self._calls: SimpleQueue[tuple[Callable[[], Any], SimpleQueue[Answer]]] = SimpleQueue()
+        self._started = False
+
+    def begin(self, call: Callable[[], Any]) -> SimpleQueue[Answer]:
+        """Hand a call over; where its answer will be."""
+        if not self._started:
+            threading.Thread(target=self._run, name="second core", daemon=True).start()
+            self._started = True
+        answer: SimpleQueue[Answer] = SimpleQueue()
+        self._calls.put((call, answer))
+        return answer
+
+    def _run(self) -> None:
+        while True:
+            call, answer = self._calls.get()
+            try:
+                answer.put((call(), None))
+            except BaseException as error:
+                answer.put((None, error))
+            del call, answer  # they hold arrays
+
+
+_worker = _Worker()
+
+
+def _forget_worker() -> None:
+    """A forked process has the object but not its thread."""
+    global _worker  # noqa: PLW0603
+    _worker = _Worker()
+
+
+os.register_at_fork(after_in_child=_forget_worker)
+
+
+def both(first: Callable[[], First], second: Callable[[], Second]) -> tuple[First, Second]:
+    """What two independent calls return; ``second`` runs in another thread if it can.
+
+    Both have ended when this returns or raises.
+
+    Raises
+    ------
+    Whatever one of the calls raises, the first one's before the second one's.
+    """
+    worker = _worker
+    if len(os.sched_getaffinity(0)) < 2 or not worker.free.acquire(blocking=False):
+        return first(), second()
+    try:
+        answer = worker.begin(second)
+        try:
+            here = first()
+        finally:
+            there, error = answer.get()
+    finally:
+        worker.free.release()
+    if error is not None:
+        raise error
+    return here, there
