@@ -68,8 +68,6 @@ class Refiner:
 
         All are looked at coarsely; those that come near the best in quality are refined to the end.
         """
-        for channel in self.channels:
-            channel.prepare(self.least_scale + 1)
         coarse: list[Refined] = []
         for pose in candidates[:REFINED]:
             scale = line_scales(

@@ -21,19 +21,27 @@ CURVATURE_NOISE = math.sqrt(3.0 / (16.0 * math.pi))  # sd of the second derivati
 
 
 @njit(cache=True, error_model="numpy")
-def _derivative(
-    gx: NDArray[np.float32], gy: NDArray[np.float32], x: float, y: float, nx: float, ny: float
-) -> float:
-    """Derivative along (nx, ny) between pixels, bilinear; the caller keeps 0 <= x < W - 1, 0 <= y < H - 1."""
-    column, row = int(x), int(y)
-    a, b = x - column, y - row
+def _derivative(gradient: NDArray[np.float32], x: float, y: float, nx: float, ny: float) -> float:
+    """Derivative along (nx, ny) between pixels, bilinear; the caller keeps 0 <= x < W - 1, 0 <= y < H - 1.
+
+    ``gradient`` (H, W, 2); unsigned places spare the look for negative ones.
+    """
+    column, row = np.uint32(x), np.uint32(y)
+    right, below = column + np.uint32(1), row + np.uint32(1)
+    a, b = x - np.float64(column), y - np.float64(row)
     c, d = (1.0 - a) * (1.0 - b), a * (1.0 - b)
     e, f = (1.0 - a) * b, a * b
     along_x = (
-        c * gx[row, column] + d * gx[row, column + 1] + e * gx[row + 1, column] + f * gx[row + 1, column + 1]
+        c * gradient[row, column, 0]
+        + d * gradient[row, right, 0]
+        + e * gradient[below, column, 0]
+        + f * gradient[below, right, 0]
     )
     along_y = (
-        c * gy[row, column] + d * gy[row, column + 1] + e * gy[row + 1, column] + f * gy[row + 1, column + 1]
+        c * gradient[row, column, 1]
+        + d * gradient[row, right, 1]
+        + e * gradient[below, column, 1]
+        + f * gradient[below, right, 1]
     )
     return float(nx * along_x + ny * along_y)
 
@@ -49,8 +57,7 @@ def _parabola(before: float, here: float, after: float) -> tuple[float, float]:
 
 @njit(cache=True, error_model="numpy")
 def find_edge_points(
-    gx: NDArray[np.float32],
-    gy: NDArray[np.float32],
+    gradient: NDArray[np.float32],
     noise: NDArray[np.float32],
     near_clipped: NDArray[np.uint8],
     sigmas: Floats,
@@ -69,8 +76,8 @@ def find_edge_points(
 
     Parameters
     ----------
-    gx, gy, near_clipped
-        (S, H, W), see `GradientChannel`; noise (H, W).
+    gradient, near_clipped
+        (S, H, W, 2) and (S, H, W), see `GradientChannel`; noise (H, W).
     sigmas
         (S,) px. scale: (N,), index into them for each sample.
     image, normal
@@ -96,12 +103,12 @@ def find_edge_points(
         sigma = sigmas[s]
         half = int(np.ceil(reach_px[i])) + 1
         nx, ny = normal[i, 0], normal[i, 1]
-        across_x, across_y = gx[s], gy[s]
+        at_scale = gradient[s]
         for k in range(2 * half + 1):
             u = float(k - half)
             x, y = image[i, 0] + u * nx, image[i, 1] + u * ny
             inside = x >= 0.0 and y >= 0.0 and x < columns - 1 and y < rows - 1
-            profile[k] = _derivative(across_x, across_y, x, y, nx, ny) if inside else 0.0
+            profile[k] = _derivative(at_scale, x, y, nx, ny) if inside else 0.0
         found = 0
         for k in range(1, 2 * half):
             here = abs(profile[k])
@@ -123,16 +130,16 @@ def find_edge_points(
             x, y = image[i, 0] + place * nx, image[i, 1] + place * ny
             if x < 2.0 or y < 2.0 or x >= right - 1.0 or y >= bottom - 1.0:
                 continue
-            here = sign * _derivative(across_x, across_y, x, y, nx, ny)
+            here = sign * _derivative(at_scale, x, y, nx, ny)
             if not here > 0.0:
                 continue
-            before = sign * _derivative(across_x, across_y, x - nx, y - ny, nx, ny)
-            after = sign * _derivative(across_x, across_y, x + nx, y + ny, nx, ny)
+            before = sign * _derivative(at_scale, x - nx, y - ny, nx, ny)
+            after = sign * _derivative(at_scale, x + nx, y + ny, nx, ny)
             shift, bend = _parabola(before, here, after)
             if not abs(shift) <= 0.5:
                 continue
             place += shift
-            across = _derivative(across_x, across_y, x, y, -ny, nx)
+            across = _derivative(at_scale, x, y, -ny, nx)
             if here < MIN_ALIGNED * math.sqrt(here * here + across * across) or abs(place) > reach_px[i]:
                 continue
             ratio = here * to_snr

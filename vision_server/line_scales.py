@@ -12,7 +12,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
-from vision_server.edge_points import find_edge_points
+from vision_server.edge_search import search
 from vision_server.gradients import SCALES_PX, GradientChannel
 from vision_server.sampling import thinned
 
@@ -43,25 +43,13 @@ def line_scales(
     normal = samples.normal
     lines = len(model.lines)
     out = np.full((len(channels), lines), least, dtype=np.int64)
-    reach = np.empty(len(normal))
-    for index, channel in enumerate(channels):
+    for index in range(len(channels)):
         peaks = []
         for scale in range(least, len(SCALES_PX)):
-            channel.prepare(scale + 1)
-            reach[:] = max(reach_px, 1.5 * SCALES_PX[scale])
-            chosen = np.full(len(normal), scale, dtype=np.int64)
-            _, _, _, strength = find_edge_points(
-                channel.gx,
-                channel.gy,
-                channel.noise,
-                channel.near_clipped,
-                np.array(SCALES_PX),
-                chosen,
-                samples.image,
-                normal,
-                reach,
-            )
-            peaks.append(np.abs(strength).max(axis=1))
+            reach = np.full(len(normal), max(reach_px, 1.5 * SCALES_PX[scale]))
+            chosen = np.full((1, len(normal)), scale, dtype=np.int64)
+            *_, strength = search(channels[index : index + 1], chosen, samples.image, normal, reach)
+            peaks.append(np.abs(strength[0]).max(axis=1))
             if scale == least:
                 continue
             ratio = _median_ratios(peaks[-1], peaks[-2], samples.line, lines)

@@ -15,7 +15,8 @@ from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
 from vision_server.edge_owners import leave_to_owners, pulls_of_neighbours
-from vision_server.edge_points import CLIPPED_SD_PX, PEAKS, find_edge_points
+from vision_server.edge_points import CLIPPED_SD_PX
+from vision_server.edge_search import search
 from vision_server.gradients import SCALES_PX, GradientChannel
 from vision_server.line_votes import choose, vote
 
@@ -182,7 +183,7 @@ def measure(
     reach_px
         How far to look to either side; more where the scale of the filter asks for it.
     scale
-        (C, L), index into SCALES_PX for each channel and line; the channels must be prepared for them.
+        (C, L), index into SCALES_PX for each channel and line.
     spacing_px
         Between the samples of a line.
     """
@@ -196,20 +197,9 @@ def measure(
     sigmas = np.array(SCALES_PX)
     line_sigma = sigmas[scale].max(axis=0) if len(channels) else np.ones(lines)
     reach = np.maximum(reach_px, BLUR_REACH * line_sigma)
-    shape = (len(channels), count, PEAKS)
-    offset, snr, sd, strength = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
-    for c, channel in enumerate(channels):
-        offset[c], snr[c], sd[c], strength[c] = find_edge_points(
-            channel.gx,
-            channel.gy,
-            channel.noise,
-            channel.near_clipped,
-            sigmas,
-            scale[c][samples.line],
-            samples.image,
-            normal,
-            reach[samples.line],
-        )
+    offset, snr, sd, strength = search(
+        channels, scale[:, samples.line], samples.image, normal, reach[samples.line]
+    )
     leave_to_owners(samples.line, samples.image, samples.image_direction, normal, lines, offset)
     width = VOTE_WIDTH_PX * np.sqrt(line_sigma)
     shift, agreed = np.zeros((lines, 2)), np.zeros(lines)

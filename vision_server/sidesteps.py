@@ -21,8 +21,8 @@ from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
 from vision_server.cholesky import solve_positive
-from vision_server.edge_points import find_edge_points
-from vision_server.gradients import SCALES_PX, GradientChannel
+from vision_server.edge_search import search
+from vision_server.gradients import GradientChannel
 from vision_server.line_votes import vote
 from vision_server.measurement import places_on_lines, step_jacobian, turning_point
 from vision_server.refinement import moved, prior_precision
@@ -78,23 +78,12 @@ def surroundings(
     """Look for edges up to REACH_PX from the lines; ``scale`` (C, L) as in `measure`."""
     samples = thinned(visible_samples(model, camera, pose, SPACING_PX), MOST_SAMPLES)
     normal = samples.normal
-    count = len(normal)
-    found = []
-    for index, channel in enumerate(channels):
-        for middle, reach_px in ((0.0, APART_PX), (-BESIDE_PX, ASIDE_PX), (BESIDE_PX, ASIDE_PX)):
-            offset, *_ = find_edge_points(
-                channel.gx,
-                channel.gy,
-                channel.noise,
-                channel.near_clipped,
-                np.array(SCALES_PX),
-                scale[index][samples.line],
-                samples.image + middle * normal,
-                normal,
-                np.full(count, reach_px),
-            )
-            found.append(offset + middle)
-    every = np.concatenate(found, axis=1) if found else np.empty((count, 0))
+    found: list[Floats] = []
+    for middle, reach_px in ((0.0, APART_PX), (-BESIDE_PX, ASIDE_PX), (BESIDE_PX, ASIDE_PX)):
+        places, reach = samples.image + middle * normal, np.full(len(normal), reach_px)
+        offset, *_ = search(channels, scale[:, samples.line], places, normal, reach)
+        found.extend(offset + middle)
+    every = np.concatenate(found, axis=1) if found else np.empty((len(normal), 0))
     merged = _merged(np.sort(every, axis=1))  # NaN go last
     most = int(np.isfinite(merged).sum(axis=1).max(initial=0))
     centre = turning_point(model, pose)

@@ -35,8 +35,7 @@ def points_on(
     image = half + np.stack([-along * math.sin(angle), along * math.cos(angle)], axis=1)
     normal = np.tile([math.cos(angle), math.sin(angle)], (count, 1))
     return find_edge_points(
-        made.gx,
-        made.gy,
+        made.gradient,
         made.noise,
         made.near_clipped,
         np.array(SCALES_PX),
@@ -69,7 +68,7 @@ def test_the_kernel_agrees_with_its_equations() -> None:
     def derivatives(i: int, u: NDArray[np.float64]) -> NDArray[np.float64]:
         x = (40 - along[i] * ny + u * nx).astype(np.float32)[None]
         y = (40 + along[i] * nx + u * ny).astype(np.float32)[None]
-        fields = [cv2.remap(field[0], x, y, cv2.INTER_LINEAR) for field in (made.gx, made.gy)]
+        fields = [cv2.remap(field, x, y, cv2.INTER_LINEAR) for field in cv2.split(made.gradient[0])]
         return np.asarray(nx * fields[0] + ny * fields[1], dtype=float)[0]
 
     def parabola(three: NDArray[np.float64]) -> tuple[float, float]:

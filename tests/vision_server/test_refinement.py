@@ -27,10 +27,7 @@ from vision_server.refinement import (
 
 
 def channels_of(pixels: NDArray[np.uint8], gamma: float = 1.0) -> list[GradientChannel]:
-    channels = one_image(pixels, gamma).gradients(["i1"])
-    for channel in channels:
-        channel.prepare(1)
-    return channels
+    return one_image(pixels, gamma).gradients(["i1"])
 
 
 def refined(
