@@ -4,8 +4,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from geometry.kernels import kernel
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -30,7 +31,7 @@ class Solid(NamedTuple):
     diameter: float
 
 
-@njit(cache=True)
+@kernel()
 def occluders(
     solid: Solid, towards: Flags, points: Floats, near: float, intrinsics: Floats
 ) -> tuple[Floats, Floats]:
@@ -88,7 +89,7 @@ def occluders(
     return planes[:count], boxes[:count]
 
 
-@njit(cache=True)
+@kernel()
 def hidden_part(plane: Floats, start: Floats, end: Floats, touch: float) -> tuple[float, float]:
     """Interval (from, to) of the segment start–end that a triangle hides; from > to: nothing."""
     low, high = 0.0, 1.0
@@ -125,12 +126,12 @@ class Tiles(NamedTuple):
     triangle: Ints
 
 
-@njit(cache=True)
+@kernel()
 def _tile(value: float, origin: float, size: float, side: int) -> int:
     return int(min(max((value - origin) / size, 0.0), side - 1.0))
 
 
-@njit(cache=True)
+@kernel()
 def tiled(boxes: Floats, low: Floats, high: Floats) -> Tiles:
     """Sort triangles with image bounds (K, 4) into the tiles of a rectangle, ``low`` to ``high`` (2,), px."""
     side = 1 if len(boxes) <= FEW else TILES_PER_SIDE
@@ -160,7 +161,7 @@ def tiled(boxes: Floats, low: Floats, high: Floats) -> Tiles:
     return Tiles(low, size, side, first, triangle)
 
 
-@njit(cache=True)
+@kernel()
 def near_line(tiles: Tiles, box: Floats, stamp: Ints, number: int, out: Ints) -> int:
     """Count of the triangles in the tiles that a line's image bounds (4,) touch; they in ``out``, each once.
 

@@ -9,11 +9,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.errors import GeometryError
+from geometry.kernels import kernel
 from geometry.model import Model
 from geometry.occluders import Solid, hidden_part, near_line, occluders, tiled
 from geometry.pose import Pose
@@ -70,7 +70,7 @@ def solid_of(model: Model) -> Solid:
     )
 
 
-@njit(cache=True)
+@kernel()
 def _faces_towards(solid: Solid, centre: Floats) -> Flags:
     """Whether each face's outer side looks at the camera centre (target frame)."""
     count = len(solid.face_normal)
@@ -83,7 +83,7 @@ def _faces_towards(solid: Solid, centre: Floats) -> Flags:
     return out
 
 
-@njit(cache=True)
+@kernel()
 def _line_turned(solid: Solid, towards: Flags, line: int) -> bool:
     """Whether the faces beside a line let it be seen, other parts of the model apart."""
     f, g = solid.line_faces[line, 0], solid.line_faces[line, 1]
@@ -96,7 +96,7 @@ def _line_turned(solid: Solid, towards: Flags, line: int) -> bool:
     return bool(g >= 0 and (towards[g] or solid.two_sided[g]))
 
 
-@njit(cache=True)
+@kernel()
 def _clipped(ends: Floats, bounds: Floats) -> tuple[float, float]:
     """Part (from, to) of a segment [x1, y1, x2, y2] inside bounds [x0, y0, x1, y1]; from > to: none."""
     low, high = 0.0, 1.0
@@ -111,7 +111,7 @@ def _clipped(ends: Floats, bounds: Floats) -> tuple[float, float]:
     return low, high
 
 
-@njit(cache=True)
+@kernel()
 def _extent(ends: Floats) -> tuple[Floats, Floats]:
     """Least and greatest x, y (2,) of segments (N, 4); 0 without any."""
     low, high = np.zeros(2), np.zeros(2)
@@ -123,7 +123,7 @@ def _extent(ends: Floats) -> tuple[Floats, Floats]:
     return low, high
 
 
-@njit(cache=True)
+@kernel()
 def trace(
     solid: Solid,
     rotation: Floats,

@@ -1,13 +1,14 @@
 """Blooming: charge that a full well cannot hold spills over to its neighbours in the column."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from geometry.kernels import kernel
 
 Image = NDArray[np.float32]
 
 
-@njit(cache=True)
+@kernel()
 def bloomed(charge: Image, well: float, share: float) -> Image:
     """Charge after overflow along the columns, as in a CCD without a drain or with a weak one.
 

@@ -5,7 +5,7 @@ from argparse import ArgumentParser
 from pathlib import Path
 
 from bridge.lifeline import leave
-from geometry.kernels import begin_loading, prepare_kernels
+from geometry.kernels import prepare_kernels, use_library
 from report.errors import ReportError
 
 
@@ -21,7 +21,7 @@ def main() -> int:
     )
     folder = parser.parse_args().run_folder
 
-    begin_loading()
+    use_library("vision_server")
     from report.page import write_report  # late: --help must not wait for numba
 
     prepare_kernels()

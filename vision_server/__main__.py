@@ -10,15 +10,16 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from bridge.lifeline import leave
-from geometry.kernels import begin_loading
+from geometry.kernels import use_library
 
 PROGRAM = "python -m vision_server"
 COMMANDS = {
     "serve": "Serve pose estimation to a controller.",
     "estimate": "Estimate the pose of a target from image files of one set.",
     "edges": "Merge image files of one set into one edge map.",
-    "warm": "Compile every numeric kernel into the cache, once.",
+    "warm": "Compile every numeric kernel, once.",
 }
+BUILDER = "warm"  # builds the library of kernels that the others use
 
 
 def main(words: Sequence[str]) -> int:
@@ -32,7 +33,8 @@ def main(words: Sequence[str]) -> int:
     if name not in COMMANDS:
         print(f"vision_server: no command {name!r}; there are {', '.join(COMMANDS)}.", file=sys.stderr)
         return 2
-    begin_loading()
+    if name != BUILDER:
+        use_library("vision_server")
     command = import_module(f"vision_server.commands.{name}")
     parser = ArgumentParser(prog=f"{PROGRAM} {name}", description=COMMANDS[name], allow_abbrev=False)
     command.add_options(parser)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from geometry.kernels import kernel
 
 # atan(t) / t in powers of t^2 for t in [0, 1]: Abramowitz & Stegun (1964) 4.4.47, within 1e-5 rad
 ARCTANGENT = (0.9998660, -0.3302995, 0.1801410, -0.0851330, 0.0208351)
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def axis_of(dx: np.float32, dy: np.float32) -> np.float32:
     """Direction of a vector other than 0 taken as an axis, rad in [0, pi), 0 along x; within 1e-5 rad."""
     a, b = abs(dx), abs(dy)

@@ -6,9 +6,9 @@ from functools import cache
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from vision_server.flags import set_places
 from vision_server.gaussian import gaussian_kernels
 
@@ -39,7 +39,7 @@ def _kernels(sigma_px: float) -> tuple[Field, Field]:
     return smooth, derivative * np.float32(np.sqrt(2.0 * np.pi) * sigma_px)
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _crests(
     gx: NDArray[np.int16], gy: NDArray[np.int16], around: Grey, margin: int
 ) -> tuple[NDArray[np.int64], int]:
@@ -84,7 +84,7 @@ def _crests(
     return crests, found
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 def _heights(
     image: Grey, crests: NDArray[np.int64], smooth: Field, derivative: Field, heights: Field
 ) -> None:

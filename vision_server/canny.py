@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from vision_server.edge_map import EdgeMap
 
 Field = NDArray[np.float32]
 
 
-@njit(cache=True)
+@kernel()
 def _suppress(magnitude: Field, orientation: Field, profile: Field, ridge: Field, offset: Field) -> None:
     """Keep a pixel whose profile is a maximum across the edge; fit a parabola through the three values."""
     rows, columns = magnitude.shape
@@ -72,7 +72,7 @@ def suppress_non_maxima(
     return ridge, offset
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _spread(
     weak: NDArray[np.bool_], kept: NDArray[np.bool_], index: NDArray[np.int32], places: NDArray[np.int32]
 ) -> None:

@@ -9,15 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from geometry.kernels import kernel
 
 STEP_PX = 0.5  # between samples of a profile across the line
 LOBE_RATIO = 0.5  # of the peak: what belongs to the edge
 MIN_TURNED_PX = 20.0  # shorter lines are shifted only: their two ends say too little about direction
 
 
-@njit(cache=True)
+@kernel()
 def _profile(
     mass: NDArray[np.float32],
     ax: float,
@@ -49,7 +50,7 @@ def _profile(
         profile[i] = total / count
 
 
-@njit(cache=True)
+@kernel()
 def _middle(profile: NDArray[np.float64]) -> float:
     """Offset of the middle of the lobe at the centre, px; NaN when it is not all in sight."""
     half = len(profile) // 2
@@ -73,7 +74,7 @@ def _middle(profile: NDArray[np.float64]) -> float:
     return moment / total * STEP_PX if total > 0.0 else 0.0
 
 
-@njit(cache=True)
+@kernel()
 def _line_weight(weight: NDArray[np.float32], ax: float, ay: float, bx: float, by: float) -> float:
     """Mean of the field along the stretch a-b."""
     rows, columns = weight.shape
@@ -87,7 +88,7 @@ def _line_weight(weight: NDArray[np.float32], ax: float, ay: float, bx: float, b
     return total / count
 
 
-@njit(cache=True)
+@kernel()
 def _add_profiles(
     endpoints: NDArray[np.float64],
     contrast: NDArray[np.float32],
@@ -112,7 +113,7 @@ def _add_profiles(
             profiles[s, 1, k] += w * profile[k]
 
 
-@njit(cache=True)
+@kernel()
 def _move(
     endpoints: NDArray[np.float64], profiles: NDArray[np.float64], reach_px: float
 ) -> NDArray[np.float64]:

@@ -16,10 +16,10 @@ from functools import cache, cached_property
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from geometry.kernels import kernel
 from vision_server.blur import blur_sigma, halved
 from vision_server.gaussian import gaussian_kernels
 from vision_server.gradient_pixels import GradientPixels, find_gradient_pixels
@@ -128,7 +128,7 @@ class ChannelStatistics:
         return np.pad(field, ((0, rows - len(field)), (0, columns - field.shape[1])), mode="edge")
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _weigh(
     darkest: Grey,
     brightest: Grey,

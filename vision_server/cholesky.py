@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from geometry.kernels import kernel
 
 Floats = NDArray[np.float64]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def solve_positive(matrix: Floats, vector: Floats, damping: float, floor: float) -> Floats:
     """Solution (n,) of a positive definite system (n, n), (n,); 0 when it is not positive definite.
 

@@ -8,9 +8,9 @@ number, the odd part a vector along the gradient, so that they add up whichever 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from vision_server.axis import axis_of
 from vision_server.flags import set_places
 from vision_server.mixture import BINS, EM_ITERATIONS, bin_directions, densities, fit_mixtures
@@ -27,7 +27,7 @@ MOST_OFFSET_PX = 0.7  # from a ridge pixel to the ridge: half a diagonal
 MASS, FLANKS, FLANK_X, FLANK_Y = range(4)  # columns of the sums
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _log_ratio(a: np.float32, b: np.float32) -> np.float32:
     """Logarithm of a / b by the series of atanh: within 1 % for ratios up to 3, b may be 0."""
     r = (a - b) / (a + b)
@@ -35,7 +35,7 @@ def _log_ratio(a: np.float32, b: np.float32) -> np.float32:
     return np.float32(2.0) * r * (np.float32(1.0) + z * (np.float32(1.0 / 3.0) + np.float32(0.2) * z))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True, error_model="numpy")
 def _candidates(
     index: NDArray[np.int32], sums: Field, weights: Field, noises: Field, first: int, end: int
 ) -> tuple[Places, Places, Field, Field]:
@@ -98,7 +98,7 @@ def _candidates(
     return places[:found], states[:found], masses[:found], inverse
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 def _edgels(
     index: NDArray[np.int32], histograms: Field, sums: Field, noises: Field, inverse: Field,
     directions: Field, model: Field, chosen: Places, states: Places, masses: Field, out: Field,
@@ -159,7 +159,7 @@ def _edgels(
     return found
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _crests_of_rows(
     index: NDArray[np.int32], histograms: Field, sums: Field, weights: Field, noises: Field,
     directions: Field, model: Field, first: int, end: int,

@@ -11,8 +11,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from geometry.kernels import kernel
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -23,7 +24,7 @@ NEIGHBOUR_HEIGHT = 0.5  # of a neighbour's contrast over the edge's own; it is n
 BLUR_SHARE = 1.5  # blur of an edge and of its filter together, over the filter's scale
 
 
-@njit(cache=True)
+@kernel()
 def _ends(line: Ints, line_count: int) -> tuple[Ints, Ints]:
     """First and last sample of each line, -1 for none; ``line`` (N,) is ascending."""
     first, last = np.full(line_count, -1), np.full(line_count, -1)
@@ -34,7 +35,7 @@ def _ends(line: Ints, line_count: int) -> tuple[Ints, Ints]:
     return first, last
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _axis(start: Floats, end: Floats) -> tuple[float, float, float]:
     """Unit vector from start to end (2,) and the distance; zeros when they fall together."""
     x, y = end[0] - start[0], end[1] - start[1]
@@ -42,7 +43,7 @@ def _axis(start: Floats, end: Floats) -> tuple[float, float, float]:
     return (x / length, y / length, length) if length > 0.0 else (0.0, 0.0, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _beside(
     mine: int, other: int, first: Ints, last: Ints, image: Floats, direction: Floats
 ) -> tuple[bool, float, float, float]:
@@ -55,7 +56,7 @@ def _beside(
     return along >= ALONG_COSINE, ux, uy, length
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def leave_to_owners(
     line: Ints,
     image: Floats,
@@ -96,7 +97,7 @@ def leave_to_owners(
                             offset[c, i, k] = np.nan
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def pulls_of_neighbours(
     line: Ints, image: Floats, direction: Floats, normal: Floats, line_count: int, sigma: Floats
 ) -> Floats:

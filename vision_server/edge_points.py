@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from geometry.kernels import kernel
 
 Floats = NDArray[np.float64]
 
@@ -20,7 +21,7 @@ MOST_SHIFT_PX = 1.0  # of a peak from where the pixel-wide steps see it
 CURVATURE_NOISE = math.sqrt(3.0 / (16.0 * math.pi))  # sd of the second derivative: this * sd / sigma^3
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _derivative(gradient: NDArray[np.float32], x: float, y: float, nx: float, ny: float) -> float:
     """Derivative along (nx, ny) between pixels, bilinear; the caller keeps 0 <= x < W - 1, 0 <= y < H - 1.
 
@@ -46,7 +47,7 @@ def _derivative(gradient: NDArray[np.float32], x: float, y: float, nx: float, ny
     return float(nx * along_x + ny * along_y)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _parabola(before: float, here: float, after: float) -> tuple[float, float]:
     """Place of the maximum of a Gaussian through three values one px apart, and minus its log curvature."""
     least = LEAST_SHARE * here
@@ -55,7 +56,7 @@ def _parabola(before: float, here: float, after: float) -> tuple[float, float]:
     return (0.5 * (after - before) / bend if bend > 0.0 else np.inf), bend
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def find_edge_points(
     gradient: NDArray[np.float32],
     noise: NDArray[np.float32],

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from vision_server.edge_points import PEAKS, find_edge_points
 from vision_server.gradients import SCALES_PX, GradientChannel, Region
 
@@ -54,7 +54,7 @@ def search(
     return offset, snr, sd, strength
 
 
-@njit(cache=True)
+@kernel()
 def _bounds(image: Floats, margin_px: float) -> Region:
     """Left, top, right and bottom of what points (N, 2) and a margin around them cover."""
     left, top, right, bottom = np.inf, np.inf, -np.inf, -np.inf

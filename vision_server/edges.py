@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from geometry.kernels import kernel
 from vision_server.channel import ChannelStatistics, Field
 from vision_server.crests import FLANK_X, FLANK_Y, FLANKS, MASS, find_crests
 from vision_server.edge_map import EdgeMap
@@ -23,7 +23,7 @@ from vision_server.two_cores import both
 WORTH_TWO_CORES = 15000  # pixels: summing fewer is done before the other core has begun
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True, error_model="numpy")
 def _number(places: NDArray[np.int32], index: NDArray[np.int32], count: int) -> int:
     """Give a number to each of the pixels that has none; how many there are then."""
     flat = index.ravel()
@@ -34,7 +34,7 @@ def _number(places: NDArray[np.int32], index: NDArray[np.int32], count: int) -> 
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True, error_model="numpy")
 def _accumulate(
     places: NDArray[np.int32],
     magnitude: Field,

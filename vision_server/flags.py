@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 
-@njit(cache=True, nogil=True, error_model="numpy")
+
+@kernel(nogil=True, error_model="numpy")
 def set_places(flags: NDArray[np.bool_], places: NDArray[np.signedinteger[Any]]) -> int:
     """Write the places of the flags that are set, ascending; how many there are.
 

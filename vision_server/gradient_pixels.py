@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from vision_server.axis import axis_of
 from vision_server.flags import set_places
 from vision_server.noise import LEVELS, smooth_noise_factor
@@ -60,7 +60,7 @@ class GradientPixels:
         return len(self.places)
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _correlate_columns(
     ring: Field, y: int, smooth: Field, derivative: Field, smoothed: Field, derived: Field
 ) -> None:
@@ -86,7 +86,7 @@ def _correlate_columns(
                 inner_derived[x] += u * (a[x] - d[x]) + v * (b[x] - e[x]) + w * (c[x] - f[x])
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _correlate_narrow_columns(
     ring: Field, y: int, smooth: Field, derivative: Field, smoothed: Field, derived: Field
 ) -> None:
@@ -102,7 +102,7 @@ def _correlate_narrow_columns(
         inner_derived[x] = u * (a[x] - d[x]) + v * (b[x] - e[x])
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _correlate_narrow_row(
     smoothed: Field, derived: Field, smooth: Field, derivative: Field, gx: Field, gy: Field
 ) -> None:
@@ -124,7 +124,7 @@ def _correlate_narrow_row(
         gy[x] = middle * here[x] + p * (a[x] + d[x]) + q * (b[x] + e[x])
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _correlate_row(
     smoothed: Field, derived: Field, smooth: Field, derivative: Field, gx: Field, gy: Field
 ) -> None:
@@ -155,7 +155,7 @@ def _correlate_row(
                 gy[x] += p * (a[x] + d[x]) + q * (b[x] + e[x]) + r * (c[x] + f[x])
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _gradient_of_row(
     ring: Field, y: int, smooth: Field, derivative: Field, smoothed: Field, derived: Field,
     gx: Field, gy: Field, magnitude: Field,
@@ -177,7 +177,7 @@ def _gradient_of_row(
         magnitude[x] = np.sqrt(gx[x] * gx[x] + gy[x] * gy[x])
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _list_row(
     y: int,
     magnitude: Field,
@@ -237,7 +237,7 @@ def _list_row(
     return found
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _fill(ring: Field, y: int, image: Grey, table: Field, linear: bool) -> None:
     """Row ``y`` of the image, or the nearest there is, into its place in the ring."""
     source, target = image[min(max(y, 0), len(image) - 1)], ring[y % len(ring)]
@@ -249,7 +249,7 @@ def _fill(ring: Field, y: int, image: Grey, table: Field, linear: bool) -> None:
             target[x] = table[source[x]]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 def _sample(
     image: Grey, table: Field, linear: bool, smooth: Field, derivative: Field, samples: Field
 ) -> None:
@@ -267,7 +267,7 @@ def _sample(
         _gradient_of_row(ring, y, smooth, derivative, smoothed, derived, gx, gy, samples[i])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
 def _pass(
     image: Grey,
     table: Field,

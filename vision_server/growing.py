@@ -9,9 +9,9 @@ direction, and gaps are stepped over. In the spirit of the region growing of LSD
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from vision_server.edge_map import EdgeMap
 from vision_server.line_fit import Edgels, edgel_groups
 
@@ -28,7 +28,7 @@ START_RADIUS_PX = 3  # neighbourhood that gives the first direction
 FEWEST_FITTED, TRUSTED = 5, 10  # edgels from which on a line is fitted; from which on only the fit counts
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _half_angle(c2: float, s2: float) -> tuple[float, float]:
     """Unit vector at half the angle of a vector."""
     length = np.sqrt(c2 * c2 + s2 * s2)
@@ -39,7 +39,7 @@ def _half_angle(c2: float, s2: float) -> tuple[float, float]:
     return c, s if s2 >= 0.0 else -s
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True, error_model="numpy")
 def _start(
     seed: int, x0: int, y0: int, index: NDArray[np.int32], free: NDArray[np.bool_], points: Field,
     normals: Field, tolerance: float,
@@ -65,7 +65,7 @@ def _start(
     return -s, c
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True, error_model="numpy")
 def _grow(
     seeds: Ints,
     free: NDArray[np.bool_],

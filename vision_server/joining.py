@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from vision_server.line_fit import Edgels, FittedLines
 
 MAX_GAP_PX = 20.0  # between the ends that face each other
@@ -17,7 +17,7 @@ MAX_STRENGTH_RATIO = 3.0
 Ints = NDArray[np.int64]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(nogil=True, error_model="numpy")
 def _assign(
     endpoints: NDArray[np.float64], strength: NDArray[np.float64], order: Ints, base_of: Ints
 ) -> None:

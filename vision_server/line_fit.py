@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from vision_server.edge_map import EdgeMap
 
 EDGEL_SD_PX = 0.1  # smallest believable scatter of edgels about a line
@@ -83,7 +83,7 @@ class FittedLines:
         return FittedLines(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
 
 
-@njit(cache=True)
+@kernel()
 def _fit(
     points: NDArray[np.float64],
     normals: NDArray[np.float64],

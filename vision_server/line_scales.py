@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.kernels import kernel
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
@@ -60,7 +60,7 @@ def line_scales(
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _median_ratios(upper: Floats, lower: Floats, line: Ints, lines: int) -> Floats:
     """Median of upper / lower for each line; where lower sees too little but upper does not: 1, else 0.
 

@@ -7,8 +7,9 @@ edge agree on one such shift in every channel; texture, shadow edges and noise d
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from geometry.kernels import kernel
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -36,7 +37,7 @@ def _courses() -> tuple[Ints, Floats]:
 COURSE, COUNTS = _courses()
 
 
-@njit(cache=True)
+@kernel()
 def vote(
     line: Ints,
     along: Floats,
@@ -103,7 +104,7 @@ def vote(
         agreed[m] = best / (samples[m] * channels)
 
 
-@njit(cache=True)
+@kernel()
 def choose(line: Ints, along: Floats, offset: Floats, shift: Floats, width_px: Floats, chosen: Ints) -> None:
     """The edge point of each channel and sample that is nearest to its line's edge, -1 for none.
 

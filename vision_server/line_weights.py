@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from vision_server.gradients import SCALES_PX
 from vision_server.measurement import Measurement
 
@@ -33,7 +33,7 @@ def line_trust(measurement: Measurement, lines: int) -> Floats:
     return out
 
 
-@njit(cache=True)
+@kernel()
 def _trust(line: Ints, along: Floats, offset: Floats, scatter_px: float, out: Floats) -> None:
     """share^2 / (1 + (scatter / scatter_px)^2) for each channel and line; ``line`` is ascending."""
     channels, count = offset.shape
@@ -56,7 +56,7 @@ def _trust(line: Ints, along: Floats, offset: Floats, scatter_px: float, out: Fl
         start = end
 
 
-@njit(cache=True)
+@kernel()
 def _scatter(x: Floats, y: Floats) -> float:
     """Robust scatter of y about its straight line over x, px: twice reweighted, median absolute residual."""
     residual = y - np.median(y)
@@ -96,7 +96,7 @@ def base_weights(measurement: Measurement, lines: int, exact_ends: bool = True) 
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _weights(
     line: Ints,
     px: Floats,

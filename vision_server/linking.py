@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from vision_server.edge_map import EdgeMap
 
 MIN_CHAIN_PX = 6  # shorter chains are noise
@@ -38,7 +38,7 @@ class Chains:
     starts: NDArray[np.int64]
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _next(
     here: int, dx: float, dy: float, index: NDArray[np.int32], places: NDArray[np.int32],
     free: NDArray[np.bool_], normals: NDArray[np.float32], reach: int,
@@ -69,7 +69,7 @@ def _next(
     return best
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _follow(
     seed: int, sign: float, index: NDArray[np.int32], places: NDArray[np.int32], free: NDArray[np.bool_],
     normals: NDArray[np.float32], reach: int, order: NDArray[np.int64], filled: int,
@@ -90,7 +90,7 @@ def _follow(
         dx, dy = tx, ty
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _chains(
     chosen: NDArray[np.bool_], index: NDArray[np.int32], places: NDArray[np.int32],
     normals: NDArray[np.float32], seeds: NDArray[np.int64], reach: int, shortest: int,

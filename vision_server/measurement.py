@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.kernels import kernel
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
@@ -93,7 +93,7 @@ class Measurement:
         return len(self.normal)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def places_on_lines(line: Ints, image: Floats, direction: Floats, gap_px: float) -> tuple[Floats, Floats]:
     """Where each sample is on its line, and how far from where the line or a visible part of it ends.
 
@@ -143,7 +143,7 @@ def step_jacobian(camera: Camera, points_camera: Floats, normal: Floats, centre:
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _pinhole_jacobian(fx: float, fy: float, points: Floats, normal: Floats, centre: Floats) -> Floats:
     out = np.empty((len(points), 6))
     for i in range(len(points)):
@@ -249,7 +249,7 @@ def measure(
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _quality(snr: Floats) -> Floats:
     """What each edge point counts in its line's vote, 0..1: strong beats weak, within its own channel."""
     channels, count, peaks = snr.shape
@@ -272,7 +272,7 @@ def _quality(snr: Floats) -> Floats:
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _take_chosen(
     chosen: Ints,
     offset: Floats,

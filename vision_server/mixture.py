@@ -7,8 +7,9 @@ Mises density exp(kappa (cos 2d - 1)) / (pi I0(kappa) exp(-kappa)), kappa = 1 / 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from geometry.kernels import kernel
 
 Field = NDArray[np.float32]
 
@@ -38,7 +39,7 @@ def densities() -> Field:
     return np.array([main / 256.0, main_density, back / 256.0, back_density], np.float32)
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def fit_mixtures(
     histograms: Field,
     directions: Field,

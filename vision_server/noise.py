@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from geometry.kernels import kernel
 
 QUANTISATION_SD_GREY = 0.3  # an 8-bit step of 1 grey, uniform: 1/sqrt(12)
 MAD_TO_SD = 1.4826  # of a Gaussian
@@ -52,7 +53,7 @@ def grey_noise(image: NDArray[np.uint8]) -> Floats:
     return np.asarray(np.sqrt(np.maximum(a + b * LEVELS, QUANTISATION_SD_GREY**2)), dtype=np.float64)
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _band_medians(image: NDArray[np.uint8], step: int) -> tuple[Floats, Floats]:
     """Median of the mask's absolute response in each band of grey, and how many responses it is of."""
     rows, columns = image.shape
@@ -88,7 +89,7 @@ def _band_medians(image: NDArray[np.uint8], step: int) -> tuple[Floats, Floats]:
     return medians, counts
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _variance_line(image: NDArray[np.uint8], step: int) -> tuple[float, float]:
     """The weighted fit variance = a + b grey with a, b >= 0 over the bands that have enough samples."""
     medians, counts = _band_medians(image, step)
@@ -113,7 +114,7 @@ def _variance_line(image: NDArray[np.uint8], step: int) -> tuple[float, float]:
     return offset, slope
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _quantiles(image: NDArray[np.uint8], shares: Floats) -> NDArray[np.int64]:
     """Greys below which the given shares of every fourth pixel of every fourth row lie."""
     rows, columns = image.shape
@@ -179,7 +180,7 @@ def smooth_noise_factor(
     return min(max(quarter / RAYLEIGH_QUARTER, 1.0), MOST_SMOOTHING)
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def _lower_quartile(
     magnitude: NDArray[np.float32], grey: NDArray[np.uint8], noise_of: NDArray[np.float32]
 ) -> tuple[int, float]:

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.kernels import kernel
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
@@ -120,7 +120,7 @@ def solve(measurement: Measurement, base: Floats, range_m: float, tone_sd_px: fl
     return step, weight
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _reweighted(
     jacobian: Floats,
     nuisance: Floats,
@@ -189,7 +189,7 @@ def _reweighted(
     return step
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def weighted_median(values: Floats, weights: Floats) -> float:
     """Median of values (C, N) >= 0 px with weights (C, N), 0: not counted.
 

@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.kernels import kernel
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
@@ -95,7 +95,7 @@ def surroundings(
     )
 
 
-@njit(cache=True)
+@kernel()
 def _merged(offset: Floats) -> Floats:
     """Ascending rows (N, K) with edge points closer than SAME_PLACE_PX taken as one, the others NaN."""
     out = np.full_like(offset, np.nan)
@@ -204,7 +204,7 @@ def _edges_beside(near: Surroundings, along: Floats, lines: int) -> list[tuple[f
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def _nearest(offset: Floats, place: float) -> float:
     """Signed distance from a place to the nearest of some edge points (K,), NaN last; inf without any."""
     best = np.inf
@@ -216,7 +216,7 @@ def _nearest(offset: Floats, place: float) -> float:
     return float(best)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def followed(jacobian: Floats, offset: Floats, px: Floats, prior: Floats, step: Floats) -> None:
     """Let a step (6,) settle on the edge points nearest to where it puts the lines; changed in place."""
     for reach in FOLLOWED_PX:
@@ -240,7 +240,7 @@ def followed(jacobian: Floats, offset: Floats, px: Floats, prior: Floats, step: 
         step[:] = solve_positive(normal, pull, 0.0, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def explained(jacobian: Floats, offset: Floats, px: Floats, step: Floats) -> float:
     """Mean over the visible length of 1 - d / EXPLAINS_PX; d: distance to the nearest edge after a step."""
     total = 0.0

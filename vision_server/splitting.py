@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from vision_server.linking import Chains
 
 MAX_DEVIATION_RATIO = 0.03  # of max |d_i| to D, the distance between the piece's ends
 MIN_DEVIATION_PX = 1.0  # deviations under this are the noise of edgels, whatever the length
 
 
-@njit(cache=True)
+@kernel()
 def _farthest(points: NDArray[np.float64], first: int, last: int) -> tuple[int, float, float]:
     """The point farthest from the chord first-last: index, distance, length of the chord."""
     ax, ay = points[first, 0], points[first, 1]
@@ -27,7 +27,7 @@ def _farthest(points: NDArray[np.float64], first: int, last: int) -> tuple[int, 
     return index, distance, chord
 
 
-@njit(cache=True)
+@kernel()
 def _split(
     points: NDArray[np.float64], starts: NDArray[np.int64], ratio: float, tolerance: float
 ) -> NDArray[np.int64]:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from geometry.kernels import prepare_kernels, use_library
 from image_server.commands.options import Conditions, Draws, Serving, grouped
 from image_server.commands.serving import serve_device
 
@@ -29,12 +30,12 @@ class Scene:
 @grouped
 def simulator(serving: Serving, scene: Scene, draws: Draws, conditions: Conditions) -> None:
     """Serve a ray-traced target under lights and a sun; the seed draws its true pose."""
+    use_library("image_server")
     serve_device(lambda: simulated_device(scene, draws, conditions), serving)
 
 
 def simulated_device(scene: Scene, draws: Draws, conditions: Conditions) -> "Simulator":
     """The simulator of a scene under other conditions."""
-    from geometry.kernels import prepare_kernels
     from image_server.simulator import Simulator
     from image_server.simulator.scenario import load_scenario, with_conditions
 

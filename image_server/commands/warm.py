@@ -1,4 +1,6 @@
-"""`python -m image_server warm`: compile the simulator's kernels into numba's cache by small frames."""
+"""`python -m image_server warm`: compile the simulator's kernels into numba's cache and a library."""
+
+from geometry.kernel_library import build_library
 
 WARMING = ("earth-limb", "camera")
 """Scenarios that between them use every kernel but that of folds: sky, blooming."""
@@ -6,6 +8,11 @@ WARMING = ("earth-limb", "camera")
 
 def warm() -> None:
     """Compile the simulator's kernels, so that the first session does not wait for it."""
+    build_library("image_server", take_frames)
+
+
+def take_frames() -> None:
+    """Small frames of a folded cube."""
     from msgspec.structs import replace
 
     from bridge.messages import Settings

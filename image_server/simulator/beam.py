@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from image_server.simulator.scenario import Light
 
 Floats = NDArray[np.float64]
@@ -31,7 +31,7 @@ def beam_table(light: Light) -> Floats:
     return np.where(cosine > 0, np.maximum(cosine, 1e-30) ** power, 0.0)
 
 
-@njit(cache=True)
+@kernel()
 def intensity(table: Floats, cosine: float) -> float:
     """Relative intensity at an angle from the aim, given its cosine: straight lines between the rows."""
     place = math.degrees(math.acos(min(max(cosine, -1.0), 1.0))) * STEPS_PER_DEG

@@ -4,10 +4,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.kernels import kernel
 
 Floats = NDArray[np.float64]
 Rays = NDArray[np.float32]
@@ -57,7 +57,7 @@ class Caster:
         return np.asarray(blocked == NOTHING)
 
 
-@njit(cache=True)
+@kernel()
 def starts_of(
     directions: Rays, distance: Rays, triangle: NDArray[np.int32], normals: Floats, lift: float
 ) -> tuple[Rays, Rays]:
@@ -84,7 +84,7 @@ def starts_of(
     return starts, towards
 
 
-@njit(cache=True)
+@kernel()
 def rays_to(starts: Rays, normals: Rays, source: Floats, near: bool) -> tuple[NDArray[np.int64], Rays, Rays]:
     """Rays to a light from the starts whose faces look at it.
 

@@ -8,9 +8,9 @@ times (albedo + pi · specular BRDF) · cos, so pi never appears in the lights' 
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from image_server.simulator.beam import intensity
 from image_server.simulator.sky import light_from, mirrored
 from image_server.simulator.texture import ALPHA, CRINKLE, SPECULAR, albedo, crinkled
@@ -22,7 +22,7 @@ LEAST_MIRRORED = 1e-3  # share of the light; less is not worth the time
 SUBPIXEL = 0.25  # the texture is averaged at 2×2 places this far from the pixel's centre
 
 
-@njit(cache=True)
+@kernel()
 def microfacets(n_l: float, n_v: float, n_h: float, v_h: float, alpha: float, reflectance: float) -> float:
     """pi times the GGX BRDF, from cosines between normal n, light l, view v and half vector h."""
     a2 = alpha * alpha
@@ -34,7 +34,7 @@ def microfacets(n_l: float, n_v: float, n_h: float, v_h: float, alpha: float, re
     return distribution * shadow_l * shadow_v * fresnel / (4.0 * n_l * n_v)
 
 
-@njit(cache=True)
+@kernel()
 def _reflected(
     n: Floats, v: Floats, lx: float, ly: float, lz: float, scattered: float, alpha: float, reflectance: float
 ) -> float:
@@ -45,7 +45,7 @@ def _reflected(
     return n_l * _brightness(n, v, lx, ly, lz, scattered, alpha, reflectance)
 
 
-@njit(cache=True)
+@kernel()
 def _brightness(
     n: Floats, v: Floats, lx: float, ly: float, lz: float, scattered: float, alpha: float, reflectance: float
 ) -> float:
@@ -62,7 +62,7 @@ def _brightness(
     return out
 
 
-@njit(cache=True)
+@kernel()
 def _lean(n: Floats, rotation: Floats, slope: Floats) -> None:
     """Lean the normal n (3,), in place, against a slope (3,) that is given in the part's frame."""
     x = rotation[0, 0] * slope[0] + rotation[0, 1] * slope[1] + rotation[0, 2] * slope[2]
@@ -74,7 +74,7 @@ def _lean(n: Floats, rotation: Floats, slope: Floats) -> None:
     n[0], n[1], n[2] = x / length, y / length, z / length
 
 
-@njit(cache=True, nogil=True)
+@kernel(nogil=True)
 def shade(
     triangle: NDArray[np.int32],
     direction: NDArray[np.float32],

@@ -7,10 +7,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.kernels import kernel
 from image_server.simulator.rays import pixel_rays
 from image_server.simulator.texture import noise
 
@@ -69,7 +69,7 @@ class Sky:
         return float(self.earth @ sun) > math.cos(self.earth_radius_rad)
 
 
-@njit(cache=True)
+@kernel()
 def earth_radiance(
     directions: Floats, earth: Floats, distance: float, sun: Floats, strength: float, edge: float
 ) -> Floats:
@@ -86,7 +86,7 @@ def earth_radiance(
     return out
 
 
-@njit(cache=True)
+@kernel()
 def earth_along(
     dx: float,
     dy: float,
@@ -128,7 +128,7 @@ def earth_along(
     return out
 
 
-@njit(cache=True)
+@kernel()
 def mirrored(
     dx: float,
     dy: float,
@@ -175,7 +175,7 @@ def irradiance(sky: Sky) -> Floats:
     return out
 
 
-@njit(cache=True)
+@kernel()
 def harmonics(x: float, y: float, z: float) -> Floats:
     """Real spherical harmonics (9,) up to the second order in a unit direction."""
     return np.array(
@@ -193,7 +193,7 @@ def harmonics(x: float, y: float, z: float) -> Floats:
     )
 
 
-@njit(cache=True)
+@kernel()
 def light_from(sky: Floats, x: float, y: float, z: float) -> float:
     """Radiance that the sky of `irradiance` gives a white face with unit normal (x, y, z)."""
     out = (

@@ -7,9 +7,9 @@ live in the plane of the face.
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from image_server.simulator.material import TEXTURES
 
 Floats = NDArray[np.float64]
@@ -29,7 +29,7 @@ NOISE_SLOPE = 0.331  # standard deviation of one component of the gradient of `n
 SLOPE_STEP = 0.05  # of a cell, over which that gradient is taken
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def _hashed(x: int, y: int, z: int) -> float:
     """A number in [0, 1) of three integers; no pattern that can be seen."""
     h = np.uint32(x) * np.uint32(374761393) + np.uint32(y) * np.uint32(668265263)
@@ -40,7 +40,7 @@ def _hashed(x: int, y: int, z: int) -> float:
     return float(h) * (1.0 / 4294967296.0)
 
 
-@njit(cache=True)
+@kernel()
 def noise(x: float, y: float, z: float) -> float:
     """Value noise in [0, 1], one value per unit cell, joined smoothly."""
     fx, fy, fz = math.floor(x), math.floor(y), math.floor(z)
@@ -58,7 +58,7 @@ def noise(x: float, y: float, z: float) -> float:
     return (1 - w) * low + w * high
 
 
-@njit(cache=True)
+@kernel()
 def albedo(surface: Floats, x: float, y: float, z: float, u: float, v: float) -> float:
     """Albedo at a point.
 
@@ -106,7 +106,7 @@ def albedo(surface: Floats, x: float, y: float, z: float, u: float, v: float) ->
     return out
 
 
-@njit(cache=True)
+@kernel()
 def crinkled(surface: Floats, x: float, y: float, z: float, slope: Floats) -> None:
     """Slope of the folds at a point: writes the three components of their gradient to `slope` (3,).
 

@@ -40,3 +40,46 @@ def test_kernels_are_ready_without_scipy_which_is_there_afterwards(root: Path) -
         "assert 'scipy.linalg' not in sys.modules\n"
         "import scipy.linalg.cython_blas\n",
     )
+
+
+ESTIMATE = """
+import sys
+import numpy as np
+from geometry.kernels import prepare_kernels, use_library
+
+use_library({library!r})
+from geometry.camera import Camera
+from geometry.model import TARGETS, load_model
+from geometry.pose import Pose
+from vision_server.commands.warm import drawn
+from vision_server.image_set import ImageSet
+from vision_server.pipeline import PipelineSettings, estimate_pose
+
+prepare_kernels()
+model = load_model(TARGETS / "fixture.cao")
+camera = Camera(400, 300, 500.0, 500.0, 199.5, 149.5)
+pose = Pose(np.array([0.4, 0.6, 0.2]), np.array([0.0, 0.0, 3.0 * model.diameter]))
+images = ImageSet(camera.width, camera.height)
+images.add("i1", drawn(model, camera, pose, 0.8), 1.0, 1.0)
+images.add("i2", drawn(model, camera, pose, 2.5), 2.0, 1.0)
+near = Pose(pose.rotation_vector + 0.1, pose.translation * 1.02)
+for names in (["i1"], ["i2"], ["i1", "i2"]):
+    found = estimate_pose(images, names, model, camera, near, PipelineSettings())
+    print(found.rms_px, found.score, found.pose and found.pose.to_dict(), found.covariance)
+print("numba" in sys.modules, file=sys.stderr)
+"""
+
+
+def test_an_estimate_with_the_library_of_kernels_is_numbas_bit_for_bit(root: Path) -> None:
+    done = [
+        subprocess.run(
+            [sys.executable, "-c", ESTIMATE.format(library=library)],
+            cwd=root, capture_output=True, text=True, timeout=240, check=True,
+        )
+        for library in ("vision_server", "none")
+    ]  # fmt: skip
+    assert [out.stderr.strip() for out in done] == ["False", "True"], (
+        "run make setup: no library, or it lacks some"
+    )
+    assert done[0].stdout == done[1].stdout
+    assert done[0].stdout.count("rotation_vector") >= 1, done[0].stdout

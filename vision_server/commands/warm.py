@@ -1,19 +1,18 @@
-"""`python -m vision_server warm`: compile every kernel into numba's cache by one small estimate."""
+"""`python -m vision_server warm`: compile every kernel into numba's cache and a library."""
 
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
 
-import cv2
-import numpy as np
+from geometry.kernel_library import build_library
 
-from geometry.camera import Camera
-from geometry.model import TARGETS, Model, load_model
-from geometry.pose import Pose
-from vision_server.image_set import ImageSet
-from vision_server.pipeline import PipelineSettings, estimate_pose
+if TYPE_CHECKING:
+    import numpy as np
 
-__all__ = ["warm_up"]
+    from geometry.camera import Camera
+    from geometry.model import Model
+    from geometry.pose import Pose
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -21,24 +20,38 @@ def add_options(parser: ArgumentParser) -> None:
 
 
 def run(_: Namespace) -> int:
-    """Compile what is not in the cache; the exit status."""
-    warm_up()
+    """Compile what has changed; the exit status."""
+    build_library("vision_server", warm_up)
     return 0
 
 
 def warm_up() -> None:
-    """Draw a cube with each face in its own grey and estimate its pose with both matchers."""
+    """Draw a cube, sharp and blurred, and estimate its pose with both matchers."""
+    import numpy as np
+
+    from geometry.camera import Camera
+    from geometry.model import TARGETS, load_model
+    from geometry.pose import Pose
+    from vision_server.image_set import ImageSet
+    from vision_server.pipeline import PipelineSettings, estimate_pose
+
     model = load_model(TARGETS / "cube.cao")
     camera = Camera(320, 240, 400.0, 400.0, 159.5, 119.5)
     pose = Pose(np.array([0.5, 0.7, 0.1]), np.array([0.0, 0.0, 4.0 * model.diameter]))
     images = ImageSet(camera.width, camera.height)
-    images.add("i1", drawn(model, camera, pose), 1.0, 1.0)
-    for matcher in ("search", "genetic"):
-        estimate_pose(images, ["i1"], model, camera, pose, PipelineSettings(matcher=matcher))
+    for name, sigma_px in (("sharp", 0.7), ("blurred", 3.0)):
+        images.add(name, drawn(model, camera, pose, sigma_px), 1.0, 1.0)
+    for names, matcher in ((["sharp"], "search"), (["blurred"], "search"), (["sharp", "blurred"], "genetic")):
+        estimate_pose(images, names, model, camera, pose, PipelineSettings(matcher=matcher))
 
 
-def drawn(model: Model, camera: Camera, pose: Pose) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+def drawn(
+    model: Model, camera: Camera, pose: Pose, sigma_px: float
+) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
     """A plain picture of a convex model, uint8 (H, W): each face that looks at the camera in one grey."""
+    import cv2
+    import numpy as np
+
     picture = np.full((camera.height, camera.width), 20, dtype=np.uint8)
     points = pose.apply(model.vertices)
     normals = model.face_normals @ pose.matrix.T
@@ -47,5 +60,5 @@ def drawn(model: Model, camera: Camera, pose: Pose) -> np.ndarray[tuple[int, ...
         if normals[index] @ points[face[0]] < 0.0:
             grey = 80 + 140 * index // max(1, len(model.faces) - 1)
             cv2.fillConvexPoly(picture, np.round(pixels[face] * 16).astype(np.int32), grey, cv2.LINE_AA, 4)
-    blurred = cv2.GaussianBlur(picture, (0, 0), 0.7)
+    blurred = cv2.GaussianBlur(picture, (0, 0), sigma_px)
     return np.asarray(blurred, dtype=np.uint8)

@@ -7,10 +7,10 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.kernels import kernel
 from geometry.model import Model
 from geometry.pose import Pose
 from vision_server.matching.draws import poses_in_range
@@ -127,14 +127,14 @@ def first_generation(random: np.random.Generator, size: int = POPULATION) -> Int
     return np.array(list(found), dtype=np.int64)
 
 
-@njit(cache=True)
+@kernel()
 def crossed(first: int, second: int, point: int, flipped: int) -> int:
     """Child with the bits of `first` below `point` and of `second` from there, one bit flipped."""
     low = (1 << point) - 1
     return ((first & low) | (second & ~low)) ^ (1 << flipped)
 
 
-@njit(cache=True)
+@kernel()
 def next_generation(ranked: Ints, numbers: Ints, size: int = POPULATION) -> Ints:
     """Elite and children of a generation ranked best first; all different.
 
@@ -169,7 +169,7 @@ def line_table(segments: Floats) -> Floats:
     return np.ascontiguousarray(np.column_stack([segments, angle % 180.0]).T)
 
 
-@njit(inline="always")
+@kernel(inline="always")
 def _least_cost(lines: Floats, x: float, y: float, nx: float, ny: float, axis: float) -> float:
     """Least cost of an image line for the model line through (x, y) of that normal and axis."""
     x0, y0, x1, y1, axes = lines[0], lines[1], lines[2], lines[3], lines[4]
@@ -183,7 +183,7 @@ def _least_cost(lines: Floats, x: float, y: float, nx: float, ny: float, axis: f
     return best
 
 
-@njit(cache=True, error_model="numpy", fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
+@kernel(error_model="numpy", fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
 def line_costs(
     lines: Floats,
     views: ViewTable,

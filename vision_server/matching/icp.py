@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from geometry.kernels import kernel
 from geometry.rotation import matrix_of
 from vision_server.cholesky import solve_positive
 from vision_server.matching.nearest_edges import CELL_PX, NO_SEGMENT, NearestEdges, bin_of, offset
@@ -27,10 +27,10 @@ MAX_TURN_RAD = 0.2  # largest rotation of one step
 LEAST_DEPTH_M = 1e-6
 
 
-_matrix_of = njit(cache=True)(matrix_of)
+_matrix_of = kernel()(matrix_of)
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def image_direction(
     ends: Floats, run: int, r: Floats, t: Floats, fx: float, fy: float
 ) -> tuple[float, float]:
@@ -50,7 +50,7 @@ def image_direction(
     return (dx / length, dy / length) if length > 0.0 else (0.0, 0.0)
 
 
-@njit(cache=True, error_model="numpy", inline="always")  # a call would count references per sample
+@kernel(error_model="numpy", inline="always")  # a call would count references per sample
 def _seen(
     points: Floats, s: int, r: Floats, t: Floats, intrinsics: Floats
 ) -> tuple[float, float, float, float, float, float]:
@@ -65,13 +65,13 @@ def _seen(
     return a, b, c, inverse, x, y
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@kernel(error_model="numpy", inline="always")
 def _inside(x: float, y: float, width: float, height: float) -> bool:
     """Whether a place is in the image."""
     return -0.5 <= x < width - 0.5 and -0.5 <= y < height - 0.5
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def score_pose(
     edges: NearestEdges,
     views: ViewTable,
@@ -115,7 +115,7 @@ def score_pose(
     return score, near / total if total > 0.0 else 0.0
 
 
-@njit(cache=True)
+@kernel()
 def score_poses(
     edges: NearestEdges,
     views: ViewTable,
@@ -140,7 +140,7 @@ def score_poses(
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def pull(
     edges: NearestEdges,
     views: ViewTable,
@@ -210,7 +210,7 @@ def pull(
             t[k] += step[3 + k]
 
 
-@njit(cache=True)
+@kernel()
 def pull_poses(
     edges: NearestEdges,
     views: ViewTable,

@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.kernels import kernel
 
 Floats = NDArray[np.float64]
 
@@ -71,7 +71,7 @@ def nearest_edges(segments: Floats, weights: Floats, camera: Camera) -> NearestE
     return NearestEdges(label, gain, table, np.array([camera.width, camera.height], dtype=np.float64))
 
 
-@njit(cache=True)
+@kernel()
 def _paint(table: Floats, order: NDArray[np.int64], height: int, width: int) -> NDArray[np.int16]:
     """Segments drawn into the cells of the bins they belong to; where two meet, the later in order stays."""
     out = np.full((BINS, height, width), NO_SEGMENT, dtype=np.int16)
@@ -92,7 +92,7 @@ def _paint(table: Floats, order: NDArray[np.int64], height: int, width: int) -> 
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def bin_of(dx: float, dy: float) -> int:
     """Bin of an axial direction: floor(angle / (180° / BINS)), by comparing with the bins' borders."""
     if dy < 0.0:
@@ -105,7 +105,7 @@ def bin_of(dx: float, dy: float) -> int:
     return side + 3 if dx <= TAN_22_5 * dy else side + 2
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def offset(segments: Floats, segment: int, x: float, y: float) -> tuple[float, float]:
     """Signed distance of a point to a segment's line, and distance to the segment itself, px."""
     px, py = x - segments[segment, 0], y - segments[segment, 1]

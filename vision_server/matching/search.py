@@ -6,10 +6,10 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.kernels import kernel
 from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
@@ -174,7 +174,7 @@ def finished(
     return tuple(found[i] for i in keep)
 
 
-@njit(cache=True)
+@kernel()
 def exact_view(
     solid: Solid, rotation: Floats, translation: Floats, intrinsics: Floats, bounds: Floats
 ) -> ViewTable:
@@ -195,7 +195,7 @@ def exact_view(
     return ViewTable(np.array([0, count]), run[: count + 1], ends[:count], points, px)
 
 
-@njit(cache=True)
+@kernel()
 def _finish(
     edges: NearestEdges,
     solid: Solid,

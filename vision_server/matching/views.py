@@ -10,10 +10,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.kernels import kernel
 from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
@@ -139,10 +139,10 @@ def frame_towards(direction: Floats) -> Floats:
     return out
 
 
-_frame_towards = njit(cache=True)(frame_towards)
+_frame_towards = kernel()(frame_towards)
 
 
-@njit(cache=True)
+@kernel()
 def _cells(rotations: Floats, translations: Floats, middle: Floats, frame: Floats) -> Ints:
     """Cell (N,) of the direction from the model's middle to the camera: an azimuthal equidistant map."""
     step = math.radians(CELL_DEG)
@@ -164,7 +164,7 @@ def _cells(rotations: Floats, translations: Floats, middle: Floats, frame: Float
     return out
 
 
-@njit(cache=True)
+@kernel()
 def _seen_from(
     solid: Solid,
     cell: int,
