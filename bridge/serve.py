@@ -17,6 +17,7 @@ import msgspec
 import zmq
 from numpy.typing import NDArray
 
+from bridge import __version__
 from bridge.arrays import pack
 from bridge.endpoints import CurveServer, bind, remove_ipc_file
 from bridge.envelope import (
@@ -304,12 +305,10 @@ class Server:
     # --- operations that every server has ---
 
     def _hello(self, _: NoArgs) -> Reply:
-        from importlib import metadata
-
         return Reply(
             {
                 "server": self.service.name,
-                "version": metadata.version("lights-and-camera"),
+                "version": __version__,
                 "protocol": PROTOCOL,
                 "operations": sorted(self._operations),
                 "pid": os.getpid(),

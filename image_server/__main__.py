@@ -1,32 +1,41 @@
-"""Command line of the image server."""
+"""Command line of the image server: `python -m image_server COMMAND`.
 
-import typer
+A command's file is loaded when it is asked for: a session waits for it."""
 
-from image_server.commands.bench import bench
-from image_server.commands.calibrate import calibrate
-from image_server.commands.emulate import emulate
-from image_server.commands.hardware import cameras, hardware
-from image_server.commands.record import record
-from image_server.commands.replay import replay
-from image_server.commands.simulate import simulator
-from image_server.commands.warm import warm
+from __future__ import annotations
 
-app = typer.Typer(
-    help="Camera and lights behind the wire protocol: settings in, frame out.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-)
-app.command()(replay)
-app.command()(simulator)
-app.command()(hardware)
-app.command()(cameras)
-app.command()(calibrate)
-app.command()(emulate)
-app.command()(bench)
-app.command()(record)
-app.command()(warm)
+import sys
+from argparse import ArgumentParser
+from collections.abc import Callable, Sequence
+from importlib import import_module
+
+from bridge.subcommands import chosen_command
+from image_server.command_line import add_options, call
+
+COMMANDS = {
+    "replay": "Serve a recorded light stack.",
+    "simulator": "Serve a ray-traced target under lights and a sun.",
+    "hardware": "Serve a V4L2 camera, with lights on a serial line or without.",
+    "cameras": "List the cameras of this machine with their formats and controls.",
+    "calibrate": "Measure a camera in front of a steadily lit scene, and write its camera file.",
+    "emulate": "Emulate a light driver; prints its device, then its outputs.",
+    "bench": "Emulate a USB camera and lights in front of a simulated target.",
+    "record": "Write a stack folder from a camera with lights, a stack or the simulator.",
+    "warm": "Compile the simulator's kernels, once.",
+}
+FILES = {"simulator": "simulate", "cameras": "hardware"}  # of commands that are not called like theirs
+
+
+def main(words: Sequence[str]) -> None:
+    """Run a command; it ends with the exit status."""
+    name = chosen_command("image_server", "A camera and lights: settings in, frame out.", COMMANDS, words)
+    file = import_module(f"image_server.commands.{FILES.get(name, name)}")
+    command: Callable[..., None] = getattr(file, name)
+    program = f"python -m image_server {name}"
+    parser = ArgumentParser(prog=program, description=command.__doc__, allow_abbrev=False)
+    add_options(parser, command)
+    call(command, parser.parse_intermixed_args(words[1:]))
 
 
 if __name__ == "__main__":
-    app(prog_name="image_server")
+    main(sys.argv[1:])

@@ -1,16 +1,17 @@
 """`bench`: an emulated USB camera and emulated lights in front of a simulated target."""
 
 import secrets
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
-import typer
 
 from bridge.errors import BadInput
 from bridge.lifeline import Lifeline
+from image_server.command_line import Argument, Option
 from image_server.commands.emulate import FAULT, LINK, have_faults, shown
-from image_server.commands.options import Conditions, Draws, finite, grouped
+from image_server.commands.options import Conditions, Draws
 from image_server.commands.serving import plain_errors
 from image_server.commands.simulate import Scene, simulated_device
 from image_server.toml_text import toml_text
@@ -22,19 +23,18 @@ FULL = 255
 UNITS_PER_S = 10**7  # of USB video's frame intervals
 
 
-@grouped
 def bench(
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="Folder for camera.toml and seed-pose.toml.")],
+    out: Annotated[Path, Argument(metavar="OUT", help="Folder for camera.toml and seed-pose.toml.")],
     scene: Scene,
     draws: Draws,
     conditions: Conditions,
     model: Annotated[
-        str, typer.Option(metavar="NAME_OR_FILE", help="Model of the camera: c922, live, lens or a file.")
+        str, Option(metavar="NAME_OR_FILE", help="Model of the camera: c922, live, lens or a file.")
     ] = "c922",
-    frame_rate: Annotated[float, typer.Option(min=0.1, max=120, callback=finite, help="Per second.")] = 30.0,
+    frame_rate: Annotated[float, Option(min=0.1, max=120, help="Per second.")] = 30.0,
     link: Annotated[Path | None, LINK] = None,
     fault: Annotated[list[str] | None, FAULT] = None,
-    parent: Annotated[int | None, typer.Option(metavar="PID", help="Stop when this process ends.")] = None,
+    parent: Annotated[int | None, Option(metavar="PID", help="Stop when this process ends.")] = None,
 ) -> None:
     """Emulate a USB camera and lights in front of a simulated target, so that a session can run on them.
 
@@ -78,7 +78,7 @@ def bench(
         finally:
             lights.close()
             lifeline.close()
-        raise typer.Exit(lifeline.status)
+        sys.exit(lifeline.status)
 
 
 def _seed_pose(simulator: "Simulator") -> dict[str, Any]:

@@ -3,32 +3,30 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from bridge.errors import BadInput
+from image_server.command_line import Argument, Option
 from image_server.commands.hardware import CAMERA
-from image_server.commands.options import finite
 from image_server.commands.serving import plain_errors
 
 
 def calibrate(
     camera: Annotated[str, CAMERA],
-    out: Annotated[Path, typer.Argument(metavar="OUT.toml", help="Camera file to write.")],
-    pixel_format: Annotated[str | None, typer.Option(help="GREY, Y16, YUYV or MJPG.")] = None,
-    width: Annotated[int | None, typer.Option(min=1)] = None,
-    height: Annotated[int | None, typer.Option(min=1)] = None,
-    frame_rate: Annotated[float | None, typer.Option(min=0.01, callback=finite)] = None,
+    out: Annotated[Path, Argument(metavar="OUT.toml", help="Camera file to write.")],
+    pixel_format: Annotated[str | None, Option(help="GREY, Y16, YUYV or MJPG.")] = None,
+    width: Annotated[int | None, Option(min=1)] = None,
+    height: Annotated[int | None, Option(min=1)] = None,
+    frame_rate: Annotated[float | None, Option(min=0.01)] = None,
     widest_aperture: Annotated[
         float | None,
-        typer.Option(min=0.1, callback=finite, help="f-number of the open iris, where it has a control."),
+        Option(min=0.1, help="f-number of the open iris, where it has a control."),
     ] = None,
     focal_length: Annotated[
         list[str] | None,
-        typer.Option(metavar="MM:VALUE", help="Focal length of a value of zoom_absolute; repeatable."),
+        Option(metavar="MM:VALUE", help="Focal length of a value of zoom_absolute; repeatable."),
     ] = None,
     focus: Annotated[
         list[str] | None,
-        typer.Option(metavar="M:VALUE", help="Focus distance of a value of focus_absolute; repeatable."),
+        Option(metavar="M:VALUE", help="Focus distance of a value of focus_absolute; repeatable."),
     ] = None,
 ) -> None:
     """Measure a camera in front of a steadily lit scene, and write its camera file."""
@@ -64,8 +62,8 @@ def calibrate(
         except OSError as error:
             raise BadInput(f"Cannot write {out}: {error.strerror}.", "Give another name.") from None
         for note in found.notes:
-            typer.echo(note)
-        typer.echo(f"{out} written")
+            print(note)
+        print(f"{out} written")
 
 
 def _steps(option: str, given: list[str] | None) -> dict[float, int]:

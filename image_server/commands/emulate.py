@@ -6,9 +6,8 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from bridge.lifeline import Lifeline
+from image_server.command_line import Argument, Option
 from image_server.commands.serving import plain_errors
 
 if TYPE_CHECKING:
@@ -17,8 +16,8 @@ if TYPE_CHECKING:
 TICK_S = 0.05
 
 
-LINK = typer.Option(metavar="FILE", help="Make a symbolic link to the pseudo-terminal.")
-FAULT = typer.Option(
+LINK = Option(metavar="FILE", help="Make a symbolic link to the pseudo-terminal.")
+FAULT = Option(
     metavar="[S:]FAULT",
     help="silent, garbage, unplugged or dead:CHANNEL, S seconds after the start; repeatable.",
 )
@@ -32,11 +31,11 @@ class Kind(StrEnum):
 
 
 def emulate(
-    kind: Annotated[Kind, typer.Argument(help="dmx: Enttec DMX USB Pro; line: the line protocol.")],
+    kind: Annotated[Kind, Argument(help="dmx: Enttec DMX USB Pro; line: the line protocol.")],
     link: Annotated[Path | None, LINK] = None,
-    channels: Annotated[int, typer.Option(min=1, max=512, help="Outputs that have a lamp.")] = 3,
+    channels: Annotated[int, Option(min=1, max=512, help="Outputs that have a lamp.")] = 3,
     fault: Annotated[list[str] | None, FAULT] = None,
-    parent: Annotated[int | None, typer.Option(metavar="PID", help="Stop when this process ends.")] = None,
+    parent: Annotated[int | None, Option(metavar="PID", help="Stop when this process ends.")] = None,
 ) -> None:
     """Emulate a light driver; prints its device, then its outputs whenever they change.
 
@@ -57,7 +56,7 @@ def emulate(
         finally:
             emulator.close()
             lifeline.close()
-        raise typer.Exit(lifeline.status)
+        sys.exit(lifeline.status)
 
 
 def have_faults(plan: "FaultPlan", lifeline: Lifeline) -> None:

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from bridge.errors import BadInput, DeviceError, LightsAndCameraError
-from image_server.commands.options import Serving, grouped
+from image_server.command_line import Option
+from image_server.commands.options import Serving
 from image_server.commands.serving import plain_errors, serve_device
 
 if TYPE_CHECKING:
@@ -15,7 +14,7 @@ if TYPE_CHECKING:
     from image_server.hardware import Hardware
 
 
-CAMERA = typer.Option(metavar="DEV_OR_TOML", help="A V4L2 device such as /dev/video0, or a camera file.")
+CAMERA = Option(metavar="DEV_OR_TOML", help="A V4L2 device such as /dev/video0, or a camera file.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,22 +23,20 @@ class Equipment:
 
     lights: Annotated[
         str | None,
-        typer.Option(metavar="DEV_OR_TOML", help="A serial device such as /dev/ttyUSB0, or a lights file."),
+        Option(metavar="DEV_OR_TOML", help="A serial device such as /dev/ttyUSB0, or a lights file."),
     ] = None
     camera_model: Annotated[
         Path | None,
-        typer.Option(metavar="TOML", help="File with [camera], instead of that of the camera file."),
+        Option(metavar="TOML", help="File with [camera], instead of that of the camera file."),
     ] = None
     target: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help="A target of targets/ or a model file.")
+        str | None, Option(metavar="NAME_OR_FILE", help="A target of targets/ or a model file.")
     ] = None
-    unit: Annotated[str, typer.Option(help="Unit of the model file: m, cm, mm or in.")] = "m"
-    seed_pose: Annotated[Path | None, typer.Option(metavar="TOML", help="File with [target.seed_pose].")] = (
-        None
-    )
+    unit: Annotated[str, Option(help="Unit of the model file: m, cm, mm or in.")] = "m"
+    seed_pose: Annotated[Path | None, Option(metavar="TOML", help="File with [target.seed_pose].")] = None
     dark_after_s: Annotated[
         float | None,
-        typer.Option(
+        Option(
             min=0,
             help="Turn the lights off when no request has come for so long; 0: never. Default: lights file.",
         ),
@@ -53,7 +50,6 @@ class Laboratory(Equipment):
     camera: Annotated[str, CAMERA]
 
 
-@grouped
 def hardware(laboratory: Laboratory, serving: Serving) -> None:
     """Serve a V4L2 camera, with lights on a serial line or without."""
     serve_device(lambda: laboratory_device(laboratory), serving)
@@ -141,14 +137,14 @@ def cameras() -> None:
                 node = Node(str(path))
             except LightsAndCameraError as error:
                 if not isinstance(error, BadInput) or "permission" in error.message.lower():
-                    typer.echo(f"{path}: {error}")
+                    print(f"{path}: {error}")
                 continue
             try:
                 found += 1
-                typer.echo(f"{path}: {node.card} ({node.driver}, {node.bus})")
-                typer.echo(f"  formats: {', '.join(formats(node))}")
+                print(f"{path}: {node.card} ({node.driver}, {node.bus})")
+                print(f"  formats: {', '.join(formats(node))}")
                 for control in controls(node).values():
-                    typer.echo(f"  {describe_control(control)}")
+                    print(f"  {describe_control(control)}")
             finally:
                 node.close()
         if not found:

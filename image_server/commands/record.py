@@ -1,5 +1,6 @@
 """`record`: write a stack folder from any device."""
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
@@ -7,11 +8,10 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from bridge.errors import BadInput
+from image_server.command_line import Argument, Option
 from image_server.commands.hardware import CAMERA, Equipment, Laboratory, laboratory_device
-from image_server.commands.options import Conditions, Draws, grouped
+from image_server.commands.options import Conditions, Draws
 from image_server.commands.replay import replay_device
 from image_server.commands.serving import plain_errors
 from image_server.commands.simulate import Scene, simulated_device
@@ -28,30 +28,27 @@ class StackKind(StrEnum):
     BASIS = "basis"
 
 
-@grouped
 def record(
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="Folder to write.")],
-    kind: Annotated[StackKind, typer.Option(help="Frames as they come, or the radiance of each light.")],
+    out: Annotated[Path, Argument(metavar="OUT", help="Folder to write.")],
+    kind: Annotated[StackKind, Option(help="Frames as they come, or the radiance of each light.")],
     equipment: Equipment,
     camera: Annotated[str | None, CAMERA] = None,
     settings: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             metavar="LEVELS:SHUTTER:APERTURE",
             help="For frames: e.g. 7,0,0:1/60:4; repeatable. 'each' is every light alone and all together"
             " under every shutter and aperture. For basis: the aperture of the first counts.",
         ),
     ] = None,
-    stack: Annotated[Path | None, typer.Option(metavar="DIR", help="Record from a stack folder.")] = None,
+    stack: Annotated[Path | None, Option(metavar="DIR", help="Record from a stack folder.")] = None,
     scenario: Annotated[
-        str | None, typer.Option(metavar="NAME_OR_FILE", help="Record from the simulator under a scenario.")
+        str | None, Option(metavar="NAME_OR_FILE", help="Record from the simulator under a scenario.")
     ] = None,
     draws: Draws = Draws(),
-    repeat: Annotated[int, typer.Option(min=1, max=1000, help="Frames per setting.")] = 1,
-    average: Annotated[int, typer.Option(min=1, max=1000, help="For basis: frames that are averaged.")] = 16,
-    black: Annotated[
-        float, typer.Option(min=0, max=128, help="For basis: grey value with the lens capped.")
-    ] = 0.0,
+    repeat: Annotated[int, Option(min=1, max=1000, help="Frames per setting.")] = 1,
+    average: Annotated[int, Option(min=1, max=1000, help="For basis: frames that are averaged.")] = 16,
+    black: Annotated[float, Option(min=0, max=128, help="For basis: grey value with the lens capped.")] = 0.0,
 ) -> None:
     """Write a stack folder from a camera with lights (--camera), a stack or the simulator."""
     with plain_errors():
@@ -67,7 +64,7 @@ def record(
             else:
                 at = parsed_settings(settings[0], describe)[0] if settings else _reference(describe)
                 done = record_basis(device, out, at, average, black, _say)
-        typer.echo(f"{out}: {done.frames} frames recorded, {done.unverified} of them unverified")
+        print(f"{out}: {done.frames} frames recorded, {done.unverified} of them unverified")
 
 
 def parsed_settings(text: str, describe: "Describe") -> "list[Settings]":
@@ -143,4 +140,4 @@ def _opened(
 
 
 def _say(text: str) -> None:
-    typer.echo(text, err=True)
+    print(text, file=sys.stderr)

@@ -3,19 +3,17 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from bridge.errors import BadInput
-from image_server.commands.options import Conditions, Draws, Serving, grouped
+from image_server.command_line import Option
+from image_server.commands.options import Conditions, Draws, Serving
 from image_server.commands.serving import serve_device
 
 if TYPE_CHECKING:
     from image_server.replay import Replay
 
 
-@grouped
 def replay(
-    stack: Annotated[Path, typer.Option(metavar="DIR", help="Stack folder with its stack.toml.")],
+    stack: Annotated[Path, Option(metavar="DIR", help="Stack folder with its stack.toml.")],
     serving: Serving,
     draws: Draws,
     conditions: Conditions,

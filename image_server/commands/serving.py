@@ -1,11 +1,10 @@
 """Running a device behind the wire protocol until it is told to stop."""
 
 import faulthandler
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
-
-import typer
 
 from bridge.errors import EXIT_DEVICE, LightsAndCameraError
 from image_server.commands.options import Serving
@@ -20,9 +19,9 @@ def plain_errors() -> Iterator[None]:
     try:
         yield
     except (LightsAndCameraError, OSError) as error:
-        typer.echo(f"image_server: {' '.join(str(error).split())}", err=True)
+        print(f"image_server: {' '.join(str(error).split())}", file=sys.stderr)
         status = error.exit_status if isinstance(error, LightsAndCameraError) else EXIT_DEVICE
-        raise typer.Exit(status) from None
+        raise SystemExit(status) from None
 
 
 def serve_device(make_device: "Callable[[], Device]", serving: Serving) -> None:

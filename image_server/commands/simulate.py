@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from geometry.kernels import prepare_kernels, use_library
-from image_server.commands.options import Conditions, Draws, Serving, grouped
+from image_server.command_line import Option
+from image_server.commands.options import Conditions, Draws, Serving
 from image_server.commands.serving import serve_device
 
 if TYPE_CHECKING:
@@ -19,15 +18,14 @@ class Scene:
 
     target: Annotated[
         str,
-        typer.Option(metavar="NAME_OR_FILE", help="A target of targets/ or a .cao, OBJ, STL or PLY file."),
+        Option(metavar="NAME_OR_FILE", help="A target of targets/ or a .cao, OBJ, STL or PLY file."),
     ] = "cube"
     scenario: Annotated[
-        str, typer.Option(metavar="NAME_OR_FILE", help="A scenario of scenarios/ or a TOML file.")
+        str, Option(metavar="NAME_OR_FILE", help="A scenario of scenarios/ or a TOML file.")
     ] = "nominal"
-    unit: Annotated[str, typer.Option(help="Unit of the model file: m, cm, mm or in.")] = "m"
+    unit: Annotated[str, Option(help="Unit of the model file: m, cm, mm or in.")] = "m"
 
 
-@grouped
 def simulator(serving: Serving, scene: Scene, draws: Draws, conditions: Conditions) -> None:
     """Serve a ray-traced target under lights and a sun; the seed draws its true pose."""
     use_library("image_server")

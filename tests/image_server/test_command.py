@@ -4,8 +4,11 @@ import os
 import signal
 import subprocess
 import sys
+from argparse import ArgumentParser
 from collections.abc import Iterator
+from functools import wraps
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,9 +16,14 @@ import pytest
 from bridge.arrays import array_sha256
 from bridge.client import Client
 from bridge.errors import ServerError
+from image_server.command_line import add_options, call
+from image_server.commands.hardware import Equipment
+from image_server.commands.options import Conditions, Draws
+from image_server.commands.record import StackKind, record
 from tests.image_server.stacks import BASIS, basis_stack
 
 DEADLINE_S = 60.0
+REPLAY = ("replay", "--stack", "s", "--endpoint", "ipc:///e")
 SETTINGS = {"lights": [4, 4, 4], "shutter_s": 1 / 60, "aperture": 4.0}
 
 
@@ -89,6 +97,59 @@ def test_bad_input_ends_with_one_plain_line(tmp_path: Path, arguments: list[str]
     assert process.returncode == 2
     assert message in complaint
     assert complaint.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            [*REPLAY, "--ambient-scale", "nan"],
+            "--ambient-scale: nan",
+        ),
+        (
+            [*REPLAY, "--seed", "-1"],
+            "--seed: -1 is not at least 0",
+        ),
+        ([*REPLAY, "--light-power", "x"], "'x' is not a number"),
+        (
+            [*REPLAY, "--motion-px-per-s", "1"],
+            "--motion-px-per-s: expected 2",
+        ),
+        (["replay", "--stack", "s"], "required: --endpoint"),
+        (["simulator", "--endpoint", "ipc:///e", "--targets", "cube"], "--targets"),
+        (["record", "out", "--kind", "film"], "'film' is not one of frames, basis"),
+        (
+            ["record", "out", "--kind", "frames", "--repeat", "2000"],
+            "is not at least 1 and at most 1000",
+        ),
+        (["project"], "no command 'project'; there are replay, simulator"),
+    ],
+)
+def test_a_wrong_command_line_is_told(arguments: list[str], message: str) -> None:
+    process = image_server(*arguments)
+    said, complaint = process.communicate(timeout=DEADLINE_S)
+    assert process.returncode == 2
+    assert not said
+    assert message in complaint.splitlines()[-1]
+
+
+def test_values_are_what_the_command_takes() -> None:
+    parser = ArgumentParser()
+    add_options(parser, record)
+    words = ["out", "--kind", "basis", "--settings", "each", "--settings", "7:1/60:4", "--seed", "3"]
+    given: dict[str, Any] = {}
+
+    @wraps(record)
+    def kept(**values: Any) -> None:
+        given.update(values)
+
+    call(kept, parser.parse_args(words))
+    assert given["out"] == Path("out") and given["kind"] is StackKind.BASIS
+    assert given["settings"] == ["each", "7:1/60:4"] and given["black"] == 0.0 and given["camera"] is None
+    assert given["draws"] == Draws(seed=3) and given["equipment"] == Equipment()
+    add_options(parser := ArgumentParser(), Conditions)
+    moved = call(Conditions, parser.parse_args(["--motion-px-per-s", "-24", "0.5"]))
+    assert moved == Conditions(motion_px_per_s=(-24.0, 0.5))
 
 
 def test_a_broken_stack_and_a_bad_endpoint_end_the_same_way(tmp_path: Path) -> None:

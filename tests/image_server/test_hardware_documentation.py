@@ -7,9 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from image_server.__main__ import app
 from image_server.lights.lights_file import load_lights_file
 from image_server.lights.line_protocol import decoded
 from image_server.stack import load_stack
@@ -21,6 +19,13 @@ PAGE = (ROOT / "docs" / "hardware.md").read_text()
 
 def shown(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
+
+
+def image_server(*words: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [sys.executable, "-m", "image_server", *words],
+        capture_output=True, text=True, timeout=240, check=False, cwd=ROOT,
+    )  # fmt: skip
 
 
 def commands(name: str) -> list[str]:
@@ -44,10 +49,7 @@ def test_the_lines_shown_have_the_right_check() -> None:
 @pytest.mark.parametrize("command", commands("record"))
 def test_recordings_shown_can_be_made(command: str, tmp_path: Path) -> None:
     out, *options = shlex.split(command)
-    done = subprocess.run(
-        [sys.executable, "-m", "image_server", "record", str(tmp_path / out), *options],
-        capture_output=True, text=True, timeout=240, check=False, cwd=tmp_path,
-    )  # fmt: skip
+    done = image_server("record", str(tmp_path / out), *options)
     assert done.returncode == 0, done.stderr
     assert load_stack(tmp_path / out).table.kind in command
 
@@ -63,7 +65,7 @@ def test_the_options_of_commands_that_need_hardware_are_there() -> None:
     for line in shown:
         words = shlex.split(line)
         name = words[words.index("image_server") + 1]
-        usage = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200"}).output
+        usage = image_server(name, "--help").stdout
         assert all(word in usage for word in words if word.startswith("--")), line
 
 
@@ -72,4 +74,4 @@ def test_every_command_is_there() -> None:
     assert "bench" in names
     assert len(commands("record")) == 2
     for name in {*names, *(command for command in ("calibrate", "emulate", "record") if commands(command))}:
-        assert CliRunner().invoke(app, [name, "--help"]).exit_code == 0, name
+        assert image_server(name, "--help").returncode == 0, name
