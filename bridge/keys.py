@@ -7,9 +7,6 @@ import os
 import stat
 from pathlib import Path
 
-import zmq
-import zmq.auth
-
 from bridge.endpoints import CurveClient, CurveServer
 from bridge.errors import BadInput
 
@@ -28,13 +25,15 @@ def make_keys(folder: Path) -> list[Path]:
     ------
     BadInput : the folder has something in it, or cannot be written.
     """
+    from zmq.auth import create_certificates  # with much else: only where there are keys
+
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         if any(folder.iterdir()):
             raise BadInput(f"{folder} is not empty.", "Give a new folder: keys in use are never overwritten.")
         made: list[Path] = []
         for name in PROGRAMS:
-            public, secret = map(Path, zmq.auth.create_certificates(folder, name))
+            public, secret = map(Path, create_certificates(folder, name))
             secret.chmod(stat.S_IRUSR | stat.S_IWUSR)
             made += [public, secret]
     except OSError as error:
@@ -91,8 +90,10 @@ def _pair(folder: Path, name: str) -> tuple[str, str]:
 
 
 def _read(file: Path) -> tuple[str, str | None]:
+    from zmq.auth import load_certificate
+
     try:
-        public, secret = zmq.auth.load_certificate(file)
+        public, secret = load_certificate(file)
         return public.decode("ascii"), None if secret is None else secret.decode("ascii")
     except OSError as error:
         raise BadInput(f"No key in {file}: {error.strerror or 'it is not there'}.", MAKE_HINT) from None
