@@ -14,15 +14,16 @@ from vision_server.gaussian import gaussian_kernels
 
 Grey = NDArray[np.uint8]
 Field = NDArray[np.float32]
+Slopes = NDArray[np.int16]
 
 FINE_PX, COARSE_PX = 1.0, 2.0  # scales compared, in pixels of the halved image
-CREST_PX = 1.2  # smoothing before the crests of edges are looked for
+CREST = (22, 62, 88)  # of 256: half a Gaussian of 1.2 px, before the crests of edges are looked for
 STRONGEST_SHARE = 0.03  # of the pixels: what counts as a strong edge
 CLIPPED_GREY = 245  # edges of clipped areas look sharper than they are
 MIN_EDGELS = 20  # fewer say nothing
 MOST_EDGELS = 150  # more say nothing new
 MOST_BLUR_PX = 8.0
-STRONGEST_SLOPE = 2048  # of `cv2.spatialGradient` along both axes together, and one
+STRONGEST_SLOPE = 2048  # of Sobel's along both axes together, and one
 
 
 def halved(image: Grey) -> Grey:
@@ -40,21 +41,72 @@ def _kernels(sigma_px: float) -> tuple[Field, Field]:
 
 
 @kernel(nogil=True)
-def _crests(
-    gx: NDArray[np.int16], gy: NDArray[np.int16], around: Grey, margin: int
-) -> tuple[NDArray[np.int64], int]:
-    """Rows (y, x) of the crests of the strongest edges that no clipped pixel is near to."""
-    rows, columns = gx.shape
-    histogram = np.zeros(STRONGEST_SLOPE, np.int32)
-    slope = np.empty((rows, columns), np.int16)
+def _soften(half: Grey, y: int, column: Field, soft: Slopes) -> None:
+    """Row ``y`` smoothed both ways, rounded once, as the inner part of ``soft``; a border mirrors it.
+
+    The sums are whole numbers that float32 holds.
+    """
+    rows, columns = half.shape
+    a, b, c = half[max(y - 2, 0)], half[max(y - 1, 0)], half[y]
+    d, e = half[min(y + 1, rows - 1)], half[min(y + 2, rows - 1)]
+    outer, beside, middle = np.float32(CREST[0]), np.float32(CREST[1]), np.float32(CREST[2])
+    inner, target = column[2 : columns + 2], soft[1 : columns + 1]
+    for x in range(columns):
+        inner[x] = (
+            outer * (np.float32(a[x]) + np.float32(e[x]))
+            + beside * (np.float32(b[x]) + np.float32(d[x]))
+            + middle * np.float32(c[x])
+        )
+    column[0] = column[1] = column[2]
+    column[columns + 3] = column[columns + 2] = column[columns + 1]
+    left, near, far, right = column, column[1:], column[3:], column[4:]
+    scale, half_step = np.float32(1.0 / 65536.0), np.float32(32768.0)
+    for x in range(columns):
+        total = outer * (left[x] + right[x]) + beside * (near[x] + far[x]) + middle * inner[x]
+        target[x] = np.int16((total + half_step) * scale)
+    soft[0], soft[columns + 1] = soft[2], soft[columns - 1]
+
+
+@kernel(nogil=True)
+def _slopes(half: Grey, gx: Slopes, gy: Slopes, slope: Slopes) -> None:
+    """Sobel's slopes of the softened image along x and y, and the sum of their lengths; borders mirror."""
+    rows, columns = half.shape
+    column, soft = np.empty(columns + 4, np.float32), np.empty((3, columns + 2), np.int16)
+    for y in range(2):
+        _soften(half, y, column, soft[y])
     for y in range(rows):
-        of, a, b = slope[y], gx[y], gy[y]
+        if y + 1 < rows and y > 0:
+            _soften(half, y + 1, column, soft[(y + 1) % 3])
+        above = soft[(y - 1 if y > 0 else 1) % 3]
+        below = soft[(y + 1 if y + 1 < rows else y - 1) % 3]
+        here = soft[y % 3]
+        along, across, both = gx[y], gy[y], slope[y]
         for x in range(columns):
-            of[x] = abs(a[x]) + abs(b[x])
+            along[x] = (above[x + 2] - above[x]) + 2 * (here[x + 2] - here[x]) + (below[x + 2] - below[x])
+        for x in range(columns):
+            across[x] = (
+                (below[x] - above[x]) + 2 * (below[x + 1] - above[x + 1]) + (below[x + 2] - above[x + 2])
+            )
+        for x in range(columns):
+            both[x] = abs(along[x]) + abs(across[x])
+
+
+@kernel(nogil=True)
+def _crests(half: Grey, margin: int) -> tuple[NDArray[np.int64], int]:
+    """Rows (y, x) of the crests of the strongest edges that no clipped pixel is near to."""
+    rows, columns = half.shape
+    slopes = np.empty((3, rows, columns), np.int16)
+    gx, gy, slope = slopes[0], slopes[1], slopes[2]
+    _slopes(half, gx, gy, slope)
+    histogram, other = np.zeros(STRONGEST_SLOPE, np.int32), np.zeros(STRONGEST_SLOPE, np.int32)
     for y in range(0, rows, 4):
         of = slope[y]
-        for x in range(columns):
-            histogram[min(of[x], STRONGEST_SLOPE - 1)] += 1
+        for x in range(1, columns, 2):  # in turns, for equal slopes in a row would wait for each other
+            histogram[min(of[x - 1], STRONGEST_SLOPE - 1)] += 1
+            other[min(of[x], STRONGEST_SLOPE - 1)] += 1
+        if columns & 1:
+            histogram[min(of[columns - 1], STRONGEST_SLOPE - 1)] += 1
+    histogram += other
     wanted = max(int(STRONGEST_SHARE * ((rows + 3) // 4) * columns), 1)
     threshold, above = np.int16(STRONGEST_SLOPE - 1), histogram[STRONGEST_SLOPE - 1]
     while threshold > 1 and above < wanted:
@@ -70,7 +122,7 @@ def _crests(
             steep[x] = of[x] >= threshold
         for i in range(set_places(steep, chosen)):
             x = chosen[i]
-            if x < margin or x >= columns - margin or around[y, x] >= CLIPPED_GREY:
+            if x < margin or x >= columns - margin:
                 continue
             s = of[x]
             a, b = abs(gx[y, x]), abs(gy[y, x])
@@ -79,8 +131,12 @@ def _crests(
             if u == 0:
                 v = 1
             if s >= slope[y + v, x + u] and s > slope[y - v, x - u] and found < len(crests):
+                brightest = np.uint8(0)
+                for row in range(y - 2, y + 3):
+                    for at in range(x - 2, x + 3):
+                        brightest = max(brightest, half[row, at])
                 crests[found, 0], crests[found, 1] = y, x
-                found += 1
+                found += int(brightest < CLIPPED_GREY)
     return crests, found
 
 
@@ -124,10 +180,7 @@ def blur_sigma(half: Grey) -> float:
     margin = len(coarse[0]) // 2
     if min(half.shape) <= 2 * margin:
         return 0.0
-    soft = cv2.GaussianBlur(half, (5, 5), CREST_PX, borderType=cv2.BORDER_REPLICATE)
-    gx, gy = (np.asarray(slope, np.int16) for slope in cv2.spatialGradient(soft))
-    around = cv2.dilate(half, np.ones((5, 5), np.uint8))
-    crests, found = _crests(gx, gy, np.asarray(around, np.uint8), margin)
+    crests, found = _crests(half, margin)
     if found < MIN_EDGELS:
         return 0.0
     crests = np.ascontiguousarray(crests[:found][:: -(-found // MOST_EDGELS)])

@@ -74,25 +74,31 @@ def suppress_non_maxima(
 
 @kernel(nogil=True)
 def _spread(
-    weak: NDArray[np.bool_], kept: NDArray[np.bool_], index: NDArray[np.int32], places: NDArray[np.int32]
+    weak: NDArray[np.bool_], kept: NDArray[np.bool_], places: NDArray[np.int32], rows: int, columns: int
 ) -> None:
-    """From the edgels kept so far to the weak ones that are 8-connected to them."""
-    rows, columns = index.shape
-    stack = np.flatnonzero(kept)
-    depth = len(stack)
-    grown = np.empty(len(kept), np.int64)
-    grown[:depth] = stack
+    """From the edgels kept so far to the weak ones that are 8-connected to them; ``places`` ascend."""
+    width = columns + 2
+    marks = np.zeros((rows + 2) * width, np.uint8)  # 1 weak, 2 kept; with a border
+    at, grown = np.empty(len(places), np.int32), np.empty(len(places), np.int32)
+    depth, y = 0, 0
+    for i in range(len(places)):
+        while places[i] >= (y + 1) * columns:
+            y += 1
+        at[i] = places[i] + width + 1 + 2 * y
+        marks[at[i]] = 2 if kept[i] else weak[i]
+        grown[depth] = at[i]
+        depth += kept[i]
     while depth > 0:
         depth -= 1
-        y = places[grown[depth]] // columns
-        x = places[grown[depth]] - y * columns
-        for v in range(max(y - 1, 0), min(y + 2, rows)):
-            for u in range(max(x - 1, 0), min(x + 2, columns)):
-                at = index[v, u]
-                if at >= 0 and weak[at] and not kept[at]:
-                    kept[at] = True
-                    grown[depth] = at
+        middle = grown[depth]
+        for row in range(middle - width, middle + width + 1, width):
+            for beside in range(row - 1, row + 2):
+                if marks[beside] == 1:
+                    marks[beside] = 2
+                    grown[depth] = beside
                     depth += 1
+    for i in range(len(places)):
+        kept[i] = marks[at[i]] == 2
 
 
 def hysteresis(edges: EdgeMap, low: float | Field, high: float | Field) -> NDArray[np.bool_]:
@@ -110,5 +116,5 @@ def hysteresis(edges: EdgeMap, low: float | Field, high: float | Field) -> NDArr
     bool (N,).
     """
     weak, kept = edges.strength > low, edges.strength > np.maximum(low, high)
-    _spread(weak, kept, edges.index, edges.places)
+    _spread(weak, kept, edges.places, *edges.shape)
     return np.asarray(kept, dtype=np.bool_)

@@ -13,24 +13,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
-from geometry.kernels import kernel
 from vision_server.blur import blur_sigma, halved
 from vision_server.gaussian import gaussian_kernels
-from vision_server.gradient_pixels import GradientPixels, find_gradient_pixels
+from vision_server.gradient_pixels import GradientFilter, GradientPixels, Places, joined
+from vision_server.lighting import light_rows
 from vision_server.noise import FINEST_SCALE_PX, gradient_scale, grey_noise
+from vision_server.two_cores import both
 
 Grey = NDArray[np.uint8]
 Field = NDArray[np.float32]
 
 WEIGHT_EXPONENT = 12.0  # k: how steeply a channel loses its say where it is darker
 LIT_OFFSET_GREY = 8.0  # grey at reference exposure added before the logarithm: black is black
-SMOOTHING_SIGMA_PX = 1.0  # before the darkest and brightest are taken, against noise
 REACH = 2.5  # how far they are taken from, in standard deviations of an edge's spread
 SHARP_PX = 2.0  # blur up to this is what any lens and pixel do
 SHARPNESS_EXPONENT = (
@@ -128,26 +129,6 @@ class ChannelStatistics:
         return np.pad(field, ((0, rows - len(field)), (0, columns - field.shape[1])), mode="edge")
 
 
-@kernel(nogil=True)
-def _weigh(
-    darkest: Grey,
-    brightest: Grey,
-    root: Field,
-    clipped_grey: int,
-    clipped_factor: float,
-    weight: Field,
-    clear: NDArray[np.bool_],
-) -> None:
-    """Weight from the darkest and brightest grey within reach; ``root``: of the weight of a grey."""
-    rows, columns = darkest.shape
-    factor = np.float32(clipped_factor)
-    for y in range(rows):
-        for x in range(columns):
-            w = root[darkest[y, x]] * root[brightest[y, x]]
-            clear[y, x] = brightest[y, x] < clipped_grey
-            weight[y, x] = w if clear[y, x] else w * factor
-
-
 def _tables(
     image: Grey, exposure: float, gamma: float, exponent: float
 ) -> tuple[Field, Field, NDArray[np.float64], NDArray[np.float64]]:
@@ -164,6 +145,24 @@ def _linear(gamma: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Linear intensity of each grey, 0..255, and its slope."""
     linear = 255.0 * (np.arange(256, dtype=np.float64) / 255.0) ** gamma
     return linear, np.gradient(linear)
+
+
+class _Gradient(NamedTuple):
+    """The filter, its noise for each grey if the image's is white, and by so much that is exceeded."""
+
+    filter: GradientFilter
+    noise_of: Field
+    noise_factor: float
+
+
+def _gradient(
+    image: Grey, linear_of: Field, linear_sd: NDArray[np.float64], scale: float, exposure: float
+) -> _Gradient:
+    smooth, derivative = gaussian_kernels(scale)
+    scaled = derivative * np.float32(np.sqrt(2.0 * np.pi) * scale / exposure)
+    noise_of = (linear_sd * float(np.linalg.norm(smooth) * np.linalg.norm(scaled))).astype(np.float32)
+    gradient = GradientFilter(image, linear_of, (smooth, scaled))
+    return _Gradient(gradient, noise_of, gradient.noise_factor(noise_of))
 
 
 def channel_statistics(
@@ -206,35 +205,48 @@ def channel_statistics(
         if not (np.isfinite(value) and value > 0.0):
             raise BadInput(f"The {name} of a channel must be a positive number, not {value}.")
     image = np.ascontiguousarray(image)
-    linear_of, root, grey_sd, linear_sd = _tables(image, exposure, gamma, weight_exponent)
-    half = halved(image)
-    blur = blur_sigma(half)
-    suited = max(gradient_scale(image, grey_sd), SCALE_OF_BLUR * blur)
-    scale = suited if sigma_px is None else sigma_px
 
-    smooth, derivative = gaussian_kernels(scale)
-    scaled = derivative * np.float32(np.sqrt(2.0 * np.pi) * scale / exposure)
-    noise_of = (linear_sd * float(np.linalg.norm(smooth) * np.linalg.norm(scaled))).astype(np.float32)
-    border = cv2.BORDER_REPLICATE
-    level = np.asarray(cv2.GaussianBlur(half, (3, 3), 0.5 * SMOOTHING_SIGMA_PX, borderType=border), np.uint8)
-    gradient, noise_factor = find_gradient_pixels(
-        image, linear_of, (smooth, scaled), level, noise_of, FLOOR_NOISE_RATIO
-    )
+    def blurred() -> tuple[Grey, float]:
+        half = halved(image)
+        return half, blur_sigma(half)
+
+    def noisy() -> tuple[Field, Field, NDArray[np.float64], float, _Gradient]:
+        linear_of, root, grey_sd, linear_sd = _tables(image, exposure, gamma, weight_exponent)
+        scale = gradient_scale(image, grey_sd) if sigma_px is None else sigma_px
+        return linear_of, root, linear_sd, scale, _gradient(image, linear_of, linear_sd, scale, exposure)
+
+    (half, blur), (linear_of, root, linear_sd, scale, gradient) = both(blurred, noisy)
+    if sigma_px is None and scale < SCALE_OF_BLUR * blur:
+        scale = SCALE_OF_BLUR * blur
+        gradient = _gradient(image, linear_of, linear_sd, scale, exposure)
+    noise_of = gradient.noise_of * np.float32(gradient.noise_factor)
+    floor_of = np.float32(FLOOR_NOISE_RATIO * gradient.noise_factor) * gradient.noise_of
     spread = np.sqrt(scale**2 + max(blur**2 - SHARP_PX**2, 0.0))
-    side = 2 * max(int(np.round(0.5 * REACH * spread)), 1) + 1
-    window = np.ones((side, side), np.uint8)
+    reach = max(int(np.round(0.5 * REACH * spread)), 1)
     root *= np.float32((FINEST_SCALE_PX / spread) ** (0.5 * SHARPNESS_EXPONENT))
-    weight, clear = np.empty(level.shape, np.float32), np.empty(level.shape, np.bool_)
-    _weigh(
-        np.asarray(cv2.erode(level, window), np.uint8),
-        np.asarray(cv2.dilate(level, window), np.uint8),
-        root,
-        SATURATED_GREY,
-        2.0 ** (-weight_exponent * CLIPPED_STOPS),
-        weight,
-        clear,
-    )
-    noise = np.asarray(cv2.LUT(level, noise_of * np.float32(noise_factor)), np.float32)
+    clipped_factor = np.float32(2.0 ** (-weight_exponent * CLIPPED_STOPS))
+    level, clear = np.empty(half.shape, np.uint8), np.empty(half.shape, np.bool_)
+    weight, noise = np.empty((2, *half.shape), np.float32)
+
+    def rows(first: int, end: int) -> tuple[Places, Field]:
+        """Of the image, both even unless they are all there are."""
+        light_rows(
+            half, reach, root, noise_of, SATURATED_GREY, clipped_factor, first >> 1, end >> 1,
+            level, weight, noise, clear,
+        )  # fmt: skip
+        return gradient.filter.pixels(level, floor_of, first, end)
+
+    middle = len(image) // 4 * 2
+    parts = both(lambda: rows(0, middle), lambda: rows(middle, len(image)))
     return ChannelStatistics(
-        image, gradient, weight, noise, clear, linear_of, exposure, scale, blur, noise_factor
+        image,
+        joined(parts),
+        weight,
+        noise,
+        clear,
+        linear_of,
+        exposure,
+        scale,
+        blur,
+        gradient.noise_factor,
     )

@@ -7,6 +7,8 @@ number, the odd part a vector along the gradient, so that they add up whichever 
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -55,7 +57,8 @@ def _candidates(
     for v in range(lowest, highest + 1):
         for u in range(columns_of):
             inverse[v, u] = np.float32(1.0) / weights[v, u]
-    largest = np.zeros((rows_of + 2, columns_of + 2), np.float32)  # in each 2 x 2 px, with a border
+    shape = (highest - lowest + 3, columns_of + 2)  # of 2 x 2 px, with a border
+    largest, beneath = np.zeros(shape, np.float32), np.empty(shape, np.float32)
     kept, chosen = np.zeros(-(-columns // 8) * 8, np.bool_), np.empty(columns + 8, np.int32)
     room = len(sums)
     places, states, masses = np.empty(room, np.int32), np.empty(room, np.int32), np.empty(room, np.float32)
@@ -72,28 +75,32 @@ def _candidates(
             i = of[x]
             u = min(x >> 1, last_column)
             m = sums[i, MASS] * inverse[v, u]
-            largest[v + 1, u + 1] = max(largest[v + 1, u + 1], m)
+            largest[v - lowest + 1, u + 1] = max(largest[v - lowest + 1, u + 1], m)
             places[listed], states[listed], masses[listed] = x, i, m
             listed += 1
         beside[y + 1] = listed
     half_slack, ratio, share = np.float32(0.5 * SLACK), np.float32(FLOOR_RATIO), np.float32(CANDIDATE_RATIO)
+    for v in range(1, shape[0] - 1):  # the largest of 3 x 3
+        for u in range(shape[1]):
+            beneath[v, u] = max(largest[v - 1, u], largest[v, u], largest[v + 1, u])
+    for v in range(1, shape[0] - 1):
+        for u in range(1, shape[1] - 1):
+            largest[v, u] = max(beneath[v, u - 1], beneath[v, u], beneath[v, u + 1])
     found = 0
     for y in range(first, end):
         v = min(y >> 1, last_row)
+        around = largest[v - lowest + 1]
         for j in range(beside[y], beside[y + 1]):
             x, i, m = places[j], states[j], masses[j]
             flank = sums[i, FLANKS] + np.sqrt(
                 sums[i, FLANK_X] * sums[i, FLANK_X] + sums[i, FLANK_Y] * sums[i, FLANK_Y]
             )
             u = min(x >> 1, last_column)
-            around = np.float32(0.0)
-            for row in range(v, v + 3):
-                around = max(around, largest[row, u], largest[row, u + 1], largest[row, u + 2])
             places[found], states[found], masses[found] = y * columns + x, i, m
             found += (
                 (sums[i, MASS] >= half_slack * flank)
                 & (m > ratio * noises[v, u] * inverse[v, u])
-                & (m >= share * around)
+                & (m >= share * around[u + 1])
             )
     return places[:found], states[:found], masses[:found], inverse
 
@@ -159,16 +166,10 @@ def _edgels(
     return found
 
 
-@kernel(nogil=True)
-def _crests_of_rows(
-    index: NDArray[np.int32], histograms: Field, sums: Field, weights: Field, noises: Field,
-    directions: Field, model: Field, first: int, end: int,
-) -> tuple[Places, Field]:  # fmt: skip
-    """Places and values of the edgels in rows ``first`` (even) up to ``end``."""
-    chosen, states, masses, inverse = _candidates(index, sums, weights, noises, first, end)
-    out = np.empty((5, len(chosen)), np.float32)
-    found = _edgels(index, histograms, sums, noises, inverse, directions, model, chosen, states, masses, out)
-    return chosen[:found], out[:, :found]
+@cache
+def _mixture() -> tuple[Field, Field]:
+    """What `fit_mixtures` wants to know."""
+    return bin_directions(), densities()
 
 
 def find_crests(
@@ -193,13 +194,15 @@ def find_crests(
     -------
     Places (ascending), strength, mass, axis, offset and floor of the edgels, as in `EdgeMap`.
     """
-    directions, model = bin_directions(), densities()
+    directions, model = _mixture()
 
     def crests(first: int, end: int) -> tuple[Places, Field]:
-        found: tuple[Places, Field] = _crests_of_rows(
-            index, histograms, sums, weights, noises, directions, model, first, end
+        chosen, states, masses, inverse = _candidates(index, sums, weights, noises, first, end)
+        out = np.empty((5, len(chosen)), np.float32)
+        found = _edgels(
+            index, histograms, sums, noises, inverse, directions, model, chosen, states, masses, out
         )
-        return found
+        return chosen[:found], out[:, :found]
 
     middle = len(index) // 4 * 2
     halves = both(lambda: crests(middle, len(index)), lambda: crests(0, middle))[::-1]

@@ -6,6 +6,7 @@ either side along its gradient; everything after this pass works on the list."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,6 @@ from geometry.kernels import kernel
 from vision_server.axis import axis_of
 from vision_server.flags import set_places
 from vision_server.noise import LEVELS, smooth_noise_factor
-from vision_server.two_cores import both
 
 Grey = NDArray[np.uint8]
 Field = NDArray[np.float32]
@@ -98,30 +98,26 @@ def _correlate_narrow_columns(
     p, q, u, v = smooth[NARROW + 1], smooth[NARROW + 2], derivative[NARROW + 1], derivative[NARROW + 2]
     for x in range(columns):
         inner[x] = middle * here[x] + p * (a[x] + d[x]) + q * (b[x] + e[x])
-    for x in range(columns):
         inner_derived[x] = u * (a[x] - d[x]) + v * (b[x] - e[x])
 
 
 @kernel(inline="always")
 def _correlate_narrow_row(
-    smoothed: Field, derived: Field, smooth: Field, derivative: Field, gx: Field, gy: Field
+    smoothed: Field, derived: Field, smooth: Field, derivative: Field, gx: Field, gy: Field, magnitude: Field
 ) -> None:
-    """`_correlate_row` with kernels of radius NARROW."""
+    """`_correlate_row` with kernels of radius NARROW, and the gradient's length."""
     columns = len(gx)
     middle = smooth[NARROW]
     p, q, u, v = smooth[NARROW + 1], smooth[NARROW + 2], derivative[NARROW + 1], derivative[NARROW + 2]
-    a, b, d, e = smoothed[NARROW + 1 :], smoothed[NARROW + 2 :], smoothed[NARROW - 1 :], smoothed
     for x in range(columns):
-        gx[x] = u * (a[x] - d[x]) + v * (b[x] - e[x])
-    here, a, b, d, e = (
-        derived[NARROW:],
-        derived[NARROW + 1 :],
-        derived[NARROW + 2 :],
-        derived[NARROW - 1 :],
-        derived,
-    )
-    for x in range(columns):
-        gy[x] = middle * here[x] + p * (a[x] + d[x]) + q * (b[x] + e[x])
+        dx = u * (smoothed[x + 3] - smoothed[x + 1]) + v * (smoothed[x + 4] - smoothed[x])
+        dy = (
+            middle * derived[x + 2]
+            + p * (derived[x + 3] + derived[x + 1])
+            + q * (derived[x + 4] + derived[x])
+        )
+        gx[x], gy[x] = dx, dy
+        magnitude[x] = np.sqrt(dx * dx + dy * dy)
 
 
 @kernel(inline="always")
@@ -170,11 +166,11 @@ def _gradient_of_row(
         smoothed[t], smoothed[radius + columns + t] = smoothed[radius], smoothed[radius + columns - 1]
         derived[t], derived[radius + columns + t] = derived[radius], derived[radius + columns - 1]
     if radius == NARROW:
-        _correlate_narrow_row(smoothed, derived, smooth, derivative, gx, gy)
+        _correlate_narrow_row(smoothed, derived, smooth, derivative, gx, gy, magnitude)
     else:
         _correlate_row(smoothed, derived, smooth, derivative, gx, gy)
-    for x in range(columns):
-        magnitude[x] = np.sqrt(gx[x] * gx[x] + gy[x] * gy[x])
+        for x in range(columns):
+            magnitude[x] = np.sqrt(gx[x] * gx[x] + gy[x] * gy[x])
 
 
 @kernel(inline="always")
@@ -330,15 +326,8 @@ def _fitted(smooth: Field, derivative: Field) -> tuple[Field, Field]:
     return np.pad(smooth, more), np.pad(derivative, more)
 
 
-def find_gradient_pixels(
-    image: Grey,
-    table: Field,
-    kernels: tuple[Field, Field],
-    level: Grey,
-    noise_of: Field,
-    floor_ratio: float,
-) -> tuple[GradientPixels, float]:
-    """Pixels whose gradient exceeds so many standard deviations of its noise.
+class GradientFilter:
+    """The gradient of one image.
 
     Parameters
     ----------
@@ -349,39 +338,46 @@ def find_gradient_pixels(
     kernels
         float32 (2 R + 1,) each, the correlation kernels across and along the derivative; symmetric and
         antisymmetric.
-    level
-        uint8 (H // 2, W // 2), grey by which the noise is looked up.
-    noise_of
-        float32 (256,), standard deviation of the gradient from white noise of the measured size, for each
-        grey.
-    floor_ratio
-        The floor in standard deviations.
-
-    Returns
-    -------
-    pixels
-        Those above the floor; the outermost row or column of the image is not among them.
-    noise_factor
-        By so much the noise of flat parts exceeds ``noise_of``, see `smooth_noise_factor`; the floor
-        follows it.
     """
-    smooth, derivative = _fitted(*kernels)
-    linear = bool(np.array_equal(table, LEVELS))
-    sampled = image[SAMPLED_ROW_STEP // 2 :: SAMPLED_ROW_STEP]
-    samples = np.empty(sampled.shape, np.float32)
-    _sample(image, table, linear, smooth, derivative, samples)
-    factor = smooth_noise_factor(samples, sampled, noise_of)
-    floor_of = np.float32(floor_ratio * factor) * noise_of
 
-    def listed(first: int, end: int) -> tuple[Places, Field]:
-        room = max(end - first, 0) * image.shape[1]
+    def __init__(self, image: Grey, table: Field, kernels: tuple[Field, Field]) -> None:
+        smooth, derivative = _fitted(*kernels)
+        self._image = image
+        self._arguments = (image, table, bool(np.array_equal(table, LEVELS)), smooth, derivative)
+
+    def noise_factor(self, noise_of: Field) -> float:
+        """By so much the noise of flat parts exceeds ``noise_of``, see `smooth_noise_factor`.
+
+        ``noise_of``: float32 (256,), standard deviation of the gradient from white noise of the measured
+        size, for each grey.
+        """
+        sampled = self._image[SAMPLED_ROW_STEP // 2 :: SAMPLED_ROW_STEP]
+        samples = np.empty(sampled.shape, np.float32)
+        _sample(*self._arguments, samples)
+        return smooth_noise_factor(samples, sampled, noise_of)
+
+    def pixels(self, level: Grey, floor_of: Field, first: int, end: int) -> tuple[Places, Field]:
+        """Places (N,) and values (5, N) of the pixels above the floor in rows ``first`` up to ``end``.
+
+        The outermost row or column of the image is not among them.
+
+        Parameters
+        ----------
+        level
+            uint8 (H // 2, W // 2), grey by which the floor is looked up.
+        floor_of
+            float32 (256,), the floor for each grey.
+        first, end
+            The rows.
+        """
+        first, end = max(first, 1), min(end, len(self._image) - 1)
+        room = max(end - first, 0) * self._image.shape[1]
         places, values = np.empty(room, np.int32), np.empty((VALUES, room), np.float32)
-        found = _pass(image, table, linear, smooth, derivative, level, floor_of, first, end, places, values)
+        found = _pass(*self._arguments, level, floor_of, first, end, places, values) if room > 0 else 0
         return places[:found], values[:, :found]
 
-    last = len(image) - 1
-    middle = max(len(image) // 2, 1)
-    halves = both(lambda: listed(1, middle), lambda: listed(middle, last))
-    places = np.concatenate([half[0] for half in halves])
-    values = np.concatenate([half[1] for half in halves], axis=1)
-    return GradientPixels(places, *values), factor
+
+def joined(parts: Sequence[tuple[Places, Field]]) -> GradientPixels:
+    """The pixels of successive rows, from `GradientFilter.pixels`."""
+    places = np.concatenate([places for places, _ in parts])
+    return GradientPixels(places, *np.concatenate([values for _, values in parts], axis=1))
