@@ -7,6 +7,7 @@ signed distances of the two ends of the line: no ray is cast per sample.
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,8 +55,9 @@ class Samples:
         return np.stack([-self.image_direction[:, 1], self.image_direction[:, 0]], axis=1)
 
 
+@lru_cache(maxsize=8)
 def solid_of(model: Model) -> Solid:
-    """Arrays of a model for `trace`; build them once when a kernel is called often."""
+    """Arrays of a model for `trace`; shared, not to be written to."""
     return Solid(
         np.ascontiguousarray(model.vertices, dtype=np.float64),
         np.ascontiguousarray(model.lines, dtype=np.int64),
@@ -68,6 +70,13 @@ def solid_of(model: Model) -> Solid:
         np.ascontiguousarray(model.two_sided, dtype=np.bool_),
         model.diameter,
     )
+
+
+@lru_cache(maxsize=8)
+def _line_directions(model: Model) -> Floats:
+    """Unit vectors of a model's lines, (L, 3); shared, not to be written to."""
+    along = model.vertices[model.lines[:, 1]] - model.vertices[model.lines[:, 0]]
+    return np.asarray(along / np.linalg.norm(along, axis=1, keepdims=True))
 
 
 @kernel()
@@ -290,9 +299,7 @@ def visible_samples(model: Model, camera: Camera, pose: Pose, spacing_px: float 
         float(spacing_px),
         MIN_LINE_PX,
     )
-    along = model.vertices[model.lines[:, 1]] - model.vertices[model.lines[:, 0]]
-    along = along / np.linalg.norm(along, axis=1, keepdims=True)
-    samples = Samples(points, along[line], line, image, image_direction, px)
+    samples = Samples(points, _line_directions(model)[line], line, image, image_direction, px)
     return _through_lens(samples, camera, pose) if camera.distorted else samples
 
 

@@ -58,16 +58,19 @@ def _without_biases(
     jacobian: Floats, weight: Floats, bias: Floats, line: NDArray[np.int64]
 ) -> tuple[Floats, Floats]:
     """Rows (N, 8) once each line's bias is eliminated, and what the biases leave in the estimate, (8, 8)."""
-    rows, left = jacobian.copy(), np.zeros((jacobian.shape[1], jacobian.shape[1]))
-    for index in np.unique(line).tolist():
-        of_line = line == index
-        pull = (weight[of_line] * bias[of_line]) @ jacobian[of_line]
-        precision = SAMPLES_TOGETHER + float(weight[of_line] @ bias[of_line] ** 2)
-        rows[of_line] -= np.outer(bias[of_line], pull / precision)
-        pull *= SAMPLES_TOGETHER / precision
-        unknown = LINE_BIAS_PX * (weight[of_line] @ rows[of_line])
-        left += np.outer(pull, pull) + np.outer(unknown, unknown)
-    return rows, left
+    first, number = _groups(line)
+    pull = np.add.reduceat((weight * bias)[:, None] * jacobian, first)
+    precision = SAMPLES_TOGETHER + np.add.reduceat(weight * bias**2, first)
+    rows = jacobian - bias[:, None] * (pull / precision[:, None])[number]
+    pull *= (SAMPLES_TOGETHER / precision)[:, None]
+    unknown = LINE_BIAS_PX * np.add.reduceat(weight[:, None] * rows, first)
+    return rows, pull.T @ pull + unknown.T @ unknown
+
+
+def _groups(line: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First sample of each line, and how many lines came before each sample's; ``line`` (N,) ascending."""
+    starts = np.r_[True, line[1:] != line[:-1]]
+    return np.flatnonzero(starts), np.cumsum(starts) - 1
 
 
 def _about_camera(centre: Floats) -> Floats:
@@ -82,13 +85,11 @@ def _line_variances(residual: Floats, weight: Floats, line: NDArray[np.int64]) -
     """Residual variance of each sample's line, px^2, shrunk towards that of all lines, (N,)."""
     degrees = TUKEY_SHRINKS * max(0.2, 1.0 - 6.0 / len(residual))
     pooled = float(weight @ residual**2 / weight.sum()) / degrees
-    out = np.empty(len(residual))
-    for index in np.unique(line).tolist():
-        of_line = line == index
-        own = float(weight[of_line] @ residual[of_line] ** 2 / weight[of_line].sum()) / degrees
-        count = float(of_line.sum())
-        out[of_line] = (count * own + POOLED_SHARE * pooled) / (count + POOLED_SHARE)
-    return np.maximum(out, LEAST_VARIANCE_PX2)
+    first, number = _groups(line)
+    own = np.add.reduceat(weight * residual**2, first) / np.add.reduceat(weight, first) / degrees
+    count = np.bincount(number)
+    out = ((count * own + POOLED_SHARE * pooled) / (count + POOLED_SHARE))[number]
+    return np.asarray(np.maximum(out, LEAST_VARIANCE_PX2))
 
 
 def _correlation_length(residual: Floats, line: NDArray[np.int64]) -> float:

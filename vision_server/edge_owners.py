@@ -21,39 +21,47 @@ Ints = NDArray[np.int64]
 ALONG_COSINE = 0.9  # lines that cross at more than about 25 degrees do not compete
 BEYOND_PX = 2.0  # past its ends, where a line still has a claim
 NEIGHBOUR_HEIGHT = 0.5  # of a neighbour's contrast over the edge's own; it is not known
+FAR_BLURS = 9.0  # an edge this many blurs away moves another by under 1e-16 px
+SURELY_PX = 1e-6  # beyond what rounding could change
 BLUR_SHARE = 1.5  # blur of an edge and of its filter together, over the filter's scale
 
 
-@kernel()
-def _ends(line: Ints, line_count: int) -> tuple[Ints, Ints]:
-    """First and last sample of each line, -1 for none; ``line`` (N,) is ascending."""
-    first, last = np.full(line_count, -1), np.full(line_count, -1)
+@kernel(error_model="numpy")
+def _pairs(line: Ints, image: Floats, direction: Floats, line_count: int) -> tuple[Ints, Floats, Ints]:
+    """Which visible lines run about the same way; ``line`` (N,) is ascending.
+
+    Returns
+    -------
+    first and last sample of each line (L, 2), -1 for none; the unit vector from the first to the last and
+    their distance (L, 3), zeros when they fall together; pairs (P, 2) of a line and one beside it.
+    """
+    ends, course = np.full((line_count, 2), -1), np.zeros((line_count, 3))
     for i in range(len(line)):
-        if first[line[i]] < 0:
-            first[line[i]] = i
-        last[line[i]] = i
-    return first, last
-
-
-@kernel(error_model="numpy")
-def _axis(start: Floats, end: Floats) -> tuple[float, float, float]:
-    """Unit vector from start to end (2,) and the distance; zeros when they fall together."""
-    x, y = end[0] - start[0], end[1] - start[1]
-    length = math.sqrt(x * x + y * y)
-    return (x / length, y / length, length) if length > 0.0 else (0.0, 0.0, 0.0)
-
-
-@kernel(error_model="numpy")
-def _beside(
-    mine: int, other: int, first: Ints, last: Ints, image: Floats, direction: Floats
-) -> tuple[bool, float, float, float]:
-    """Whether two lines are seen that run about the same way; axis and length of the other one."""
-    if other == mine or first[mine] < 0 or first[other] < 0:
-        return False, 0.0, 0.0, 0.0
-    ux, uy, length = _axis(image[first[other]], image[last[other]])
-    middle = (first[mine] + last[mine]) // 2
-    along = abs(ux * direction[middle, 0] + uy * direction[middle, 1])
-    return along >= ALONG_COSINE, ux, uy, length
+        if ends[line[i], 0] < 0:
+            ends[line[i], 0] = i
+        ends[line[i], 1] = i
+    for m in range(line_count):
+        if ends[m, 0] < 0:
+            continue
+        a, b = ends[m, 0], ends[m, 1]
+        x, y = image[b, 0] - image[a, 0], image[b, 1] - image[a, 1]
+        length = math.sqrt(x * x + y * y)
+        if length > 0.0:
+            course[m, 0], course[m, 1], course[m, 2] = x / length, y / length, length
+    pairs = np.empty((line_count * line_count, 2), dtype=np.int64)
+    count = 0
+    for mine in range(line_count):
+        if ends[mine, 0] < 0:
+            continue
+        middle = (ends[mine, 0] + ends[mine, 1]) // 2
+        x, y = direction[middle, 0], direction[middle, 1]
+        for other in range(line_count):
+            if other == mine or ends[other, 0] < 0:
+                continue
+            if abs(course[other, 0] * x + course[other, 1] * y) >= ALONG_COSINE:
+                pairs[count, 0], pairs[count, 1] = mine, other
+                count += 1
+    return ends, course, pairs[:count]
 
 
 @kernel(error_model="numpy")
@@ -76,25 +84,31 @@ def leave_to_owners(
     offset
         (C, N, K), edge points along the samples' normals, px, NaN for none; changed in place.
     """
-    channels, _, peaks = offset.shape
-    first, last = _ends(line, line_count)
-    for mine in range(line_count):
-        for other in range(line_count):
-            competes, ux, uy, length = _beside(mine, other, first, last, image, direction)
-            if not competes:
+    channels, count, peaks = offset.shape
+    ends, course, pairs = _pairs(line, image, direction, line_count)
+    farthest = np.zeros(count)
+    for c in range(channels):
+        for i in range(count):
+            for k in range(peaks):
+                if not math.isnan(offset[c, i, k]):
+                    farthest[i] = max(farthest[i], abs(offset[c, i, k]))
+    for p in range(len(pairs)):
+        mine, other = pairs[p, 0], pairs[p, 1]
+        a, ux, uy, length = ends[other, 0], course[other, 0], course[other, 1], course[other, 2]
+        for i in range(ends[mine, 0], ends[mine, 1] + 1):
+            apart = abs((image[i, 0] - image[a, 0]) * uy - (image[i, 1] - image[a, 1]) * ux)
+            if apart > 2.0 * farthest[i] + SURELY_PX:
                 continue
-            a = first[other]
             for c in range(channels):
-                for i in range(first[mine], last[mine] + 1):
-                    for k in range(peaks):
-                        x = image[i, 0] + offset[c, i, k] * normal[i, 0] - image[a, 0]
-                        y = image[i, 1] + offset[c, i, k] * normal[i, 1] - image[a, 1]
-                        along = x * ux + y * uy
-                        if not -BEYOND_PX <= along <= length + BEYOND_PX:
-                            continue
-                        theirs, ours = abs(x * uy - y * ux), abs(offset[c, i, k])
-                        if theirs < ours or (theirs == ours and other < mine):
-                            offset[c, i, k] = np.nan
+                for k in range(peaks):
+                    x = image[i, 0] + offset[c, i, k] * normal[i, 0] - image[a, 0]
+                    y = image[i, 1] + offset[c, i, k] * normal[i, 1] - image[a, 1]
+                    along = x * ux + y * uy
+                    if not -BEYOND_PX <= along <= length + BEYOND_PX:
+                        continue
+                    theirs, ours = abs(x * uy - y * ux), abs(offset[c, i, k])
+                    if theirs < ours or (theirs == ours and other < mine):
+                        offset[c, i, k] = np.nan
 
 
 @kernel(error_model="numpy")
@@ -120,20 +134,18 @@ def pulls_of_neighbours(
     """
     channels = len(sigma)
     out = np.zeros((channels, len(line)))
-    first, last = _ends(line, line_count)
-    for mine in range(line_count):
-        for other in range(line_count):
-            competes, ux, uy, length = _beside(mine, other, first, last, image, direction)
-            if not competes:
+    ends, course, pairs = _pairs(line, image, direction, line_count)
+    for p in range(len(pairs)):
+        mine, other = pairs[p, 0], pairs[p, 1]
+        a, ux, uy, length = ends[other, 0], course[other, 0], course[other, 1], course[other, 2]
+        for i in range(ends[mine, 0], ends[mine, 1] + 1):
+            x, y = image[i, 0] - image[a, 0], image[i, 1] - image[a, 1]
+            along = x * ux + y * uy
+            if not -BEYOND_PX <= along <= length + BEYOND_PX:
                 continue
-            a = first[other]
-            for i in range(first[mine], last[mine] + 1):
-                x, y = image[i, 0] - image[a, 0], image[i, 1] - image[a, 1]
-                along = x * ux + y * uy
-                if not -BEYOND_PX <= along <= length + BEYOND_PX:
-                    continue
-                gap = (x - along * ux) * normal[i, 0] + (y - along * uy) * normal[i, 1]
-                for c in range(channels):
-                    blur = BLUR_SHARE * sigma[c, mine]
+            gap = (x - along * ux) * normal[i, 0] + (y - along * uy) * normal[i, 1]
+            for c in range(channels):
+                blur = BLUR_SHARE * sigma[c, mine]
+                if abs(gap) < FAR_BLURS * blur:
                     out[c, i] -= NEIGHBOUR_HEIGHT * gap * math.exp(-0.5 * (gap / blur) ** 2)
     return out

@@ -22,8 +22,8 @@ CURVATURE_NOISE = math.sqrt(3.0 / (16.0 * math.pi))  # sd of the second derivati
 
 
 @kernel(error_model="numpy")
-def _derivative(gradient: NDArray[np.float32], x: float, y: float, nx: float, ny: float) -> float:
-    """Derivative along (nx, ny) between pixels, bilinear; the caller keeps 0 <= x < W - 1, 0 <= y < H - 1.
+def _gradient(gradient: NDArray[np.float32], x: float, y: float) -> tuple[float, float]:
+    """Derivatives along x and y between pixels, bilinear; the caller keeps 0 <= x < W - 1, 0 <= y < H - 1.
 
     ``gradient`` (H, W, 2); unsigned places spare the look for negative ones.
     """
@@ -44,6 +44,13 @@ def _derivative(gradient: NDArray[np.float32], x: float, y: float, nx: float, ny
         + e * gradient[below, column, 1]
         + f * gradient[below, right, 1]
     )
+    return along_x, along_y
+
+
+@kernel(error_model="numpy")
+def _derivative(gradient: NDArray[np.float32], x: float, y: float, nx: float, ny: float) -> float:
+    """Derivative along (nx, ny) at a place as in `_gradient`."""
+    along_x, along_y = _gradient(gradient, x, y)
     return float(nx * along_x + ny * along_y)
 
 
@@ -131,7 +138,8 @@ def find_edge_points(
             x, y = image[i, 0] + place * nx, image[i, 1] + place * ny
             if x < 2.0 or y < 2.0 or x >= right - 1.0 or y >= bottom - 1.0:
                 continue
-            here = sign * _derivative(at_scale, x, y, nx, ny)
+            along_x, along_y = _gradient(at_scale, x, y)
+            here = sign * (nx * along_x + ny * along_y)
             if not here > 0.0:
                 continue
             before = sign * _derivative(at_scale, x - nx, y - ny, nx, ny)
@@ -140,7 +148,7 @@ def find_edge_points(
             if not abs(shift) <= 0.5:
                 continue
             place += shift
-            across = _derivative(at_scale, x, y, -ny, nx)
+            across = nx * along_y - ny * along_x
             if here < MIN_ALIGNED * math.sqrt(here * here + across * across) or abs(place) > reach_px[i]:
                 continue
             ratio = here * to_snr

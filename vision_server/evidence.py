@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +54,26 @@ class LineEvidence:
 
 
 @dataclass(frozen=True, eq=False)
+class Support:
+    """Which edge points support the visible lines; N samples, C channels of these names, L model lines.
+
+    Attributes
+    ----------
+    distance
+        (N,) px, from the nearest edge point of any channel, at most CAP_PX.
+    supports
+        (C, N), whether a channel's edge point supports the sample.
+    trust
+        (C, L), see `line_trust`.
+    """
+
+    names: Sequence[str]
+    distance: Floats
+    supports: Flags
+    trust: Floats
+
+
+@dataclass(frozen=True, eq=False)
 class Evidence:
     """Support of a whole pose.
 
@@ -72,8 +93,8 @@ class Evidence:
         Median signal-to-noise ratio of the supporting edge points.
     visible_px
         Visible length of all lines.
-    lines
-        One for each visible line.
+    support
+        What each line's evidence follows from.
     measurement
         What it was computed from.
     """
@@ -85,8 +106,13 @@ class Evidence:
     clipped_fraction: float
     snr: float
     visible_px: float
-    lines: tuple[LineEvidence, ...]
+    support: Support
     measurement: Measurement
+
+    @cached_property
+    def lines(self) -> tuple[LineEvidence, ...]:
+        """Evidence of each visible line; of the many poses that are looked at, few are asked for it."""
+        return _line_evidence(self.measurement.samples.line, self.measurement.samples.px, self.support)
 
 
 def gather_evidence(
@@ -131,28 +157,26 @@ def evidence_of(measurement: Measurement, names: Sequence[str], lines: int) -> E
         clipped_fraction=float((px * (supported & ~clean)).sum()) / total,
         snr=float(np.median(snr)) if len(snr) else 0.0,
         visible_px=total,
-        lines=_line_evidence(line, px, distance, supports, trust, names),
+        support=Support(names, distance, supports, trust),
         measurement=measurement,
     )
 
 
-def _line_evidence(
-    line: Ints, px: Floats, distance: Floats, supports: Flags, trust: Floats, names: Sequence[str]
-) -> tuple[LineEvidence, ...]:
-    """Evidence of each visible line; line, px, distance (N,), supports (C, N), trust (C, L)."""
-    lines = trust.shape[1]
+def _line_evidence(line: Ints, px: Floats, support: Support) -> tuple[LineEvidence, ...]:
+    """Evidence of each visible line; line, px (N,)."""
+    lines = support.trust.shape[1]
     visible = np.bincount(line, px, lines)
-    supported = np.bincount(line, px * supports.any(axis=0), lines)
-    squares = np.bincount(line, px * distance**2, lines)
-    by_channel = np.stack([np.bincount(line, px * seen, lines) for seen in supports])
-    most = np.argmax(by_channel * trust, axis=0)
+    supported = np.bincount(line, px * support.supports.any(axis=0), lines)
+    squares = np.bincount(line, px * support.distance**2, lines)
+    by_channel = np.stack([np.bincount(line, px * seen, lines) for seen in support.supports])
+    most = np.argmax(by_channel * support.trust, axis=0)
     return tuple(
         LineEvidence(
             line=index,
             visible_px=float(visible[index]),
             support=min(1.0, float(supported[index] / visible[index])),
             rms_px=math.sqrt(squares[index] / visible[index]),
-            image=names[most[index]] if by_channel[most[index], index] > 0 else None,
+            image=support.names[most[index]] if by_channel[most[index], index] > 0 else None,
         )
         for index in np.flatnonzero(visible).tolist()
     )

@@ -35,6 +35,8 @@ def _courses() -> tuple[Ints, Floats]:
 
 
 COURSE, COUNTS = _courses()
+CHECKED_BINS = (4, 8)  # of a course, after which it is left when it cannot win any more
+ROUNDING = 1e-9  # share that sums in another order may differ by
 
 
 @kernel()
@@ -71,6 +73,7 @@ def vote(
     size = reach_px / BINS_PER_REACH
     table = np.zeros((line_count, ALONG_BINS, bins))
     samples = np.zeros(line_count)
+    rest = np.empty(ALONG_BINS + 1)  # most votes that a course can get from a bin on
     for i in range(count):
         samples[line[i]] += 1.0
     for c in range(channels):
@@ -90,13 +93,27 @@ def vote(
         shift[m, 0] = shift[m, 1] = agreed[m] = 0.0
         if samples[m] == 0.0:
             continue
+        rest[ALONG_BINS] = 0.0
+        for b in range(ALONG_BINS - 1, -1, -1):
+            rest[b] = rest[b + 1] + table[m, b].max()
+        least = 0.0
+        for first in range(bins):
+            total = 0.0
+            for b in range(ALONG_BINS):
+                total += table[m, b, first]
+            least = max(least, total * COUNTS[first, first])
+        least *= 1.0 - ROUNDING
         best = 0.0
         for first in range(bins):
             for last in range(bins):
-                total = 0.0
+                counts, total = COUNTS[first, last], 0.0
+                if rest[0] * counts < least:
+                    continue
                 for b in range(ALONG_BINS):
+                    if b in CHECKED_BINS and (total + rest[b]) * counts < least:
+                        break
                     total += table[m, b, COURSE[first, last, b]]
-                total *= COUNTS[first, last]
+                total *= counts
                 if total > best:
                     best = total
                     shift[m, 0] = (0.5 * (first + last) / BINS_PER_REACH - 1.0) * reach_px

@@ -19,6 +19,8 @@ SYSTEMATIC_SD_PX = 0.12  # of one edge point: pixel grid, texture and shading be
 # and 0.08 px six pixels away.
 END_SD_PX, END_REACH_PX = 0.45, 4.0
 STRONG_SHARE = 0.7  # of the edge points of a channel are weaker than its strong ones
+FEW = 48  # values that are sorted one by one for their median
+FADED = 25.0  # exponent from which on the scatter at the end of a line is nothing beside the rest
 SCATTER_PX = 0.35  # scatter about its own straight line at which a line counts half
 
 
@@ -37,7 +39,7 @@ def line_trust(measurement: Measurement, lines: int) -> Floats:
 def _trust(line: Ints, along: Floats, offset: Floats, scatter_px: float, out: Floats) -> None:
     """share^2 / (1 + (scatter / scatter_px)^2) for each channel and line; ``line`` is ascending."""
     channels, count = offset.shape
-    x, y = np.empty(count), np.empty(count)
+    x, y, room = np.empty(count), np.empty(count), np.empty(count)
     start = 0
     while start < count:
         end = start
@@ -51,24 +53,53 @@ def _trust(line: Ints, along: Floats, offset: Floats, scatter_px: float, out: Fl
                     seen += 1
             if seen >= 3:
                 share = seen / (end - start)
-                ratio = _scatter(x[:seen], y[:seen]) / scatter_px
+                ratio = _scatter(x[:seen], y[:seen], room[:seen]) / scatter_px
                 out[c, line[start]] = share * share / (1.0 + ratio * ratio)
         start = end
 
 
 @kernel()
-def _scatter(x: Floats, y: Floats) -> float:
-    """Robust scatter of y about its straight line over x, px: twice reweighted, median absolute residual."""
-    residual = y - np.median(y)
-    weight = np.ones(len(x))
-    for _ in range(2):
-        total = weight.sum()
-        mean_x, mean_y = (weight * x).sum() / total, (weight * y).sum() / total
-        spread = (weight * (x - mean_x) ** 2).sum()
-        slope = (weight * (x - mean_x) * (y - mean_y)).sum() / spread if spread > 1e-9 else 0.0
-        residual = y - mean_y - slope * (x - mean_x)
-        weight = 1.0 / (1.0 + (residual / 0.5) ** 2)
-    return float(1.4826 * np.median(np.abs(residual)))
+def _median(values: Floats) -> float:
+    """Median of values (N,), which are sorted in place."""
+    count = len(values)
+    if count > FEW:
+        return float(np.median(values))
+    for i in range(1, count):
+        value, k = values[i], i
+        while k > 0 and values[k - 1] > value:
+            values[k] = values[k - 1]
+            k -= 1
+        values[k] = value
+    half = count // 2
+    return float(values[half]) if count % 2 == 1 else float(0.5 * (values[half - 1] + values[half]))
+
+
+@kernel()
+def _scatter(x: Floats, y: Floats, room: Floats) -> float:
+    """Robust scatter of y about its straight line over x, px: the median residual, once reweighted.
+
+    ``room`` (N,) to work in.
+    """
+    count = len(x)
+    mean_x, mean_y, slope = 0.0, 0.0, 0.0
+    for iteration in range(2):
+        total, sum_x, sum_y, spread, product = 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(count):
+            weight = 1.0
+            if iteration > 0:
+                weight = 1.0 / (1.0 + ((y[i] - mean_y - slope * (x[i] - mean_x)) / 0.5) ** 2)
+            room[i] = weight
+            total += weight
+            sum_x += weight * x[i]
+            sum_y += weight * y[i]
+        mean_x, mean_y = sum_x / total, sum_y / total
+        for i in range(count):
+            spread += room[i] * (x[i] - mean_x) ** 2
+            product += room[i] * (x[i] - mean_x) * (y[i] - mean_y)
+        slope = product / spread if spread > 1e-9 else 0.0
+    for i in range(count):
+        room[i] = abs(y[i] - mean_y - slope * (x[i] - mean_x))
+    return float(1.4826 * _median(room))
 
 
 def base_weights(measurement: Measurement, lines: int, exact_ends: bool = True) -> Floats:
@@ -127,7 +158,8 @@ def _weights(
                 continue
             own = sigma[c, line[i]]
             near_end = 0.0
-            if end_sd_px > 0.0:
-                near_end = end_sd_px * math.exp(-((from_end[i] / (END_REACH_PX * own)) ** 2))
+            faded = (from_end[i] / (END_REACH_PX * own)) ** 2
+            if end_sd_px > 0.0 and faded < FADED:
+                near_end = end_sd_px * math.exp(-faded)
             variance = sd[c, i] ** 2 + (SYSTEMATIC_SD_PX**2 + near_end**2) * own**2
             out[c, i] = px[i] * min(1.0, abs(strength[c, i]) / strong) * trust[c, line[i]] / variance

@@ -137,7 +137,7 @@ def _reweighted(
     normal equations.
     """
     channels, count = base.shape
-    row, of_line = np.empty(8), np.zeros(8)
+    of_line = np.zeros(8)
     residual = np.empty((channels, count))
     step = np.zeros(8)
     weight[:] = base
@@ -163,20 +163,37 @@ def _reweighted(
         square, product = 0.0, 0.0
         of_line[:] = 0.0
         for i in range(count):
+            # the channels see the same motion of the sample: their weights are added up before it is squared
+            total, pulled, biased, tone, clip = 0.0, 0.0, 0.0, 0.0, 0.0
             for c in range(channels):
-                if not weight[c, i] > 0.0:
+                own = weight[c, i]
+                if not own > 0.0:
                     continue
-                row[:6] = jacobian[i]
-                row[6], row[7] = nuisance[c, i, 0], nuisance[c, i, 1]
-                biased = weight[c, i] * bias[c, i]
-                square += biased * bias[c, i]
-                product += biased * offset[c, i]
-                for k in range(8):
-                    scaled = weight[c, i] * row[k]
-                    of_line[k] += biased * row[k]
-                    pull[k] += scaled * offset[c, i]
+                first, second = nuisance[c, i, 0], nuisance[c, i, 1]
+                shift, mine = own * offset[c, i], own * bias[c, i]
+                total += own
+                pulled += shift
+                biased += mine
+                tone += own * first
+                clip += own * second
+                square += mine * bias[c, i]
+                product += mine * offset[c, i]
+                of_line[6] += mine * first
+                of_line[7] += mine * second
+                pull[6] += shift * first
+                pull[7] += shift * second
+                normal[6, 6] += own * first * first
+                normal[7, 6] += own * first * second
+                normal[7, 7] += own * second * second
+            if total > 0.0:
+                for k in range(6):
+                    value = jacobian[i, k]
+                    of_line[k] += biased * value
+                    pull[k] += pulled * value
+                    normal[6, k] += tone * value
+                    normal[7, k] += clip * value
                     for m in range(k + 1):
-                        normal[k, m] += scaled * row[m]
+                        normal[k, m] += total * value * jacobian[i, m]
             if i + 1 == count or line[i + 1] != line[i]:
                 for k in range(8):
                     share = of_line[k] / (SAMPLES_TOGETHER + square)
