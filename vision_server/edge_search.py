@@ -25,7 +25,7 @@ def search(
     Parameters
     ----------
     scale
-        (C, N), index into SCALES_PX for each channel and sample.
+        (C, N), index into SCALES_PX for each channel and sample; C-contiguous, as kernels expect.
     image, normal, reach_px
         (N, 2), (N, 2), (N,), px.
 

@@ -198,7 +198,7 @@ def measure(
     line_sigma = sigmas[scale].max(axis=0) if len(channels) else np.ones(lines)
     reach = np.maximum(reach_px, BLUR_REACH * line_sigma)
     offset, snr, sd, strength = search(
-        channels, scale[:, samples.line], samples.image, normal, reach[samples.line]
+        channels, np.take(scale, samples.line, axis=1), samples.image, normal, reach[samples.line]
     )
     leave_to_owners(samples.line, samples.image, samples.image_direction, normal, lines, offset)
     width = VOTE_WIDTH_PX * np.sqrt(line_sigma)

@@ -81,7 +81,7 @@ def surroundings(
     found: list[Floats] = []
     for middle, reach_px in ((0.0, APART_PX), (-BESIDE_PX, ASIDE_PX), (BESIDE_PX, ASIDE_PX)):
         places, reach = samples.image + middle * normal, np.full(len(normal), reach_px)
-        offset, *_ = search(channels, scale[:, samples.line], places, normal, reach)
+        offset, *_ = search(channels, np.take(scale, samples.line, axis=1), places, normal, reach)
         found.extend(offset + middle)
     every = np.concatenate(found, axis=1) if found else np.empty((len(normal), 0))
     merged = _merged(np.sort(every, axis=1))  # NaN go last
