@@ -24,7 +24,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from numpy.typing import NDArray
-from scipy.special import ndtr
+from scipy.special import owens_t
 
 from geometry.camera import Camera
 from geometry.model import Model, load_model
@@ -47,6 +47,7 @@ BACKGROUND = 25.0
 STEPS = (1e-4, 1e-4, 1e-4, 2e-5, 2e-5, 2e-5)  # rad, m: a twentieth of a pixel or less
 GREY_STEP, BLUR_STEP = 0.5, 0.02
 SCALE_REACH_PX = 4.0
+FAR = 7.0  # standard deviations of the blur, beyond which an edge is not seen
 POINTS_SD_PX, POINTS_TRIALS = (0.1, 0.2, 0.4), 1000
 POINTS_STEP = np.array([2e-3, 2e-3, 2e-3, 3e-4, 3e-4, 3e-4])  # rad, m: some tenths of a pixel
 CHI_SQUARE_6 = {50: 5.348, 90: 10.645, 99: 16.812}  # percentiles
@@ -69,11 +70,10 @@ def cuboid() -> Model:
 def picture(pose: Pose, levels: Floats, blur_px: float) -> Floats:
     """Noiseless linear intensity, (H, W), 0..255: levels (7,) of the six faces and of what is behind.
 
-    Each face is a product of blurred half-planes, so that the picture is a smooth function of the pose.
+    Each face is its polygon convolved with a Gaussian, exactly, corners too: a smooth function of the pose.
     """
     model = cuboid()
-    y, x = np.mgrid[0 : CAMERA.height, 0 : CAMERA.width].astype(np.float64)
-    out = np.full(x.shape, levels[6])
+    out = np.full((CAMERA.height, CAMERA.width), levels[6])
     points = pose.apply(model.vertices)
     corners = CAMERA.project(points)
     normals = model.face_normals @ pose.matrix.T
@@ -81,13 +81,32 @@ def picture(pose: Pose, levels: Floats, blur_px: float) -> Floats:
     for index, face in enumerate(model.faces):
         if normals[index] @ points[face[0]] < 0.0:
             polygon = corners[face]
-            coverage = np.ones(x.shape)
-            for start, end in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-                along = (end - start) / np.linalg.norm(end - start)
-                inside = along[1] * (x - start[0]) - along[0] * (y - start[1])
-                coverage *= ndtr(inside / width)
-            out += coverage * (levels[index] - levels[6])
+            left, top = np.maximum(np.floor(polygon.min(axis=0) - FAR * width).astype(int), 0)
+            right, bottom = np.ceil(polygon.max(axis=0) + FAR * width).astype(int)
+            rows, columns = slice(top, bottom + 1), slice(left, right + 1)
+            y, x = np.mgrid[rows, columns][:, : CAMERA.height - top, : CAMERA.width - left]
+            coverage = _coverage(polygon, np.stack([x.ravel(), y.ravel()], axis=1), width)
+            out[rows, columns] += coverage.reshape(x.shape) * (levels[index] - levels[6])
     return out
+
+
+def _coverage(polygon: Floats, places: NDArray[np.int64], width: float) -> Floats:
+    """Share (M,) of a Gaussian about each place (M, 2) that falls into a polygon (K, 2), px.
+
+    The signed sum over its sides of the triangles between place and side: angle / (2 pi) less Owen's T of
+    what lies beyond the side.
+    """
+    out = np.zeros(len(places))
+    for start, end in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        along = (end - start) / np.linalg.norm(end - start)
+        away = (start - places) @ np.array([along[1], -along[0]]) / width
+        away = np.where(np.abs(away) < 1e-9, 1e-9, away)
+        near = np.abs(away) < FAR
+        for corner, sign in ((end, 1.0), (start, -1.0)):
+            slope = ((corner - places) @ along) / width / away
+            out += sign * np.arctan(slope) / (2.0 * np.pi)
+            out[near] -= sign * owens_t(away[near], slope[near])
+    return np.abs(out)
 
 
 def information(pose: Pose, levels: Floats, blur_px: float) -> Floats:
@@ -135,11 +154,13 @@ def run_trial(noise_grey: float, blur_px: float, seed: int) -> Errors:
     images = ImageSet(CAMERA.width, CAMERA.height)
     images.add("i1", pixels.astype(np.uint8), 1.0, 1.0)
     channels = images.gradients(["i1"])
+    channels[0].prepare(1)
     start = disturbed(true, rng, 0.5, 1.0, CAMERA.fx)
     scale = line_scales(channels, cuboid(), CAMERA, start, SCALE_REACH_PX)
     solution = refine(channels, cuboid(), CAMERA, start, scale)
     if solution is None:
         return Errors(np.inf, np.inf)
+
     turn = true.compose(solution.pose.inverse())
     step = np.r_[turn.rotation_vector, true.translation - turn.matrix @ solution.pose.translation]
     stated = step @ np.linalg.solve(pose_covariance(solution), step)
@@ -172,6 +193,7 @@ def _clean_measurement() -> Measurement:
     images = ImageSet(CAMERA.width, CAMERA.height)
     images.add("i1", pixels, 1.0, 1.0)
     channels = images.gradients(["i1"])
+    channels[0].prepare(1)
     scale = np.zeros((1, len(cuboid().lines)), dtype=np.int64)
     found = measure(channels, cuboid(), CAMERA, POSE, 3.0, scale, LEAST_SPACING_PX)
     return replace(found, strength=np.ones_like(found.strength), nuisance=np.zeros_like(found.nuisance))
