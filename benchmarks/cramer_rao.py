@@ -34,7 +34,7 @@ from vision_server.image_set import ImageSet
 from vision_server.line_scales import line_scales
 from vision_server.line_weights import base_weights
 from vision_server.measurement import Measurement, measure
-from vision_server.refinement import KNOWN_TONE_SD_PX, Solution, moved, refine, solve
+from vision_server.refinement import KNOWN_TONE_SD_PX, Solution, moved, refine, sharpened, solve
 from vision_server.sampling import LEAST_SPACING_PX
 
 Floats = NDArray[np.float64]
@@ -154,13 +154,12 @@ def run_trial(noise_grey: float, blur_px: float, seed: int) -> Errors:
     images = ImageSet(CAMERA.width, CAMERA.height)
     images.add("i1", pixels.astype(np.uint8), 1.0, 1.0)
     channels = images.gradients(["i1"])
-    channels[0].prepare(1)
     start = disturbed(true, rng, 0.5, 1.0, CAMERA.fx)
     scale = line_scales(channels, cuboid(), CAMERA, start, SCALE_REACH_PX)
     solution = refine(channels, cuboid(), CAMERA, start, scale)
     if solution is None:
         return Errors(np.inf, np.inf)
-
+    solution = sharpened(channels, solution, len(cuboid().lines))
     turn = true.compose(solution.pose.inverse())
     step = np.r_[turn.rotation_vector, true.translation - turn.matrix @ solution.pose.translation]
     stated = step @ np.linalg.solve(pose_covariance(solution), step)
@@ -180,7 +179,7 @@ def points_trial(sd_px: float, seed: int) -> Errors:
     found, weight = solve(noisy, base, range_m, KNOWN_TONE_SD_PX)
     error = found[:6] - true
     bound = measurement.jacobian.T @ measurement.jacobian / sd_px**2
-    solution = Solution(moved(POSE, found, noisy.centre), noisy, weight, found[6:], KNOWN_TONE_SD_PX)
+    solution = Solution(moved(POSE, found, noisy.centre), POSE, noisy, weight, found[6:], KNOWN_TONE_SD_PX)
     step = np.r_[error[:3], error[3:] - np.cross(error[:3], noisy.centre)]
     stated = step @ np.linalg.solve(pose_covariance(solution), step)
     return Errors(float(error @ bound @ error), float(stated))
@@ -193,7 +192,6 @@ def _clean_measurement() -> Measurement:
     images = ImageSet(CAMERA.width, CAMERA.height)
     images.add("i1", pixels, 1.0, 1.0)
     channels = images.gradients(["i1"])
-    channels[0].prepare(1)
     scale = np.zeros((1, len(cuboid().lines)), dtype=np.int64)
     found = measure(channels, cuboid(), CAMERA, POSE, 3.0, scale, LEAST_SPACING_PX)
     return replace(found, strength=np.ones_like(found.strength), nuisance=np.zeros_like(found.nuisance))

@@ -26,6 +26,17 @@ SURELY_PX = 1e-6  # beyond what rounding could change
 BLUR_SHARE = 1.5  # blur of an edge and of its filter together, over the filter's scale
 
 
+@kernel()
+def ends_of_lines(line: Ints, line_count: int) -> Ints:
+    """First and last sample of each line, (L, 2), -1 for none; ``line`` (N,) is ascending."""
+    ends = np.full((line_count, 2), -1)
+    for i in range(len(line)):
+        if ends[line[i], 0] < 0:
+            ends[line[i], 0] = i
+        ends[line[i], 1] = i
+    return ends
+
+
 @kernel(error_model="numpy")
 def _pairs(line: Ints, image: Floats, direction: Floats, line_count: int) -> tuple[Ints, Floats, Ints]:
     """Which visible lines run about the same way; ``line`` (N,) is ascending.
@@ -35,11 +46,7 @@ def _pairs(line: Ints, image: Floats, direction: Floats, line_count: int) -> tup
     first and last sample of each line (L, 2), -1 for none; the unit vector from the first to the last and
     their distance (L, 3), zeros when they fall together; pairs (P, 2) of a line and one beside it.
     """
-    ends, course = np.full((line_count, 2), -1), np.zeros((line_count, 3))
-    for i in range(len(line)):
-        if ends[line[i], 0] < 0:
-            ends[line[i], 0] = i
-        ends[line[i], 1] = i
+    ends, course = ends_of_lines(line, line_count), np.zeros((line_count, 3))
     for m in range(line_count):
         if ends[m, 0] < 0:
             continue

@@ -22,7 +22,7 @@ from vision_server.gradients import SCALES_PX, GradientChannel
 from vision_server.image_set import ImageSet
 from vision_server.matching import MATCHERS, Match, SearchRange, match_genetic
 from vision_server.matching.match import distinct
-from vision_server.refinement import KNOWN_TONE_SD_PX
+from vision_server.refinement import KNOWN_TONE_SD_PX, sharpened
 from vision_server.segments import extract_segments
 
 Floats = NDArray[np.float64]
@@ -186,12 +186,13 @@ def _best(refiner: Refiner, refined: list[Refined]) -> Estimate:
     best = refined[keep[0]]
     others = [(refined[index].solution.pose, refined[index].evidence) for index in keep[1:]]
     others = refiner.turned(best) + others
-    covariance = pose_covariance(best.solution)
-    spread = uncertainty(covariance, best.solution.pose.translation)
+    solution = sharpened(refiner.channels, best.solution, len(refiner.model.lines))
+    covariance = pose_covariance(solution)
+    spread = uncertainty(covariance, solution.pose.translation)
     unclear = ambiguity(best.evidence, [evidence for _, evidence in others])
     own = quality(best.evidence)
     return Estimate(
-        pose=best.solution.pose,
+        pose=solution.pose,
         covariance=covariance,
         rms_px=best.evidence.rms_px,
         uncertainty=spread,
