@@ -33,6 +33,7 @@ SETTLED_PX = 0.03  # a step that moves no line farther is the last one
 CLEAR_QUALITY = 2.0  # from here on, nothing beside the pose can be as good
 BESIDE = 6  # starts that are looked at beside the best pose
 BESIDE_ROUNDS = 3  # and again when that has found a better one
+ROUGHLY = 0.7  # of a quality, that fewer samples may see of it
 TURNED_BETTER = 1.3  # times the quality: then the target is turned otherwise than the seed pose says
 
 
@@ -138,8 +139,13 @@ class Refiner:
         found = []
         for turn in near_symmetries(self.model):
             pose = best.solution.pose.compose(turn)
-            evidence = gather_evidence(self.channels, self.model, self.camera, pose, scale, best.spacing_px)
-            if evidence is not None and quality(evidence) > least:
+            for coarser, share in ((COARSER, ROUGHLY), (1.0, 1.0)):
+                spacing = coarser * best.spacing_px
+                evidence = gather_evidence(self.channels, self.model, self.camera, pose, scale, spacing)
+                if evidence is None or quality(evidence) <= share * least:
+                    break
+            else:
+                assert evidence is not None
                 found.append((pose, evidence))
         return found
 

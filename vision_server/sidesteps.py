@@ -171,13 +171,14 @@ def laid_steps(near: Surroundings, held: Floats, prior: Floats, lines: int) -> l
     along, _ = places_on_lines(samples.line, samples.image, samples.image_direction, 2.0 * SPACING_PX)
     found = _edges_beside(near, along, lines)
     found.sort(key=lambda edge: -edge[0])
+    normal = (rows * held[:, None]).T @ rows + np.diag(prior)
     out: list[Floats] = []
     for _, line, shift in found[:MOST_TRIED]:
-        of_line = samples.line == line
-        weight = np.where(of_line, LAID_WEIGHT * samples.px, held)
-        target = np.where(of_line, shift[0] + shift[1] * along, 0.0)
-        scaled = rows * weight[:, None]
-        out.append(np.asarray(np.linalg.solve(scaled.T @ rows + np.diag(prior), scaled.T @ target)))
+        of_line = slice(*np.searchsorted(samples.line, (line, line + 1)))  # lines are ascending
+        own, laid = rows[of_line], LAID_WEIGHT * samples.px[of_line]
+        instead = (own * (laid - held[of_line])[:, None]).T @ own
+        pull = own.T @ (laid * (shift[0] + shift[1] * along[of_line]))
+        out.append(np.asarray(np.linalg.solve(normal + instead, pull)))
     return out
 
 
@@ -205,14 +206,13 @@ def _edges_beside(near: Surroundings, along: Floats, lines: int) -> list[tuple[f
 
 
 @kernel(error_model="numpy")
-def _nearest(offset: Floats, place: float) -> float:
-    """Signed distance from a place to the nearest of some edge points (K,), NaN last; inf without any."""
+def _nearest(offset: Floats, sample: int, place: float) -> float:
+    """Signed distance from a place to the nearest edge point of a sample, of (N, K); inf without any."""
     best = np.inf
-    for value in offset:
-        if np.isnan(value):
-            break
-        if abs(value - place) < abs(best):
-            best = value - place
+    for k in range(offset.shape[1]):
+        distance = offset[sample, k] - place
+        if abs(distance) < abs(best):
+            best = distance
     return float(best)
 
 
@@ -227,7 +227,7 @@ def followed(jacobian: Floats, offset: Floats, px: Floats, prior: Floats, step: 
             place = 0.0
             for k in range(6):
                 place += jacobian[i, k] * step[k]
-            distance = _nearest(offset[i], place)
+            distance = _nearest(offset, i, place)
             if not abs(distance) < reach:
                 continue
             share = 1.0 - (distance / reach) ** 2
@@ -248,5 +248,5 @@ def explained(jacobian: Floats, offset: Floats, px: Floats, step: Floats) -> flo
         place = 0.0
         for k in range(6):
             place += jacobian[i, k] * step[k]
-        total += px[i] * max(0.0, 1.0 - abs(_nearest(offset[i], place)) / EXPLAINS_PX)
+        total += px[i] * max(0.0, 1.0 - abs(_nearest(offset, i, place)) / EXPLAINS_PX)
     return float(total / px.sum())
