@@ -7,7 +7,7 @@ import os
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -45,6 +45,8 @@ def build_library(name: str, exercise: Callable[[], None]) -> None:
     manifest = read_manifest(name)
     if manifest is not None and library_file(name).is_file() and is_current(manifest):
         return
+    if manifest is not None:
+        _forget(manifest["sources"])
     library = begin_library()
     exercise()
     FOLDER.mkdir(parents=True, exist_ok=True)
@@ -60,6 +62,18 @@ def build_library(name: str, exercise: Callable[[], None]) -> None:
         library_file(name).with_suffix(".json").unlink(missing_ok=True)  # never one beside another's library
         os.replace(Path(folder) / library_file(name).name, library_file(name))
         os.replace(written, library_file(name).with_suffix(".json"))
+
+
+def _forget(sources: Iterable[str]) -> None:
+    """Remove what numba keeps of the kernels in these files.
+
+    It looks at a kernel's own file only, and would go on using one whose callees in other files have changed.
+    """
+    for source in sources:
+        path = ROOT / source
+        folder = FOLDER if "NUMBA_CACHE_DIR" in os.environ else path.parent / "__pycache__"
+        for kept in folder.rglob(f"{path.stem}.*.nb[ci]"):
+            kept.unlink(missing_ok=True)
 
 
 def _built(name: str, library: Library, folder: Path) -> dict[str, Any]:

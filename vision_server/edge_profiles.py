@@ -47,13 +47,13 @@ PLAIN_SHARE = 0.8  # of the length with edge points, in all channels together, t
 
 
 @kernel(error_model="numpy")
-def _to_segment(px: float, py: float, a: Floats, b: Floats) -> float:
-    """Distance of a point from the segment from a to b (2,), px."""
-    x, y = b[0] - a[0], b[1] - a[1]
+def _to_segment(px: float, py: float, ax: float, ay: float, bx: float, by: float) -> float:
+    """Distance of a point p from the segment from a to b, px."""
+    x, y = bx - ax, by - ay
     square = x * x + y * y
-    share = ((px - a[0]) * x + (py - a[1]) * y) / square if square > 0.0 else 0.0
+    share = ((px - ax) * x + (py - ay) * y) / square if square > 0.0 else 0.0
     share = min(1.0, max(0.0, share))
-    x, y = px - a[0] - share * x, py - a[1] - share * y
+    x, y = px - ax - share * x, py - ay - share * y
     return math.sqrt(x * x + y * y)
 
 
@@ -70,27 +70,27 @@ def free_sides(
     reach, guard
         (L,) px for each line: the most, and what other lines and the line's own ends keep clear of.
     """
-    count = len(line)
     ends = ends_of_lines(line, len(reach))
-    out = np.zeros((count, 2))
-    for i in range(count):
+    out = np.zeros((len(line), 2))
+    for i in range(len(line)):
         mine = line[i]
-        if from_end[i] < guard[mine]:
+        clear = guard[mine]
+        if from_end[i] < clear:
             continue
-        out[i] = reach[mine]
-        x, y = image[i, 0], image[i, 1]
+        out[i, 0] = out[i, 1] = reach[mine]
+        x, y, nx, ny = image[i, 0], image[i, 1], normal[i, 0], normal[i, 1]
         for other in range(len(reach)):
-            if other == mine or ends[other, 0] < 0:
+            first, last = ends[other, 0], ends[other, 1]
+            if other == mine or first < 0:
                 continue
-            a, b = image[ends[other, 0]], image[ends[other, 1]]
-            if _to_segment(x, y, a, b) > reach[mine] + guard[mine]:
-                continue
+            ax, ay, bx, by = image[first, 0], image[first, 1], image[last, 0], image[last, 1]
+            distance = _to_segment(x, y, ax, ay, bx, by)
+            nearest = max(0.0, STEP_PX * math.floor((distance - clear) / STEP_PX))  # what may be too near
             for side in range(2):
                 sign = 2.0 * side - 1.0
-                away = 0.0
+                away = nearest
                 while away <= out[i, side]:
-                    place = sign * away
-                    if _to_segment(x + place * normal[i, 0], y + place * normal[i, 1], a, b) < guard[mine]:
+                    if _to_segment(x + sign * away * nx, y + sign * away * ny, ax, ay, bx, by) < clear:
                         out[i, side] = away - STEP_PX
                         break
                     away += STEP_PX

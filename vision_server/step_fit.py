@@ -125,6 +125,10 @@ def fit_step(
     with_slopes = solve_positive(normal, np.eye(SLOPES)[4], 0.0, 0.0)
     if not (inverse[4, 4] > 0.0 and with_slopes[4] > 0.0):
         return np.inf, np.inf, 0.0
-    shifted = with_slopes @ pull - inverse[4] @ pull[:FIT]
+    shifted = 0.0
+    for m in range(SLOPES):
+        shifted += with_slopes[m] * pull[m]
+    for m in range(FIT):
+        shifted -= inverse[4, m] * pull[m]
     spread = max(with_slopes[4] - inverse[4, 4], 0.0)
     return misfit / max(1, len(place) - FIT), shifted, math.sqrt(spread)

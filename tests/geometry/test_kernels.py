@@ -172,6 +172,25 @@ def test_a_library_of_other_sources_is_left_alone_until_it_is_built_again(root: 
     assert without_numba(root, sample)
 
 
+def test_a_kernel_whose_callee_in_another_file_has_changed_is_built_anew(root: Path, tmp_path: Path) -> None:
+    callee = "from geometry.kernels import kernel\n\n@kernel()\ndef tuned(x):\n    return x + {}.0\n"
+    caller = "from callee import tuned\n" + callee.replace("tuned(x)", "called(x)").replace(
+        "x + {}.0", "tuned(x)"
+    )
+    (tmp_path / "caller.py").write_text(caller, encoding="utf-8")
+    exercise = "def exercise():\n    import caller\n    caller.called(1.0)\n"
+    build = f"from geometry.kernel_library import build_library\n{exercise}build_library('pair', exercise)\n"
+    use = "from geometry.kernels import use_library\nuse_library('pair')\nimport sys, caller\n"
+    for added in (1, 2):
+        (tmp_path / "callee.py").write_text(callee.format(added), encoding="utf-8")
+        run(root, tmp_path, build)
+        run(
+            root,
+            tmp_path,
+            use + f"assert caller.called(1.0) == {added + 1}.0 and 'numba' not in sys.modules\n",
+        )
+
+
 def test_a_library_that_cannot_be_loaded_is_left_alone(root: Path, sample: Path) -> None:
     (library,) = (sample / "cache").glob("sample-kernels*.so")
     content = library.read_bytes()
