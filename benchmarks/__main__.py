@@ -8,6 +8,7 @@ from benchmarks.lines import show
 from benchmarks.pose_times import pose_times
 from benchmarks.simulator_times import simulator
 from benchmarks.transport import transport
+from geometry.memory import keep_freed_memory
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -20,6 +21,7 @@ def golog() -> None:
 
 
 if __name__ == "__main__":
+    keep_freed_memory()  # as the servers do
     all_edge_times(show)
     pose_times(show)
     golog()

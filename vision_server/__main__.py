@@ -12,6 +12,7 @@ from importlib import import_module
 from bridge.lifeline import leave
 from bridge.subcommands import chosen_command
 from geometry.kernels import use_library
+from geometry.memory import keep_freed_memory
 
 COMMANDS = {
     "serve": "Serve pose estimation to a controller.",
@@ -25,6 +26,7 @@ BUILDER = "warm"  # builds the library of kernels that the others use
 def main(words: Sequence[str]) -> int:
     """Run a command; the exit status."""
     name = chosen_command("vision_server", "Images in, edges and poses out.", COMMANDS, words)
+    keep_freed_memory()
     if name != BUILDER:
         use_library("vision_server")
     command = import_module(f"vision_server.commands.{name}")

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from bridge.errors import EXIT_DEVICE, LightsAndCameraError
+from geometry.memory import keep_freed_memory
 from image_server.commands.options import Serving
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ def plain_errors() -> Iterator[None]:
 def serve_device(make_device: "Callable[[], Device]", serving: Serving) -> None:
     """Make a device and serve it; the exit status is the server's."""
     faulthandler.enable()  # where a crash was is told in the log
+    keep_freed_memory()
     with plain_errors():
         from bridge.keys import server_keys
         from bridge.lifeline import leave
