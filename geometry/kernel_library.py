@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 from geometry.kernels import (
     FOLDER,
@@ -98,8 +97,11 @@ def _built(name: str, library: Library, folder: Path) -> dict[str, Any]:
                 signature = kernel.dispatcher.overloads[types].signature
                 compiler.export(symbol, signature)(_entry(kernel, len(types)))
             symbols.setdefault(kernel.name, {})[kinds] = exported[kernel, types]
-    with patch.object(pycc_compiler, "Flags", _flags):  # it has no option for this
+    flags, pycc_compiler.Flags = pycc_compiler.Flags, _flags  # it has no option for this
+    try:
         compiler.compile()
+    finally:
+        pycc_compiler.Flags = flags
     sources = sorted({Path(kernel.py_func.__code__.co_filename).resolve() for kernel in library.kernels})
     return {
         "features": list(LEVEL_FEATURES) if leveled else [],
