@@ -157,6 +157,9 @@ def main(
     """Run all stacks under all suns on all cores."""
     strengths = [float(part) for part in suns.split(",")]
     folders = [folder.resolve() for folder in folders]
+    for folder in folders:
+        if not (folder / "stack.toml").is_file():
+            raise typer.BadParameter(f"{folder} is no stack: it has no stack.toml")
     rows: list[dict[str, Any]] = []
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         for part in pool.map(run_case, [Case(f, sun, starts) for sun in strengths for f in folders]):

@@ -185,6 +185,9 @@ def main(
         Trial(source, starts, names)
         for source in sources([folder.resolve() for folder in folders or []], range(first, last + 1))
     ]
+    if not todo:
+        named = ", ".join(map(str, folders or []))
+        raise typer.BadParameter(f"no stack.toml and no Camera_L_*.txt in {named}")
     found: dict[str, list[tuple[bool, float]]] = {name: [] for name in names}
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         for part in pool.map(run_trial, todo):
