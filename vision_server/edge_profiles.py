@@ -314,6 +314,18 @@ def _place_lines(
     return bearable_px
 
 
+def _crowded(measurement: Measurement, free: Floats, lines: int) -> NDArray[np.bool_]:
+    """Edge points (C, N) of lines that are too soft, or have others too near, to be placed by profiles.
+
+    ``free`` (N,) is the narrower of a sample's two sides, px. No fit is needed to tell that.
+    """
+    line = measurement.samples.line
+    scale = measurement.scale[:, line]
+    usable = (scale <= SOFTEST) & (free >= LEAST_SIDE * np.array(SCALES_PX)[scale])
+    counts = np.stack([np.bincount(line[of_channel], minlength=lines) for of_channel in usable])
+    return np.asarray(counts[:, line] < FEWEST_SAMPLES, dtype=np.bool_)
+
+
 def placed_by_profiles(
     measurement: Measurement, channels: Sequence[GradientChannel], lines: int
 ) -> Measurement | None:
@@ -328,7 +340,10 @@ def placed_by_profiles(
     softest = np.minimum(measurement.scale.max(axis=0, initial=0), SOFTEST)
     reach, guard = WIDE * sigmas[softest], GUARD * sigmas[softest]
     free = free_sides(samples.line, samples.image, measurement.normal, measurement.from_end, reach, guard)
-    bearable_px = (1.0 - PLAIN_SHARE) * float((np.isfinite(measurement.offset) @ samples.px).sum())
+    seen_px = np.where(np.isfinite(measurement.offset), samples.px, 0.0)
+    bearable_px = (1.0 - PLAIN_SHARE) * float(seen_px.sum())
+    if float(seen_px[_crowded(measurement, free.min(axis=1), lines)].sum()) > bearable_px:
+        return None
     for c, channel in enumerate(channels):
         scale = measurement.scale[c]
         bearable_px = _place_lines(
