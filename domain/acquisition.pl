@@ -102,7 +102,7 @@ senses(estimate(_), fix(_, _, _, Lines), line_support(L), Support,
 
 % ---------------------------------------------------------------- effects
 
-causes_val(choose(S), settings, S, true).
+causes_val(choose(S), settings, Lit, lit_settings(device, S, Lit)).
 
 causes_val(capture(_, _), iteration, N, N is iteration + 1).
 causes_val(capture(_, _), taken, N, N is taken + 1).

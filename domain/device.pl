@@ -11,7 +11,8 @@
             exposure_stops/3,           % +Device, +Settings, -Stops
             random_settings/2,          % +Device, -Settings
             reference_settings/2,       % +Device, -Settings
-            settings_in_range/2         % +Device, +Settings
+            settings_in_range/2,        % +Device, +Settings
+            lit_settings/3              % +Device, +Settings, -Lit
           ]).
 :- use_module(library(apply), [maplist/2, maplist/3, maplist/4]).
 :- use_module(library(lists), [member/2, same_length/2]).
@@ -155,7 +156,8 @@ nearest_of([Value|Values], Wanted, Best, Nearest) :-
 
 %!  settings_in_range(+Device, +Settings) is semidet.
 %
-%   True when the device offers these settings.
+%   True when the device offers these settings.  A dead light may have any level, since it may have died after the
+%   settings were thought of: see lit_settings/3.
 
 settings_in_range(Device, settings(Levels, Shutter, Aperture)) :-
     device_lights(Device, Lights),
@@ -165,10 +167,27 @@ settings_in_range(Device, settings(Levels, Shutter, Aperture)) :-
     device_apertures(Device, Apertures),
     offered(Aperture, Apertures).
 
+level_in_range(light(_, dead), Level) :-
+    !,
+    integer(Level),
+    Level >= 0.
 level_in_range(Light, Level) :-
     full_level(Light, Top),
     integer(Level),
     between(0, Top, Level).
+
+%!  lit_settings(+Device, +Settings, -Lit) is det.
+%
+%   The same settings with every dead light at 0.
+
+lit_settings(Device, settings(Levels, Shutter, Aperture), settings(Lit, Shutter, Aperture)) :-
+    device_lights(Device, Lights),
+    maplist(lit_level, Lights, Levels, Lit).
+
+lit_level(light(_, dead), _, Lit) =>
+    Lit = 0.
+lit_level(_, Level, Lit) =>
+    Lit = Level.
 
 offered(Value, Values) :-
     member(Offered, Values),
