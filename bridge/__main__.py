@@ -34,4 +34,4 @@ def keys(folder: Annotated[Path, typer.Argument(metavar="DIR", help="New folder 
 
 
 if __name__ == "__main__":
-    app(prog_name="bridge")
+    app(prog_name="python -m bridge")
