@@ -167,14 +167,18 @@ settings_in_range(Device, settings(Levels, Shutter, Aperture)) :-
     device_apertures(Device, Apertures),
     offered(Aperture, Apertures).
 
-level_in_range(light(_, dead), Level) :-
-    !,
+level_in_range(light(_, dead), Level) =>
     integer(Level),
     Level >= 0.
-level_in_range(Light, Level) :-
+level_in_range(Light, Level) =>
     full_level(Light, Top),
     integer(Level),
     between(0, Top, Level).
+
+offered(Value, Values) :-
+    member(Offered, Values),
+    Value =:= Offered,
+    !.
 
 %!  lit_settings(+Device, +Settings, -Lit) is det.
 %
@@ -188,8 +192,3 @@ lit_level(light(_, dead), _, Lit) =>
     Lit = 0.
 lit_level(_, Level, Lit) =>
     Lit = Level.
-
-offered(Value, Values) :-
-    member(Offered, Values),
-    Value =:= Offered,
-    !.
