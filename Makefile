@@ -3,8 +3,8 @@
 PYTHON ?= python3
 export PYTHON
 VENV    = .venv/bin/python
-PROLOG  = $(shell grep -l '^:- module' main.pl bridge/*.pl domain/*.pl indigolog/*.pl session/*.pl | xargs grep -L '^:- initialization')
-SOURCES = $(shell find bridge geometry vision_server image_server report -name '*.py')
+PROLOG  = $(shell grep -l '^:- module' main.pl bridge/prolog/*.pl domain/*.pl domain/reasoning/*.pl indigolog/*.pl session/*.pl | xargs grep -L '^:- initialization')
+SOURCES = $(shell find bridge geometry numerics stack vision_server image_server report -name '*.py')
 
 .PHONY: dock test test-v4l2 bench setup check clean help
 .DEFAULT_GOAL := help
@@ -17,7 +17,7 @@ help:
 	@echo "make check   ruff, mypy, and Prolog loading without warnings"
 	@echo "make setup   what the others do first"
 
-setup: system .venv/.installed bridge/zmq4pl.so .venv/.compiled .venv/.prolog
+setup: system .venv/.installed bridge/prolog/zmq4pl.so .venv/.compiled .venv/.prolog
 
 .PHONY: system
 system:
@@ -27,18 +27,18 @@ system:
 	@setup/virtual-environment
 	@touch $@
 
-bridge/zmq4pl.so: $(wildcard bridge/*.c bridge/*.h) | system
+bridge/prolog/zmq4pl.so: $(wildcard bridge/prolog/*.c bridge/prolog/*.h) | system
 	@swipl-ld -shared -O2 -Wall -o $@ $(filter %.c,$^) -lzmq
 
 .venv/.compiled: .venv/.installed $(SOURCES)
 	@echo "setup: compiling modules and numeric kernels"
-	@$(VENV) -m compileall -q bridge geometry vision_server image_server report
+	@$(VENV) -m compileall -q bridge geometry numerics stack vision_server image_server report
 	@$(VENV) -m vision_server warm
 	@$(VENV) -m image_server warm
 	@touch $@
 
 # A session would wait for its sources to be read. A warning in one of them ends this.
-.venv/.prolog: .venv/.installed bridge/zmq4pl.so $(PROLOG)
+.venv/.prolog: .venv/.installed bridge/prolog/zmq4pl.so $(PROLOG)
 	@swipl --on-warning=status --on-error=status -t halt \
 	  -g "current_prolog_flag(argv, [_|Files]), forall(member(File, Files), qcompile(File))" -- $(PROLOG)
 	@touch $@
@@ -62,4 +62,4 @@ bench: setup
 	@$(VENV) -m benchmarks
 
 clean:
-	rm -rf .venv bridge/zmq4pl.so */*.qlf runs build *.egg-info
+	rm -rf .venv bridge/prolog/zmq4pl.so */*.qlf */*/*.qlf runs build *.egg-info

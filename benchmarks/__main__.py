@@ -8,7 +8,7 @@ from benchmarks.lines import show
 from benchmarks.pose_times import pose_times
 from benchmarks.simulator_times import simulator
 from benchmarks.transport import transport
-from geometry.memory import keep_freed_memory
+from numerics.memory import keep_freed_memory
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -29,13 +29,13 @@ from scipy.special import owens_t
 from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.pose import Pose, disturbed
-from vision_server.covariance import pose_covariance
 from vision_server.image_set import ImageSet
-from vision_server.line_scales import line_scales
-from vision_server.line_weights import base_weights
-from vision_server.measurement import Measurement, measure
-from vision_server.refinement import KNOWN_TONE_SD_PX, Solution, moved, refine, sharpened, solve
-from vision_server.sampling import LEAST_SPACING_PX
+from vision_server.pose.covariance import pose_covariance
+from vision_server.pose.line_scales import line_scales
+from vision_server.pose.observation import Measurement, measure
+from vision_server.pose.refinement import KNOWN_TONE_SD_PX, Solution, moved, refine, sharpened, solve
+from vision_server.pose.sampling import LEAST_SPACING_PX
+from vision_server.pose.weights import base_weights
 
 Floats = NDArray[np.float64]
 

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from bridge.messages import Settings
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario, with_conditions
-from vision_server.channel import channel_statistics
-from vision_server.comparison_edges import ComparisonMethod, comparison_edges
-from vision_server.edge_map import EdgeMap
-from vision_server.edges import merge_channels
-from vision_server.segments import extract_segments
+from vision_server.channels.channel import channel_statistics
+from vision_server.edges.edge_map import EdgeMap
+from vision_server.edges.merging import merge_channels
+from vision_server.rivals.merge_rules import ComparisonMethod, comparison_edges
+from vision_server.segments.extraction import extract_segments
 
 DEFAULT = Path(__file__).resolve().parent.parent / "docs" / "images" / "merged-edges.png"
 COMPARED: tuple[ComparisonMethod, ...] = ("mean", "max-image", "max-gradient", "di-zenzo", "mertens")

@@ -21,10 +21,10 @@ from benchmarks.attached_shadows import BODIES, attached_shadow_set
 from benchmarks.edge_metrics import EdgeQuality, edge_quality, outline_of
 from benchmarks.edge_times import edge_times
 from benchmarks.lines import show
-from vision_server.channel import channel_statistics
-from vision_server.comparison_edges import comparison_edges
-from vision_server.edges import merge_channels
-from vision_server.image_files import read_grey
+from vision_server.channels.channel import channel_statistics
+from vision_server.channels.image_files import read_grey
+from vision_server.edges.merging import merge_channels
+from vision_server.rivals.merge_rules import comparison_edges
 
 Image = NDArray[np.uint8]
 Results = dict[str, dict[str, dict[str, float]]]  # set of images -> rule -> measure

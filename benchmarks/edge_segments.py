@@ -26,10 +26,10 @@ from geometry.pose import disturbed
 from geometry.visibility import visible_samples
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario, with_conditions
-from vision_server.channel import channel_statistics
-from vision_server.edges import merge_channels
+from vision_server.channels.channel import channel_statistics
+from vision_server.edges.merging import merge_channels
 from vision_server.matching import SearchRange, match_search
-from vision_server.segments import Grouping, extract_segments
+from vision_server.segments.extraction import Grouping, extract_segments
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from benchmarks.lines import Show
 from bridge.messages import Settings
 from image_server.simulator import Simulator
-from vision_server.canny import hysteresis
-from vision_server.channel import channel_statistics
-from vision_server.edges import ImageSetStatistics, merge_channels
-from vision_server.segments import edgel_thresholds, extract_segments
+from vision_server.channels.channel import channel_statistics
+from vision_server.edges.merging import ImageSetStatistics, merge_channels
+from vision_server.edges.suppression import hysteresis
+from vision_server.segments.extraction import edgel_thresholds, extract_segments
 
 Image = NDArray[np.uint8]
 

@@ -27,7 +27,7 @@ from geometry.pose import Pose, disturbed
 from report.overlay import draw_overlay
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose, pose_of_segments
-from vision_server.segments import extract_segments
+from vision_server.segments.extraction import extract_segments
 
 WAYS = ("middle", "best single", "three merged", "three united", "bracket merged")
 ROTATION_DEG, TRANSLATION_PX = 25.0, 40.0

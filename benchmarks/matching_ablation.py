@@ -28,16 +28,16 @@ from benchmarks.photographs import Photograph, middle_of_stack, recorded, simula
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose, disturbed
-from vision_server.candidates import Refiner
 from vision_server.image_set import ImageSet
 from vision_server.matching import SearchRange, match_genetic, match_search
 from vision_server.matching.draws import even_numbers, poses_around
-from vision_server.matching.genetic import GENERATIONS, POPULATION, evolved
 from vision_server.matching.icp import score_poses
 from vision_server.matching.match import Problem, distinct, matching_problem
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
 from vision_server.matching.search import CANDIDATES, COARSE_SPACING_PX, Effort, finished
-from vision_server.segments import extract_segments
+from vision_server.pose.ranking import Refiner
+from vision_server.rivals.genetic import GENERATIONS, POPULATION, evolved
+from vision_server.segments.extraction import extract_segments
 
 Floats = NDArray[np.float64]
 Matcher = Callable[[Floats, Model, Camera, Pose, int], list[Pose]]

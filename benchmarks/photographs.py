@@ -15,15 +15,15 @@ from bridge.messages import Settings
 from geometry.camera import Camera
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
-from image_server.device import Device
 from image_server.replay import Replay
+from image_server.serve.device import Device
 from image_server.simulator import Simulator
-from image_server.stack import BasisStack, load_stack
-from vision_server.image_files import read_grey
+from stack.reading import BasisStack, load_stack
+from vision_server.channels.image_files import read_grey
+from vision_server.channels.tone import file_tone
 from vision_server.image_set import ImageSet
-from vision_server.refinement import KNOWN_TONE_SD_PX
-from vision_server.session_inputs import read_camera
-from vision_server.tone import file_tone
+from vision_server.pose.refinement import KNOWN_TONE_SD_PX
+from vision_server.serve.inputs import read_camera
 
 
 @dataclass(frozen=True, eq=False)

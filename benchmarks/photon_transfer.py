@@ -18,9 +18,9 @@ import typer
 from numpy.typing import NDArray
 
 from bridge.messages import Settings
-from image_server.sensor import relative_exposure
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import Scenario
+from stack.sensor import relative_exposure
 
 ROOT = Path(__file__).resolve().parent.parent
 FILE = ROOT / "docs" / "images" / "photon-transfer.png"

@@ -29,11 +29,11 @@ import typer
 from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.pose import Pose, disturbed
-from vision_server.image_files import read_grey
+from vision_server.channels.image_files import read_grey
+from vision_server.channels.tone import file_tone
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import PipelineSettings, estimate_pose
-from vision_server.session_inputs import read_camera
-from vision_server.tone import file_tone
+from vision_server.serve.inputs import read_camera
 
 EXACT_LIMITS = (1.0, 0.01)  # degrees, share of range
 COMMAND_DEADLINE_S = 60.0

@@ -17,13 +17,13 @@ from benchmarks.photographs import image_set, simulated_studio
 from bridge.client import Client
 from bridge.errors import LightsAndCameraError
 from geometry.pose import disturbed
-from vision_server.candidates import COARSE_REACHES_PX, FINE_REACHES_PX, Refiner
 from vision_server.image_set import ImageSet
 from vision_server.matching import match_genetic, match_search
 from vision_server.pipeline import estimate_pose
-from vision_server.refinement import KNOWN_TONE_SD_PX
-from vision_server.sampling import spacing_for
-from vision_server.segments import extract_segments
+from vision_server.pose.ranking import COARSE_REACHES_PX, FINE_REACHES_PX, Refiner
+from vision_server.pose.refinement import KNOWN_TONE_SD_PX
+from vision_server.pose.sampling import spacing_for
+from vision_server.segments.extraction import extract_segments
 
 ROOT = Path(__file__).resolve().parent.parent
 REPEATS = 9

@@ -30,9 +30,9 @@ from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from image_server.simulator.placement import drawn_pose, drawn_sun, seed_pose_of
 from image_server.simulator.scenario import PoseDraw, Sun
-from image_server.stack import FULL_SCALE_16, STACK_FILE
-from image_server.stack_writer import described, new_folder
-from image_server.toml_text import toml_text
+from stack.reading import FULL_SCALE_16, STACK_FILE
+from stack.toml_text import toml_text
+from stack.writing import described, new_folder
 
 Floats = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from benchmarks.lines import Show
 from bridge.client import Client
 from bridge.messages import Describe, Settings
 from bridge.serve import Server
-from image_server.device import Device, Frame
-from image_server.server import ImageServer
+from image_server.serve.device import Device, Frame
+from image_server.serve.server import ImageServer
 
 WIDTH, HEIGHT = 4000, 3000
 FRAMES = 40

@@ -4,11 +4,11 @@
 % controllers/ for examples and docs/controllers.md for how to write one.
 % Terms: settings and devices, device.pl; states, qualitative.pl; fixes, merit.pl.
 
-:- use_module(device).
-:- use_module(qualitative).
-:- use_module(candidates).
-:- use_module(image_set).
-:- use_module(merit).
+:- use_module(reasoning/device).
+:- use_module(reasoning/qualitative).
+:- use_module(reasoning/candidates).
+:- use_module(reasoning/image_set).
+:- use_module(reasoning/merit).
 
 % ---------------------------------------------------------------- fluents
 

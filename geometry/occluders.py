@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.kernels import kernel
+from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.errors import GeometryError
-from geometry.kernels import kernel
 from geometry.model import Model
 from geometry.occluders import Solid, hidden_part, near_line, occluders, tiled
 from geometry.pose import Pose
+from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -7,8 +7,8 @@ import msgspec
 
 from bridge.errors import DeviceError
 from bridge.messages import CameraDescription, Describe, Settings, TargetDescription
-from image_server.device import Change, Device, Frame, checked_settings
 from image_server.lights.rig import LightRig, Lit
+from image_server.serve.device import Change, Device, Frame, checked_settings
 from image_server.v4l2.camera import V4L2Camera
 
 NO_LIGHTS = Lit(levels=(), verified=True, steady_at=0.0)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bridge.errors import BadInput, Unsupported
 from bridge.messages import Describe, PoseErrorMessage, PoseMessage, Settings
-from image_server.device import (
+from image_server.serve.device import (
     Change,
     Device,
     Frame,
@@ -17,8 +17,8 @@ from image_server.device import (
     same_value,
     sure_frame,
 )
-from image_server.sensor import exposed, mixed
-from image_server.stack import BasisStack, FramesStack, FrameTable, describe_stack
+from stack.reading import BasisStack, FramesStack, FrameTable, describe_stack
+from stack.sensor import exposed, mixed
 
 NEAREST_NAMED = 3  # recorded settings that an error lists
 

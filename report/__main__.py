@@ -5,7 +5,7 @@ from argparse import ArgumentParser
 from pathlib import Path
 
 from bridge.lifeline import leave
-from geometry.kernels import prepare_kernels, use_library
+from numerics.kernels import prepare_kernels, use_library
 from report.errors import ReportError
 
 

@@ -8,10 +8,10 @@
             score_pose/2,               % +Pose, -Error
             seconds_spent/2             % -Waiting, -Parts
           ]).
-:- use_module('../bridge/client').
-:- use_module('../bridge/keys', [client_keys/4]).
+:- use_module('../bridge/prolog/client').
+:- use_module('../bridge/prolog/keys', [client_keys/4]).
 :- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
-:- use_module('../domain/merit', [default_threshold/1]).
+:- use_module('../domain/reasoning/merit', [default_threshold/1]).
 :- use_module(library(apply), [maplist/2, maplist/3]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2, subtract/3, sum_list/2]).
 :- use_module(library(option), [option/2, option/3]).
@@ -96,7 +96,7 @@ can_execute(advance(_)).
 
 %!  execute(+Action, -Sensing) is det.
 %
-%   @error error of bridge/client.pl when a server does not do it
+%   @error error of bridge/prolog/client.pl when a server does not do it
 
 execute(connect, session(Device, Threshold, Limit)) :-
     opened_with(Options),

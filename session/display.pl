@@ -1,7 +1,7 @@
 :- module(display, []).
-:- use_module('../domain/device').
-:- use_module('../domain/merit').
-:- use_module('../domain/qualitative').
+:- use_module('../domain/reasoning/device').
+:- use_module('../domain/reasoning/merit').
+:- use_module('../domain/reasoning/qualitative').
 :- use_module(library(apply), [maplist/3]).
 
 /** <module> What a person sees of a session in the terminal

@@ -1,7 +1,7 @@
 :- module(session_options,
           [ session_options/2           % +Argv, -Options
           ]).
-:- use_module('../bridge/keys', [client_keys/4]).
+:- use_module('../bridge/prolog/keys', [client_keys/4]).
 :- use_module(resumption, [resumed_options/3]).
 :- use_module(usage, [dashes/2, usage_error/2]).
 :- use_module(library(apply), [foldl/4]).

@@ -2,9 +2,9 @@
           [ session_result/3,           % +Facts, +Value, -Result
             write_result/2              % +Result, +File
           ]).
-:- use_module('../domain/device').
-:- use_module('../domain/merit').
-:- use_module('../domain/qualitative').
+:- use_module('../domain/reasoning/device').
+:- use_module('../domain/reasoning/merit').
+:- use_module('../domain/reasoning/qualitative').
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(http/json), [json_write_dict/3]).
 :- use_module(library(lists), [member/2, reverse/2]).

@@ -8,10 +8,10 @@
 :- use_module(resumption).
 :- use_module(run_folder).
 :- use_module(servers, [stop_servers/0]).
-:- use_module('../domain/candidates').
-:- use_module('../domain/image_set').
-:- use_module('../domain/merit').
-:- use_module('../domain/qualitative').
+:- use_module('../domain/reasoning/candidates').
+:- use_module('../domain/reasoning/image_set').
+:- use_module('../domain/reasoning/merit').
+:- use_module('../domain/reasoning/qualitative').
 :- use_module('../indigolog/checks').
 :- use_module('../indigolog/indigolog').
 :- use_module(library(http/json), [json_write_dict/3]).

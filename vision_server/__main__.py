@@ -11,8 +11,8 @@ from importlib import import_module
 
 from bridge.lifeline import leave
 from bridge.subcommands import chosen_command
-from geometry.kernels import use_library
-from geometry.memory import keep_freed_memory
+from numerics.kernels import use_library
+from numerics.memory import keep_freed_memory
 
 COMMANDS = {
     "serve": "Serve pose estimation to a controller.",

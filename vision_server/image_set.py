@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
-from vision_server.channel import ChannelStatistics, channel_statistics
-from vision_server.edge_map import EdgeMap
-from vision_server.edges import ImageSetStatistics
-from vision_server.gradients import GradientChannel, gradient_channel
+from vision_server.channels.channel import ChannelStatistics, channel_statistics
+from vision_server.channels.gradients import GradientChannel, gradient_channel
+from vision_server.edges.edge_map import EdgeMap
+from vision_server.edges.merging import ImageSetStatistics
 
 Grey = NDArray[np.uint8]
 

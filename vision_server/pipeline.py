@@ -14,16 +14,16 @@ from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from vision_server.candidates import Refined, Refiner
-from vision_server.confidence import ambiguity, confidence, quality
-from vision_server.covariance import pose_covariance, uncertainty
-from vision_server.evidence import Evidence, LineEvidence
-from vision_server.gradients import SCALES_PX, GradientChannel
+from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.image_set import ImageSet
 from vision_server.matching import MATCHERS, Match, SearchRange, match_genetic
 from vision_server.matching.match import distinct
-from vision_server.refinement import KNOWN_TONE_SD_PX, sharpened
-from vision_server.segments import extract_segments
+from vision_server.pose.covariance import pose_covariance, uncertainty
+from vision_server.pose.ranking import Refined, Refiner
+from vision_server.pose.refinement import KNOWN_TONE_SD_PX, sharpened
+from vision_server.pose.support import Evidence, LineEvidence
+from vision_server.pose.trust import ambiguity, confidence, quality
+from vision_server.segments.extraction import extract_segments
 
 Floats = NDArray[np.float64]
 

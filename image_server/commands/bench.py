@@ -14,7 +14,7 @@ from image_server.commands.emulate import FAULT, LINK, have_faults, shown
 from image_server.commands.options import Conditions, Draws
 from image_server.commands.serving import plain_errors
 from image_server.commands.simulate import Scene, simulated_device
-from image_server.toml_text import toml_text
+from stack.toml_text import toml_text
 
 if TYPE_CHECKING:
     from image_server.simulator import Simulator

@@ -90,7 +90,7 @@ def laboratory_device(laboratory: Laboratory) -> "Hardware":
 
 def _camera_model(file: Path) -> "CameraDescription":
     from bridge.messages import CameraDescription
-    from image_server.tables import as_table, read_toml
+    from stack.tables import as_table, read_toml
 
     values = read_toml(file, "camera model")
     table = dict(values.get("camera", values))
@@ -102,7 +102,7 @@ def _target(laboratory: Laboratory) -> "TargetDescription | None":
     from bridge.messages import PoseMessage, TargetDescription
     from geometry.errors import GeometryError
     from geometry.model import find_target, load_model
-    from image_server.tables import as_table, read_toml
+    from stack.tables import as_table, read_toml
 
     seed_pose = None
     if laboratory.seed_pose is not None:

@@ -18,7 +18,7 @@ from image_server.commands.simulate import Scene, simulated_device
 
 if TYPE_CHECKING:
     from bridge.messages import Describe, Settings
-    from image_server.device import Device
+    from image_server.serve.device import Device
 
 
 class StackKind(StrEnum):
@@ -52,7 +52,7 @@ def record(
 ) -> None:
     """Write a stack folder from a camera with lights (--camera), a stack or the simulator."""
     with plain_errors():
-        from image_server.record import record_basis, record_frames
+        from image_server.recording.record import record_basis, record_frames
 
         with _opened(camera, equipment, stack, scenario, draws) as device:
             describe = device.describe()

@@ -7,11 +7,11 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from bridge.errors import EXIT_DEVICE, LightsAndCameraError
-from geometry.memory import keep_freed_memory
 from image_server.commands.options import Serving
+from numerics.memory import keep_freed_memory
 
 if TYPE_CHECKING:
-    from image_server.device import Device
+    from image_server.serve.device import Device
 
 
 @contextmanager
@@ -33,7 +33,7 @@ def serve_device(make_device: "Callable[[], Device]", serving: Serving) -> None:
         from bridge.keys import server_keys
         from bridge.lifeline import leave
         from bridge.serve import serve
-        from image_server.server import ImageServer
+        from image_server.serve.server import ImageServer
 
         curve = server_keys(serving.keys, "image_server")
         service = ImageServer(make_device())

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from geometry.kernels import prepare_kernels, use_library
 from image_server.command_line import Option
 from image_server.commands.options import Conditions, Draws, Serving
 from image_server.commands.serving import serve_device
+from numerics.kernels import prepare_kernels, use_library
 
 if TYPE_CHECKING:
     from image_server.simulator import Simulator

@@ -1,6 +1,6 @@
 """`python -m image_server warm`: compile the simulator's kernels into numba's cache and a library."""
 
-from geometry.kernel_library import build_library
+from numerics.kernel_library import build_library
 
 WARMING = ("earth-limb", "camera")
 """Scenarios that between them use every kernel but that of folds: sky, blooming."""

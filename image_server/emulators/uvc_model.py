@@ -7,7 +7,7 @@ from typing import Annotated
 from msgspec import Meta
 
 from bridge.errors import BadInput
-from image_server.tables import Table, as_table, read_toml
+from stack.tables import Table, as_table, read_toml
 
 FOLDER = Path(__file__).parent / "cameras"
 

@@ -9,7 +9,7 @@ from msgspec import Meta
 
 from bridge.errors import BadInput
 from bridge.messages import LightDescription
-from image_server.tables import Table, as_table, read_toml
+from stack.tables import Table, as_table, read_toml
 
 Protocol = Literal["line", "dmx_usb_pro"]
 DEFAULT_LEVELS = 8

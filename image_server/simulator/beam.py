@@ -5,8 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.kernels import kernel
 from image_server.simulator.scenario import Light
+from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 

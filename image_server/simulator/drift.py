@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from image_server.device import Change
+from image_server.serve.device import Change
 from image_server.simulator.motion import smeared
 from image_server.simulator.scenario import Time
 

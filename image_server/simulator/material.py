@@ -7,7 +7,7 @@ import msgspec
 from msgspec import Meta
 
 from bridge.errors import BadInput
-from image_server.tables import Table, as_table, read_toml
+from stack.tables import Table, as_table, read_toml
 
 Texture = Literal["plain", "noise", "veins", "panels", "lines", "checker"]
 TEXTURES: tuple[Texture, ...] = ("plain", "noise", "veins", "panels", "lines", "checker")

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from geometry.kernels import kernel
+from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 Rays = NDArray[np.float32]

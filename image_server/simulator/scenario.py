@@ -9,8 +9,8 @@ from msgspec import Meta
 
 from bridge.errors import BadInput
 from image_server.simulator.material import MaterialChanges
-from image_server.stack import CameraTable
-from image_server.tables import Table, as_table, read_toml
+from stack.reading import CameraTable
+from stack.tables import Table, as_table, read_toml
 
 SCENARIOS = Path(__file__).resolve().parent.parent.parent / "scenarios"
 

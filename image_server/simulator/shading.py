@@ -10,10 +10,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.kernels import kernel
 from image_server.simulator.beam import intensity
 from image_server.simulator.sky import light_from, mirrored
 from image_server.simulator.texture import ALPHA, CRINKLE, SPECULAR, albedo, crinkled
+from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -22,9 +22,8 @@ from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
-from image_server.device import Change, Device, Frame, checked_settings, level_fraction, sure_frame
 from image_server.replay import pose_error
-from image_server.sensor import Sensor, exposed, mixed
+from image_server.serve.device import Change, Device, Frame, checked_settings, level_fraction, sure_frame
 from image_server.simulator import placement
 from image_server.simulator.drift import Drift
 from image_server.simulator.lens import focused
@@ -32,6 +31,7 @@ from image_server.simulator.material import load_appearance
 from image_server.simulator.scenario import Scenario, load_scenario
 from image_server.simulator.scene import Scene, background_parts, joined, target_part
 from image_server.simulator.view import Radiances, View, rendered, sky_of
+from stack.sensor import Sensor, exposed, mixed
 
 POSE, SEED_POSE, SUN, BACKGROUND, MOVES, DRIFT, STARS = range(1, 8)
 """Streams of random numbers, so that one draw more in one place changes nothing elsewhere."""

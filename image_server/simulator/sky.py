@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from geometry.kernels import kernel
 from image_server.simulator.rays import pixel_rays
 from image_server.simulator.texture import noise
+from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.float32]

@@ -9,8 +9,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.kernels import kernel
 from image_server.simulator.material import TEXTURES
+from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 

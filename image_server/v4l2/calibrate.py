@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from bridge.errors import BadInput
-from image_server.linearity import fitted_gamma
+from image_server.recording.linearity import fitted_gamma
 from image_server.v4l2.camera import V4L2Camera
 from image_server.v4l2.camera_file import Axis, CameraFile
 from image_server.v4l2.formats import Grey

@@ -10,8 +10,8 @@ from msgspec import Meta
 
 from bridge.errors import BadInput
 from bridge.messages import CameraDescription
-from image_server.tables import Table, as_table, read_toml
 from image_server.v4l2.controls import EXPOSURE_MANUAL, EXPOSURE_UNIT_S, Control
+from stack.tables import Table, as_table, read_toml
 
 Positive = Annotated[float, Meta(gt=0)]
 Size = Annotated[int, Meta(ge=1, le=65536)]

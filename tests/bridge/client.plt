@@ -3,8 +3,8 @@
 :- use_module(library(apply)).
 :- use_module(library(lists)).
 :- use_module(library(process)).
-:- use_module('../../bridge/client').
-:- use_module('../../bridge/zmq').
+:- use_module('../../bridge/prolog/client').
+:- use_module('../../bridge/prolog/zmq').
 :- use_module(fixtures).
 
 :- meta_predicate with_client(+, +, -, 0).

@@ -10,7 +10,7 @@
 :- use_module(library(filesex), [delete_directory_and_contents/1, directory_file_path/3]).
 :- use_module(library(lists), [append/3, member/2]).
 :- use_module(library(process), [process_create/3, process_kill/2, process_wait/2]).
-:- use_module('../../bridge/zmq').
+:- use_module('../../bridge/prolog/zmq').
 
 /** <module> Peers for the tests of the Prolog side of the bridge */
 
@@ -67,7 +67,7 @@ with_mock(Kind, Script, Endpoint, Goal) :-
 
 with_child(Goal, Process, Out, Body) :-
     root(Root),
-    atom_concat(Root, '/bridge/zmq', Zmq),
+    atom_concat(Root, '/bridge/prolog/zmq', Zmq),
     format(atom(Load), 'use_module(~q)', [Zmq]),
     setup_call_cleanup(
         process_create(path(swipl), [ '-g', Load, '-g', Goal, '-t', 'halt(9)' ],

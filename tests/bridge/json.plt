@@ -4,7 +4,7 @@
 :- use_module(library(lists)).
 :- use_module(library(random)).
 :- use_module(library(http/json)).
-:- use_module('../../bridge/zmq').
+:- use_module('../../bridge/prolog/zmq').
 
 library_term(Text, Term) :-
     setup_call_cleanup(open_string(Text, In), json_read_dict(In, Term, []), close(In)).

@@ -3,7 +3,7 @@
 :- use_module(library(apply)).
 :- use_module(library(lists)).
 :- use_module(library(process)).
-:- use_module('../../bridge/zmq').
+:- use_module('../../bridge/prolog/zmq').
 :- use_module(fixtures).
 
 pair_of_sockets(Router, Dealer) :-

@@ -1,8 +1,8 @@
 :- module(test_prediction, []).
 :- use_module(library(plunit)).
-:- use_module('../../domain/candidates').
-:- use_module('../../domain/device').
-:- use_module('../../domain/prediction').
+:- use_module('../../domain/reasoning/candidates').
+:- use_module('../../domain/reasoning/device').
+:- use_module('../../domain/reasoning/prediction').
 :- use_module(fixtures).
 
 % A world with known light and blur, seen through the device.

@@ -1,6 +1,6 @@
 :- module(test_qualitative, []).
 :- use_module(library(plunit)).
-:- use_module('../../domain/qualitative').
+:- use_module('../../domain/reasoning/qualitative').
 :- use_module(fixtures).
 
 :- begin_tests(qualitative).

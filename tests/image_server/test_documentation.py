@@ -9,7 +9,7 @@ import pytest
 
 from image_server.simulator.material import Appearance
 from image_server.simulator.scenario import SCENARIOS, Scenario
-from image_server.tables import Table
+from stack.tables import Table
 
 
 @pytest.fixture(scope="module")

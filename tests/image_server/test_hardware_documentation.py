@@ -10,8 +10,8 @@ import pytest
 
 from image_server.lights.lights_file import load_lights_file
 from image_server.lights.line_protocol import decoded
-from image_server.stack import load_stack
 from image_server.v4l2.camera_file import load_camera_file
+from stack.reading import load_stack
 from tests.session.command import ROOT
 
 PAGE = (ROOT / "docs" / "hardware.md").read_text()

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from image_server.sensor import Sensor, blurred
 from image_server.simulator import Simulator
 from image_server.simulator.motion import image_velocity, smeared
 from image_server.simulator.scenario import Background, Scenario, Time
+from stack.sensor import Sensor, blurred
 
 SHUTTER_S = 1 / 15
 MOMENTS = 15

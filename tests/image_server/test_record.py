@@ -11,13 +11,13 @@ import pytest
 from bridge.errors import BadInput
 from bridge.messages import Describe, Settings
 from image_server.commands.record import parsed_settings
-from image_server.device import Device, Frame
-from image_server.record import record_basis, record_frames
+from image_server.recording.record import record_basis, record_frames
 from image_server.replay import Replay
+from image_server.serve.device import Device, Frame
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
-from image_server.stack import BasisStack, load_stack
-from image_server.toml_text import toml_text
+from stack.reading import BasisStack, load_stack
+from stack.toml_text import toml_text
 
 APERTURE = 4.0
 SETTINGS = [

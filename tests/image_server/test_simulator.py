@@ -9,7 +9,7 @@ import pytest
 from bridge.errors import BadInput
 from bridge.messages import Settings
 from geometry.rotation import vector_of
-from image_server.device import Change
+from image_server.serve.device import Change
 from image_server.simulator import Simulator
 from image_server.simulator.placement import faces_shown, fraction_inside
 from image_server.simulator.scenario import (

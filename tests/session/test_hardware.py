@@ -9,11 +9,11 @@ import pytest
 
 from bridge.messages import CameraDescription, Settings
 from bridge.serve import Server
-from image_server.device import Frame
 from image_server.emulators.line import EmulatedLineDriver
 from image_server.hardware import Hardware
 from image_server.lights.rig import open_rig
-from image_server.server import ImageServer
+from image_server.serve.device import Frame
+from image_server.serve.server import ImageServer
 from image_server.v4l2.camera import V4L2Camera
 from image_server.v4l2.camera_file import CameraFile
 from tests.image_server.scripted_camera import HEIGHT, WIDTH, ScriptedCamera

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from image_server.stack import FramesStack, load_stack
+from stack.reading import FramesStack, load_stack
 from tests.session.command import controller
 
 

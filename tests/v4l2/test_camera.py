@@ -12,8 +12,8 @@ import pytest
 
 from bridge.errors import BadInput, DeviceError
 from bridge.messages import Settings
-from image_server.device import Change
 from image_server.hardware import Hardware
+from image_server.serve.device import Change
 from image_server.v4l2.camera import V4L2Camera
 from image_server.v4l2.controls import controls, read_control, write_control
 from image_server.v4l2.kernel import REQUESTS

@@ -18,13 +18,13 @@ import pytest
 from bridge.errors import BadInput, DeviceError
 from bridge.messages import Settings
 from geometry.pose import Pose
-from image_server.device import Change
 from image_server.emulators.usbip import CONTROLLER, Connection, video_node
 from image_server.emulators.uvc_camera import UvcCamera
 from image_server.emulators.uvc_descriptors import Format
 from image_server.emulators.uvc_model import load_camera_model
 from image_server.hardware import Hardware
 from image_server.lights.rig import open_rig
+from image_server.serve.device import Change
 from image_server.simulator import Simulator
 from image_server.v4l2.camera import V4L2Camera
 from image_server.v4l2.camera_file import Axis, CameraFile, FormatTable, load_camera_file

@@ -1,4 +1,4 @@
-"""The mixture of `vision_server.mixture`, stated sample by sample in plain NumPy."""
+"""The mixture of `vision_server.edges.mixture`, stated sample by sample in plain NumPy."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.channel import ChannelStatistics
-from vision_server.mixture import BACKGROUND_SD_RAD, EM_ITERATIONS, MAIN_SD_RAD
+from vision_server.channels.channel import ChannelStatistics
+from vision_server.edges.mixture import BACKGROUND_SD_RAD, EM_ITERATIONS, MAIN_SD_RAD
 
 Floats = NDArray[np.float64]
 

@@ -8,11 +8,11 @@ from bridge.errors import BadInput
 from geometry.model import Model
 from geometry.pose import Pose, disturbed
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
-from vision_server.confidence import ambiguity, confidence, quality
-from vision_server.evidence import CAP_PX
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
-from vision_server.results import estimate_result
+from vision_server.pose.support import CAP_PX
+from vision_server.pose.trust import ambiguity, confidence, quality
+from vision_server.serve.results import estimate_result
 
 
 def estimated(

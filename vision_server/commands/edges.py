@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from vision_server.edge_map import EdgeMap
+    from vision_server.edges.edge_map import EdgeMap
 
 
 METHODS = ("em", "mean", "max-image", "max-gradient", "di-zenzo", "mertens")
@@ -50,8 +50,8 @@ def edge_picture(edges: EdgeMap) -> NDArray[np.uint8]:
     """Edgels that survive hysteresis, white on black, uint8 (H, W)."""
     import numpy as np
 
-    from vision_server.canny import hysteresis
-    from vision_server.segments import edgel_thresholds
+    from vision_server.edges.suppression import hysteresis
+    from vision_server.segments.extraction import edgel_thresholds
 
     low, high = edgel_thresholds(edges)
     picture = np.zeros(edges.shape, np.uint8)
@@ -77,11 +77,11 @@ def _write(options: Namespace) -> None:
     import cv2
     import numpy as np
 
-    from geometry.kernels import prepare_kernels
-    from vision_server.channel import channel_statistics
-    from vision_server.comparison_edges import comparison_edges
-    from vision_server.edges import merge_channels
-    from vision_server.image_files import read_image_set
+    from numerics.kernels import prepare_kernels
+    from vision_server.channels.channel import channel_statistics
+    from vision_server.channels.image_files import read_image_set
+    from vision_server.edges.merging import merge_channels
+    from vision_server.rivals.merge_rules import comparison_edges
 
     prepare_kernels()
     pixels = read_image_set(options.images)

@@ -17,13 +17,13 @@ EXIT_NO_POSE = 3
 
 def _estimated(options: Namespace) -> dict[str, Any]:
     from geometry.errors import GeometryError
-    from geometry.kernels import prepare_kernels
-    from vision_server.image_files import read_image_set
+    from numerics.kernels import prepare_kernels
+    from vision_server.channels.image_files import read_image_set
+    from vision_server.channels.tone import file_tone
     from vision_server.image_set import ImageSet
     from vision_server.pipeline import PipelineSettings, estimate_pose
-    from vision_server.results import estimate_result
-    from vision_server.session_inputs import read_camera, read_model, read_seed_pose
-    from vision_server.tone import file_tone
+    from vision_server.serve.inputs import read_camera, read_model, read_seed_pose
+    from vision_server.serve.results import estimate_result
 
     prepare_kernels()
     camera, table = read_camera(options.camera)

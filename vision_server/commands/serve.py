@@ -28,8 +28,8 @@ def run(options: Namespace) -> int:
     try:
         from bridge.keys import client_keys, server_keys
         from bridge.serve import serve
-        from geometry.kernels import prepare_kernels
-        from vision_server.server import VisionServer
+        from numerics.kernels import prepare_kernels
+        from vision_server.serve.server import VisionServer
 
         service = VisionServer(client_keys(options.keys, "vision_server", "image_server"))
         curve = server_keys(options.keys, "vision_server")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from geometry.kernel_library import build_library
+from numerics.kernel_library import build_library
 
 if TYPE_CHECKING:
     import numpy as np

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from vision_server.matching.genetic import match_genetic
 from vision_server.matching.match import Candidate, Match, SearchRange
 from vision_server.matching.search import match_search
+from vision_server.rivals.genetic import match_genetic
 
 Floats = NDArray[np.float64]
 Matcher = Callable[[Floats, Floats | None, Model, Camera, Pose, int, SearchRange], Match]

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.kernels import kernel
 from geometry.rotation import matrix_of
-from vision_server.cholesky import solve_positive
+from numerics.cholesky import solve_positive
+from numerics.kernels import kernel
 from vision_server.matching.nearest_edges import CELL_PX, NO_SEGMENT, NearestEdges, bin_of, offset
 from vision_server.matching.views import ViewTable
 

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from geometry.kernels import kernel
 from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
 from geometry.visibility import MIN_LINE_PX, solid_of, trace
+from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -1,0 +1,1 @@
+"""Recording a stack from a device."""

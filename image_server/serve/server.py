@@ -1,0 +1,64 @@
+"""The image server: a device behind the wire protocol (DESIGN.md §5)."""
+
+import msgspec
+
+from bridge.arrays import array_sha256
+from bridge.messages import ImageCaptureArgs, ImageCaptureResult, MoveArgs, NoArgs, ScoreArgs
+from bridge.serve import Reply, Service
+from image_server.serve.device import Change, Device, setting_ranges
+
+
+class ImageServer(Service):
+    """Operations of an image server over one device; what happens to the scene is published."""
+
+    name = "image_server"
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+        self.operations = {
+            "describe": (NoArgs, self._on_describe),
+            "capture": (ImageCaptureArgs, self._on_capture),
+            "health": (NoArgs, self._on_health),
+            "move": (MoveArgs, self._on_move),
+            "score": (ScoreArgs, self._on_score),
+        }
+        device.listen(self._publish)
+
+    def close(self) -> None:
+        """Leave the hardware dark and free."""
+        self._device.close()
+
+    def _publish(self, change: Change) -> None:
+        self.emit(change.event, change.args)
+
+    def _on_describe(self, _: NoArgs) -> Reply:
+        described = self._device.describe()
+        ranges = (*setting_ranges(described), *described.ranges)
+        return Reply(msgspec.structs.replace(described, ranges=ranges, events=self.events_endpoint))
+
+    def _on_capture(self, args: ImageCaptureArgs) -> Reply:
+        frame = self._device.capture(args.settings)
+        header = ImageCaptureResult(
+            requested=frame.requested,
+            applied=frame.applied,
+            verified=frame.verified,
+            sequence=frame.sequence,
+            timestamp=frame.timestamp,
+            devices=frame.devices,
+            sha256=array_sha256(frame.pixels),
+        )
+        return Reply(header, [frame.pixels])
+
+    def _on_health(self, _: NoArgs) -> Reply:
+        return Reply(self._device.health())
+
+    def _on_move(self, args: MoveArgs) -> Reply:
+        changes = self._device.move(args.range_m)
+        for change in changes:
+            self._publish(change)
+        events = [{"event": change.event, "args": change.args} for change in changes]
+        return Reply({"range_m": args.range_m, "events": events})
+
+    def _on_score(self, args: ScoreArgs) -> Reply:
+        error = self._device.score(args.pose)
+        return Reply({"error": None if error is None else msgspec.to_builtins(error)})

@@ -1,0 +1,1 @@
+"""What compiled kernels of every room share: the decorator, small solvers, two cores, kept memory."""

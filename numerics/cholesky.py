@@ -1,0 +1,47 @@
+"""Small symmetric systems of linear equations, solved inside kernels."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from numerics.kernels import kernel
+
+Floats = NDArray[np.float64]
+
+
+@kernel(error_model="numpy")
+def solve_positive(matrix: Floats, vector: Floats, damping: float, floor: float) -> Floats:
+    """Solution (n,) of a positive definite system (n, n), (n,); 0 when it is not positive definite.
+
+    Only the lower triangle is read. Each diagonal value d counts as d * (1 + damping) + floor.
+    """
+    size = len(vector)
+    lower = np.zeros((size, size))
+    out = np.zeros(size)
+    for i in range(size):
+        for j in range(i + 1):
+            value = matrix[i, j]
+            if i == j:
+                value += damping * matrix[i, i] + floor
+            for k in range(j):
+                value -= lower[i, k] * lower[j, k]
+            if i == j:
+                if not value > 0.0:
+                    return out
+                lower[i, i] = math.sqrt(value)
+            else:
+                lower[i, j] = value / lower[j, j]
+    for i in range(size):
+        value = vector[i]
+        for k in range(i):
+            value -= lower[i, k] * out[k]
+        out[i] = value / lower[i, i]
+    for i in range(size - 1, -1, -1):
+        value = out[i]
+        for k in range(i + 1, size):
+            value -= lower[k, i] * out[k]
+        out[i] = value / lower[i, i]
+    return out

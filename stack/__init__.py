@@ -1,0 +1,1 @@
+"""Recorded light stacks: their files, the law of exposure, and the sensor."""

@@ -1,0 +1,322 @@
+"""Stack folders (DESIGN.md §5): recorded light stacks of both kinds, read and checked whole."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import cv2
+import msgspec
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from bridge.errors import BadInput
+from bridge.messages import (
+    CameraDescription,
+    Describe,
+    LightDescription,
+    PoseMessage,
+    Settings,
+    TargetDescription,
+)
+from stack.sensor import Sensor
+from stack.tables import Table, as_table, read_toml
+
+FULL_SCALE_16 = 65535.0
+STACK_FILE = "stack.toml"
+
+NotNegative = Annotated[float, Meta(ge=0)]
+Positive = Annotated[float, Meta(gt=0)]
+
+
+class CameraTable(CameraDescription, frozen=True, kw_only=True):
+    """`[camera]`: calibration, sensor and blur."""
+
+    shutters_s: Annotated[tuple[Positive, ...], Meta(min_length=1)] = (
+        1 / 240,
+        1 / 120,
+        1 / 60,
+        1 / 30,
+        1 / 15,
+    )
+    apertures: Annotated[tuple[Positive, ...], Meta(min_length=1)] = (2.8, 4.0, 5.6)
+    defocus_sigma_px: NotNegative = 0.0
+    motion_px_per_s: tuple[float, float] = (0.0, 0.0)
+    prnu: Annotated[float, Meta(ge=0, le=0.5)] = 0.0
+    dsnu_e: NotNegative = 0.0
+    pattern_seed: Annotated[int, Meta(ge=0)] = 0
+    blooming: Annotated[float, Meta(ge=0, le=1)] = 0.0
+
+    def sensor(self) -> Sensor:
+        """The sensor these keys describe."""
+        return Sensor(
+            gain=self.gain,
+            gamma=self.gamma,
+            read_noise_e=self.read_noise_e,
+            full_well_e=self.full_well_e,
+            widest_aperture=min(self.apertures),
+            defocus_sigma_px=self.defocus_sigma_px,
+            motion_px_per_s=self.motion_px_per_s,
+            prnu=self.prnu,
+            dsnu_e=self.dsnu_e,
+            pattern_seed=self.pattern_seed,
+            blooming=self.blooming,
+        )
+
+    def description(self) -> CameraDescription:
+        """What `describe` says of this camera."""
+        names = CameraDescription.__struct_fields__
+        return CameraDescription(**{name: getattr(self, name) for name in names})
+
+
+class FramesLight(LightDescription, frozen=True, kw_only=True):
+    """One of `[[lights]]` of a frames stack."""
+
+    levels: Annotated[int, Meta(ge=1, le=65536)] = 8
+
+
+class BasisLight(FramesLight, frozen=True, kw_only=True):
+    """One of `[[lights]]` of a basis stack; `radiance` is its linear 16-bit image at full level."""
+
+    radiance: str
+
+
+class TargetTable(TargetDescription, frozen=True, kw_only=True):
+    """`[target]`."""
+
+    true_pose: PoseMessage | None = None
+
+
+class FrameTable(Settings, frozen=True, kw_only=True):
+    """One of `[[frames]]`: an image file and the settings it was taken under."""
+
+    image: str
+
+
+class BasisTable(Table, frozen=True):
+    """`stack.toml` of `kind = "basis"`."""
+
+    kind: Literal["basis"]
+    camera: CameraTable
+    lights: Annotated[tuple[BasisLight, ...], Meta(min_length=1)]
+    target: TargetTable
+    ambient: str | None = None
+    ambient_scale: NotNegative = 1.0
+
+
+class FramesTable(Table, frozen=True):
+    """`stack.toml` of `kind = "frames"`."""
+
+    kind: Literal["frames"]
+    camera: CameraTable
+    frames: Annotated[tuple[FrameTable, ...], Meta(min_length=1)]
+    target: TargetTable
+    lights: tuple[FramesLight, ...] | None = None
+
+
+@dataclass(frozen=True)
+class BasisStack:
+    """A basis stack in memory: radiances (H, W) float32, 1 clips at the reference exposure and gain 1."""
+
+    folder: Path
+    table: BasisTable
+    radiances: tuple[NDArray[np.float32], ...]
+    ambient: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class FramesStack:
+    """A frames stack in memory: images (H, W) uint8 in recorded order."""
+
+    folder: Path
+    table: FramesTable
+    images: tuple[NDArray[np.uint8], ...]
+
+
+def load_stack(folder: Path) -> BasisStack | FramesStack:
+    """Read a stack folder.
+
+    Raises
+    ------
+    BadInput
+        For anything missing, unknown, of the wrong type or of the wrong size; the message names file and key.
+    """
+    if not folder.is_dir():
+        raise BadInput(f"There is no stack folder {folder}.", f"Give a folder that holds {STACK_FILE}.")
+    file = folder / STACK_FILE
+    values = read_toml(file, "stack file")
+    kind = values.get("kind")
+    if kind not in ("basis", "frames"):
+        said = "has no key kind" if kind is None else f"has kind = {kind!r}"
+        raise BadInput(f"{file} {said}.", 'Write kind = "basis" or kind = "frames".')
+    _check_target(values, file)
+    if kind == "basis":
+        basis = as_table(values, BasisTable, file)
+        return _load_basis(folder, basis)
+    frames = as_table(values, FramesTable, file)
+    return _load_frames(folder, frames)
+
+
+def describe_stack(stack: BasisStack | FramesStack, name: str) -> Describe:
+    """What can be asked of a stack."""
+    table = stack.table
+    target = TargetDescription(
+        model=str((stack.folder / table.target.model).resolve()),
+        unit=table.target.unit,
+        seed_pose=table.target.seed_pose,
+    )
+    if isinstance(table, BasisTable):
+        lights: tuple[FramesLight, ...] = table.lights
+        shutters, apertures = table.camera.shutters_s, table.camera.apertures
+        focals: list[float] = []
+        focuses: list[float] = []
+    else:
+        lights = table.lights or _lights_of(table.frames)
+        shutters = tuple(sorted({frame.shutter_s for frame in table.frames}))
+        apertures = tuple(sorted({frame.aperture for frame in table.frames}))
+        focals = sorted({f.focal_length_mm for f in table.frames if f.focal_length_mm is not None})
+        focuses = sorted({f.focus_m for f in table.frames if f.focus_m is not None})
+    return Describe(
+        device=name,
+        lights=tuple(
+            LightDescription(**{name: getattr(light, name) for name in LightDescription.__struct_fields__})
+            for light in lights
+        ),
+        shutters_s=shutters,
+        apertures=apertures,
+        focal_lengths_mm=tuple(focals) or None,
+        focuses_m=tuple(focuses) or None,
+        camera=table.camera.description(),
+        target=target,
+    )
+
+
+def _check_target(values: dict[str, Any], file: Path) -> None:
+    target = values.get("target")
+    if not isinstance(target, dict) or not isinstance(target.get("model"), str):
+        raise BadInput(
+            f"{file} has no [target] model.", 'Write [target] and model = "FILE" (a .cao, OBJ, STL or PLY).'
+        )
+    model = file.parent / target["model"]
+    if not model.is_file():
+        raise BadInput(
+            f"{file}: [target] model: there is no file {model}.", "Paths are relative to the stack folder."
+        )
+
+
+def _load_basis(folder: Path, table: BasisTable) -> BasisStack:
+    size = (table.camera.height, table.camera.width)
+    radiances = tuple(
+        _read_radiance(folder, light.radiance, size, f"[[lights]] {light.name!r} radiance")
+        for light in table.lights
+    )
+    if table.ambient is None:
+        if table.ambient_scale != 0:
+            raise BadInput(
+                f"{folder / STACK_FILE} has no key ambient, the image of sun and all that is not a light.",
+                "Add it, or write ambient_scale = 0.",
+            )
+        ambient = np.zeros(size, np.float32)
+    else:
+        ambient = _read_radiance(folder, table.ambient, size, "ambient")
+    return BasisStack(folder, table, radiances, ambient)
+
+
+def _load_frames(folder: Path, table: FramesTable) -> FramesStack:
+    file = folder / STACK_FILE
+    count = len(table.frames[0].lights)
+    if table.lights is not None:
+        count = len(table.lights)
+    for number, frame in enumerate(table.frames, 1):
+        if len(frame.lights) != count:
+            raise BadInput(
+                f"{file}: [[frames]] {number} gives {len(frame.lights)} light levels, not {count}.",
+                "Every frame needs one level per light.",
+            )
+        for light, level in zip(table.lights or (), frame.lights, strict=False):
+            if level >= light.levels:
+                raise BadInput(
+                    f"{file}: [[frames]] {number}: light {light.name!r} has no level {level}.",
+                    f"Allowed: 0 to {light.levels - 1}.",
+                )
+    size = (table.camera.height, table.camera.width)
+    images = tuple(
+        _read_frame(folder, frame.image, size, f"[[frames]] {number} image")
+        for number, frame in enumerate(table.frames, 1)
+    )
+    return FramesStack(folder, table, images)
+
+
+def _lights_of(frames: tuple[FrameTable, ...]) -> tuple[FramesLight, ...]:
+    """Lights of a frames stack that does not list them: as many levels as its frames tell of."""
+    columns = zip(*(frame.lights for frame in frames), strict=True)
+    return tuple(
+        FramesLight(name=f"light {number}", levels=max(column) + 1)
+        for number, column in enumerate(columns, 1)
+    )
+
+
+def _read_image(folder: Path, name: str, size: tuple[int, int], key: str) -> NDArray[Any]:
+    file = folder / name
+    if not file.is_file():
+        raise BadInput(f"{folder / STACK_FILE}: {key}: there is no file {file}.")
+    image = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
+    if image is None:
+        raise BadInput(f"{folder / STACK_FILE}: {key}: {file} is not an image that can be read.")
+    if image.ndim == 3:
+        code = cv2.COLOR_BGRA2GRAY if image.shape[2] == 4 else cv2.COLOR_BGR2GRAY
+        image = cv2.cvtColor(image, code)
+    if image.shape != size:
+        raise BadInput(
+            f"{folder / STACK_FILE}: {key}: {file} is {image.shape[1]}×{image.shape[0]} px,"
+            f" but [camera] says {size[1]}×{size[0]}."
+        )
+    return np.asarray(image)
+
+
+def _read_radiance(folder: Path, name: str, size: tuple[int, int], key: str) -> NDArray[np.float32]:
+    image = _read_image(folder, name, size, key)
+    if image.dtype != np.uint16:
+        raise BadInput(
+            f"{folder / STACK_FILE}: {key}: {folder / name} has {8 * image.dtype.itemsize} bits a pixel;"
+            " a basis stack needs linear 16-bit images.",
+            'Record 8-bit frames as kind = "frames".',
+        )
+    return image.astype(np.float32) / np.float32(FULL_SCALE_16)
+
+
+def _read_frame(folder: Path, name: str, size: tuple[int, int], key: str) -> NDArray[np.uint8]:
+    image = _read_image(folder, name, size, key)
+    if image.dtype == np.uint16:
+        return np.rint(image / 257.0).astype(np.uint8)
+    if image.dtype != np.uint8:
+        raise BadInput(
+            f"{folder / STACK_FILE}: {key}: {folder / name} has {image.dtype} pixels.",
+            "Use 8-bit or 16-bit grey.",
+        )
+    return image
+
+
+def with_conditions(
+    stack: BasisStack,
+    ambient_scale: float | None = None,
+    light_power: float | None = None,
+    defocus_sigma_px: float | None = None,
+    motion_px_per_s: tuple[float, float] | None = None,
+) -> BasisStack:
+    """The same stack under another sun, other lamps or another blur; None keeps what the stack says.
+
+    `light_power` multiplies the power of every light.
+    """
+    table = stack.table
+    camera = table.camera
+    if defocus_sigma_px is not None:
+        camera = msgspec.structs.replace(camera, defocus_sigma_px=defocus_sigma_px)
+    if motion_px_per_s is not None:
+        camera = msgspec.structs.replace(camera, motion_px_per_s=motion_px_per_s)
+    lights = table.lights
+    if light_power is not None:
+        lights = tuple(msgspec.structs.replace(light, power=light.power * light_power) for light in lights)
+    scale = table.ambient_scale if ambient_scale is None else ambient_scale
+    changed = msgspec.structs.replace(table, camera=camera, lights=lights, ambient_scale=scale)
+    return BasisStack(stack.folder, changed, stack.radiances, stack.ambient)

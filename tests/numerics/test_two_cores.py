@@ -1,0 +1,96 @@
+"""Calls side by side."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+
+import pytest
+
+from numerics.two_cores import both
+
+MANY_CORES = pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one core: calls run in turn")
+
+
+def test_both_results_come_back_in_order() -> None:
+    for number in range(20):
+        assert both(lambda n=number: n, lambda n=number: -n) == (number, -number)
+
+
+@MANY_CORES
+def test_the_calls_run_at_the_same_time() -> None:
+    meet = threading.Barrier(2)
+
+    def met() -> int:
+        meet.wait(20.0)  # breaks unless the other one comes too
+        return threading.get_ident()
+
+    here, there = both(met, met)
+    assert here == threading.get_ident() != there
+
+
+def test_an_error_comes_out_and_the_next_calls_work() -> None:
+    def fails() -> None:
+        raise ValueError("no such row")
+
+    for calls in ((fails, int), (int, fails), (fails, fails)):
+        with pytest.raises(ValueError, match="no such row"):
+            both(*calls)
+    assert both(lambda: 1, lambda: 2) == (1, 2)
+
+
+def test_both_have_ended_when_one_fails() -> None:
+    ended = []
+
+    def fails() -> None:
+        raise ValueError("first")
+
+    def lasts() -> None:
+        threading.Event().wait(0.05)
+        ended.append(True)
+
+    with pytest.raises(ValueError, match="first"):
+        both(fails, lasts)
+    assert len(ended) <= 1
+    if len(os.sched_getaffinity(0)) > 1:
+        assert ended == [True]
+
+
+def test_calls_inside_calls_and_from_other_threads_end() -> None:
+    def pair() -> tuple[int, int]:
+        return both(lambda: 1, lambda: 2)
+
+    assert both(pair, pair) == ((1, 2), (1, 2))
+    results: list[object] = []
+    threads = [threading.Thread(target=lambda: results.append(pair())) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(20.0)
+    assert results == [(1, 2)] * 8
+
+
+FORK = """import os, sys
+child = os.fork()
+if child:
+    sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+@pytest.mark.parametrize(
+    "program",
+    ["", "import os; os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})", FORK],
+    ids=["second thread", "one core", "forked"],
+)
+def test_a_process_that_used_it_ends(program: str) -> None:
+    text = "\n".join(
+        [
+            "from numerics.two_cores import both",
+            "assert both(lambda: 1, lambda: 2) == (1, 2)",
+            program,
+            "assert both(lambda: 3, lambda: 4) == (3, 4)",
+        ]
+    )
+    assert subprocess.run([sys.executable, "-c", text], timeout=60, check=False).returncode == 0

@@ -1,0 +1,63 @@
+"""Image files as grey arrays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from bridge.errors import BadInput
+from vision_server.channels.image_files import read_grey, read_image_set, read_linear
+
+
+@pytest.fixture
+def colour() -> np.ndarray:
+    return np.random.default_rng(0).integers(0, 256, (12, 15, 3), dtype=np.uint8)
+
+
+def test_colour_becomes_grey_as_bt601(tmp_path: Path, colour: np.ndarray) -> None:
+    cv2.imwrite(str(tmp_path / "a.png"), colour)
+    np.testing.assert_array_equal(read_grey(tmp_path / "a.png"), cv2.cvtColor(colour, cv2.COLOR_BGR2GRAY))
+
+
+def test_sixteen_bits_are_scaled(tmp_path: Path) -> None:
+    image = np.array([[0, 257, 32896], [65535, 128, 129]], np.uint16).repeat(2, axis=0)
+    cv2.imwrite(str(tmp_path / "a.png"), image)
+    np.testing.assert_array_equal(read_grey(tmp_path / "a.png"), np.round(image / 257.0).astype(np.uint8))
+    np.testing.assert_allclose(read_linear(tmp_path / "a.png"), image / 65535.0, rtol=1e-6)
+
+
+def test_alpha_is_ignored(tmp_path: Path, colour: np.ndarray) -> None:
+    cv2.imwrite(str(tmp_path / "a.png"), np.dstack([colour, np.full((12, 15), 128, np.uint8)]))
+    np.testing.assert_array_equal(read_grey(tmp_path / "a.png"), cv2.cvtColor(colour, cv2.COLOR_BGR2GRAY))
+
+
+def test_missing_and_broken_files_are_named(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=r"nosuch\.png"):
+        read_grey(tmp_path / "nosuch.png")
+    (tmp_path / "broken.png").write_text("this is no picture")
+    with pytest.raises(BadInput, match=r"broken\.png"):
+        read_grey(tmp_path / "broken.png")
+    (tmp_path / "empty.png").touch()
+    with pytest.raises(BadInput, match=r"empty\.png"):
+        read_grey(tmp_path / "empty.png")
+    with pytest.raises(BadInput):
+        read_grey(tmp_path)
+    cv2.imwrite(str(tmp_path / "float.tiff"), np.zeros((5, 5), np.float32))
+    with pytest.raises(BadInput, match="float32"):
+        read_grey(tmp_path / "float.tiff")
+
+
+def test_a_set_has_one_size(tmp_path: Path, colour: np.ndarray) -> None:
+    cv2.imwrite(str(tmp_path / "a.png"), colour)
+    cv2.imwrite(str(tmp_path / "b.png"), colour[:10])
+    cv2.imwrite(str(tmp_path / "thin.png"), colour[:, :1])
+    assert len(read_image_set([tmp_path / "a.png", tmp_path / "a.png"])) == 2
+    with pytest.raises(BadInput, match=r"b\.png has 15x10 px"):
+        read_image_set([tmp_path / "a.png", tmp_path / "b.png"])
+    with pytest.raises(BadInput, match="1x12"):
+        read_image_set([tmp_path / "thin.png"])
+    with pytest.raises(BadInput, match="No image files"):
+        read_image_set([])

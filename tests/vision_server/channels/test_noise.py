@@ -1,0 +1,49 @@
+"""Noise and scale found on the image itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from vision_server.channels.noise import (
+    COARSEST_SCALE_PX,
+    FINEST_SCALE_PX,
+    QUANTISATION_SD_GREY,
+    gradient_scale,
+    grey_noise,
+)
+
+
+def ramp_with_noise(read: float, shot: float, seed: int = 0) -> NDArray[np.uint8]:
+    grey = np.tile(np.linspace(20, 235, 400), (300, 1))
+    sd = np.sqrt(read**2 + shot * grey)
+    return np.clip(np.round(grey + np.random.default_rng(seed).normal(0, 1, grey.shape) * sd), 0, 255).astype(
+        np.uint8
+    )
+
+
+@pytest.mark.parametrize(("read", "shot"), [(2.0, 0.0), (6.0, 0.0), (1.0, 0.1), (0.0, 0.3)])
+def test_noise_is_found_at_each_grey(read: float, shot: float) -> None:
+    found = grey_noise(ramp_with_noise(read, shot))
+    for grey in (50, 120, 200):
+        true = np.sqrt(read**2 + shot * grey + QUANTISATION_SD_GREY**2)
+        assert found[grey] == pytest.approx(true, rel=0.15)
+
+
+def test_edges_are_not_noise() -> None:
+    image = np.full((200, 200), 60, np.uint8)
+    image[50:150, 50:150] = 200
+    assert grey_noise(image).max() == pytest.approx(QUANTISATION_SD_GREY)
+
+
+@pytest.mark.parametrize("shape", [(3, 3), (5, 5), (3, 400), (400, 3), (7, 9)])
+def test_small_images_have_quantisation_noise(shape: tuple[int, int]) -> None:
+    assert grey_noise(np.full(shape, 90, np.uint8)) == pytest.approx(np.full(256, QUANTISATION_SD_GREY))
+
+
+def test_scale_grows_with_noise_over_contrast() -> None:
+    clean, noisy, drowned = (ramp_with_noise(read, 0.0) for read in (0.5, 12.0, 60.0))
+    scales = [gradient_scale(image, grey_noise(image)) for image in (clean, noisy, drowned)]
+    assert scales[0] == FINEST_SCALE_PX
+    assert scales[0] < scales[1] < scales[2] <= COARSEST_SCALE_PX

@@ -1,0 +1,131 @@
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from geometry.model import Model
+from geometry.pose import Pose
+from tests.vision_server.pose.test_refinement import channels_of
+from tests.vision_server.synthetic import CAMERA, linear_picture, photographed
+from vision_server.pose.association import (
+    BEYOND_PX,
+    BLUR_SHARE,
+    NEIGHBOUR_HEIGHT,
+    leave_to_owners,
+    pulls_of_neighbours,
+)
+from vision_server.pose.line_scales import line_scales
+from vision_server.pose.ranking import Refiner
+
+EDGE_ON = Pose(np.array([0.3, 0.03, 0.0]), np.array([-0.05, -0.004, 0.45]))
+"""One face is seen at a grazing angle: two of its edges are some 2 px apart."""
+BLACK_SIDE = (0.5, 0.5, 0.5, 0.08, 0.5, 0.5)
+"""Greys of the cuboid's faces; the grazing one as dark as the background."""
+
+
+def level_lines(gap_px: float, offset: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Edge points left on two level lines of 20 samples, the second one ``gap_px`` below the first."""
+    along = np.arange(20.0)
+    image = np.concatenate([np.stack([along, np.full(20, y)], axis=1) for y in (0.0, gap_px)])
+    direction, normal = np.tile([1.0, 0.0], (40, 1)), np.tile([0.0, 1.0], (40, 1))
+    leave_to_owners(np.repeat([0, 1], 20), image, direction, normal, 2, offset[None])
+    return offset
+
+
+def test_an_edge_between_two_lines_belongs_to_the_nearer() -> None:
+    offset = np.full((40, 1), np.nan)
+    offset[:20], offset[20:] = 3.0, -1.0  # one edge 3 px below the first, 1 px above the second
+    left = level_lines(4.0, offset)
+    assert np.isnan(left[:20]).all()
+    assert (left[20:] == -1.0).all()
+
+
+def test_an_edge_midway_counts_once() -> None:
+    offset = np.full((40, 1), 2.0)
+    offset[20:] = -2.0
+    left = level_lines(4.0, offset)
+    assert np.isfinite(left[:20]).all()
+    assert np.isnan(left[20:]).all()
+
+
+def test_lines_that_fall_together_share_nothing() -> None:
+    left = level_lines(0.0, np.full((40, 1), 0.1))
+    assert np.isfinite(left[:20]).all()
+    assert np.isnan(left[20:]).all()
+
+
+def test_lines_that_cross_do_not_compete() -> None:
+    along = np.arange(-10.0, 10.0)
+    level, upright = np.stack([along, 0 * along], axis=1), np.stack([0 * along + 2.0, along], axis=1)
+    direction = np.repeat([[1.0, 0.0], [0.0, 1.0]], 20, axis=0)
+    normal = np.repeat([[0.0, 1.0], [-1.0, 0.0]], 20, axis=0)
+    offset = np.full((40, 1), 3.0)
+    leave_to_owners(
+        np.repeat([0, 1], 20), np.concatenate([level, upright]), direction, normal, 2, offset[None]
+    )
+    assert (offset == 3.0).all()
+
+
+def test_a_line_has_no_claim_beyond_its_ends() -> None:
+    along = np.arange(20.0)
+    image = np.concatenate(
+        [np.stack([along, 0 * along], axis=1), np.stack([along + 20.0 + BEYOND_PX, 0 * along + 4.0], axis=1)]
+    )
+    offset = np.full((40, 1), 3.0)
+    leave_to_owners(
+        np.repeat([0, 1], 20),
+        image,
+        np.tile([1.0, 0.0], (40, 1)),
+        np.tile([0.0, 1.0], (40, 1)),
+        2,
+        offset[None],
+    )
+    assert np.isfinite(offset[:20]).all()
+
+
+def step_beside(gap_px: float, blur_px: float, height: float) -> float:
+    """Where the derivative of a blurred step at 0 is largest when another one of some height is beside it."""
+    x = np.linspace(-3.0 * blur_px, 3.0 * blur_px, 60001)
+    slope = np.exp(-0.5 * (x / blur_px) ** 2) + height * np.exp(-0.5 * ((x - gap_px) / blur_px) ** 2)
+    maxima = 1 + np.flatnonzero((slope[1:-1] > slope[:-2]) & (slope[1:-1] >= slope[2:]))
+    return float(x[maxima[np.abs(x[maxima]).argmin()]])
+
+
+@pytest.mark.parametrize("gap_px", [0.5, 1.0, 6.0, 8.0])
+def test_the_pull_of_a_neighbour_is_that_on_a_blurred_step(gap_px: float) -> None:
+    sigma = np.full((1, 2), 2.0)
+    along = np.arange(20.0)
+    image = np.concatenate([np.stack([along, np.full(20, y)], axis=1) for y in (0.0, gap_px)])
+    direction, normal = np.tile([1.0, 0.0], (40, 1)), np.tile([0.0, 1.0], (40, 1))
+    pull = pulls_of_neighbours(np.repeat([0, 1], 20), image, direction, normal, 2, sigma)[0]
+    np.testing.assert_allclose(pull[:20], -pull[20:])
+    seen = step_beside(gap_px, BLUR_SHARE * 2.0, NEIGHBOUR_HEIGHT)
+    assert 0.5 * seen < pull[0] < 2.0 * seen
+
+
+def test_lines_that_cross_or_are_far_pull_nothing() -> None:
+    sigma = np.full((1, 2), 1.0)
+    along = np.arange(-10.0, 10.0)
+    level, upright = np.stack([along, 0 * along], axis=1), np.stack([0 * along + 2.0, along], axis=1)
+    ways = np.array([[1.0, 0.0], [0.0, 1.0]])
+    crossing = (
+        np.concatenate([level, upright]),
+        np.repeat(ways, 20, axis=0),
+        np.repeat(ways[::-1], 20, axis=0),
+    )
+    below = level + np.array([0.0, 12.0])
+    far = np.concatenate([level, below]), np.tile(ways[0], (40, 1)), np.tile(ways[1], (40, 1))
+    for image, direction, normal in (crossing, far):
+        pull = pulls_of_neighbours(np.repeat([0, 1], 20), image, direction, normal, 2, sigma)
+        np.testing.assert_allclose(pull, 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("turn", [-0.02, 0.0, 0.02])
+def test_a_dark_face_seen_edge_on_is_not_closed(model: Model, turn: float) -> None:
+    channels = channels_of(photographed(linear_picture(model, CAMERA, EDGE_ON, BLACK_SIDE)))
+    start = EDGE_ON.stepped(np.array([0.0, turn, 0.0, 0.0, 0.0, 0.0]))
+    scale = line_scales(channels, model, CAMERA, start, 4.0)
+    refiner = Refiner(channels, model, CAMERA, 0, 0.01)
+    found = refiner.refined(start, scale, (6.0, 4.0, 3.0), 2.0)
+    assert found is not None
+    error = found.solution.pose.error_to(EDGE_ON)
+    assert error.rotation_deg < 0.5, error

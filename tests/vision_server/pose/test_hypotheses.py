@@ -1,0 +1,108 @@
+import numpy as np
+import pytest
+
+from geometry.model import Model
+from geometry.pose import Pose
+from tests.vision_server.pose.test_refinement import channels_of
+from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
+from vision_server.pose.hypotheses import (
+    LOOSENED,
+    LOOSENED_PX,
+    Surroundings,
+    explained,
+    followed,
+    loosened_steps,
+    starts_beside,
+    surroundings,
+)
+from vision_server.pose.line_scales import line_scales
+from vision_server.pose.refinement import prior_precision
+
+SMALLER = 0.9
+"""The printed outline's size, as a share of the face's."""
+
+
+def printed(model: Model) -> tuple[int, np.ndarray]:
+    """A visible face, and an outline printed on it, (4, 3) in the target frame."""
+    points = POSE.apply(model.vertices)
+    normals = model.face_normals @ POSE.matrix.T
+    face = next(
+        index for index, corners in enumerate(model.faces) if normals[index] @ points[corners[0]] < 0.0
+    )
+    corners = model.vertices[model.faces[face]]
+    middle = corners.mean(axis=0)
+    return face, middle + SMALLER * (corners - middle)
+
+
+def with_outline(model: Model) -> np.ndarray:
+    """Picture of the cuboid with a dark line along the edges of one face."""
+    import cv2
+
+    picture = linear_picture(model, CAMERA, POSE)
+    _, outline = printed(model)
+    pixels = CAMERA.project(POSE.apply(outline))
+    thick = np.zeros(picture.shape, np.uint8)
+    cv2.polylines(thick, [np.round(16 * pixels).astype(np.int32)], True, 255, 2, cv2.LINE_AA, 4)
+    return picture * (1.0 - 0.6 * thick / 255.0)
+
+
+def around(model: Model, picture: np.ndarray) -> Surroundings:
+    channels = channels_of(photographed(picture))
+    scale = line_scales(channels, model, CAMERA, POSE, 4.0)
+    return surroundings(channels, model, CAMERA, POSE, scale)
+
+
+def pixels_apart(model: Model, pose: Pose, other: Pose) -> float:
+    """Largest distance between the corners' images."""
+    here, there = (CAMERA.project(one.apply(model.vertices)) for one in (pose, other))
+    return float(np.linalg.norm(here - there, axis=1).max())
+
+
+def test_lines_are_laid_on_a_printed_line_beside_them(model: Model) -> None:
+    beside = starts_beside(around(model, with_outline(model)), POSE, len(model.lines), 6)
+    assert beside
+    face, outline = printed(model)
+    apart = CAMERA.project(POSE.apply(outline)) - CAMERA.project(
+        POSE.apply(model.vertices[model.faces[face]])
+    )
+    moves = [pixels_apart(model, POSE, pose) for pose in beside]
+    nearest, farthest = np.linalg.norm(apart, axis=1).min(), np.linalg.norm(apart, axis=1).max()
+    assert any(0.3 * nearest < move < 3.0 * farthest for move in moves), (moves, nearest, farthest)
+
+
+def test_without_other_edges_there_is_nothing_beside(model: Model) -> None:
+    near = around(model, linear_picture(model, CAMERA, POSE))
+    assert starts_beside(near, POSE, len(model.lines), 6) == []
+
+
+def test_a_pose_is_explained_by_its_own_edges(model: Model) -> None:
+    near = around(model, linear_picture(model, CAMERA, POSE))
+    own = explained(near.jacobian, near.offset, near.samples.px, np.zeros(6))
+    off = explained(near.jacobian, near.offset, near.samples.px, np.array([0.0, 0.03, 0.0, 0.004, 0.0, 0.0]))
+    assert own > 0.95
+    assert off < 0.6 * own
+
+
+def test_a_small_step_settles_where_it_came_from(model: Model) -> None:
+    near = around(model, linear_picture(model, CAMERA, POSE))
+    step = np.array([0.0, 0.02, 0.0, 0.002, 0.0, 0.0])
+    assert np.abs(near.jacobian @ step).max() > 2.0
+    followed(near.jacobian, near.offset, near.samples.px, prior_precision(0.4, 1.0)[:6], step)
+    assert np.abs(near.jacobian @ step).max() < 0.3
+
+
+def test_loosened_steps_go_a_set_way_to_either_side(model: Model) -> None:
+    near = around(model, linear_picture(model, CAMERA, POSE))
+    steps = loosened_steps(near.jacobian, near.samples.px, prior_precision(0.4, 1.0)[:6], 0.4)
+    assert len(steps) == 2 * LOOSENED
+    for step in steps:
+        assert np.abs(near.jacobian @ step).max() == pytest.approx(LOOSENED_PX)
+    np.testing.assert_allclose(steps[0], -steps[1])
+
+
+def test_edge_points_of_several_channels_at_one_place_are_one(model: Model) -> None:
+    channels = channels_of(photographed(linear_picture(model, CAMERA, POSE)))
+    scale = line_scales(channels, model, CAMERA, POSE, 4.0)
+    one = surroundings(channels, model, CAMERA, POSE, scale)
+    three = surroundings(3 * list(channels), model, CAMERA, POSE, np.repeat(scale, 3, axis=0))
+    np.testing.assert_array_equal(one.offset, three.offset)

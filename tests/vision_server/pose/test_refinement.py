@@ -1,0 +1,215 @@
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose, disturbed
+from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
+from vision_server.channels.gradients import GradientChannel
+from vision_server.pose.covariance import pose_covariance, uncertainty
+from vision_server.pose.line_scales import line_scales
+from vision_server.pose.observation import measure, step_jacobian
+from vision_server.pose.refinement import (
+    MEDIAN_BIN_PX,
+    NOMINAL_TONE_SD_PX,
+    REACHES_PX,
+    SAMPLES_TOGETHER,
+    Solution,
+    line_biases,
+    moved,
+    prior_precision,
+    refine,
+    solve,
+    weighted_median,
+)
+from vision_server.pose.weights import base_weights, line_trust
+
+
+def channels_of(pixels: NDArray[np.uint8], gamma: float = 1.0) -> list[GradientChannel]:
+    return one_image(pixels, gamma).gradients(["i1"])
+
+
+def refined(
+    pixels: NDArray[np.uint8],
+    model: Model,
+    start: Pose,
+    camera: Camera = CAMERA,
+    gamma: float = 1.0,
+    tone_sd_px: float = 0.01,
+) -> Solution:
+    channels = channels_of(pixels, gamma)
+    scale = line_scales(channels, model, camera, start, 4.0)
+    solution = refine(channels, model, camera, start, scale, REACHES_PX, tone_sd_px)
+    assert solution is not None
+    return solution
+
+
+def step_between(found: Pose, true: Pose) -> NDArray[np.float64]:
+    """The left-multiplied step from the found pose to the true one."""
+    turn = true.compose(found.inverse())
+    return np.r_[turn.rotation_vector, true.translation - turn.matrix @ found.translation]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_disturbed_start_ends_at_the_truth(model: Model, seed: int) -> None:
+    pixels = photographed(linear_picture(model, CAMERA, POSE), seed=seed)
+    start = disturbed(POSE, np.random.default_rng(seed), 2.0, 3.0, CAMERA.fx)
+    error = refined(pixels, model, start).pose.error_to(POSE)
+    assert error.rotation_deg < 0.15
+    assert error.translation_fraction_of_range < 0.0015
+
+
+def test_a_distorted_lens_costs_nothing(model: Model) -> None:
+    lens = (-0.25, 0.08, 0.001, -0.0008, 0.0)
+    camera = Camera(320, 240, 420.0, 420.0, 159.5, 119.5, lens)
+    straight = linear_picture(model, CAMERA, POSE, blur_px=0.5)
+    y, x = np.mgrid[0:240, 0:320]
+    places = camera.undistort_points(np.stack([x.ravel(), y.ravel()], axis=1).astype(float))
+    import cv2
+
+    across, down = (places[:, k].reshape(240, 320).astype(np.float32) for k in (0, 1))
+    bent = cv2.remap(
+        straight.astype(np.float32), across, down, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
+    )
+    pixels = photographed(np.asarray(bent, dtype=np.float64))
+    start = disturbed(POSE, np.random.default_rng(4), 1.0, 2.0, CAMERA.fx)
+    right = refined(pixels, model, start, camera).pose.error_to(POSE)
+    ignored = refined(pixels, model, start, CAMERA).pose.error_to(POSE)
+    assert right.rotation_deg < 0.2
+    assert right.translation_fraction_of_range < 0.002
+    assert ignored.translation_m > 3.0 * right.translation_m
+
+
+@pytest.mark.parametrize("lens", [(0.0,) * 5, (-0.25, 0.08, 0.001, -0.0008, 0.0)])
+def test_the_jacobian_is_the_derivative_of_the_projection(model: Model, lens: tuple[float, ...]) -> None:
+    k1, k2, p1, p2, k3 = lens
+    camera = Camera(320, 240, 420.0, 400.0, 150.0, 125.0, (k1, k2, p1, p2, k3))
+    points = POSE.apply(model.vertices)
+    normal = np.tile([0.6, 0.8], (len(points), 1))
+    centre = np.array([0.01, 0.02, 0.4])
+    jacobian = step_jacobian(camera, points, normal, centre)
+    for k in range(6):
+        step = np.zeros(6)
+        step[k] = 1e-6
+        ahead = camera.project(moved(POSE, step, centre).apply(model.vertices))
+        behind = camera.project(moved(POSE, -step, centre).apply(model.vertices))
+        slope = np.sum(normal * (ahead - behind), axis=1) / 2e-6
+        assert jacobian[:, k] == pytest.approx(slope, rel=2e-4, abs=2e-2)
+
+
+def test_a_tone_curve_that_is_only_nominal_is_measured(model: Model) -> None:
+    greys = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
+    picture = linear_picture(model, CAMERA, POSE, greys, background=0.02)
+    coded = photographed(picture, gamma=2.2, noise_sd_grey=0.3)
+    start = disturbed(POSE, np.random.default_rng(1), 1.0, 2.0, CAMERA.fx)
+    ignored = refined(coded, model, start).pose.error_to(POSE)
+    estimated = refined(coded, model, start, tone_sd_px=NOMINAL_TONE_SD_PX).pose.error_to(POSE)
+    undone = refined(coded, model, start, gamma=2.2).pose.error_to(POSE)
+    assert undone.translation_m < 0.5 * ignored.translation_m
+    assert estimated.translation_m < 0.7 * ignored.translation_m
+
+
+def test_defocus_is_met_with_a_wider_filter(model: Model) -> None:
+    pixels = photographed(linear_picture(model, CAMERA, POSE, blur_px=4.0))
+    channels = channels_of(pixels)
+    soft = line_scales(channels, model, CAMERA, POSE, 4.0)
+    sharp = line_scales(
+        channels_of(photographed(linear_picture(model, CAMERA, POSE))), model, CAMERA, POSE, 4.0
+    )
+    seen = np.unique(measure(channels, model, CAMERA, POSE, 4.0, soft, 1.0).samples.line)
+    assert np.median(soft[0, seen]) >= 1
+    assert (sharp[0, seen] == 0).mean() > 0.8
+    start = disturbed(POSE, np.random.default_rng(2), 1.5, 2.0, CAMERA.fx)
+    error = refined(pixels, model, start).pose.error_to(POSE)
+    assert error.rotation_deg < 0.6
+    assert error.translation_fraction_of_range < 0.005
+
+
+def test_clipped_faces_do_not_move_the_pose_by_much(model: Model) -> None:
+    greys = (0.3, 0.9, 0.25, 0.9, 0.35, 0.8)
+    pixels = photographed(linear_picture(model, CAMERA, POSE, greys), exposure=2.5)
+    start = disturbed(POSE, np.random.default_rng(3), 1.0, 2.0, CAMERA.fx)
+    error = refined(pixels, model, start).pose.error_to(POSE)
+    assert error.rotation_deg < 0.5
+    assert error.translation_fraction_of_range < 0.005
+
+
+def test_black_or_a_model_behind_the_camera_gives_nothing(model: Model) -> None:
+    black = channels_of(np.zeros((240, 320), np.uint8))
+    scale = np.zeros((1, len(model.lines)), dtype=np.int64)
+    assert refine(black, model, CAMERA, POSE, scale) is None
+    lit = channels_of(photographed(linear_picture(model, CAMERA, POSE)))
+    behind = Pose(POSE.rotation_vector, -POSE.translation)
+    assert refine(lit, model, CAMERA, behind, scale) is None
+
+
+def test_the_weighted_median_agrees_with_sorting() -> None:
+    random = np.random.default_rng(0)
+    values, weights = random.exponential(1.0, (3, 200)), random.uniform(0, 1, (3, 200))
+    weights[random.uniform(size=weights.shape) < 0.3] = 0.0
+    order = np.argsort(values, axis=None)
+    total = np.cumsum(weights.ravel()[order])
+    expected = values.ravel()[order][np.searchsorted(total, 0.5 * total[-1])]
+    assert weighted_median(values, weights) == pytest.approx(expected, abs=MEDIAN_BIN_PX)
+    assert weighted_median(values, np.zeros_like(weights)) == 0.0
+
+
+def test_a_solution_is_the_reweighted_least_squares_one(model: Model) -> None:
+    """The kernel against plain NumPy: no reweighting can move the solution further."""
+    pixels = photographed(linear_picture(model, CAMERA, POSE))
+    start = disturbed(POSE, np.random.default_rng(0), 1.0, 1.5, CAMERA.fx)
+    scale = np.zeros((1, len(model.lines)), dtype=np.int64)
+    measurement = measure(channels_of(pixels), model, CAMERA, start, 4.0, scale, 2.0)
+    step, weight = solve(measurement, base_weights(measurement, len(model.lines)), 0.42, 0.01)
+    used = weight > 0
+    samples = np.nonzero(used)[1]
+    of_line = measurement.samples.line[samples][:, None] == np.arange(len(model.lines))
+    biases = line_biases(measurement)[used][:, None] * of_line  # an unknown of its own for each line
+    rows = np.column_stack([measurement.jacobian[samples], measurement.nuisance[used], biases])
+    prior = SAMPLES_TOGETHER * np.diag(np.r_[prior_precision(0.42, 0.01), np.ones(len(model.lines))])
+    pull = rows.T @ (weight[used] * measurement.offset[used])
+    plain = np.linalg.solve((rows * weight[used][:, None]).T @ rows + prior, pull)[:8]
+    np.testing.assert_allclose(step, plain, rtol=1e-6, atol=1e-12)
+    before = np.sum(weight[used] * measurement.offset[used] ** 2)
+    assert np.sum(weight[used] * (measurement.offset[used] - rows[:, :8] @ step) ** 2) < 0.2 * before
+
+
+def test_trust_prefers_straight_and_complete_lines(model: Model) -> None:
+    pixels = photographed(linear_picture(model, CAMERA, POSE))
+    scale = np.zeros((1, len(model.lines)), dtype=np.int64)
+    measurement = measure(channels_of(pixels), model, CAMERA, POSE, 3.0, scale, 1.0)
+    clean = line_trust(measurement, len(model.lines))
+    rng = np.random.default_rng(0)
+    measurement.offset[:] += rng.normal(0.0, 1.0, measurement.offset.shape)
+    rough = line_trust(measurement, len(model.lines))
+    measurement.offset[:, ::2] = np.nan
+    half = line_trust(measurement, len(model.lines))
+    seen = np.unique(measurement.samples.line)
+    assert (clean[0, seen] > 0.7).mean() > 0.9
+    assert (rough[0, seen] < 0.4 * clean[0, seen]).all()
+    assert half[0, seen].mean() < 0.5 * rough[0, seen].mean()
+
+
+@pytest.mark.parametrize(("noise_sd_grey", "least", "most"), [(2.0, 0.3, 6.0), (9.0, 2.5, 9.0)])
+def test_the_covariance_is_honest(model: Model, noise_sd_grey: float, least: float, most: float) -> None:
+    """Six on average where noise decides; less on these flawless pictures where the floor for lines does."""
+    errors = []
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        true = disturbed(POSE, rng, 15.0, 20.0, CAMERA.fx)
+        pixels = photographed(linear_picture(model, CAMERA, true), noise_sd_grey=noise_sd_grey, seed=seed)
+        solution = refined(pixels, model, disturbed(true, rng, 0.5, 1.0, CAMERA.fx))
+        covariance = pose_covariance(solution)
+        assert np.linalg.eigvalsh(covariance).min() > 0
+        step = step_between(solution.pose, true)
+        errors.append(float(step @ np.linalg.solve(covariance, step)))
+    assert least < float(np.mean(errors)) < most
+    assert float(np.percentile(errors, 95)) < 25.0
+
+
+def test_noise_makes_the_pose_less_certain(model: Model) -> None:
+    linear = linear_picture(model, CAMERA, POSE)
+    found = [refined(photographed(linear, noise_sd_grey=sd), model, POSE) for sd in (0.5, 12.0)]
+    clear, noisy = (uncertainty(pose_covariance(one), one.pose.translation) for one in found)
+    assert noisy > 1.5 * clear

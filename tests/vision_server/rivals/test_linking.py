@@ -1,0 +1,65 @@
+"""Linking edgels into chains."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.vision_server.edge_scenes import polygon_with_shadows, step
+from vision_server.channels.channel import channel_statistics
+from vision_server.edges.edge_map import EdgeMap
+from vision_server.edges.merging import merge_channels
+from vision_server.rivals.linking import link_edgels
+
+
+def edge_map_of(points: list[tuple[int, int, float]], shape: tuple[int, int] = (60, 80)) -> EdgeMap:
+    """Edgels (x, y, normal) as an edge map."""
+    ridge, orientation = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+    for x, y, normal in points:
+        ridge[y, x], orientation[y, x] = 10.0, normal % np.pi
+    return EdgeMap.from_fields(ridge, orientation, np.zeros(shape, np.float32), 0.0)
+
+
+def test_a_line_is_one_chain_in_order() -> None:
+    edges = merge_channels([channel_statistics(step(0.5, 0.0, 50, 150))])
+    chains = link_edgels(edges, edges.strength > 30)
+    lengths = np.diff(chains.starts)
+    assert lengths.max() > 80
+    longest = int(np.argmax(lengths))
+    chain = chains.points[chains.starts[longest] : chains.starts[longest + 1]]
+    along = chain @ np.array([-np.sin(0.5), np.cos(0.5)])
+    assert np.all(np.diff(along) > 0) or np.all(np.diff(along) < 0)
+
+
+def test_small_gaps_are_crossed_and_large_ones_not() -> None:
+    row = [(x, 30, np.pi / 2) for x in range(10, 60)]
+    one_missing = edge_map_of([p for p in row if p[0] != 30])
+    assert len(link_edgels(one_missing, one_missing.strength > 0).starts) == 2
+    many_missing = edge_map_of([p for p in row if not 28 <= p[0] <= 34])
+    assert len(link_edgels(many_missing, many_missing.strength > 0).starts) == 3
+
+
+def test_a_junction_does_not_turn_the_chain() -> None:
+    cross = [(x, 30, np.pi / 2) for x in range(10, 60)] + [(35, y, 0.0) for y in range(5, 55) if y != 30]
+    edges = edge_map_of(cross)
+    chains = link_edgels(edges, edges.strength > 0)
+    spans = [
+        np.ptp(chains.points[a:b], axis=0) for a, b in zip(chains.starts, chains.starts[1:], strict=False)
+    ]
+    assert any(span[0] == 49 and span[1] == 0 for span in spans)
+    assert sum(span[1] > 15 for span in spans) >= 1
+
+
+def test_every_edgel_is_used_once_at_most() -> None:
+    edges = merge_channels([channel_statistics(image) for image in polygon_with_shadows(3)])
+    mask = edges.strength > 3
+    chains = link_edgels(edges, mask)
+    pixels = np.round(chains.points - np.stack([np.zeros(len(chains.points))] * 2, axis=1)).astype(int)
+    assert len(chains.points) <= mask.sum()
+    assert chains.starts[-1] == len(chains.points) == len(pixels)
+
+
+def test_no_edgels_no_chains() -> None:
+    edges = edge_map_of([])
+    chains = link_edgels(edges, edges.strength > 0)
+    assert len(chains.points) == 0
+    assert chains.starts.tolist() == [0]

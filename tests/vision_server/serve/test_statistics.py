@@ -1,0 +1,73 @@
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from geometry.model import Model
+from geometry.pose import Pose
+from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
+from vision_server.channels.channel import channel_statistics
+from vision_server.serve.statistics import frame_statistics, target_region
+
+
+def test_the_region_holds_the_model_and_little_else(model: Model) -> None:
+    region = target_region(model, CAMERA, POSE)
+    inside = CAMERA.project(POSE.apply(model.vertices)).round().astype(int)
+    assert region[inside[:, 1], inside[:, 0]].all()
+    assert 0.05 < region.mean() < 0.6
+
+
+@pytest.mark.parametrize("z", [-0.4, 0.0])
+def test_a_model_that_is_not_in_front_means_the_whole_frame(model: Model, z: float) -> None:
+    assert target_region(model, CAMERA, Pose(POSE.rotation_vector, np.array([0.0, 0.0, z]))).all()
+
+
+def test_exposure_is_told_for_the_target_and_for_the_frame(model: Model) -> None:
+    linear = linear_picture(model, CAMERA, POSE, background=0.0)
+    region = target_region(model, CAMERA, POSE)
+    seen = {}
+    for exposure in (0.02, 1.0, 6.0):
+        pixels = photographed(linear, exposure)
+        seen[exposure] = frame_statistics(pixels, channel_statistics(pixels, exposure), region)
+    dark, good, bright = seen[0.02], seen[1.0], seen[6.0]
+    assert dark["dark_fraction"] > 0.9 > good["dark_fraction"]
+    assert bright["saturated_fraction"] > 0.3
+    assert good["saturated_fraction"] == 0.0
+    assert good["frame"]["dark_fraction"] > good["dark_fraction"]
+    assert dark["p50"] < good["p50"] < bright["p50"] <= 1.0
+
+
+@pytest.mark.parametrize("gamma", [1.0, 2.2])
+def test_light_is_told_on_a_linear_scale_whatever_the_tone_curve(model: Model, gamma: float) -> None:
+    linear = linear_picture(model, CAMERA, POSE)
+    region = target_region(model, CAMERA, POSE)
+    told = []
+    for exposure in (0.4 / linear.max(), 0.8 / linear.max()):
+        pixels = photographed(linear, exposure, noise_sd_grey=0.0, gamma=gamma)
+        told.append(frame_statistics(pixels, channel_statistics(pixels, exposure, gamma), region, gamma))
+    for key in ("mean", "p50", "p95"):
+        assert told[1][key] == pytest.approx(2.0 * told[0][key], rel=0.03)
+    assert told[1]["p95"] == pytest.approx(0.8 * np.quantile(linear[region], 0.95) / linear.max(), rel=0.02)
+
+
+def blur_told(model: Model, pixels: NDArray[np.uint8]) -> float | None:
+    told: float | None = frame_statistics(
+        pixels, channel_statistics(pixels), target_region(model, CAMERA, POSE)
+    )["blur_px"]
+    return told
+
+
+@pytest.mark.parametrize("blur", [2.0, 3.5])
+def test_blur_is_told_in_pixels(model: Model, blur: float) -> None:
+    pixels = photographed(linear_picture(model, CAMERA, POSE, blur_px=blur), noise_sd_grey=0.7)
+    assert blur_told(model, pixels) == pytest.approx(blur, rel=0.3)
+
+
+def test_a_sharp_frame_is_told_from_a_blurred_one(model: Model) -> None:
+    pixels = photographed(linear_picture(model, CAMERA, POSE, blur_px=0.8), noise_sd_grey=0.7)
+    found = blur_told(model, pixels)
+    assert found is not None
+    assert found < 1.5
+
+
+def test_without_edges_blur_is_unknown(model: Model) -> None:
+    assert blur_told(model, np.full((CAMERA.height, CAMERA.width), 90, np.uint8)) is None

@@ -1,0 +1,139 @@
+"""Where along each model line the image has one straight edge: a vote over the edge points of all channels.
+
+A small error of the pose moves a straight line by an amount that is linear along it. Edge points of the true
+edge agree on one such shift in every channel; texture, shadow edges and noise do not.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from numerics.kernels import kernel
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+ALONG_BINS = 12
+BINS_PER_REACH = 10  # to either side
+PRIOR_DROP = 0.4  # how much less a vote at the end of the reach counts
+BINS = 2 * BINS_PER_REACH + 1
+
+
+def _courses() -> tuple[Ints, Floats]:
+    """Courses that an edge may take beside a line, by the bins of its first and its last place.
+
+    Returns
+    -------
+    The bin at each place, (BINS, BINS, ALONG_BINS), and what a vote for the course counts, (BINS, BINS).
+    """
+    first, last = np.arange(BINS)[:, None, None], np.arange(BINS)[None, :, None]
+    place = (np.arange(ALONG_BINS) + 0.5) / ALONG_BINS
+    middle, tilt = 0.5 * (first + last) / BINS_PER_REACH - 1.0, 0.5 * (last - first) / BINS_PER_REACH
+    share = 1.0 - PRIOR_DROP * np.minimum(1.0, middle**2 + tilt**2)
+    return (first + (last - first) * place + 0.5).astype(np.int64), share[:, :, 0]
+
+
+COURSE, COUNTS = _courses()
+CHECKED_BINS = (4, 8)  # of a course, after which it is left when it cannot win any more
+ROUNDING = 1e-9  # share that sums in another order may differ by
+
+
+@kernel()
+def vote(
+    line: Ints,
+    along: Floats,
+    offset: Floats,
+    quality: Floats,
+    line_count: int,
+    reach_px: float,
+    width_px: Floats,
+    shift: Floats,
+    agreed: Floats,
+) -> None:
+    """Choose for each line the straight edge that most edge points lie on.
+
+    Parameters
+    ----------
+    line, along
+        (N,), the sample's line, and its place on it from -1 to 1.
+    offset, quality
+        (C, N, K), edge points of C channels (NaN: none), and what each counts, 0..1.
+    reach_px
+        Votes are for shifts up to this.
+    width_px
+        (L,), tolerance of each line's vote, px.
+    shift
+        (L, 2), output: offset at the line's middle, and its change from there to its end (at along = 1).
+    agreed
+        (L,), output: votes that the chosen edge got, as a share of the line's samples and channels.
+    """
+    channels, count, peaks = offset.shape
+    bins = BINS
+    size = reach_px / BINS_PER_REACH
+    table = np.zeros((line_count, ALONG_BINS, bins))
+    samples = np.zeros(line_count)
+    rest = np.empty(ALONG_BINS + 1)  # most votes that a course can get from a bin on
+    for i in range(count):
+        samples[line[i]] += 1.0
+    for c in range(channels):
+        for i in range(count):
+            b = min(ALONG_BINS - 1, int((along[i] + 1.0) * 0.5 * ALONG_BINS))
+            for k in range(peaks):
+                u = offset[c, i, k]
+                if not abs(u) <= reach_px:
+                    continue
+                width = max(width_px[line[i]], size)
+                first = max(0, int(np.ceil((u - width) / size)) + BINS_PER_REACH)
+                last = min(bins - 1, int(np.floor((u + width) / size)) + BINS_PER_REACH)
+                for j in range(first, last + 1):
+                    distance = abs((j - BINS_PER_REACH) * size - u) / width
+                    table[line[i], b, j] += quality[c, i, k] * (1.0 - distance)
+    for m in range(line_count):
+        shift[m, 0] = shift[m, 1] = agreed[m] = 0.0
+        if samples[m] == 0.0:
+            continue
+        rest[ALONG_BINS] = 0.0
+        for b in range(ALONG_BINS - 1, -1, -1):
+            rest[b] = rest[b + 1] + table[m, b].max()
+        least = 0.0
+        for first in range(bins):
+            total = 0.0
+            for b in range(ALONG_BINS):
+                total += table[m, b, first]
+            least = max(least, total * COUNTS[first, first])
+        least *= 1.0 - ROUNDING
+        best = 0.0
+        for first in range(bins):
+            for last in range(bins):
+                counts, total = COUNTS[first, last], 0.0
+                if rest[0] * counts < least:
+                    continue
+                for b in range(ALONG_BINS):
+                    if b in CHECKED_BINS and (total + rest[b]) * counts < least:
+                        break
+                    total += table[m, b, COURSE[first, last, b]]
+                total *= counts
+                if total > best:
+                    best = total
+                    shift[m, 0] = (0.5 * (first + last) / BINS_PER_REACH - 1.0) * reach_px
+                    shift[m, 1] = 0.5 * (last - first) / BINS_PER_REACH * reach_px
+        agreed[m] = best / (samples[m] * channels)
+
+
+@kernel()
+def choose(line: Ints, along: Floats, offset: Floats, shift: Floats, width_px: Floats, chosen: Ints) -> None:
+    """The edge point of each channel and sample that is nearest to its line's edge, -1 for none.
+
+    Parameters as in `vote`; chosen (C, N) is the output.
+    """
+    channels, count, peaks = offset.shape
+    for c in range(channels):
+        for i in range(count):
+            expected = shift[line[i], 0] + shift[line[i], 1] * along[i]
+            nearest, at = 1.5 * width_px[line[i]], -1
+            for k in range(peaks):
+                distance = abs(offset[c, i, k] - expected)
+                if distance < nearest:
+                    nearest, at = distance, k
+            chosen[c, i] = at

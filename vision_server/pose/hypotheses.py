@@ -1,0 +1,252 @@
+"""Start poses beside a pose, for rivals that no small step leads to.
+
+Printed lines, shadow edges and double outlines run beside true edges, and a fit that took one of them for a
+model line can be nearly as good as the truth. A motion that the lines hardly hold can hide another one. All
+edge points in a wide band around the lines are looked for once. Steps are then tried on these points alone,
+with the lines moving as their Jacobian says. Those that explain nearly as much as the pose itself are worth
+another look at the images.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.visibility import Samples, visible_samples
+from numerics.cholesky import solve_positive
+from numerics.kernels import kernel
+from vision_server.channels.gradients import GradientChannel
+from vision_server.pose.edge_search import search
+from vision_server.pose.hough import vote
+from vision_server.pose.observation import places_on_lines, step_jacobian, turning_point
+from vision_server.pose.refinement import moved, prior_precision
+from vision_server.pose.sampling import thinned
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+REACH_PX = 24.0  # how far beside a line another edge is looked for
+APART_PX = 1.5  # an edge closer than this to the line is the line's own
+BESIDE_PX, ASIDE_PX = 0.5 * (REACH_PX + APART_PX), 0.5 * (REACH_PX - APART_PX)  # middle and reach between
+SAME_PLACE_PX = 0.5  # edge points of several channels this close are one edge
+TOLERANCE_PX = 1.5
+LEAST_AGREED = 0.35  # share of a line's samples that must lie on the other edge
+EDGES_A_LINE = 3
+SPACING_PX = 4.0
+MOST_SAMPLES = 12  # of a line
+LAID_WEIGHT = 4.0  # of a sample of the line that is laid elsewhere, against the others
+LOOSENED = 3  # motions that are tried
+LOOSENED_PX = 5.0  # how far the farthest sample goes along a motion that is hardly held
+MOST_TRIED = 16  # edges that a line is laid on, the clearest first
+FOLLOWED_PX = (6.0, 4.0, 2.5, 2.5)  # how far an edge may be from its line while a step is followed
+EXPLAINS_PX = 4.0  # an edge farther than this from its line explains nothing
+RETURNED_PX = 1.0  # a step that moves no line farther has come back
+LEAST_EXPLAINED = 0.75  # of what the pose explains, for a step to be worth a look
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """All edge points near a pose's visible lines; N samples, K edge points of each.
+
+    Attributes
+    ----------
+    samples
+        Points on the visible lines.
+    jacobian
+        (N, 6), px along the normal per (rotation rad about ``centre``, translation m).
+    centre
+        (3,), camera frame, metres.
+    offset
+        (N, K) px along the normal, ascending, NaN for no more.
+    """
+
+    samples: Samples
+    jacobian: Floats
+    centre: Floats
+    offset: Floats
+
+
+def surroundings(
+    channels: Sequence[GradientChannel], model: Model, camera: Camera, pose: Pose, scale: Ints
+) -> Surroundings:
+    """Look for edges up to REACH_PX from the lines; ``scale`` (C, L) as in `measure`."""
+    samples = thinned(visible_samples(model, camera, pose, SPACING_PX), MOST_SAMPLES)
+    normal = samples.normal
+    found: list[Floats] = []
+    for middle, reach_px in ((0.0, APART_PX), (-BESIDE_PX, ASIDE_PX), (BESIDE_PX, ASIDE_PX)):
+        places, reach = samples.image + middle * normal, np.full(len(normal), reach_px)
+        offset, *_ = search(channels, np.take(scale, samples.line, axis=1), places, normal, reach)
+        found.extend(offset + middle)
+    every = np.concatenate(found, axis=1) if found else np.empty((len(normal), 0))
+    merged = _merged(np.sort(every, axis=1))  # NaN go last
+    most = int(np.isfinite(merged).sum(axis=1).max(initial=0))
+    centre = turning_point(model, pose)
+    return Surroundings(
+        samples,
+        step_jacobian(camera, pose.apply(samples.points), normal, centre),
+        centre,
+        np.ascontiguousarray(merged[:, :most]),
+    )
+
+
+@kernel()
+def _merged(offset: Floats) -> Floats:
+    """Ascending rows (N, K) with edge points closer than SAME_PLACE_PX taken as one, the others NaN."""
+    out = np.full_like(offset, np.nan)
+    for i in range(len(offset)):
+        kept = 0
+        for value in offset[i]:
+            if np.isnan(value):
+                break
+            if kept == 0 or value - out[i, kept - 1] > SAME_PLACE_PX:
+                out[i, kept] = value
+                kept += 1
+    return out
+
+
+def starts_beside(near: Surroundings, pose: Pose, lines: int, most: int) -> list[Pose]:
+    """Poses beside ``pose`` that explain nearly as much of the edges around it, the most promising first.
+
+    Parameters
+    ----------
+    near
+        Around ``pose``; ``lines`` of the model.
+    most
+        Poses to return.
+    """
+    if not len(near.offset):
+        return []
+    px, own = near.samples.px, (np.abs(near.offset) <= APART_PX).any(axis=1)
+    held = np.where(own, px, 0.0)
+    range_m = float(np.linalg.norm(pose.translation))
+    prior = prior_precision(range_m, 1.0)[:6]
+    steps = loosened_steps(near.jacobian, held, prior, range_m)
+    steps += laid_steps(near, held, prior, lines)
+    itself = explained(near.jacobian, near.offset, px, np.zeros(6))
+    promising: list[tuple[float, Floats]] = []
+    for step in steps:
+        followed(near.jacobian, near.offset, px, prior, step)
+        share = explained(near.jacobian, near.offset, px, step) / max(itself, 1e-9)
+        if share < LEAST_EXPLAINED or np.abs(near.jacobian @ step).max() < RETURNED_PX:
+            continue
+        if all(np.abs(near.jacobian @ (step - other)).max() >= RETURNED_PX for _, other in promising):
+            promising.append((share, step))
+    promising.sort(key=lambda one: -one[0])
+    return [moved(pose, step, near.centre) for _, step in promising[:most]]
+
+
+def loosened_steps(jacobian: Floats, weight: Floats, prior: Floats, range_m: float) -> list[Floats]:
+    """Steps (6,) along each of the motions that the lines hold least, to either side, the loosest first.
+
+    Parameters
+    ----------
+    jacobian, weight
+        (N, 6) and (N,), of samples that are held by an edge.
+    prior
+        (6,), diagonal.
+    """
+    units = np.r_[np.ones(3), np.full(3, range_m)]  # what makes turning comparable with moving
+    normal = (jacobian * weight[:, None]).T @ jacobian + np.diag(prior)
+    _, loosest_first = np.linalg.eigh(normal * np.outer(units, units))
+    out: list[Floats] = []
+    for motion in loosest_first.T[:LOOSENED]:
+        step = motion * units
+        step *= LOOSENED_PX / np.abs(jacobian @ step).max()
+        out += [step, -step]
+    return out
+
+
+def laid_steps(near: Surroundings, held: Floats, prior: Floats, lines: int) -> list[Floats]:
+    """Steps (6,) that lay one line on another straight edge beside it, the clearest edges first.
+
+    The other lines stay as near to their edges as that allows; ``held`` (N,) weighs those that have one.
+    """
+    samples, rows = near.samples, near.jacobian
+    along, _ = places_on_lines(samples.line, samples.image, samples.image_direction, 2.0 * SPACING_PX)
+    found = _edges_beside(near, along, lines)
+    found.sort(key=lambda edge: -edge[0])
+    normal = (rows * held[:, None]).T @ rows + np.diag(prior)
+    out: list[Floats] = []
+    for _, line, shift in found[:MOST_TRIED]:
+        of_line = slice(*np.searchsorted(samples.line, (line, line + 1)))  # lines are ascending
+        own, laid = rows[of_line], LAID_WEIGHT * samples.px[of_line]
+        instead = (own * (laid - held[of_line])[:, None]).T @ own
+        pull = own.T @ (laid * (shift[0] + shift[1] * along[of_line]))
+        out.append(np.asarray(np.linalg.solve(normal + instead, pull)))
+    return out
+
+
+def _edges_beside(near: Surroundings, along: Floats, lines: int) -> list[tuple[float, int, Floats]]:
+    """Straight edges that run along visible lines, as (clearness, line, shift (2,) px as in `vote`)."""
+    line = near.samples.line
+    offset = np.where(np.abs(near.offset) > APART_PX, near.offset, np.nan)
+    counts = np.maximum(np.bincount(line, minlength=lines), 1)
+    length = np.bincount(line, weights=near.samples.px, minlength=lines)
+    width = np.full(lines, TOLERANCE_PX)
+    out = []
+    for _ in range(EDGES_A_LINE):
+        shift, agreed = np.zeros((lines, 2)), np.zeros(lines)
+        counted = np.isfinite(offset).astype(np.float64)
+        vote(line, along, offset[None], counted[None], lines, REACH_PX, width, shift, agreed)
+        expected = shift[line, 0] + shift[line, 1] * along
+        taken = np.abs(offset - expected[:, None]) < 2.0 * TOLERANCE_PX
+        share = np.bincount(line, weights=taken.any(axis=1), minlength=lines) / counts
+        clear = np.flatnonzero(share >= LEAST_AGREED).tolist()
+        if not clear:
+            break
+        out += [(float(share[index] * np.sqrt(length[index])), index, shift[index]) for index in clear]
+        offset[taken] = np.nan
+    return out
+
+
+@kernel(error_model="numpy")
+def _nearest(offset: Floats, sample: int, place: float) -> float:
+    """Signed distance from a place to the nearest edge point of a sample, of (N, K); inf without any."""
+    best = np.inf
+    for k in range(offset.shape[1]):
+        distance = offset[sample, k] - place
+        if abs(distance) < abs(best):
+            best = distance
+    return float(best)
+
+
+@kernel(error_model="numpy")
+def followed(jacobian: Floats, offset: Floats, px: Floats, prior: Floats, step: Floats) -> None:
+    """Let a step (6,) settle on the edge points nearest to where it puts the lines; changed in place."""
+    for reach in FOLLOWED_PX:
+        normal, pull = np.zeros((6, 6)), np.zeros(6)
+        for k in range(6):
+            normal[k, k] = prior[k]
+        for i in range(len(offset)):
+            place = 0.0
+            for k in range(6):
+                place += jacobian[i, k] * step[k]
+            distance = _nearest(offset, i, place)
+            if not abs(distance) < reach:
+                continue
+            share = 1.0 - (distance / reach) ** 2
+            weight = px[i] * share * share
+            for k in range(6):
+                scaled = weight * jacobian[i, k]
+                pull[k] += scaled * (place + distance)
+                for m in range(k + 1):
+                    normal[k, m] += scaled * jacobian[i, m]
+        step[:] = solve_positive(normal, pull, 0.0, 0.0)
+
+
+@kernel(error_model="numpy")
+def explained(jacobian: Floats, offset: Floats, px: Floats, step: Floats) -> float:
+    """Mean over the visible length of 1 - d / EXPLAINS_PX; d: distance to the nearest edge after a step."""
+    total = 0.0
+    for i in range(len(offset)):
+        place = 0.0
+        for k in range(6):
+            place += jacobian[i, k] * step[k]
+        total += px[i] * max(0.0, 1.0 - abs(_nearest(offset, i, place)) / EXPLAINS_PX)
+    return float(total / px.sum())

@@ -1,0 +1,86 @@
+"""How soft the edges of each model line are in each channel, and so which filter suits them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.visibility import visible_samples
+from numerics.kernels import kernel
+from vision_server.channels.gradients import SCALES_PX, GradientChannel
+from vision_server.pose.edge_search import search
+from vision_server.pose.sampling import thinned
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SPACING_PX = 3.0
+SOFTER_RATIO = 0.70  # peak at twice the scale over peak at the scale: above this the edge is the softer one
+FEWEST_POINTS = 6
+MOST_SAMPLES = 20  # of a line
+
+
+def line_scales(
+    channels: Sequence[GradientChannel],
+    model: Model,
+    camera: Camera,
+    pose: Pose,
+    reach_px: float,
+    least: int = 0,
+) -> Ints:
+    """Filter scale that suits the blur of each line in each channel, (C, L), indices into SCALES_PX.
+
+    An edge of blur b answers a Gaussian derivative of scale s with a peak proportional to (b^2 + s^2)^-1/2;
+    the
+    ratio of the peaks at 2s and s therefore tells b/s, whatever the contrast.
+    """
+    samples = thinned(visible_samples(model, camera, pose, SPACING_PX), MOST_SAMPLES)
+    normal = samples.normal
+    lines = len(model.lines)
+    out = np.full((len(channels), lines), least, dtype=np.int64)
+    for index in range(len(channels)):
+        peaks = []
+        for scale in range(least, len(SCALES_PX)):
+            reach = np.full(len(normal), max(reach_px, 1.5 * SCALES_PX[scale]))
+            chosen = np.full((1, len(normal)), scale, dtype=np.int64)
+            *_, strength = search(channels[index : index + 1], chosen, samples.image, normal, reach)
+            peaks.append(np.abs(strength[0]).max(axis=1))
+            if scale == least:
+                continue
+            ratio = _median_ratios(peaks[-1], peaks[-2], samples.line, lines)
+            softer = (out[index] == scale - 1) & (ratio > SOFTER_RATIO)
+            out[index, softer] = scale
+            if not softer.any():
+                break
+    return out
+
+
+@kernel(error_model="numpy")
+def _median_ratios(upper: Floats, lower: Floats, line: Ints, lines: int) -> Floats:
+    """Median of upper / lower for each line; where lower sees too little but upper does not: 1, else 0.
+
+    ``upper``, ``lower`` (N,), 0 for no peak; ``line`` (N,) ascending.
+    """
+    out = np.zeros(lines)
+    ratios = np.empty(len(line))
+    start = 0
+    while start < len(line):
+        end, both, above, below = start, 0, 0, 0
+        while end < len(line) and line[end] == line[start]:
+            above += upper[end] > 0.0
+            below += lower[end] > 0.0
+            if upper[end] > 0.0 and lower[end] > 0.0:
+                ratios[both] = upper[end] / lower[end]
+                both += 1
+            end += 1
+        if both >= FEWEST_POINTS:
+            out[line[start]] = np.median(ratios[:both])
+        if below < 0.25 * above:
+            out[line[start]] = 1.0
+        start = end
+    return out

@@ -1,0 +1,308 @@
+"""Refinement: robust least squares of a pose on sub-pixel edge points along the model's visible lines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.rotation import matrix_of
+from numerics.cholesky import solve_positive
+from numerics.kernels import kernel
+from vision_server.channels.gradients import SCALES_PX, GradientChannel
+from vision_server.pose.edge_profiles import placed_by_profiles
+from vision_server.pose.observation import Measurement, measure
+from vision_server.pose.sampling import spacing_for
+from vision_server.pose.weights import base_weights
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+REACHES_PX = (6.0, 4.0, 3.0, 3.0)
+EXACT_REACH_PX = 3.0  # the pose is near its place when so little is looked around
+SOLVER_ITERATIONS = 5  # of reweighting, on the edge points of one measurement
+TUKEY = 4.685  # 95 % efficient on Gaussian residuals
+FIRST_CUT_PX = 3.0  # least; where most edge points lie on their lines, one that is farther off is not theirs
+LEAST_SCALE_PX = 0.12
+MEDIAN_BIN_PX, MEDIAN_BINS = 0.01, 2000
+# Shift of an edge per unit of the first nuisance: what is left of a known tone curve; of a nominal one (0.19
+# was seen on sRGB read as linear); and per unit of the second: clipping by the sensor.
+KNOWN_TONE_SD_PX = 0.01
+NOMINAL_TONE_SD_PX = 0.15
+CLIPPING_SD_PX = 0.8
+SAMPLES_TOGETHER = 10.0  # neighbouring edge points that are worth one, when weighed against a prior
+PRIOR_ROTATION_SD_RAD = 0.3
+PRIOR_TRANSLATION_SD = 0.1  # of the range
+ENOUGH_ROWS = 12
+SETTLED_ENOUGH_PX = 0.5  # a last step that moved no line farther has its measurement near the pose
+LINE_BIAS_PX = 0.03  # of a whole sharp line: shading across it, calibration, model
+CLIPPED_BIAS_PX = 0.2  # of a sharp line beside saturated pixels, beyond what all of them share
+BIAS_GROWTH = 2.0  # power of the filter's scale with which both grow: softer edges reach farther
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A refined pose and the least-squares problem it solves.
+
+    Attributes
+    ----------
+    pose
+        camera_T_target.
+    start
+        Where the last step was taken from.
+    measurement
+        Taken at ``start``.
+    weight
+        (C, N), final weights, 1/px^2.
+    nuisance
+        (2,), estimated factors of the measurement's ``nuisance``, px.
+    tone_sd_px
+        What was assumed of the first of them.
+    moved_px
+        How far the last step moved the lines, at most.
+    """
+
+    pose: Pose
+    start: Pose
+    measurement: Measurement
+    weight: Floats
+    nuisance: Floats
+    tone_sd_px: float
+    moved_px: float = 0.0
+
+
+def line_biases(measurement: Measurement) -> Floats:
+    """How far each edge point may be off together with all others of its line, (C, N) px, one sd.
+
+    By shading across the line, calibration and model; by saturation beside it; by what runs beside it. All
+    grow with the filter's scale.
+    """
+    sigma = np.array(SCALES_PX)[measurement.scale][:, measurement.samples.line]
+    clipped = measurement.nuisance[:, :, 1] != 0.0
+    growth = sigma**BIAS_GROWTH
+    own = np.where(clipped, CLIPPED_BIAS_PX * growth, LINE_BIAS_PX * (growth - 1.0))
+    by_profile = ~np.isnan(measurement.common)  # these keep clear of what runs beside
+    beside = np.where(by_profile, 0.0, measurement.neighbours)
+    return np.asarray(np.where(np.abs(beside) > own, beside, own))
+
+
+def prior_precision(range_m: float, tone_sd_px: float) -> Floats:
+    """Diagonal (8,) of the prior on rotation (rad), translation (m), tone and clipping shifts (px)."""
+    pose = np.r_[np.full(3, PRIOR_ROTATION_SD_RAD), np.full(3, PRIOR_TRANSLATION_SD * range_m)]
+    sd = np.r_[pose, tone_sd_px, CLIPPING_SD_PX]
+    return np.asarray(sd**-2.0)
+
+
+def solve(measurement: Measurement, base: Floats, range_m: float, tone_sd_px: float) -> tuple[Floats, Floats]:
+    """The step that brings the lines onto their edge points, by iteratively reweighted least squares.
+
+    A tone curve that was not undone moves each edge towards its dark side, by an amount proportional to its
+    relative height, and so does clipping by the sensor (`Measurement.nuisance`); both factors are estimated
+    along with the pose. So is what each line as a whole is off (`line_biases`): a line that is blurred
+    together with its neighbour tells little about where it is, however many edge points it has.
+
+    Returns
+    -------
+    step (8,), rotation rad about the measurement's centre, translation m, nuisance px; weights (C, N),
+    1/px^2.
+    """
+    prior = SAMPLES_TOGETHER * prior_precision(range_m, tone_sd_px)
+    weight = np.zeros_like(base)
+    step: Floats = _reweighted(
+        measurement.jacobian,
+        measurement.nuisance,
+        measurement.offset,
+        measurement.samples.line,
+        line_biases(measurement),
+        base,
+        prior,
+        weight,
+    )
+    return step, weight
+
+
+@kernel(error_model="numpy")
+def _reweighted(
+    jacobian: Floats,
+    nuisance: Floats,
+    offset: Floats,
+    line: Ints,
+    bias: Floats,
+    base: Floats,
+    prior: Floats,
+    weight: Floats,
+) -> Floats:
+    """See `solve`; prior (8,) is a diagonal, weight (C, N) the second output.
+
+    The bias of each line is an unknown of its own with variance 1 in units of ``bias``, eliminated from the
+    normal equations.
+    """
+    channels, count = base.shape
+    of_line = np.zeros(8)
+    residual = np.empty((channels, count))
+    step = np.zeros(8)
+    weight[:] = base
+    for iteration in range(SOLVER_ITERATIONS):
+        for c in range(channels):
+            for i in range(count):
+                if base[c, i] > 0.0:
+                    expected = nuisance[c, i, 0] * step[6] + nuisance[c, i, 1] * step[7]
+                    for k in range(6):
+                        expected += jacobian[i, k] * step[k]
+                    residual[c, i] = abs(offset[c, i] - expected)
+        cut = TUKEY * max(LEAST_SCALE_PX, 1.4826 * weighted_median(residual, base))
+        if iteration == 0:
+            cut = max(cut, FIRST_CUT_PX)
+        for c in range(channels):
+            for i in range(count):
+                if base[c, i] > 0.0:
+                    share = max(0.0, 1.0 - (residual[c, i] / cut) ** 2)
+                    weight[c, i] = base[c, i] * share * share
+        normal, pull = np.zeros((8, 8)), np.zeros(8)
+        for k in range(8):
+            normal[k, k] = prior[k]
+        square, product = 0.0, 0.0
+        of_line[:] = 0.0
+        for i in range(count):
+            # the channels see the same motion of the sample: their weights are added up before it is squared
+            total, pulled, biased, tone, clip = 0.0, 0.0, 0.0, 0.0, 0.0
+            for c in range(channels):
+                own = weight[c, i]
+                if not own > 0.0:
+                    continue
+                first, second = nuisance[c, i, 0], nuisance[c, i, 1]
+                shift, mine = own * offset[c, i], own * bias[c, i]
+                total += own
+                pulled += shift
+                biased += mine
+                tone += own * first
+                clip += own * second
+                square += mine * bias[c, i]
+                product += mine * offset[c, i]
+                of_line[6] += mine * first
+                of_line[7] += mine * second
+                pull[6] += shift * first
+                pull[7] += shift * second
+                normal[6, 6] += own * first * first
+                normal[7, 6] += own * first * second
+                normal[7, 7] += own * second * second
+            if total > 0.0:
+                for k in range(6):
+                    value = jacobian[i, k]
+                    of_line[k] += biased * value
+                    pull[k] += pulled * value
+                    normal[6, k] += tone * value
+                    normal[7, k] += clip * value
+                    for m in range(k + 1):
+                        normal[k, m] += total * value * jacobian[i, m]
+            if i + 1 == count or line[i + 1] != line[i]:
+                for k in range(8):
+                    share = of_line[k] / (SAMPLES_TOGETHER + square)
+                    pull[k] -= share * product
+                    for m in range(k + 1):
+                        normal[k, m] -= share * of_line[m]
+                square, product = 0.0, 0.0
+                of_line[:] = 0.0
+        step = solve_positive(normal, pull, 0.0, 0.0)
+    return step
+
+
+@kernel(error_model="numpy")
+def weighted_median(values: Floats, weights: Floats) -> float:
+    """Median of values (C, N) >= 0 px with weights (C, N), 0: not counted.
+
+    From a histogram of MEDIAN_BINS; values beyond count as its end.
+    """
+    histogram = np.zeros(MEDIAN_BINS)
+    total = 0.0
+    for c in range(len(values)):
+        for i in range(values.shape[1]):
+            if weights[c, i] > 0.0:
+                histogram[min(MEDIAN_BINS - 1, int(values[c, i] / MEDIAN_BIN_PX))] += weights[c, i]
+                total += weights[c, i]
+    below = 0.0
+    for k in range(MEDIAN_BINS):
+        if total > 0.0 and below + histogram[k] >= 0.5 * total:
+            return float(k + (0.5 * total - below) / histogram[k]) * MEDIAN_BIN_PX
+        below += histogram[k]
+    return 0.0
+
+
+def moved(pose: Pose, step: Floats, centre: Floats) -> Pose:
+    """The pose after a step that turns about ``centre`` (camera frame)."""
+    turn = matrix_of(np.ascontiguousarray(step[:3]))
+    return Pose.from_matrix(turn @ pose.matrix, centre + step[3:6] + turn @ (pose.translation - centre))
+
+
+def refine(
+    channels: Sequence[GradientChannel],
+    model: Model,
+    camera: Camera,
+    start: Pose,
+    scale: Ints,
+    reaches_px: Sequence[float] = REACHES_PX,
+    tone_sd_px: float = KNOWN_TONE_SD_PX,
+    spacing_px: float | None = None,
+) -> Solution | None:
+    """Refine one candidate pose on all channels together.
+
+    At each reach the edge points are looked for anew, visibility included, and the pose is solved for; each
+    channel counts where it sees edges, by the noise of each of them, their strength and straightness.
+
+    Parameters
+    ----------
+    scale
+        (C, L), from `line_scales`.
+    reaches_px
+        How far along the normals to look, one after the other.
+    tone_sd_px
+        How far edges may be off by a tone curve that is still in the images.
+    spacing_px
+        Between the samples of a line; `spacing_for` unless given.
+
+    Returns
+    -------
+    The refined pose, or None when there is nothing to hold on to: the model is out of sight, or fewer than
+    ENOUGH_ROWS edge points are near it.
+    """
+    pose = start
+    spacing = spacing_for(model, camera, pose) if spacing_px is None else spacing_px
+    solution = None
+    for reach in reaches_px:
+        measurement = measure(channels, model, camera, pose, reach, scale, spacing)
+        base = base_weights(measurement, len(model.lines), exact_ends=reach <= EXACT_REACH_PX)
+        if int((base > 0).sum()) < ENOUGH_ROWS:
+            return None
+        step, weight = solve(measurement, base, float(np.linalg.norm(pose.translation)), tone_sd_px)
+        if not np.isfinite(step).all():
+            return None
+        start, pose = pose, moved(pose, step, measurement.centre)
+        if not pose.apply(model.vertices)[:, 2].max() > 0:
+            return None
+        moved_px = float(np.abs(measurement.jacobian @ step[:6]).max())
+        solution = Solution(pose, start, measurement, weight, step[6:], tone_sd_px, moved_px)
+    return solution
+
+
+def sharpened(channels: Sequence[GradientChannel], solution: Solution, lines: int) -> Solution:
+    """A refined pose, for a plain target solved for once more with edge points placed by their profiles.
+
+    Where the tone curve is known only nominally profiles are no steps of known shape, and all stays as it is.
+    """
+    if solution.tone_sd_px > KNOWN_TONE_SD_PX or solution.moved_px > SETTLED_ENOUGH_PX:
+        return solution
+    measurement = placed_by_profiles(solution.measurement, channels, lines)
+    if measurement is None:
+        return solution
+    start = solution.start
+    base = base_weights(measurement, lines)
+    step, weight = solve(measurement, base, float(np.linalg.norm(start.translation)), solution.tone_sd_px)
+    if not np.isfinite(step).all():
+        return solution
+    pose = moved(start, step, measurement.centre)
+    return replace(solution, pose=pose, measurement=measurement, weight=weight, nuisance=step[6:])

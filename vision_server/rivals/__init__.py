@@ -1,0 +1,1 @@
+"""What the project is compared with: other merge rules, linking and splitting, the genetic matcher."""

@@ -1,0 +1,236 @@
+"""The paper's matcher: a genetic algorithm over six parameters of eight bits each (DESIGN.md §6)."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from numerics.kernels import kernel
+from vision_server.matching.draws import poses_in_range
+from vision_server.matching.icp import LEAST_DEPTH_M
+from vision_server.matching.match import Candidate, Match, SearchRange, distinct, matching_problem
+from vision_server.matching.views import ViewTable
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+BITS = 8
+GENES = 6
+POPULATION = 200
+GENERATIONS = 10
+ELITE_SHARE, PARENT_SHARE = 0.05, 0.30  # survive as they are; have children
+CHILDREN_TRIED = 4  # per place in a generation; doubles are dropped
+CANDIDATES = 5
+SPACING_PX = 20.0  # a line is visible when any of its samples is
+NEAR_COST = 2 * 5.0**2  # an image line with both ends within 5 px counts as support
+NO_LINES_COST = 1e12
+
+
+def match_genetic(
+    segments: Floats,
+    weights: Floats | None,
+    model: Model,
+    camera: Camera,
+    seed_pose: Pose,
+    seed: int,
+    search_range: SearchRange = SearchRange(),
+    population: int = POPULATION,
+    generations: int = GENERATIONS,
+) -> Match:
+    """Evolve poses in the search range towards the least sum of line costs.
+
+    Parameters and errors are those of `matching_problem`; the paper knows no weights but 0 and 1.
+
+    Parameters
+    ----------
+    seed : of the random numbers.
+    search_range : around the seed pose.
+    population, generations : the paper's numbers unless given.
+    """
+    began = time.perf_counter()
+    problem = matching_problem(segments, weights, model, camera, seed_pose, SPACING_PX)
+    if len(problem.segments) == 0:
+        return Match((), {"segments": 0.0})
+    lines = line_table(problem.segments)
+    views, intrinsics = problem.views, problem.camera.intrinsics
+
+    def costs(rotations: Floats, translations: Floats) -> Floats:
+        view = views.of(rotations, translations)
+        out: Floats = line_costs(lines, views.table(), view, rotations, translations, intrinsics)[0]
+        return out
+
+    rotations, translations, cost = evolved(
+        costs, seed_pose, problem.camera, search_range, seed, population, generations
+    )
+    best = distinct(rotations, translations, -cost, CANDIDATES)
+    view = views.of(rotations[best], translations[best])
+    _, supported = line_costs(lines, views.table(), view, rotations[best], translations[best], intrinsics)
+    candidates = [
+        Candidate(Pose.from_matrix(rotations[i], translations[i]), -float(cost[i]), float(share))
+        for i, share in zip(best, supported, strict=True)
+        if cost[i] < NO_LINES_COST
+    ]
+    return Match(
+        tuple(candidates),
+        {
+            "segments": float(len(problem.segments)),
+            "views": float(len(views)),
+            "seconds": time.perf_counter() - began,
+        },
+    )
+
+
+def evolved(
+    costs: Callable[[Floats, Floats], Floats],
+    seed_pose: Pose,
+    camera: Camera,
+    search_range: SearchRange,
+    seed: int,
+    population: int,
+    generations: int,
+) -> tuple[Floats, Floats, Floats]:
+    """The last generation: rotations (N, 3, 3), translations (N, 3) and what ``costs`` says of them, (N,)."""
+    random = np.random.default_rng(seed)
+    genomes = first_generation(random, population)
+    for generation in range(generations + 1):
+        rotations, translations = poses_in_range(seed_pose, camera, search_range, decoded(genomes))
+        cost = costs(rotations, translations)
+        if generation < generations:
+            genomes = next_generation(
+                genomes[np.argsort(cost, kind="stable")],
+                random.integers(0, 2**31, (CHILDREN_TRIED * population, 4)),
+                population,
+            )
+    return rotations, translations, cost
+
+
+def decoded(genomes: Ints) -> Floats:
+    """Genomes (N,) of GENES · BITS bits as parameters (N, GENES) from -1 to 1."""
+    shifts = BITS * np.arange(GENES)
+    top = 2**BITS - 1
+    out: Floats = 2.0 * ((genomes[:, None] >> shifts) & top) / top - 1.0
+    return out
+
+
+def first_generation(random: np.random.Generator, size: int = POPULATION) -> Ints:
+    """So many different random genomes."""
+    found: dict[int, None] = {}
+    while len(found) < size:
+        found[int(random.integers(0, 2 ** (BITS * GENES)))] = None
+    return np.array(list(found), dtype=np.int64)
+
+
+@kernel()
+def crossed(first: int, second: int, point: int, flipped: int) -> int:
+    """Child with the bits of `first` below `point` and of `second` from there, one bit flipped."""
+    low = (1 << point) - 1
+    return ((first & low) | (second & ~low)) ^ (1 << flipped)
+
+
+@kernel()
+def next_generation(ranked: Ints, numbers: Ints, size: int = POPULATION) -> Ints:
+    """Elite and children of a generation ranked best first; all different.
+
+    Parameters
+    ----------
+    numbers : (K, 4), random integers >= 0; each row makes one child: two parents, crossover point, flipped
+        bit. When children that are already there use them all up, the generation stays smaller.
+    """
+    bits = BITS * GENES
+    out = np.empty(size, dtype=np.int64)
+    count = min(max(1, round(ELITE_SHARE * size)), len(ranked))
+    out[:count] = ranked[:count]
+    parents = min(max(2, round(PARENT_SHARE * size)), len(ranked))
+    for i in range(len(numbers)):
+        if count == size:
+            break
+        child = crossed(
+            ranked[numbers[i, 0] % parents],
+            ranked[numbers[i, 1] % parents],
+            1 + numbers[i, 2] % (bits - 1),
+            numbers[i, 3] % bits,
+        )
+        if not (out[:count] == child).any():
+            out[count] = child
+            count += 1
+    return out[:count]
+
+
+def line_table(segments: Floats) -> Floats:
+    """Segments (N, 4) with their axis, degrees in [0, 180): (5, N)."""
+    angle = np.degrees(np.arctan2(segments[:, 3] - segments[:, 1], segments[:, 2] - segments[:, 0]))
+    return np.ascontiguousarray(np.column_stack([segments, angle % 180.0]).T)
+
+
+@kernel(inline="always")
+def _least_cost(lines: Floats, x: float, y: float, nx: float, ny: float, axis: float) -> float:
+    """Least cost of an image line for the model line through (x, y) of that normal and axis."""
+    x0, y0, x1, y1, axes = lines[0], lines[1], lines[2], lines[3], lines[4]
+    best = NO_LINES_COST
+    for k in range(len(axes)):  # no branches: fills vector registers
+        first = nx * (x0[k] - x) + ny * (y0[k] - y)
+        second = nx * (x1[k] - x) + ny * (y1[k] - y)
+        apart = abs(axis - axes[k])
+        turn = min(apart, 180.0 - apart)
+        best = min(best, first * first + second * second + turn * turn)
+    return best
+
+
+@kernel(error_model="numpy", fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
+def line_costs(
+    lines: Floats,
+    views: ViewTable,
+    view: Ints,
+    rotations: Floats,
+    translations: Floats,
+    intrinsics: Floats,
+) -> tuple[Floats, Floats]:
+    """The paper's fitness of each pose, to be made small, and the supported fraction, (N,) each.
+
+    Sum over visible model lines of the least, over image lines, of angle difference squared (degrees) plus
+    the squared distances (px) of both ends of the image line to the model line.
+
+    Parameters
+    ----------
+    lines : (5, M), from `line_table`.
+    """
+    count = len(view)
+    cost = np.empty(count)
+    supported = np.zeros(count)
+    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
+    for i in range(count):
+        r, t = rotations[i], translations[i]
+        total, used, near, length = 0.0, 0, 0.0, 0.0
+        for q in range(views.first[view[i]], views.first[view[i] + 1]):
+            p, e = views.ends[q, 0], views.ends[q, 1]
+            z = r[2, 0] * p[0] + r[2, 1] * p[1] + r[2, 2] * p[2] + t[2]
+            z_end = r[2, 0] * e[0] + r[2, 1] * e[1] + r[2, 2] * e[2] + t[2]
+            if z <= LEAST_DEPTH_M or z_end <= LEAST_DEPTH_M:
+                continue
+            x = fx * (r[0, 0] * p[0] + r[0, 1] * p[1] + r[0, 2] * p[2] + t[0]) / z + cx
+            y = fy * (r[1, 0] * p[0] + r[1, 1] * p[1] + r[1, 2] * p[2] + t[1]) / z + cy
+            dx = fx * (r[0, 0] * e[0] + r[0, 1] * e[1] + r[0, 2] * e[2] + t[0]) / z_end + cx - x
+            dy = fy * (r[1, 0] * e[0] + r[1, 1] * e[1] + r[1, 2] * e[2] + t[1]) / z_end + cy - y
+            norm = math.hypot(dx, dy)
+            if norm == 0.0:
+                continue
+            axis = math.degrees(math.atan2(dy, dx)) % 180.0
+            best = _least_cost(lines, x, y, -dy / norm, dx / norm, axis)
+            total += best
+            used += 1
+            seen = 0.0
+            for k in range(views.run[q], views.run[q + 1]):
+                seen += views.px[k]
+            length += seen
+            if best < NEAR_COST:
+                near += seen
+        cost[i] = total if used > 0 else NO_LINES_COST
+        supported[i] = near / length if length > 0.0 else 0.0
+    return cost, supported

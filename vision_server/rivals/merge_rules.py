@@ -1,0 +1,119 @@
+"""Other ways to make one edge map of several images, kept for comparison with the mixture of `edges`.
+
+All of them see linear intensity with the exposure divided out (Mertens: the images as they are, which is what
+exposure fusion is for), use the same Gaussian derivative and the same non-maximum suppression.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, get_args
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import BadInput
+from vision_server.channels.channel import Field
+from vision_server.channels.gaussian import gaussian_kernels
+from vision_server.channels.noise import grey_noise
+from vision_server.edges.edge_map import EdgeMap
+from vision_server.edges.suppression import suppress_non_maxima
+
+ComparisonMethod = Literal["mean", "max-image", "max-gradient", "di-zenzo", "mertens"]
+
+
+def comparison_edges(
+    images: Sequence[NDArray[np.uint8]],
+    method: ComparisonMethod,
+    exposures: Sequence[float] | None = None,
+    gamma: float = 1.0,
+    *,
+    sigma_px: float = 1.0,
+) -> EdgeMap:
+    """Edge map of several images by one of the usual rules.
+
+    Parameters
+    ----------
+    images
+        uint8 grey, (H, W) each.
+    method
+        ``mean``: gradient of the mean image; ``max-image``: of the per-pixel maximum; ``max-gradient``: per
+        pixel the largest of the gradients; ``di-zenzo``: root of the largest eigenvalue of the mean structure
+        tensor (Di Zenzo 1986); ``mertens``: gradient of the exposure fusion
+        (Mertens, Kautz & Van Reeth 2007).
+    exposures
+        Relative exposures, 1 each when left out.
+    gamma
+        Tone curve to undo.
+
+    Returns
+    -------
+    EdgeMap. These rules know nothing of noise: ``floor`` is that of the noisiest image alone.
+
+    Raises
+    ------
+    BadInput
+        Unknown method, no images, sizes or numbers that do not agree.
+    """
+    if method not in get_args(ComparisonMethod):
+        raise BadInput(
+            f"Unknown edge method {method!r}.", f"Known: em, {', '.join(get_args(ComparisonMethod))}."
+        )
+    if not images:
+        raise BadInput("No images to take edges of.")
+    times = [1.0] * len(images) if exposures is None else list(exposures)
+    if len(times) != len(images):
+        raise BadInput(f"{len(times)} exposures for {len(images)} images.")
+    if any(image.shape != images[0].shape for image in images):
+        raise BadInput("The images of a set must be of one size.")
+    linear = [
+        (255.0 * (image / 255.0) ** gamma / time).astype(np.float32)
+        for image, time in zip(images, times, strict=True)
+    ]
+    floor = max(_noise(image, time, sigma_px) for image, time in zip(images, times, strict=True))
+    if method == "max-gradient":
+        gradients = np.stack([_gradient(channel, sigma_px) for channel in linear])
+        best = np.argmax(np.hypot(gradients[:, 0], gradients[:, 1]), axis=0)
+        gx, gy = (np.take_along_axis(gradients[:, axis], best[None], axis=0)[0] for axis in (0, 1))
+    elif method == "di-zenzo":
+        return _di_zenzo(linear, sigma_px, floor)
+    elif method == "mertens":
+        fused = cv2.createMergeMertens().process([cv2.cvtColor(i, cv2.COLOR_GRAY2BGR) for i in images])
+        gx, gy = _gradient(np.ascontiguousarray(fused[:, :, 0] * np.float32(255.0)), sigma_px)
+    else:
+        one = np.mean(linear, axis=0) if method == "mean" else np.max(linear, axis=0)
+        gx, gy = _gradient(one.astype(np.float32), sigma_px)
+    return _edge_map(np.hypot(gx, gy), np.arctan2(gy, gx), floor)
+
+
+def _gradient(channel: Field, sigma_px: float) -> NDArray[np.float32]:
+    """Gaussian derivatives along x and y, (2, H, W), scaled to the height of an ideal step."""
+    smooth, derivative = gaussian_kernels(sigma_px)
+    height = np.float32(np.sqrt(2.0 * np.pi) * sigma_px)
+    along_x = cv2.sepFilter2D(channel, cv2.CV_32F, derivative, smooth, borderType=cv2.BORDER_REPLICATE)
+    along_y = cv2.sepFilter2D(channel, cv2.CV_32F, smooth, derivative, borderType=cv2.BORDER_REPLICATE)
+    return np.stack([along_x, along_y]).astype(np.float32) * height
+
+
+def _noise(image: NDArray[np.uint8], exposure: float, sigma_px: float) -> float:
+    """Standard deviation of one image's gradient at its middle grey."""
+    smooth, derivative = gaussian_kernels(sigma_px)
+    gain = np.sqrt(2.0 * np.pi) * sigma_px * np.linalg.norm(smooth) * np.linalg.norm(derivative)
+    return float(grey_noise(image)[int(np.median(image))] * gain / exposure)
+
+
+def _di_zenzo(linear: Sequence[Field], sigma_px: float, floor: float) -> EdgeMap:
+    """Strongest direction of the summed structure tensors."""
+    gradients = np.stack([_gradient(channel, sigma_px) for channel in linear]).astype(np.float64)
+    xx, yy = np.mean(gradients[:, 0] ** 2, axis=0), np.mean(gradients[:, 1] ** 2, axis=0)
+    xy = np.mean(gradients[:, 0] * gradients[:, 1], axis=0)
+    largest = 0.5 * (xx + yy + np.sqrt((xx - yy) ** 2 + 4.0 * xy**2))
+    return _edge_map(np.sqrt(largest), 0.5 * np.arctan2(2.0 * xy, xx - yy), floor)
+
+
+def _edge_map(magnitude: NDArray[np.floating], angle: NDArray[np.floating], floor: float) -> EdgeMap:
+    """Suppression of non-maxima, and the fields that `edges` gives too."""
+    strength, axis = magnitude.astype(np.float32), np.mod(angle, np.pi).astype(np.float32)
+    ridge, offset = suppress_non_maxima(strength, axis)
+    return EdgeMap.from_fields(ridge, axis, offset, floor)

@@ -1,0 +1,1 @@
+"""Straight segments of an edge map."""

@@ -1,0 +1,1 @@
+"""The vision server: sessions behind the wire protocol."""

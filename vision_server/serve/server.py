@@ -1,0 +1,169 @@
+"""The vision server: a session behind the wire protocol (DESIGN.md §5)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from bridge.client import Client
+from bridge.endpoints import CurveClient
+from bridge.errors import BadInput, DeviceError, LightsAndCameraError
+from bridge.messages import (
+    Describe,
+    DiscardArgs,
+    EstimateArgs,
+    ImageCaptureResult,
+    NoArgs,
+    RestoreArgs,
+    StartArgs,
+    VisionCaptureArgs,
+)
+from bridge.serve import Reply, Service
+from vision_server.channels.image_files import read_grey
+from vision_server.serve.recorder import FOLDER, Frame, recorded_frames
+from vision_server.serve.results import estimate_result
+from vision_server.serve.session import Session, open_session
+
+IMAGE_SERVER_DEADLINE_S = 30.0  # of one capture: a long shutter, and a camera that has to wake up
+
+
+class VisionServer(Service):
+    """Operations of the vision server; one session at a time, begun by `start` or `restore`.
+
+    Parameters
+    ----------
+    curve : keys with which it calls an image server on a network.
+    """
+
+    name = "vision_server"
+
+    def __init__(self, curve: CurveClient | None = None) -> None:
+        self._curve = curve
+        self._session: Session | None = None
+        self._client: Client | None = None
+        self.operations = {
+            "start": (StartArgs, self._on_start),
+            "capture": (VisionCaptureArgs, self._on_capture),
+            "estimate": (EstimateArgs, self._on_estimate),
+            "discard": (DiscardArgs, self._on_discard),
+            "best": (NoArgs, self._on_best),
+            "parameters": (dict[str, Any], self._on_parameters),
+            "restore": (RestoreArgs, self._on_restore),
+        }
+
+    def close(self) -> None:
+        """Write the frames that are not on the disk yet, and let go of the image server."""
+        self._end()
+
+    def _end(self) -> None:
+        if self._session is not None and self._session.recorder is not None:
+            self._session.recorder.close()
+        if self._client is not None:
+            self._client.close()
+        self._session = self._client = None
+
+    def _open(self, args: StartArgs, recorded: Sequence[Frame] = ()) -> Session:
+        self._end()
+        client = Client(args.image_server, timeout_s=IMAGE_SERVER_DEADLINE_S, curve=self._curve)
+        try:
+            result, _ = client.request("describe")
+            session = open_session(args, _checked(result, Describe, args.image_server), recorded)
+        except LightsAndCameraError:
+            client.close()
+            raise
+        self._client, self._session = client, session
+        return session
+
+    def _on_start(self, args: StartArgs) -> Reply:
+        return _started(self._open(args))
+
+    def _on_restore(self, args: RestoreArgs) -> Reply:
+        out = Path(args.out)
+        frames = {frame.image: frame for frame in recorded_frames(out)}
+        missing = [image for image in args.images if image not in frames]
+        if missing:
+            raise BadInput(
+                f"{out / FOLDER} has no image {missing[0]}.", f"It has {', '.join(frames) or 'none'}."
+            )
+        known = {*args.images, *args.discarded}
+        session = self._open(args, [frame for frame in frames.values() if frame.image in known])
+        for image in args.images:
+            session.add(image, read_grey(out / FOLDER / f"{image}.png"), frames[image].settings)
+        session.retired |= set(args.discarded)
+        return _started(session)
+
+    def _on_capture(self, args: VisionCaptureArgs) -> Reply:
+        session, client = self._here()
+        session.check_name(args.image)
+        began = time.perf_counter()
+        result, arrays = client.request("capture", {"settings": msgspec.to_builtins(args.settings)})
+        captured = time.perf_counter()
+        header = _checked(result, ImageCaptureResult, client.endpoint)
+        if len(arrays) != 1 or arrays[0].ndim != 2 or arrays[0].dtype != "uint8":
+            raise DeviceError(f"The image server at {client.endpoint} sent no grey uint8 frame.")
+        pixels = arrays[0]
+        statistics = session.add(args.image, pixels, header.applied)
+        if session.recorder is not None:
+            session.recorder.save(args.image, header.applied, pixels)
+        return Reply(
+            {
+                "image": args.image,
+                "applied": header.applied,
+                "verified": header.verified,
+                "statistics": statistics,
+                "seconds": {"capture": captured - began, "edges": time.perf_counter() - captured},
+            }
+        )
+
+    def _on_estimate(self, args: EstimateArgs) -> Reply:
+        session, _ = self._here()
+        estimate = session.estimate(args.images)
+        if session.recorder is not None:
+            session.recorder.flush()  # what is decided on is on the disk: a session can be resumed
+        return Reply(estimate_result(estimate))
+
+    def _on_discard(self, args: DiscardArgs) -> Reply:
+        session, _ = self._here()
+        session.discard(args.image)
+        return Reply({"image": args.image, "images": list(session.images.images)})
+
+    def _on_best(self, _: NoArgs) -> Reply:
+        session, _client = self._here()
+        if session.best is None:
+            return Reply(
+                {"pose": None, "covariance": None, "rms_px": None, "uncertainty": None, "score": 0.0}
+            )
+        return Reply({**estimate_result(session.best), "seconds": {}})
+
+    def _on_parameters(self, values: dict[str, Any]) -> Reply:
+        session, _ = self._here()
+        return Reply(session.set_parameters(values))
+
+    def _here(self) -> tuple[Session, Client]:
+        if self._session is None or self._client is None:
+            raise BadInput("No session has been started on this vision server.", "Send start first.")
+        return self._session, self._client
+
+
+def _started(session: Session) -> Reply:
+    model = session.model
+    return Reply(
+        {
+            "model": {"name": model.name, "lines": len(model.lines), "faces": len(model.faces)},
+            "describe": session.describe,
+        }
+    )
+
+
+def _checked(result: dict[str, Any], kind: Any, endpoint: str) -> Any:
+    try:
+        return msgspec.convert(result, kind)
+    except (msgspec.ValidationError, ValueError) as error:
+        raise DeviceError(
+            f"The image server at {endpoint} sent a malformed {kind.__name__}: {error}.",
+            "Is it an image server of this version?",
+        ) from error

@@ -1,0 +1,194 @@
+"""One session of the vision server: its inputs, its image set and its estimates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from bridge.errors import BadInput
+from bridge.messages import Describe, Settings, StartArgs
+from geometry.camera import Camera
+from geometry.errors import GeometryError
+from geometry.model import Model
+from geometry.pose import Pose
+from vision_server.image_set import Grey, ImageSet
+from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
+from vision_server.serve import parameters
+from vision_server.serve.inputs import checked_pose, read_camera, read_model, read_seed_pose
+from vision_server.serve.recorder import Frame, Recorder, stack_head
+from vision_server.serve.statistics import frame_statistics, target_region
+
+
+@dataclass(eq=False)
+class Session:
+    """What the operations of the server work on.
+
+    Attributes
+    ----------
+    images
+        The set, and with it what was computed for each image.
+    retired
+        Names of images of earlier sets, which went when the scene's geometry changed; they stay taken.
+    best
+        The estimate with the best score of the present set so far.
+    """
+
+    describe: Describe
+    model: Model
+    camera: Camera
+    gain: float
+    gamma: float
+    seed_pose: Pose
+    settings: PipelineSettings
+    recorder: Recorder | None = None
+    images: ImageSet = field(init=False)
+    retired: set[str] = field(default_factory=set)
+    best: Estimate | None = None
+    _known: dict[tuple[str, ...], Estimate] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.images = ImageSet(self.camera.width, self.camera.height)
+
+    def exposure(self, settings: Settings) -> float:
+        """Exposure relative to the reference of `describe`, sensor gain included."""
+        reference = self.describe.reference
+        at_reference = reference.shutter_s / reference.aperture**2
+        return float(settings.shutter_s / settings.aperture**2 / at_reference * self.gain)
+
+    def check_name(self, image: str) -> None:
+        """Raise BadInput when an image's name is taken."""
+        if image in self.images.images or image in self.retired:
+            raise BadInput(
+                f"The name {image} is taken by another image.", "Give each image a name of its own."
+            )
+
+    def add(self, image: str, pixels: Grey, applied: Settings) -> dict[str, Any]:
+        """Add a frame to the set; its statistics."""
+        self.images.add(image, pixels, self.exposure(applied), self.gamma)
+        pose = self.seed_pose if self.best is None or self.best.pose is None else self.best.pose
+        region = target_region(self.model, self.camera, pose)
+        return frame_statistics(pixels, self.images.images[image].statistics, region, self.gamma)
+
+    def discard(self, image: str) -> None:
+        """Forget an image of the set; its name stays taken."""
+        if image not in self.retired:
+            self.images.remove(image)
+            self.retired.add(image)
+
+    def estimate(self, names: Sequence[str]) -> Estimate:
+        """Pose from the named images; the same question is answered once."""
+        key = tuple(dict.fromkeys(names))
+        self.images.check(key)
+        if key not in self._known:
+            try:
+                found = estimate_pose(
+                    self.images, key, self.model, self.camera, self.seed_pose, self.settings
+                )
+            except GeometryError as error:
+                raise BadInput(str(error)) from error
+            self._known[key] = found
+        estimate = self._known[key]
+        if estimate.pose is not None and (self.best is None or estimate.score > self.best.score):
+            self.best = estimate
+        return estimate
+
+    def set_parameters(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Set parameters by name, all or none; all of them afterwards."""
+        values = dict(values)
+        wanted = values.pop(parameters.SEED_POSE, None)
+        settings = parameters.changed(self.settings, values)
+        if wanted is not None:
+            best = None if self.best is None else self.best.pose
+            pose = parameters.new_seed_pose(wanted, best, self.seed_pose)
+            if isinstance(wanted, Mapping) and "best_at_range_m" in wanted:
+                self._new_set()
+            self.seed_pose = pose
+            self._known.clear()
+        if settings != self.settings:
+            self.settings = settings
+            self._known.clear()
+        return {**parameters.as_dict(self.settings), parameters.SEED_POSE: self.seed_pose.to_dict()}
+
+    def _new_set(self) -> None:
+        """The target has moved: what was seen before says nothing about where it is now."""
+        self.retired |= set(self.images.images)
+        self.images = ImageSet(self.camera.width, self.camera.height)
+        self.best = None
+
+
+def open_session(args: StartArgs, describe: Describe, recorded: Sequence[Frame] = ()) -> Session:
+    """The session that `start` asks for; what it leaves out comes from the image server's `describe`.
+
+    ``recorded`` are the frames that an earlier session has saved in the same folder.
+
+    Raises
+    ------
+    BadInput
+        A missing or unusable model, camera, seed pose or folder.
+    """
+    model_file, unit = _model_file(args, describe)
+    model = read_model(model_file, unit)
+    if args.camera_file is not None:
+        camera, table = read_camera(Path(args.camera_file))
+    elif describe.camera is not None:
+        table = msgspec.to_builtins(describe.camera)
+        camera = Camera.from_dict(table)
+    else:
+        raise BadInput(
+            "The image server does not know its camera.", "Give a camera file (--camera-model TOML)."
+        )
+    gain, gamma = (_positive(table, key, describe) for key in ("gain", "gamma"))
+    seed_pose = _seed_pose(args, describe)
+    session = Session(
+        describe,
+        model,
+        camera,
+        gain,
+        gamma,
+        seed_pose,
+        PipelineSettings(matcher=args.matcher, seed=args.seed),
+    )
+    if args.out is not None:
+        head = {**camera.to_dict(), "gain": gain, "gamma": gamma}
+        head["shutters_s"], head["apertures"] = list(describe.shutters_s), list(describe.apertures)
+        for key in ("read_noise_e", "full_well_e"):
+            if key in table:
+                head[key] = table[key]
+        text = stack_head(describe, head, model_file.name, unit, seed_pose)
+        session.recorder = Recorder(Path(args.out), text, model_file, list(recorded))
+    return session
+
+
+def _model_file(args: StartArgs, describe: Describe) -> tuple[Path, str]:
+    if args.model is not None:
+        return Path(args.model), args.unit or "m"
+    if describe.target is None:
+        raise BadInput("The image server does not know its target.", "Give a model file (--target FILE).")
+    return Path(describe.target.model), args.unit or describe.target.unit
+
+
+def _seed_pose(args: StartArgs, describe: Describe) -> Pose:
+    if args.seed_pose_file is not None:
+        return read_seed_pose(Path(args.seed_pose_file))
+    known = None if describe.target is None else describe.target.seed_pose
+    if known is None:
+        raise BadInput("The image server knows no seed pose.", "Give a seed pose file (--seed-pose TOML).")
+    try:
+        return checked_pose(Pose(np.array(known.rotation_vector), np.array(known.translation)))
+    except GeometryError as error:
+        raise BadInput(f"The image server's seed pose: {error}.") from error
+
+
+def _positive(table: Mapping[str, Any], key: str, describe: Describe) -> float:
+    value = table.get(key)
+    if value is None:
+        value = 1.0 if describe.camera is None else getattr(describe.camera, key)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < math.inf:
+        raise BadInput(f"[camera] {key} must be a positive number, not {value!r}.")
+    return float(value)

@@ -1,0 +1,96 @@
+"""How a frame is exposed and how sharp it is, in the region where the target should be."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from vision_server.channels.channel import SATURATED_GREY, ChannelStatistics, Grey
+
+MARGIN_PX = 10  # around the model's outline
+DARK_GREY = 8  # below this there is nothing to see
+SHARP_PX = 0.7  # what a frame without measurable blur counts as ...
+LEAST_SPREAD = (
+    0.1  # ... when its light spreads over this share of full scale, so that there was something to see
+)
+
+
+def target_region(model: Model, camera: Camera, pose: Pose) -> NDArray[np.bool_]:
+    """Pixels within MARGIN_PX of the model's outline, (H, W); all when it is not in front, or outside."""
+    points = camera.project(pose.apply(model.vertices))
+    everything = np.ones((camera.height, camera.width), dtype=bool)
+    if not np.isfinite(points).all():
+        return everything
+    hull = cv2.convexHull(np.clip(points, -4.0 * camera.width, 5.0 * camera.width).astype(np.float32))
+    mask = np.zeros((camera.height, camera.width), dtype=np.uint8)
+    cv2.fillConvexPoly(mask, np.round(hull).astype(np.int32), 1)
+    side = 2 * MARGIN_PX + 1
+    region = cv2.dilate(mask, np.ones((side, side), np.uint8)) > 0
+    return region if region.any() else everything
+
+
+def frame_statistics(
+    pixels: Grey, channel: ChannelStatistics, region: NDArray[np.bool_], gamma: float = 1.0
+) -> dict[str, Any]:
+    """Statistics of a frame over the target's region, and of the whole frame under ``frame``.
+
+    Parameters
+    ----------
+    pixels
+        uint8 (H, W), as it came.
+    channel
+        Edge statistics of the same frame.
+    region
+        bool (H, W), where the target should be.
+    gamma
+        Tone curve of the frame, as in `channel_statistics`.
+
+    Returns
+    -------
+    mean, p05, p50, p95
+        Linear intensity as a share of full scale, 0..1: twice the light is twice the number.
+    dark_fraction, saturated_fraction
+        Shares of pixels under grey 8, and at 250 or more.
+    sharpness
+        95th percentile of the contrast over the spread p95 - p05: 1 for crisp edges, near 0 for none.
+    noise
+        Median standard deviation of the sensor noise, share of full scale.
+    blur_px
+        Standard deviation of the edges' spread in the frame, px; None where no edge tells.
+    """
+    target = _of(pixels, channel, region, gamma)
+    seen = target["p95"] - target["p05"] >= LEAST_SPREAD
+    blur = channel.blur_px if channel.blur_px > 0.0 else SHARP_PX if seen else None
+    return {**target, "blur_px": blur, "frame": _of(pixels, channel, None, gamma)}
+
+
+def _of(
+    pixels: Grey, channel: ChannelStatistics, region: NDArray[np.bool_] | None, gamma: float
+) -> dict[str, float]:
+    grey = pixels.ravel() if region is None else pixels[region]
+    counts = np.bincount(grey, minlength=256)
+    below = np.cumsum(counts)
+    total = float(below[-1])
+    linear = (np.arange(256) / 255.0) ** gamma
+    low, middle, high = (float(linear[np.searchsorted(below, share * total)]) for share in (0.05, 0.5, 0.95))
+    contrast = channel.contrast if region is None else channel.contrast[region]
+    noise = channel.noise if region is None else channel.noise[region]
+    spread = max(high - low, 1.0 / 255.0)
+    edges = contrast[contrast > 0]
+    sharp = float(np.percentile(edges, 95)) * channel.exposure / 255.0 / spread if len(edges) else 0.0
+    return {
+        "mean": float(counts @ linear) / total,
+        "p05": low,
+        "p50": middle,
+        "p95": high,
+        "dark_fraction": float(below[DARK_GREY - 1]) / total,
+        "saturated_fraction": float(total - below[SATURATED_GREY - 1]) / total,
+        "sharpness": min(1.0, sharp),
+        "noise": float(np.median(noise[::7])) * channel.exposure / 255.0,
+    }
