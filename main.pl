@@ -16,9 +16,9 @@ main :-
     root(Root),
     set_up(Root),
     load(Root, '/session/opening'),     % the servers start while the rest is loaded
-    opening:open_session(Options, Opened),
-    load(Root, '/session/session'),
-    session:run_session(Options, Opened, Status),
+    session_opening:open_session(Options, Opened),
+    load(Root, '/session/run'),
+    session_run:run_session(Options, Opened, Status),
     halt(Status).
 
 load(Root, Path) :-
@@ -37,7 +37,7 @@ set_up(Root) :-
     ).
 
 needed('.venv/bin/python').
-needed('bridge/zmq4pl.so').
+needed('bridge/prolog/zmq4pl.so').
 
 give_up(Message) :-
     format(user_error, "main.pl: ~s~n", [Message]),

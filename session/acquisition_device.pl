@@ -1,4 +1,4 @@
-:- module(acquisition_device,
+:- module(session_acquisition_device,
           [ open_acquisition/1,         % +Options
             close_acquisition/0,
             can_execute/1,              % +Action

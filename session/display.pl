@@ -1,4 +1,4 @@
-:- module(display, []).
+:- module(session_display, []).
 :- use_module('../domain/reasoning/device').
 :- use_module('../domain/reasoning/merit').
 :- use_module('../domain/reasoning/qualitative').

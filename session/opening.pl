@@ -1,4 +1,4 @@
-:- module(opening,
+:- module(session_opening,
           [ open_session/2              % +Options, -Opened
           ]).
 :- use_module(plan).

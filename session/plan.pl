@@ -1,4 +1,4 @@
-:- module(plan,
+:- module(session_plan,
           [ session_plan/2,             % +Options, -Plan
             hold_ranges/3               % +FirstM, +ContactM, -RangesM
           ]).
@@ -32,7 +32,7 @@ session_plan(Options, Plan) :-
                  controller:ControllerName, controller_file:ControllerFile, target:TargetName, model:Model }.
 
 root(Root) :-
-    module_property(plan, file(File)),
+    module_property(session_plan, file(File)),
     file_directory_name(File, Session),
     file_directory_name(Session, Root).
 

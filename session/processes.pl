@@ -1,4 +1,4 @@
-:- module(processes,
+:- module(session_processes,
           [ start_server/4,             % +Name, +Arguments, +LogFile, -Process
             check_alive/1,              % +Process
             stop_processes/1,           % +Processes
@@ -23,7 +23,7 @@ they notice by themselves (`--parent`).
 
 start_server(Name, Arguments, LogFile, process(Name, Pid, LogFile)) :-
     current_prolog_flag(pid, Parent),
-    module_property(processes, file(Here)),
+    module_property(session_processes, file(Here)),
     file_directory_name(Here, SessionDir),
     file_directory_name(SessionDir, Root),
     atomic_list_concat([Root, '/.venv/bin/python'], Python),

@@ -1,4 +1,4 @@
-:- module(result,
+:- module(session_result,
           [ session_result/3,           % +Facts, +Value, -Result
             write_result/2              % +Result, +File
           ]).

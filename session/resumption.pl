@@ -1,4 +1,4 @@
-:- module(resumption,
+:- module(session_resumption,
           [ record_options/2,           % +Options, +Folder
             resumed_options/3,          % +Given, +Folder, -Options
             captures_taken/2            % +Folder, -Count

@@ -1,4 +1,4 @@
-:- module(run_folder,
+:- module(session_run_folder,
           [ make_run_folder/3,          % +Options, +Plan, -Folder
             leave_run_folder/1,         % +Folder
             run_file/3                  % +Folder, +Name, -File

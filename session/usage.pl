@@ -1,4 +1,4 @@
-:- module(usage,
+:- module(session_usage,
           [ usage_error/2,              % +Format, +Arguments
             dashes/2                    % +Name, -Dashed
           ]).

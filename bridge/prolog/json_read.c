@@ -389,7 +389,7 @@ build(reader *r, term_t t)
   }
 }
 
-/* error(syntax_error(json(What)), context(zmq:json_term/2, byte(Offset))) */
+/* error(syntax_error(json(What)), context(bridge_zmq:json_term/2, byte(Offset))) */
 static int
 json_failed(reader *r)
 { term_t ex = PL_new_term_ref();
@@ -402,7 +402,7 @@ json_failed(reader *r)
 			     PL_CHARS, r->error,
 			 PL_FUNCTOR_CHARS, "context", 2,
 			   PL_FUNCTOR_CHARS, ":", 2,
-			     PL_CHARS, "zmq",
+			     PL_CHARS, "bridge_zmq",
 			     PL_FUNCTOR_CHARS, "/", 2,
 			       PL_CHARS, "json_term",
 			       PL_INT, 2,

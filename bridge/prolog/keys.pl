@@ -1,4 +1,4 @@
-:- module(keys,
+:- module(bridge_keys,
           [ client_keys/4               % +Folder, +Name, +Server, -Curve
           ]).
 :- use_module(library(lists), [member/2]).

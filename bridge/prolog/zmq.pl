@@ -5,12 +5,12 @@ thread ends, or by zmq_close/1; closing never waits (LINGER is 0). Waiting honou
 
 A deadline that passes is failure; every error of libzmq is a term
 
-    error(zmq_error(Errno, Message), context(zmq:Name/Arity, Culprit))
+    error(zmq_error(Errno, Message), context(bridge_zmq:Name/Arity, Culprit))
 
 where Errno is an atom such as 'EADDRINUSE'. Timeouts are seconds from now, or `infinite`.
 */
 
-:- module(zmq,
+:- module(bridge_zmq,
           [ zmq_socket/3,           % +Type, -Socket, +Options
             zmq_close/1,            % +Socket
             is_zmq_socket/1,        % @Term

@@ -27,7 +27,7 @@ static const struct { int number; const char *name; } errno_names[] =
   { ENOCOMPATPROTO, "ENOCOMPATPROTO" }, { ETERM, "ETERM" }, { EMTHREAD, "EMTHREAD" }, { 0, NULL }
 };
 
-/* error(zmq_error(Errno, Message), context(zmq:Name/Arity, Culprit)) */
+/* error(zmq_error(Errno, Message), context(bridge_zmq:Name/Arity, Culprit)) */
 int
 zmq_failed(const char *name, int arity, term_t culprit)
 { int number = zmq_errno();
@@ -56,7 +56,7 @@ zmq_failed(const char *name, int arity, term_t culprit)
 			     PL_UTF8_STRING, zmq_strerror(number),
 			   PL_FUNCTOR_CHARS, "context", 2,
 			     PL_FUNCTOR_CHARS, ":", 2,
-			       PL_CHARS, "zmq",
+			       PL_CHARS, "bridge_zmq",
 			       PL_FUNCTOR_CHARS, "/", 2,
 				 PL_CHARS, name,
 				 PL_INT, arity,

@@ -22,7 +22,7 @@ typedef struct zsock
   struct zsock *next;
 } zsock;
 
-/* zmq4pl.c: raise error(zmq_error(Errno, Message), context(zmq:Name/Arity, Culprit)); 0 for no culprit */
+/* zmq4pl.c: raise error(zmq_error(Errno, Message), context(bridge_zmq:Name/Arity, Culprit)); 0 for no culprit */
 int  zmq_failed(const char *name, int arity, term_t culprit);
 
 /* zmq_socket.c: the open socket of the calling thread behind a term, or an exception */

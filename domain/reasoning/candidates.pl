@@ -1,4 +1,4 @@
-:- module(candidates,
+:- module(domain_candidates,
           [ candidate/2,                % +Device, -Settings
             most_promising/4,           % +Device, +Experience, -Settings, -Why
             ranking/3,                  % +Device, +Experience, -Ranked

@@ -1,4 +1,4 @@
-:- module(device,
+:- module(domain_device,
           [ device_lights/2,            % +Device, -Lights
             device_shutters/2,          % +Device, -ShuttersS
             device_apertures/2,         % +Device, -Apertures

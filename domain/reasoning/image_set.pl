@@ -1,4 +1,4 @@
-:- module(image_set,
+:- module(domain_image_set,
           [ image_name/2,               % +Taken, -Image
             image_names/3,              % +Candidate, +ImageSet, -Images
             kept_states/2,              % +ImageSet, -States

@@ -1,4 +1,4 @@
-:- module(merit,
+:- module(domain_merit,
           [ merit/2,                    % +Fix, -MeritPx
             improves/2,                 % +Fix, +MeritPx
             fix_rms/2,                  % +Fix, -RmsPx

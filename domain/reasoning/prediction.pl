@@ -1,4 +1,4 @@
-:- module(prediction,
+:- module(domain_prediction,
           [ predict/4,                  % +Device, +Readings, +Settings, -Prediction
             fit/3,                      % +Device, +Readings, -Response
             predict_with/4              % +Device, +Response, +Settings, -Prediction

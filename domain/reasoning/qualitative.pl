@@ -1,4 +1,4 @@
-:- module(qualitative,
+:- module(domain_qualitative,
           [ qualitative_state/3,        % +Device, +Settings, -State
             state_words/2,              % +State, -Text
             settings_words/3,           % +Device, +Settings, -Text

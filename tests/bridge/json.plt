@@ -36,7 +36,7 @@ test(nested, Depth == 400) :-
     depth(Term, Depth).
 test(bad_text_is_refused, Wrong == []) :-
     findall(Text, ( bad(Text), \+ refused(Text) ), Wrong).
-test(an_error_says_what_and_where, error(syntax_error(json(comma_expected)), context(zmq:json_term/2, byte(6)))) :-
+test(an_error_says_what_and_where, error(syntax_error(json(comma_expected)), context(bridge_zmq:json_term/2, byte(6)))) :-
     json_term('[1, 2 3]', _).
 test(nested_too_deeply, error(syntax_error(json(nested_too_deeply)))) :-
     nested(100000, Text),

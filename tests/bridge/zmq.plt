@@ -87,21 +87,21 @@ not_utf8(Codes) :-
 
 :- begin_tests(zmq_errors).
 
-test(address_in_use, error(zmq_error('EADDRINUSE', _), context(zmq:zmq_bind/2, Endpoint))) :-
+test(address_in_use, error(zmq_error('EADDRINUSE', _), context(bridge_zmq:zmq_bind/2, Endpoint))) :-
     zmq_socket(router, A, []),
     zmq_bind(A, 'tcp://127.0.0.1:*'),
     zmq_get(A, last_endpoint, Endpoint),
     zmq_socket(router, B, []),
     zmq_bind(B, Endpoint).
-test(malformed_endpoint, error(zmq_error('EINVAL', "Invalid argument"), context(zmq:zmq_connect/2, nonsense))) :-
+test(malformed_endpoint, error(zmq_error('EINVAL', "Invalid argument"), context(bridge_zmq:zmq_connect/2, nonsense))) :-
     zmq_socket(dealer, S, []),
     zmq_connect(S, nonsense).
-test(wrong_state, error(zmq_error('EFSM', _), context(zmq:zmq_receive/3, _))) :-
+test(wrong_state, error(zmq_error('EFSM', _), context(bridge_zmq:zmq_receive/3, _))) :-
     socket_endpoint(Endpoint),
     zmq_socket(req, S, []),
     zmq_connect(S, Endpoint),
     zmq_receive(S, _, 0).
-test(option_refused, error(zmq_error('EINVAL', _), context(zmq:zmq_set/3, _))) :-
+test(option_refused, error(zmq_error('EINVAL', _), context(bridge_zmq:zmq_set/3, _))) :-
     zmq_socket(dealer, S, []),
     zmq_set(S, subscribe, "").
 test(unknown_type, error(domain_error(zmq_socket_type, dear))) :-
@@ -121,7 +121,7 @@ test(closing_twice, Open == false) :-
     zmq_close(S),
     zmq_close(S),
     ( is_zmq_socket(S) -> Open = true ; Open = false ).
-test(an_error_reads_well, Text == "zmq:zmq_bind/2: ZeroMQ refused: No such file or directory (ENOENT) (ipc:///no/where)") :-
+test(an_error_reads_well, Text == "bridge_zmq:zmq_bind/2: ZeroMQ refused: No such file or directory (ENOENT) (ipc:///no/where)") :-
     zmq_socket(router, S, []),
     catch(zmq_bind(S, 'ipc:///no/where'), Error, true),
     message_to_codes(Error, Text).

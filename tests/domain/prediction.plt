@@ -109,7 +109,7 @@ test(unfavourable_is_avoided) :-
     readings(Device, [settings([7, 7, 7], 0.0083333, 4.0)], Readings),
     most_promising(Device, experience(Readings, [], []), _, why(State, _, _)),
     most_promising(Device, experience(Readings, [], [State]), _, why(Other, _, _)),
-    qualitative:similarity(State, Other, S),
+    domain_qualitative:similarity(State, Other, S),
     S =< 0.7.
 test(exposure_program) :-
     testbed(Device),

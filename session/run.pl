@@ -1,4 +1,4 @@
-:- module(session,
+:- module(session_run,
           [ run_session/3               % +Options, +Opened, -ExitStatus
           ]).
 :- use_module(acquisition_device).
@@ -114,8 +114,8 @@ run_program(Options, Plan, Folder, Outcome) :-
     ),
     nb_setval(session_situation, none),
     catch(( indigolog(Plan.program,
-                      [ check(false), device(acquisition_device), journal(Journal), seed(Plan.seed),
-                        on_action(session:after_action(Options)) | Resume ]),
+                      [ check(false), device(session_acquisition_device), journal(Journal), seed(Plan.seed),
+                        on_action(session_run:after_action(Options)) | Resume ]),
             Outcome = finished ),
           Error,
           ended_by(Error, Outcome)).
@@ -192,7 +192,7 @@ finish(Outcome, Options, Plan, Folder, Status) :-
         session_result(_{ status:Name, controller:(Plan.controller), target:(Plan.target),
                           seed:(Plan.seed), command:Command, seconds:Seconds, error:Error,
                           threshold_px:Threshold },
-                       session:value_in(Situation), Result),
+                       session_run:value_in(Situation), Result),
         run_file(Folder, 'result.json', File),
         write_result(Result, File),
         stop_everything,                % the vision server flushes its images
