@@ -22,19 +22,19 @@
           ]).
 :- use_module(library(error), [must_be/2]).
 :- use_module(library(option), [option/3]).
-:- use_module(checks, [check_program/1, check_theory/0, check_theory_once/0]).
-:- use_module(console, [step_through/2]).
-:- use_module(explain, [why/3]).
-:- use_module(chance, [random_fraction/1, random_pick/2]).
-:- use_module(devices, [report_exogenous/1]).
-:- use_module(executive, [run/2, request_stop/1, request_abort/0]).
-:- use_module(theory, [load_theory/1]).
-:- use_module(situation).
-:- use_module(formula, []).
-:- use_module(context, [top_context/1]).
-:- use_module(transition, []).
-:- use_module(termination, []).
-:- use_module(offline).
+:- use_module(tools/checks, [check_program/1, check_theory/0, check_theory_once/0]).
+:- use_module(tools/console, [step_through/2]).
+:- use_module(tools/explain, [why/3]).
+:- use_module(language/chance, [random_fraction/1, random_pick/2]).
+:- use_module(online/devices, [report_exogenous/1]).
+:- use_module(online/executive, [run/2, request_stop/1, request_abort/0]).
+:- use_module(language/theory, [load_theory/1]).
+:- use_module(language/situation).
+:- use_module(language/formula, []).
+:- use_module(language/context, [top_context/1]).
+:- use_module(language/transition, []).
+:- use_module(language/termination, []).
+:- use_module(language/offline).
 
 :- meta_predicate indigolog(+, :).
 

@@ -3,14 +3,14 @@
 :- use_module(library(lists), [reverse/2, member/2]).
 :- use_module(library(option), [option/2, option/3]).
 :- use_module(indigolog).
-:- use_module(checks, [check_theory/0, check_program/1]).
-:- use_module(console, [step_through/2]).
-:- use_module(explain, [why/3]).
-:- use_module(explanation_text, [explanations//1]).
-:- use_module(messages, []).
-:- use_module(offline, [bounded_do/4]).
-:- use_module(patience, [with_patience/2]).
-:- use_module(situation, [initial_situation/1]).
+:- use_module(tools/checks, [check_theory/0, check_program/1]).
+:- use_module(tools/console, [step_through/2]).
+:- use_module(tools/explain, [why/3]).
+:- use_module(tools/explanation_text, [explanations//1]).
+:- use_module(tools/messages, []).
+:- use_module(language/offline, [bounded_do/4]).
+:- use_module(language/patience, [with_patience/2]).
+:- use_module(language/situation, [initial_situation/1]).
 
 :- initialization(main, main).
 

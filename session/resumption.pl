@@ -3,7 +3,7 @@
             resumed_options/3,          % +Given, +Folder, -Options
             captures_taken/2            % +Folder, -Count
           ]).
-:- use_module('../indigolog/journal', [journal_entries/3]).
+:- use_module('../indigolog/online/journal', [journal_entries/3]).
 :- use_module(run_folder, [run_file/3]).
 :- use_module(usage, [dashes/2, usage_error/2]).
 :- use_module(library(aggregate), [aggregate_all/3]).

@@ -12,7 +12,7 @@
 :- use_module('../domain/reasoning/image_set').
 :- use_module('../domain/reasoning/merit').
 :- use_module('../domain/reasoning/qualitative').
-:- use_module('../indigolog/checks').
+:- use_module('../indigolog/tools/checks').
 :- use_module('../indigolog/indigolog').
 :- use_module(library(http/json), [json_write_dict/3]).
 :- use_module(library(apply), [foldl/4]).

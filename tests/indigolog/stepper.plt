@@ -1,7 +1,7 @@
 :- module(test_indigolog_stepper, []).
 :- use_module(library(plunit)).
 :- use_module('../../indigolog/indigolog').
-:- use_module('../../indigolog/stepper').
+:- use_module('../../indigolog/tools/stepper').
 
 /** <module> A program step by step */
 

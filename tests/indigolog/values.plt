@@ -2,7 +2,7 @@
 :- use_module(library(plunit)).
 :- use_module(library(assoc), [assoc_to_list/2, empty_assoc/1, get_assoc/3, put_assoc/4]).
 :- use_module(library(random), [random_between/3]).
-:- use_module('../../indigolog/values').
+:- use_module('../../indigolog/language/values').
 
 /** <module> The values of a situation are those of a plain map, however many there are */
 

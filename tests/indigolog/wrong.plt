@@ -5,7 +5,7 @@
 :- use_module(library(apply), [maplist/3, partition/4]).
 :- use_module(library(lists), [append/3, member/2, nth1/3]).
 :- use_module(library(readutil), [read_file_to_string/3]).
-:- use_module('../../indigolog/checks').
+:- use_module('../../indigolog/tools/checks').
 :- use_module('../../indigolog/indigolog').
 
 /** <module> What docs/wrong_theories.md says is printed for each wrong theory is printed

@@ -6,15 +6,15 @@
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(lists), [member/2, nth1/3, reverse/2]).
 :- use_module(library(option), [option/3]).
-:- use_module(configuration).
-:- use_module(context, [top_context/1]).
-:- use_module(devices).
+:- use_module('../language/configuration').
+:- use_module('../language/context', [top_context/1]).
+:- use_module('../online/devices').
 :- use_module(explain, [why/3]).
-:- use_module(formula, [holds_in/2]).
-:- use_module(journal, [journal_entries/3]).
-:- use_module(situation).
-:- use_module(terminal, [ask_in/2]).
-:- use_module(theory).
+:- use_module('../language/formula', [holds_in/2]).
+:- use_module('../online/journal', [journal_entries/3]).
+:- use_module('../language/situation').
+:- use_module('../online/terminal', [ask_in/2]).
+:- use_module('../language/theory').
 
 /** <module> A program step by step, by hand
 

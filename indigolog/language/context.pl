@@ -21,7 +21,7 @@
 :- use_module(library(error), [must_be/2]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(time), [alarm/4, remove_alarm/1]).
-:- use_module(point, [program_point/5]).
+:- use_module('../tools/point', [program_point/5]).
 :- use_module(patience, [most_calls/1]).
 :- use_module(situation).
 :- use_module(theory).

@@ -7,10 +7,10 @@
           ]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(solution_sequences), [limit/2]).
-:- use_module(binding, [bound_names/2]).
+:- use_module('../language/binding', [bound_names/2]).
 :- use_module(loop_variables, [kept_variable/3]).
 :- use_module(program_checks).
-:- use_module(theory).
+:- use_module('../language/theory').
 
 /** <module> What is wrong with a theory or a program, before it runs
 

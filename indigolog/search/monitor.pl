@@ -6,13 +6,13 @@
 :- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2]).
 :- use_module(achieve, [plan_for/5]).
 :- use_module(conditional, [conditional_plan/4]).
-:- use_module(configuration, [after_action/5, last_action/2]).
-:- use_module(formula, [holds_in/2]).
-:- use_module(messages, [progress_message/1]).
+:- use_module('../language/configuration', [after_action/5, last_action/2]).
+:- use_module('../language/formula', [holds_in/2]).
+:- use_module('../tools/messages', [progress_message/1]).
 :- use_module(search, [plan_expects/2]).
-:- use_module(situation).
-:- use_module(termination, [final/3]).
-:- use_module(transition, [trans/5]).
+:- use_module('../language/situation').
+:- use_module('../language/termination', [final/3]).
+:- use_module('../language/transition', [trans/5]).
 
 /** <module> Conditional plans, watched while they are executed
 

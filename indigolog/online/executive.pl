@@ -5,17 +5,17 @@
           ]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3, meta_options/3]).
-:- use_module(chance).
-:- use_module(context, [top_context/1]).
+:- use_module('../language/chance').
+:- use_module('../language/context', [top_context/1]).
 :- use_module(devices).
 :- use_module(journal).
-:- use_module(messages, [progress_message/1]).
-:- use_module(patience, [still_patient/3, with_patience/2]).
-:- use_module(situation).
+:- use_module('../tools/messages', [progress_message/1]).
+:- use_module('../language/patience', [still_patient/3, with_patience/2]).
+:- use_module('../language/situation').
 :- use_module(terminal, [ask_in/2]).
-:- use_module(termination, [final/3]).
-:- use_module(theory).
-:- use_module(transition, [step/4]).
+:- use_module('../language/termination', [final/3]).
+:- use_module('../language/theory').
+:- use_module('../language/transition', [step/4]).
 
 :- meta_predicate run(+, :).
 

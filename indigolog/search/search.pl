@@ -5,11 +5,11 @@
           ]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(best_first, [best_first_path/5, beam_path/5]).
-:- use_module(configuration, [along/5, last_action/2]).
+:- use_module('../language/configuration', [along/5, last_action/2]).
 :- use_module(depth_first, [depth_first_path/4, bounded_path/5, deepening_path/5]).
-:- use_module(messages, [progress_message/1]).
+:- use_module('../tools/messages', [progress_message/1]).
 :- use_module(search_options, [out_of_budget/1, search_strategy/2]).
-:- use_module(situation, [situation_history/2]).
+:- use_module('../language/situation', [situation_history/2]).
 
 /** <module> Search: look ahead to a complete execution before doing anything
 

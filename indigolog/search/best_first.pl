@@ -6,9 +6,9 @@
 :- use_module(library(lists), [append/2, append/3, reverse/2]).
 :- use_module(library(apply), [foldl/4]).
 :- use_module(library(option), [option/3]).
-:- use_module(configuration).
+:- use_module('../language/configuration').
 :- use_module(search_options).
-:- use_module(situation).
+:- use_module('../language/situation').
 
 /** <module> Search with a frontier: breadth first, best first, A*, beam
 

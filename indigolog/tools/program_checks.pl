@@ -9,8 +9,8 @@
 :- use_module(library(apply), [maplist/2]).
 :- use_module(library(lists), [append/2, member/2, memberchk/2]).
 :- use_module(library(occurs), [sub_term/2]).
-:- use_module(binding).
-:- use_module(theory).
+:- use_module('../language/binding').
+:- use_module('../language/theory').
 
 /** <module> What is wrong inside programs and formulas
 

@@ -10,9 +10,9 @@
 :- use_module(termination).
 :- use_module(context).
 :- use_module(action).
-:- use_module(search).
-:- use_module(conditional, [chosen_branch/4]).
-:- use_module(monitor).
+:- use_module('../search/search').
+:- use_module('../search/conditional', [chosen_branch/4]).
+:- use_module('../search/monitor').
 :- use_module(chance).
 
 /** <module> Trans: one step of a program

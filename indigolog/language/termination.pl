@@ -8,8 +8,8 @@
 :- use_module(formula, [holds_in/2, evaluate/3]).
 :- use_module(substitution).
 :- use_module(context).
-:- use_module(monitor).
-:- use_module(search).
+:- use_module('../search/monitor').
+:- use_module('../search/search').
 :- use_module(transition, [trans/5]).
 
 /** <module> Final: where a program may end

@@ -4,11 +4,11 @@
             deepening_path/5          % +Program, +Situation, +Context, +Options, -Steps
           ]).
 :- use_module(library(apply), [maplist/3]).
-:- use_module(configuration).
+:- use_module('../language/configuration').
 :- use_module(search_options).
-:- use_module(situation, [situation_key/2, situation_length/2]).
-:- use_module(termination, [final/3]).
-:- use_module(transition, [trans/5]).
+:- use_module('../language/situation', [situation_key/2, situation_length/2]).
+:- use_module('../language/termination', [final/3]).
+:- use_module('../language/transition', [trans/5]).
 
 /** <module> Search in depth first order */
 

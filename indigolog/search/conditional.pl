@@ -4,12 +4,12 @@
             after_action/4            % +Action, +Situation, :Rest, -Plan
           ]).
 :- use_module(library(lists), [member/2]).
-:- use_module(knowledge, [known/2, sensing_results/3]).
-:- use_module(situation).
-:- use_module(world).
-:- use_module(termination, [final/3]).
-:- use_module(theory).
-:- use_module(transition, [trans/5]).
+:- use_module('../language/knowledge', [known/2, sensing_results/3]).
+:- use_module('../language/situation').
+:- use_module('../language/world').
+:- use_module('../language/termination', [final/3]).
+:- use_module('../language/theory').
+:- use_module('../language/transition', [trans/5]).
 
 /** <module> Plans that branch on what will be sensed
 

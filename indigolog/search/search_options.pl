@@ -14,9 +14,9 @@
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(occurs), [sub_term/2]).
 :- use_module(library(option), [option/2, option/3]).
-:- use_module(formula, [holds_in/2, evaluate/3]).
-:- use_module(situation, [situation_key/2, situation_theory/2]).
-:- use_module(theory, [theory_module/2]).
+:- use_module('../language/formula', [holds_in/2, evaluate/3]).
+:- use_module('../language/situation', [situation_key/2, situation_theory/2]).
+:- use_module('../language/theory', [theory_module/2]).
 
 /** <module> What the strategies of search share: options, costs, budgets, memory
 

@@ -3,7 +3,7 @@
           ]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(occurs), [occurrences_of_var/3, sub_term/2]).
-:- use_module(binding, [binder/3, bound_variables/2]).
+:- use_module('../language/binding', [binder/3, bound_variables/2]).
 
 /** <module> Variables that a loop binds once for all its rounds
 

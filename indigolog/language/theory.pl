@@ -21,9 +21,9 @@
 :- use_module(library(error), [existence_error/2, must_be/2]).
 :- use_module(library(gensym), [gensym/2]).
 :- use_module(compiled, [compile_axioms/1]).
-:- use_module(messages, []).
+:- use_module('../tools/messages', []).
 :- use_module(published, []).
-:- use_module(terminal, []).
+:- use_module('../online/terminal', []).
 
 /** <module> Action theories
 

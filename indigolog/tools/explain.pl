@@ -6,15 +6,15 @@
 :- use_module(library(lists), [member/2, memberchk/2, reverse/2]).
 :- use_module(library(occurs), [sub_term/2]).
 :- use_module(library(solution_sequences), [limit/2]).
-:- use_module(configuration).
-:- use_module(context, [top_context/1, by_priority/2, for_sequence/5]).
-:- use_module(formula, [holds_in/2, evaluate/3]).
-:- use_module(search_options, [new_memory/3, seen/4]).
-:- use_module(situation).
-:- use_module(substitution).
-:- use_module(termination, [final/3]).
-:- use_module(theory).
-:- use_module(transition, [trans/5]).
+:- use_module('../language/configuration').
+:- use_module('../language/context', [top_context/1, by_priority/2, for_sequence/5]).
+:- use_module('../language/formula', [holds_in/2, evaluate/3]).
+:- use_module('../search/search_options', [new_memory/3, seen/4]).
+:- use_module('../language/situation').
+:- use_module('../language/substitution').
+:- use_module('../language/termination', [final/3]).
+:- use_module('../language/theory').
+:- use_module('../language/transition', [trans/5]).
 
 /** <module> Why something is not so
 

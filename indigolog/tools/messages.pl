@@ -7,7 +7,7 @@
 :- use_module(library(lists), [append/3, member/2]).
 :- use_module(explain, [why/3]).
 :- use_module(explanation_text, [explanations//1]).
-:- use_module(situation, [history_situation/2]).
+:- use_module('../language/situation', [history_situation/2]).
 
 /** <module> What the interpreter says */
 

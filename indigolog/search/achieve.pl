@@ -5,10 +5,10 @@
 :- use_module(library(lists), [member/2]).
 :- use_module(library(option), [option/3]).
 :- use_module(conditional, [after_action/4]).
-:- use_module(formula, [holds_in/2]).
-:- use_module(messages, [progress_message/1]).
-:- use_module(situation).
-:- use_module(theory).
+:- use_module('../language/formula', [holds_in/2]).
+:- use_module('../tools/messages', [progress_message/1]).
+:- use_module('../language/situation').
+:- use_module('../language/theory').
 
 /** <module> Conditional plans for a goal
 

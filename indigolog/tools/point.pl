@@ -2,15 +2,15 @@
           [ program_point/5           % +Formal, +Program, +Situation, -Point, -Bindings
           ]).
 :- use_module(library(lists), [member/2]).
-:- use_module(action, [pick/5]).
-:- use_module(context, [top_context/1]).
-:- use_module(formula, [holds_in/2]).
-:- use_module(binding, [bound_variables/2]).
+:- use_module('../language/action', [pick/5]).
+:- use_module('../language/context', [top_context/1]).
+:- use_module('../language/formula', [holds_in/2]).
+:- use_module('../language/binding', [bound_variables/2]).
 :- use_module(program_checks, [program_part/2]).
-:- use_module(situation, [situation_theory/2]).
-:- use_module(termination, [final/3]).
-:- use_module(theory, [theory_module/2]).
-:- use_module(transition, [trans/5]).
+:- use_module('../language/situation', [situation_theory/2]).
+:- use_module('../language/termination', [final/3]).
+:- use_module('../language/theory', [theory_module/2]).
+:- use_module('../language/transition', [trans/5]).
 
 /** <module> Where in a program an error was met
 
