@@ -3,7 +3,7 @@
 PYTHON ?= python3
 export PYTHON
 VENV    = .venv/bin/python
-PROLOG  = $(shell grep -l '^:- module' main.pl bridge/prolog/*.pl domain/*.pl domain/reasoning/*.pl indigolog/*.pl session/*.pl | xargs grep -L '^:- initialization')
+PROLOG  = $(shell grep -l '^:- module' main.pl bridge/prolog/*.pl domain/*.pl domain/reasoning/*.pl indigolog/*.pl indigolog/*/*.pl session/*.pl | xargs grep -L '^:- initialization')
 SOURCES = $(shell find bridge geometry numerics stack vision_server image_server report -name '*.py')
 
 .PHONY: dock test test-v4l2 bench setup check clean help

@@ -3,7 +3,8 @@
           ]).
 :- use_module(library(apply), [maplist/2]).
 :- use_module(library(check), [list_undefined/1]).
-:- use_module(library(lists), [member/2]).
+:- use_module(library(filesex), [directory_member/3]).
+:- use_module(library(lists), [member/2, memberchk/2]).
 
 /** <module> Every Prolog module loads without a warning and calls nothing undefined */
 
@@ -28,11 +29,10 @@ check_loading :-
 module_file(Folder, File) :-
     module_property(check_loading, file(Here)),
     file_directory_name(Here, Tests),
-    atomic_list_concat([Tests, '/../', Folder, '/*.pl'], Pattern),
-    expand_file_name(Pattern, Files),
-    member(File, Files),
+    atomic_list_concat([Tests, '/../', Folder], Path),
+    directory_member(Path, File, [recursive(true), extensions([pl])]),
     file_base_name(File, Base),
-    Base \== 'run.pl',
+    \+ memberchk(Base, ['run.pl', 'pack.pl']),
     is_module(File).
 
 is_module(File) :-

@@ -183,7 +183,8 @@ copy_below(Root, File, Folder) :-
     copy_file(File, Target).
 
 planted(Folder, File, Old, New) :-
-    atomic_list_concat([Folder, '/indigolog/', File, '.pl'], Path),
+    atomic_list_concat([Folder, '/indigolog/*/', File, '.pl'], Pattern),
+    expand_file_name(Pattern, [Path]),
     read_file_to_string(Path, Text, [encoding(utf8)]),
     (   findall(B, sub_string(Text, B, _, _, Old), [Before])
     ->  true
