@@ -33,7 +33,7 @@ from vision_server.image_set import ImageSet
 from vision_server.pose.covariance import pose_covariance
 from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import Measurement, measure
-from vision_server.pose.refinement import KNOWN_TONE_SD_PX, Solution, moved, refine, sharpened, solve
+from vision_server.pose.refinement import KNOWN_TONE_SD_PX, Solution, moved, refine, solve
 from vision_server.pose.sampling import LEAST_SPACING_PX
 from vision_server.pose.weights import base_weights
 
@@ -159,7 +159,6 @@ def run_trial(noise_grey: float, blur_px: float, seed: int) -> Errors:
     solution = refine(channels, cuboid(), CAMERA, start, scale)
     if solution is None:
         return Errors(np.inf, np.inf)
-    solution = sharpened(channels, solution, len(cuboid().lines))
     turn = true.compose(solution.pose.inverse())
     step = np.r_[turn.rotation_vector, true.translation - turn.matrix @ solution.pose.translation]
     stated = step @ np.linalg.solve(pose_covariance(solution), step)

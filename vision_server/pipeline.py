@@ -20,7 +20,7 @@ from vision_server.matching import MATCHERS, Match, SearchRange, match_genetic
 from vision_server.matching.match import distinct
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.pose.ranking import Refined, Refiner
-from vision_server.pose.refinement import KNOWN_TONE_SD_PX, sharpened
+from vision_server.pose.refinement import KNOWN_TONE_SD_PX
 from vision_server.pose.support import Evidence, LineEvidence
 from vision_server.pose.trust import ambiguity, confidence, quality
 from vision_server.segments.extraction import extract_segments
@@ -186,13 +186,12 @@ def _best(refiner: Refiner, refined: list[Refined]) -> Estimate:
     best = refined[keep[0]]
     others = [(refined[index].solution.pose, refined[index].evidence) for index in keep[1:]]
     others = refiner.turned(best) + others
-    solution = sharpened(refiner.channels, best.solution, len(refiner.model.lines))
-    covariance = pose_covariance(solution)
-    spread = uncertainty(covariance, solution.pose.translation)
+    covariance = pose_covariance(best.solution)
+    spread = uncertainty(covariance, best.solution.pose.translation)
     unclear = ambiguity(best.evidence, [evidence for _, evidence in others])
     own = quality(best.evidence)
     return Estimate(
-        pose=solution.pose,
+        pose=best.solution.pose,
         covariance=covariance,
         rms_px=best.evidence.rms_px,
         uncertainty=spread,

@@ -48,8 +48,7 @@ def pose_covariance(solution: Solution) -> Floats:
     line = measurement.samples.line[used]
     offset = np.where(solution.weight > 0, measurement.offset, 0.0)
     combined = (solution.weight * offset).sum(axis=0)[used] / weight
-    common = (shared * np.nan_to_num(measurement.common)).sum(axis=0)[used]
-    rows, biased = _without_biases(jacobian, weight, bias, np.hypot(LINE_BIAS_PX, common), line)
+    rows, biased = _without_biases(jacobian, weight, bias, line)
     pull_of_prior = SAMPLES_TOGETHER * prior
     inverse = np.linalg.inv((jacobian * weight[:, None]).T @ rows + pull_of_prior)
     residual = combined - jacobian @ (inverse @ (rows.T @ (weight * combined)))
@@ -62,7 +61,7 @@ def pose_covariance(solution: Solution) -> Floats:
 
 
 def _without_biases(
-    jacobian: Floats, weight: Floats, bias: Floats, unknown: Floats, line: NDArray[np.int64]
+    jacobian: Floats, weight: Floats, bias: Floats, line: NDArray[np.int64]
 ) -> tuple[Floats, Floats]:
     """Rows (N, 8) once each line's bias is eliminated, and what the biases leave in the estimate, (8, 8)."""
     first, number = _groups(line)
@@ -70,7 +69,7 @@ def _without_biases(
     precision = SAMPLES_TOGETHER + np.add.reduceat(weight * bias**2, first)
     rows = jacobian - bias[:, None] * (pull / precision[:, None])[number]
     pull *= (SAMPLES_TOGETHER / precision)[:, None]
-    together = np.add.reduceat((weight * unknown)[:, None] * rows, first)
+    together = np.add.reduceat((LINE_BIAS_PX * weight)[:, None] * rows, first)
     return rows, pull.T @ pull + together.T @ together
 
 

@@ -70,9 +70,6 @@ class Measurement:
         (C, N), how far lines beside this one may move its edge, px, signed.
     nearest
         (C, N), distance px of the edge point nearest to the model line, chosen or not (NaN: none).
-    common
-        (C, N), NaN: the edge point is a maximum of the gradient; otherwise its line's profile placed it, see
-        `edge_profiles`, and this is what all of the line may be off together by the noise of its levels, px.
     """
 
     samples: Samples
@@ -91,7 +88,6 @@ class Measurement:
     agreed: Floats
     neighbours: Floats
     nearest: Floats
-    common: Floats
 
     def __len__(self) -> int:
         return len(self.normal)
@@ -250,7 +246,6 @@ def measure(
             samples.line, samples.image, samples.image_direction, normal, lines, sigmas[scale]
         ),
         nearest=places[4],
-        common=np.full_like(places[0], np.nan),
     )
 
 

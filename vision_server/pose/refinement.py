@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,6 @@ from geometry.rotation import matrix_of
 from numerics.cholesky import solve_positive
 from numerics.kernels import kernel
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
-from vision_server.pose.edge_profiles import placed_by_profiles
 from vision_server.pose.observation import Measurement, measure
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.weights import base_weights
@@ -39,7 +38,6 @@ SAMPLES_TOGETHER = 10.0  # neighbouring edge points that are worth one, when wei
 PRIOR_ROTATION_SD_RAD = 0.3
 PRIOR_TRANSLATION_SD = 0.1  # of the range
 ENOUGH_ROWS = 12
-SETTLED_ENOUGH_PX = 0.5  # a last step that moved no line farther has its measurement near the pose
 LINE_BIAS_PX = 0.03  # of a whole sharp line: shading across it, calibration, model
 CLIPPED_BIAS_PX = 0.2  # of a sharp line beside saturated pixels, beyond what all of them share
 BIAS_GROWTH = 2.0  # power of the filter's scale with which both grow: softer edges reach farther
@@ -86,8 +84,7 @@ def line_biases(measurement: Measurement) -> Floats:
     clipped = measurement.nuisance[:, :, 1] != 0.0
     growth = sigma**BIAS_GROWTH
     own = np.where(clipped, CLIPPED_BIAS_PX * growth, LINE_BIAS_PX * (growth - 1.0))
-    by_profile = ~np.isnan(measurement.common)  # these keep clear of what runs beside
-    beside = np.where(by_profile, 0.0, measurement.neighbours)
+    beside = measurement.neighbours
     return np.asarray(np.where(np.abs(beside) > own, beside, own))
 
 
@@ -287,22 +284,3 @@ def refine(
         moved_px = float(np.abs(measurement.jacobian @ step[:6]).max())
         solution = Solution(pose, start, measurement, weight, step[6:], tone_sd_px, moved_px)
     return solution
-
-
-def sharpened(channels: Sequence[GradientChannel], solution: Solution, lines: int) -> Solution:
-    """A refined pose, for a plain target solved for once more with edge points placed by their profiles.
-
-    Where the tone curve is known only nominally profiles are no steps of known shape, and all stays as it is.
-    """
-    if solution.tone_sd_px > KNOWN_TONE_SD_PX or solution.moved_px > SETTLED_ENOUGH_PX:
-        return solution
-    measurement = placed_by_profiles(solution.measurement, channels, lines)
-    if measurement is None:
-        return solution
-    start = solution.start
-    base = base_weights(measurement, lines)
-    step, weight = solve(measurement, base, float(np.linalg.norm(start.translation)), solution.tone_sd_px)
-    if not np.isfinite(step).all():
-        return solution
-    pose = moved(start, step, measurement.centre)
-    return replace(solution, pose=pose, measurement=measurement, weight=weight, nuisance=step[6:])

@@ -18,7 +18,6 @@ SYSTEMATIC_SD_PX = 0.12  # of one edge point: pixel grid, texture and shading be
 # Where lines meet, each pulls at the other's edge: the scatter is 0.42 px at blurred corners, 0.2 px three
 # and 0.08 px six pixels away.
 END_SD_PX, END_REACH_PX = 0.45, 4.0
-PROFILE_SYSTEMATIC_SD_PX = 0.02  # of one that its line's profile placed
 STRONG_SHARE = 0.7  # of the edge points of a channel are weaker than its strong ones
 FEW = 48  # values that are sorted one by one for their median
 FADED = 25.0  # exponent from which on the scatter at the end of a line is nothing beside the rest
@@ -120,7 +119,6 @@ def base_weights(measurement: Measurement, lines: int, exact_ends: bool = True) 
         measurement.offset,
         measurement.sd,
         measurement.strength,
-        measurement.common,
         line_trust(measurement, lines),
         np.array(SCALES_PX)[measurement.scale],
         END_SD_PX if exact_ends else 0.0,
@@ -137,7 +135,6 @@ def _weights(
     offset: Floats,
     sd: Floats,
     strength: Floats,
-    common: Floats,
     trust: Floats,
     sigma: Floats,
     end_sd_px: float,
@@ -160,9 +157,6 @@ def _weights(
             if not np.isfinite(offset[c, i]):
                 continue
             own = sigma[c, line[i]]
-            if not np.isnan(common[c, i]):
-                out[c, i] = px[i] / (sd[c, i] ** 2 + (PROFILE_SYSTEMATIC_SD_PX * own) ** 2)
-                continue
             near_end = 0.0
             faded = (from_end[i] / (END_REACH_PX * own)) ** 2
             if end_sd_px > 0.0 and faded < FADED:
