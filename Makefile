@@ -3,15 +3,18 @@
 PYTHON ?= python3
 export PYTHON
 VENV    = .venv/bin/python
-PROLOG  = $(shell grep -l '^:- module' main.pl bridge/prolog/*.pl domain/*.pl domain/reasoning/*.pl indigolog/*.pl indigolog/*/*.pl session/*.pl | xargs grep -L '^:- initialization')
-SOURCES = $(shell find bridge geometry numerics stack vision_server image_server report -name '*.py')
+PYTEST  = $(VENV) -m pytest -n 2 --dist loadfile
+PROLOG  = $(shell find main.pl bridge domain indigolog session -name '*.pl' | xargs grep -l '^:- module' | \
+            xargs grep -L '^:- initialization')
+ROOMS   = bridge geometry numerics session stack vision_server image_server report
+SOURCES = $(shell find $(ROOMS) -name '*.py')
 
-.PHONY: dock test test-v4l2 bench setup check clean help
+.PHONY: dock test test-quick coverage test-v4l2 bench setup check clean help
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make dock    run a session on the simulator (options: make dock ARGS='--seed 7')"
-	@echo "make test    run every test"
+	@echo "make test    run every test (test-quick: without the slow ones; coverage: which lines they run)"
 	@echo "make test-v4l2  the camera against a real kernel driver, in a guest (a few minutes)"
 	@echo "make bench   measure; one JSON object a line"
 	@echo "make check   ruff, mypy, and Prolog loading without warnings"
@@ -28,11 +31,11 @@ system:
 	@touch $@
 
 bridge/prolog/zmq4pl.so: $(wildcard bridge/prolog/*.c bridge/prolog/*.h) | system
-	@swipl-ld -shared -O2 -Wall -o $@ $(filter %.c,$^) -lzmq
+	@$(PYTHON) bridge/foreign.py
 
 .venv/.compiled: .venv/.installed $(SOURCES)
 	@echo "setup: compiling modules and numeric kernels"
-	@$(VENV) -m compileall -q bridge geometry numerics stack vision_server image_server report
+	@$(VENV) -m compileall -q $(ROOMS)
 	@$(VENV) -m vision_server warm
 	@$(VENV) -m image_server warm
 	@touch $@
@@ -46,9 +49,19 @@ bridge/prolog/zmq4pl.so: $(wildcard bridge/prolog/*.c bridge/prolog/*.h) | syste
 dock: setup
 	@swipl main.pl $(ARGS)
 
+# Two files of Python tests at a time, and the Prolog tests beside them: their words come when they are done.
 test: setup check
-	swipl -g main tests/run.pl
-	$(VENV) -m pytest
+	@echo "test: Prolog (plunit) and Python (pytest, all), beside each other"
+	@setup/beside "swipl -g main tests/run.pl" "$(PYTEST)"
+
+test-quick: setup
+	@echo "test-quick: Prolog (plunit) and Python (pytest, without those marked slow), beside each other"
+	@setup/beside "swipl -g main tests/run.pl" "$(PYTEST) -m 'not slow'"
+
+coverage: setup
+	@echo "coverage: Python tests, and which lines of the rooms they run (build/coverage)"
+	@mkdir -p build
+	$(PYTEST) --cov --cov-report=term --cov-report=html:build/coverage
 
 test-v4l2: setup
 	@setup/test-v4l2

@@ -37,5 +37,10 @@ def main(words: Sequence[str]) -> None:
     call(command, parser.parse_intermixed_args(words[1:]))
 
 
-if __name__ == "__main__":
+def command() -> None:
+    """`image-server`, the installed command."""
     main(sys.argv[1:])
+
+
+if __name__ == "__main__":
+    command()

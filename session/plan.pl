@@ -2,6 +2,7 @@
           [ session_plan/2,             % +Options, -Plan
             hold_ranges/3               % +FirstM, +ContactM, -RangesM
           ]).
+:- use_module(installation, [installation_root/1]).
 :- use_module(usage, [usage_error/2]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(lists), [append/3]).
@@ -19,7 +20,7 @@ that a wrong one is said at once.
 %   @error usage_error(Message)
 
 session_plan(Options, Plan) :-
-    root(Root),
+    installation_root(Root),
     option(controller(Controller), Options),
     controller_file(Root, Controller, ControllerFile, ControllerName),
     model_file(Root, Options, Model),
@@ -30,11 +31,6 @@ session_plan(Options, Plan) :-
     option(seed(Seed), Options),
     Plan = plan{ root:Root, theory:Files, program:Program, seed:Seed,
                  controller:ControllerName, controller_file:ControllerFile, target:TargetName, model:Model }.
-
-root(Root) :-
-    module_property(session_plan, file(File)),
-    file_directory_name(File, Session),
-    file_directory_name(Session, Root).
 
 %   A controller is a name in domain/controllers or a Golog file of the user's.
 controller_file(Root, Given, File, Name) :-

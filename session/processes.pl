@@ -4,6 +4,7 @@
             stop_processes/1,           % +Processes
             wait_until/3                % +Deadline, +Pid, -Status
           ]).
+:- use_module(installation, [installation_python/1, installation_root/1]).
 :- use_module(library(apply), [exclude/3]).
 :- use_module(library(lists), [append/3, last/2, member/2]).
 :- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
@@ -23,10 +24,8 @@ they notice by themselves (`--parent`).
 
 start_server(Name, Arguments, LogFile, process(Name, Pid, LogFile)) :-
     current_prolog_flag(pid, Parent),
-    module_property(session_processes, file(Here)),
-    file_directory_name(Here, SessionDir),
-    file_directory_name(SessionDir, Root),
-    atomic_list_concat([Root, '/.venv/bin/python'], Python),
+    installation_root(Root),
+    installation_python(Python),
     append([Python, '-m', Name|Arguments], ['--parent', Parent], Command),
     % the shell only redirects: exec leaves no process of its own
     process_create(path(sh), ['-c', 'exec "$@" >"$LOG" 2>&1 </dev/null', sh|Command],

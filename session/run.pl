@@ -3,6 +3,7 @@
           ]).
 :- use_module(acquisition_device).
 :- use_module(display, []).
+:- use_module(installation, [installation_python/1]).
 :- use_module(processes, [wait_until/3]).
 :- use_module(result).
 :- use_module(resumption).
@@ -196,9 +197,9 @@ finish(Outcome, Options, Plan, Folder, Status) :-
         run_file(Folder, 'result.json', File),
         write_result(Result, File),
         stop_everything,                % the vision server flushes its images
-        report(Options, Plan, Folder),
         show(Options, outcome(Name, Result)),
-        ( option(json(true), Options) -> print_result(Result) ; true )
+        ( option(json(true), Options) -> print_result(Result) ; true ),
+        report(Options, Plan, Folder)   % last: who waits for the pose need not wait for its picture
     ),
     exit_status(Outcome, Situation, Status).
 
@@ -258,7 +259,7 @@ add_part(_-Seconds, Sum0, Sum) :-
 report(Options, Plan, Folder) :-
     option(report(true), Options),
     !,
-    atom_concat(Plan.root, '/.venv/bin/python', Python),
+    installation_python(Python),
     catch(( process_create(Python, ['-m', report, Folder],
                            [ process(Pid), cwd(Plan.root), stdout(null) ]),
             get_time(Now),

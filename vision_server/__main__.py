@@ -38,5 +38,10 @@ def main(words: Sequence[str]) -> int:
     return status
 
 
-if __name__ == "__main__":
+def command() -> None:
+    """`vision-server`, the installed command."""
     leave(main(sys.argv[1:]))
+
+
+if __name__ == "__main__":
+    command()

@@ -1,0 +1,38 @@
+:- module(session_installation,
+          [ installation_root/1,        % -Root
+            installation_python/1,      % -Python
+            installation_complete/0
+          ]).
+:- use_module(library(lists), [member/2]).
+
+/** <module> Where the parts of this installation lie: a checkout that `make setup` has set up, or an installed copy */
+
+%!  installation_root(-Root) is det.
+%
+%   The folder of main.pl: a session may be started from any other.
+
+installation_root(Root) :-
+    module_property(session_installation, file(File)),
+    file_directory_name(File, Session),
+    file_directory_name(Session, Root).
+
+%!  installation_python(-Python) is det.
+%
+%   The Python that runs the servers: the one that the command `lights-and-camera` runs in, or the checkout's own.
+
+installation_python(Python) :-
+    getenv('LIGHTS_AND_CAMERA_PYTHON', Python),
+    !.
+installation_python(Python) :-
+    installation_root(Root),
+    atom_concat(Root, '/.venv/bin/python', Python).
+
+%!  installation_complete is semidet.
+%
+%   Whether there are that Python and the C module, which cannot be had from the sources alone.
+
+installation_complete :-
+    installation_python(Python),
+    installation_root(Root),
+    atom_concat(Root, '/bridge/prolog/zmq4pl.so', Module),
+    forall(member(File, [Python, Module]), exists_file(File)).
