@@ -24,29 +24,27 @@ and `null` are atoms.
 :- use_module(library(apply), [convlist/3]).
 :- use_module(library(error), [existence_error/2, must_be/2]).
 :- use_module(library(option), [meta_options/3, option/3]).
+:- use_module(json).
 :- use_module(zmq).
 
 :- meta_predicate
     client_open(+, -, :),
     events_open(+, -, :).
 
-/** <predicate> client(?Id, ?Endpoint, ?Name, ?Timeout, ?Retries, ?Alive, ?Curve)
-    What a client was opened with. */
 :- dynamic
-    client/7,
+    client/2,                       % Client, dict: what it was opened with
     client_socket/2,                % Client, Socket: where it is connected
-    client_waited/2,                % Client, Seconds
-    client_number/2.                % Client, N: of the last request
+    client_waited/2.                % Client, Seconds
 :- volatile
-    client/7,
+    client/2,
     client_socket/2,
-    client_waited/2,
-    client_number/2.
+    client_waited/2.
 
-slice_s(0.1).                       % longest wait between two calls of the alive goal
-max_frame_bytes(67108864).
+slice_s(0.1).                       % longest wait between two calls of the alive goal, chosen by hand
+max_frame_bytes(67108864).          % of protocol version 1, as is the next
+max_header_characters(1048576).
 reconnect_ms(10).                   % between two tries to connect: a server that is starting is there at any moment
-welcome_s(5.0).                     % an event server that is there answers at once
+welcome_s(5.0).                     % an event server that is there answers at once; chosen by hand
 
 :- multifile prolog:error_message//1.
 
@@ -88,8 +86,8 @@ client_open(Endpoint, Client, Options0) :-
     Client = '$bridge_client'(N),
     client_name(N, Name),
     asserta(client_waited(Client, 0.0)),
-    asserta(client_number(Client, 0)),
-    asserta(client(Client, Endpoint, Name, Timeout, Retries, Alive, Curve)).
+    asserta(client(Client, client{endpoint:Endpoint, name:Name, timeout:Timeout, retries:Retries, alive:Alive,
+                                  curve:Curve})).
 
 is_meta(alive).
 
@@ -114,9 +112,8 @@ client_name(N, Name) :-
 
 client_close(Client) :-
     disconnect(Client),
-    retractall(client(Client, _, _, _, _, _, _)),
-    retractall(client_waited(Client, _)),
-    retractall(client_number(Client, _)).
+    retractall(client(Client, _)),
+    retractall(client_waited(Client, _)).
 
 %!  client_seconds(+Client, -Seconds) is det.
 %
@@ -133,28 +130,25 @@ client_seconds(Client, Seconds) :-
 %   Do one operation of the server. Args and Result are dicts. Option timeout(Seconds) overrules the client's.
 
 client_request(Client, Op, Args, Result, Options) :-
-    (   client(Client, Endpoint, Name, Timeout0, Retries, Alive, _)
+    (   client(Client, Opened)
     ->  true
     ;   existence_error(bridge_client, Client)
     ),
-    option(timeout(Timeout), Options, Timeout0),
-    retract(client_number(Client, N0)),
+    option(timeout(Timeout), Options, Opened.timeout),
+    flag(Opened.name, N0, N0+1),
     N is N0+1,
-    asserta(client_number(Client, N)),
-    format(string(Id), '~w/~d', [Name, N]),
+    format(string(Id), '~w/~d', [Opened.name, N]),
     json_text(_{v:1, id:Id, op:Op, args:Args}, Text),
     zmq_clock(Start),
-    catch(attempts(Client, Id, Text, Alive, span(Start, Timeout, Retries), Reply),
-          Error,
-          true),
+    catch(attempts(Client, request(Id, Text), Opened.put(_{start:Start, timeout:Timeout}), Reply), Error, true),
     zmq_clock(End),
     add_seconds(Client, End-Start),
     (   nonvar(Error)
     ->  disconnect(Client),
         throw(Error)
     ;   Reply == none
-    ->  throw(error(bridge_timeout(Endpoint, Op, Timeout), _))
-    ;   reply_result(Reply, Client, Endpoint, Result)
+    ->  throw(error(bridge_timeout(Opened.endpoint, Op, Timeout), _))
+    ;   reply_result(Reply, Client, Opened.endpoint, Result)
     ).
 
 add_seconds(Client, More) :-
@@ -166,12 +160,13 @@ add_seconds(Client, More) :-
 
 %   Each attempt has an equal share of the time.
 
-attempts(Client, Id, Text, Alive, span(Start, Timeout, Retries), Reply) :-
+attempts(Client, request(Id, Text), Opened, Reply) :-
+    _{start:Start, timeout:Timeout, retries:Retries, alive:Alive} :< Opened,
     Last is Retries+1,
     (   between(1, Last, Attempt),
         Deadline is Start + Timeout*Attempt/Last,
         connected(Client, Socket),
-        (   sent(Socket, Text, Alive, Deadline),
+        (   in_slices(zmq_send(Socket, [Text]), Alive, Deadline),
             answer(Socket, Id, Alive, Deadline, Reply0)
         ->  true
         ;   disconnect(Client),
@@ -180,9 +175,6 @@ attempts(Client, Id, Text, Alive, span(Start, Timeout, Retries), Reply) :-
     ->  Reply = Reply0
     ;   Reply = none
     ).
-
-sent(Socket, Text, Alive, Deadline) :-
-    in_slices(zmq_send(Socket, [Text]), Alive, Deadline).
 
 answer(Socket, Id, Alive, Deadline, Reply) :-
     in_slices(received(Socket, Header), Alive, Deadline),
@@ -216,11 +208,11 @@ connected(Client, Socket) :-
     client_socket(Client, Socket),
     !.
 connected(Client, Socket) :-
-    client(Client, Endpoint, _, _, _, _, Curve),
+    client(Client, Opened),
     max_frame_bytes(Max),
     reconnect_ms(Again),
-    zmq_socket(dealer, Socket, [maxmsgsize(Max), reconnect_ivl(Again)|Curve]),
-    catch(zmq_connect(Socket, Endpoint), Error, ( zmq_close(Socket), throw(Error) )),
+    zmq_socket(dealer, Socket, [maxmsgsize(Max), reconnect_ivl(Again)|Opened.curve]),
+    catch(zmq_connect(Socket, Opened.endpoint), Error, ( zmq_close(Socket), throw(Error) )),
     asserta(client_socket(Client, Socket)).
 
 disconnect(Client) :-
@@ -232,47 +224,53 @@ disconnect(Client) :-
 %   without an id is about a request whose id the server could not read.
 
 reply_to(Header, Id, Reply) :-
-    catch(json_term(Header, Dict), error(syntax_error(json(What)), _), true),
-    (   nonvar(What)
-    ->  format(string(Why), 'it is no JSON (~w)', [What]),
-        Reply = bad(Why)
-    ;   \+ is_dict(Dict)
-    ->  Reply = bad("it is no JSON object")
-    ;   get_dict(v, Dict, 1),
-        get_dict(ok, Dict, Ok),
-        get_dict(id, Dict, ReplyId)
-    ->  (   ( ReplyId == Id ; ReplyId == null, Ok == false )
-        ->  Reply = Dict
-        ;   Reply = another
-        )
-    ;   Reply = bad("it has no v, id and ok of protocol version 1")
+    catch(header_dict(Header, Dict), bad(Why), true),
+    (   nonvar(Why)
+    ->  Reply = bad(Why)
+    ;   ( Dict.id == Id ; Dict.id == null, Dict.ok == false )
+    ->  Reply = Dict
+    ;   Reply = another
     ).
 
-reply_result(Reply, Client, Endpoint, Result) :-
-    (   is_dict(Reply),
-        get_dict(ok, Reply, true),
-        get_dict(result, Reply, Result0),
-        is_dict(Result0)
-    ->  Result = Result0
-    ;   is_dict(Reply),
-        get_dict(error, Reply, Error),
-        is_dict(Error),
-        get_dict(code, Error, Code0),
-        get_dict(message, Error, Message)
-    ->  atom_string(Code, Code0),
-        (   get_dict(hint, Error, Hint)
-        ->  true
-        ;   Hint = ""
-        ),
-        throw(error(server_error(Code, Message, Hint), _))
-    ;   (   Reply = bad(Why)
-        ->  true
-        ;   Why = "it has neither a result nor an error"
-        ),
-        disconnect(Client),
-        format(string(Message), 'The reply of the server at ~w cannot be read: ~w.', [Endpoint, Why]),
-        throw(error(server_error(bad_reply, Message, "Use a client and a server of the same release."), _))
+header_dict(Header, Dict) :-
+    max_header_characters(Max),
+    string_length(Header, Length),
+    (   Length > Max
+    ->  throw(bad("it has more than 1 MiB"))
+    ;   true
+    ),
+    catch(json_term(Header, Dict), error(syntax_error(json(What)), _),
+          ( format(string(Why), 'it is no JSON (~w)', [What]),
+            throw(bad(Why))
+          )),
+    (   is_dict(Dict)
+    ->  true
+    ;   throw(bad("it is no JSON object"))
+    ),
+    (   _{v:1, ok:_, id:_} :< Dict
+    ->  true
+    ;   throw(bad("it has no v, id and ok of protocol version 1"))
     ).
+
+%!  reply_result(+Reply, +Client, +Endpoint, -Result) is det.
+
+reply_result(Reply, _, _, Result), is_dict(Reply), Reply.ok == true, is_dict(Reply.get(result)) =>
+    Result = Reply.result.
+reply_result(Reply, _, _, _), is_dict(Reply), _{code:Code0, message:Message} :< Reply.get(error) =>
+    atom_string(Code, Code0),
+    (   get_dict(hint, Reply.error, Hint)
+    ->  true
+    ;   Hint = ""
+    ),
+    throw(error(server_error(Code, Message, Hint), _)).
+reply_result(Reply, Client, Endpoint, _) =>
+    (   Reply = bad(Why)
+    ->  true
+    ;   Why = "it has neither a result nor an error"
+    ),
+    disconnect(Client),
+    format(string(Message), 'The reply of the server at ~w cannot be read: ~w.', [Endpoint, Why]),
+    throw(error(server_error(bad_reply, Message, "Use a client and a server of the same release."), _)).
 
 %!  events_open(+Endpoint, -Subscription) is det.
 %!  events_open(+Endpoint, -Subscription, :Options) is det.

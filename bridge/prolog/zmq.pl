@@ -1,7 +1,7 @@
 /** <module> ZeroMQ sockets
 
-Sockets of libzmq as blobs. A socket belongs to the thread that opened it and is closed when it is garbage, when its
-thread ends, or by zmq_close/1; closing never waits (LINGER is 0). Waiting honours signals such as Ctrl-C.
+Sockets of libzmq as blobs. A socket belongs to the thread that opened it and is closed by zmq_close/1, or when it is
+garbage; closing never waits (LINGER is 0). Waiting honours signals such as Ctrl-C.
 
 A deadline that passes is failure; every error of libzmq is a term
 
@@ -16,20 +16,15 @@ where Errno is an atom such as 'EADDRINUSE'. Timeouts are seconds from now, or `
             is_zmq_socket/1,        % @Term
             zmq_bind/2,             % +Socket, +Endpoint
             zmq_connect/2,          % +Socket, +Endpoint
-            zmq_disconnect/2,       % +Socket, +Endpoint
             zmq_set/3,              % +Socket, +Option, +Value
-            zmq_get/3,              % +Socket, +Option, -Value
+            zmq_endpoint/2,         % +Socket, -Endpoint
             zmq_send/3,             % +Socket, +Frames, +Timeout
             zmq_send/4,             % +Socket, +Frames, +Timeout, +Encoding
             zmq_receive/3,          % +Socket, -Frames, +Timeout
             zmq_receive/4,          % +Socket, -Frames, +Timeout, +Encoding
-            zmq_poll/3,             % +Sockets, -Readable, +Timeout
             zmq_curve_keypair/2,    % -PublicKey, -SecretKey
             zmq_open_sockets/1,     % -Count
-            json_term/2,            % +Text, -Term
-            json_text/2,            % +Term, -Text
-            zmq_clock/1,            % -Seconds
-            zmq_version/1           % -Version
+            zmq_clock/1             % -Seconds
           ]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(shlib), [use_foreign_library/1]).
@@ -68,7 +63,6 @@ open_socket(Type, Socket) :-
     garbage_collect,
     garbage_collect_atoms,
     between(1, 100, _),             % libzmq gives closed sockets back a little later
-    zmq_open_sockets(_),
     sleep(0.01),
     opened(Type, Socket),
     !.
@@ -88,15 +82,16 @@ opened(Type, Socket) :-
 
 %!  zmq_bind(+Socket, +Endpoint) is det.
 %!  zmq_connect(+Socket, +Endpoint) is det.
-%!  zmq_disconnect(+Socket, +Endpoint) is det.
+
+%!  zmq_endpoint(+Socket, -Endpoint) is det.
+%
+%   Where the socket was bound last, a string; the port is a number where `*` was asked for.
 
 %!  zmq_set(+Socket, +Option, +Value) is det.
-%!  zmq_get(+Socket, +Option, -Value) is det.
 %
-%   Option is one of `linger`, `sndhwm`, `rcvhwm`, `maxmsgsize`, `routing_id`, `subscribe`, `unsubscribe`,
-%   `immediate`, `ipv6`, `conflate`, `reconnect_ivl`, `handshake_ivl`, `router_mandatory`, `xpub_welcome_msg`,
-%   `curve_server`, `curve_publickey`, `curve_secretkey`, `curve_serverkey`, `zap_domain`, `last_endpoint`, with the
-%   meaning of libzmq's option of that name. Keys are Z85 text of 40 characters.
+%   Option is one of `rcvhwm`, `reconnect_ivl`, `maxmsgsize`, `router_mandatory`, `xpub_welcome_msg`, `subscribe`,
+%   `curve_server`, `curve_publickey`, `curve_secretkey`, `curve_serverkey`, with the meaning of libzmq's option of
+%   that name. Keys are Z85 text of 40 characters.
 
 %!  zmq_send(+Socket, +Frames, +Timeout) is semidet.
 %!  zmq_send(+Socket, +Frames, +Timeout, +Encoding) is semidet.
@@ -118,19 +113,6 @@ zmq_send(Socket, Frames, Timeout) :-
 zmq_receive(Socket, Frames, Timeout) :-
     zmq_receive(Socket, Frames, Timeout, utf8).
 
-%!  zmq_poll(+Sockets, -Readable, +Timeout) is det.
-%
-%   Readable are those of Sockets that have a message; [] when none had in time.
-
-%!  json_term(+Text, -Term) is det.
-%!  json_text(+Term, -Text) is det.
-%
-%   JSON as library(http/json) reads and writes it with dicts, only faster: objects are dicts, JSON strings are
-%   strings, `true`, `false` and `null` atoms; an atom is written as a string.
-%
-%   @error syntax_error(json(What)) with the byte where it was found as context
-%   @error domain_error(finite_number, Float), type_error(json_term, Term)
-
 %!  zmq_curve_keypair(-PublicKey, -SecretKey) is det.
 %
 %   A fresh pair of CURVE keys.
@@ -142,7 +124,3 @@ zmq_receive(Socket, Frames, Timeout) :-
 %!  zmq_clock(-Seconds) is det.
 %
 %   Time on a clock that nobody sets; for deadlines and durations.
-
-%!  zmq_version(-Version) is det.
-%
-%   Version of libzmq, a string.

@@ -1,10 +1,8 @@
 /*  ZeroMQ sockets for SWI-Prolog.
 
     A socket is a blob that belongs to the Prolog thread that opened it, since libzmq's sockets may be used by one
-    thread at a time only. Atom garbage collection runs in a thread of its own, so collecting a socket only queues
-    it; its owner closes it at its next call here, or when the thread ends. Waiting is done in slices between which
-    Prolog's signals are handled. The context is never terminated: the process may end at any time without waiting
-    for anybody, and LINGER is 0.
+    thread at a time only. Waiting is done in slices between which Prolog's signals are handled. The context is never
+    terminated: the process may end at any time without waiting for anybody, and LINGER is 0.
 */
 
 #include "zmq4pl.h"
@@ -15,36 +13,30 @@
 		 *	      ERRORS		*
 		 *******************************/
 
-static const struct { int number; const char *name; } errno_names[] =
-{ { EAGAIN, "EAGAIN" }, { EINTR, "EINTR" }, { EINVAL, "EINVAL" }, { EFAULT, "EFAULT" }, { EMFILE, "EMFILE" },
-  { ENFILE, "ENFILE" }, { ENOMEM, "ENOMEM" }, { ENODEV, "ENODEV" }, { ENOENT, "ENOENT" }, { EACCES, "EACCES" },
-  { EPERM, "EPERM" }, { ENOTSUP, "ENOTSUP" }, { ENOTSOCK, "ENOTSOCK" }, { EADDRINUSE, "EADDRINUSE" },
-  { EADDRNOTAVAIL, "EADDRNOTAVAIL" }, { ECONNREFUSED, "ECONNREFUSED" }, { EHOSTUNREACH, "EHOSTUNREACH" },
-  { EINPROGRESS, "EINPROGRESS" }, { EMSGSIZE, "EMSGSIZE" }, { ENAMETOOLONG, "ENAMETOOLONG" },
-  { ENETDOWN, "ENETDOWN" }, { ENOBUFS, "ENOBUFS" }, { EPROTONOSUPPORT, "EPROTONOSUPPORT" },
-  { EAFNOSUPPORT, "EAFNOSUPPORT" }, { ENOTCONN, "ENOTCONN" }, { ETIMEDOUT, "ETIMEDOUT" },
-  { ECONNABORTED, "ECONNABORTED" }, { ECONNRESET, "ECONNRESET" }, { EPROTO, "EPROTO" }, { EFSM, "EFSM" },
-  { ENOCOMPATPROTO, "ENOCOMPATPROTO" }, { ETERM, "ETERM" }, { EMTHREAD, "EMTHREAD" }, { 0, NULL }
-};
+/* `EADDRINUSE` for its number; what is libzmq's own begins at ZMQ_HAUSNUMERO and is no errno of the C library. */
+static const char *
+errno_name(int number, char *unknown, size_t size)
+{ const char *known = strerrorname_np(number);
+
+  if ( known )
+    return known;
+  switch( number )
+  { case EFSM:		 return "EFSM";
+    case ENOCOMPATPROTO: return "ENOCOMPATPROTO";
+    case ETERM:		 return "ETERM";
+    case EMTHREAD:	 return "EMTHREAD";
+  }
+  snprintf(unknown, size, "E%d", number);
+  return unknown;
+}
 
 /* error(zmq_error(Errno, Message), context(bridge_zmq:Name/Arity, Culprit)) */
 int
 zmq_failed(const char *name, int arity, term_t culprit)
 { int number = zmq_errno();
   char unknown[32];
-  const char *symbol = NULL;
   term_t ex, where;
 
-  for(int i = 0; errno_names[i].name; i++)
-  { if ( errno_names[i].number == number )
-    { symbol = errno_names[i].name;
-      break;
-    }
-  }
-  if ( !symbol )
-  { snprintf(unknown, sizeof(unknown), "E%d", number);
-    symbol = unknown;
-  }
   if ( PL_exception(0) )
     return FALSE;
   return ( (ex=PL_new_term_ref()) &&
@@ -52,7 +44,7 @@ zmq_failed(const char *name, int arity, term_t culprit)
 	   PL_unify_term(ex,
 			 PL_FUNCTOR_CHARS, "error", 2,
 			   PL_FUNCTOR_CHARS, "zmq_error", 2,
-			     PL_CHARS, symbol,
+			     PL_CHARS, errno_name(number, unknown, sizeof(unknown)),
 			     PL_UTF8_STRING, zmq_strerror(number),
 			   PL_FUNCTOR_CHARS, "context", 2,
 			     PL_FUNCTOR_CHARS, ":", 2,
@@ -65,7 +57,7 @@ zmq_failed(const char *name, int arity, term_t culprit)
 }
 
 		 /*******************************
-		 *	       KEYS		*
+		 *	   KEYS AND TIME	*
 		 *******************************/
 
 static foreign_t
@@ -87,23 +79,10 @@ clock_seconds(term_t seconds)
   return PL_unify_float(seconds, (double)t.tv_sec + t.tv_nsec/1e9);
 }
 
-static foreign_t
-library_version(term_t version)
-{ int major, minor, patch;
-  char text[64];
-
-  zmq_version(&major, &minor, &patch);
-  snprintf(text, sizeof(text), "%d.%d.%d", major, minor, patch);
-  return PL_unify_chars(version, PL_STRING, (size_t)-1, text);
-}
-
 install_t
 install_zmq4pl(void)
 { install_sockets();
   install_messages();
-  install_json_read();
-  install_json_write();
   PL_register_foreign("zmq_curve_keypair", 2, curve_keypair, 0);
   PL_register_foreign("zmq_clock", 1, clock_seconds, 0);
-  PL_register_foreign("zmq_version", 1, library_version, 0);
 }

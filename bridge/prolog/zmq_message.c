@@ -5,8 +5,7 @@
 #include <time.h>
 
 #define SLICE_MS 100	/* longest wait between two looks at Prolog's signals */
-#define MAX_FRAMES 64	/* frames of one message */
-#define MAX_POLL 64	/* sockets of one poll */
+#define MAX_FRAMES 64	/* frames of one message; chosen by hand, the protocol has at most a few */
 #define FOREVER INT64_MAX
 
 static atom_t ATOM_utf8, ATOM_octet, ATOM_header, ATOM_infinite;
@@ -41,72 +40,33 @@ get_deadline(term_t t, int64_t *deadline)
   return TRUE;
 }
 
-/* Poll until something is ready (> 0), the deadline has passed (0), or an error or a Prolog exception (-1). */
+/* Poll until the socket is ready (> 0), the deadline has passed (0), or an error or a Prolog exception (-1). */
 static int
-wait_for(zsock **socks, zmq_pollitem_t *items, int count, int64_t deadline, const char *name, int arity)
-{ for(;;)
+wait_for(zsock *s, short events, int64_t deadline, const char *name)
+{ zmq_pollitem_t item = { s->handle, 0, events, 0 };
+
+  for(;;)
   { int64_t left = (deadline == FOREVER ? SLICE_MS : deadline - now_ms());
     int rc;
 
     left = left > SLICE_MS ? SLICE_MS : left < 0 ? 0 : left;
-    rc = zmq_poll(items, count, (long)left);
+    rc = zmq_poll(&item, 1, (long)left);
     if ( rc < 0 && zmq_errno() != EINTR )
-    { zmq_failed(name, arity, 0);
+    { zmq_failed(name, 3, 0);
       return -1;
     }
     if ( PL_handle_signals() < 0 )
       return -1;
-    for(int i = 0; i < count; i++)
-    { if ( socks[i]->handle != items[i].socket )	/* closed by a signal handler */
-      { term_t t = PL_new_term_ref();
-
-	if ( PL_put_atom(t, socks[i]->atom) )
-	  PL_existence_error("zmq_socket", t);
-	return -1;
-      }
+    if ( s->handle != item.socket )	/* closed by a signal handler */
+    { errno = ENOTSOCK;
+      zmq_failed(name, 3, 0);
+      return -1;
     }
     if ( rc > 0 )
       return rc;
     if ( deadline != FOREVER && now_ms() >= deadline )
       return 0;
   }
-}
-
-static int
-wait_for_one(zsock *s, short events, int64_t deadline, const char *name)
-{ zmq_pollitem_t item = { s->handle, 0, events, 0 };
-
-  return wait_for(&s, &item, 1, deadline, name, 3);
-}
-
-static foreign_t
-poll_sockets(term_t list, term_t ready, term_t timeout)
-{ zmq_pollitem_t items[MAX_POLL];
-  zsock *socks[MAX_POLL];
-  term_t tail = PL_copy_term_ref(list), head = PL_new_term_ref(), out = PL_copy_term_ref(ready);
-  int64_t deadline;
-  int count = 0;
-
-  reap_lost();
-  while( PL_get_list_ex(tail, head, tail) )
-  { if ( count == MAX_POLL )
-      return PL_resource_error("zmq_poll_sockets");
-    if ( !get_socket(head, &socks[count]) )
-      return FALSE;
-    items[count] = (zmq_pollitem_t){ socks[count]->handle, 0, ZMQ_POLLIN, 0 };
-    count++;
-  }
-  if ( !PL_get_nil_ex(tail) || !get_deadline(timeout, &deadline) )
-    return FALSE;
-  if ( wait_for(socks, items, count, deadline, "zmq_poll", 3) < 0 )
-    return FALSE;
-  for(int i = 0; i < count; i++)
-  { if ( items[i].revents & ZMQ_POLLIN )
-    { if ( !PL_unify_list(out, head, out) || !PL_unify_atom(head, socks[i]->atom) )
-	return FALSE;
-    }
-  }
-  return PL_unify_nil(out);
 }
 
 		 /*******************************
@@ -138,7 +98,6 @@ send_frames(term_t socket, term_t frames, term_t timeout, term_t encoding)
   int64_t deadline;
   int count = 0, sent = 0, rep = 0, first_only, rc = FALSE;
 
-  reap_lost();
   if ( !get_socket(socket, &s) || !get_deadline(timeout, &deadline) || 
        !get_encoding(encoding, &rep, &first_only) )
     return FALSE;
@@ -171,7 +130,7 @@ send_frames(term_t socket, term_t frames, term_t timeout, term_t encoding)
     if ( zmq_msg_send(&messages[sent], s->handle, flags) >= 0 )
     { sent++;
     } else if ( zmq_errno() == EAGAIN )
-    { if ( wait_for_one(s, ZMQ_POLLOUT, deadline, "zmq_send") <= 0 )
+    { if ( wait_for(s, ZMQ_POLLOUT, deadline, "zmq_send") <= 0 )
 	goto out;
     } else if ( zmq_errno() == EINTR )
     { if ( PL_handle_signals() < 0 || !get_socket(socket, &s) )
@@ -189,8 +148,8 @@ out:
   return rc;
 }
 
-/* RFC 3629: no overlong forms, no surrogates, nothing above U+10FFFF, nothing cut off. */
-int
+/* UTF-8 as of RFC 3629: no overlong forms, no surrogates, nothing above U+10FFFF, nothing cut off. */
+static int
 is_utf8(const unsigned char *p, size_t len)
 { const unsigned char *end = p+len;
 
@@ -223,7 +182,6 @@ receive_frames(term_t socket, term_t frames, term_t timeout, term_t encoding)
   int64_t deadline;
   int count = 0, more = TRUE, too_many = FALSE, rep = 0, first_only = FALSE, rc = FALSE;
 
-  reap_lost();
   if ( !get_socket(socket, &s) || !get_deadline(timeout, &deadline) ||
        !get_encoding(encoding, &rep, &first_only) )
     return FALSE;
@@ -240,7 +198,7 @@ receive_frames(term_t socket, term_t frames, term_t timeout, term_t encoding)
     { int e = zmq_errno(), ready = 1;
 
       if ( e == EAGAIN )
-	ready = wait_for_one(s, ZMQ_POLLIN, deadline, "zmq_receive");
+	ready = wait_for(s, ZMQ_POLLIN, deadline, "zmq_receive");
       else if ( e != EINTR )
       { zmq_failed("zmq_receive", 3, 0);
 	goto out;
@@ -283,7 +241,6 @@ install_messages(void)
   ATOM_octet    = PL_new_atom("octet");
   ATOM_header   = PL_new_atom("header");
   ATOM_infinite = PL_new_atom("infinite");
-  PL_register_foreign("zmq_poll", 3, poll_sockets, 0);
   PL_register_foreign("zmq_send", 4, send_frames, 0);
   PL_register_foreign("zmq_receive", 4, receive_frames, 0);
 }

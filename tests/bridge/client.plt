@@ -250,7 +250,7 @@ test(closing_twice) :-
     zmq_socket(xpub, Pub, [xpub_welcome_msg("{\"v\":1,\"event\":\"welcome\",\"args\":{},\"sequence\":0}")]),
     zmq_bind(Pub, Endpoint),
     thread_create(events_open(Endpoint, _), Thread),
-    zmq_poll([Pub], _, 10),
+    zmq_receive(Pub, _, 10, octet),
     thread_join(Thread, true).
 
 collected(Subscription, Wanted, Events) :-
@@ -292,7 +292,7 @@ curve_asked(ServerPublic, ServerSecret, ServerKey, Timeout, Result) :-
 curve_server(Creator, Public, Secret) :-
     zmq_socket(router, Socket, [curve_server(true), curve_publickey(Public), curve_secretkey(Secret)]),
     zmq_bind(Socket, 'tcp://127.0.0.1:*'),
-    zmq_get(Socket, last_endpoint, Endpoint),
+    zmq_endpoint(Socket, Endpoint),
     thread_send_message(Creator, listening(Endpoint)),
     zmq_receive(Socket, [Route, Text], infinite, octet),
     sub_string(Text, B, _, _, "prolog-"),
