@@ -18,8 +18,6 @@ COMMANDS = {
     "hardware": "Serve a V4L2 camera, with lights on a serial line or without.",
     "cameras": "List the cameras of this machine with their formats and controls.",
     "calibrate": "Measure a camera in front of a steadily lit scene, and write its camera file.",
-    "emulate": "Emulate a light driver; prints its device, then its outputs.",
-    "bench": "Emulate a USB camera and lights in front of a simulated target.",
     "record": "Write a stack folder from a camera with lights, a stack or the simulator.",
     "warm": "Compile the simulator's kernels, once.",
 }

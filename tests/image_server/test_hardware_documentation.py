@@ -21,9 +21,9 @@ def shown(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
 
 
-def image_server(*words: str) -> "subprocess.CompletedProcess[str]":
+def run(program: str, *words: str) -> "subprocess.CompletedProcess[str]":
     return subprocess.run(
-        [sys.executable, "-m", "image_server", *words],
+        [sys.executable, "-m", program, *words],
         capture_output=True, text=True, timeout=240, check=False, cwd=ROOT,
     )  # fmt: skip
 
@@ -49,29 +49,26 @@ def test_the_lines_shown_have_the_right_check() -> None:
 @pytest.mark.parametrize("command", commands("record"))
 def test_recordings_shown_can_be_made(command: str, tmp_path: Path) -> None:
     out, *options = shlex.split(command)
-    done = image_server("record", str(tmp_path / out), *options)
+    done = run("image_server", "record", str(tmp_path / out), *options)
     assert done.returncode == 0, done.stderr
     assert load_stack(tmp_path / out).table.kind in command
 
 
 def test_the_options_of_commands_that_need_hardware_are_there() -> None:
-    lines = PAGE.replace("\\\n", " ").splitlines()
-    shown = [
-        line
-        for line in lines
-        if re.match(r"    (sudo )?\.venv/bin/python -m image_server (bench|hardware)", line)
-    ]
-    assert len(shown) == 2
-    for line in shown:
-        words = shlex.split(line)
-        name = words[words.index("image_server") + 1]
-        usage = image_server(name, "--help").stdout
-        assert all(word in usage for word in words if word.startswith("--")), line
+    lines = re.findall(
+        r"^    (?:sudo )?\.venv/bin/python -m (image_server hardware|tests\.equipment \w+) (.*)$",
+        PAGE.replace("\\\n", " "),
+        re.MULTILINE,
+    )
+    assert {line[0].split()[1] for line in lines} == {"hardware", "lights", "bench"}
+    for program_and_name, rest in lines:
+        usage = run(*program_and_name.split(), "--help").stdout
+        assert all(word in usage for word in shlex.split(rest) if word.startswith("--")), rest
 
 
 def test_every_command_is_there() -> None:
     names = re.findall(r"^\| `(\w+)", PAGE[: PAGE.index("## The camera")], re.MULTILINE)
-    assert "bench" in names
+    assert {"cameras", "calibrate", "hardware", "record"} <= set(names)
     assert len(commands("record")) == 2
-    for name in {*names, *(command for command in ("calibrate", "emulate", "record") if commands(command))}:
-        assert image_server(name, "--help").returncode == 0, name
+    for name in names:
+        assert run("image_server", name, "--help").returncode == 0, name

@@ -9,14 +9,14 @@ import pytest
 
 from bridge.messages import CameraDescription, Settings
 from bridge.serve import Server
-from image_server.emulators.line import EmulatedLineDriver
 from image_server.hardware import Hardware
 from image_server.lights.rig import open_rig
 from image_server.serve.device import Frame
 from image_server.serve.server import ImageServer
 from image_server.v4l2.camera import V4L2Camera
 from image_server.v4l2.camera_file import CameraFile
-from tests.image_server.scripted_camera import HEIGHT, WIDTH, ScriptedCamera
+from tests.equipment.line import EmulatedLineDriver
+from tests.image_server.v4l2.scripted_camera import HEIGHT, WIDTH, ScriptedCamera
 from tests.session.command import controller
 
 SEED_POSE = "[target.seed_pose]\nrotation_vector = [0.5, 0.7, 0.1]\ntranslation = [0.0, 0.0, 0.6]\n"

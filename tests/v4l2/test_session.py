@@ -22,7 +22,7 @@ def lights(tmp_path: Path) -> Iterator[tuple[Path, "subprocess.Popen[str]"]]:
     """Emulated lights of three channels; faults go to their standard input."""
     link = tmp_path / "lights"
     process = subprocess.Popen(
-        [sys.executable, "-m", "image_server", "emulate", "line", "--link", str(link)],
+        [sys.executable, "-m", "tests.equipment", "lights", "line", "--link", str(link)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,

@@ -18,10 +18,6 @@ import pytest
 from bridge.errors import BadInput, DeviceError
 from bridge.messages import Settings
 from geometry.pose import Pose
-from image_server.emulators.usbip import CONTROLLER, Connection, video_node
-from image_server.emulators.uvc_camera import UvcCamera
-from image_server.emulators.uvc_descriptors import Format
-from image_server.emulators.uvc_model import load_camera_model
 from image_server.hardware import Hardware
 from image_server.lights.rig import open_rig
 from image_server.serve.device import Change
@@ -30,6 +26,10 @@ from image_server.v4l2.camera import V4L2Camera
 from image_server.v4l2.camera_file import Axis, CameraFile, FormatTable, load_camera_file
 from image_server.v4l2.controls import controls, read_control, write_control
 from image_server.v4l2.node import Node
+from tests.equipment.usbip import CONTROLLER, Connection, video_node
+from tests.equipment.uvc_camera import UvcCamera
+from tests.equipment.uvc_descriptors import Format
+from tests.equipment.uvc_model import load_camera_model
 from tests.v4l2.conftest import image_server, session
 
 DEADLINE_S = 120.0  # the guest is emulated
@@ -237,9 +237,9 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, str,
         [
             sys.executable,
             "-m",
-            "image_server",
+            "tests.equipment",
             "bench",
-            str(folder),
+            folder,
             "--seed",
             str(SEED),
             "--ambient-scale",

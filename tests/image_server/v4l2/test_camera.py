@@ -21,7 +21,7 @@ from image_server.v4l2.camera_file import Axis, CameraFile, load_camera_file
 from image_server.v4l2.controls import CAMERA, USER, controls, write_control
 from image_server.v4l2.formats import DamagedFrameError, Layout, decoded
 from image_server.v4l2.stream import Freshness, Stamp
-from tests.image_server.scripted_camera import ScriptedCamera
+from tests.image_server.v4l2.scripted_camera import ScriptedCamera
 
 STRUCTURES = {
     "v4l2_capability": v4l2.v4l2_capability,

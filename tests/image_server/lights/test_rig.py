@@ -13,14 +13,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bridge.errors import BadInput, DeviceError
-from image_server.emulators.dmx import EmulatedDmxUsbPro
-from image_server.emulators.emulator import Emulator
-from image_server.emulators.line import EmulatedLineDriver
 from image_server.lights.dmx_usb_pro import MessageReader, dmx_packet, message
 from image_server.lights.lights_file import load_lights_file
 from image_server.lights.line_protocol import GarbledLineError, decoded, encoded
 from image_server.lights.rig import LightRig, open_rig
-from tests.image_server.lights_files import lights_file, until
+from tests.equipment.dmx import EmulatedDmxUsbPro
+from tests.equipment.emulator import Emulator
+from tests.equipment.line import EmulatedLineDriver
+from tests.image_server.lights.lights_files import lights_file, until
 
 KINDS = {"line": EmulatedLineDriver, "dmx_usb_pro": EmulatedDmxUsbPro}
 

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from image_server.emulators.emulator import Emulator, Show
 from image_server.lights.dmx_usb_pro import GET_PARAMETERS, GET_SERIAL, SEND_DMX, MessageReader, message
+from tests.equipment.emulator import Emulator, Show
 
 PARAMETERS = bytes([4, 1, 9, 1, 40])
 """Firmware 1.4, break 9 × 10.67 µs, mark after break 1 × 10.67 µs, 40 packets a second."""

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from bridge.errors import BadInput
-from image_server.emulators.bench import Bench
-from image_server.emulators.faults import FaultPlan
-from image_server.emulators.usbip import Stall
-from image_server.emulators.uvc_camera import UvcCamera
-from image_server.emulators.uvc_descriptors import PAYLOAD_BYTES, Format, configuration_descriptor
-from image_server.emulators.uvc_model import load_camera_model, model_names
 from image_server.simulator import Simulator
 from image_server.v4l2.formats import Layout, decoded
+from tests.equipment.bench import Bench
+from tests.equipment.faults import FaultPlan
+from tests.equipment.usbip import Stall
+from tests.equipment.uvc_camera import UvcCamera
+from tests.equipment.uvc_descriptors import PAYLOAD_BYTES, Format, configuration_descriptor
+from tests.equipment.uvc_model import load_camera_model, model_names
 
 MANUAL = {
     "exposure_absolute": 100,

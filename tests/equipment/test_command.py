@@ -1,4 +1,4 @@
-"""`python -m image_server emulate`: a light driver in a terminal of its own."""
+"""`python -m tests.equipment lights`: a light driver in a terminal of its own."""
 
 import os
 import signal
@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 from image_server.lights.rig import open_rig
-from tests.image_server.lights_files import until
+from tests.image_server.lights.lights_files import until
 
 DEADLINE_S = 30.0
 
 
 def emulate(*arguments: str | Path) -> "subprocess.Popen[str]":
     return subprocess.Popen(
-        [sys.executable, "-m", "image_server", "emulate", *map(str, arguments)],
+        [sys.executable, "-m", "tests.equipment", "lights", *map(str, arguments)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

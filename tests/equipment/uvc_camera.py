@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
-from image_server.emulators.usbip import Stall, UsbDevice
-from image_server.emulators.uvc_descriptors import (
+from tests.equipment.usbip import Stall, UsbDevice
+from tests.equipment.uvc_descriptors import (
     LANGUAGES,
     PAYLOAD_BYTES,
     Format,
@@ -23,7 +23,7 @@ from image_server.emulators.uvc_descriptors import (
     device_descriptor,
     string_descriptor,
 )
-from image_server.emulators.uvc_model import SELECTORS, CameraModel
+from tests.equipment.uvc_model import SELECTORS, CameraModel
 
 SET_CUR, GET_CUR, GET_MIN, GET_MAX, GET_RES, GET_LEN, GET_INFO, GET_DEF = 0x01, *range(0x81, 0x88)
 GET_DESCRIPTOR, DEVICE, CONFIGURATION, STRING = 6, 1, 2, 3

@@ -3,7 +3,7 @@
 import struct
 from dataclasses import dataclass
 
-from image_server.emulators.uvc_model import (
+from tests.equipment.uvc_model import (
     CAMERA_TERMINAL,
     OUTPUT_TERMINAL,
     PROCESSING_UNIT,

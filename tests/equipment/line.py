@@ -3,8 +3,8 @@
 import time
 from pathlib import Path
 
-from image_server.emulators.emulator import Emulator, Show
 from image_server.lights.line_protocol import GarbledLineError, decoded, encoded
+from tests.equipment.emulator import Emulator, Show
 
 FULL = 255
 TEMPERATURE_C = 20.0

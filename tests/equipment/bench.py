@@ -12,10 +12,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from image_server.emulators.uvc_model import CameraModel
 from image_server.simulator import Simulator
 from image_server.v4l2.controls import EXPOSURE_UNIT_S
 from stack.sensor import exposed
+from tests.equipment.uvc_model import CameraModel
 
 LARGEST_GAIN = 8.0
 """At the control's maximum, relative to its minimum."""

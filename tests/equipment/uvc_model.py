@@ -1,4 +1,4 @@
-"""What a model of USB camera has: its controls with ranges, from a file of `emulators/cameras/`."""
+"""What a model of USB camera has: its controls with ranges, from a file of `tests/equipment/cameras/`."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -62,7 +62,7 @@ Range = tuple[int, int, int, int]
 
 
 class CameraModel(Table, frozen=True):
-    """A file of `emulators/cameras/`.
+    """A file of `tests/equipment/cameras/`.
 
     Attributes
     ----------

@@ -20,7 +20,7 @@ from image_server.command_line import add_options, call
 from image_server.commands.hardware import Equipment
 from image_server.commands.options import Conditions, Draws
 from image_server.commands.record import StackKind, record
-from tests.image_server.stacks import BASIS, basis_stack
+from tests.stack.stack_folders import BASIS, basis_stack
 
 DEADLINE_S = 60.0
 REPLAY = ("replay", "--stack", "s", "--endpoint", "ipc:///e")
