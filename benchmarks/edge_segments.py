@@ -26,6 +26,7 @@ from geometry.pose import disturbed
 from geometry.visibility import visible_samples
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario, with_conditions
+from stack.exposure import REFERENCE, SHUTTERS_S
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.merging import merge_channels
 from vision_server.matching import SearchRange, match_search
@@ -38,9 +39,7 @@ TARGETS = ("cube", "fixture", "satellite")
 SUNS = (0.0, 1.0, 20.0)
 BLUR = {"sharp": (0.0, (0.0, 0.0)), "blurred": (3.0, (240.0, 160.0))}
 ONE_LIGHT_EACH = ((7, 0, 0), (0, 7, 0), (0, 0, 7))
-SHUTTERS_S = (1 / 240, 1 / 120, 1 / 60, 1 / 30, 1 / 15)
 APERTURE = 4.0
-REFERENCE_S = 1 / 60
 CLIPPED_GREY, MOST_CLIPPED = 250, 0.002
 LEAST_LSD_PX = 14.0  # shorter segments of LSD do the matcher harm
 NEAR_PX, NEAR_RAD = 1.5, np.deg2rad(5.0)
@@ -62,7 +61,7 @@ def exposed(simulator: Simulator, levels: tuple[int, ...]) -> Exposed:
         image = np.asarray(frame.pixels)
         if np.mean(image >= CLIPPED_GREY) <= MOST_CLIPPED:
             break
-    return Exposed(image, shutter / REFERENCE_S)
+    return Exposed(image, shutter / REFERENCE.shutter_s)
 
 
 def lsd(image: Image) -> Floats:

@@ -18,7 +18,8 @@ from geometry.pose import Pose
 from image_server.replay import Replay
 from image_server.serve.device import Device
 from image_server.simulator import Simulator
-from stack.reading import BasisStack, load_stack
+from stack.exposure import full_levels, relative_exposure
+from stack.read import BasisStack, load_stack
 from vision_server.channels.image_files import read_grey
 from vision_server.channels.tone import file_tone
 from vision_server.image_set import ImageSet
@@ -78,8 +79,7 @@ class Studio:
 
     def full(self, only: int) -> tuple[int, ...]:
         """One light at its highest level, the others off."""
-        lights = self.device.describe().lights
-        return tuple(light.levels - 1 if index == only else 0 for index, light in enumerate(lights))
+        return full_levels(self.device.describe().lights, only)
 
     def photograph(
         self, lights: tuple[int, ...], shutter_s: float | None = None, aperture: float | None = None
@@ -91,7 +91,7 @@ class Studio:
         settings = Settings(
             lights=lights, shutter_s=shutter_s or reference.shutter_s, aperture=aperture or reference.aperture
         )
-        relative = settings.shutter_s / settings.aperture**2 / (reference.shutter_s / reference.aperture**2)
+        relative = relative_exposure(settings.shutter_s, settings.aperture, reference)
         return Photograph(
             pixels=self.device.capture(settings).pixels,
             exposure=relative * described.camera.gain,

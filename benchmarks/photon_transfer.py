@@ -20,11 +20,10 @@ from numpy.typing import NDArray
 from bridge.messages import Settings
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import Scenario
-from stack.sensor import relative_exposure
+from stack.exposure import WHITE, relative_exposure
 
 ROOT = Path(__file__).resolve().parent.parent
 FILE = ROOT / "docs" / "images" / "photon-transfer.png"
-WHITE = 255.0
 ROUNDING = 1 / 12 / WHITE**2  # variance of the 8-bit steps, of full scale
 BINS = 24
 LEAST_PIXELS = 400  # in a bin, for its variance to be worth something

@@ -30,9 +30,8 @@ from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from image_server.simulator.placement import drawn_pose, drawn_sun, seed_pose_of
 from image_server.simulator.scenario import PoseDraw, Sun
-from stack.reading import FULL_SCALE_16, STACK_FILE
-from stack.toml_text import toml_text
-from stack.writing import described, new_folder
+from stack.exposure import APERTURES, FULL_SCALE_16, SHUTTERS_S
+from stack.write import described, new_folder, write_table
 
 Floats = NDArray[np.float64]
 
@@ -41,8 +40,6 @@ DESCRIPTION = msgspec.convert(CAMERA.to_dict() | {"gain": 2.0, "read_noise_e": 6
 TARGETS = ("cube", "fixture", "satellite")
 LAMPS = {"left": (-0.35, 0.0, 0.0), "right": (0.35, 0.0, 0.0), "top": (0.0, -0.35, 0.0)}  # m, camera frame
 LEVELS = 8
-SHUTTERS_S = (1 / 240, 1 / 120, 1 / 60, 1 / 30, 1 / 15)
-APERTURES = (2.8, 4.0, 5.6)
 SHARE_OF_FRAME = (0.6, 1.1)  # the target's diameter over the frame's height
 TILT_DEG = (10.0, 55.0)
 SUN_ANGLE_DEG = (20.0, 100.0)
@@ -123,7 +120,7 @@ def drawn_stack(file: Path, number: int, seed: int, folder: Path) -> None:
         light["radiance"] = f"{light['name']}.png"
         light["power"] = conditions.power
     table["target"]["true_pose"] = msgspec.to_builtins(_message(pose))
-    (folder / STACK_FILE).write_text(toml_text(table), encoding="utf-8")
+    write_table(folder, table)
 
 
 def _message(pose: Pose) -> PoseMessage:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from bridge.messages import Describe, Settings
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import SCENARIOS, Time, load_scenario
-from stack.sensor import relative_exposure
+from stack.exposure import relative_exposure
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "docs" / "images" / "scenarios"

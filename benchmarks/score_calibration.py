@@ -26,6 +26,7 @@ from geometry.model import find_target, load_model
 from geometry.pose import Pose
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario, with_conditions
+from stack.exposure import relative_exposure
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
 
@@ -90,10 +91,9 @@ def run_scene(scene: Scene) -> list[dict[str, Any]]:
     settings["middle"] = Settings(
         lights=middle, shutter_s=device.reference.shutter_s, aperture=device.reference.aperture
     )
-    reference = device.reference.shutter_s / device.reference.aperture**2
     for name, wanted in settings.items():
         frame = simulator.capture(wanted)
-        exposure = wanted.shutter_s / wanted.aperture**2 / reference * device.camera.gain
+        exposure = relative_exposure(wanted.shutter_s, wanted.aperture, device.reference) * device.camera.gain
         images.add(name, frame.pixels, exposure, device.camera.gamma)
     model = load_model(find_target(scene.target))
     assert simulator.seed_pose is not None

@@ -14,10 +14,11 @@ from bridge.messages import (
     Settings,
     TargetDescription,
 )
+from stack.exposure import APERTURES, SHUTTERS_S, WHITE, light_powers, relative_exposure
 
 TRUE_POSE = PoseMessage(rotation_vector=(0.1, -0.2, 0.05), translation=(0.02, 0.01, 0.6))
 LINES = 12
-DARK = 8 / 255
+DARK = 8 / WHITE
 AMBIENT = 0.02
 """Linear grey of the target at the reference exposure with all lights off."""
 LIT = 0.5
@@ -33,8 +34,8 @@ def describe(events: str | None = None) -> Describe:
             LightDescription(name="right", levels=8, position=(0.3, 0.0, 0.0)),
             LightDescription(name="top", levels=8, position=(0.0, -0.3, 0.0)),
         ),
-        shutters_s=(1 / 240, 1 / 120, 1 / 60, 1 / 30, 1 / 15),
-        apertures=(2.8, 4.0, 5.6),
+        shutters_s=SHUTTERS_S,
+        apertures=APERTURES,
         camera=CameraDescription(width=64, height=48, fx=80.0, fy=80.0, cx=31.5, cy=23.5),
         target=TargetDescription(model="/mock/cube.cao", seed_pose=TRUE_POSE),
         movable=True,
@@ -44,13 +45,9 @@ def describe(events: str | None = None) -> Describe:
 
 def brightness(settings: Settings, device: Describe) -> float:
     """Linear grey of the target, 1 at full scale, not clipped."""
-    reference = device.reference
-    exposure = (settings.shutter_s / settings.aperture**2) / (reference.shutter_s / reference.aperture**2)
-    levels = [
-        light.power * level / max(light.levels - 1, 1)
-        for light, level in zip(device.lights, settings.lights, strict=True)
-    ]
-    return exposure * (AMBIENT + LIT * sum(levels) / max(len(levels), 1))
+    exposure = relative_exposure(settings.shutter_s, settings.aperture, device.reference)
+    powers = light_powers(device.lights, settings.lights)
+    return exposure * (AMBIENT + LIT * sum(powers) / max(len(powers), 1))
 
 
 def frame(settings: Settings, device: Describe) -> NDArray[np.uint8]:
@@ -58,7 +55,7 @@ def frame(settings: Settings, device: Describe) -> NDArray[np.uint8]:
     camera = device.camera
     height, width = (48, 64) if camera is None else (camera.height, camera.width)
     pixels = np.zeros((height, width), np.uint8)
-    grey = round(255 * min(brightness(settings, device), 1.0))
+    grey = round(WHITE * min(brightness(settings, device), 1.0))
     pixels[height // 4 : 3 * height // 4, width // 4 : 3 * width // 4] = grey
     return pixels
 
@@ -80,7 +77,7 @@ def statistics(settings: Settings, device: Describe) -> dict[str, Any]:
         "p50": percentile(0.5),
         "p95": percentile(0.95),
         "dark_fraction": fraction_below(DARK),
-        "saturated_fraction": 1 - fraction_below(250 / 255),
+        "saturated_fraction": 1 - fraction_below(250 / WHITE),
         "sharpness": 0.5,
         "noise": 0.004,
         "blur_px": 0.8 + 2.0 * settings.shutter_s / (1 / 15),

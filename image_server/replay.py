@@ -7,17 +7,10 @@ from numpy.typing import NDArray
 
 from bridge.errors import BadInput, Unsupported
 from bridge.messages import Describe, PoseErrorMessage, PoseMessage, Settings
-from image_server.serve.device import (
-    Change,
-    Device,
-    Frame,
-    checked_settings,
-    level_fraction,
-    light_powers,
-    same_value,
-    sure_frame,
-)
-from stack.reading import BasisStack, FramesStack, FrameTable, describe_stack
+from image_server.serve.device import Change, Device, Frame, checked_settings, sure_frame
+from stack.exposure import in_words, level_fraction, light_powers, same_value
+from stack.format import FrameTable
+from stack.read import BasisStack, FramesStack, describe_stack
 from stack.sensor import exposed, mixed
 
 NEAREST_NAMED = 3  # recorded settings that an error lists
@@ -75,8 +68,9 @@ class Replay(Device):
     def _basis_frame(self, stack: BasisStack, settings: Settings, number: int) -> NDArray[np.uint8]:
         weights = [*light_powers(stack.table.lights, settings.lights), stack.table.ambient_scale]
         radiance = mixed([*stack.radiances, stack.ambient], weights)
-        sensor = stack.table.camera.sensor()
-        return exposed(radiance, sensor, settings.shutter_s, settings.aperture, (self._seed, number))
+        return exposed(
+            radiance, stack.table.camera, settings.shutter_s, settings.aperture, (self._seed, number)
+        )
 
     def _recorded_frame(self, stack: FramesStack, settings: Settings) -> tuple[NDArray[np.uint8], Settings]:
         frames = stack.table.frames
@@ -90,15 +84,7 @@ class Replay(Device):
         turn = self._shown.get(matching[0], 0)
         self._shown[matching[0]] = turn + 1
         index = matching[turn % len(matching)]
-        frame = frames[index]
-        applied = Settings(
-            lights=frame.lights,
-            shutter_s=frame.shutter_s,
-            aperture=frame.aperture,
-            focal_length_mm=frame.focal_length_mm,
-            focus_m=frame.focus_m,
-        )
-        return stack.images[index], applied
+        return stack.images[index], frames[index].settings()
 
     def _distance(self, frame: FrameTable, settings: Settings) -> float:
         """How unlike two settings are: fractions of full level, and stops of shutter, aperture, lens."""
@@ -129,16 +115,6 @@ def pose_error(pose: PoseMessage, true_pose: PoseMessage) -> PoseErrorMessage:
         translation_m=error.translation_m,
         translation_fraction_of_range=error.translation_fraction_of_range,
     )
-
-
-def in_words(settings: Settings) -> str:
-    """Settings on one line."""
-    text = f"lights {list(settings.lights)}, {settings.shutter_s:g} s, f/{settings.aperture:g}"
-    if settings.focal_length_mm is not None:
-        text += f", {settings.focal_length_mm:g} mm"
-    if settings.focus_m is not None:
-        text += f", focus {settings.focus_m:g} m"
-    return text
 
 
 def _recorded_under(frame: FrameTable, settings: Settings) -> bool:

@@ -1,6 +1,6 @@
 """From linear radiance to grey values: one sensor model for replay and simulator.
 
-The frame is DESIGN.md §5's: ``255 * clip(signal, 0, 1)^(1/gamma)`` with
+The frame of a stack is ``255 * clip(signal, 0, 1)^(1/gamma)`` with
 ``signal = radiance * gain * (shutter_s / aperture^2) / ((1/60) / 4^2)``; 1 is where the output clips.
 
 Noise
@@ -27,57 +27,19 @@ on as at the border.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-REFERENCE_SHUTTER_S = 1 / 60
-REFERENCE_APERTURE = 4.0
-WHITE = 255.0
+from stack.exposure import WHITE, relative_exposure
+from stack.format import CameraTable
+
 LEAST_BLUR_PX = 0.05  # a blur below this changes no 8-bit value by more than rounding
-LINE_POINTS_PER_PX = 16  # of the motion kernel
+LINE_POINTS_PER_PX = 16  # of the motion kernel; chosen by hand, so that its centroid is right to 1/100 px
 
 Image = NDArray[np.float32]
-
-
-@dataclass(frozen=True)
-class Sensor:
-    """Parameters of a sensor and of the blur in front of it; defaults are DESIGN.md §5's.
-
-    Attributes
-    ----------
-    gain : output per electron, 1 where `full_well_e` electrons clip.
-    gamma : the output is signal^(1/gamma).
-    read_noise_e : standard deviation of the read-out, electrons.
-    full_well_e : electrons at the clip level at gain 1.
-    widest_aperture : f-number at which `defocus_sigma_px` holds.
-    defocus_sigma_px : standard deviation of the defocus blur, px.
-    motion_px_per_s : image motion (x, y) during the exposure, px/s.
-    prnu : standard deviation of the pixels' sensitivity, relative.
-    dsnu_e : standard deviation of the pixels' dark signal, electrons.
-    pattern_seed : draws those two patterns.
-    blooming : share of the charge beyond the well that spills along the column.
-    """
-
-    gain: float = 1.0
-    gamma: float = 1.0
-    read_noise_e: float = 2.0
-    full_well_e: float = 10000.0
-    widest_aperture: float = 2.8
-    defocus_sigma_px: float = 0.0
-    motion_px_per_s: tuple[float, float] = (0.0, 0.0)
-    prnu: float = 0.0
-    dsnu_e: float = 0.0
-    pattern_seed: int = 0
-    blooming: float = 0.0
-
-
-def relative_exposure(shutter_s: float, aperture: float) -> float:
-    """Light gathered relative to 1/60 s at f/4."""
-    return (shutter_s / aperture**2) / (REFERENCE_SHUTTER_S / REFERENCE_APERTURE**2)
 
 
 def mixed(images: Sequence[Image], weights: Sequence[float]) -> Image:
@@ -89,15 +51,15 @@ def mixed(images: Sequence[Image], weights: Sequence[float]) -> Image:
     return total
 
 
-def blurred(radiance: Image, sensor: Sensor, shutter_s: float, aperture: float) -> Image:
+def blurred(radiance: Image, camera: CameraTable, shutter_s: float, aperture: float) -> Image:
     """Radiance (H, W) as it falls on the sensor, out of focus and moving."""
-    sigma = sensor.defocus_sigma_px * sensor.widest_aperture / aperture
+    sigma = camera.defocus_sigma_px * min(camera.apertures) / aperture
     out = radiance
     if sigma > LEAST_BLUR_PX:
         out = np.asarray(
             cv2.GaussianBlur(out, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE), dtype=np.float32
         )
-    dx, dy = (speed * shutter_s for speed in sensor.motion_px_per_s)
+    dx, dy = (speed * shutter_s for speed in camera.motion_px_per_s)
     if math.hypot(dx, dy) > LEAST_BLUR_PX:
         kernel = line_kernel(dx, dy)
         out = np.asarray(
@@ -129,14 +91,14 @@ def fixed_pattern(shape: tuple[int, int], seed: int) -> tuple[Image, Image]:
 
 
 def exposed(
-    radiance: Image, sensor: Sensor, shutter_s: float, aperture: float, seed: Sequence[int] | None
+    radiance: Image, camera: CameraTable, shutter_s: float, aperture: float, seed: Sequence[int] | None
 ) -> NDArray[np.uint8]:
     """Expose radiance and read it out.
 
     Parameters
     ----------
     radiance : (H, W) float32, linear; 1 clips at 1/60 s, f/4 and gain 1.
-    sensor : sensor and blur.
+    camera : its sensor, and the blur in front of it.
     shutter_s, aperture : exposure time in seconds and f-number.
     seed : (session seed, capture number); the same numbers give the same noise. None: no noise.
 
@@ -144,28 +106,28 @@ def exposed(
     -------
     (H, W) uint8.
     """
-    exposure = relative_exposure(shutter_s, aperture) * sensor.gain
-    signal: Image = blurred(radiance, sensor, shutter_s, aperture) * np.float32(exposure)
-    per_electron = sensor.gain / sensor.full_well_e
-    if sensor.prnu > 0 or sensor.dsnu_e > 0:
-        sensitivity, dark = fixed_pattern(signal.shape, sensor.pattern_seed)
+    exposure = relative_exposure(shutter_s, aperture) * camera.gain
+    signal: Image = blurred(radiance, camera, shutter_s, aperture) * np.float32(exposure)
+    per_electron = camera.gain / camera.full_well_e
+    if camera.prnu > 0 or camera.dsnu_e > 0:
+        sensitivity, dark = fixed_pattern(signal.shape, camera.pattern_seed)
         # signal (1 + prnu s) + dsnu d
-        signal += np.float32(sensor.prnu) * sensitivity * signal
-        signal += np.float32(sensor.dsnu_e * per_electron) * dark
-    if sensor.blooming > 0:
+        signal += np.float32(camera.prnu) * sensitivity * signal
+        signal += np.float32(camera.dsnu_e * per_electron) * dark
+    if camera.blooming > 0:
         from stack.blooming import bloomed  # a compiled kernel that a sensor without it need not load
 
-        signal = bloomed(signal, sensor.gain, sensor.blooming)
+        signal = bloomed(signal, camera.gain, camera.blooming)
     if seed is not None:
         variance = np.maximum(signal, 0)
         variance *= np.float32(per_electron)
-        variance += np.float32((sensor.read_noise_e * per_electron) ** 2)
+        variance += np.float32((camera.read_noise_e * per_electron) ** 2)
         np.sqrt(variance, out=variance)
         noise = np.random.Generator(np.random.SFC64(np.random.SeedSequence(list(seed))))
         variance *= noise.standard_normal(signal.shape, dtype=np.float32)
         signal += variance
     np.clip(signal, 0, 1, out=signal)
-    if sensor.gamma != 1.0:
-        cv2.pow(signal, 1 / sensor.gamma, dst=signal)
+    if camera.gamma != 1.0:
+        cv2.pow(signal, 1 / camera.gamma, dst=signal)
     signal *= np.float32(WHITE)
     return np.rint(signal, out=signal).astype(np.uint8)

@@ -1,12 +1,14 @@
-"""Reading TOML files into typed tables: unknown keys and wrong types are errors that name file and key."""
+"""TOML files as typed tables: unknown keys and wrong types are errors that name file and key."""
 
 import math
 import re
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
+import tomli_w
 
 from bridge.errors import BadInput
 
@@ -50,6 +52,19 @@ def as_table(values: Any, kind: type[T], file: Path) -> T:
         return msgspec.convert(values, kind)
     except msgspec.ValidationError as error:
         raise BadInput(f"{file}: {plain_message(str(error))}") from None
+
+
+def toml_text(values: Mapping[str, Any]) -> str:
+    """Plain values as TOML; None, which TOML has not, is left out."""
+    return tomli_w.dumps(_without_none(values))
+
+
+def _without_none(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _without_none(item) for key, item in value.items() if item is not None}
+    if isinstance(value, list | tuple):
+        return [_without_none(item) for item in value]
+    return value
 
 
 def _not_finite(value: Any, where: str) -> str | None:

@@ -36,7 +36,7 @@ def calibrate(
         from image_server.v4l2.calibrate import calibrate as measured
         from image_server.v4l2.camera import V4L2Camera
         from image_server.v4l2.camera_file import FormatTable, load_camera_file
-        from stack.toml_text import toml_text
+        from stack.tables import toml_text
 
         if out.exists():
             raise BadInput(f"{out} is there already.", "Give another name, or remove it.")

@@ -77,8 +77,10 @@ def parsed_settings(text: str, describe: "Describe") -> "list[Settings]":
     from bridge.messages import Settings
 
     if text == "each":
-        full = tuple(light.levels - 1 for light in describe.lights)
-        alone = [tuple(level if i == n else 0 for i, level in enumerate(full)) for n in range(len(full))]
+        from stack.exposure import full_levels
+
+        full = full_levels(describe.lights)
+        alone = [full_levels(describe.lights, only) for only in range(len(full))]
         return [
             Settings(lights=levels, shutter_s=shutter_s, aperture=aperture)
             for levels in dict.fromkeys([*alone, full])

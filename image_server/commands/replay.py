@@ -30,7 +30,7 @@ def replay_device(stack: Path, draws: Draws, conditions: Conditions) -> "Replay"
     BadInput : a stack that cannot be used, or conditions for recorded frames.
     """
     from image_server.replay import Replay
-    from stack.reading import BasisStack, load_stack, with_conditions
+    from stack.read import BasisStack, load_stack, with_conditions
 
     loaded = load_stack(stack)
     if isinstance(loaded, BasisStack):

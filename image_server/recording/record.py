@@ -13,8 +13,8 @@ from bridge.errors import BadInput
 from bridge.messages import Describe, Settings
 from image_server.recording.linearity import Radiance, linear, measured_ratio, united
 from image_server.serve.device import Device, Frame, checked_settings
-from stack.sensor import WHITE, relative_exposure
-from stack.writing import new_folder, write_basis, write_frames
+from stack.exposure import WHITE, full_levels, level_fraction, relative_exposure
+from stack.write import new_folder, write_basis, write_frames
 
 SATURATED = 254
 LARGEST_NONLINEARITY = 0.1
@@ -116,8 +116,7 @@ def record_basis(
     dark, _ = _radiance(camera, at, off, average, black)
     radiances = {}
     for number, light in enumerate(describe.lights):
-        full = tuple(light.levels - 1 if i == number else 0 for i in range(len(off)))
-        lit, means = _radiance(camera, at, full, average, black)
+        lit, means = _radiance(camera, at, full_levels(describe.lights, number), average, black)
         _check_shutters(camera, light.name, means, black)
         if light.levels > 2:
             _check_level(camera, at, number, means, average, black)
@@ -197,7 +196,7 @@ def _check_level(
         ]
         full = linear(means[shutter_s], gamma) - frames[1]
         share = float((frames[0] - frames[1]).sum() / full.sum()) if full.sum() > 0 else 0.0
-        expected = level / (light.levels - 1)
+        expected = level_fraction(level, light.levels)
         bright = float(full.mean()) * WHITE > 1.0
         if bright and abs(share / expected - 1) > LARGEST_NONLINEARITY:
             raise BadInput(

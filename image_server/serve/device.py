@@ -1,6 +1,5 @@
 """What every device is to the server: a thing that takes settings and gives frames."""
 
-import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -14,15 +13,12 @@ from bridge.errors import BadInput, Unsupported
 from bridge.messages import (
     Describe,
     EventName,
-    LightDescription,
     PoseErrorMessage,
     PoseMessage,
     SettingRange,
     Settings,
 )
-
-SETTING_TOLERANCE = 1e-3
-"""Relative difference under which two values of a setting are the same one (1/60 written as 0.0167)."""
+from stack.exposure import same_value
 
 
 @dataclass(frozen=True)
@@ -154,23 +150,6 @@ def checked_settings(describe: Describe, settings: Settings) -> Settings:
         ),
         focus_m=_optional("focus_m", settings.focus_m, describe.focuses_m, "m"),
     )
-
-
-def level_fraction(level: int, levels: int) -> float:
-    """Share of full power of a level; a light with one level is on."""
-    return 1.0 if levels == 1 else level / (levels - 1)
-
-
-def light_powers(lights: Sequence[LightDescription], levels: Sequence[int]) -> list[float]:
-    """Power of each light at its level, 1 where a light of power 1 is full on."""
-    return [
-        light.power * level_fraction(level, light.levels) for light, level in zip(lights, levels, strict=True)
-    ]
-
-
-def same_value(a: float, b: float) -> bool:
-    """Whether two values of a setting mean the same one."""
-    return math.isclose(a, b, rel_tol=SETTING_TOLERANCE)
 
 
 def _offered(name: str, value: float, offered: Sequence[float], unit: str) -> float:

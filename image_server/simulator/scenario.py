@@ -9,7 +9,7 @@ from msgspec import Meta
 
 from bridge.errors import BadInput
 from image_server.simulator.material import MaterialChanges
-from stack.reading import CameraTable
+from stack.format import CameraTable
 from stack.tables import Table, as_table, read_toml
 
 SCENARIOS = Path(__file__).resolve().parent.parent.parent / "scenarios"

@@ -23,7 +23,7 @@ from geometry.errors import GeometryError
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from image_server.replay import pose_error
-from image_server.serve.device import Change, Device, Frame, checked_settings, level_fraction, sure_frame
+from image_server.serve.device import Change, Device, Frame, checked_settings, sure_frame
 from image_server.simulator import placement
 from image_server.simulator.drift import Drift
 from image_server.simulator.lens import focused
@@ -31,7 +31,9 @@ from image_server.simulator.material import load_appearance
 from image_server.simulator.scenario import Scenario, load_scenario
 from image_server.simulator.scene import Scene, background_parts, joined, target_part
 from image_server.simulator.view import Radiances, View, rendered, sky_of
-from stack.sensor import Sensor, exposed, mixed
+from stack.exposure import level_fraction
+from stack.format import CameraTable
+from stack.sensor import exposed, mixed
 
 POSE, SEED_POSE, SUN, BACKGROUND, MOVES, DRIFT, STARS = range(1, 8)
 """Streams of random numbers, so that one draw more in one place changes nothing elsewhere."""
@@ -78,7 +80,6 @@ class Simulator(Device):
         self._camera = Camera(
             table.width, table.height, table.fx, table.fy, table.cx, table.cy, table.distortion
         )
-        self._sensor = table.sensor()
         front = np.array(self._appearance.front)
         self._true = placement.drawn_pose(
             self._scenario.pose, self._model, front, self._camera, self._random(POSE)
@@ -108,9 +109,9 @@ class Simulator(Device):
         return self._zoomed(self._focal_mm)
 
     @property
-    def sensor(self) -> Sensor:
+    def sensor(self) -> CameraTable:
         """The sensor, and the blur in front of it."""
-        return self._sensor
+        return self._scenario.camera
 
     @property
     def model_file(self) -> Path:
@@ -175,7 +176,7 @@ class Simulator(Device):
         )
         self._captures += 1
         pixels = exposed(
-            image, self._sensor, applied.shutter_s, applied.aperture, (self._seed, self._captures)
+            image, self.sensor, applied.shutter_s, applied.aperture, (self._seed, self._captures)
         )
         return sure_frame(pixels, settings, applied, self._captures, self.name)
 

@@ -11,12 +11,12 @@ from msgspec import Meta
 from bridge.errors import BadInput
 from bridge.messages import CameraDescription
 from image_server.v4l2.controls import EXPOSURE_MANUAL, EXPOSURE_UNIT_S, Control
+from stack.exposure import SHUTTERS_S
 from stack.tables import Table, as_table, read_toml
 
 Positive = Annotated[float, Meta(gt=0)]
 Size = Annotated[int, Meta(ge=1, le=65536)]
 
-USUAL_SHUTTERS_S = (1 / 240, 1 / 120, 1 / 60, 1 / 30, 1 / 15)
 NOMINAL_APERTURE = 4.0
 """f-number that a lens without an iris is taken to have: the reference exposure's."""
 SAME_STEP = 0.05  # a shutter that the control can only approach by more than this is left out
@@ -128,7 +128,7 @@ def _shutters(control: Control | None) -> Axis | None:
     if control is None or control.read_only:
         return None
     steps = {}
-    for seconds in USUAL_SHUTTERS_S:
+    for seconds in SHUTTERS_S:
         step = max(1, control.step)
         value = control.minimum + step * round((seconds / EXPOSURE_UNIT_S - control.minimum) / step)
         held = value * EXPOSURE_UNIT_S

@@ -9,7 +9,7 @@ import pytest
 from benchmarks import povray, ray_traced_stacks
 from geometry.model import find_target, load_model
 from geometry.pose import Pose
-from stack.reading import BasisStack, load_stack
+from stack.read import BasisStack, load_stack
 
 
 @pytest.mark.skipif(not povray.available(), reason="POV-Ray (Debian package povray) is not installed")

@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-import tomli_w
 
 from bridge.errors import BadInput, LightsAndCameraError
 from bridge.lifeline import Lifeline
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario, with_conditions
 from numerics.kernels import prepare_kernels
+from stack.tables import toml_text
 from tests.equipment.bench import Bench
 from tests.equipment.dmx import EmulatedDmxUsbPro
 from tests.equipment.faults import FaultPlan
@@ -89,7 +89,7 @@ def write_toml(file: Path, values: dict[str, Any]) -> None:
     """Write a file, and its folder."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(tomli_w.dumps(values), encoding="utf-8")
+        file.write_text(toml_text(values), encoding="utf-8")
     except OSError as error:
         raise BadInput(f"Cannot write {file}: {error.strerror}.", "Give another folder.") from None
 

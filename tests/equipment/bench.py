@@ -4,7 +4,6 @@ Picture and electrons are the simulator's; the camera's controls act on them as 
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import cv2
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from image_server.simulator import Simulator
 from image_server.v4l2.controls import EXPOSURE_UNIT_S
+from stack.exposure import APERTURES, SHUTTERS_S
 from stack.sensor import exposed
 from tests.equipment.uvc_model import CameraModel
 
@@ -24,8 +24,6 @@ WIDEST_APERTURE = 2.8
 FIXED_APERTURE = 4.0
 FULL_DEFOCUS_PX = 10.0
 """Standard deviation of the blur, iris open, when the focus is off by its whole range."""
-SHUTTERS_S = (1 / 240, 1 / 120, 1 / 60, 1 / 30, 1 / 15)
-APERTURES = (2.8, 4.0, 5.6)
 
 Grey = NDArray[np.uint8]
 
@@ -52,10 +50,10 @@ class Bench:
         low, high, _, _ = self._range("focus_absolute")
         off = abs(controls.get("focus_absolute", self._best_focus) - self._best_focus) / max(1, high - low)
         sensor = self._simulator.sensor
-        sensor = replace(
+        sensor = msgspec.structs.replace(
             sensor,
             gain=sensor.gain * self._gain(controls),
-            widest_aperture=WIDEST_APERTURE,
+            apertures=(WIDEST_APERTURE,),
             defocus_sigma_px=sensor.defocus_sigma_px + off * FULL_DEFOCUS_PX,
         )
         aperture = WIDEST_APERTURE / opening if "iris_absolute" in self._model.controls else FIXED_APERTURE

@@ -11,7 +11,7 @@ import pytest
 from image_server.lights.lights_file import load_lights_file
 from image_server.lights.line_protocol import decoded
 from image_server.v4l2.camera_file import load_camera_file
-from stack.reading import load_stack
+from stack.read import load_stack
 from tests.session.command import ROOT
 
 PAGE = (ROOT / "docs" / "hardware.md").read_text()

@@ -10,7 +10,7 @@ import pytest
 from bridge.errors import BadInput, Unsupported
 from bridge.messages import PoseMessage, Settings
 from image_server.replay import Replay
-from stack.reading import BasisStack, load_stack, with_conditions
+from stack.read import BasisStack, load_stack, with_conditions
 from tests.stack.stack_folders import BASIS, FRAMES, LEVELS, basis_stack, frames_stack
 
 SETTINGS = Settings(lights=(3, 0), shutter_s=1 / 60, aperture=4.0)

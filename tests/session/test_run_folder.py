@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from stack.reading import FramesStack, load_stack
+from stack.read import FramesStack, load_stack
 from tests.session.command import controller
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from stack.reading import load_stack
+from stack.read import load_stack
 from tests.v4l2.conftest import DEADLINE_S, image_server, session
 
 SEED_POSE = """

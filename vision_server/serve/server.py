@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +23,10 @@ from bridge.messages import (
     VisionCaptureArgs,
 )
 from bridge.serve import Reply, Service
+from stack.format import FrameTable
+from stack.read import recorded_frames
 from vision_server.channels.image_files import read_grey
-from vision_server.serve.recorder import FOLDER, Frame, recorded_frames
+from vision_server.serve.recorder import FOLDER
 from vision_server.serve.results import estimate_result
 from vision_server.serve.session import Session, open_session
 
@@ -66,7 +68,7 @@ class VisionServer(Service):
             self._client.close()
         self._session = self._client = None
 
-    def _open(self, args: StartArgs, recorded: Sequence[Frame] = ()) -> Session:
+    def _open(self, args: StartArgs, recorded: Mapping[str, FrameTable] | None = None) -> Session:
         self._end()
         client = Client(args.image_server, timeout_s=IMAGE_SERVER_DEADLINE_S, curve=self._curve)
         try:
@@ -83,16 +85,16 @@ class VisionServer(Service):
 
     def _on_restore(self, args: RestoreArgs) -> Reply:
         out = Path(args.out)
-        frames = {frame.image: frame for frame in recorded_frames(out)}
+        frames = recorded_frames(out / FOLDER)
         missing = [image for image in args.images if image not in frames]
         if missing:
             raise BadInput(
                 f"{out / FOLDER} has no image {missing[0]}.", f"It has {', '.join(frames) or 'none'}."
             )
         known = {*args.images, *args.discarded}
-        session = self._open(args, [frame for frame in frames.values() if frame.image in known])
+        session = self._open(args, {name: frame for name, frame in frames.items() if name in known})
         for image in args.images:
-            session.add(image, read_grey(out / FOLDER / f"{image}.png"), frames[image].settings)
+            session.add(image, read_grey(out / FOLDER / f"{image}.png"), frames[image].settings())
         session.retired |= set(args.discarded)
         return _started(session)
 

@@ -12,16 +12,19 @@ import msgspec
 import numpy as np
 
 from bridge.errors import BadInput
-from bridge.messages import Describe, Settings, StartArgs
+from bridge.messages import CameraDescription, Describe, Settings, StartArgs, TargetDescription
 from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import Pose
+from stack.exposure import relative_exposure
+from stack.format import FrameTable
+from stack.tables import as_table
 from vision_server.image_set import Grey, ImageSet
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
 from vision_server.serve import parameters
 from vision_server.serve.inputs import checked_pose, read_camera, read_model, read_seed_pose
-from vision_server.serve.recorder import Frame, Recorder, stack_head
+from vision_server.serve.recorder import Recorder
 from vision_server.serve.statistics import frame_statistics, target_region
 
 
@@ -57,9 +60,7 @@ class Session:
 
     def exposure(self, settings: Settings) -> float:
         """Exposure relative to the reference of `describe`, sensor gain included."""
-        reference = self.describe.reference
-        at_reference = reference.shutter_s / reference.aperture**2
-        return float(settings.shutter_s / settings.aperture**2 / at_reference * self.gain)
+        return self.gain * relative_exposure(settings.shutter_s, settings.aperture, self.describe.reference)
 
     def check_name(self, image: str) -> None:
         """Raise BadInput when an image's name is taken."""
@@ -122,10 +123,12 @@ class Session:
         self.best = None
 
 
-def open_session(args: StartArgs, describe: Describe, recorded: Sequence[Frame] = ()) -> Session:
+def open_session(
+    args: StartArgs, describe: Describe, recorded: Mapping[str, FrameTable] | None = None
+) -> Session:
     """The session that `start` asks for; what it leaves out comes from the image server's `describe`.
 
-    ``recorded`` are the frames that an earlier session has saved in the same folder.
+    ``recorded`` are, by image, the frames that an earlier session has saved in the same folder.
 
     Raises
     ------
@@ -155,14 +158,24 @@ def open_session(args: StartArgs, describe: Describe, recorded: Sequence[Frame] 
         PipelineSettings(matcher=args.matcher, seed=args.seed),
     )
     if args.out is not None:
-        head = {**camera.to_dict(), "gain": gain, "gamma": gamma}
-        head["shutters_s"], head["apertures"] = list(describe.shutters_s), list(describe.apertures)
-        for key in ("read_noise_e", "full_well_e"):
-            if key in table:
-                head[key] = table[key]
-        text = stack_head(describe, head, model_file.name, unit, seed_pose)
-        session.recorder = Recorder(Path(args.out), text, model_file, list(recorded))
+        source = Path(args.camera_file or "describe")
+        shown = _recorded(describe, session, table, model_file, unit, source)
+        session.recorder = Recorder(Path(args.out), shown, dict(recorded or {}))
     return session
+
+
+def _recorded(
+    describe: Describe, session: Session, table: Mapping[str, Any], model: Path, unit: str, source: Path
+) -> Describe:
+    """What a recording says of the equipment: as described, with camera, target and seed pose in use."""
+    camera = session.camera.to_dict() | {"gain": session.gain, "gamma": session.gamma}
+    camera |= {key: table[key] for key in ("read_noise_e", "full_well_e") if key in table}
+    target = {"model": str(model), "unit": unit, "seed_pose": session.seed_pose.to_dict()}
+    return msgspec.structs.replace(
+        describe,
+        camera=as_table(camera, CameraDescription, source),
+        target=as_table(target, TargetDescription, source),
+    )
 
 
 def _model_file(args: StartArgs, describe: Describe) -> tuple[Path, str]:

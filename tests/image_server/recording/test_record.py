@@ -16,8 +16,7 @@ from image_server.replay import Replay
 from image_server.serve.device import Device, Frame
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
-from stack.reading import BasisStack, load_stack
-from stack.toml_text import toml_text
+from stack.read import BasisStack, load_stack
 
 APERTURE = 4.0
 SETTINGS = [
@@ -187,15 +186,3 @@ def test_settings_are_written_as_photographers_do(simulator: Simulator) -> None:
         lights=(7, 0, 3), shutter_s=1 / 60, aperture=5.6, focal_length_mm=35.0, focus_m=1.5
     )
     assert len(parsed_settings("each", simulator.describe())) == 4 * 5 * 3
-
-
-def test_toml_text_reads_back() -> None:
-    import tomllib
-
-    values = {
-        "kind": "frames", "none": None, "x": 1 / 3, "on": True,
-        "camera": {"k": [0.1, -2.0], "deep": {"s": 'ä"\\'}},
-        "frames": [{"image": "a.png", "n": 1}, {"image": "b.png", "pose": {"t": [1.0, 2.0]}}],
-    }  # fmt: skip
-    read = tomllib.loads(toml_text(values))
-    assert read == {key: value for key, value in values.items() if value is not None}

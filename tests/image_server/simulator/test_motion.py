@@ -1,7 +1,5 @@
 """Blur of a moving and turning target, against the mean of many renders along its way."""
 
-from dataclasses import replace
-
 import msgspec
 import numpy as np
 import pytest
@@ -12,7 +10,8 @@ from geometry.rotation import matrix_of
 from image_server.simulator import Simulator
 from image_server.simulator.motion import image_velocity, smeared
 from image_server.simulator.scenario import Background, Scenario, Time
-from stack.sensor import Sensor, blurred
+from stack.sensor import blurred
+from tests.stack.cameras import camera as still
 
 SHUTTER_S = 1 / 15
 MOMENTS = 15
@@ -84,7 +83,7 @@ def test_a_side_step_blurs_as_a_line() -> None:
     radiance = np.random.default_rng(1).random((480, 640), np.float32)
     flat = np.full((480, 640), 2.0, np.float32)
     ours = smeared(radiance, camera, origin, np.array([0.05, 0.02, 0.0]), np.zeros(3), flat, SHUTTER_S)
-    sensor = replace(Sensor(), motion_px_per_s=(0.05 * 2 * camera.fx, 0.02 * 2 * camera.fy))
+    sensor = still(motion_px_per_s=(0.05 * 2 * camera.fx, 0.02 * 2 * camera.fy))
     line = blurred(radiance, sensor, SHUTTER_S, 4.0)
     assert np.abs(ours - line)[20:-20, 20:-20].mean() < 0.02
 

@@ -17,7 +17,7 @@ from geometry.pose import Pose
 from image_server.replay import Replay
 from image_server.serve.server import ImageServer
 from image_server.simulator import Simulator
-from stack.reading import load_stack
+from stack.read import load_stack
 from vision_server.serve.server import VisionServer
 
 SETTINGS: dict[str, Any] = {"lights": [5, 5, 5], "shutter_s": 1 / 60, "aperture": 4.0}

@@ -1,4 +1,4 @@
-"""Writing stack folders that `stack.load_stack` reads (DESIGN.md §5)."""
+"""Writing stack folders that `stack.read.load_stack` reads."""
 
 import shutil
 from collections.abc import Mapping, Sequence
@@ -12,8 +12,12 @@ from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from bridge.messages import Describe, Settings
-from stack.reading import FULL_SCALE_16, STACK_FILE
-from stack.toml_text import toml_text
+from stack.exposure import FULL_SCALE_16
+from stack.format import STACK_FILE, FrameTable
+from stack.tables import toml_text
+
+PNG_COMPRESSION = 3  # of 9; zlib's higher steps take longer and gain 1 % on noisy frames
+Radiance = NDArray[np.floating[Any]]
 
 
 def new_folder(folder: Path) -> None:
@@ -47,37 +51,35 @@ def described(folder: Path, describe: Describe) -> dict[str, Any]:
     if describe.target is None:
         raise BadInput("A stack needs its target.", "Give --target NAME_OR_FILE.")
     model = Path(describe.target.model)
-    shutil.copyfile(model, folder / model.name)
-    target = {**msgspec.to_builtins(describe.target), "model": model.name}
-    return {
-        "camera": {
-            **msgspec.to_builtins(describe.camera),
-            "shutters_s": list(describe.shutters_s),
-            "apertures": list(describe.apertures),
-        },
-        "lights": [msgspec.to_builtins(light) for light in describe.lights],
-        "target": target,
-    }
+    copy = folder / model.name
+    if not (copy.exists() and copy.samefile(model)):
+        shutil.copyfile(model, copy)
+    table = msgspec.to_builtins({key: getattr(describe, key) for key in ("camera", "lights", "target")})
+    table["camera"] |= {"shutters_s": list(describe.shutters_s), "apertures": list(describe.apertures)}
+    table["target"]["model"] = model.name
+    return dict(table)
 
 
 def write_frames(
     folder: Path, describe: Describe, frames: Sequence[tuple[Settings, NDArray[np.uint8]]]
 ) -> None:
     """A stack of kind "frames": each frame, bit for bit, with the settings it was taken under."""
-    table = {"kind": "frames", **described(folder, describe), "frames": []}
+    table = described(folder, describe)
+    listed = []
     for number, (settings, pixels) in enumerate(frames, 1):
         name = f"frame{number:04d}.png"
-        _write_png(folder / name, pixels)
-        table["frames"].append({"image": name, **msgspec.to_builtins(settings)})
-    _write_table(folder, table)
+        write_png(folder / name, pixels)
+        listed.append(frame_table(name, settings))
+    write_table(folder, {"kind": "frames", **table, "frames": msgspec.to_builtins(listed)})
+
+
+def frame_table(image: str, settings: Settings) -> FrameTable:
+    """An image file and the settings it was taken under."""
+    return FrameTable(image=image, **{name: getattr(settings, name) for name in Settings.__struct_fields__})
 
 
 def write_basis(
-    folder: Path,
-    describe: Describe,
-    aperture: float,
-    radiances: Mapping[str, NDArray[np.floating[Any]]],
-    ambient: NDArray[np.floating[Any]],
+    folder: Path, describe: Describe, aperture: float, radiances: Mapping[str, Radiance], ambient: Radiance
 ) -> None:
     """A stack of kind "basis", for one aperture.
 
@@ -94,25 +96,45 @@ def write_basis(
     for number, light in enumerate(table["lights"], 1):
         light["radiance"] = f"light{number}.png"
         light["power"] = _write_radiance(folder / light["radiance"], radiances[light["name"]])
-    _write_table(folder, table)
+    write_table(folder, table)
 
 
-def _write_radiance(file: Path, radiance: NDArray[np.floating[Any]]) -> float:
+def write_table(folder: Path, table: Mapping[str, Any]) -> None:
+    """The stack file; who reads it meanwhile finds the old one or the new one, whole.
+
+    Raises
+    ------
+    BadInput : it cannot be written.
+    """
+    new = folder / f"{STACK_FILE}.new"
+    _write(new, toml_text(table).encode())
+    new.replace(folder / STACK_FILE)
+
+
+def _write_radiance(file: Path, radiance: Radiance) -> float:
     """Write an image scaled to 16 bits; the factor that undoes the scaling."""
-    peak = float(radiance.max(initial=0.0))
-    factor = peak if peak > 1.0 else 1.0
-    scaled = np.rint(radiance.clip(0.0) * (FULL_SCALE_16 / factor)).astype(np.uint16)
-    _write_png(file, scaled)
+    factor = max(1.0, float(radiance.max(initial=0.0)))
+    write_png(file, np.rint(radiance.clip(0.0) * (FULL_SCALE_16 / factor)).astype(np.uint16))
     return factor
 
 
-def _write_png(file: Path, image: NDArray[Any]) -> None:
-    if not cv2.imwrite(str(file), image, [cv2.IMWRITE_PNG_COMPRESSION, 3]):
-        raise BadInput(f"Cannot write {file}.", "Is there space, and may you write there?")
+def write_png(file: Path, image: NDArray[Any], compression: int = PNG_COMPRESSION) -> None:
+    """An image (H, W), uint8 or uint16, bit for bit.
+
+    Raises
+    ------
+    BadInput : it cannot be written.
+    """
+    encoded, content = cv2.imencode(".png", image, [cv2.IMWRITE_PNG_COMPRESSION, compression])
+    if not encoded:
+        raise BadInput(f"{file} cannot be encoded.")
+    _write(file, content.tobytes())
 
 
-def _write_table(folder: Path, table: Mapping[str, Any]) -> None:
+def _write(file: Path, content: bytes) -> None:
     try:
-        (folder / STACK_FILE).write_text(toml_text(table), encoding="utf-8")
+        file.write_bytes(content)
     except OSError as error:
-        raise BadInput(f"Cannot write {folder / STACK_FILE}: {error.strerror}.") from None
+        raise BadInput(
+            f"Cannot write {file}: {error.strerror or error}.", "Is there space, and may you write there?"
+        ) from None

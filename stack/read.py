@@ -1,117 +1,19 @@
-"""Stack folders (DESIGN.md §5): recorded light stacks of both kinds, read and checked whole."""
+"""Reading stack folders: recorded light stacks of both kinds, read and checked whole."""
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import cv2
 import msgspec
 import numpy as np
-from msgspec import Meta
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
-from bridge.messages import (
-    CameraDescription,
-    Describe,
-    LightDescription,
-    PoseMessage,
-    Settings,
-    TargetDescription,
-)
-from stack.sensor import Sensor
-from stack.tables import Table, as_table, read_toml
-
-FULL_SCALE_16 = 65535.0
-STACK_FILE = "stack.toml"
-
-NotNegative = Annotated[float, Meta(ge=0)]
-Positive = Annotated[float, Meta(gt=0)]
-
-
-class CameraTable(CameraDescription, frozen=True, kw_only=True):
-    """`[camera]`: calibration, sensor and blur."""
-
-    shutters_s: Annotated[tuple[Positive, ...], Meta(min_length=1)] = (
-        1 / 240,
-        1 / 120,
-        1 / 60,
-        1 / 30,
-        1 / 15,
-    )
-    apertures: Annotated[tuple[Positive, ...], Meta(min_length=1)] = (2.8, 4.0, 5.6)
-    defocus_sigma_px: NotNegative = 0.0
-    motion_px_per_s: tuple[float, float] = (0.0, 0.0)
-    prnu: Annotated[float, Meta(ge=0, le=0.5)] = 0.0
-    dsnu_e: NotNegative = 0.0
-    pattern_seed: Annotated[int, Meta(ge=0)] = 0
-    blooming: Annotated[float, Meta(ge=0, le=1)] = 0.0
-
-    def sensor(self) -> Sensor:
-        """The sensor these keys describe."""
-        return Sensor(
-            gain=self.gain,
-            gamma=self.gamma,
-            read_noise_e=self.read_noise_e,
-            full_well_e=self.full_well_e,
-            widest_aperture=min(self.apertures),
-            defocus_sigma_px=self.defocus_sigma_px,
-            motion_px_per_s=self.motion_px_per_s,
-            prnu=self.prnu,
-            dsnu_e=self.dsnu_e,
-            pattern_seed=self.pattern_seed,
-            blooming=self.blooming,
-        )
-
-    def description(self) -> CameraDescription:
-        """What `describe` says of this camera."""
-        names = CameraDescription.__struct_fields__
-        return CameraDescription(**{name: getattr(self, name) for name in names})
-
-
-class FramesLight(LightDescription, frozen=True, kw_only=True):
-    """One of `[[lights]]` of a frames stack."""
-
-    levels: Annotated[int, Meta(ge=1, le=65536)] = 8
-
-
-class BasisLight(FramesLight, frozen=True, kw_only=True):
-    """One of `[[lights]]` of a basis stack; `radiance` is its linear 16-bit image at full level."""
-
-    radiance: str
-
-
-class TargetTable(TargetDescription, frozen=True, kw_only=True):
-    """`[target]`."""
-
-    true_pose: PoseMessage | None = None
-
-
-class FrameTable(Settings, frozen=True, kw_only=True):
-    """One of `[[frames]]`: an image file and the settings it was taken under."""
-
-    image: str
-
-
-class BasisTable(Table, frozen=True):
-    """`stack.toml` of `kind = "basis"`."""
-
-    kind: Literal["basis"]
-    camera: CameraTable
-    lights: Annotated[tuple[BasisLight, ...], Meta(min_length=1)]
-    target: TargetTable
-    ambient: str | None = None
-    ambient_scale: NotNegative = 1.0
-
-
-class FramesTable(Table, frozen=True):
-    """`stack.toml` of `kind = "frames"`."""
-
-    kind: Literal["frames"]
-    camera: CameraTable
-    frames: Annotated[tuple[FrameTable, ...], Meta(min_length=1)]
-    target: TargetTable
-    lights: tuple[FramesLight, ...] | None = None
+from bridge.messages import Describe, LightDescription, TargetDescription
+from stack.exposure import FULL_SCALE_16
+from stack.format import STACK_FILE, BasisTable, FrameList, FramesLight, FramesTable, FrameTable
+from stack.tables import as_table, read_toml
 
 
 @dataclass(frozen=True)
@@ -157,6 +59,22 @@ def load_stack(folder: Path) -> BasisStack | FramesStack:
     return _load_frames(folder, frames)
 
 
+def recorded_frames(folder: Path) -> dict[str, FrameTable]:
+    """What an earlier session has saved of its frames, by name of the image; there may be none yet.
+
+    Raises
+    ------
+    BadInput
+        No readable stack file there.
+    """
+    file = folder / STACK_FILE
+    try:
+        listed = as_table(read_toml(file, "stack file"), FrameList, file)
+    except BadInput as error:
+        raise BadInput(error.message, "Resume from the folder of an earlier run.") from error
+    return {Path(frame.image).stem: frame for frame in listed.frames}
+
+
 def describe_stack(stack: BasisStack | FramesStack, name: str) -> Describe:
     """What can be asked of a stack."""
     table = stack.table
@@ -178,10 +96,7 @@ def describe_stack(stack: BasisStack | FramesStack, name: str) -> Describe:
         focuses = sorted({f.focus_m for f in table.frames if f.focus_m is not None})
     return Describe(
         device=name,
-        lights=tuple(
-            LightDescription(**{name: getattr(light, name) for name in LightDescription.__struct_fields__})
-            for light in lights
-        ),
+        lights=tuple(msgspec.convert(light, LightDescription, from_attributes=True) for light in lights),
         shutters_s=shutters,
         apertures=apertures,
         focal_lengths_mm=tuple(focals) or None,

@@ -1,0 +1,110 @@
+"""The tables of `stack.toml` (docs/architecture.md, "Stack folder"), with their defaults and bounds."""
+
+from typing import Annotated, Literal
+
+import msgspec
+from msgspec import Meta
+
+from bridge.messages import CameraDescription, LightDescription, PoseMessage, Settings, TargetDescription
+from stack.exposure import APERTURES, SHUTTERS_S
+from stack.tables import Table
+
+STACK_FILE = "stack.toml"
+
+NotNegative = Annotated[float, Meta(ge=0)]
+Positive = Annotated[float, Meta(gt=0)]
+Some = Meta(min_length=1)
+
+
+class CameraTable(CameraDescription, frozen=True, kw_only=True):
+    """`[camera]`: calibration, sensor, and the blur in front of it.
+
+    Attributes
+    ----------
+    gain
+        Output per electron, 1 where `full_well_e` electrons clip.
+    gamma
+        The output is signal^(1/gamma).
+    read_noise_e, full_well_e
+        Standard deviation of the read-out, and electrons at the clip level at gain 1.
+    defocus_sigma_px
+        Standard deviation of the defocus blur at the widest aperture, px.
+    motion_px_per_s
+        Image motion (x, y) during the exposure, px/s.
+    prnu
+        Standard deviation of the pixels' sensitivity, relative (EMVA 1288).
+    dsnu_e
+        Standard deviation of the pixels' dark signal, electrons.
+    pattern_seed
+        Draws those two patterns.
+    blooming
+        Share of the charge beyond the well that spills along the column.
+    """
+
+    shutters_s: Annotated[tuple[Positive, ...], Some] = SHUTTERS_S
+    apertures: Annotated[tuple[Positive, ...], Some] = APERTURES
+    defocus_sigma_px: NotNegative = 0.0
+    motion_px_per_s: tuple[float, float] = (0.0, 0.0)
+    prnu: Annotated[float, Meta(ge=0, le=0.5)] = 0.0
+    dsnu_e: NotNegative = 0.0
+    pattern_seed: Annotated[int, Meta(ge=0)] = 0
+    blooming: Annotated[float, Meta(ge=0, le=1)] = 0.0
+
+    def description(self) -> CameraDescription:
+        """What `describe` says of this camera."""
+        return msgspec.convert(self, CameraDescription, from_attributes=True)
+
+
+class FramesLight(LightDescription, frozen=True, kw_only=True):
+    """One of `[[lights]]` of a frames stack."""
+
+    levels: Annotated[int, Meta(ge=1, le=65536)] = 8
+
+
+class BasisLight(FramesLight, frozen=True, kw_only=True):
+    """One of `[[lights]]` of a basis stack; `radiance` is its linear 16-bit image at full level."""
+
+    radiance: str
+
+
+class TargetTable(TargetDescription, frozen=True, kw_only=True):
+    """`[target]`."""
+
+    true_pose: PoseMessage | None = None
+
+
+class FrameTable(Settings, frozen=True, kw_only=True):
+    """One of `[[frames]]`: an image file and the settings it was taken under."""
+
+    image: str
+
+    def settings(self) -> Settings:
+        """The settings alone."""
+        return msgspec.convert(self, Settings, from_attributes=True)
+
+
+class BasisTable(Table, frozen=True):
+    """`stack.toml` of `kind = "basis"`."""
+
+    kind: Literal["basis"]
+    camera: CameraTable
+    lights: Annotated[tuple[BasisLight, ...], Some]
+    target: TargetTable
+    ambient: str | None = None
+    ambient_scale: NotNegative = 1.0
+
+
+class FramesTable(Table, frozen=True):
+    """`stack.toml` of `kind = "frames"`."""
+
+    kind: Literal["frames"]
+    camera: CameraTable
+    frames: Annotated[tuple[FrameTable, ...], Some]
+    target: TargetTable
+    lights: tuple[FramesLight, ...] | None = None
+
+
+class FrameList(msgspec.Struct, frozen=True):
+    """The frames of a stack file, whatever else it holds, and be there none yet."""
+
+    frames: tuple[FrameTable, ...] = ()
