@@ -122,12 +122,12 @@ causes_val(discard(I, Why), steps, Steps, step(I, discard, Why, 0, Steps)).
 causes_val(avoid(State), unfavourable, States, States = [State|unfavourable]).
 causes_val(set_parameter(Name, Value), parameter(Name), Value, true).
 
-% A step is step(Iteration, Image, Settings, State, Decision, Reason, SetSize, Fix).
+% A step is step(Iteration, Image, Settings, State, Decision, Reason, SetSize, Fix, RangeM).
 proc(step(Image, Decision, Reason, Joins, Steps),
      and([ qualitative_state(device, settings, State),
            length(image_set, Before),
            Size is Before + Joins,
-           Steps = [step(iteration, Image, settings, State, Decision, Reason, Size, fix)|steps] ])).
+           Steps = [step(iteration, Image, settings, State, Decision, Reason, Size, fix, range)|steps] ])).
 
 % Another scene: the images taken so far do not go with those to come.
 new_scene(sun_changed).

@@ -1,13 +1,76 @@
-:- module(session_display, []).
+:- module(session_display,
+          [ show/2,                     % +Options, +Message
+            tell/3                      % +Options, +Action, +Situation
+          ]).
+:- use_module('../domain/reasoning/candidates').
 :- use_module('../domain/reasoning/device').
+:- use_module('../domain/reasoning/image_set').
 :- use_module('../domain/reasoning/merit').
 :- use_module('../domain/reasoning/qualitative').
+:- use_module('../indigolog/indigolog', [fluent_value/3]).
 :- use_module(library(apply), [maplist/3]).
+:- use_module(library(lists), [memberchk/2]).
+:- use_module(library(option), [option/2]).
 
 /** <module> What a person sees of a session in the terminal
 
 All text of a session, as messages: session(Term).
 */
+
+%!  show(+Options, +Message) is det.
+%
+%   Live lines go to standard error, which leaves standard output to --json.
+
+show(Options, _) :-
+    option(quiet(true), Options),
+    !.
+show(_, Message) :-
+    print_message(help, session(Message)).
+
+%!  tell(+Options, +Action, +Situation) is det.
+%
+%   What is to be seen of an action that led to Situation.
+
+tell(Options, Action, Situation) :-
+    forall(told(Options, Action, Situation, Message), show(Options, Message)).
+
+told(_, Action, Situation, Message) :-
+    shown(Action, Situation, Message).
+told(Options, Action, Situation, Message) :-
+    option(explain(true), Options),
+    explained(Action, Situation, Message).
+
+shown(connect, Situation, connected(Device)) :-
+    fluent_value(device, Situation, Device).
+shown(keep(_), Situation, step(Device, Step)) :-
+    last_step(Situation, Device, Step).
+shown(discard(_, _), Situation, step(Device, Step)) :-
+    last_step(Situation, Device, Step).
+shown(advance(Range), _, hold(Range)).
+shown(hold_done(Outcome), _, hold_done(Outcome)).
+shown(Event, _, event(Event)) :-
+    memberchk(Event, [light_fault(_), camera_fault, sun_changed]).
+
+%   What --explain adds: why these settings, what the image shows, what it changed.
+explained(choose(Settings), Situation, chosen(Device, Settings, Why)) :-
+    fluent_value(device, Situation, Device),
+    fluent_value(readings, Situation, Readings),
+    fluent_value(image_set, Situation, ImageSet),
+    fluent_value(unfavourable, Situation, Unfavourable),
+    kept_states(ImageSet, Kept),
+    ranking(Device, experience(Readings, Kept, Unfavourable), Ranked),
+    memberchk(ranked(_, Settings, Why), Ranked).
+explained(capture(_, _), Situation, seen(Statistics, Quality)) :-
+    fluent_value(statistics, Situation, Statistics),
+    image_quality(Statistics, Quality).
+explained(estimate(_), Situation, measured(Fix, New, Old)) :-
+    fluent_value(fix, Situation, Fix),
+    fluent_value(merit, Situation, Old),
+    merit(Fix, New).
+
+last_step(Situation, Device, Step) :-
+    fluent_value(device, Situation, Device),
+    fluent_value(steps, Situation, [Step|_]).
 
 :- multifile prolog:message//1, prolog:error_message//1.
 
@@ -22,7 +85,7 @@ session_message(connected(Device)) -->
       device_shutters(Device, Shutters), length(Shutters, ShutterCount),
       device_apertures(Device, Apertures), length(Apertures, ApertureCount) },
     [ '  ~d lights, ~d shutters, ~d apertures'-[Count, ShutterCount, ApertureCount] ].
-session_message(step(Device, step(_, Image, Settings, State, Decision, Reason, SetSize, Fix))) -->
+session_message(step(Device, step(_, Image, Settings, State, Decision, Reason, SetSize, Fix, _))) -->
     { settings_words(Device, Settings, Words),
       state_words(State, StateWords),
       merit(Fix, Merit) },

@@ -1,85 +1,153 @@
 :- module(session_result,
-          [ session_result/3,           % +Facts, +Value, -Result
-            write_result/2              % +Result, +File
+          [ session_result/3,           % +Session, +Situation, -Result
+            write_result/2,             % +Result, +Folder
+            print_result/1              % +Result
           ]).
+:- use_module(forms).
+:- use_module(run_folder, [run_file/3]).
 :- use_module('../domain/reasoning/device').
 :- use_module('../domain/reasoning/merit').
 :- use_module('../domain/reasoning/qualitative').
+:- use_module('../indigolog/indigolog', [fluent_value/3]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(http/json), [json_write_dict/3]).
-:- use_module(library(lists), [member/2, reverse/2]).
+:- use_module(library(lists), [list_to_set/2, member/2, nth1/3, reverse/2]).
+:- use_module(library(option), [option/2]).
 
 /** <module> result.json
 
-The session's outcome as a dict, made from the fluents' values in its last
-situation.
+The session's outcome as a dict, made from the fluents' values in its last situation.
+docs/result.md says what its keys mean, result.schema.json beside this file what
+they hold.
 */
 
-:- meta_predicate session_result(+, 2, -).
+format_version(1).
 
-%!  session_result(+Facts, :Value, -Result) is det.
+%   Units of the keys whose names do not tell.
+units(_{rotation_vector:rad, translation:m, covariance:"rad^2, rad m and m^2", aperture:"f-number", seconds:s,
+        uncertainty:"0.01 is 1 % of the range or 1 degree"}).
+
+covariance_order([rotation_x, rotation_y, rotation_z, translation_x, translation_y, translation_z]).
+
+%!  session_result(+Session, +Situation, -Result) is det.
 %
-%   Facts is a dict of what the fluents do not know: status, controller, target,
-%   seed, command, seconds (a list of Part-Seconds), error (a dict, or null) and
-%   threshold_px.  call(Value, Fluent, V) gives the value of a fluent.
+%   Session is a dict of what the fluents do not know: options and plan; status, command, seconds (a list of
+%   Part-Seconds), and errors(Best, Steps), how far off the best pose is and those of the last steps, newest first:
+%   dicts, or null.
 
-session_result(Facts, Value, Result) :-
-    call(Value, steps, Newest),
-    reverse(Newest, Steps),
-    call(Value, best, Best),
-    call(Value, device, Device),
-    call(Value, merit, Merit),
-    call(Value, iteration, Iterations),
-    maplist(step_dict(Device), Steps, StepDicts),
-    findall(Image, member(step(_, Image, _, _, keep, _, _, _), Steps), Kept),
-    findall(Image, member(step(_, Image, _, _, discard, _, _, _), Steps), Discarded),
+session_result(Session, Situation, Result) :-
+    _{options:Options, plan:Plan, errors:errors(Error, StepErrors)} :< Session,
+    fluent_value(best, Situation, Best),
     fix_dict(Best, Fix),
-    dict_pairs(Seconds, seconds, Facts.seconds),
-    Base = _{status:Facts.status, controller:Facts.controller, target:Facts.target, seed:Facts.seed,
-             iterations:Iterations, kept:Kept, discarded:Discarded, rms_px:Fix.rms_px,
-             pose:Fix.pose, covariance:Fix.covariance, seconds:Seconds, steps:StepDicts,
-             merit_px:Merit, threshold_px:Facts.threshold_px, uncertainty:Fix.uncertainty,
-             supported_fraction:Fix.supported_fraction, lines:Fix.lines, command:Facts.command},
-    call(Value, holds, HoldsNewest),
-    reverse(HoldsNewest, Holds),
-    maplist(hold_dict, Holds, HoldDicts),
-    ( HoldDicts == [] -> WithHolds = Base ; WithHolds = Base.put(holds, HoldDicts) ),
-    ( is_dict(Facts.error) -> Result = WithHolds.put(error, Facts.error) ; Result = WithHolds ).
+    fluent_value(merit, Situation, Merit),
+    fluent_value(iteration, Situation, Iterations),
+    fluent_value(threshold, Situation, Threshold),
+    fluent_value(device, Situation, Device),
+    fluent_value(steps, Situation, Steps),
+    step_dicts(Device, Steps, StepErrors, StepDicts),
+    images(keep, StepDicts, Kept),
+    images(discard, StepDicts, Discarded),
+    source(Options, Scenario, Stack),
+    light_dicts(Device, Lights),
+    dict_pairs(Seconds, seconds, Session.seconds),
+    format_version(Version),
+    units(Units),
+    covariance_order(Order),
+    Told = Fix.put(_{version:Version, units:Units, covariance_order:Order, status:Session.status,
+                     controller:Plan.controller, target:Plan.target, scenario:Scenario, stack:Stack, lights:Lights,
+                     seed:Plan.seed, command:Session.command, iterations:Iterations, kept:Kept, discarded:Discarded,
+                     merit_px:Merit, seconds:Seconds, steps:StepDicts}),
+    number_or_null(Threshold, ThresholdPx),
+    with_holds(Situation, Told.put(threshold_px, ThresholdPx), WithHolds),
+    with_error(Error, WithHolds, Result).
 
-step_dict(Device, step(Iteration, Image, Settings, State, Decision, Reason, SetSize, Fix), Dict) :-
-    Settings = settings(Levels, Shutter, Aperture),
-    state_words(State, Qualitative),
-    settings_words(Device, Settings, Words),
-    fix_dict(Fix, FixDict),
-    merit(Fix, Merit),
-    Dict = _{iteration:Iteration, image:Image,
-             settings:_{lights:Levels, shutter_s:Shutter, aperture:Aperture},
-             settings_words:Words, qualitative:Qualitative, decision:Decision, reason:Reason,
-             set_size:SetSize, rms_px:FixDict.rms_px, merit:Merit, pose:FixDict.pose,
-             supported_fraction:FixDict.supported_fraction, lines:FixDict.lines}.
+number_or_null(Value, Number) :-
+    ( number(Value) -> Number = Value ; Number = null ).
+
+with_error(Error, Dict0, Dict) :-
+    ( Error == null -> Dict = Dict0 ; Dict = Dict0.put(error, Error) ).
+
+with_holds(Situation, Dict0, Dict) :-
+    fluent_value(holds, Situation, Newest),
+    (   Newest == []
+    ->  Dict = Dict0
+    ;   reverse(Newest, Holds),
+        maplist(hold_dict, Holds, HoldDicts),
+        Dict = Dict0.put(holds, HoldDicts)
+    ).
 
 hold_dict(hold(Range, Outcome, Fix), Dict) :-
     fix_dict(Fix, FixDict),
-    Dict = FixDict.put(_{range_m:Range, status:Outcome}).
+    merit(Fix, Merit),
+    Dict = FixDict.put(_{range_m:Range, status:Outcome, merit:Merit}).
 
-fix_dict(none, _{pose:null, covariance:null, rms_px:null, uncertainty:null, supported_fraction:null,
-                 lines:[]}).
-fix_dict(fix(pose(Rotation, Translation), Covariance,
-             quality(Rms, Uncertainty, Support, _, _), Lines),
-         _{pose:_{rotation_vector:Rotation, translation:Translation}, covariance:Covariance,
-           rms_px:Rms, uncertainty:Uncertainty, supported_fraction:Support, lines:LineDicts}) :-
-    maplist(line_dict, Lines, LineDicts).
+images(Decision, Steps, Images) :-
+    findall(Image, ( member(Step, Steps), _{image:Image, decision:Decision} :< Step ), Images).
 
-line_dict(line(Line, Visible, Support, Rms),
-          _{line:Line, visible_px:Visible, support:Support, rms_px:Rms}).
+%   A scenario is the simulator's; a recorded stack, a camera and a server of the user's have none.
+source(Options, null, Stack) :-
+    option(stack(Dir), Options),
+    !,
+    absolute_file_name(Dir, Stack).
+source(Options, null, null) :-
+    ( option(camera(_), Options) ; option(image_server(_), Options) ),
+    !.
+source(Options, Scenario, null) :-
+    option(scenario(Scenario), Options).
 
-%!  write_result(+Result, +File) is det.
+%   A light that has died is left with no level.
+light_dicts(unknown, Lights) =>
+    Lights = [].
+light_dicts(Device, Lights) =>
+    device_lights(Device, Terms),
+    maplist(light_dict, Terms, Lights).
+
+light_dict(light(Name, Levels0), _{name:Name, levels:Levels}) :-
+    number_or_null(Levels0, Levels).
+
+%   Steps are newest first, as are the errors of the last ones; their dicts are oldest first.
+step_dicts(Device, Steps, Errors, Dicts) :-
+    findall(Range, ( member(Step, Steps), arg(9, Step, Range), number(Range) ), Newest),
+    reverse(Newest, Oldest),
+    list_to_set(Oldest, Ranges),
+    findall(Dict,
+            ( nth1(N, Steps, Step),
+              step_dict(Device, Step, Ranges, Dict0),
+              ( nth1(N, Errors, Error) -> with_error(Error, Dict0, Dict) ; Dict = Dict0 ) ),
+            NewestDicts),
+    reverse(NewestDicts, Dicts).
+
+step_dict(Device, step(Iteration, Image, Settings, State, Decision, Reason, SetSize, Fix, Range), Ranges, Dict) :-
+    settings_dict(Settings, SettingsDict),
+    state_words(State, Qualitative),
+    settings_words(Device, Settings, Words),
+    fix_dict(Fix, FixDict),
+    del_dict(covariance, FixDict, _, Quality),
+    merit(Fix, Merit),
+    Step = Quality.put(_{iteration:Iteration, image:Image, settings:SettingsDict, settings_words:Words,
+                         qualitative:Qualitative, decision:Decision, reason:Reason, set_size:SetSize, merit:Merit}),
+    (   nth1(Hold, Ranges, Range)
+    ->  Dict = Step.put(hold, Hold)
+    ;   Dict = Step
+    ).
+
+%!  write_result(+Result, +Folder) is det.
 %
 %   Written beside its place and then moved there, so that a reader never sees half.
 
-write_result(Result, File) :-
-    atom_concat(File, '.new', New),
-    setup_call_cleanup(open(New, write, Stream, [encoding(utf8)]),
-                       ( json_write_dict(Stream, Result, [width(110)]), nl(Stream) ),
-                       close(Stream)),
+write_result(Result, Folder) :-
+    run_file(Folder, 'result.json', File),
+    run_file(Folder, 'result.json.new', New),
+    setup_call_cleanup(open(New, write, Stream, [encoding(utf8)]), write_json(Stream, Result), close(Stream)),
     rename_file(New, File).
+
+%!  print_result(+Result) is det.
+%
+%   On standard output.
+
+print_result(Result) :-
+    write_json(user_output, Result).
+
+write_json(Stream, Result) :-
+    json_write_dict(Stream, Result, [width(110)]),
+    nl(Stream).

@@ -1,0 +1,161 @@
+:- module(session_ending,
+          [ end_session/3,              % +Session, +End, -Outcome
+            exit_status/2               % +Outcome, -ExitStatus
+          ]).
+:- use_module(acquisition_device, [score_pose/2]).
+:- use_module(connections, [seconds_spent/2]).
+:- use_module(display, [show/2]).
+:- use_module(installation, [installation_python/1]).
+:- use_module(processes, [wait_until/3]).
+:- use_module(result).
+:- use_module(run_folder, [run_file/3]).
+:- use_module('../indigolog/indigolog').
+:- use_module(library(apply), [foldl/4]).
+:- use_module(library(lists), [member/2]).
+:- use_module(library(option), [option/2]).
+:- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
+:- use_module(library(solution_sequences), [limit/2]).
+
+/** <module> How a session ends: result.json, report.html, and the exit status
+
+    0 pose found, 3 finished without reaching the threshold, 2 bad input,
+    4 a device or server failed for good, 130 and 143 stopped by Ctrl-C and SIGTERM
+*/
+
+report_seconds(60).                     % for report.html to be written; chosen by hand, it takes two
+
+%!  end_session(+Session, +End, -Outcome) is det.
+%
+%   Write and tell what came of a session.  End is end(How, Situation), with How one of
+%   finished, stopped(Signal) and failed(Error), and Situation the last one, or `none`.
+%   Session.stop is called when all is known: the vision server then flushes its images.
+%   Outcome is converged, exhausted, stopped(Signal) or failed(Error).
+
+end_session(_, end(How, none), Outcome) :-
+    !,                                  % nothing happened: there is nothing to tell
+    outcome(How, none, Outcome).
+end_session(Session, end(How, Situation), Outcome) :-
+    _{options:Options, folder:Folder} :< Session,
+    outcome(How, Situation, Outcome),
+    outcome_status(Outcome, Status),
+    seconds(Seconds),
+    true_errors(Situation, Errors),
+    command_line(Command),
+    session_result(Session.put(_{status:Status, seconds:Seconds, errors:Errors, command:Command}),
+                   Situation, Result),
+    write_result(Result, Folder),
+    call(Session.stop),
+    show(Options, outcome(Status, Result)),
+    ( option(json(true), Options) -> print_result(Result) ; true ),
+    report(Session).                    % last: who waits for the pose need not wait for its picture
+
+outcome(finished, Situation, Outcome) =>
+    ( trusted(Situation) -> Outcome = converged ; Outcome = exhausted ).
+outcome(How, _, Outcome) =>
+    Outcome = How.
+
+outcome_status(converged, Status) => Status = converged.
+outcome_status(exhausted, Status) => Status = exhausted.
+outcome_status(_, Status)         => Status = stopped.
+
+% A session without hold points trusts its pose; an approach needs its last one fixed.
+trusted(Situation) :-
+    fluent_value(holds, Situation, [hold(_, Outcome, _)|_]),
+    !,
+    Outcome == reached.
+trusted(Situation) :-
+    situation_holds(converged, Situation).
+
+%   How far off the best pose is, and those of the steps since the target moved last, newest first; null where that
+%   is not known.
+true_errors(Situation, errors(Best, Steps)) :-
+    fluent_value(best, Situation, Fix),
+    true_error(Fix, Best),
+    (   Best == null
+    ->  Steps = []
+    ;   fluent_value(taken, Situation, Taken),
+        fluent_value(candidate, Situation, Candidate),
+        ( Candidate == none -> Told = Taken ; Told is Taken - 1 ),
+        fluent_value(steps, Situation, All),
+        findall(Error,
+                ( limit(Told, member(step(_, _, _, _, _, _, _, Tried, _), All)), true_error(Tried, Error) ),
+                Steps)
+    ).
+
+true_error(fix(Pose, _, _, _), Error) :-
+    catch(score_pose(Pose, Error), error(_, _), fail),
+    !.
+true_error(_, null).
+
+command_line(Command) :-
+    current_prolog_flag(argv, Arguments),
+    atomic_list_concat(['swipl main.pl'|Arguments], ' ', Command).
+
+%   In all since the process began.  What the servers did not use of the time they
+%   were waited for is the bridge's.
+seconds([total-Total, controller-Controller, bridge-Bridge|Parts]) :-
+    statistics(epoch, Start),
+    get_time(Now),
+    Total is Now - Start,
+    seconds_spent(Waiting, Parts),
+    foldl(add_part, Parts, 0.0, Served),
+    Controller is max(0.0, Total - Waiting),
+    Bridge is max(0.0, Waiting - Served).
+
+add_part(_-Seconds, Sum0, Sum) :-
+    Sum is Sum0 + Seconds.
+
+report(Session) :-
+    _{options:Options, plan:Plan, folder:Folder} :< Session,
+    option(report(true), Options),
+    !,
+    installation_python(Python),
+    catch(( process_create(Python, ['-m', report, Folder],
+                           [ process(Pid), cwd(Plan.root), stdout(null) ]),
+            report_seconds(Seconds),
+            get_time(Now),
+            Deadline is Now + Seconds,
+            wait_until(Deadline, Pid, Status),
+            ( Status == timeout -> process_kill(Pid, kill), process_wait(Pid, _, []) ; true ) ),
+          error(_, _), Status = failed),
+    (   Status == exit(0)
+    ->  run_file(Folder, 'report.html', File),
+        show(Options, report(File))
+    ;   print_message(warning, session(no_report(Status)))
+    ).
+report(_).
+
+                /*******************************
+                *         EXIT STATUS          *
+                *******************************/
+
+%!  exit_status(+Outcome, -ExitStatus) is det.
+%
+%   What went wrong is said here, in one message.
+
+exit_status(checked, Status)               => Status = 0.
+exit_status(converged, Status)             => Status = 0.
+exit_status(exhausted, Status)             => Status = 3.
+exit_status(stopped(int), Status)          => Status = 130.
+exit_status(stopped(_), Status)            => Status = 143.
+exit_status(failed(stopped(Signal)), Status) =>
+    exit_status(stopped(Signal), Status).
+exit_status(failed(error(golog(reported), _)), Status) =>
+    Status = 2.                         % its problems have been printed
+exit_status(failed(Error), Status) =>
+    error_status(Error, Status),
+    plain(Error, Plain),
+    print_message(error, Plain).
+
+% Where in the program it was tells something about a program's error, not a server's.
+plain(error(Formal, _), Plain), Formal \= golog(_) =>
+    Plain = error(Formal, _).
+plain(Error, Plain) =>
+    Plain = Error.
+
+error_status(error(usage_error(_), _), 2) :- !.
+error_status(error(golog(_), _), 2) :- !.
+error_status(error(existence_error(source_sink, _), _), 2) :- !.
+error_status(error(server_died(_, exit(2), _, _), _), 2) :- !.
+error_status(error(server_error(bad_input, _, _), _), 2) :- !.
+error_status(_, 4).
