@@ -5,13 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.pose.refinement import (
-    LINE_BIAS_PX,
-    SAMPLES_TOGETHER,
-    Solution,
-    line_biases,
-    prior_precision,
-)
+from vision_server.pose.refinement import LINE_BIAS_PX, Solution, line_biases, prior_precision
+from vision_server.pose.solver import SAMPLES_TOGETHER
 
 Floats = NDArray[np.float64]
 

@@ -12,11 +12,10 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from numerics.cholesky import solve_positive
-from numerics.kernels import kernel
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.pose.observation import Measurement, measure
 from vision_server.pose.sampling import spacing_for
+from vision_server.pose.solver import Equations, solve_reweighted
 from vision_server.pose.weights import base_weights
 
 Floats = NDArray[np.float64]
@@ -24,17 +23,11 @@ Ints = NDArray[np.int64]
 
 REACHES_PX = (6.0, 4.0, 3.0, 3.0)
 EXACT_REACH_PX = 3.0  # the pose is near its place when so little is looked around
-SOLVER_ITERATIONS = 5  # of reweighting, on the edge points of one measurement
-TUKEY = 4.685  # 95 % efficient on Gaussian residuals
-FIRST_CUT_PX = 3.0  # least; where most edge points lie on their lines, one that is farther off is not theirs
-LEAST_SCALE_PX = 0.12
-MEDIAN_BIN_PX, MEDIAN_BINS = 0.01, 2000
 # Shift of an edge per unit of the first nuisance: what is left of a known tone curve; of a nominal one (0.19
 # was seen on sRGB read as linear); and per unit of the second: clipping by the sensor.
 KNOWN_TONE_SD_PX = 0.01
 NOMINAL_TONE_SD_PX = 0.15
 CLIPPING_SD_PX = 0.8
-SAMPLES_TOGETHER = 10.0  # neighbouring edge points that are worth one, when weighed against a prior
 PRIOR_ROTATION_SD_RAD = 0.3
 PRIOR_TRANSLATION_SD = 0.1  # of the range
 ENOUGH_ROWS = 12
@@ -96,7 +89,7 @@ def prior_precision(range_m: float, tone_sd_px: float) -> Floats:
 
 
 def solve(measurement: Measurement, base: Floats, range_m: float, tone_sd_px: float) -> tuple[Floats, Floats]:
-    """The step that brings the lines onto their edge points, by iteratively reweighted least squares.
+    """The step that brings the lines onto their edge points, see `solver`.
 
     A tone curve that was not undone moves each edge towards its dark side, by an amount proportional to its
     relative height, and so does clipping by the sensor (`Measurement.nuisance`); both factors are estimated
@@ -108,126 +101,17 @@ def solve(measurement: Measurement, base: Floats, range_m: float, tone_sd_px: fl
     step (8,), rotation rad about the measurement's centre, translation m, nuisance px; weights (C, N),
     1/px^2.
     """
-    prior = SAMPLES_TOGETHER * prior_precision(range_m, tone_sd_px)
-    weight = np.zeros_like(base)
-    step: Floats = _reweighted(
-        measurement.jacobian,
-        measurement.nuisance,
-        measurement.offset,
-        measurement.samples.line,
-        line_biases(measurement),
-        base,
-        prior,
-        weight,
+    equations = Equations(
+        jacobian=measurement.jacobian,
+        nuisance=measurement.nuisance,
+        offset=measurement.offset,
+        bias=line_biases(measurement),
+        line=measurement.samples.line,
+        base=base,
+        prior=prior_precision(range_m, tone_sd_px),
     )
+    step, weight = solve_reweighted(equations)
     return step, weight
-
-
-@kernel(error_model="numpy")
-def _reweighted(
-    jacobian: Floats,
-    nuisance: Floats,
-    offset: Floats,
-    line: Ints,
-    bias: Floats,
-    base: Floats,
-    prior: Floats,
-    weight: Floats,
-) -> Floats:
-    """See `solve`; prior (8,) is a diagonal, weight (C, N) the second output.
-
-    The bias of each line is an unknown of its own with variance 1 in units of ``bias``, eliminated from the
-    normal equations.
-    """
-    channels, count = base.shape
-    of_line = np.zeros(8)
-    residual = np.empty((channels, count))
-    step = np.zeros(8)
-    weight[:] = base
-    for iteration in range(SOLVER_ITERATIONS):
-        for c in range(channels):
-            for i in range(count):
-                if base[c, i] > 0.0:
-                    expected = nuisance[c, i, 0] * step[6] + nuisance[c, i, 1] * step[7]
-                    for k in range(6):
-                        expected += jacobian[i, k] * step[k]
-                    residual[c, i] = abs(offset[c, i] - expected)
-        cut = TUKEY * max(LEAST_SCALE_PX, 1.4826 * weighted_median(residual, base))
-        if iteration == 0:
-            cut = max(cut, FIRST_CUT_PX)
-        for c in range(channels):
-            for i in range(count):
-                if base[c, i] > 0.0:
-                    share = max(0.0, 1.0 - (residual[c, i] / cut) ** 2)
-                    weight[c, i] = base[c, i] * share * share
-        normal, pull = np.zeros((8, 8)), np.zeros(8)
-        for k in range(8):
-            normal[k, k] = prior[k]
-        square, product = 0.0, 0.0
-        of_line[:] = 0.0
-        for i in range(count):
-            # the channels see the same motion of the sample: their weights are added up before it is squared
-            total, pulled, biased, tone, clip = 0.0, 0.0, 0.0, 0.0, 0.0
-            for c in range(channels):
-                own = weight[c, i]
-                if not own > 0.0:
-                    continue
-                first, second = nuisance[c, i, 0], nuisance[c, i, 1]
-                shift, mine = own * offset[c, i], own * bias[c, i]
-                total += own
-                pulled += shift
-                biased += mine
-                tone += own * first
-                clip += own * second
-                square += mine * bias[c, i]
-                product += mine * offset[c, i]
-                of_line[6] += mine * first
-                of_line[7] += mine * second
-                pull[6] += shift * first
-                pull[7] += shift * second
-                normal[6, 6] += own * first * first
-                normal[7, 6] += own * first * second
-                normal[7, 7] += own * second * second
-            if total > 0.0:
-                for k in range(6):
-                    value = jacobian[i, k]
-                    of_line[k] += biased * value
-                    pull[k] += pulled * value
-                    normal[6, k] += tone * value
-                    normal[7, k] += clip * value
-                    for m in range(k + 1):
-                        normal[k, m] += total * value * jacobian[i, m]
-            if i + 1 == count or line[i + 1] != line[i]:
-                for k in range(8):
-                    share = of_line[k] / (SAMPLES_TOGETHER + square)
-                    pull[k] -= share * product
-                    for m in range(k + 1):
-                        normal[k, m] -= share * of_line[m]
-                square, product = 0.0, 0.0
-                of_line[:] = 0.0
-        step = solve_positive(normal, pull, 0.0, 0.0)
-    return step
-
-
-@kernel(error_model="numpy")
-def weighted_median(values: Floats, weights: Floats) -> float:
-    """Median of values (C, N) >= 0 px with weights (C, N), 0: not counted.
-
-    From a histogram of MEDIAN_BINS; values beyond count as its end.
-    """
-    histogram = np.zeros(MEDIAN_BINS)
-    total = 0.0
-    for c in range(len(values)):
-        for i in range(values.shape[1]):
-            if weights[c, i] > 0.0:
-                histogram[min(MEDIAN_BINS - 1, int(values[c, i] / MEDIAN_BIN_PX))] += weights[c, i]
-                total += weights[c, i]
-    below = 0.0
-    for k in range(MEDIAN_BINS):
-        if total > 0.0 and below + histogram[k] >= 0.5 * total:
-            return float(k + (0.5 * total - below) / histogram[k]) * MEDIAN_BIN_PX
-        below += histogram[k]
-    return 0.0
 
 
 def moved(pose: Pose, step: Floats, centre: Floats) -> Pose:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from numerics.kernels import kernel
 from vision_server.channels.gradients import SCALES_PX
+from vision_server.channels.noise import MAD_TO_SD
 from vision_server.pose.observation import Measurement
 
 Floats = NDArray[np.float64]
@@ -99,7 +100,7 @@ def _scatter(x: Floats, y: Floats, room: Floats) -> float:
         slope = product / spread if spread > 1e-9 else 0.0
     for i in range(count):
         room[i] = abs(y[i] - mean_y - slope * (x[i] - mean_x))
-    return float(1.4826 * _median(room))
+    return float(MAD_TO_SD * _median(room))
 
 
 def base_weights(measurement: Measurement, lines: int, exact_ends: bool = True) -> Floats:

@@ -4,7 +4,7 @@ from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
-from tests.vision_server.pose.test_refinement import channels_of
+from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, linear_picture, photographed
 from vision_server.pose.association import (
     BEYOND_PX,

@@ -3,7 +3,7 @@ import pytest
 
 from geometry.model import Model
 from geometry.pose import Pose
-from tests.vision_server.pose.test_refinement import channels_of
+from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from vision_server.pose.hypotheses import (
     LOOSENED,

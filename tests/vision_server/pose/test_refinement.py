@@ -5,44 +5,17 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose, disturbed
-from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
-from vision_server.channels.gradients import GradientChannel
+from tests.vision_server.refined_poses import channels_of, refined
+from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import measure, step_jacobian
 from vision_server.pose.refinement import (
-    MEDIAN_BIN_PX,
     NOMINAL_TONE_SD_PX,
-    REACHES_PX,
-    SAMPLES_TOGETHER,
-    Solution,
-    line_biases,
     moved,
-    prior_precision,
     refine,
-    solve,
-    weighted_median,
 )
-from vision_server.pose.weights import base_weights, line_trust
-
-
-def channels_of(pixels: NDArray[np.uint8], gamma: float = 1.0) -> list[GradientChannel]:
-    return one_image(pixels, gamma).gradients(["i1"])
-
-
-def refined(
-    pixels: NDArray[np.uint8],
-    model: Model,
-    start: Pose,
-    camera: Camera = CAMERA,
-    gamma: float = 1.0,
-    tone_sd_px: float = 0.01,
-) -> Solution:
-    channels = channels_of(pixels, gamma)
-    scale = line_scales(channels, model, camera, start, 4.0)
-    solution = refine(channels, model, camera, start, scale, REACHES_PX, tone_sd_px)
-    assert solution is not None
-    return solution
+from vision_server.pose.weights import line_trust
 
 
 def step_between(found: Pose, true: Pose) -> NDArray[np.float64]:
@@ -142,37 +115,6 @@ def test_black_or_a_model_behind_the_camera_gives_nothing(model: Model) -> None:
     lit = channels_of(photographed(linear_picture(model, CAMERA, POSE)))
     behind = Pose(POSE.rotation_vector, -POSE.translation)
     assert refine(lit, model, CAMERA, behind, scale) is None
-
-
-def test_the_weighted_median_agrees_with_sorting() -> None:
-    random = np.random.default_rng(0)
-    values, weights = random.exponential(1.0, (3, 200)), random.uniform(0, 1, (3, 200))
-    weights[random.uniform(size=weights.shape) < 0.3] = 0.0
-    order = np.argsort(values, axis=None)
-    total = np.cumsum(weights.ravel()[order])
-    expected = values.ravel()[order][np.searchsorted(total, 0.5 * total[-1])]
-    assert weighted_median(values, weights) == pytest.approx(expected, abs=MEDIAN_BIN_PX)
-    assert weighted_median(values, np.zeros_like(weights)) == 0.0
-
-
-def test_a_solution_is_the_reweighted_least_squares_one(model: Model) -> None:
-    """The kernel against plain NumPy: no reweighting can move the solution further."""
-    pixels = photographed(linear_picture(model, CAMERA, POSE))
-    start = disturbed(POSE, np.random.default_rng(0), 1.0, 1.5, CAMERA.fx)
-    scale = np.zeros((1, len(model.lines)), dtype=np.int64)
-    measurement = measure(channels_of(pixels), model, CAMERA, start, 4.0, scale, 2.0)
-    step, weight = solve(measurement, base_weights(measurement, len(model.lines)), 0.42, 0.01)
-    used = weight > 0
-    samples = np.nonzero(used)[1]
-    of_line = measurement.samples.line[samples][:, None] == np.arange(len(model.lines))
-    biases = line_biases(measurement)[used][:, None] * of_line  # an unknown of its own for each line
-    rows = np.column_stack([measurement.jacobian[samples], measurement.nuisance[used], biases])
-    prior = SAMPLES_TOGETHER * np.diag(np.r_[prior_precision(0.42, 0.01), np.ones(len(model.lines))])
-    pull = rows.T @ (weight[used] * measurement.offset[used])
-    plain = np.linalg.solve((rows * weight[used][:, None]).T @ rows + prior, pull)[:8]
-    np.testing.assert_allclose(step, plain, rtol=1e-6, atol=1e-12)
-    before = np.sum(weight[used] * measurement.offset[used] ** 2)
-    assert np.sum(weight[used] * (measurement.offset[used] - rows[:, :8] @ step) ** 2) < 0.2 * before
 
 
 def test_trust_prefers_straight_and_complete_lines(model: Model) -> None:
