@@ -153,10 +153,10 @@ def main() -> None:
                     for way, found in ways(images):
                         for ends in found:
                             poses = [
-                                match_search(ends, None, model, camera, start, seed, reach)
+                                match_search(ends, model, camera, start, seed, reach)
                                 for start in starts
                             ]
-                            errors = [m.candidates[0].pose.error_to(true) for m in poses if m.candidates]
+                            errors = [m[0].pose.error_to(true) for m in poses if m]
                             right = sum(
                                 e.rotation_deg < RIGHT_DEG and e.translation_fraction_of_range < RIGHT_SHARE
                                 for e in errors

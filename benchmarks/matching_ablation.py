@@ -31,10 +31,10 @@ from geometry.pose import Pose, disturbed
 from vision_server.image_set import ImageSet
 from vision_server.matching import SearchRange, match_genetic, match_search
 from vision_server.matching.draws import even_numbers, poses_around
-from vision_server.matching.icp import score_poses
+from vision_server.matching.icp import Lookup, score_poses
 from vision_server.matching.match import Problem, distinct, matching_problem
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
-from vision_server.matching.search import CANDIDATES, COARSE_SPACING_PX, Effort, finished
+from vision_server.matching.search import COARSE_SPACING_PX, MOST_HYPOTHESES, Effort, finished
 from vision_server.pose.ranking import Refiner
 from vision_server.rivals.genetic import GENERATIONS, POPULATION, evolved
 from vision_server.segments.extraction import extract_segments
@@ -53,8 +53,8 @@ def from_the_start(_segments: Floats, _model: Model, _camera: Camera, seed: Pose
 
 def paper(segments: Floats, model: Model, camera: Camera, seed: Pose, number: int) -> list[Pose]:
     """The paper's genetic algorithm and numbers."""
-    found = match_genetic(segments, None, model, camera, seed, number, RANGE)
-    return [candidate.pose for candidate in found.candidates]
+    found = match_genetic(segments, model, camera, seed, number, RANGE)
+    return [one.pose for one in found]
 
 
 def genetic_on_edges(
@@ -63,41 +63,41 @@ def genetic_on_edges(
     camera: Camera,
     seed: Pose,
     number: int,
-    pulled: bool = False,
+    aligned: bool = False,
     restarts: int = 1,
 ) -> list[Pose]:
-    """The same evolution, with the score of the search as its fitness; then pulled onto the edges or not."""
-    problem = matching_problem(segments, None, model, camera, seed, COARSE_SPACING_PX)
+    """The same evolution, with the score of the search as its fitness; then aligned with the edges or not."""
+    problem = matching_problem(segments, model, camera, seed, COARSE_SPACING_PX)
     if len(problem.segments) == 0:
         return []
-    edges = nearest_edges(problem.segments, np.ones(len(problem.segments)), problem.camera)
+    edges = nearest_edges(problem.segments, problem.camera)
     costs = partial(_edge_costs, edges, problem)
     runs = [
         evolved(costs, seed, problem.camera, RANGE, number + restart, POPULATION, GENERATIONS)
         for restart in range(restarts)
     ]
     rotations, translations, cost = (np.concatenate(part) for part in zip(*runs, strict=True))
-    if pulled:
+    if aligned:
         found = finished(edges, model, problem.camera, rotations, translations, -cost)
-        return [candidate.pose for candidate in found]
-    best = distinct(rotations, translations, -cost, CANDIDATES)
+        return [one.pose for one in found]
+    best = distinct(rotations, translations, -cost, MOST_HYPOTHESES)
     return [Pose.from_matrix(rotations[i], translations[i]) for i in best]
 
 
 def _edge_costs(edges: NearestEdges, problem: Problem, rotations: Floats, translations: Floats) -> Floats:
     view = problem.views.of(rotations, translations)
-    table, intrinsics = problem.views.table(), problem.camera.intrinsics
-    return -np.asarray(score_poses(edges, table, view, rotations, translations, intrinsics, 0.0))
+    lookup = Lookup(edges, problem.views.table(), problem.camera.intrinsics)
+    return -np.asarray(score_poses(lookup, view, rotations, translations, 0.0))
 
 
 def even_draws(segments: Floats, model: Model, camera: Camera, seed: Pose, number: int) -> list[Pose]:
     """The search's draws and score, without anything after them."""
-    problem = matching_problem(segments, None, model, camera, seed, COARSE_SPACING_PX)
+    problem = matching_problem(segments, model, camera, seed, COARSE_SPACING_PX)
     if len(problem.segments) == 0:
         return []
-    edges = nearest_edges(problem.segments, np.ones(len(problem.segments)), problem.camera)
+    edges = nearest_edges(problem.segments, problem.camera)
     poses = poses_around(seed, problem.camera, RANGE, even_numbers(Effort().draws, number))
-    best = distinct(*poses, -_edge_costs(edges, problem, *poses), CANDIDATES)
+    best = distinct(*poses, -_edge_costs(edges, problem, *poses), MOST_HYPOTHESES)
     return [Pose.from_matrix(poses[0][i], poses[1][i]) for i in best]
 
 
@@ -105,21 +105,21 @@ def search(
     segments: Floats, model: Model, camera: Camera, seed: Pose, number: int, effort: Effort
 ) -> list[Pose]:
     """The default matcher, with this effort."""
-    found = match_search(segments, None, model, camera, seed, number, RANGE, effort)
-    return [candidate.pose for candidate in found.candidates]
+    found = match_search(segments, model, camera, seed, number, RANGE, effort)
+    return [one.pose for one in found]
 
 
 ROWS: dict[str, Matcher] = {
     "refinement from the start": from_the_start,
     "paper's GA": paper,
     "GA, oriented distances": genetic_on_edges,
-    "GA, oriented distances, pulled": partial(genetic_on_edges, pulled=True),
-    "same, 5 restarts": partial(genetic_on_edges, pulled=True, restarts=5),
+    "GA, oriented distances, aligned": partial(genetic_on_edges, aligned=True),
+    "same, 5 restarts": partial(genetic_on_edges, aligned=True, restarts=5),
     "4096 even draws": even_draws,
-    "200 even draws, all pulled": partial(search, effort=Effort(200, 200, 200, 200)),
-    "512 even draws, 50 pulled": partial(search, effort=Effort(512, 512, 50, 50)),
-    "2048 even draws, 50 pulled": partial(search, effort=Effort(2048, 2048, 50, 50)),
-    "4096 even draws, 100 pulled": partial(search, effort=Effort(4096, 4096, 100, 100)),
+    "200 even draws, all aligned": partial(search, effort=Effort(200, 200, 200, 200)),
+    "512 even draws, 50 aligned": partial(search, effort=Effort(512, 512, 50, 50)),
+    "2048 even draws, 50 aligned": partial(search, effort=Effort(2048, 2048, 50, 50)),
+    "4096 even draws, 100 aligned": partial(search, effort=Effort(4096, 4096, 100, 100)),
     "default: screened, half dropped midway": partial(search, effort=Effort()),
 }
 

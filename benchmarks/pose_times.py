@@ -65,17 +65,16 @@ def _target(show: Show, target: str) -> None:
 
     def matched() -> object:
         segments = extract_segments(features().edge_map(["i0"])).endpoints
-        return match_search(segments, None, model, camera, seed, 0)
+        return match_search(segments, model, camera, seed, 0)
 
     matching = milliseconds(matched)
     show(f"matching/{target}(features included)", matching, "ms", lsd_ms=lsd, ratio=matching / lsd)
     one = features()
     segments = extract_segments(one.edge_map(["i0"])).endpoints
-    genetic = milliseconds(lambda: match_genetic(segments, None, model, camera, seed, 0))
+    genetic = milliseconds(lambda: match_genetic(segments, model, camera, seed, 0))
     show(f"matching/{target}(genetic)", genetic, "ms", lsd_ms=lsd, ratio=genetic / lsd)
     refiner = Refiner(one.gradients(["i0"]), model, camera, 0, KNOWN_TONE_SD_PX)
-    candidates = match_search(segments, None, model, camera, seed, 0).candidates
-    start = candidates[0].pose
+    start = match_search(segments, model, camera, seed, 0)[0].pose
     scale = refiner.best_first([start])[0].evidence.measurement.scale
     reaches = (*COARSE_REACHES_PX, *FINE_REACHES_PX[1:])
     spacing = spacing_for(model, camera, start)

@@ -16,7 +16,7 @@ from geometry.model import Model
 from geometry.pose import Pose
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.image_set import ImageSet
-from vision_server.matching import MATCHERS, Match, SearchRange, match_genetic
+from vision_server.matching import MATCHERS, Hypothesis, SearchRange, match_genetic
 from vision_server.matching.match import distinct
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.pose.ranking import Refined, Refiner
@@ -27,7 +27,7 @@ from vision_server.segments.extraction import extract_segments
 
 Floats = NDArray[np.float64]
 
-WORTH_REFINING = 0.5  # of the best candidate's score; right poses were seen down to 0.68 of a wrong one's
+WORTH_REFINING = 0.5  # of the best hypothesis' score; right poses were seen down to 0.68 of a wrong one's
 
 
 @dataclass(frozen=True)
@@ -144,18 +144,18 @@ def pose_of_segments(
 ) -> Estimate:
     """Match segments (N, 4) px, from wherever they come, and refine on the channels; errors as above."""
     watch = _Stopwatch()
-    match = _matched(endpoints, model, camera, seed_pose, settings)
+    hypotheses = _matched(endpoints, model, camera, seed_pose, settings)
     watch.lap("matching")
     least = SCALES_PX.index(settings.refinement_scale_px)
     refiner = Refiner(channels, model, camera, least, settings.tone_sd_px)
-    estimate = _best(refiner, refiner.best_first(_worth_refining(match)))
+    estimate = _best(refiner, refiner.best_first(_worth_refining(hypotheses)))
     watch.lap("refinement")
     return replace(estimate, segments=len(endpoints), seconds=watch.seconds)
 
 
 def _matched(
     ends: Floats, model: Model, camera: Camera, seed_pose: Pose, settings: PipelineSettings
-) -> Match:
+) -> list[Hypothesis]:
     if settings.matcher not in MATCHERS:
         raise BadInput(f"Unknown matcher {settings.matcher!r}.", f"Use {' or '.join(sorted(MATCHERS))}.")
     if camera.distorted and len(ends):
@@ -164,13 +164,13 @@ def _matched(
     if settings.matcher == "genetic":
         matcher = partial(match_genetic, generations=settings.generations, population=settings.population)
     reach = SearchRange(settings.rotation_range_deg, settings.translation_range_px)
-    return matcher(ends, None, model, camera, seed_pose, settings.seed, reach)
+    return matcher(ends, model, camera, seed_pose, settings.seed, reach)
 
 
-def _worth_refining(match: Match) -> list[Pose]:
-    """Candidates that come near the best one's score; costs (negative scores) are not comparable so far."""
-    best = max((candidate.score for candidate in match.candidates), default=0.0)
-    return [one.pose for one in match.candidates if best <= 0.0 or one.score >= WORTH_REFINING * best]
+def _worth_refining(found: list[Hypothesis]) -> list[Pose]:
+    """Those that come near the best one's score; costs (negative scores) are not comparable so far."""
+    best = max((one.score for one in found), default=0.0)
+    return [one.pose for one in found if best <= 0.0 or one.score >= WORTH_REFINING * best]
 
 
 def _best(refiner: Refiner, refined: list[Refined]) -> Estimate:

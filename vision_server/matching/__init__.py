@@ -1,4 +1,4 @@
-"""Matching: from image segments and a seed pose to candidate poses."""
+"""Matching: from image segments and a seed pose to hypotheses of the pose."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from vision_server.matching.match import Candidate, Match, SearchRange
+from vision_server.matching.match import Hypothesis, SearchRange
 from vision_server.matching.search import match_search
 from vision_server.rivals.genetic import match_genetic
 
 Floats = NDArray[np.float64]
-Matcher = Callable[[Floats, Floats | None, Model, Camera, Pose, int, SearchRange], Match]
+Matcher = Callable[[Floats, Model, Camera, Pose, int, SearchRange], list[Hypothesis]]
 
 MATCHERS: dict[str, Matcher] = {"search": match_search, "genetic": match_genetic}
 
-__all__ = ["MATCHERS", "Candidate", "Match", "SearchRange", "match_genetic", "match_search"]
+__all__ = ["MATCHERS", "Hypothesis", "SearchRange", "match_genetic", "match_search"]

@@ -1,8 +1,9 @@
-"""Score poses against the nearest image edges, and pull them onto these (iterated closest points)."""
+"""Score poses against the nearest image edges, and align them with these (iterative closest point)."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +18,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 TURN = 0.25  # sine of the angle between model line and segment at which support ends
-PULL_TURN = 0.15  # likewise, beyond which a segment does not pull: clutter then has little to hold on to ...
-LEAST_PULL_TURN = 0.08  # ... shrinking to this ...
+ALIGN_TURN = 0.15  # likewise, beyond which a segment is no partner: clutter then has little to hold on to ...
+LEAST_ALIGN_TURN = 0.08  # ... shrinking to this ...
 FULL_TURN_REACH_PX = 12.0  # ... with the reach, from here on
 CLUTTER = 0.4  # support of a pixel of model line that chance gives; less than this counts against a pose
 DAMPING = 1e-3  # of the normal equations' diagonal
@@ -28,6 +29,14 @@ LEAST_DEPTH_M = 1e-6
 
 
 _matrix_of = kernel()(matrix_of)
+
+
+class Lookup(NamedTuple):
+    """What a pose is held against: the nearest image edges, the model's samples by view, fx fy cx cy (4,)."""
+
+    edges: NearestEdges
+    views: ViewTable
+    intrinsics: Floats
 
 
 @kernel(error_model="numpy")
@@ -73,16 +82,10 @@ def _inside(x: float, y: float, width: float, height: float) -> bool:
 
 @kernel(error_model="numpy")
 def score_pose(
-    edges: NearestEdges,
-    views: ViewTable,
-    view: int,
-    r: Floats,
-    t: Floats,
-    intrinsics: Floats,
-    reach_px: float,
-    every: int,
+    lookup: Lookup, view: int, r: Floats, t: Floats, reach_px: float, every: int
 ) -> tuple[float, float]:
     """Score of one pose, see `score_poses`, and the share of its image length with an edge within reach."""
+    edges, views, intrinsics = lookup.edges, lookup.views, lookup.intrinsics
     points, px, gains, labels, segments = views.points, views.px, edges.gain, edges.label, edges.segments
     width, height = edges.size[0], edges.size[1]
     score, near, total = 0.0, 0.0, 0.0
@@ -117,14 +120,7 @@ def score_pose(
 
 @kernel()
 def score_poses(
-    edges: NearestEdges,
-    views: ViewTable,
-    view: Ints,
-    rotations: Floats,
-    translations: Floats,
-    intrinsics: Floats,
-    reach_px: float,
-    every: int = 1,
+    lookup: Lookup, view: Ints, rotations: Floats, translations: Floats, reach_px: float, every: int = 1
 ) -> Floats:
     """Score of each pose: sum over visible samples of px · (max(0, 1 − d/reach) − CLUTTER), (N,).
 
@@ -134,93 +130,81 @@ def score_poses(
     """
     out = np.zeros(len(view))
     for i in range(len(view)):
-        out[i] = score_pose(
-            edges, views, view[i], rotations[i], translations[i], intrinsics, reach_px, every
-        )[0]
+        out[i] = score_pose(lookup, view[i], rotations[i], translations[i], reach_px, every)[0]
     return out
 
 
 @kernel(error_model="numpy")
-def pull(
-    edges: NearestEdges,
-    views: ViewTable,
-    view: int,
-    rotation: Floats,
-    translation: Floats,
-    intrinsics: Floats,
-    reach_px: float,
-    iterations: int,
+def align(
+    lookup: Lookup, view: int, rotation: Floats, translation: Floats, reach_px: float, iterations: int
 ) -> None:
     """Move one pose (3, 3), (3,), in place, so that the samples of its view come to lie on image segments.
 
-    Residual: distance to the nearest segment's line; weight: px · (1 − (d/reach)²)² · trust, d the distance
-    to the segment itself; segments of another direction do not pull. The step turns about the target's
+    Residual: distance to the nearest segment's line; weight: px · (1 − (d/reach)²)², d the distance
+    to the segment itself; segments of another direction are left out. The step turns about the target's
     origin by at most MAX_TURN_RAD.
     """
-    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
-    points, px, labels, segments = views.points, views.px, edges.label, edges.segments
-    width, height = edges.size[0], edges.size[1]
-    normal = np.empty((6, 6))
-    gradient = np.empty(6)
-    row = np.empty(6)
-    r, t = rotation, translation
-    turn_limit = max(LEAST_PULL_TURN, min(PULL_TURN, PULL_TURN * reach_px / FULL_TURN_REACH_PX))
+    normal, gradient = np.empty((6, 6)), np.empty(6)
     for _ in range(iterations):
-        normal[:] = 0.0
-        gradient[:] = 0.0
-        for q in range(views.first[view], views.first[view + 1]):
-            ux, uy = image_direction(views.ends, q, r, t, fx, fy)
-            if ux == 0.0 and uy == 0.0:
-                continue
-            bin_ = bin_of(ux, uy)
-            for s in range(views.run[q], views.run[q + 1]):
-                a, b, c, z, x, y = _seen(points, s, r, t, intrinsics)
-                if not _inside(x, y, width, height):
-                    continue
-                segment = labels[bin_, int((y + 0.5) / CELL_PX), int((x + 0.5) / CELL_PX)]
-                if segment == NO_SEGMENT:
-                    continue
-                across, distance = offset(segments, segment, x, y)
-                if distance >= reach_px:
-                    continue
-                turn = abs(ux * segments[segment, 3] - uy * segments[segment, 2])
-                if turn >= turn_limit:
-                    continue
-                share = 1.0 - (distance / reach_px) ** 2
-                weight = px[s] * share * share * segments[segment, 5]
-                gx = -segments[segment, 3] * fx * z
-                gy = segments[segment, 2] * fy * z
-                gz = -(gx * (x - cx) / fx + gy * (y - cy) / fy)
-                row[0], row[1], row[2] = b * gz - c * gy, c * gx - a * gz, a * gy - b * gx
-                row[3], row[4], row[5] = gx, gy, gz
-                for i in range(6):
-                    scaled = weight * row[i]
-                    gradient[i] -= scaled * across
-                    for j in range(i + 1):
-                        normal[i, j] += scaled * row[j]
+        _normal_equations(lookup, view, rotation, translation, reach_px, normal, gradient)
         step = solve_positive(normal, gradient, DAMPING, LEAST_DIAGONAL)
         turn = math.sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2])
         if turn > MAX_TURN_RAD:
             step *= MAX_TURN_RAD / turn
         turned = _matrix_of(step[:3])
         for k in range(3):
-            x, y, z = r[0, k], r[1, k], r[2, k]
+            x, y, z = rotation[0, k], rotation[1, k], rotation[2, k]
             for i in range(3):
-                r[i, k] = turned[i, 0] * x + turned[i, 1] * y + turned[i, 2] * z
-            t[k] += step[3 + k]
+                rotation[i, k] = turned[i, 0] * x + turned[i, 1] * y + turned[i, 2] * z
+            translation[k] += step[3 + k]
+
+
+@kernel(error_model="numpy")
+def _normal_equations(
+    lookup: Lookup, view: int, r: Floats, t: Floats, reach_px: float, normal: Floats, gradient: Floats
+) -> None:
+    """Normal equations of one step of `align`: lower triangle (6, 6) and right-hand side (6,), outputs."""
+    edges, views, intrinsics = lookup.edges, lookup.views, lookup.intrinsics
+    fx, fy, cx, cy = intrinsics[0], intrinsics[1], intrinsics[2], intrinsics[3]
+    points, px, labels, segments = views.points, views.px, edges.label, edges.segments
+    width, height = edges.size[0], edges.size[1]
+    row = np.empty(6)
+    turn_limit = max(LEAST_ALIGN_TURN, min(ALIGN_TURN, ALIGN_TURN * reach_px / FULL_TURN_REACH_PX))
+    normal[:], gradient[:] = 0.0, 0.0
+    for q in range(views.first[view], views.first[view + 1]):
+        ux, uy = image_direction(views.ends, q, r, t, fx, fy)
+        if ux == 0.0 and uy == 0.0:
+            continue
+        bin_ = bin_of(ux, uy)
+        for s in range(views.run[q], views.run[q + 1]):
+            a, b, c, z, x, y = _seen(points, s, r, t, intrinsics)
+            if not _inside(x, y, width, height):
+                continue
+            segment = labels[bin_, int((y + 0.5) / CELL_PX), int((x + 0.5) / CELL_PX)]
+            if segment == NO_SEGMENT:
+                continue
+            across, distance = offset(segments, segment, x, y)
+            turn = abs(ux * segments[segment, 3] - uy * segments[segment, 2])
+            if distance >= reach_px or turn >= turn_limit:
+                continue
+            share = 1.0 - (distance / reach_px) ** 2
+            weight = px[s] * share * share
+            gx = -segments[segment, 3] * fx * z
+            gy = segments[segment, 2] * fy * z
+            gz = -(gx * (x - cx) / fx + gy * (y - cy) / fy)
+            row[0], row[1], row[2] = b * gz - c * gy, c * gx - a * gz, a * gy - b * gx
+            row[3], row[4], row[5] = gx, gy, gz
+            for i in range(6):
+                scaled = weight * row[i]
+                gradient[i] -= scaled * across
+                for j in range(i + 1):
+                    normal[i, j] += scaled * row[j]
 
 
 @kernel()
-def pull_poses(
-    edges: NearestEdges,
-    views: ViewTable,
-    view: Ints,
-    rotations: Floats,
-    translations: Floats,
-    intrinsics: Floats,
-    reach_px: float,
-    iterations: int,
+def align_poses(
+    lookup: Lookup, view: Ints, rotations: Floats, translations: Floats, reach_px: float, iterations: int
 ) -> None:
-    """`pull` for many poses (N, 3, 3), (N, 3), in place, each with the samples of its view."""
+    """`align` for many poses (N, 3, 3), (N, 3), in place, each with the samples of its view."""
     for i in range(len(view)):
-        pull(edges, views, view[i], rotations[i], translations[i], intrinsics, reach_px, iterations)
+        align(lookup, view[i], rotations[i], translations[i], reach_px, iterations)

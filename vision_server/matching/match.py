@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,13 +46,13 @@ class SearchRange:
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class Hypothesis:
     """One pose that explains the segments.
 
     Attributes
     ----------
     pose : camera_T_target.
-    score : higher is better; comparable between candidates of the same matcher and image set only.
+    score : higher is better; comparable between hypotheses of the same matcher and image set only.
     supported : fraction of the visible image length of the model's lines that has an image edge near it.
     """
 
@@ -61,35 +61,21 @@ class Candidate:
     supported: float
 
 
-@dataclass(frozen=True, eq=False)
-class Match:
-    """Candidates, best first, distinct from each other; empty when nothing was found.
-
-    `diagnostics` holds counts (segments used, poses tried …) and seconds by name.
-    """
-
-    candidates: tuple[Candidate, ...]
-    diagnostics: dict[str, float] = field(default_factory=dict)
-
-
-def checked_segments(segments: Floats, weights: Floats | None) -> tuple[Floats, Floats]:
-    """Segments (N, 4) [x1, y1, x2, y2] px and weights (N,) as float64; weights default to 1.
+def checked_segments(segments: Floats) -> Floats:
+    """Segments (N, 4) [x1, y1, x2, y2] px as float64.
 
     Raises
     ------
-    GeometryError : a wrong shape, NaN or infinity, a negative weight.
+    GeometryError : a wrong shape, NaN or infinity.
     """
     segments = np.ascontiguousarray(segments, dtype=np.float64)
     if segments.size == 0:
         segments = segments.reshape(0, 4)
     if segments.ndim != 2 or segments.shape[1] != 4:
         raise GeometryError(f"segments must have shape (N, 4), got {segments.shape}")
-    weights = np.ones(len(segments)) if weights is None else np.ascontiguousarray(weights, dtype=np.float64)
-    if weights.shape != (len(segments),):
-        raise GeometryError(f"{len(segments)} segments need as many weights, got shape {weights.shape}")
-    if not (np.isfinite(segments).all() and np.isfinite(weights).all() and (weights >= 0).all()):
-        raise GeometryError("segments and weights must be finite, and weights not negative")
-    return segments, weights
+    if not np.isfinite(segments).all():
+        raise GeometryError("segments must be finite")
+    return segments
 
 
 def must_be_in_front(seed_pose: Pose) -> None:
@@ -118,30 +104,23 @@ class Problem:
 
 
 def matching_problem(
-    segments: Floats,
-    weights: Floats | None,
-    model: Model,
-    camera: Camera,
-    seed_pose: Pose,
-    spacing_px: float,
+    segments: Floats, model: Model, camera: Camera, seed_pose: Pose, spacing_px: float
 ) -> Problem:
     """Check what a matcher was given, and choose the segments.
 
     Parameters
     ----------
     segments : (N, 4) float64, [x1, y1, x2, y2] in ideal px.
-    weights : (N,) float64 or None; segments of weight 0 are left out.
     spacing_px : between the samples of the model's lines.
 
     Raises
     ------
-    GeometryError : malformed segments or weights, a seed pose behind the camera.
+    GeometryError : malformed segments, a seed pose behind the camera.
     """
-    segments, weights = checked_segments(segments, weights)
+    segments = checked_segments(segments)
     must_be_in_front(seed_pose)
     views = Views(model, camera.ideal, seed_pose, spacing_px)
-    worth = (weights > 0) & long_enough(segments, views.typical_line_px(seed_pose))
-    return Problem(segments[worth], views, camera.ideal)
+    return Problem(segments[long_enough(segments, views.typical_line_px(seed_pose))], views, camera.ideal)
 
 
 def long_enough(segments: Floats, typical_line_px: float) -> NDArray[np.bool_]:

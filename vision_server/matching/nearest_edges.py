@@ -17,6 +17,7 @@ from geometry.camera import Camera
 from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
+Labels = NDArray[np.int16]
 
 BINS = 8  # over 180°
 OVERLAP = 0.5  # a segment also enters a bin from which it is off by this fraction of a bin
@@ -34,7 +35,7 @@ class NearestEdges(NamedTuple):
     label : (BINS, h, w) int16, segment index, NO_SEGMENT where a bin is empty; cells of CELL_PX.
     gain : (BINS, h, w) uint8, 255 · max(0, 1 − d/GAIN_REACH_PX) with d the distance in the grid; for scores
         where a pixel does not matter.
-    segments : (N, 7) float64, first end x, y, unit direction x, y, length px, weight, direction rad.
+    segments : (N, 6) float64, first end x, y, unit direction x, y, length px, direction rad.
     size : (2,) float64, width and height of the image, px.
     """
 
@@ -44,31 +45,47 @@ class NearestEdges(NamedTuple):
     size: Floats
 
 
-def nearest_edges(segments: Floats, weights: Floats, camera: Camera) -> NearestEdges:
-    """Build the table for segments (N, 4) px with weights (N,)."""
+def nearest_edges(segments: Floats, camera: Camera) -> NearestEdges:
+    """Build the table for segments (N, 4) px."""
     steps = segments[:, 2:] - segments[:, :2]
     length = np.hypot(steps[:, 0], steps[:, 1])
     unit = steps / np.maximum(length, 1e-9)[:, None]
     angle = np.arctan2(unit[:, 1], unit[:, 0]) % np.pi
-    table = np.column_stack([segments[:, :2], unit, length, weights, angle])
+    table = np.column_stack([segments[:, :2], unit, length, angle])
     height, width = (math.ceil(side / CELL_PX) for side in (camera.height, camera.width))
     painted = _paint(table, np.argsort(length, kind="stable"), height, width)  # long ones on top
     label = np.full(painted.shape, NO_SEGMENT, dtype=np.int16)
     gain = np.zeros(painted.shape, dtype=np.uint8)
     for bin_ in range(BINS):
-        sources = painted[bin_] != NO_SEGMENT
-        if not sources.any():
-            continue
-        distance, nearest = cv2.distanceTransformWithLabels(
-            (~sources).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-        )
-        names = np.empty(int(nearest.max()) + 1, dtype=np.int16)
-        names[nearest[sources]] = painted[bin_][sources]
-        label[bin_] = names[nearest]
-        gain[bin_] = cv2.convertScaleAbs(
-            np.maximum(GAIN_REACH_PX / CELL_PX - distance, 0.0), alpha=255.0 * CELL_PX / GAIN_REACH_PX
-        )
+        if (painted[bin_] != NO_SEGMENT).any():
+            distance, label[bin_] = distance_transform(painted[bin_])
+            gain[bin_] = cv2.convertScaleAbs(
+                np.maximum(GAIN_REACH_PX / CELL_PX - distance, 0.0), alpha=255.0 * CELL_PX / GAIN_REACH_PX
+            )
     return NearestEdges(label, gain, table, np.array([camera.width, camera.height], dtype=np.float64))
+
+
+def distance_transform_plainly(painted: Labels) -> tuple[Floats, Labels]:
+    """The definition: distance (h, w) in cells of each cell from the nearest painted one, and its label.
+
+    ``painted`` (h, w) is NO_SEGMENT where nothing is; a label somewhere there is.
+    """
+    sources = np.argwhere(painted != NO_SEGMENT)
+    cells = np.indices(painted.shape).transpose(1, 2, 0)
+    distances = np.linalg.norm(cells[:, :, None] - sources, axis=3)
+    nearest = sources[distances.argmin(axis=2)]
+    return distances.min(axis=2), painted[nearest[..., 0], nearest[..., 1]]
+
+
+def distance_transform(painted: Labels) -> tuple[NDArray[np.float32], Labels]:
+    """`distance_transform_plainly` by two passes over the cells (Borgefors 1986), within 3 %."""
+    sources = painted != NO_SEGMENT
+    distance, nearest = cv2.distanceTransformWithLabels(
+        (~sources).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    names = np.empty(int(nearest.max()) + 1, dtype=np.int16)
+    names[nearest[sources]] = painted[sources]
+    return np.asarray(distance, dtype=np.float32), names[nearest]
 
 
 @kernel()
@@ -76,7 +93,7 @@ def _paint(table: Floats, order: NDArray[np.int64], height: int, width: int) -> 
     """Segments drawn into the cells of the bins they belong to; where two meet, the later in order stays."""
     out = np.full((BINS, height, width), NO_SEGMENT, dtype=np.int16)
     for i in order:
-        position = table[i, 6] / math.pi * BINS
+        position = table[i, 5] / math.pi * BINS
         count = max(2, int(table[i, 4] / CELL_PX * 2.0) + 1)
         for bin_ in range(BINS):
             off = abs(position - (bin_ + 0.5))

@@ -1,8 +1,7 @@
-"""The matcher that does not miss: quasi-random poses, scored, pulled onto the edges, scored again."""
+"""The default matcher: quasi-random poses, scored, aligned with the edges (ICP), scored again."""
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,30 +14,23 @@ from geometry.pose import Pose
 from geometry.visibility import MIN_LINE_PX, image_bounds, trace
 from numerics.kernels import kernel
 from vision_server.matching.draws import even_numbers, in_range, poses_around
-from vision_server.matching.icp import pull, pull_poses, score_pose, score_poses
-from vision_server.matching.match import (
-    Candidate,
-    Match,
-    Problem,
-    SearchRange,
-    distinct,
-    matching_problem,
-)
+from vision_server.matching.icp import Lookup, align, align_poses, score_pose, score_poses
+from vision_server.matching.match import Hypothesis, Problem, SearchRange, distinct, matching_problem
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
 from vision_server.matching.views import ViewTable, sparse_solid
 
 Floats = NDArray[np.float64]
 
 FINISHED = 12
-CANDIDATES = 5
+MOST_HYPOTHESES = 5
 COARSE_SPACING_PX = 8.0
 SCREEN_EVERY = 3  # of these samples are looked at in the first screening
 FINE_SPACING_PX = 2.0
 FINAL_REACH_PX = 5.0
-PULL_REACHES_PX = (30.0, 20.0)
+FIRST_REACHES_PX = (30.0, 20.0)
 KEPT_REACHES_PX = (12.0, 6.0)
 FINISH_REACHES_PX = (6.0, 4.0, 3.0)
-PULL_ITERATIONS = 3
+ALIGN_ITERATIONS = 3
 FINISH_ITERATIONS = 2
 
 
@@ -50,27 +42,26 @@ class Effort:
     ----------
     draws : poses drawn from the search range and scored roughly.
     screened : the best of these, scored with all samples.
-    pulled : the best of these, pulled onto the edges from afar.
-    kept : the best of these, pulled on to the end.
+    aligned : the best of these, aligned with the edges from afar.
+    kept : the best of these, aligned to the end.
     """
 
     draws: int = 4096
     screened: int = 1024
-    pulled: int = 100
+    aligned: int = 100
     kept: int = 50
 
 
 def match_search(
     segments: Floats,
-    weights: Floats | None,
     model: Model,
     camera: Camera,
     seed_pose: Pose,
     seed: int,
     search_range: SearchRange = SearchRange(),
     effort: Effort = Effort(),
-) -> Match:
-    """Find the poses in the search range that the image segments support best.
+) -> list[Hypothesis]:
+    """Find the poses in the search range that the image segments support best, distinct, best first.
 
     Parameters and errors are those of `matching_problem`.
 
@@ -79,35 +70,19 @@ def match_search(
     seed : of the quasi-random draws.
     search_range : around the seed pose.
     """
-    began = time.perf_counter()
-    problem = matching_problem(segments, weights, model, camera, seed_pose, COARSE_SPACING_PX)
+    problem = matching_problem(segments, model, camera, seed_pose, COARSE_SPACING_PX)
     if len(problem.segments) == 0:
-        return Match((), {"segments": 0.0})
-    edges = nearest_edges(problem.segments, np.ones(len(problem.segments)), problem.camera)
-    built = time.perf_counter()
+        return []
+    edges = nearest_edges(problem.segments, problem.camera)
     poses = poses_around(seed_pose, problem.camera, search_range, even_numbers(effort.draws, seed))
     poses = _best(poses, _scores(edges, problem, *poses, 0.0, SCREEN_EVERY), effort.screened)
-    poses = _best(poses, _scores(edges, problem, *poses, 0.0), effort.pulled)
-    scored = time.perf_counter()
-    _pull(edges, problem, *poses, PULL_REACHES_PX)
+    poses = _best(poses, _scores(edges, problem, *poses, 0.0), effort.aligned)
+    _align(edges, problem, *poses, FIRST_REACHES_PX)
     poses = _best(poses, _scores(edges, problem, *poses, KEPT_REACHES_PX[0]), effort.kept)
-    _pull(edges, problem, *poses, KEPT_REACHES_PX)
+    _align(edges, problem, *poses, KEPT_REACHES_PX)
     scores = _scores(edges, problem, *poses, FINAL_REACH_PX)
     scores[~in_range(seed_pose, problem.camera, search_range, *poses)] = -np.inf
-    pulled = time.perf_counter()
-    candidates = finished(edges, model, problem.camera, *poses, scores)
-    done = time.perf_counter()
-    return Match(
-        candidates,
-        {
-            "segments": float(len(problem.segments)),
-            "views": float(len(problem.views)),
-            "seconds_edges": built - began,
-            "seconds_draws": scored - built,
-            "seconds_pull": pulled - scored,
-            "seconds_finish": done - pulled,
-        },
-    )
+    return finished(edges, model, problem.camera, *poses, scores)
 
 
 def _best(poses: tuple[Floats, Floats], scores: Floats, count: int) -> tuple[Floats, Floats]:
@@ -116,18 +91,17 @@ def _best(poses: tuple[Floats, Floats], scores: Floats, count: int) -> tuple[Flo
     return poses[0][best], poses[1][best]
 
 
-def _pull(
+def _align(
     edges: NearestEdges,
     problem: Problem,
     rotations: Floats,
     translations: Floats,
     reaches_px: tuple[float, ...],
 ) -> None:
-    """Pull poses (N, 3, 3), (N, 3), in place, onto the edges."""
-    views, intrinsics = problem.views, problem.camera.intrinsics
+    """Align poses (N, 3, 3), (N, 3), in place, with the edges."""
     for reach in reaches_px:
-        view = views.of(rotations, translations)
-        pull_poses(edges, views.table(), view, rotations, translations, intrinsics, reach, PULL_ITERATIONS)
+        view = problem.views.of(rotations, translations)
+        align_poses(_lookup(edges, problem), view, rotations, translations, reach, ALIGN_ITERATIONS)
 
 
 def _scores(
@@ -138,11 +112,12 @@ def _scores(
     reach_px: float,
     every: int = 1,
 ) -> Floats:
-    view, intrinsics = problem.views.of(rotations, translations), problem.camera.intrinsics
-    out: Floats = score_poses(
-        edges, problem.views.table(), view, rotations, translations, intrinsics, reach_px, every
-    )
-    return out
+    view = problem.views.of(rotations, translations)
+    return np.asarray(score_poses(_lookup(edges, problem), view, rotations, translations, reach_px, every))
+
+
+def _lookup(edges: NearestEdges, problem: Problem) -> Lookup:
+    return Lookup(edges, problem.views.table(), problem.camera.intrinsics)
 
 
 def finished(
@@ -152,26 +127,26 @@ def finished(
     rotations: Floats,
     translations: Floats,
     scores: Floats,
-) -> tuple[Candidate, ...]:
-    """The best distinct poses, pulled on and scored with their exact visibility."""
+) -> list[Hypothesis]:
+    """The best distinct poses, aligned further and scored with their exact visibility."""
     solid, bounds = sparse_solid(model), image_bounds(camera)
-    found: list[Candidate] = []
+    found: list[Hypothesis] = []
     for i in distinct(rotations, translations, scores, FINISHED):
         rotation, translation = rotations[i].copy(), translations[i].copy()
         score, supported = _finish(
             edges, solid, rotation, translation, camera.intrinsics, bounds, np.array(FINISH_REACHES_PX)
         )
         if supported > 0.0:
-            found.append(Candidate(Pose.from_matrix(rotation, translation), float(score), float(supported)))
-    found.sort(key=lambda candidate: -candidate.score)
-    poses = [candidate.pose for candidate in found]
+            found.append(Hypothesis(Pose.from_matrix(rotation, translation), float(score), float(supported)))
+    found.sort(key=lambda one: -one.score)
+    poses = [one.pose for one in found]
     keep = distinct(
         np.array([pose.matrix for pose in poses]).reshape(-1, 3, 3),
         np.array([pose.translation for pose in poses]).reshape(-1, 3),
-        np.array([candidate.score for candidate in found]),
-        CANDIDATES,
+        np.array([one.score for one in found]),
+        MOST_HYPOTHESES,
     )
-    return tuple(found[i] for i in keep)
+    return [found[i] for i in keep]
 
 
 @kernel()
@@ -205,9 +180,9 @@ def _finish(
     bounds: Floats,
     reaches: Floats,
 ) -> tuple[float, float]:
-    """Pull one pose, in place, with exact visibility; its score and supported fraction."""
+    """Align one pose, in place, with exact visibility; its score and supported fraction."""
     for reach in reaches:
         views = exact_view(solid, rotation, translation, intrinsics, bounds)
-        pull(edges, views, 0, rotation, translation, intrinsics, reach, FINISH_ITERATIONS)
+        align(Lookup(edges, views, intrinsics), 0, rotation, translation, reach, FINISH_ITERATIONS)
     views = exact_view(solid, rotation, translation, intrinsics, bounds)
-    return score_pose(edges, views, 0, rotation, translation, intrinsics, FINAL_REACH_PX, 1)
+    return score_pose(Lookup(edges, views, intrinsics), 0, rotation, translation, FINAL_REACH_PX, 1)

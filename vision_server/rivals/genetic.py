@@ -1,9 +1,8 @@
-"""The paper's matcher: a genetic algorithm over six parameters of eight bits each (DESIGN.md §6)."""
+"""The paper's matcher: a genetic algorithm over six parameters of eight bits each."""
 
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -15,19 +14,21 @@ from geometry.pose import Pose
 from numerics.kernels import kernel
 from vision_server.matching.draws import poses_in_range
 from vision_server.matching.icp import LEAST_DEPTH_M
-from vision_server.matching.match import Candidate, Match, SearchRange, distinct, matching_problem
+from vision_server.matching.match import Hypothesis, SearchRange, distinct, matching_problem
 from vision_server.matching.views import ViewTable
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# The paper's numbers: Rx Ry Rz Tx Ty Tz by eight bits each; 200 individuals and about ten generations; the
+# best 5 % stay, children come from the best 30 %.
 BITS = 8
 GENES = 6
 POPULATION = 200
 GENERATIONS = 10
-ELITE_SHARE, PARENT_SHARE = 0.05, 0.30  # survive as they are; have children
-CHILDREN_TRIED = 4  # per place in a generation; doubles are dropped
-CANDIDATES = 5
+ELITE_SHARE, PARENT_SHARE = 0.05, 0.30
+CHILDREN_TRIED = 4  # per place in a generation; doubles are dropped (chosen by hand)
+MOST_HYPOTHESES = 5  # that are refined, as many as the search has
 SPACING_PX = 20.0  # a line is visible when any of its samples is
 NEAR_COST = 2 * 5.0**2  # an image line with both ends within 5 px counts as support
 NO_LINES_COST = 1e12
@@ -35,7 +36,6 @@ NO_LINES_COST = 1e12
 
 def match_genetic(
     segments: Floats,
-    weights: Floats | None,
     model: Model,
     camera: Camera,
     seed_pose: Pose,
@@ -43,10 +43,10 @@ def match_genetic(
     search_range: SearchRange = SearchRange(),
     population: int = POPULATION,
     generations: int = GENERATIONS,
-) -> Match:
-    """Evolve poses in the search range towards the least sum of line costs.
+) -> list[Hypothesis]:
+    """Evolve poses in the search range towards the least sum of line costs; distinct, best first.
 
-    Parameters and errors are those of `matching_problem`; the paper knows no weights but 0 and 1.
+    Parameters and errors are those of `matching_problem`.
 
     Parameters
     ----------
@@ -54,37 +54,27 @@ def match_genetic(
     search_range : around the seed pose.
     population, generations : the paper's numbers unless given.
     """
-    began = time.perf_counter()
-    problem = matching_problem(segments, weights, model, camera, seed_pose, SPACING_PX)
+    problem = matching_problem(segments, model, camera, seed_pose, SPACING_PX)
     if len(problem.segments) == 0:
-        return Match((), {"segments": 0.0})
+        return []
     lines = line_table(problem.segments)
     views, intrinsics = problem.views, problem.camera.intrinsics
 
-    def costs(rotations: Floats, translations: Floats) -> Floats:
+    def judged(rotations: Floats, translations: Floats) -> tuple[Floats, Floats]:
         view = views.of(rotations, translations)
-        out: Floats = line_costs(lines, views.table(), view, rotations, translations, intrinsics)[0]
-        return out
+        cost, supported = line_costs(lines, views.table(), view, rotations, translations, intrinsics)
+        return cost, supported
 
     rotations, translations, cost = evolved(
-        costs, seed_pose, problem.camera, search_range, seed, population, generations
+        lambda r, t: judged(r, t)[0], seed_pose, problem.camera, search_range, seed, population, generations
     )
-    best = distinct(rotations, translations, -cost, CANDIDATES)
-    view = views.of(rotations[best], translations[best])
-    _, supported = line_costs(lines, views.table(), view, rotations[best], translations[best], intrinsics)
-    candidates = [
-        Candidate(Pose.from_matrix(rotations[i], translations[i]), -float(cost[i]), float(share))
+    best = distinct(rotations, translations, -cost, MOST_HYPOTHESES)
+    _, supported = judged(rotations[best], translations[best])
+    return [
+        Hypothesis(Pose.from_matrix(rotations[i], translations[i]), -float(cost[i]), float(share))
         for i, share in zip(best, supported, strict=True)
         if cost[i] < NO_LINES_COST
     ]
-    return Match(
-        tuple(candidates),
-        {
-            "segments": float(len(problem.segments)),
-            "views": float(len(views)),
-            "seconds": time.perf_counter() - began,
-        },
-    )
 
 
 def evolved(
@@ -103,11 +93,9 @@ def evolved(
         rotations, translations = poses_in_range(seed_pose, camera, search_range, decoded(genomes))
         cost = costs(rotations, translations)
         if generation < generations:
-            genomes = next_generation(
-                genomes[np.argsort(cost, kind="stable")],
-                random.integers(0, 2**31, (CHILDREN_TRIED * population, 4)),
-                population,
-            )
+            ranked = genomes[np.argsort(cost, kind="stable")]
+            numbers = random.integers(0, 2**31, (CHILDREN_TRIED * population, 4))
+            genomes = next_generation(ranked, numbers, population)
     return rotations, translations, cost
 
 
@@ -127,14 +115,14 @@ def first_generation(random: np.random.Generator, size: int = POPULATION) -> Int
     return np.array(list(found), dtype=np.int64)
 
 
-@kernel()
-def crossed(first: int, second: int, point: int, flipped: int) -> int:
-    """Child with the bits of `first` below `point` and of `second` from there, one bit flipped."""
-    low = (1 << point) - 1
-    return ((first & low) | (second & ~low)) ^ (1 << flipped)
+def crossed(first: Ints, second: Ints, point: Ints, flipped: Ints) -> Ints:
+    """Children (K,) with the bits of ``first`` below ``point`` and of ``second`` from there, one flipped."""
+    one = np.int64(1)
+    low = (one << point) - one
+    out: Ints = ((first & low) | (second & ~low)) ^ (one << flipped)
+    return out
 
 
-@kernel()
 def next_generation(ranked: Ints, numbers: Ints, size: int = POPULATION) -> Ints:
     """Elite and children of a generation ranked best first; all different.
 
@@ -143,24 +131,18 @@ def next_generation(ranked: Ints, numbers: Ints, size: int = POPULATION) -> Ints
     numbers : (K, 4), random integers >= 0; each row makes one child: two parents, crossover point, flipped
         bit. When children that are already there use them all up, the generation stays smaller.
     """
-    bits = BITS * GENES
-    out = np.empty(size, dtype=np.int64)
-    count = min(max(1, round(ELITE_SHARE * size)), len(ranked))
-    out[:count] = ranked[:count]
-    parents = min(max(2, round(PARENT_SHARE * size)), len(ranked))
-    for i in range(len(numbers)):
-        if count == size:
-            break
-        child = crossed(
-            ranked[numbers[i, 0] % parents],
-            ranked[numbers[i, 1] % parents],
-            1 + numbers[i, 2] % (bits - 1),
-            numbers[i, 3] % bits,
-        )
-        if not (out[:count] == child).any():
-            out[count] = child
-            count += 1
-    return out[:count]
+    elite = ranked[: max(1, round(ELITE_SHARE * size))]
+    parents = ranked[: max(2, round(PARENT_SHARE * size))]
+    mother, father, point, flipped = numbers.T
+    children = crossed(
+        parents[mother % len(parents)],
+        parents[father % len(parents)],
+        1 + point % (BITS * GENES - 1),
+        flipped % (BITS * GENES),
+    )
+    everyone = np.concatenate([elite, children])
+    _, first_seen = np.unique(everyone, return_index=True)
+    return everyone[np.sort(first_seen)[:size]]
 
 
 def line_table(segments: Floats) -> Floats:

@@ -11,9 +11,18 @@ from geometry.pose import Pose, disturbed
 from geometry.visibility import solid_of, visible_samples
 from tests.vision_server.matching_scenes import CAMERA, segments_of
 from vision_server.matching.draws import even_numbers, in_range, poses_around, poses_in_range
-from vision_server.matching.icp import CLUTTER, TURN, pull, score_poses
+from vision_server.matching.icp import CLUTTER, TURN, Lookup, align, score_poses
 from vision_server.matching.match import SearchRange, distinct, long_enough
-from vision_server.matching.nearest_edges import BINS, OVERLAP, bin_of, nearest_edges, offset
+from vision_server.matching.nearest_edges import (
+    BINS,
+    NO_SEGMENT,
+    OVERLAP,
+    bin_of,
+    distance_transform,
+    distance_transform_plainly,
+    nearest_edges,
+    offset,
+)
 from vision_server.matching.views import CELL_DEG, MOST_LINES, Views, sparse_solid
 
 Floats = NDArray[np.float64]
@@ -45,7 +54,7 @@ def test_bins_of_directions(angle: float, length: float, turned: bool) -> None:
 
 def test_the_labelled_segment_is_the_nearest_of_like_direction() -> None:
     segments = segments_of(SATELLITE, POSE, clutter=60)
-    edges = nearest_edges(segments, np.ones(len(segments)), CAMERA)
+    edges = nearest_edges(segments, CAMERA)
     steps = segments[:, 2:] - segments[:, :2]
     position = np.arctan2(steps[:, 1], steps[:, 0]) % np.pi / np.pi * BINS
     random = np.random.default_rng(1)
@@ -61,8 +70,22 @@ def test_the_labelled_segment_is_the_nearest_of_like_direction() -> None:
         assert abs(across) <= distance + 1e-9
 
 
+def test_the_distance_transform_is_that_of_the_definition() -> None:
+    random = np.random.default_rng(3)
+    painted = np.full((40, 50), NO_SEGMENT, dtype=np.int16)
+    places = random.integers(0, [40, 50], (30, 2))
+    painted[places[:, 0], places[:, 1]] = random.integers(0, 9, 30)
+    distance, label = distance_transform(painted)
+    plain_distance, plain_label = distance_transform_plainly(painted)
+    np.testing.assert_allclose(distance, plain_distance, rtol=0.03)
+    assert (label == plain_label).mean() > 0.95  # elsewhere two are nearly as near
+    for row, column in np.argwhere(label != plain_label):
+        own = np.argwhere(painted == label[row, column]) - [row, column]
+        assert np.linalg.norm(own, axis=1).min() <= 1.05 * plain_distance[row, column]
+
+
 def test_a_direction_without_segments_has_no_label() -> None:
-    edges = nearest_edges(np.array([[100.0, 100.0, 300.0, 100.0]]), np.ones(1), CAMERA)
+    edges = nearest_edges(np.array([[100.0, 100.0, 300.0, 100.0]]), CAMERA)
     assert (edges.label[4] == -1).all()
     assert (edges.label[0] == 0).all()
     assert (edges.gain[4] == 0).all()
@@ -99,14 +122,16 @@ def _plain_samples(pose: Pose) -> tuple[Floats, Floats, Floats]:
 @pytest.mark.parametrize("reach", [24.0, 5.0])
 def test_scores_agree_with_the_plain_sum(reach: float) -> None:
     segments = segments_of(SATELLITE, POSE, clutter=40)
-    edges = nearest_edges(segments, np.ones(len(segments)), CAMERA)
+    edges = nearest_edges(segments, CAMERA)
     random = np.random.default_rng(2)
     poses = [POSE, *(disturbed(POSE, random, 10, 15, CAMERA.fx) for _ in range(5))]
     rotations = np.array([pose.matrix for pose in poses])
     translations = np.array([pose.translation for pose in poses])
     views = Views(SATELLITE, CAMERA, POSE, 8.0)
     view = views.of(rotations, translations)
-    scores = score_poses(edges, views.table(), view, rotations, translations, CAMERA.intrinsics, reach)
+    scores = score_poses(
+        Lookup(edges, views.table(), CAMERA.intrinsics), view, rotations, translations, reach
+    )
     expected = [plain_score(segments, edges.label, pose, reach) for pose in poses]
     np.testing.assert_allclose(scores, expected, atol=1e-6)
     assert scores[0] == scores.max()
@@ -114,40 +139,29 @@ def test_scores_agree_with_the_plain_sum(reach: float) -> None:
 
 def test_coarse_scores_rank_like_the_exact_ones() -> None:
     segments = segments_of(SATELLITE, POSE)
-    edges = nearest_edges(segments, np.ones(len(segments)), CAMERA)
+    edges = nearest_edges(segments, CAMERA)
     rotations, translations = poses_in_range(POSE, CAMERA, SearchRange(8.0, 12.0), even_numbers(200, 0))
     views = Views(SATELLITE, CAMERA, POSE, 8.0)
     view = views.of(rotations, translations)
     coarse, exact = (
-        score_poses(edges, views.table(), view, rotations, translations, CAMERA.intrinsics, reach)
+        score_poses(Lookup(edges, views.table(), CAMERA.intrinsics), view, rotations, translations, reach)
         for reach in (0.0, 24.0)
     )
     assert np.corrcoef(coarse, exact)[0, 1] > 0.9
 
 
-def test_pulling_ends_at_the_pose_that_made_the_segments() -> None:
+def test_aligning_ends_at_the_pose_that_made_the_segments() -> None:
     segments = segments_of(SATELLITE, POSE, noise_px=0.0)
-    edges = nearest_edges(segments, np.ones(len(segments)), CAMERA)
+    edges = nearest_edges(segments, CAMERA)
     start = disturbed(POSE, np.random.default_rng(0), 3, 5, CAMERA.fx)
     views = Views(SATELLITE, CAMERA, POSE, 4.0)
     view = int(views.of(POSE.matrix[None], POSE.translation[None])[0])
     rotation, translation = start.matrix.copy(), start.translation.copy()
     for reach in (20.0, 12.0, 6.0, 6.0):
-        pull(edges, views.table(), view, rotation, translation, CAMERA.intrinsics, reach, 4)
+        lookup = Lookup(edges, views.table(), CAMERA.intrinsics)
+        align(lookup, view, rotation, translation, reach, 4)
     np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-9)
     assert Pose.from_matrix(rotation, translation).error_to(POSE).within(0.05, 0.0005)
-
-
-def test_a_segment_without_trust_does_not_pull() -> None:
-    segments = segments_of(SATELLITE, POSE)
-    edges = nearest_edges(segments, np.zeros(len(segments)), CAMERA)
-    views = Views(SATELLITE, CAMERA, POSE, 4.0)
-    view = int(views.of(POSE.matrix[None], POSE.translation[None])[0])
-    start = disturbed(POSE, np.random.default_rng(0), 3, 5, CAMERA.fx)
-    rotation, translation = start.matrix.copy(), start.translation.copy()
-    pull(edges, views.table(), view, rotation, translation, CAMERA.intrinsics, 20.0, 4)
-    np.testing.assert_allclose(rotation, start.matrix, atol=1e-12)
-    np.testing.assert_allclose(translation, start.translation, atol=1e-12)
 
 
 def test_a_view_shows_the_lines_that_are_visible_from_its_direction() -> None:
