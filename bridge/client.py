@@ -81,10 +81,12 @@ class Client:
         try:
             for attempt in range(1, self._retries + 2):
                 sock = self._connected()
-                sock.send(header)
-                reply = self._answer(sock, request_id, started + total * attempt / (self._retries + 1))
-                if reply is not None:
-                    return reply
+                deadline = started + total * attempt / (self._retries + 1)
+                if self._ready(sock, zmq.POLLOUT, deadline):  # never where a handshake has been refused
+                    sock.send(header)
+                    reply = self._answer(sock, request_id, deadline)
+                    if reply is not None:
+                        return reply
                 self._disconnect()
         except BaseException as error:
             if not isinstance(error, ServerError):
@@ -97,20 +99,23 @@ class Client:
     def _answer(
         self, sock: "zmq.Socket[bytes]", request_id: str, deadline: float
     ) -> tuple[dict[str, Any], list[NDArray[Any]]] | None:
-        while True:
-            left = deadline - time.monotonic()
-            if left <= 0:
-                return None
-            if not sock.poll(max(1, int(min(left, SLICE_S) * 1000))):
-                if self._alive is not None:
-                    self._alive()
-                continue
+        while self._ready(sock, zmq.POLLIN, deadline):
             frames = sock.recv_multipart(copy=False)
             reply = decode_reply(frames[0].bytes)
             if reply.error is not None and reply.id in (request_id, None):
                 raise ServerError(reply.error.code, reply.error.message, reply.error.hint)
             if reply.id == request_id:
                 return reply.result or {}, unpack(reply.arrays, frames[1:])
+        return None
+
+    def _ready(self, sock: "zmq.Socket[bytes]", event: int, deadline: float) -> bool:
+        """Wait until the socket can be read or written, looking after the server; False at the deadline."""
+        while (left := deadline - time.monotonic()) > 0:
+            if sock.poll(max(1, int(min(left, SLICE_S) * 1000)), event):
+                return True
+            if self._alive is not None:
+                self._alive()
+        return False
 
     def _connected(self) -> "zmq.Socket[bytes]":
         if self._socket is None:

@@ -9,6 +9,8 @@ from geometry.errors import GeometryError
 
 Array = NDArray[np.float64]
 
+FLAT_EAR = -1e-12  # an ear may be flat: what is a little less is rounding
+
 
 def area_vector(corners: Array) -> Array:
     """Newell's area vector (3,) of a polygon (N, 3): its normal, as long as its area, right-handed."""
@@ -102,23 +104,28 @@ def _sides_cross(flat: Array) -> bool:
 
 def _best_ear(flat: Array, left: list[int]) -> int | None:
     """Position in `left` of the ear whose triangle is the fattest, None when there is no ear."""
-    best, best_quality = None, -1.0
-    for position in range(len(left)):
-        a, b, c = (flat[left[k % len(left)]] for k in (position - 1, position, position + 1))
-        doubled = _cross(b - a, c - a)
-        longest = max(float(np.sum((q - p) ** 2)) for p, q in ((a, b), (b, c), (c, a)))
-        quality = doubled / longest if longest > 0 else 0.0
-        if quality < -1e-12 or quality <= best_quality:
-            continue
-        others = [flat[k] for k in left if not any(np.array_equal(flat[k], p) for p in (a, b, c))]
-        if not any(_inside(p, a, b, c) for p in others):
-            best, best_quality = position, quality
-    return best
+    points = flat[left]
+    before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
+    sides = np.stack([points - before, after - points, before - after])
+    longest = (sides**2).sum(axis=2).max(axis=0)
+    doubled = _cross(points - before, after - before)
+    quality = np.divide(doubled, longest, out=np.zeros(len(left)), where=longest > 0)
+    for position in np.argsort(-quality, kind="stable"):
+        if quality[position] < FLAT_EAR:
+            break
+        a, b, c = before[position], points[position], after[position]
+        corner = (points[:, None] == np.stack([a, b, c])).all(axis=2).any(axis=1)
+        if not (_inside(points, a, b, c) & ~corner).any():
+            return int(position)
+    return None
 
 
-def _cross(u: Array, v: Array) -> float:
-    return float(u[0] * v[1] - u[1] * v[0])
+def _cross(u: Array, v: Array) -> Array:
+    """Cross products of vectors (..., 2) in a plane."""
+    product: Array = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    return product
 
 
-def _inside(p: Array, a: Array, b: Array, c: Array) -> bool:
-    return _cross(b - a, p - a) >= 0 and _cross(c - b, p - b) >= 0 and _cross(a - c, p - c) >= 0
+def _inside(p: Array, a: Array, b: Array, c: Array) -> NDArray[np.bool_]:
+    """Which of the points p (N, 2) lie in a triangle or on its border."""
+    return (_cross(b - a, p - a) >= 0) & (_cross(c - b, p - b) >= 0) & (_cross(a - c, p - c) >= 0)

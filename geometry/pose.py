@@ -139,7 +139,7 @@ def disturbed(
     """Draw a pose uniformly from the search range around a seed pose.
 
     R = R_seed·Rx·Ry·Rz with each angle within ±rotation_deg; each component of the translation moves
-    within ±translation_px·Z/focal_px metres (DESIGN.md §6).
+    within ±translation_px·Z/focal_px metres (docs/architecture.md).
     """
     angles = np.radians(rng.uniform(-rotation_deg, rotation_deg, 3))
     reach = translation_px * pose.translation[2] / focal_px

@@ -48,7 +48,7 @@ def write_report(folder: Path) -> Path:
 
     Parameters
     ----------
-    folder : a session's run folder (DESIGN.md §5): result.json, images/<id>.png, images/stack.toml.
+    folder : a session's run folder (docs/architecture.md): result.json, images/<id>.png, images/stack.toml.
 
     Returns
     -------

@@ -96,7 +96,7 @@ class HoldRecord(Struct, frozen=True):
 
 
 class Result(Struct, frozen=True):
-    """A whole session as its run folder tells it (DESIGN.md §5)."""
+    """A whole session as its run folder tells it (docs/architecture.md)."""
 
     status: str
     controller: str | None = None

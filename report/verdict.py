@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from report.records import HoldRecord, PoseRecord, Result
 from report.words import angle, count, length, percent
 
-RIGHT_DEG = 1.0  # a pose within both of these of the true one is right (DESIGN.md §6)
+RIGHT_DEG = 1.0  # a pose within both of these of the true one is right (docs/architecture.md)
 RIGHT_FRACTION = 0.01
 HOLD_PASSED = frozenset({"converged", "fixed", "reached"})
 

@@ -1,4 +1,4 @@
-"""The image server: a device behind the wire protocol (DESIGN.md §5)."""
+"""The image server: a device behind the wire protocol (docs/architecture.md)."""
 
 import msgspec
 

@@ -13,7 +13,7 @@ from image_server.simulator.scenario import Move, PoseDraw, Sun
 
 Floats = NDArray[np.float64]
 
-SEARCH_ROTATION_DEG = 25.0  # DESIGN.md §6
+SEARCH_ROTATION_DEG = 25.0  # docs/architecture.md
 SEARCH_TRANSLATION_PX = 40.0
 TRIES = 400
 FRAME_MARGIN_PX = 6.0
@@ -112,7 +112,7 @@ def fraction_inside(model: Model, camera: Camera, pose: Pose) -> float:
 def seed_pose_of(true: Pose, camera: Camera, fraction: float, rng: np.random.Generator) -> Pose:
     """A seed pose around which the search range holds the true pose.
 
-    R_true = R_seed·Rx·Ry·Rz and T_true = T_seed + offsets of up to 40 px · Z_seed / f (DESIGN.md §6), each
+    R_true = R_seed·Rx·Ry·Rz and T_true = T_seed + offsets of ≤ 40 px · Z_seed / f (docs/architecture.md), each
     drawn from `fraction` of the range.
     """
     angles = np.radians(SEARCH_ROTATION_DEG) * fraction * rng.uniform(-1, 1, 3)

@@ -163,7 +163,7 @@ class PoseDraw(Table, frozen=True):
     inside_fraction
         Share of the model's lines that must fall into the frame (if any drawn pose allows it).
     search_fraction
-        Share of the search range (±25°, ±40 px, DESIGN.md §6) that the seed pose's error is drawn from.
+        Share of the search range (docs/architecture.md) that the seed pose's error is drawn from.
     """
 
     range_m: tuple[Positive, Positive] = (0.5, 1.0)

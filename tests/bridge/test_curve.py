@@ -1,3 +1,5 @@
+import itertools
+import time
 from pathlib import Path
 
 import pytest
@@ -33,8 +35,11 @@ def test_only_clients_with_a_known_key_get_in() -> None:
             CurveClient(public, secret, strange_public),
             None,
         ]
-        for stranger in strangers:
+        for stranger, refused_first in itertools.product(strangers, (False, True)):
             client = Client(running.endpoint, timeout_s=0.5, curve=stranger)
+            if refused_first:  # then there is no way left to send on, and that must not block
+                client._connected()
+                time.sleep(0.2)
             with client, pytest.raises(BridgeTimeout):
                 client.request("count")
         assert service.count == 1

@@ -34,7 +34,7 @@ def poses_in_range(
 ) -> tuple[Floats, Floats]:
     """Rotations (N, 3, 3) and translations (N, 3) for numbers (N, 6) in -1..1 of Rx Ry Rz Tx Ty Tz.
 
-    R = R_seed·Rx·Ry·Rz, T = T_seed + reach · Z_seed / f (DESIGN.md §6).
+    R = R_seed·Rx·Ry·Rz, T = T_seed + reach · Z_seed / f (docs/architecture.md).
     """
     angles = np.radians(search_range.rotation_deg) * numbers[:, :3]
     reach_m = search_range.translation_px * seed_pose.translation[2] / camera.fx

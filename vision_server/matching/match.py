@@ -25,7 +25,7 @@ MOST_SEGMENTS = 5000  # the longest of more are used
 
 @dataclass(frozen=True)
 class SearchRange:
-    """How far the pose may be from the seed pose (DESIGN.md §6).
+    """How far the pose may be from the seed pose (docs/architecture.md).
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The vision server: a session behind the wire protocol (DESIGN.md §5)."""
+"""The vision server: a session behind the wire protocol (docs/architecture.md)."""
 
 from __future__ import annotations
 
