@@ -112,7 +112,7 @@ def fraction_inside(model: Model, camera: Camera, pose: Pose) -> float:
 def seed_pose_of(true: Pose, camera: Camera, fraction: float, rng: np.random.Generator) -> Pose:
     """A seed pose around which the search range holds the true pose.
 
-    R_true = R_seed·Rx·Ry·Rz and T_true = T_seed + offsets of ≤ 40 px · Z_seed / f (docs/architecture.md), each
+    R_true = R_seed·Rx·Ry·Rz, T_true = T_seed + offsets of ≤ 40 px · Z_seed / f (docs/architecture.md), each
     drawn from `fraction` of the range.
     """
     angles = np.radians(SEARCH_ROTATION_DEG) * fraction * rng.uniform(-1, 1, 3)
