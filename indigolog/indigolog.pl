@@ -22,19 +22,27 @@
           ]).
 :- use_module(library(error), [must_be/2]).
 :- use_module(library(option), [option/3]).
+:- use_module(language/chance, [random_fraction/1, random_pick/2]).
+:- use_module(language/context, [top_context/1]).
+:- use_module(language/formula, [test/2]).
+:- use_module(language/loading, [load_theory/1]).
+:- use_module(language/offline, [complete/3, complete/4]).
+:- use_module(language/progression, [history_situation/2, remember_situation/1]).
+:- use_module(language/semantics, [step/4]).
+:- use_module(language/situation, [fluent_value/3, situation_history/2, situation_length/2]).
+:- use_module(language/golog, []).
+:- use_module(language/congolog, []).
+:- use_module(language/extensions, []).
+:- use_module(search/search, []).
+:- use_module(search/conditional, []).
+:- use_module(search/monitor, []).
+:- use_module(online/devices, [report_exogenous/1]).
+:- use_module(online/executive, [run/2, request_stop/1, request_abort/0]).
 :- use_module(tools/checks, [check_program/1, check_theory/0, check_theory_once/0]).
 :- use_module(tools/console, [step_through/2]).
 :- use_module(tools/explain, [why/3]).
-:- use_module(language/chance, [random_fraction/1, random_pick/2]).
-:- use_module(online/devices, [report_exogenous/1]).
-:- use_module(online/executive, [run/2, request_stop/1, request_abort/0]).
-:- use_module(language/theory, [load_theory/1]).
-:- use_module(language/situation).
-:- use_module(language/formula, []).
-:- use_module(language/context, [top_context/1]).
-:- use_module(language/transition, []).
-:- use_module(language/termination, []).
-:- use_module(language/offline).
+:- use_module(tools/messages, []).
+:- use_module(tools/point, []).
 
 :- meta_predicate indigolog(+, :).
 
@@ -71,7 +79,7 @@ do(Program, History, Max, History1) :-
 
 trans(Program, History, Program1, History1) :-
     history_situation(History, S),
-    indigolog_transition:step(Program, S, Program1, S1),
+    step(Program, S, Program1, S1),
     situation_history(S1, History1),
     remember_situation(S1).
 
@@ -80,14 +88,14 @@ trans(Program, History, Program1, History1) :-
 final(Program, History) :-
     history_situation(History, S),
     top_context(C),
-    indigolog_termination:final(Program, S, C),
+    indigolog_semantics:final(Program, S, C),
     !.
 
 %!  holds(+Formula, +History) is nondet.
 
 holds(Formula, History) :-
     history_situation(History, S),
-    indigolog_formula:test(Formula, S).
+    test(Formula, S).
 
 %!  explain(+Question, +History) is det.
 %
@@ -106,7 +114,7 @@ explain(Question, History) :-
 %   Formula is true in a situation handed out by indigolog/2.
 
 situation_holds(Formula, Situation) :-
-    indigolog_formula:test(Formula, Situation).
+    test(Formula, Situation).
 
 %!  indigolog(+Program) is det.
 %!  indigolog(+Program, :Options) is det.

@@ -7,7 +7,6 @@
 :- use_module(tools/console, [step_through/2]).
 :- use_module(tools/explain, [why/3]).
 :- use_module(tools/explanation_text, [explanations//1]).
-:- use_module(tools/messages, []).
 :- use_module(language/offline, [bounded_do/4]).
 :- use_module(language/patience, [with_patience/2]).
 :- use_module(language/situation, [initial_situation/1]).

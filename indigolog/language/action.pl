@@ -5,15 +5,18 @@
             pick/5                    % +Variables, +Program, +Order, +Situation, -Instance
           ]).
 :- use_module(library(lists), [member/2]).
+:- use_module(library(occurs), [sub_term/2]).
 :- use_module(chance, [shuffled/2]).
-:- use_module(compiled, [known_plain/2, learn_plain/2, possible_plain/2]).
 :- use_module(formula, [arguments_in/3, holds_in/2, evaluate/3]).
+:- use_module(progression, [progress/3, progress_plain/3]).
 :- use_module(situation).
 :- use_module(substitution).
 :- use_module(theory).
-:- use_module(world, [values_certain/1]).
 
 /** <module> Primitive actions, and the choice of arguments */
+
+% Most actions that are remembered as plain.
+most_plain(10_000).
 
 %!  act(+Term, +Situation, -Situation1) is nondet.
 %
@@ -21,10 +24,11 @@
 %   possible.
 
 act(Term, S, S1) :-
-    S = s(Theory, _, _, _, _),
+    situation_theory(S, Theory),
     known_plain(Term, Theory),
     !,
-    once(possible_plain(Term, S)),
+    theory_module(Theory, Module),
+    once(Module:'$possible'(Term, S)),
     progress_plain(Term, S, S1).
 act(Term, S, S1) :-
     evaluated_action(Term, S, A),
@@ -44,12 +48,25 @@ act(Term, S, S1) :-
     ),
     progress(A, S, S1).
 
+% Term was learnt to be a plain action (compiled.pl).
+known_plain(Term, Theory) :-
+    plain_actions(Theory, Trie),
+    ground(Term),
+    trie_lookup(Trie, Term, plain).
+
+% Remember the ground primitive Action, if it is plain.
+learn_plain(Action, Theory) :-
+    (   plain_actions(Theory, Trie),
+        trie_property(Trie, value_count(N)),
+        most_plain(Most),
+        N < Most,
+        \+ ( sub_term(T, Action), callable(T), fluent_template(Theory, T, _) )
+    ->  trie_insert(Trie, Action, plain)
+    ;   true
+    ).
+
 %!  evaluated_action(+Term, +Situation, -Action) is nondet.
 
-evaluated_action(set(F), _, A) =>
-    A = set(F).
-evaluated_action(unset(F), _, A) =>
-    A = unset(F).
 evaluated_action(Term, _, A), atom(Term) =>
     A = Term.
 evaluated_action(Term, S, A), compound(Term) =>
@@ -67,11 +84,7 @@ values([A|As], S, [B|Bs]) :-
     evaluate(A, S, B),
     values(As, S, Bs).
 
-primitive(set(_), _, _) =>
-    true.
-primitive(unset(_), _, _) =>
-    true.
-primitive(A, Module, Theory) =>
+primitive(A, Module, Theory) :-
     (   Module:prim_action(A)
     *-> true
     ;   action_template(Theory, A, _)
@@ -81,34 +94,26 @@ primitive(A, Module, Theory) =>
     ;   throw(error(golog(unknown_action(A)), _))
     ).
 
-possible(set(F), _, _) =>
-    ground(F).
-possible(unset(F), _, _) =>
-    ground(F).
-possible(A, Module, S) =>
+possible(A, Module, S) :-
     Module:poss(A, P),
     holds_in(P, S).
-
 
 %!  supposed(+Action, +Situation) is det.
 %
 %   @error golog(unknown_exogenous(Action)) if it is not a declared exogenous action
 
 supposed(A, S) :-
-    situation_theory(S, Theory),
-    theory_module(Theory, Module),
+    situation_module(S, Module),
     (   Module:exog_action(A)
     *-> true
     ;   throw(error(golog(unknown_exogenous(A)), _))
     ).
 
-
-                /* Choices of arguments */
-
 %!  pick(+Variables, +Program, +Order, +Situation, -Instance) is nondet.
 %
 %   Instance is Program with values for Variables, a variable or a list, each with a
-%   domain or without; Order is `ordered` or `random`.
+%   domain or without; Order is `ordered`, where r(V) asks for random order, `random` for
+%   all, or `listed`, whatever is asked for.
 
 pick([], E, _, _, E0) =>
     E0 = E.
@@ -117,18 +122,14 @@ pick([V|Vs], E, Order, S, E0) =>
     pick(Vs, E1, Order, S, E0).
 pick(V, E, Order, S, E0), nonvar(V), V = (V0, D) =>
     (   nonvar(V0), V0 = r(V1)
-    ->  Order1 = random
+    ->  ( Order == ordered -> Order1 = random ; Order1 = Order )
     ;   V1 = V0, Order1 = Order
     ),
     evaluate(D, S, D1),
     situation_theory(S, Theory),
     domain_list(Theory, D1, Values0),
-    in_order(Order1, Values0, Values),
+    ( Order1 == random -> shuffled(Values0, Values) ; Values = Values0 ),
     member(X, Values),
     substitute(V1, X, E, E0).
 pick(V, E, _, _, E0) =>
     substitute(V, _, E, E0).
-
-in_order(ordered, Values, Values).
-in_order(random, Values0, Values) :-
-    shuffled(Values0, Values).

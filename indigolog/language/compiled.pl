@@ -1,15 +1,11 @@
 :- module(indigolog_compiled,
-          [ compile_axioms/1,         % +Theory
-            possible_plain/2,         % +Action, +Situation
-            plain_effect/3,           % +Action, +Situation, -Effect
-            known_plain/2,            % +Term, +Theory
-            learn_plain/2             % +Action, +Theory
+          [ compile_axioms/1          % +Theory
           ]).
 :- use_module(library(apply), [maplist/3, maplist/5]).
-:- use_module(library(lists), [append/3, member/2, memberchk/2]).
+:- use_module(library(lists), [append/3, member/2]).
 :- use_module(library(occurs), [sub_term/2]).
-:- use_module(formula, []).
-:- use_module(situation, []).
+:- use_module(formula, [meaning/3]).
+:- use_module(progression, []).
 :- use_module(substitution).
 :- use_module(theory).
 
@@ -19,56 +15,10 @@ Whether an action is possible, and what it does, is asked more often than anythi
 So the precondition and effect axioms are also compiled, when the theory is loaded, to
 clauses of '$possible'/2 and '$sets_value'/3, '$sets_true'/3, '$sets_false'/3, for actions
 that are _plain_: ground, primitive, and with no fluent in them, so that their arguments
-stand for themselves.  The abbreviations that an axiom uses are compiled with it, for
-plain arguments.  A compiled goal does what indigolog_formula:true_in/2 does with the
-formula, and what is rare is left to true_in/2.  Only for theories in which every fluent
-has one value.
+stand for themselves (action.pl).  The abbreviations that an axiom uses are compiled with
+it, for plain arguments.  A formula is compiled by unfolding its definition, meaning/3 of
+formula.pl.  Only for theories in which every fluent has one value.
 */
-
-% Most actions that are remembered as plain.
-most_plain(10_000).
-
-%!  known_plain(+Term, +Theory) is semidet.
-%
-%   Term was learnt to be a plain action.
-
-known_plain(Term, Theory) :-
-    plain_actions(Theory, Trie),
-    ground(Term),
-    trie_lookup(Trie, Term, plain).
-
-%!  learn_plain(+Action, +Theory) is det.
-%
-%   Remember the ground primitive Action, if it is plain.
-
-learn_plain(Action, Theory) :-
-    (   plain_actions(Theory, Trie),
-        trie_property(Trie, value_count(N)),
-        most_plain(Most),
-        N < Most,
-        \+ ( sub_term(T, Action), callable(T), fluent_template(Theory, T, _) )
-    ->  trie_insert(Trie, Action, plain)
-    ;   true
-    ).
-
-%!  possible_plain(+Action, +Situation) is nondet.
-%
-%   The plain Action is possible.
-
-possible_plain(A, S) :-
-    S = s(th(Module, _, _, _), _, _, _, _),
-    Module:'$possible'(A, S).
-
-%!  plain_effect(+Action, +Situation, -Effect) is nondet.
-%
-%   Effect of the plain Action: Fluent-Value, or open(Fluent, Value, Condition).
-
-plain_effect(A, S, Effect) :-
-    S = s(th(Module, _, _, _), _, _, _, _),
-    (   Module:'$sets_value'(A, S, Effect)
-    ;   Module:'$sets_true'(A, S, Effect)
-    ;   Module:'$sets_false'(A, S, Effect)
-    ).
 
 %!  compile_axioms(+Theory) is det.
 
@@ -79,7 +29,7 @@ compile_axioms(Theory) :-
     forall(clause(Module:poss(A, P), Body),
            ( term_variables(A, Plain),
              goal(P, in(Theory, Plain, S), Goal),
-             define(Module, '$possible'(A, S), (Body, Goal)) )),
+             define(Module, '$possible'(A, S), Body, Goal) )),
     forall(clause(Module:causes_val(A, F, V, P), Body),
            compile_effect('$sets_value'(A, S, Effect), F-V, P, Body, S, Effect, Theory)),
     forall(clause(Module:causes_true(A, F, P), Body),
@@ -95,117 +45,88 @@ compile_effect(Head, F-V, P, Body, S, Effect, Theory) :-
     (   will_be_ground(F, In)
     ->  Effect = F-V,
         goal(P, In, Goal),
-        define(Module, Head, (Body, once(Goal)))
-    ;   define(Module, Head, (Body, indigolog_situation:effect_of(F, V, P, S, Effect)))
+        ( Goal == true -> First = true ; First = (Goal -> true) ),
+        define(Module, Head, Body, First)
+    ;   define(Module, Head, Body, indigolog_progression:effect_of(F, V, P, S, Effect))
     ).
 
-define(Module, Head, Body) :-
-    simpler(Body, Body1),
-    assertz(Module:(Head :- Body1)).
+define(Module, Head, Condition, Goal) :-
+    both(Condition, Goal, Body),
+    assertz(Module:(Head :- Body)).
 
 
                 /* Formulas */
 
-% goal(+Formula, +In, -Goal): Goal is true_in(Formula, S).  In is in(Theory, Plain, S),
-% Plain being the variables that will be bound to plain terms.
+% goal(+Formula, +In, -Goal): Goal is true_in(Formula, S), unfolded.  In is
+% in(Theory, Plain, S), Plain being the variables that will be bound to plain terms.
 
 goal(P, In, Goal), var(P) =>
     left(P, In, Goal).
-goal(true, _, Goal) =>
-    Goal = true.
-goal(false, _, Goal) =>
-    Goal = fail.
-goal(and(P, Q), In, Goal) =>
-    Goal = (P1, Q1),
-    goal(P, In, P1),
-    goal(Q, In, Q1).
-goal(and([P|Ps]), In, Goal), is_list(Ps) =>
-    (   Ps == []
-    ->  goal(P, In, Goal)
-    ;   goal(and(P, and(Ps)), In, Goal)
-    ).
-goal(or(P, Q), In, Goal) =>
-    Goal = ( P1 ; Q1 ),
-    goal(P, In, P1),
-    goal(Q, In, Q1).
-goal(or([P|Ps]), In, Goal), is_list(Ps) =>
-    (   Ps == []
-    ->  goal(P, In, Goal)
-    ;   goal(or(P, or(Ps)), In, Goal)
-    ).
-goal(neg(P), In, Goal) =>
-    Goal = ( \+ P1 ),
-    goal(P, In, P1).
-goal(some(V, P), In, Goal), one_variable(V) =>
-    substitute(V, _, P, P1),
-    goal(P1, In, Goal).
-goal(all(V, P), In, Goal), one_variable(V) =>
-    goal(neg(some(V, neg(P))), In, Goal).
-goal(X = Y, In, Goal) =>
-    value(X, In, XGoal, A),
-    value(Y, In, YGoal, B),
-    equal(XGoal, YGoal, A, B, Equal),
-    (   will_be_ground(Y, In)
-    ->  Goal = (YGoal, XGoal, Equal)
-    ;   Goal = ( ground(Y) -> YGoal, XGoal, Equal ; XGoal, YGoal, Equal )
-    ).
-goal(P, In, Goal), comparison(P, X, Y, A, B, Compare) =>
-    Goal = (XGoal, YGoal, Compare),
-    value(X, In, XGoal, A),
-    value(Y, In, YGoal, B).
-goal(X is Y, In, Goal) =>
-    Goal = (YGoal, XGoal, A is B),
-    value(Y, In, YGoal, B),
-    value(X, In, XGoal, A).
+goal(P, In, Goal), In = in(_, _, S), meaning(P, S, Meaning) =>
+    unfolded(Meaning, In, Goal).
 goal(P, In, Goal), abbreviation(P, In, Goal0) =>
     Goal = Goal0.
 goal(P, In, Goal), In = in(Theory, _, _), fluent_template(Theory, P, _) =>
     theory_module(Theory, Module),
     value(P, In, Value, A),
-    Goal = (Value, indigolog_formula:call_goal(A, P, Module)).
+    both(Value, indigolog_formula:call_goal(A, P, Module), Goal).
 goal(P, In, Goal) =>
     left(P, In, Goal).
 
 left(P, in(_, _, S), indigolog_formula:true_in(P, S)).
 
-% Without what is always true.
-simpler(Goal, Simple), nonvar(Goal), Goal = (A, B) =>
-    simpler(A, A1),
-    simpler(B, B1),
-    (   A1 == true -> Simple = B1
-    ;   B1 == true -> Simple = A1
-    ;   Simple = (A1, B1)
+% unfolded(+Meaning, +In, -Goal): what can be told before the situation is there is done.
+unfolded((A, B), In, Goal) =>
+    unfolded(A, In, A1),
+    unfolded(B, In, B1),
+    both(A1, B1, Goal).
+unfolded((ground(T) -> A ; _), In, Goal), will_be_ground(T, In) =>
+    unfolded(A, In, Goal).
+unfolded((A -> B ; C), In, Goal) =>
+    Goal = ( A1 -> B1 ; C1 ),
+    unfolded(A, In, A1),
+    unfolded(B, In, B1),
+    unfolded(C, In, C1).
+unfolded((A -> B), In, Goal) =>
+    Goal = ( A1 -> B1 ),
+    unfolded(A, In, A1),
+    unfolded(B, In, B1).
+unfolded((A ; B), In, Goal) =>
+    Goal = ( A1 ; B1 ),
+    unfolded(A, In, A1),
+    unfolded(B, In, B1).
+unfolded(\+ A, In, Goal) =>
+    Goal = ( \+ A1 ),
+    unfolded(A, In, A1).
+unfolded(true_in(P, _), In, Goal) =>
+    goal(P, In, Goal).
+unfolded(instance(V, P, _, P1), _, Goal), one_variable(V) =>
+    Goal = true,
+    substitute(V, _, P, P1).
+unfolded(value_in(X, _, V), In, Goal) =>
+    value(X, In, Value, A),
+    (   (   var(V), \+ plain(V, In)
+        ;   gives(Value, A)               % the goal is given the other value
+        )
+    ->  V = A,
+        Goal = Value
+    ;   both(Value, A = V, Goal)
     ).
-simpler(Goal, Simple), nonvar(Goal), Goal = (A ; B) =>
-    Simple = (A1 ; B1),
-    simpler(A, A1),
-    simpler(B, B1).
-simpler(Goal, Simple), nonvar(Goal), Goal = (A -> B) =>
-    Simple = (A -> B1),
-    simpler(B, B1).
-simpler(Goal, Simple), nonvar(Goal), Goal = (\+ A) =>
-    Simple = (\+ A1),
-    simpler(A, A1).
-simpler(Goal, Simple), nonvar(Goal), Goal = once(A) =>
-    simpler(A, A1),
-    (   A1 == true
-    ->  Simple = true
-    ;   Simple = (A1 -> true)
+unfolded(Goal0, _, Goal) =>
+    (   predicate_property(system:Goal0, defined),
+        \+ predicate_property(system:Goal0, meta_predicate(_))
+    ->  Goal = Goal0
+    ;   Goal = indigolog_formula:Goal0
     ).
-simpler(Goal, Simple) =>
-    Simple = Goal.
+
+both(A, B, Goal) :-
+    (   A == true -> Goal = B
+    ;   B == true -> Goal = A
+    ;   Goal = (A, B)
+    ).
 
 one_variable(V) :-
     ( var(V) -> true ; atom(V), V \== [] ).
-
-% Where one of the goals gives the value, it is given the other value.
-equal(XGoal, YGoal, A, B, Equal) :-
-    (   gives(XGoal, A)
-    ->  A = B, Equal = true
-    ;   gives(YGoal, B)
-    ->  A = B, Equal = true
-    ;   Equal = (A = B)
-    ).
 
 gives(indigolog_formula:value_of(_, _, _, V), A) :-
     V == A.
@@ -214,20 +135,12 @@ gives(indigolog_formula:value_in(_, _, V), A) :-
 gives((_, Goal), A) :-
     gives(Goal, A).
 
-comparison(X < Y, X, Y, A, B, A < B).
-comparison(X > Y, X, Y, A, B, A > B).
-comparison(X =< Y, X, Y, A, B, A =< B).
-comparison(X >= Y, X, Y, A, B, A >= B).
-comparison(X =:= Y, X, Y, A, B, A =:= B).
-comparison(X =\= Y, X, Y, A, B, A =\= B).
-
 % value(+Term, +In, -Goal, -Value): Goal is value_in(Term, S, Value), or true where
 % Term stands for itself.
 
 value(X, In, Goal, V), var(X) =>
-    In = in(_, Plain, S),
-    (   member(Y, Plain),
-        X == Y
+    In = in(_, _, S),
+    (   plain(X, In)
     ->  Goal = true, V = X
     ;   Goal = indigolog_formula:value_in(X, S, V)
     ).
@@ -257,10 +170,14 @@ values([X|Xs], In, Last, Goal, [V|Vs]) :-
     ),
     values(Xs, In, Last, Goal1, Vs).
 
-will_be_ground(Term, in(_, Plain, _)) :-
+plain(V, in(_, Plain, _)) :-
+    member(P, Plain),
+    P == V,
+    !.
+
+will_be_ground(Term, In) :-
     term_variables(Term, Variables),
-    \+ ( member(V, Variables),
-         \+ ( member(P, Plain), P == V ) ).
+    \+ ( member(V, Variables), \+ plain(V, In) ).
 
 
                 /* Abbreviations */
@@ -312,4 +229,4 @@ compile_abbreviation(Theory, abbreviates(Head, Body, _), Compiled) :-
     Compiled =.. Parts0,
     append(Parts0, [S], Parts),
     Defined =.. Parts,
-    define(Module, Defined, Goal).
+    define(Module, Defined, true, Goal).

@@ -1,14 +1,11 @@
 :- module(indigolog_configuration,
-          [ same_situation/2,         % +Situation, +Situation1
-            last_action/2,            % +Situation, -Action
-            after_action/5,           % +Program, +Situation, +Context, -Program1, -Situation1
+          [ after_action/5,           % +Program, +Situation, +Context, -Program1, -Situation1
             ends/3,                   % +Program, +Situation, +Context
             along/5                   % +Actions, +Program, +Situation, +Context, -Steps
           ]).
 :- use_module(patience, [fresh_mark/1, silent_step/4]).
-:- use_module(situation).
-:- use_module(termination, [final/3]).
-:- use_module(transition, [trans/5]).
+:- use_module(semantics, [final/3, trans/5]).
+:- use_module(situation, [last_action/2, same_situation/2]).
 
 /** <module> From one action to the next
 
@@ -16,34 +13,19 @@ Steps without an action are gone through at once.  A program that comes again
 without an action in between is not followed again: it leads nowhere new.
 */
 
-%!  same_situation(+Situation, +Situation1) is semidet.
-%
-%   The step from Situation to Situation1 was not an action.
-
-same_situation(s(_, _, _, N, _), s(_, _, _, N, _)).
-
-%!  last_action(+Situation, -Action) is semidet.
-
-last_action(S, A) :-
-    situation_history(S, [A|_]).
-
 %!  after_action(+Program, +Situation, +Context, -Program1, -Situation1) is nondet.
 %
 %   Program can come, by one action, to Program1 in Situation1.
 
 after_action(E, S, C, E1, S1) :-
     fresh_mark(Fresh),
-    onward(E, S, C, Fresh, E0, S0, Mark),
-    (   Mark == action
-    ->  E1 = E0, S1 = S0
-    ;   after_action_from(E0, S0, C, Mark, E1, S1)
-    ).
+    after_action(E, S, C, Fresh, E1, S1).
 
-after_action_from(E, S, C, Mark, E1, S1) :-
+after_action(E, S, C, Mark, E1, S1) :-
     onward(E, S, C, Mark, E0, S0, Mark1),
     (   Mark1 == action
     ->  E1 = E0, S1 = S0
-    ;   after_action_from(E0, S0, C, Mark1, E1, S1)
+    ;   after_action(E0, S0, C, Mark1, E1, S1)
     ).
 
 %!  ends(+Program, +Situation, +Context) is nondet.

@@ -2,20 +2,22 @@
           [ holds_in/2,               % +Formula, +Situation
             test/2,                   % +Formula, +Situation
             evaluate/3,               % +Term, +Situation, -Value
-            arguments_in/3,           % +Term, +World, -Term1
+            meaning/3,                % +Formula, ?World, -Goal
             true_in/2,                % +Formula, +World
-            value_in/3                % +Term, +World, -Value
+            value_in/3,               % +Term, +World, -Value
+            value_of/4,               % +Fluent, +Kind, +World, -Value
+            arguments_in/3,           % +Term, +World, -Term1
+            instance/4,               % +Variables, +Term, +World, -Term1
+            call_goal/3               % +Goal, +Formula, +Module
           ]).
-:- use_module(library(assoc), [get_assoc/3]).
-:- use_module(library(lists), [member/2]).
 :- use_module(library(aggregate), [aggregate_all/3]).
+:- use_module(library(lists), [member/2]).
 :- use_module(initial).
-:- use_module(theory).
-:- use_module(situation).
-:- use_module(world).
-:- use_module(values, [stored/3]).
-:- use_module(substitution).
 :- use_module(knowledge).
+:- use_module(situation).
+:- use_module(substitution).
+:- use_module(theory).
+:- use_module(values, [stored/3]).
 
 /** <module> Formulas over fluents
 
@@ -25,6 +27,9 @@ called with the fluents in it replaced by their values.
 
 Where fluents may have several possible values (knowledge.pl), a formula holds
 in a situation if it is true in every world: whatever the values are.
+
+means/3 is the definition.  true_in/2 is compiled from it, clause by clause, when this file
+is loaded; compiled.pl unfolds it for the axioms of a theory.
 */
 
 %!  test(+Formula, +Situation) is nondet.
@@ -66,6 +71,20 @@ evaluate(T, S, V) :-
 known_value(T, V, W) :-
     value_in(T, W, V).
 
+
+                /* What formulas mean */
+
+%!  meaning(+Formula, ?World, -Goal) is semidet.
+%
+%   Formula, one that begins with a connective, is true in World where Goal is.
+
+meaning(P, S, Goal) :-
+    generalised(P, G),
+    means(G, S, Goal),
+    subsumes_term(G, P),
+    !,
+    G = P.
+
 %!  true_in(+Formula, +World) is nondet.
 %
 %   Formula is true in World.
@@ -73,142 +92,97 @@ known_value(T, V, W) :-
 %   @throws several_values(Fluent, Values) if it depends on a fluent that has
 %           several possible values in World
 
+:- discontiguous means/3, true_in/2.
+
+term_expansion(means(P, S, Goal), [ means(P, S, Goal), (true_in(P, S) => Goal) ]).
+
 true_in(P, _), var(P) =>
     throw(error(golog(not_a_formula(P)), _)).
-true_in(true, _) =>
-    true.
-true_in(false, _) =>
-    fail.
-true_in(and(P, Q), S) =>
-    true_in(P, S),
-    true_in(Q, S).
-true_in((P, Q), S) =>
-    true_in(P, S),
-    true_in(Q, S).
-true_in(and(Ps), S) =>
-    all_hold(Ps, S).
-true_in(or(P, Q), S) =>
-    (   true_in(P, S)
-    ;   true_in(Q, S)
-    ).
-true_in((P -> Q ; R), S) =>
-    (   true_in(P, S)
-    ->  true_in(Q, S)
-    ;   true_in(R, S)
-    ).
-true_in((P -> Q), S) =>
-    (   true_in(P, S)
-    ->  true_in(Q, S)
-    ).
-true_in((P ; Q), S) =>
-    (   true_in(P, S)
-    ;   true_in(Q, S)
-    ).
-true_in(or(Ps), S) =>
-    member(P, Ps),
-    true_in(P, S).
-true_in(neg(P), S) =>
-    \+ true_in(P, S).
-true_in(\+ P, S) =>
-    \+ true_in(P, S).
-true_in(impl(P, Q), S) =>
-    (   true_in(P, S)
-    ->  \+ \+ true_in(Q, S)
-    ;   true
-    ).
-true_in(equiv(P, Q), S) =>
-    (   true_in(P, S)
-    ->  \+ \+ true_in(Q, S)
-    ;   \+ true_in(Q, S)
-    ).
-true_in(some(V, P), S) =>
-    some(V, P, S).
-true_in(all(V, P), S) =>
-    \+ some(V, neg(P), S).
-true_in(some(V, D, P), S) =>
-    some((V, D), P, S).
-true_in(all(V, D, P), S) =>
-    \+ some((V, D), neg(P), S).
-true_in(X = Y, S) =>
-    (   ground(Y)                         % once, whatever X enumerates
-    ->  value_in(Y, S, V),
-        value_in(X, S, V)
-    ;   value_in(X, S, V),
-        value_in(Y, S, V)
-    ).
-true_in(X < Y, S) =>
-    value_in(X, S, A), value_in(Y, S, B), A < B.
-true_in(X > Y, S) =>
-    value_in(X, S, A), value_in(Y, S, B), A > B.
-true_in(X =< Y, S) =>
-    value_in(X, S, A), value_in(Y, S, B), A =< B.
-true_in(X >= Y, S) =>
-    value_in(X, S, A), value_in(Y, S, B), A >= B.
-true_in(X =:= Y, S) =>
-    value_in(X, S, A), value_in(Y, S, B), A =:= B.
-true_in(X =\= Y, S) =>
-    value_in(X, S, A), value_in(Y, S, B), A =\= B.
-true_in(X is Y, S) =>
-    value_in(Y, S, B),
-    value_in(X, S, A),
-    A is B.
-true_in(know(P), W) =>
-    actual_situation(W, S),
-    known(P, S).
-true_in(kwhether(P), W) =>
-    actual_situation(W, S),
-    known_whether(P, S).
-true_in(done(A), S) =>
-    situation_history(S, History),
-    member(A, History).
-true_in(forall(P, Q), S) =>
-    \+ ( true_in(P, S), \+ true_in(Q, S) ).
-true_in(findall(T, P, L), S) =>
-    findall(T, true_in(P, S), L).
-true_in(aggregate_all(T, P, R), S) =>
-    aggregate_all(T, true_in(P, S), R).
-true_in(once(P), S) =>
-    once(true_in(P, S)).
+
+means(true, _, true).
+means(false, _, fail).
+means(and(P, Q), S, ( true_in(P, S), true_in(Q, S) )).
+means((P, Q), S, ( true_in(P, S), true_in(Q, S) )).
+means(and([]), _, true).
+means(and([P|Ps]), S, ( true_in(P, S), true_in(and(Ps), S) )).
+means(or(P, Q), S, ( true_in(P, S) ; true_in(Q, S) )).
+means((P -> Q ; R), S, ( true_in(P, S) -> true_in(Q, S) ; true_in(R, S) )).
+means((P -> Q), S, ( true_in(P, S) -> true_in(Q, S) )).
+means((P ; Q), S, ( true_in(P, S) ; true_in(Q, S) )).
+means(or([]), _, fail).
+means(or([P]), S, true_in(P, S)).
+means(or([P|Ps]), S, ( true_in(P, S) ; true_in(or(Ps), S) )).
+means(neg(P), S, \+ true_in(P, S)).
+means(\+ P, S, \+ true_in(P, S)).
+means(impl(P, Q), S, ( true_in(P, S) -> \+ \+ true_in(Q, S) ; true )).
+means(equiv(P, Q), S, ( true_in(P, S) -> \+ \+ true_in(Q, S) ; \+ true_in(Q, S) )).
+means(some(V, P), S, ( instance(V, P, S, P1), true_in(P1, S) )).
+means(all(V, P), S, \+ ( instance(V, P, S, P1), \+ true_in(P1, S) )).
+means(some(V, D, P), S, ( instance((V, D), P, S, P1), true_in(P1, S) )).
+means(all(V, D, P), S, \+ ( instance((V, D), P, S, P1), \+ true_in(P1, S) )).
+means(X = Y, S,
+      (   ground(Y)                       % once, whatever X enumerates
+      ->  value_in(Y, S, V), value_in(X, S, V)
+      ;   value_in(X, S, V), value_in(Y, S, V)
+      )).
+means(X < Y, S, ( value_in(X, S, A), value_in(Y, S, B), A < B )).
+means(X > Y, S, ( value_in(X, S, A), value_in(Y, S, B), A > B )).
+means(X =< Y, S, ( value_in(X, S, A), value_in(Y, S, B), A =< B )).
+means(X >= Y, S, ( value_in(X, S, A), value_in(Y, S, B), A >= B )).
+means(X =:= Y, S, ( value_in(X, S, A), value_in(Y, S, B), A =:= B )).
+means(X =\= Y, S, ( value_in(X, S, A), value_in(Y, S, B), A =\= B )).
+means(X is Y, S, ( value_in(Y, S, B), value_in(X, S, A), A is B )).
+means(know(P), W, ( actual_situation(W, S), known(P, S) )).
+means(kwhether(P), W, ( actual_situation(W, S), known_whether(P, S) )).
+means(done(A), S, ( situation_history(S, History), member(A, History) )).
+means(forall(P, Q), S, \+ ( true_in(P, S), \+ true_in(Q, S) )).
+means(findall(T, P, L), S, findall(T, true_in(P, S), L)).
+means(aggregate_all(T, P, R), S, aggregate_all(T, true_in(P, S), R)).
+means(once(P), S, once(true_in(P, S))).
+
+% An abbreviation, a fluent, or a goal of the theory.
 true_in(P, S) =>
-    S = s(th(Module, _, _, _), _, _, _, _),
+    situation_module(S, Module),
     (   Module:proc(P, Body)
     ->  true_in(Body, S)
     ;   value_in(P, S, Goal),
         call_goal(Goal, P, Module)
     ).
 
-% A fluent that stands alone is true when its value is.
+%!  call_goal(+Goal, +Formula, +Module) is nondet.
+%
+%   Goal is the value of Formula: a fluent that stands alone is true when its value is.
+
 call_goal(Goal, P, Module) :-
     (   callable(Goal)
     ->  Module:Goal
     ;   throw(error(golog(not_a_formula(P, Goal)), _))
     ).
 
-all_hold([], _).
-all_hold([P|Ps], S) :-
-    true_in(P, S),
-    all_hold(Ps, S).
+%!  instance(+Variables, +Term, +World, -Term1) is nondet.
+%
+%   Term1 is Term with values for Variables, a variable or a list, each with a domain or
+%   without.
 
-% some(+Variables, +Formula, +Situation)
-
-some(V, P, S) :-
+instance(V, T, S, T1) :-
     (   is_list(V)
-    ->  some_of(V, P, S)
+    ->  instance_of_each(V, T, S, T1)
     ;   nonvar(V), V = (V0, D)
     ->  value_in(D, S, D1),
         situation_theory(S, Theory),
         domain_list(Theory, D1, Values),
-        member(O, Values),
-        substitute(V0, O, P, P1),
-        true_in(P1, S)
-    ;   substitute(V, _, P, P1),
-        true_in(P1, S)
+        member(X, Values),
+        substitute(V0, X, T, T1)
+    ;   substitute(V, _, T, T1)
     ).
 
-some_of([], P, S) :-
-    true_in(P, S).
-some_of([V|Vs], P, S) :-
-    some(V, some(Vs, P), S).
+instance_of_each([], T, _, T).
+instance_of_each([V|Vs], T0, S, T) :-
+    instance(V, T0, S, T1),
+    instance_of_each(Vs, T1, S, T).
+
+
+                /* The values of terms */
 
 %!  value_in(+Term, +World, -Value) is nondet.
 %
@@ -217,11 +191,7 @@ some_of([V|Vs], P, S) :-
 value_in(T, _, V), var(T) =>
     V = T.
 value_in(T, S, V), atom(T) =>
-    (   S = s(th(Module, _, _, _), _, _, _, _),
-        Module:'$fluent'(T, Kind)
-    ->  value_of(T, Kind, S, V)
-    ;   V = T
-    ).
+    fluent_or_itself(T, S, V).
 value_in(T, _, V), atomic(T) =>
     V = T.
 value_in([H|L], S, V) =>
@@ -230,10 +200,13 @@ value_in([H|L], S, V) =>
     value_in(L, S, L1).
 value_in(T, S, V) =>
     arguments_in(T, S, T1),
-    (   S = s(th(Module, _, _, _), _, _, _, _),
-        Module:'$fluent'(T1, Kind)
-    ->  value_of(T1, Kind, S, V)
-    ;   V = T1
+    fluent_or_itself(T1, S, V).
+
+fluent_or_itself(T, S, V) :-
+    situation_module(S, Module),
+    (   Module:'$fluent'(T, Kind)
+    ->  value_of(T, Kind, S, V)
+    ;   V = T
     ).
 
 %!  arguments_in(+Term, +World, -Term1) is nondet.
@@ -262,20 +235,24 @@ values_in([A|As], S, [B|Bs]) :-
     value_in(A, S, B),
     values_in(As, S, Bs).
 
+%!  value_of(+Fluent, +Kind, +World, -Value) is nondet.
+%
+%   Value of a declared Fluent, of Kind `rel` or `fun`, whose instances are enumerated.
+
 value_of(F, Kind, S, V) :-
     (   ground(F)
     ->  fluent_status(F, S, Status),
         ground_value(Status, F, Kind, S, V)
-    ;   S = s(Theory, Map, _, _, []),
+    ;   situation_open(S, []),
+        situation_theory(S, Theory),
         ground_instances(Theory, F, Instance, Status)
-    ->  call(Instance),                   % the common case, inlined
-        (   ( Map = recent(_, _, _) -> stored(Map, F, Value) ; get_assoc(F, Map, Value) )
-        ->  (   Value = '$any'(Values)
-            ->  throw(several_values(F, Values))
+    ->  situation_values(S, Values),      % the common case
+        call(Instance),
+        (   stored(Values, F, Value)
+        ->  (   Value = '$any'(Possible)
+            ->  throw(several_values(F, Possible))
             ;   V = Value
             )
-        ;   Status = v(Value)
-        ->  V = Value
         ;   instance_value(Status, F, V)
         )
     ;   fluent_instance(F, S),

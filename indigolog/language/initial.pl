@@ -15,11 +15,11 @@ Both are asked of the theory once and then remembered (renewed_theory/1 forgets 
 %!  initial_status(+Theory, +Fluent, -Status) is det.
 %
 %   What the theory says of a ground Fluent in the initial situation: v(Value),
-%   any(Values) if it has several possible values, `unknown` if it is declared and has no value, `undeclared` if this instance
-%   is not declared.
+%   any(Values) if it has several possible values, `unknown` if it is declared and has no
+%   value, `undeclared` if this instance is not declared.
 
 initial_status(Theory, Fluent, Status) :-
-    Theory = th(_, _, tries(Trie, _), _),
+    initial_values(Theory, Trie),
     (   trie_lookup(Trie, Fluent, Status0)
     ->  Status = Status0
     ;   find_initial_status(Theory, Fluent, Status),
@@ -27,7 +27,7 @@ initial_status(Theory, Fluent, Status) :-
     ).
 
 find_initial_status(Theory, Fluent, Status) :-
-    Theory = th(Module, _, _, _),
+    theory_module(Theory, Module),
     (   \+ declared_fluent(Theory, Fluent)
     ->  Status = undeclared
     ;   uncertain_template(Theory, Fluent)
@@ -61,7 +61,7 @@ declared_instance(Theory, Fluent, Instances) :-
 %   the initial Status of each.
 
 ground_instances(Theory, Fluent, Instance, Status) :-
-    Theory = th(Module, _, _, _),
+    theory_module(Theory, Module),
     (   Module:'$instances'(Fluent, Instances)
     ->  true
     ;   index_instances(Theory, Fluent),
@@ -70,7 +70,8 @@ ground_instances(Theory, Fluent, Instance, Status) :-
     Instances = ground(Instance, Status).
 
 index_instances(Theory, Fluent) :-
-    Theory = th(Module, Home, _, _),
+    theory_module(Theory, Module),
+    instances_module(Theory, Home),
     generalised(Fluent, Template),
     findall(Template, declared_fluent(Theory, Template), All0),
     list_to_set(All0, All),
@@ -85,7 +86,7 @@ index_instances(Theory, Fluent) :-
     assertz(Module:'$instances'(Template, Instances)).
 
 assert_instance(Theory, Fluent) :-
-    Theory = th(_, Home, _, _),
+    instances_module(Theory, Home),
     initial_status(Theory, Fluent, Status),
     instance_fact(Fluent, Status, Instance),
     assertz(Home:Instance).

@@ -2,19 +2,18 @@
           [ known/2,                  % +Formula, +Situation
             known_whether/2,          % +Formula, +Situation
             in_all_worlds/2,          % :Goal, +World
-            possible_effects/3,       % +Action, +Situation, -Effects
-            sensing_results/3,        % +Action, +Situation, -Results
-            answers/3                 % +Action, +Situation, -Results
+            in_some_worlds/3,         % :Goal, +World, -Results
+            possible_instance/3       % ?Fluent, +Condition, +Situation
           ]).
 :- use_module(library(lists), [append/3, list_to_set/2, member/2]).
-:- use_module(library(apply), [exclude/3]).
-:- use_module(formula, [holds_in/2, true_in/2]).
+:- use_module(formula, [true_in/2]).
+:- use_module(initial, [declared_instance/3]).
 :- use_module(situation).
-:- use_module(world).
-:- use_module(initial).
 :- use_module(theory).
 
-:- meta_predicate in_all_worlds(1, +).
+:- meta_predicate
+    in_all_worlds(1, +),
+    in_some_worlds(2, +, -).
 
 /** <module> Knowledge as possible values
 
@@ -36,34 +35,27 @@ values in turn.
 %   functional fluent stands for: its value is known.
 
 known(F, S) :-
-    fluent_known(F, S, Known),
+    functional(F, S),
     !,
-    Known == true.
+    fluent_status(F, S, v(_)).
 known(P, S) :-
     knowledge_world(S, W),
     catch(in_all_worlds(true_in(P), W), no_value(_), fail).
 
-fluent_known(F, S, Known) :-
+functional(F, S) :-
     ground(F),
     callable(F),
     situation_theory(S, Theory),
-    fluent_template(Theory, F, fun),
-    (   fluent_status(F, S, v(_))
-    ->  Known = true
-    ;   Known = false
-    ).
+    fluent_template(Theory, F, fun).
 
 %!  known_whether(+Formula, +Situation) is semidet.
 %
 %   Formula is known to be true, or known to be false.
 
 known_whether(P, S) :-
-    fluent_known(P, S, Known),
-    !,
-    Known == true.
-known_whether(P, S) :-
     (   known(P, S)
-    ;   known(neg(P), S)
+    ;   \+ functional(P, S),
+        known(neg(P), S)
     ),
     !.
 
@@ -88,9 +80,9 @@ in_each([V|Vs], F, Goal, W) :-
     in_all_worlds(Goal, W1),
     in_each(Vs, F, Goal, W).
 
-% in_some_worlds(:Goal, +World, -Results): what call(Goal, W, Result) gives first,
-% for each world W.
-:- meta_predicate in_some_worlds(2, +, -).
+%!  in_some_worlds(:Goal, +World, -Results) is det.
+%
+%   What call(Goal, W, Result) gives first, for each world W.
 
 in_some_worlds(Goal, W, Results) :-
     catch(( call(Goal, W, Result)
@@ -112,55 +104,15 @@ results_of_each([V|Vs], F, Goal, W, Results) :-
     append(Here, More, Results),
     results_of_each(Vs, F, Goal, W, More).
 
-
-                /* Effects */
-
-%!  possible_effects(+Action, +Situation, -Effects) is det.
+%!  possible_instance(?Fluent, +Condition, +Situation) is nondet.
 %
-%   Effects is a list of Fluent-Value, where Value may stand for several
-%   (possible_value/2).
-%
-%   @error golog(impossible_result(Action, Result, Fluent)) if Action is a sensing
-%          result that rejects every possible value of Fluent
+%   Fluent is ground: with open arguments it stands for all its declared instances, or,
+%   where there is no end to those, for those that Condition names in some world.
 
-possible_effects(e(A, R), S, Effects) =>
-    situation_theory(S, Theory),
-    theory_module(Theory, Module),
-    findall(F, settled_fluent(Module, A, R, S, F), Fs0),
-    list_to_set(Fs0, Fs),
-    findall(F-V,
-            ( member(F, Fs),
-              sensed_value(F, A, R, Module, S, V) ),
-            Effects).
-possible_effects(sim(A), S, Effects) =>
-    possible_effects(A, S, Effects).
-possible_effects(A, S, Effects) =>
-    situation_theory(S, Theory),
-    theory_module(Theory, Module),
-    findall(F, changed_fluent(Module, A, S, F), Fs0),
-    list_to_set(Fs0, Fs),
-    findall(F-V,
-            ( member(F, Fs),
-              in_some_worlds(value_after(F, A, Module), S, Vs),
-              possible_value(Vs, V) ),
-            Effects).
-
-changed_fluent(Module, A, S, F) :-
-    effect_axiom(Module, A, F, _, C),
-    ground_instance(F, C, S).
-
-effect_axiom(Module, A, F, V, C) :-
-    (   Module:causes_val(A, F, V, C)
-    ;   Module:causes_true(A, F, C), V = true
-    ;   Module:causes_false(A, F, C), V = false
-    ).
-
-% A fluent with open arguments stands for all its declared instances, or, where
-% there is no end to those, for those that the condition names.
-ground_instance(F, _, _) :-
+possible_instance(F, _, _) :-
     ground(F),
     !.
-ground_instance(F, C, S) :-
+possible_instance(F, C, S) :-
     situation_theory(S, Theory),
     (   \+ \+ declared_instance(Theory, F, open)
     ->  in_some_worlds(named_instances(F, C), S, Lists),
@@ -171,121 +123,3 @@ ground_instance(F, C, S) :-
 
 named_instances(F, C, W, Instances) :-
     findall(F, ( true_in(C, W), ground(F) ), Instances).
-
-value_after(F, A, Module, W, V) :-
-    (   effect_axiom(Module, A, F, V0, C),
-        true_in(C, W)
-    ->  (   ground(V0)
-        ->  V = V0
-        ;   throw(error(golog(effect_not_ground(A, F, V0)), _))
-        )
-    ;   value_before(F, W, V)
-    ).
-
-value_before(F, W, V) :-
-    fluent_status(F, W, Status),
-    (   Status = any(Vs)
-    ->  throw(several_values(F, Vs))
-    ;   Status = v(V)
-    ->  true
-    ;   V = '$none'
-    ).
-
-
-                /* Sensing */
-
-settled_fluent(Module, A, R, S, F) :-
-    (   Module:senses(A, F)
-    ;   ( Module:senses(A, R, F, _, C)
-        ; Module:settles(A, R, F, _, C)
-        ; Module:rejects(A, R, F, _, C)
-        ),
-        ground_instance(F, C, S)
-    ).
-
-sensed_value(F, A, R, Module, _, V) :-
-    Module:senses(A, F),
-    !,
-    V = R.
-sensed_value(F, A, R, Module, S, V) :-
-    (   Module:senses(A, R, F, V0, C)
-    ;   Module:settles(A, R, F, V0, C)
-    ),
-    holds_in(C, S),
-    !,
-    V = V0.
-sensed_value(F, A, R, Module, S, V) :-
-    fluent_status(F, S, Status),
-    values_of(Status, Vs0),
-    exclude(rejected(F, A, R, Module, S), Vs0, Vs),
-    Vs \== Vs0,
-    (   Vs == []
-    ->  throw(error(golog(impossible_result(A, R, F)), _))
-    ;   possible_value(Vs, V)
-    ).
-
-rejected(F, A, R, Module, S, V) :-
-    Module:rejects(A, R, F, V, C),
-    holds_in(C, S),
-    !.
-
-values_of(v(V), [V]).
-values_of(any(Vs), Vs).
-
-%!  sensing_results(+Action, +Situation, -Results) is semidet.
-%
-%   The results that Action may have: as sensing/2 lists them, or the values that
-%   its axioms name and those that the sensed fluent may have.  Fails if there
-%   is no telling.
-
-sensing_results(A, S, Results) :-
-    results(A, S, known, Results).
-
-%!  answers(+Action, +Situation, -Results) is semidet.
-%
-%   The results that may be given for Action, whatever is known: the world may be
-%   otherwise.  Fails if there is no telling.
-
-answers(A, S, Results) :-
-    results(A, S, any, Results).
-
-results(A, S, How, Results) :-
-    situation_theory(S, Theory),
-    theory_module(Theory, Module),
-    (   Module:sensing(A, Results0)
-    ->  true
-    ;   findall(Rs, axiom_results(How, Module, A, S, Rs), Lists),
-        Lists \== [],
-        \+ member(open, Lists),
-        findall(R, ( member(Rs, Lists), member(R, Rs) ), Results0)
-    ),
-    list_to_set(Results0, Results).
-
-axiom_results(How, Module, A, S, Rs) :-
-    Module:senses(A, F),
-    ground(F),
-    values_to_sense(How, F, S, Rs).
-axiom_results(How, Module, A, S, Rs) :-
-    (   Module:senses(A, R, F, V, _)
-    ;   Module:settles(A, R, F, V, _)
-    ;   Module:rejects(A, R, F, V, _)
-    ),
-    (   ground(R)
-    ->  Rs = [R]
-    ;   R == V, ground(F)
-    ->  values_to_sense(How, F, S, Rs)
-    ;   Rs = open
-    ).
-
-values_to_sense(How, F, S, Rs) :-
-    fluent_status(F, S, Status),
-    situation_theory(S, Theory),
-    (   Status = v(V),
-        How == known
-    ->  Rs = [V]
-    ;   Status = any(Vs)
-    ->  Rs = Vs
-    ;   fluent_template(Theory, F, rel)
-    ->  Rs = [true, false]
-    ;   Rs = open
-    ).

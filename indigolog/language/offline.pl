@@ -4,8 +4,7 @@
             bounded_do/4              % +Program, +Max, -History, -LimitMet
           ]).
 :- use_module(context, [top_context/1, once_if_ground/2]).
-:- use_module(termination, [final/3]).
-:- use_module(transition, [step/4]).
+:- use_module(semantics, [final/3, step/4]).
 :- use_module(patience, [fresh_mark/1, silent_step/4]).
 :- use_module(situation, [initial_situation/1, situation_history/2, situation_length/2]).
 

@@ -1,11 +1,15 @@
 :- module(indigolog_theory,
-          [ load_theory/1,            % +FileOrFiles
-            unload_theory/0,
-            current_theory/1,         % -Theory
+          [ current_theory/1,         % -Theory
+            make_current/2,           % +Theory, +Files
+            forget_current/2,         % -Module, -Files
+            new_theory/3,             % +Module, +Certainty, -Theory
             theory_module/2,          % +Theory, -Module
-            theory_files/2,           % +Theory, -Files
+            instances_module/2,       % +Theory, -Module
+            initial_values/2,         % +Theory, -Trie
             plain_actions/2,          % +Theory, -Trie
+            theory_certain/1,         % +Theory
             renewed_theory/1,         % -Theory
+            fluent_template/2,        % +Theory, ?Term
             fluent_template/3,        % +Theory, +Term, -Kind
             called_procedure/2,       % +Theory, +Term
             declared_fluent/2,        % +Theory, ?Fluent
@@ -16,21 +20,12 @@
             domain_list/3,            % +Theory, +Domain, -Values
             theory_predicate/1        % ?Indicator
           ]).
-:- use_module(library(lists), [append/3, member/2]).
-:- use_module(library(apply), [maplist/2, maplist/3]).
-:- use_module(library(error), [existence_error/2, must_be/2]).
-:- use_module(library(gensym), [gensym/2]).
-:- use_module(compiled, [compile_axioms/1]).
-:- use_module('../tools/messages', []).
-:- use_module(published, []).
-:- use_module('../online/terminal', []).
+:- use_module(library(lists), [append/3]).
 
 /** <module> Action theories
 
-A theory is one or more plain Prolog files, loaded into a module of its own,
-that declare fluents, actions, axioms and procedures.  This module loads them
-and answers what the axioms say, remembering initial values and the declared
-ground instances of a fluent, which do not change while a program runs.
+A theory is one or more plain Prolog files, loaded into a module of its own (loading.pl),
+that declare fluents, actions, axioms and procedures.
 
 A theory is a term th(Module, Instances, tries(Initial, Plain), Values): the module
 that holds the files, a module that holds the ground fluent instances (so that every
@@ -64,121 +59,6 @@ theory_predicate(cache/1).
 theory_predicate(execute/2).
 theory_predicate(exog_occurs/1).
 
-%!  load_theory(+FileOrFiles) is det.
-%
-%   Load a file, or a list of files, as the current theory.  The theory that was
-%   current before is unloaded.
-%
-%   @error existence_error(source_sink, File) if there is no such file
-%   @error golog(load(Files, Count)) if the files have errors, which have then
-%          been printed with file and line
-
-load_theory(Spec) :-
-    (   is_list(Spec)
-    ->  Specs = Spec
-    ;   Specs = [Spec]
-    ),
-    maplist(theory_file, Specs, Files),
-    unload_theory,
-    gensym(indigolog_theory_, Module),
-    prepare_module(Module),
-    statistics(errors, Errors0),
-    maplist(load_file(Module), Files),
-    statistics(errors, Errors),
-    (   Errors > Errors0
-    ->  Count is Errors - Errors0,
-        unload_files(Module, Files),
-        throw(error(golog(load(Files, Count)), _))
-    ;   true
-    ),
-    atom_concat(Module, '_instances', Instances),
-    trie_new(Trie),
-    trie_new(Plain),
-    index_fluents(Module),
-    index_actions(Module),
-    (   Module:'$uncertain'(_)
-    ->  Values = possible
-    ;   Values = certain
-    ),
-    Theory = th(Module, Instances, tries(Trie, Plain), Values),
-    compile_axioms(Theory),
-    assertz(loaded(Theory, Files)).
-
-theory_file(Spec, File) :-
-    must_be(ground, Spec),
-    (   absolute_file_name(Spec, File,
-                           [ extensions(['', pl]), access(read),
-                             file_errors(fail) ]),
-        \+ exists_directory(File)
-    ->  true
-    ;   existence_error(source_sink, Spec)
-    ).
-
-prepare_module(Module) :-
-    forall(theory_predicate(PI),
-           ( dynamic(Module:PI),
-             multifile(Module:PI),
-             discontiguous(Module:PI) )),
-    dynamic([ Module:'$fluent'/2, Module:'$action'/2, Module:'$sensed'/1,
-              Module:'$uncertain'/1,
-                           Module:'$instances'/2 ]),
-    add_import_module(Module, indigolog_published, start),
-    forall(older_axiom(Old, New),
-           assertz(Module:term_expansion(Old, New))),
-    Module:import(indigolog_terminal:ask_execute/2),
-    Module:import(indigolog_terminal:ask_exog_occurs/1).
-
-% Theories for the published evaluator of possible values (2005) write causes/4, and
-% senses/1 beside settles/5 and rejects/5, which say the same.
-older_axiom(causes(A, F, V, P), causes_val(A, F, V, P)).
-older_axiom((causes(A, F, V, P) :- Body), (causes_val(A, F, V, P) :- Body)).
-older_axiom(senses(_), []).
-
-% SWI-Prolog loads a file without a header into one module only, so the file is
-% included into a source of its own, which lies in the same directory.
-load_file(Module, File) :-
-    refuse_header(File),
-    own_source(Module, File, Source),
-    format(string(Text), ':- include(~q).~n', [File]),
-    setup_call_cleanup(
-        ( '$style_check'(Style, Style),
-          style_check(-discontiguous),
-          open_string(Text, Stream) ),
-        load_files(Module:Source, [stream(Stream), silent(true)]),
-        ( '$style_check'(_, Style),
-          close(Stream) )).
-
-own_source(Module, File, Source) :-
-    file_directory_name(File, Directory),
-    file_base_name(File, Base),
-    format(atom(Source), '~w/~w as ~w', [Directory, Base, Module]).
-
-refuse_header(File) :-
-    setup_call_cleanup(
-        open(File, read, In),
-        catch(read(In, First), _, First = none),
-        close(In)),
-    (   nonvar(First),
-        First = (:- module(Own, _))
-    ->  throw(error(golog(module_header(File, Own)), _))
-    ;   true
-    ).
-
-%!  unload_theory is det.
-%
-%   Forget the current theory, if there is one.
-
-unload_theory :-
-    (   retract(loaded(th(Module, _, _, _), Files))
-    ->  unload_files(Module, Files)
-    ;   true
-    ).
-
-unload_files(Module, Files) :-
-    forall(member(File, Files),
-           ( own_source(Module, File, Source),
-             unload_file(Source) )).
-
 %!  current_theory(-Theory) is det.
 %
 %   @error golog(no_theory) if none is loaded
@@ -189,10 +69,46 @@ current_theory(Theory) :-
     ;   throw(error(golog(no_theory), _))
     ).
 
+%!  make_current(+Theory, +Files) is det.
+
+make_current(Theory, Files) :-
+    assertz(loaded(Theory, Files)).
+
+%!  forget_current(-Module, -Files) is semidet.
+
+forget_current(Module, Files) :-
+    retract(loaded(Theory, Files)),
+    !,
+    theory_module(Theory, Module).
+
+%!  new_theory(+Module, +Certainty, -Theory) is det.
+
+new_theory(Module, Certainty, th(Module, Home, tries(Initial, Plain), Certainty)) :-
+    atom_concat(Module, '_instances', Home),
+    trie_new(Initial),
+    trie_new(Plain).
+
 theory_module(th(Module, _, _, _), Module).
 
-theory_files(Theory, Files) :-
-    loaded(Theory, Files).
+instances_module(th(_, Home, _, _), Home).
+
+%!  initial_values(+Theory, -Trie) is det.
+%
+%   Trie remembers what the theory says of ground fluents in the initial situation.
+
+initial_values(th(_, _, tries(Initial, _), _), Initial).
+
+%!  plain_actions(+Theory, -Trie) is semidet.
+%
+%   Trie remembers the plain actions (compiled.pl) of a theory that has such.
+
+plain_actions(th(_, _, tries(_, Plain), certain), Plain).
+
+%!  theory_certain(+Theory) is semidet.
+%
+%   No fluent has several possible values.
+
+theory_certain(th(_, _, _, certain)).
 
 %!  renewed_theory(-Theory) is det.
 %
@@ -203,55 +119,15 @@ theory_files(Theory, Files) :-
 %   @error golog(no_theory) if none is loaded
 
 renewed_theory(Theory) :-
-    current_theory(Old),
-    Old = th(Module, Home, _, Values),
+    current_theory(th(Module, _, _, Certainty)),
     forall(retract(Module:'$instances'(_, Instances)),
            ( Instances = ground(Instance, _) -> retractall(Instance) ; true )),
-    trie_new(Initial),
-    trie_new(Plain),
-    Theory = th(Module, Home, tries(Initial, Plain), Values),
-    retract(loaded(Old, Files)),
-    assertz(loaded(Theory, Files)).
-
-%!  plain_actions(+Theory, -Trie) is semidet.
-%
-%   Trie remembers the plain actions (compiled.pl) of a theory that has such.
-
-plain_actions(th(_, _, tries(_, Plain), certain), Plain).
+    forget_current(Module, Files),
+    new_theory(Module, Certainty, Theory),
+    make_current(Theory, Files).
 
 
                 /* What is declared */
-
-% '$fluent'(Template, Kind): Kind is rel or fun; Template has fresh arguments.
-
-index_fluents(Module) :-
-    forall(( declaration(Module, Kind, Template),
-             \+ Module:'$fluent'(Template, _) ),
-           assertz(Module:'$fluent'(Template, Kind))),
-    forall(( sensing_axiom(Module, Template),
-             \+ Module:'$sensed'(Template) ),
-           assertz(Module:'$sensed'(Template))),
-    forall(( possible_values_axiom(Module, Template),
-             \+ Module:'$uncertain'(Template) ),
-           assertz(Module:'$uncertain'(Template))).
-
-declaration(Module, Kind, Template) :-
-    (   Kind = rel, Head = rel_fluent(F)
-    ;   Kind = fun, Head = fun_fluent(F)
-    ;   Kind = fun, Head = prim_fluent(F)
-    ),
-    head_template(Module, Head, F, Template).
-
-% Declarations whose argument is a variable in the clause are asked for their
-% solutions; the others name their functor.
-head_template(Module, Head, F, Template) :-
-    copy_term(Head-F, Head0-F0),
-    clause(Module:Head0, Body),
-    (   nonvar(F0)
-    ->  true
-    ;   catch(Module:Body, _, fail), nonvar(F0)
-    ),
-    generalised(F0, Template).
 
 %!  generalised(+Term, -Template) is semidet.
 %
@@ -262,31 +138,13 @@ generalised(Term, Template) :-
     functor(Term, Name, Arity, Type),
     functor(Template, Name, Arity, Type).
 
-sensing_axiom(Module, Template) :-
-    (   clause(Module:senses(_, F), _)
-    ;   clause(Module:senses(_, _, F, _, _), _)
-    ;   clause(Module:settles(_, _, F, _, _), _)
-    ;   clause(Module:rejects(_, _, F, _, _), _)
-    ),
-    callable(F),
-    generalised(F, Template).
-
-possible_values_axiom(Module, Template) :-
-    (   clause(Module:settles(_, _, F, _, _), _)
-    ;   clause(Module:rejects(_, _, F, _, _), _)
-    ),
-    callable(F),
-    generalised(F, Template).
-
-index_actions(Module) :-
-    forall(( member(Kind-Head, [ prim-prim_action(A), exog-exog_action(A) ]),
-             head_template(Module, Head, A, Template),
-             \+ Module:'$action'(Template, Kind) ),
-           assertz(Module:'$action'(Template, Kind))).
-
+%!  fluent_template(+Theory, ?Term) is nondet.
 %!  fluent_template(+Theory, +Term, -Kind) is semidet.
 %
 %   Term has the functor of a declared fluent; Kind is `rel` or `fun`.
+
+fluent_template(th(Module, _, _, _), Term) :-
+    Module:'$fluent'(Term, _).
 
 fluent_template(th(Module, _, _, _), Term, Kind) :-
     Module:'$fluent'(Term, Kind),

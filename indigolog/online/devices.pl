@@ -12,7 +12,7 @@
 :- use_module(library(option), [option/3]).
 :- use_module(library(time), [call_with_time_limit/2]).
 :- use_module(device_thread).
-:- use_module('../language/situation', [sensing_action/2]).
+:- use_module('../language/sensing', [sensing_action/2]).
 :- use_module(terminal).
 :- use_module('../language/theory', [theory_module/2]).
 

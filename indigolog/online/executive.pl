@@ -9,13 +9,14 @@
 :- use_module('../language/context', [top_context/1]).
 :- use_module(devices).
 :- use_module(journal).
-:- use_module('../tools/messages', [progress_message/1]).
+:- use_module('../language/notice', [progress_message/1]).
 :- use_module('../language/patience', [still_patient/3, with_patience/2]).
+:- use_module('../language/progression', [progress/3]).
+:- use_module('../language/sensing', [sensing_action/2]).
 :- use_module('../language/situation').
 :- use_module(terminal, [ask_in/2]).
-:- use_module('../language/termination', [final/3]).
 :- use_module('../language/theory').
-:- use_module('../language/transition', [step/4]).
+:- use_module('../language/semantics', [final/3, step/4]).
 
 :- meta_predicate run(+, :).
 

@@ -8,6 +8,7 @@
 
 :- use_module(library(lists), [memberchk/2]).
 :- use_module(library(readutil), [read_line_to_string/2]).
+:- use_module('../language/sensing', [answers/3, sensing_action/1]).
 
 :- meta_predicate ask_in(+, 0).
 
@@ -18,13 +19,18 @@ actions.  Prompts go to the error stream, so that standard output keeps only
 the executed actions.
 */
 
+:- multifile indigolog_loading:theories_may_call/1.
+
+indigolog_loading:theories_may_call(indigolog_terminal:ask_execute/2).
+indigolog_loading:theories_may_call(indigolog_terminal:ask_exog_occurs/1).
+
 %!  ask_execute(+Action, -Sensing) is det.
 %
 %   Ask for the sensing result of Action if the current theory has a sensing
 %   axiom for it; any other action just counts as done.
 
 ask_execute(Action, Sensing) :-
-    (   indigolog_situation:sensing_action(Action)
+    (   sensing_action(Action)
     ->  results(Action, Results),
         answer(Action, Results, Sensing)
     ;   true
@@ -44,7 +50,7 @@ answer(Action, Results, Sensing) :-
 results(Action, Results) :-
     (   nb_current(indigolog_asked_in, S),
         S \== none,
-        indigolog_knowledge:answers(Action, S, Results0)
+        answers(Action, S, Results0)
     ->  Results = Results0
     ;   Results = []
     ).

@@ -6,7 +6,9 @@
 :- use_module(library(option), [option/3]).
 :- use_module(conditional, [after_action/4]).
 :- use_module('../language/formula', [holds_in/2]).
-:- use_module('../tools/messages', [progress_message/1]).
+:- use_module('../language/notice', [progress_message/1]).
+:- use_module('../language/progression', [progress/3]).
+:- use_module('../language/sensing', [sensing_action/1]).
 :- use_module('../language/situation').
 :- use_module('../language/theory').
 

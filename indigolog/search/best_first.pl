@@ -8,7 +8,8 @@
 :- use_module(library(option), [option/3]).
 :- use_module('../language/configuration').
 :- use_module(search_options).
-:- use_module('../language/situation').
+:- use_module('../language/progression', [progress/3, stop_interrupts/3, stopped_depth/2]).
+:- use_module('../language/situation', [last_action/2]).
 
 /** <module> Search with a frontier: breadth first, best first, A*, beam
 

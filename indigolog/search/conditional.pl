@@ -1,15 +1,14 @@
 :- module(indigolog_conditional,
           [ conditional_plan/4,       % +Program, +Situation, +Context, -Plan
-            chosen_branch/4,          % +Action, +Branches, +Situation, -Plan
             after_action/4            % +Action, +Situation, :Rest, -Plan
           ]).
 :- use_module(library(lists), [member/2]).
-:- use_module('../language/knowledge', [known/2, sensing_results/3]).
+:- use_module('../language/knowledge', [known/2]).
+:- use_module('../language/progression', [progress/3]).
+:- use_module('../language/semantics').
+:- use_module('../language/sensing', [sensing_action/1, sensing_results/3]).
 :- use_module('../language/situation').
-:- use_module('../language/world').
-:- use_module('../language/termination', [final/3]).
 :- use_module('../language/theory').
-:- use_module('../language/transition', [trans/5]).
 
 /** <module> Plans that branch on what will be sensed
 
@@ -18,6 +17,32 @@ sensing action, with if(Result, Plan) for each result, and if(P, Plan, Plan)
 where branch(P) asked for it.  Whatever is sensed, it leads to the end
 (Lakemeyer 1999; Sardina 2001).
 */
+
+term_expansion(Clause, Defining) :-
+    construct_clause(Clause, Defining).
+
+% Trans(case(a, Branches), S, E', S')  <=>  E' = E & S' = S, for if(R, E) of Branches and the
+%                                           last sensing result R of a in S
+% Final(case(a, Branches), S)          <=>  False
+construct(case(_, Branches), [programs(Es)]) :-
+    (   is_list(Branches)
+    ->  findall(E, member(if(_, E), Branches), Es)
+    ;   Es = []
+    ).
+trans(case(A, Branches), S, _, E1, S1) =>
+    S1 = S,
+    situation_history(S, History),
+    member(e(A, R), History),
+    !,
+    member(if(R, E1), Branches),
+    !.
+
+% Trans(branch(P), S, E', S')  <=>  E' = [] & S' = do(branch(P), S)
+% Final(branch(P), S)          <=>  False
+construct(branch(P), [formula(P)]).
+trans(branch(P), S, _, E1, S1) =>
+    E1 = [],
+    progress(branch(P), S, S1).
 
 %!  conditional_plan(+Program, +Situation, +Context, -Plan) is nondet.
 %
@@ -32,11 +57,10 @@ plan_on(E, C, _, S, []) :-
     final(E, S, C).
 plan_on(E, C, Seen, S, Plan) :-
     trans(E, S, C, E1, S1),
-    (   situation_length(S, N),
-        situation_length(S1, N)
+    (   same_situation(S, S1)
     ->  \+ ( member(E0, [E|Seen]), E0 =@= E1 ),
         plan_on(E1, C, [E|Seen], S1, Plan)
-    ;   situation_history(S1, [A|_]),
+    ;   last_action(S1, A),
         after_step(A, S, S1, plan_on(E1, C, []), Plan)
     ).
 
@@ -103,14 +127,3 @@ assume_formula(F = V, S, S1, S2) :-
     progress(e(F, Others), S, S2).
 assume_formula(P, _, _, _) :-
     throw(error(golog(cannot_branch(P)), _)).
-
-%!  chosen_branch(+Action, +Branches, +Situation, -Plan) is semidet.
-%
-%   Plan is the branch for the last result of Action.
-
-chosen_branch(A, Branches, S, Plan) :-
-    situation_history(S, History),
-    member(e(A, R), History),
-    !,
-    member(if(R, Plan), Branches),
-    !.

@@ -6,9 +6,8 @@
 :- use_module(library(apply), [maplist/3]).
 :- use_module('../language/configuration').
 :- use_module(search_options).
-:- use_module('../language/situation', [situation_key/2, situation_length/2]).
-:- use_module('../language/termination', [final/3]).
-:- use_module('../language/transition', [trans/5]).
+:- use_module('../language/semantics', [final/3, trans/5]).
+:- use_module('../language/situation').
 
 /** <module> Search in depth first order */
 

@@ -1,18 +1,15 @@
-:- module(indigolog_monitor,
-          [ monitored_plan/5,         % +Source, +Situation, +Context, -Program1, -Situation1
-            monitored_step/6,         % +Monitor, +Plan, +Situation, +Context, -Program1, -Situation1
-            monitored_final/4         % +Monitor, +Plan, +Situation, +Context
-          ]).
+:- module(indigolog_monitor, []).
+:- use_module(library(error), [must_be/2]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2]).
 :- use_module(achieve, [plan_for/5]).
 :- use_module(conditional, [conditional_plan/4]).
-:- use_module('../language/configuration', [after_action/5, last_action/2]).
+:- use_module('../language/configuration', [after_action/5]).
 :- use_module('../language/formula', [holds_in/2]).
-:- use_module('../tools/messages', [progress_message/1]).
+:- use_module('../language/notice', [progress_message/1]).
 :- use_module(search, [plan_expects/2]).
+:- use_module('../language/progression', [progress/3]).
+:- use_module('../language/semantics').
 :- use_module('../language/situation').
-:- use_module('../language/termination', [final/3]).
-:- use_module('../language/transition', [trans/5]).
 
 /** <module> Conditional plans, watched while they are executed
 
@@ -24,7 +21,50 @@ which it has a branch is expected.  After anything else it is made again, for wh
 left to do.
 */
 
-%!  monitored_plan(+Source, +Situation, +Context, -Program1, -Situation1) is nondet.
+term_expansion(Clause, Defining) :-
+    construct_clause(Clause, Defining).
+
+% Trans(searchc(E), S, E', S')  <=>  S' = S & E' = a conditional plan for E in S
+% Final(searchc(E), S)          <=>  Final(E, S)
+construct(searchc(E), [program(E)]).
+trans(searchc(E), S, C, E1, S1) =>
+    monitored_plan(searchc(E), S, C, E1, S1).
+final(searchc(E), S, C) :-
+    final(E, S, C).
+
+% searchc(E, Message)  =  searchc(E)
+construct(searchc(E, _), [program(E)]).
+trans(searchc(E, _), S, C, E1, S1) =>
+    trans(searchc(E), S, C, E1, S1).
+final(searchc(E, _), S, C) :-
+    final(E, S, C).
+
+% Trans(achieve(P, N, Options), S, E', S')  <=>  S' = S & E' = a conditional plan for P in S
+%                                                of at most N actions
+% Final(achieve(P, N, Options), S)          <=>  False
+construct(achieve(P, _, _), [formula(P)]).
+trans(achieve(P, Max, Options), S, C, E1, S1) =>
+    must_be(nonneg, Max),
+    monitored_plan(achieve(P, Max, Options), S, C, E1, S1).
+
+% achieve(P, N)  =  achieve(P, N, []), achieve(P)  =  achieve(P, 10)
+construct(achieve(P, _), [formula(P)]).
+trans(achieve(P, Max), S, C, E1, S1) =>
+    trans(achieve(P, Max, []), S, C, E1, S1).
+
+construct(achieve(P), [formula(P)]).
+trans(achieve(P), S, C, E1, S1) =>
+    trans(achieve(P, 10), S, C, E1, S1).
+
+% A plan that is being executed.
+construct('$conditional'(_, Plan), [program(Plan)]).
+shown_as('$conditional'(_, Plan), Plan).
+trans('$conditional'(Monitor, Plan), S, C, E1, S1) =>
+    monitored_step(Monitor, Plan, S, C, E1, S1).
+final('$conditional'(Monitor, Plan), S, C) :-
+    monitored_final(Monitor, Plan, S, C).
+
+% monitored_plan(+Source, +Situation, +Context, -Program1, -Situation1) is nondet.
 
 monitored_plan(Source, S, C, '$conditional'(monitored(Source, S, [], S), Plan), S) :-
     plan(Source, S, C, Plan).
@@ -34,7 +74,7 @@ plan(searchc(E), S, C, Plan) :-
 plan(achieve(Goal, Max, Options), S, _, Plan) :-
     plan_for(Goal, S, Max, Options, Plan).
 
-%!  monitored_step(+Monitor, +Plan, +Situation, +Context, -Program1, -Situation1) is nondet.
+% monitored_step(+Monitor, +Plan, +Situation, +Context, -Program1, -Situation1) is nondet.
 
 monitored_step(monitored(Source, From, Own, Expected), Plan, S, C, E1, S1) :-
     (   as_planned(Plan, Expected, S)
@@ -60,7 +100,7 @@ as_planned(Plan, Expected, S) :-
     \+ \+ member(if(Result, _), Branches),
     !.
 
-%!  monitored_final(+Monitor, +Plan, +Situation, +Context) is nondet.
+% monitored_final(+Monitor, +Plan, +Situation, +Context) is nondet.
 
 monitored_final(monitored(Source, From, Own, Expected), Plan, S, C) :-
     (   plan_expects(Expected, S)

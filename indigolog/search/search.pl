@@ -1,15 +1,14 @@
 :- module(indigolog_search,
-          [ search_step/6,            % +Program, +How, +Situation, +Context, -Program1, -Situation1
-            plan_expects/2,           % +Situation, +Situation
-            plan_step/8               % +Program, +How, +Expected, +Steps, +Situation, +Context, -Program1, -Situation1
+          [ plan_expects/2            % +Situation, +Situation
           ]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(best_first, [best_first_path/5, beam_path/5]).
-:- use_module('../language/configuration', [along/5, last_action/2]).
+:- use_module('../language/configuration', [along/5]).
 :- use_module(depth_first, [depth_first_path/4, bounded_path/5, deepening_path/5]).
-:- use_module('../tools/messages', [progress_message/1]).
+:- use_module('../language/notice', [progress_message/1]).
 :- use_module(search_options, [out_of_budget/1, search_strategy/2]).
-:- use_module('../language/situation', [situation_history/2]).
+:- use_module('../language/semantics').
+:- use_module('../language/situation', [last_action/2, situation_history/2]).
 
 /** <module> Search: look ahead to a complete execution before doing anything
 
@@ -20,11 +19,50 @@ anything else it is tried again from where the world is now, and where it no
 longer leads to the end, search begins again there.
 */
 
-%!  search_step(+Program, +How, +Situation, +Context, -Program1, -Situation1) is nondet.
-%
-%   First step of a complete execution of Program, on backtracking of the next,
-%   where the strategy finds more than one.  Fails with a warning where the budget is
-%   used up before there is a plan.
+term_expansion(Clause, Defining) :-
+    construct_clause(Clause, Defining).
+
+% Trans(search(E), S, E', S')  <=>  exists E0, S0: Trans(E, S, E0, S') & Trans*(E0, S', E0', S0)
+%                                   & Final(E0', S0) & E' = the plan from E0 on
+% Final(search(E), S)          <=>  Final(E, S)                 (De Giacomo and Levesque 1999)
+construct(search(E), [program(E)]).
+trans(search(E), S, C, E1, S1) =>
+    search_step(E, [], S, C, E1, S1).
+final(search(E), S, C) :-
+    final(E, S, C).
+
+% search(E, Options)  =  search(E), as the options say;  search(E, Message)  =  search(E)
+construct(search(E, _), [program(E)]).
+trans(search(E, How), S, C, E1, S1) =>
+    (   announcement(How)
+    ->  search_step(E, [], S, C, E1, S1)
+    ;   search_step(E, How, S, C, E1, S1)
+    ).
+final(search(E, _), S, C) :-
+    final(E, S, C).
+
+announcement(How) :-
+    (   atomic(How)
+    ->  How \== []
+    ;   How = [First|_],
+        atomic(First)
+    ).
+
+construct('$plan'(E, _, _, _), [program(E)]).
+shown_as('$plan'(E, _, _, _), search(E)).
+trans('$plan'(E, How, S0, Steps), S, C, E1, S1) =>
+    plan_step(E, How, S0, Steps, S, C, E1, S1).
+final('$plan'(E, _, S0, Steps), S, C) :-
+    (   Steps == [],
+        plan_expects(S0, S)
+    ->  true
+    ;   final(E, S, C)
+    ).
+
+% search_step(+Program, +How, +Situation, +Context, -Program1, -Situation1) is nondet:
+% the first step of a complete execution of Program, on backtracking of the next, where the
+% strategy finds more than one.  Fails with a warning where the budget is used up before
+% there is a plan.
 
 search_step(E, How, S, C, E1, S1) :-
     search_strategy(How, Strategy),
@@ -61,8 +99,6 @@ told(What, Steps) :-
 
 step_action(c(_, S), A) :-
     last_action(S, A).
-
-%!  plan_step(+Program, +How, +Expected, +Steps, +Situation, +Context, -Program1, -Situation1) is nondet.
 
 plan_step(E, How, S0, Steps, S, C, E1, S1) :-
     (   plan_expects(S0, S)

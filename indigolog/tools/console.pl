@@ -2,8 +2,7 @@
           [ step_through/2            % +Program, +Options
           ]).
 :- use_module(library(readutil), [read_line_to_string/2]).
-:- use_module(explanation_text, [explanations//1]).
-:- use_module(messages, [shown_program/2]).
+:- use_module(explanation_text, [explanations//1, shown_program/2]).
 :- use_module(stepper).
 
 /** <module> The stepper at the terminal: a command a line */

@@ -6,15 +6,16 @@
 :- use_module(library(lists), [member/2, memberchk/2, reverse/2]).
 :- use_module(library(occurs), [sub_term/2]).
 :- use_module(library(solution_sequences), [limit/2]).
-:- use_module('../language/configuration').
-:- use_module('../language/context', [top_context/1, by_priority/2, for_sequence/5]).
-:- use_module('../language/formula', [holds_in/2, evaluate/3]).
-:- use_module('../search/search_options', [new_memory/3, seen/4]).
+:- use_module('../language/action', [pick/5]).
+:- use_module('../language/configuration', [after_action/5, ends/3]).
+:- use_module('../language/congolog', [by_priority/2]).
+:- use_module('../language/context', [top_context/1]).
+:- use_module('../language/extensions', [for_sequence/5]).
+:- use_module('../language/formula', [evaluate/3, holds_in/2]).
+:- use_module('../language/semantics').
 :- use_module('../language/situation').
-:- use_module('../language/substitution').
-:- use_module('../language/termination', [final/3]).
 :- use_module('../language/theory').
-:- use_module('../language/transition', [trans/5]).
+:- use_module('../search/search_options', [new_memory/3, seen/4]).
 
 /** <module> Why something is not so
 
@@ -118,14 +119,14 @@ parts(impl(P, Q), S, Parts) =>
 parts(some(V, P), S, Parts) =>
     most(Most),
     findall(Why,
-            limit(Most, ( instance(V, P, S, P1), why_false(P1, S, Why) )),
+            limit(Most, ( pick(V, P, listed, S, P1), why_false(P1, S, Why) )),
             Parts0),
     (   Parts0 == []
     ->  values(P, S, Parts)
     ;   Parts = Parts0
     ).
 parts(all(V, P), S, Parts) =>
-    (   instance(V, P, S, P1),
+    (   pick(V, P, listed, S, P1),
         why_false(P1, S, Why)
     ->  Parts = [Why]
     ;   values(P, S, Parts)
@@ -147,25 +148,6 @@ first_false([P|Ps], S, Parts) :-
     ->  Parts = [Why]
     ;   Parts = []
     ).
-
-% The instances of a formula over a domain that is given.
-instance(V, P, S, P1) :-
-    (   is_list(V)
-    ->  instance_of_each(V, P, S, P1)
-    ;   nonvar(V),
-        V = (V0, D)
-    ->  evaluate(D, S, D1),
-        situation_theory(S, Theory),
-        domain_list(Theory, D1, Values),
-        member(X, Values),
-        substitute(V0, X, P, P1)
-    ;   substitute(V, _, P, P1)
-    ).
-
-instance_of_each([], P, _, P).
-instance_of_each([V|Vs], P0, S, P) :-
-    instance(V, P0, S, P1),
-    instance_of_each(Vs, P1, S, P).
 
 %   values(+Formula, +Situation, -Parts): the values of the fluents in Formula.
 
@@ -234,6 +216,8 @@ blocked([E|L], S, C, Why) =>
     *-> blocked(L, S, C, Why)
     ;   blocked(E, S, C, Why)
     ).
+blocked(E, S, C, Why), shown_as(E, E0) =>
+    blocked(E0, S, C, Why).
 blocked(stop_interrupts, _, _, _) =>
     fail.
 blocked(?(P), S, _, Why) =>
@@ -253,7 +237,7 @@ blocked(while(P, E), S, C, Why) =>
     ;   why_false(P, S, Why)
     ).
 blocked(pi(V, E), S, C, Why) =>
-    instance(V, E, S, E1),
+    pick(V, E, listed, S, E1),
     blocked(E1, S, C, Why).
 blocked(pi(V, D, E), S, C, Why) =>
     blocked(pi((V, D), E), S, C, Why).
@@ -268,14 +252,6 @@ blocked(interrupt(P, E), S, C, Why) =>
 blocked(prioritized_interrupts(Is), S, C, Why) =>
     by_priority(Is, E),
     blocked(E, S, C, Why).
-blocked('$interrupts'(_, E), S, C, Why) =>
-    blocked(E, S, C, Why).
-blocked('$stopped'(E), S, C, Why) =>
-    blocked(E, S, C, Why).
-blocked('$plan'(E, _, _, _), S, C, Why) =>
-    blocked(search(E), S, C, Why).
-blocked('$conditional'(_, Plan), S, C, Why) =>
-    blocked(Plan, S, C, Why).
 blocked(case(A, _), S, _, Why), \+ ( situation_history(S, H), memberchk(e(A, _), H) ) =>
     Why = no_result(A).
 blocked(gexec(P, E), S, C, Why) =>
@@ -287,10 +263,18 @@ blocked(search(E, _), S, C, Why) =>
     blocked(search(E), S, C, Why).
 blocked(search(E), S, C, Why) =>
     dead_end(E, S, C, Why).
-blocked(E, S, C, Why), parts_of_program(E, Parts) =>
-    member(Part, Parts),
+blocked(rpi(V, E), S, C, Why) =>
+    blocked(pi(V, E), S, C, Why).
+blocked(rpi(V, D, E), S, C, Why) =>
+    blocked(pi((V, D), E), S, C, Why).
+blocked(interrupt(V, P, E), S, C, Why) =>
+    blocked(pi(V, if(P, E)), S, C, Why).
+blocked(goal(_, E, _, _), S, C, Why) =>
+    blocked(E, S, C, Why).
+blocked(E, S, C, Why), construct(E, _), \+ plans(E), program_part(E, _) =>
+    program_part(E, Part),                % stuck only where all its parts are
     blocked(Part, S, C, Why).
-blocked(E, S, C, Why), unexplained(E) =>
+blocked(E, S, C, Why), construct(E, _) =>
     \+ trans(E, S, C, _, _),
     Why = no_step(E).
 blocked(E, S, C, Why) =>
@@ -303,45 +287,10 @@ blocked(E, S, C, Why) =>
         why_not_possible(A, S, Why)
     ).
 
-% Each of these is stuck only where all its parts are.
-parts_of_program(ndet(E, F), [E, F]).
-parts_of_program(wndet(E, F), [E, F]).
-parts_of_program(rndet(E, F), [E, F]).
-parts_of_program(conc(E, F), [E, F]).
-parts_of_program(pconc(E, F), [E, F]).
-parts_of_program(rconc(E, F), [E, F]).
-parts_of_program(rconc(Es), Es).
-parts_of_program(rrobin(Es), Es).
-parts_of_program(sync(Es), Es).
-parts_of_program(star(E), [E]).
-parts_of_program(star(E, _), [E]).
-parts_of_program(iconc(E), [E]).
-parts_of_program(atomic(E), [E]).
-parts_of_program(time(E, _), [E]).
-parts_of_program(ttime(E, _), [E]).
-parts_of_program(rpi(V, E), [pi(V, E)]).
-parts_of_program(rpi(V, D, E), [pi(V, D, E)]).
-parts_of_program(interrupt(V, P, E), [pi(V, if(P, E))]).
-parts_of_program(goal(_, E, _, _), [E]).
-
-parts_of_program('$locked'(E), [E]).
-parts_of_program('$atomic'(E), [E]).
-
-% What is only said to have no step.
-unexplained(searchc(_)).
-unexplained(searchc(_, _)).
-unexplained(achieve(_)).
-unexplained(achieve(_, _)).
-unexplained(achieve(_, _, _)).
-unexplained(case(_, _)).
-unexplained(branch(_)).
-unexplained(sim(_)).
-unexplained(wait).
-unexplained(abort).
-unexplained(abort(_)).
-unexplained(commit).
-unexplained(set(_)).
-unexplained(unset(_)).
+% Of these it is only said that they have no step.
+plans(searchc(_)).
+plans(searchc(_, _)).
+plans(case(_, _)).
 
 evaluated(E, S, A) :-
     E =.. [Name|Args0],

@@ -1,8 +1,9 @@
 :- module(indigolog_explanation_text,
-          [ explanations//1           % +Whys
+          [ explanations//1,          % +Whys
+            shown_program/2           % +Program, -Shown
           ]).
-
-:- use_module(messages, [shown_program/2]).
+:- use_module(library(apply), [maplist/3]).
+:- use_module('../language/semantics', [shown_as/2]).
 
 /** <module> How the explanations of explain.pl read */
 
@@ -13,6 +14,19 @@ prolog:message(golog(why([]))) -->
 prolog:message(golog(why(Whys))) -->
     { Whys = [_|_] },
     explanations(Whys).
+
+%!  shown_program(+Program, -Shown) is det.
+%
+%   Shown is Program with what only the interpreter writes put in the words of the language.
+
+shown_program(E, Shown), \+ compound(E) =>
+    Shown = E.
+shown_program(E, Shown), shown_as(E, E1) =>
+    shown_program(E1, Shown).
+shown_program(E, Shown) =>
+    compound_name_arguments(E, Name, Args),
+    maplist(shown_program, Args, ShownArgs),
+    compound_name_arguments(Shown, Name, ShownArgs).
 
 %!  explanations(+Whys)// is det.
 %

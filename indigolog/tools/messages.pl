@@ -1,27 +1,15 @@
-:- module(indigolog_messages,
-          [ progress_message/1,       % +Message
-            shown_program/2           % +Program, -Shown
-          ]).
-:- use_module(library(apply), [maplist/2, maplist/3]).
-:- use_module(library(debug), [debugging/1]).
+:- module(indigolog_messages, []).
+:- use_module(library(apply), [maplist/2]).
 :- use_module(library(lists), [append/3, member/2]).
+:- use_module('../language/progression', [history_situation/2]).
+:- use_module('../language/theory', [current_theory/1]).
 :- use_module(explain, [why/3]).
-:- use_module(explanation_text, [explanations//1]).
-:- use_module('../language/situation', [history_situation/2]).
+:- use_module(explanation_text, [explanations//1, shown_program/2]).
+:- use_module(program_checks, [near_miss/3]).
 
 /** <module> What the interpreter says */
 
 :- multifile prolog:message//1, prolog:error_message//1.
-
-%!  progress_message(+Message) is det.
-%
-%   What is going on, printed after `debug(indigolog)`.
-
-progress_message(Message) :-
-    (   debugging(indigolog)
-    ->  print_message(informational, golog(progress(Message)))
-    ;   true
-    ).
 
 prolog:message(golog(Message)) -->
     message(Message).
@@ -44,22 +32,6 @@ point(Point, E) -->
         bindings(Bindings)
     ;   []
     ).
-
-%!  shown_program(+Program, -Shown) is det.
-%
-%   Shown is Program with what only the interpreter writes put in the words of the language.
-
-shown_program(E, Shown), \+ compound(E) => Shown = E.
-shown_program('$interrupts'(_, E), Shown) => shown_program(E, Shown).
-shown_program('$stopped'(E), Shown) => shown_program(E, Shown).
-shown_program('$locked'(E), Shown) => shown_program(E, Shown).
-shown_program('$atomic'(E), Shown) => Shown = atomic(E1), shown_program(E, E1).
-shown_program('$plan'(E, _, _, _), Shown) => Shown = search(E1), shown_program(E, E1).
-shown_program('$conditional'(_, Plan), Shown) => Shown = Plan.
-shown_program(E, Shown) =>
-    compound_name_arguments(E, Name, Args),
-    maplist(shown_program, Args, ShownArgs),
-    compound_name_arguments(Shown, Name, ShownArgs).
 
 bindings([]) --> [].
 bindings([B|Bs]) -->
@@ -220,8 +192,8 @@ inside(in(In, _)) -->
 
 % Another number of arguments may have been meant.
 hint(Term) -->
-    (   { indigolog_theory:current_theory(Theory),
-          indigolog_program_checks:near_miss(Theory, Term, Declared) }
+    (   { current_theory(Theory),
+          near_miss(Theory, Term, Declared) }
     ->  [ '; there is ~q'-[Declared] ]
     ;   []
     ).

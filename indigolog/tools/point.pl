@@ -1,16 +1,11 @@
-:- module(indigolog_point,
-          [ program_point/5           % +Formal, +Program, +Situation, -Point, -Bindings
-          ]).
+:- module(indigolog_point, []).
 :- use_module(library(lists), [member/2]).
 :- use_module('../language/action', [pick/5]).
 :- use_module('../language/context', [top_context/1]).
 :- use_module('../language/formula', [holds_in/2]).
 :- use_module('../language/binding', [bound_variables/2]).
-:- use_module(program_checks, [program_part/2]).
-:- use_module('../language/situation', [situation_theory/2]).
-:- use_module('../language/termination', [final/3]).
-:- use_module('../language/theory', [theory_module/2]).
-:- use_module('../language/transition', [trans/5]).
+:- use_module('../language/semantics', [final/3, program_part/2, trans/5]).
+:- use_module('../language/situation', [situation_module/2]).
 
 /** <module> Where in a program an error was met
 
@@ -21,13 +16,15 @@ error again, so that nothing need be remembered while all is well.
 % What looking for the place may cost.
 most_inferences(1_000_000).
 
-%!  program_point(+Formal, +Program, +Situation, -Point, -Bindings) is det.
+:- multifile indigolog_semantics:error_place/5.
+
+%!  indigolog_semantics:error_place(+Formal, +Program, +Situation, -Point, -Bindings) is det.
 %
 %   Point is the innermost part of Program of which a step in Situation meets an
 %   error whose formal term is Formal.  Bindings are Name=Value of the choices of
 %   arguments around it, and call(Procedure), outermost first.
 
-program_point(Formal, E, S, Point, Bindings) :-
+indigolog_semantics:error_place(Formal, E, S, Point, Bindings) :-
     most_inferences(Most),
     (   catch(call_with_inference_limit(innermost(Formal, E, S, Point0, Bindings0), Most, Result), _, fail),
         Result \== inference_limit_exceeded
@@ -73,8 +70,7 @@ part(E, S, Part, Bindings), picks(E, V, Body) =>
 part(E, S, Part, Bindings) =>
     (   program_part(E, Part),
         Bindings = []
-    ;   situation_theory(S, Theory),
-        theory_module(Theory, Module),
+    ;   situation_module(S, Module),
         Module:proc(E, Part)
     ->  Bindings = [call(E)]
     ).

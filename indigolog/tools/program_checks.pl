@@ -3,13 +3,14 @@
             formula_problem/5,        % +Formula, +In, +Theory, -Kind, -What
             body_problem/5,           % +Body, +In, +Theory, -Kind, -What
             unguarded_call/3,         % +Body, +Theory, -Call
-            program_part/2,           % +Program, -Part
             near_miss/3               % +Theory, +Term, -Indicator
           ]).
 :- use_module(library(apply), [maplist/2]).
-:- use_module(library(lists), [append/2, member/2, memberchk/2]).
+:- use_module(library(lists), [append/2, list_to_set/2, member/2, memberchk/2]).
 :- use_module(library(occurs), [sub_term/2]).
 :- use_module('../language/binding').
+:- use_module('../language/formula', [meaning/3]).
+:- use_module('../language/semantics', [construct/2, program_part/2]).
 :- use_module('../language/theory').
 
 /** <module> What is wrong inside programs and formulas
@@ -139,77 +140,6 @@ unused_variable(E, In, warning, unused(In, Name, V)) :-
     atom(V),
     \+ ( sub_term(T, Body), T == V ).
 
-%   construct(+Program, -Parts): the parts of a program of the language.
-
-construct([], []).
-construct([E|L], [program(E), program(L)]).
-construct(?(P), Parts) :-
-    (   P == wait_exog_action -> Parts = [] ; Parts = [formula(P)] ).
-construct(??(P), [formula(P)]).
-construct(Own, []) :- step(Own).
-construct(branch(P), [formula(P)]).
-construct(ndet(E, F), [program(E), program(F)]).
-construct(wndet(E, F), [program(E), program(F)]).
-construct(rndet(E, F), [program(E), program(F)]).
-construct(if(P, E), [formula(P), program(E)]).
-construct(if(P, E, F), [formula(P), program(E), program(F)]).
-construct(while(P, E), [formula(P), program(E)]).
-construct(star(E), [program(E)]).
-construct(star(E, _), [program(E)]).
-construct(pi(V, E), [variable(V), program(E)]).
-construct(pi(V, D, E), [variable((V, D)), program(E)]).
-construct(rpi(V, E), [variable(V), program(E)]).
-construct(rpi(V, D, E), [variable((V, D)), program(E)]).
-construct(for(V, D, E), [variable((V, D)), program(E)]).
-construct(conc(E, F), [program(E), program(F)]).
-construct(pconc(E, F), [program(E), program(F)]).
-construct(iconc(E), [program(E)]).
-construct(rconc(E, F), [program(E), program(F)]).
-construct(rconc(Es), [programs(Es)]).
-construct(rrobin(Es), [programs(Es)]).
-construct(sync(Es), [programs(Es)]).
-construct(interrupt(P, E), [formula(P), program(E)]).
-construct(interrupt(V, P, E), [variable(V), formula(P), program(E)]).
-construct(prioritized_interrupts(Es), [programs(Es)]).
-construct(gexec(P, E), [formula(P), program(E)]).
-construct(goal(P, E, Q, F), [formula(P), program(E), formula(Q), program(F)]).
-construct(atomic(E), [program(E)]).
-construct(time(E, _), [program(E)]).
-construct(ttime(E, _), [program(E)]).
-construct(search(E), [program(E)]).
-construct(search(E, _), [program(E)]).
-construct(searchc(E), [program(E)]).
-construct(searchc(E, _), [program(E)]).
-construct(achieve(P), [formula(P)]).
-construct(achieve(P, _), [formula(P)]).
-construct(achieve(P, _, _), [formula(P)]).
-construct(case(_, Branches), [programs(Es)]) :-
-    (   is_list(Branches)
-    ->  findall(E, member(if(_, E), Branches), Es)
-    ;   Es = []
-    ).
-
-step(wait).
-step(abort).
-step(commit).
-step(stop_interrupts).
-step(set(_)).
-step(unset(_)).
-step(sim(_)).
-step(abort(_)).
-
-%!  program_part(+Program, -Part) is nondet.
-%
-%   Part is a program that the construct Program is made of.
-
-program_part(E, Part) :-
-    construct(E, Parts),
-    (   member(program(Part), Parts)
-    ;   member(programs(Es), Parts),
-        is_list(Es),
-        member(Part, Es)
-    ).
-
 %!  near_miss(+Theory, +Term, -Indicator) is semidet.
 %
 %   An action, fluent, procedure or construct has the name of Term, and another
@@ -222,8 +152,7 @@ near_miss(Theory, Term, Name/Arity) :-
         (   Module:'$fluent'(G, _)
         ;   clause(Module:proc(G, _), _), nonvar(G)
         )
-    ;   clause(construct(G, _), _), nonvar(G)
-    ;   step(G)
+    ;   construct(G, _)
     ),
     functor(G, Name, Arity),
     Arity =\= Arity0,
@@ -258,51 +187,44 @@ formula_problem(P, In, Theory, Kind, What) :-
         What = unknown_formula(In, P)
     ).
 
-connective(true, [], []).
-connective(false, [], []).
-connective(and(P, Q), [P, Q], []).
-connective(and(Ps), Qs, []) :- listed(Ps, Qs).
-connective((P, Q), [P, Q], []).
-connective(or(P, Q), [P, Q], []).
-connective(or(Ps), Qs, []) :- listed(Ps, Qs).
-connective((P ; Q), [P, Q], []).
-connective((P -> Q), [P, Q], []).
-connective(neg(P), [P], []).
-connective(\+ P, [P], []).
-connective(impl(P, Q), [P, Q], []).
-connective(equiv(P, Q), [P, Q], []).
-connective(some(_, P), [P], []).
-connective(some(_, _, P), [P], []).
-connective(all(_, P), [P], []).
-connective(all(_, _, P), [P], []).
-connective(know(P), [P], []).
-connective(kwhether(P), [P], []).
-connective(done(_), [], []).
-connective(once(P), [P], []).
-connective(forall(P, Q), [P, Q], []).
-connective(findall(_, P, _), [P], []).
-connective(aggregate_all(_, P, _), [P], []).
-connective(X = Y, [], [X, Y]).
-connective(P, [], [X, Y]) :-
-    compound(P),
-    P =.. [Name, X, Y],
-    arithmetic_comparison(Name).
+% connective(+Formula, -Formulas, -Terms): Formula begins with a connective, and these are
+% what its truth depends on.
+connective(P, Ps, Terms) :-
+    (   meaning(P, _, Goal)
+    ->  asked(Goal, Ps0, [], Terms0, []),
+        list_to_set(Ps0, Ps),
+        list_to_set(Terms0, Terms)
+    ;   ( P = and(L) ; P = or(L) ),
+        \+ is_list(L),                    % not known before it runs
+        Ps = [], Terms = []
+    ).
 
-listed(Ps, Qs) :-
-    (   is_list(Ps) -> Qs = Ps ; Qs = [] ).
+% asked(+Goal, -Formulas, ?Formulas1, -Terms, ?Terms1)
+asked(true_in(P, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
+asked(instance(_, P, _, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
+asked(known(P, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
+asked(known_whether(P, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
+asked(value_in(T, _, _), Ps, Ps1, Ts, Ts1) => Ps = Ps1, Ts = [T|Ts1].
+asked(findall(_, G, _), Ps, Ps1, Ts, Ts1) => asked(G, Ps, Ps1, Ts, Ts1).
+asked(aggregate_all(_, G, _), Ps, Ps1, Ts, Ts1) => asked(G, Ps, Ps1, Ts, Ts1).
+asked(G, Ps, Ps1, Ts, Ts1), control(G, Gs) => asked_of_each(Gs, Ps, Ps1, Ts, Ts1).
+asked(_, Ps, Ps1, Ts, Ts1) => Ps = Ps1, Ts = Ts1.
 
-arithmetic_comparison(<).
-arithmetic_comparison(>).
-arithmetic_comparison(=<).
-arithmetic_comparison(>=).
-arithmetic_comparison(=:=).
-arithmetic_comparison(=\=).
-arithmetic_comparison(is).
+asked_of_each([], Ps, Ps, Ts, Ts).
+asked_of_each([G|Gs], Ps, Ps1, Ts, Ts1) :-
+    asked(G, Ps, Ps0, Ts, Ts0),
+    asked_of_each(Gs, Ps0, Ps1, Ts0, Ts1).
+
+control((A, B), [A, B]).
+control((A ; B), [A, B]).
+control((A -> B), [A, B]).
+control(\+ A, [A]).
+control(once(A), [A]).
 
 comparison(P) :-
-    functor(P, Name, 2),
-    arithmetic_comparison(Name),
-    Name \== is.
+    compound(P),
+    P =.. [Name, _, _],
+    memberchk(Name, [<, >, =<, >=, =:=, =\=]).
 
 argument_problem(P, In, Theory, Kind, What) :-
     compound(P),
@@ -342,13 +264,9 @@ unguarded_call(E, Theory, Call) :-
         )
     ;   is_formula(E, Theory)
     ->  formula_call(E, Theory, Call)
-    ;   construct(E, Parts)
+    ;   construct(E, _)
     ->  \+ E = ?(_),
-        (   member(program(F), Parts)
-        ;   member(programs(Fs), Parts),
-            is_list(Fs),
-            member(F, Fs)
-        ),
+        program_part(E, F),
         unguarded_call(F, Theory, Call)
     ;   called_procedure(Theory, E),
         Call = E

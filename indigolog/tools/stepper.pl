@@ -12,6 +12,8 @@
 :- use_module(explain, [why/3]).
 :- use_module('../language/formula', [holds_in/2]).
 :- use_module('../online/journal', [journal_entries/3]).
+:- use_module('../language/progression', [progress/3]).
+:- use_module('../language/sensing', [sensing_action/2]).
 :- use_module('../language/situation').
 :- use_module('../online/terminal', [ask_in/2]).
 :- use_module('../language/theory').

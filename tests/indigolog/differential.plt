@@ -5,8 +5,8 @@
 :- use_module(library(lists), [member/2, memberchk/2, reverse/2]).
 :- use_module(library(random), [random_member/2]).
 :- use_module('../../indigolog/indigolog').
-:- use_module('../../indigolog/language/situation',
-              [history_situation/2, fluent_status/3]).
+:- use_module('../../indigolog/language/progression', [history_situation/2]).
+:- use_module('../../indigolog/language/situation', [fluent_status/3]).
 :- use_module(naive).
 :- use_module(naive_values, [naive_theory/1, naive_values/3]).
 :- use_module(random_agents).

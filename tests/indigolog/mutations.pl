@@ -17,78 +17,81 @@ caught.
 
 %   mutation(What, File, Old, New): Old occurs once in File.
 
-mutation('if takes the other branch', transition,
-         "    ->  trans(E, S, C, E1, S1)\n    ;   trans(F, S, C, E1, S1)\n    ).\ntrans(while",
-         "    ->  trans(F, S, C, E1, S1)\n    ;   trans(E, S, C, E1, S1)\n    ).\ntrans(while").
-mutation('ndet knows only its first program', transition,
+mutation('if takes the other branch', golog,
+         "    ->  trans(E, S, C, E1, S1)\n    ;   trans(F, S, C, E1, S1)\n    ).\nfinal(if",
+         "    ->  trans(F, S, C, E1, S1)\n    ;   trans(E, S, C, E1, S1)\n    ).\nfinal(if").
+mutation('ndet knows only its first program', golog,
          "    (   trans(E, S, C, E1, S1)\n    ;   trans(F, S, C, E1, S1)\n",
          "    (   trans(E, S, C, E1, S1)\n    ;   fail, trans(F, S, C, E1, S1)\n").
-mutation('wndet is as ndet', transition,
+mutation('wndet is as ndet', extensions,
          "    *-> E1 = E0, S1 = S0\n",
          "    ,   E1 = E0, S1 = S0\n").
-mutation('conc never steps its second program', transition,
-         "        concurrent(E, F0, E1)\n    ).\ntrans(pconc",
-         "        concurrent(E, F0, E1), fail\n    ).\ntrans(pconc").
-mutation('pconc has no priority', transition,
+mutation('conc never steps its second program', congolog,
+         "        concurrent(E, F0, E1)\n",
+         "        concurrent(E, F0, E1), fail\n").
+mutation('pconc has no priority', congolog,
          "    *-> S1 = S0,\n",
          "    ,   S1 = S0,\n").
-mutation('interrupts in the reverse priority', context,
+mutation('interrupts in the reverse priority', congolog,
          "by_priority([I|Is], pconc(I, E))",
          "by_priority([I|Is], pconc(E, I))").
 mutation('a stopped interrupt runs on', context,
          "stopped_context(c(N, _, M, K), c(N, false, M, K))",
          "stopped_context(c(N, _, M, K), c(N, true, M, K))").
-mutation('star(E, N) does not count', transition,
+mutation('star(E, N) does not count', extensions,
          "    ;   M is N-1,\n",
          "    ;   M is N,\n").
-mutation('a while loop is never final', termination,
-         "    ->  final(E, S, C)\n    ;   true\n    ).\nfinal(star(_), _, _)",
-         "    ->  final(E, S, C)\n    ;   fail\n    ).\nfinal(star(_), _, _)").
-mutation('a sequence is final where its head is', termination,
-         "    final(E, S, C),\n    final(L, S, C).\nfinal(?(_), _, _)",
-         "    final(E, S, C), ( true ; final(L, S, C) ).\nfinal(?(_), _, _)").
-mutation('gexec goes on without its condition', transition,
+mutation('a while loop is never final', golog,
+         "    ->  final(E, S, C)\n    ;   true\n    ).\n",
+         "    ->  final(E, S, C)\n    ;   fail\n    ).\n").
+mutation('a sequence is final where its head is', golog,
+         "    final(E, S, C),\n    final(L, S, C).\n",
+         "    final(E, S, C), ( true ; final(L, S, C) ).\n").
+mutation('gexec goes on without its condition', extensions,
          "    once_if_ground(P, holds_in(P, S)),\n    trans(E, S, C, E0, S1),\n    around(E0, gexec(P, E0), E1)",
          "    trans(E, S, C, E0, S1),\n    around(E0, gexec(P, E0), E1)").
-mutation('goal/4 steps although it is done', transition,
-         "    \\+ holds_in(Done, S),\n",
+mutation('goal/4 steps although it is done', extensions,
+         "    \\+ holds_in(P, S),\n",
          "").
-mutation('sync ends without silent steps', termination,
-         "    all_end(Es, S, C).\nfinal(interrupt",
-         "    final(Es, S, C).\nfinal(interrupt").
-mutation('atomic can be interrupted', transition,
-         "    ;   E1 = '$locked'('$atomic'(E0))\n",
+mutation('sync ends without silent steps', extensions,
+         "    all_end(Es, S, C).\n\ntogether",
+         "    final(Es, S, C).\n\ntogether").
+mutation('atomic can be interrupted', extensions,
+         "    ;   locked('$atomic'(E0), E1)\n",
          "    ;   E1 = E0\n").
-mutation('for goes through its domain in reverse', context,
+mutation('what is beside a locked program steps', congolog,
+         "    ;   free(E),\n        trans(F, S, C, F0, S1),\n        concurrent",
+         "    ;   trans(F, S, C, F0, S1),\n        concurrent").
+mutation('for goes through its domain in reverse', extensions,
          "    instances(Values, V, E, Es).\n",
          "    lists:reverse(Values, Reversed), instances(Reversed, V, E, Es).\n").
 mutation('an inner variable is not hidden', substitution,
          "hides(pi(V, E),           X, D, pi(W, E), D1)           :- binds(V, X, D, W, D1).\n",
          "").
-mutation('the last axiom counts, not the first', situation,
+mutation('the last axiom counts, not the first', progression,
          "            Earlier == F\n",
          "            Earlier == F, fail\n").
-mutation('causes_false makes true', situation,
-         "    ;   Module:causes_false(Action, F, Condition), V = false\n",
-         "    ;   Module:causes_false(Action, F, Condition), V = true\n").
-mutation('set makes false', situation,
+mutation('causes_false makes true', progression,
+         "    ;   Module:causes_false(A, F, Condition), V = false\n",
+         "    ;   Module:causes_false(A, F, Condition), V = true\n").
+mutation('set makes false', progression,
          "    Effect = F-true.\n",
          "    Effect = F-false.\n").
 mutation('impl is and', formula,
-         "    ->  \\+ \\+ true_in(Q, S)\n    ;   true\n",
-         "    ->  \\+ \\+ true_in(Q, S)\n    ;   fail\n").
+         "means(impl(P, Q), S, ( true_in(P, S) -> \\+ \\+ true_in(Q, S) ; true )).",
+         "means(impl(P, Q), S, ( true_in(P, S) -> \\+ \\+ true_in(Q, S) ; fail )).").
 mutation('all is some', formula,
-         "    \\+ some(V, neg(P), S).\ntrue_in(some(V, D, P), S)",
-         "    \\+ \\+ some(V, P, S).\ntrue_in(some(V, D, P), S)").
+         "means(all(V, P), S, \\+ ( instance(V, P, S, P1), \\+ true_in(P1, S) )).",
+         "means(all(V, P), S, \\+ \\+ ( instance(V, P, S, P1), true_in(P1, S) )).").
 mutation('one world is enough to know', knowledge,
          "    in_all_worlds(Goal, W1),\n    in_each(Vs, F, Goal, W).",
          "    in_all_worlds(Goal, W1), ( true ; in_each(Vs, F, Goal, W) ).").
-mutation('nothing is rejected', knowledge,
+mutation('nothing is rejected', sensing,
          "    exclude(rejected(F, A, R, Module, S), Vs0, Vs),",
          "    exclude([_]>>fail, Vs0, Vs),").
 mutation('kwhether is know', knowledge,
-         "    ;   known(neg(P), S)\n",
-         "").
+         "        known(neg(P), S)\n",
+         "        fail\n").
 mutation('effects do not look at all worlds', knowledge,
          "    append(Here, More, Results),\n    results_of_each(Vs, F, Goal, W, More).",
          "    append(Here, [], Results), ( true ; results_of_each(Vs, F, Goal, W, More) ).").
@@ -102,15 +105,18 @@ mutation('search is content with its first step', depth_first,
          "onward(E, S, C, _, []) :-\n    final(E, S, C).\n",
          "onward(_, _, _, _, []).\n").
 mutation('a compiled condition is not negated', compiled,
-         "    Goal = ( \\+ P1 ),\n    goal(P, In, P1).",
-         "    goal(P, In, Goal).").
+         "    Goal = ( \\+ A1 ),\n    unfolded(A, In, A1).",
+         "    unfolded(A, In, Goal).").
 mutation('a compiled quantifier keeps its value', compiled,
-         "    substitute(V, _, P, P1),\n    goal(P1, In, Goal).",
-         "    substitute(V, none, P, P1),\n    goal(P1, In, Goal).").
-mutation('compiled effects of causes_false are left out', compiled,
-         "    ;   Module:'$sets_false'(A, S, Effect)\n",
+         "    substitute(V, _, P, P1).",
+         "    substitute(V, none, P, P1).").
+mutation('a compiled equality of arguments binds them', compiled,
+         "    (   (   var(V), \\+ plain(V, In)\n",
+         "    (   (   var(V)\n").
+mutation('compiled effects of causes_false are left out', progression,
+         "            ;   Module:'$sets_false'(Action, Situation, Effect)\n",
          "").
-mutation('any action is plain', compiled,
+mutation('any action is plain', action,
          "        \\+ ( sub_term(T, Action), callable(T), fluent_template(Theory, T, _) )\n",
          "        true\n").
 mutation('what was set last is lost when the list is full', values,

@@ -1,0 +1,179 @@
+:- module(indigolog_loading,
+          [ load_theory/1,            % +FileOrFiles
+            unload_theory/0
+          ]).
+:- use_module(library(apply), [maplist/2, maplist/3]).
+:- use_module(library(error), [existence_error/2, must_be/2]).
+:- use_module(library(gensym), [gensym/2]).
+:- use_module(library(lists), [member/2]).
+:- use_module(compiled, [compile_axioms/1]).
+:- use_module(published, []).
+:- use_module(theory).
+
+/** <module> Loading theories */
+
+% Other predicates that theories find there: Module:Name/Arity.
+:- multifile theories_may_call/1.
+
+%!  load_theory(+FileOrFiles) is det.
+%
+%   Load a file, or a list of files, as the current theory.  The theory that was
+%   current before is unloaded.
+%
+%   @error existence_error(source_sink, File) if there is no such file
+%   @error golog(load(Files, Count)) if the files have errors, which have then
+%          been printed with file and line
+
+load_theory(Spec) :-
+    (   is_list(Spec)
+    ->  Specs = Spec
+    ;   Specs = [Spec]
+    ),
+    maplist(theory_file, Specs, Files),
+    unload_theory,
+    gensym(indigolog_theory_, Module),
+    prepare_module(Module),
+    statistics(errors, Errors0),
+    maplist(load_file(Module), Files),
+    statistics(errors, Errors),
+    (   Errors > Errors0
+    ->  Count is Errors - Errors0,
+        unload_files(Module, Files),
+        throw(error(golog(load(Files, Count)), _))
+    ;   true
+    ),
+    index_fluents(Module),
+    index_actions(Module),
+    ( Module:'$uncertain'(_) -> Certainty = possible ; Certainty = certain ),
+    new_theory(Module, Certainty, Theory),
+    compile_axioms(Theory),
+    make_current(Theory, Files).
+
+theory_file(Spec, File) :-
+    must_be(ground, Spec),
+    (   absolute_file_name(Spec, File,
+                           [ extensions(['', pl]), access(read),
+                             file_errors(fail) ]),
+        \+ exists_directory(File)
+    ->  true
+    ;   existence_error(source_sink, Spec)
+    ).
+
+prepare_module(Module) :-
+    forall(theory_predicate(PI),
+           ( dynamic(Module:PI),
+             multifile(Module:PI),
+             discontiguous(Module:PI) )),
+    dynamic([ Module:'$fluent'/2, Module:'$action'/2, Module:'$sensed'/1,
+              Module:'$uncertain'/1, Module:'$instances'/2 ]),
+    add_import_module(Module, indigolog_published, start),
+    forall(older_axiom(Old, New),
+           assertz(Module:term_expansion(Old, New))),
+    forall(theories_may_call(PI), Module:import(PI)).
+
+% Theories for the published evaluator of possible values (2005) write causes/4, and
+% senses/1 beside settles/5 and rejects/5, which say the same.
+older_axiom(causes(A, F, V, P), causes_val(A, F, V, P)).
+older_axiom((causes(A, F, V, P) :- Body), (causes_val(A, F, V, P) :- Body)).
+older_axiom(senses(_), []).
+
+% SWI-Prolog loads a file without a header into one module only, so the file is
+% included into a source of its own, which lies in the same directory.
+load_file(Module, File) :-
+    refuse_header(File),
+    own_source(Module, File, Source),
+    format(string(Text), ':- include(~q).~n', [File]),
+    setup_call_cleanup(
+        ( '$style_check'(Style, Style),
+          style_check(-discontiguous),
+          open_string(Text, Stream) ),
+        load_files(Module:Source, [stream(Stream), silent(true)]),
+        ( '$style_check'(_, Style),
+          close(Stream) )).
+
+own_source(Module, File, Source) :-
+    file_directory_name(File, Directory),
+    file_base_name(File, Base),
+    format(atom(Source), '~w/~w as ~w', [Directory, Base, Module]).
+
+refuse_header(File) :-
+    setup_call_cleanup(
+        open(File, read, In),
+        catch(read(In, First), _, First = none),
+        close(In)),
+    (   nonvar(First),
+        First = (:- module(Own, _))
+    ->  throw(error(golog(module_header(File, Own)), _))
+    ;   true
+    ).
+
+%!  unload_theory is det.
+%
+%   Forget the current theory, if there is one.
+
+unload_theory :-
+    (   forget_current(Module, Files)
+    ->  unload_files(Module, Files)
+    ;   true
+    ).
+
+unload_files(Module, Files) :-
+    forall(member(File, Files),
+           ( own_source(Module, File, Source),
+             unload_file(Source) )).
+
+
+                /* What is declared */
+
+% '$fluent'(Template, Kind): Kind is rel or fun; Template has fresh arguments.
+
+index_fluents(Module) :-
+    forall(( declaration(Module, Kind, Template),
+             \+ Module:'$fluent'(Template, _) ),
+           assertz(Module:'$fluent'(Template, Kind))),
+    forall(( sensing_axiom(Module, Template),
+             \+ Module:'$sensed'(Template) ),
+           assertz(Module:'$sensed'(Template))),
+    forall(( possible_values_axiom(Module, Template),
+             \+ Module:'$uncertain'(Template) ),
+           assertz(Module:'$uncertain'(Template))).
+
+declaration(Module, Kind, Template) :-
+    (   Kind = rel, Head = rel_fluent(F)
+    ;   Kind = fun, Head = fun_fluent(F)
+    ;   Kind = fun, Head = prim_fluent(F)
+    ),
+    head_template(Module, Head, F, Template).
+
+% Declarations whose argument is a variable in the clause are asked for their
+% solutions; the others name their functor.
+head_template(Module, Head, F, Template) :-
+    copy_term(Head-F, Head0-F0),
+    clause(Module:Head0, Body),
+    (   nonvar(F0)
+    ->  true
+    ;   catch(Module:Body, _, fail), nonvar(F0)
+    ),
+    generalised(F0, Template).
+
+sensing_axiom(Module, Template) :-
+    (   clause(Module:senses(_, F), _)
+    ;   clause(Module:senses(_, _, F, _, _), _)
+    ;   clause(Module:settles(_, _, F, _, _), _)
+    ;   clause(Module:rejects(_, _, F, _, _), _)
+    ),
+    callable(F),
+    generalised(F, Template).
+
+possible_values_axiom(Module, Template) :-
+    (   clause(Module:settles(_, _, F, _, _), _)
+    ;   clause(Module:rejects(_, _, F, _, _), _)
+    ),
+    callable(F),
+    generalised(F, Template).
+
+index_actions(Module) :-
+    forall(( member(Kind-Head, [ prim-prim_action(A), exog-exog_action(A) ]),
+             head_template(Module, Head, A, Template),
+             \+ Module:'$action'(Template, Kind) ),
+           assertz(Module:'$action'(Template, Kind))).
