@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
+from vision_server.edges.edge_map import EdgeMap
+
 Image = NDArray[np.uint8]
 
 
@@ -58,3 +60,11 @@ def square_outline(shape: tuple[int, int] = (120, 160)) -> NDArray[np.bool_]:
     for dy, dx in ((0, 1), (1, 0), (0, -1), (-1, 0)):
         grown |= np.roll(inside, (dy, dx), axis=(0, 1)) != inside
     return np.asarray(grown, dtype=np.bool_)
+
+
+def edge_map_of(points: list[tuple[int, int, float]], shape: tuple[int, int] = (60, 80)) -> EdgeMap:
+    """Edgels (x, y, normal) as an edge map."""
+    ridge, orientation = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+    for x, y, normal in points:
+        ridge[y, x], orientation[y, x] = 10.0, normal % np.pi
+    return EdgeMap.from_fields(ridge, orientation, np.zeros(shape, np.float32), 0.0)

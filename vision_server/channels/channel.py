@@ -1,18 +1,16 @@
 """Per-channel statistics: what one image says about edges, computed once and kept.
 
-A *channel* is one image of the set. Its gradient is measured on linear intensity (tone curve undone) with the
-exposure divided out, so that channels are comparable. Each pixel gets a weight that says how lit it is in
-this channel, and the noise that the gradient carries there. Weight and noise are smooth and are kept for
-each 2 x 2 px; the gradient is kept as a list of the pixels where it exceeds its noise.
-
-The weight is 2^(k l). l is the mean of the darkest and the brightest log2 intensity within reach: a shadow
-edge has a side that is darker than in the other channels, so its weight collapses, and because darkest and
-brightest are the same all across an edge, the weight does not move the edge."""
+A *channel* is one image of the set. Three things are known of it: how lit each of its pixels is, by which
+channels are weighted against each other (`lighting`, the part that matters most); where its gradient stands
+out of its noise, with which contrast and which axis (`gradient_pixels`); and how large that noise is
+(`noise`). All is measured on linear intensity (tone curve undone) with the exposure divided out, so that
+channels can be compared.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import NamedTuple
 
 import cv2
@@ -22,26 +20,18 @@ from numpy.typing import NDArray
 from bridge.errors import BadInput
 from numerics.two_cores import both
 from vision_server.channels.blur import blur_sigma, halved
-from vision_server.channels.gaussian import gaussian_kernels
-from vision_server.channels.gradient_pixels import GradientFilter, GradientPixels, Places, joined
-from vision_server.channels.lighting import light_rows
-from vision_server.channels.noise import FINEST_SCALE_PX, gradient_scale, grey_noise
+from vision_server.channels.gaussian import contrast_kernels, noise_gain
+from vision_server.channels.gradient_pixels import Gradient, GradientPixels, gradient, pixels_above
+from vision_server.channels.lighting import LENS_BLUR_PX, WEIGHT_EXPONENT, Lighting, lighting
+from vision_server.channels.noise import gradient_scale, grey_noise, smooth_noise_factor
 
 Grey = NDArray[np.uint8]
 Field = NDArray[np.float32]
+Floats = NDArray[np.float64]
 
-WEIGHT_EXPONENT = 12.0  # k: how steeply a channel loses its say where it is darker
-LIT_OFFSET_GREY = 8.0  # grey at reference exposure added before the logarithm: black is black
-REACH = 2.5  # how far they are taken from, in standard deviations of an edge's spread
-SHARP_PX = 2.0  # blur up to this is what any lens and pixel do
-SHARPNESS_EXPONENT = (
-    4.0  # a channel's say falls with its blur to this power: sharp ones know where an edge is
-)
-SATURATED_GREY = 250  # from here on a pixel is clipped
 SCALE_OF_BLUR = 0.2  # of the gradient, at least: much finer than the blur it would see noise only
-CLIPPED_STOPS = 0.25  # beside a clipped pixel a channel counts as so much darker: others know better
-FLOOR_NOISE_RATIO = 3.0  # a gradient under so many of its own standard deviations is no edge
-LOG2_WEIGHT_LIMIT = 100.0  # float32 holds 2^126; room for sums
+FLOOR_NOISE_RATIO = 3.0  # a gradient under so many of its own standard deviations is no edge: 1.1 % of noise
+SAMPLED_ROW_STEP = 16  # rows whose magnitudes are sampled, for the noise in flat parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,26 +46,20 @@ class ChannelStatistics:
         Pixels whose gradient stands out of the noise. Magnitudes are contrasts: the height in grey, at
         reference exposure, of the ideal step edge that would give the gradient (gradient times
         sqrt(2 pi) sigma).
-    coarse_weight
-        float32 (H // 2, W // 2), 2^(k l) for 2 x 2 px: how lit they are in this channel.
-    coarse_noise
-        float32 (H // 2, W // 2), standard deviation of the contrast from sensor noise.
-    coarse_clear
-        bool (H // 2, W // 2), False within reach of a clipped pixel.
+    light
+        How lit each 2 x 2 px are in this channel, and the noise of the contrast there.
     linear_of
         float32 (256,), linear intensity of each grey at this frame's own exposure, 0..255 (255 is full
         scale).
     exposure, sigma_px, blur_px
         Relative exposure of the frame; scale of the gradient; blur found in the image.
     noise_factor
-        By so much ``coarse_noise`` exceeds what white noise of the measured size would give: 1 to 2.
+        By so much the noise exceeds what white noise of the measured size would give: 1 to 2.
     """
 
     image: Grey
     gradient: GradientPixels
-    coarse_weight: Field
-    coarse_noise: Field
-    coarse_clear: NDArray[np.bool_]
+    light: Lighting
     linear_of: Field
     exposure: float
     sigma_px: float
@@ -98,7 +82,7 @@ class ChannelStatistics:
         """Contrast, 0 where it is below the noise floor, float32 (H, W)."""
         return self._scattered(self.gradient.magnitude)
 
-    @property
+    @cached_property
     def orientation(self) -> Field:
         """Axis of the gradient, rad in [0, pi), 0 below the noise floor, float32 (H, W)."""
         return self._scattered(self.gradient.axis)
@@ -106,17 +90,17 @@ class ChannelStatistics:
     @cached_property
     def weight(self) -> Field:
         """How lit each pixel is, float32 (H, W)."""
-        return self._at_full_size(self.coarse_weight)
+        return self._at_full_size(self.light.weight)
 
     @cached_property
     def noise(self) -> Field:
         """Standard deviation of ``contrast`` from sensor noise, float32 (H, W)."""
-        return self._at_full_size(self.coarse_noise)
+        return self._at_full_size(self.light.noise)
 
     @property
     def unsaturated(self) -> NDArray[np.bool_]:
         """False within reach of a clipped pixel, bool (H, W)."""
-        return np.asarray(self._at_full_size(self.coarse_clear.astype(np.float32)) > 0, dtype=np.bool_)
+        return np.asarray(self._at_full_size(self.light.clear.astype(np.float32)) > 0, dtype=np.bool_)
 
     def _scattered(self, values: Field) -> Field:
         field = np.zeros(self.shape, np.float32)
@@ -129,40 +113,22 @@ class ChannelStatistics:
         return np.pad(field, ((0, rows - len(field)), (0, columns - field.shape[1])), mode="edge")
 
 
-def _tables(
-    image: Grey, exposure: float, gamma: float, exponent: float
-) -> tuple[Field, Field, NDArray[np.float64], NDArray[np.float64]]:
-    """Per grey level: linear intensity, root of the weight, noise in grey, noise in linear intensity."""
-    linear, slope = _linear(gamma)
-    grey_sd = grey_noise(image)
-    stops = np.log2((linear / exposure + LIT_OFFSET_GREY) / 128.0)
-    exponents = np.clip(exponent * stops, -LOG2_WEIGHT_LIMIT, LOG2_WEIGHT_LIMIT)
-    return linear.astype(np.float32), np.exp2(0.5 * exponents).astype(np.float32), grey_sd, grey_sd * slope
+class _Measured(NamedTuple):
+    """The gradient of an image at one scale, and its noise: for each grey, and by so much it is not white."""
 
-
-@cache
-def _linear(gamma: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Linear intensity of each grey, 0..255, and its slope."""
-    linear = 255.0 * (np.arange(256, dtype=np.float64) / 255.0) ** gamma
-    return linear, np.gradient(linear)
-
-
-class _Gradient(NamedTuple):
-    """The filter, its noise for each grey if the image's is white, and by so much that is exceeded."""
-
-    filter: GradientFilter
+    sigma_px: float
+    gradient: Gradient
     noise_of: Field
     noise_factor: float
 
 
-def _gradient(
-    image: Grey, linear_of: Field, linear_sd: NDArray[np.float64], scale: float, exposure: float
-) -> _Gradient:
-    smooth, derivative = gaussian_kernels(scale)
-    scaled = derivative * np.float32(np.sqrt(2.0 * np.pi) * scale / exposure)
-    noise_of = (linear_sd * float(np.linalg.norm(smooth) * np.linalg.norm(scaled))).astype(np.float32)
-    gradient = GradientFilter(image, linear_of, (smooth, scaled))
-    return _Gradient(gradient, noise_of, gradient.noise_factor(noise_of))
+def _measured(image: Grey, linear_of: Floats, grey_sd: Floats, exposure: float, sigma_px: float) -> _Measured:
+    kernels = contrast_kernels(sigma_px, exposure)
+    found = gradient(image, linear_of.astype(np.float32), kernels)
+    white = (grey_sd * np.gradient(linear_of) * noise_gain(kernels)).astype(np.float32)
+    rows = np.s_[SAMPLED_ROW_STEP // 2 :: SAMPLED_ROW_STEP]
+    factor = smooth_noise_factor(found.magnitude[rows], image[rows], white)
+    return _Measured(sigma_px, found, white, factor)
 
 
 def channel_statistics(
@@ -205,48 +171,35 @@ def channel_statistics(
         if not (np.isfinite(value) and value > 0.0):
             raise BadInput(f"The {name} of a channel must be a positive number, not {value}.")
     image = np.ascontiguousarray(image)
+    linear_of = 255.0 * (np.arange(256.0) / 255.0) ** gamma
+    half = halved(image)
 
-    def blurred() -> tuple[Grey, float]:
-        half = halved(image)
-        return half, blur_sigma(half)
-
-    def noisy() -> tuple[Field, Field, NDArray[np.float64], float, _Gradient]:
-        linear_of, root, grey_sd, linear_sd = _tables(image, exposure, gamma, weight_exponent)
+    def measured() -> tuple[Floats, _Measured]:
+        grey_sd = grey_noise(image)
         scale = gradient_scale(image, grey_sd) if sigma_px is None else sigma_px
-        return linear_of, root, linear_sd, scale, _gradient(image, linear_of, linear_sd, scale, exposure)
+        return grey_sd, _measured(image, linear_of, grey_sd, exposure, scale)
 
-    (half, blur), (linear_of, root, linear_sd, scale, gradient) = both(blurred, noisy)
-    if sigma_px is None and scale < SCALE_OF_BLUR * blur:
-        scale = SCALE_OF_BLUR * blur
-        gradient = _gradient(image, linear_of, linear_sd, scale, exposure)
-    noise_of = gradient.noise_of * np.float32(gradient.noise_factor)
-    floor_of = np.float32(FLOOR_NOISE_RATIO * gradient.noise_factor) * gradient.noise_of
-    spread = np.sqrt(scale**2 + max(blur**2 - SHARP_PX**2, 0.0))
-    reach = max(int(np.round(0.5 * REACH * spread)), 1)
-    root *= np.float32((FINEST_SCALE_PX / spread) ** (0.5 * SHARPNESS_EXPONENT))
-    clipped_factor = np.float32(2.0 ** (-weight_exponent * CLIPPED_STOPS))
-    level, clear = np.empty(half.shape, np.uint8), np.empty(half.shape, np.bool_)
-    weight, noise = np.empty((2, *half.shape), np.float32)
+    (grey_sd, found), blur_px = both(measured, lambda: blur_sigma(half))
+    if sigma_px is None and found.sigma_px < SCALE_OF_BLUR * blur_px:
+        found = _measured(image, linear_of, grey_sd, exposure, SCALE_OF_BLUR * blur_px)
+    spread_px = float(np.sqrt(found.sigma_px**2 + max(blur_px**2 - LENS_BLUR_PX**2, 0.0)))
+    noise_of = found.noise_of * np.float32(found.noise_factor)
+    light = lighting(half, linear_of, exposure, spread_px, noise_of, weight_exponent)
+    floor_of = np.float32(FLOOR_NOISE_RATIO * found.noise_factor) * found.noise_of
 
-    def rows(first: int, end: int) -> tuple[Places, Field]:
-        """Of the image, both even unless they are all there are."""
-        light_rows(
-            half, reach, root, noise_of, SATURATED_GREY, clipped_factor, first >> 1, end >> 1,
-            level, weight, noise, clear,
-        )  # fmt: skip
-        return gradient.filter.pixels(level, floor_of, first, end)
+    def listed(first: int, end: int) -> GradientPixels:
+        return pixels_above(found.gradient, light.level, floor_of, first, end)
 
-    middle = len(image) // 4 * 2
-    parts = both(lambda: rows(0, middle), lambda: rows(middle, len(image)))
+    middle = len(image) // 2
+    halves = both(lambda: listed(0, middle), lambda: listed(middle, len(image)))
+    pixels = GradientPixels(*(np.concatenate(parts) for parts in zip(*halves, strict=True)))
     return ChannelStatistics(
         image,
-        joined(parts),
-        weight,
-        noise,
-        clear,
-        linear_of,
+        pixels,
+        light,
+        linear_of.astype(np.float32),
         exposure,
-        scale,
-        blur,
-        gradient.noise_factor,
+        found.sigma_px,
+        blur_px,
+        found.noise_factor,
     )

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from vision_server.channels.channel import SATURATED_GREY, ChannelStatistics, Field, Grey
-from vision_server.channels.gaussian import gaussian_kernels
+from vision_server.channels.channel import ChannelStatistics, Field, Grey
+from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient, gaussian_kernels, noise_gain
+from vision_server.channels.noise import SATURATED_GREY
 
 SCALES_PX = (1.0, 2.0, 4.0, 8.0)  # Gaussian derivatives: sharp, soft, defocused, motion-blurred
 
@@ -78,8 +79,8 @@ class GradientChannel:
     def _fill(self, index: int, region: Region) -> None:
         """One scale in one region, from what surrounds it."""
         height, width = self.linear.shape
-        smooth, derivative = gaussian_kernels(SCALES_PX[index])
-        reach = len(smooth) // 2
+        kernels = gaussian_kernels(SCALES_PX[index])
+        reach = len(kernels[0]) // 2
         left, top, right, bottom = region
         x0, y0, x1, y1 = _within(
             (left - reach, top - reach, right + reach + ALIGNED_PX, bottom + reach), width, height
@@ -88,12 +89,10 @@ class GradientChannel:
         source = self.linear[y0:y1, x0:x1]
         there = np.s_[top:bottom, left:right]
         inner = np.s_[top - y0 : bottom - y0, left - x0 : right - x0]
-        border = cv2.BORDER_REPLICATE
-        along_x = cv2.sepFilter2D(source, cv2.CV_32F, derivative, smooth, borderType=border)
-        along_y = cv2.sepFilter2D(source, cv2.CV_32F, smooth, derivative, borderType=border)
+        along_x, along_y = gaussian_gradient(source, kernels)
         cv2.merge([along_x[inner], along_y[inner]], dst=self.gradient[index][there])
         if index == 0:
-            blurred = cv2.GaussianBlur(source, (0, 0), SCALES_PX[0], borderType=border)
+            blurred = cv2.GaussianBlur(source, (0, 0), SCALES_PX[0], borderType=cv2.BORDER_REPLICATE)
             self.smooth[there] = blurred[inner]
         if self._some_clipped:
             side = 2 * int(np.ceil(2.0 * SCALES_PX[index])) + 1
@@ -125,9 +124,8 @@ def gradient_channel(name: str, image: Grey, statistics: ChannelStatistics) -> G
     statistics
         Of the same frame; its noise is that of the contrast, and is brought back to single pixels here.
     """
-    smooth, derivative = gaussian_kernels(statistics.sigma_px)
-    height = np.sqrt(2.0 * np.pi) * statistics.sigma_px / statistics.exposure
-    gain = float(height * np.linalg.norm(smooth) * np.linalg.norm(derivative)) * statistics.noise_factor
+    kernels = contrast_kernels(statistics.sigma_px, statistics.exposure)
+    gain = noise_gain(kernels) * statistics.noise_factor
     noise = np.asarray(statistics.noise / np.float32(gain), dtype=np.float32)
     clipped = (image >= SATURATED_GREY).astype(np.uint8)
     return GradientChannel(name, statistics.linear, noise, clipped)

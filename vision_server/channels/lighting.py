@@ -1,89 +1,94 @@
-"""How lit one image is, and how noisy there: weight and noise for each 2 x 2 px, in one pass."""
+"""How lit each channel is: the weight that decides which channel is believed where, and the noise there.
+
+This weight does nearly all that the merge of channels achieves (docs/edges.md). At each pixel it is
+
+    w = 2^(k l),   l = (stops(darkest) + stops(brightest)) / 2,   stops(I) = log2((I / e + 8) / 128)
+
+with k = 12, I the linear grey, e the exposure, and the darkest and the brightest taken within reach of the
+pixel. A shadow edge has a side that is darker than in the other channels, so its weight collapses. Because
+darkest and brightest are the same all across an edge, the weight does not move the edge. An outline that is
+lit in few channels is not averaged with dark ones. Blurred channels and clipped pixels count less.
+
+All of it is smooth, and kept for each 2 x 2 px.
+"""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from numerics.kernels import kernel
+from vision_server.channels.noise import SATURATED_GREY
 
 Grey = NDArray[np.uint8]
 Field = NDArray[np.float32]
+Floats = NDArray[np.float64]
 
-SMOOTHING = (27, 202, 27)  # of 256: a Gaussian of 0.5 px of the halved image, against noise
-
-
-@kernel(nogil=True)
-def _smooth_row(half: Grey, y: int, column: Field, out: Grey) -> None:
-    """Row ``y`` smoothed both ways, rounded once; the sums are whole numbers that float32 holds."""
-    columns = half.shape[1]
-    above, here, below = half[max(y - 1, 0)], half[y], half[min(y + 1, len(half) - 1)]
-    side, middle = np.float32(SMOOTHING[0]), np.float32(SMOOTHING[1])
-    inner = column[1 : columns + 1]
-    for x in range(columns):
-        inner[x] = side * (np.float32(above[x]) + np.float32(below[x])) + middle * np.float32(here[x])
-    column[0], column[columns + 1] = column[1], column[columns]
-    before, after = column, column[2:]
-    scale, half_step = np.float32(1.0 / 65536.0), np.float32(32768.0)
-    for x in range(columns):
-        total = side * (before[x] + after[x]) + middle * inner[x]
-        out[x] = np.uint8((total + half_step) * scale)
+# Chosen by hand on renders and on photographs of leaves: `python -m benchmarks.edge_quality`.
+WEIGHT_EXPONENT = 12.0  # k: how steeply a channel loses its say where it is darker
+LIT_OFFSET_GREY = 8.0  # grey at reference exposure added before the logarithm: black is black
+REACH = 2.5  # how far darkest and brightest are looked for, in standard deviations of an edge's spread
+LENS_BLUR_PX = 2.0  # blur up to this is what any lens and pixel do
+SHARPNESS_EXPONENT = 4.0  # a channel's say falls with its blur to this power: sharp ones place an edge
+SHARPEST_PX = 0.7  # the spread of an edge in the sharpest channel: the finest scale of the gradient
+CLIPPED_STOPS = 0.25  # beside a clipped pixel a channel counts as so much darker: others know better
+LOG2_WEIGHT_LIMIT = 100.0  # float32 holds 2^126; room for sums
+SMOOTHING_PX = 0.5  # of the halved image, against noise
 
 
-@kernel(nogil=True)
-def light_rows(
-    half: Grey, reach: int, root: Field, noise_of: Field, clipped_grey: int, clipped_factor: np.float32,
-    first: int, end: int, level: Grey, weight: Field, noise: Field, clear: NDArray[np.bool_],
-) -> None:  # fmt: skip
-    """Weight and noise of rows ``first`` up to ``end``.
+class Lighting(NamedTuple):
+    """For each 2 x 2 px, (H // 2, W // 2) each.
+
+    Attributes
+    ----------
+    weight
+        float32, how lit they are in this channel.
+    noise
+        float32, standard deviation of the contrast from sensor noise, grey at reference exposure.
+    clear
+        bool, False within reach of a clipped pixel.
+    level
+        uint8, their grey, smoothed.
+    """
+
+    weight: Field
+    noise: Field
+    clear: NDArray[np.bool_]
+    level: Grey
+
+
+def lighting(
+    half: Grey, linear_of: Floats, exposure: float, spread_px: float, noise_of: Field,
+    weight_exponent: float = WEIGHT_EXPONENT,
+) -> Lighting:  # fmt: skip
+    """Weight and noise of one channel.
 
     Parameters
     ----------
     half
-        uint8 (H, W), the image halved.
-    reach
-        How far the darkest and the brightest grey are taken from, Chebyshev, px of ``half``.
-    root, noise_of
-        float32 (256,), root of the weight of each grey, and its noise.
-    clipped_grey, clipped_factor
-        From this grey on a pixel is clipped; by so much it and those within reach count less.
-    first, end
-        The rows; other rows may be computed elsewhere at the same time.
-    level, weight, noise, clear
-        uint8, float32, float32, bool, (H, W), output: ``half`` smoothed (also of rows within reach); root of
-        the weight of the darkest times that of the brightest; noise; False within reach of a clipped pixel.
+        uint8 (H // 2, W // 2), the image halved.
+    linear_of, noise_of
+        (256,), for each grey its linear intensity (0..255) and the noise of the contrast there.
+    exposure
+        Relative exposure.
+    spread_px
+        Standard deviation of an ideal edge in the gradient: scale and blur together.
+    weight_exponent
+        k; 0 weighs all channels alike.
     """
-    rows, columns = half.shape
-    column = np.empty(columns + 2, np.float32)
-    for y in range(max(first - reach, 0), min(end + reach, rows)):
-        _smooth_row(half, y, column, level[y])
-    low, high = np.empty(columns + 2 * reach, np.uint8), np.empty(columns + 2 * reach, np.uint8)
-    inner_low, inner_high = low[reach : reach + columns], high[reach : reach + columns]
-    darkest, brightest = np.empty(columns, np.uint8), np.empty(columns, np.uint8)
-    for y in range(first, end):
-        for x in range(columns):
-            inner_low[x] = inner_high[x] = level[y, x]
-        for v in range(max(y - reach, 0), min(y + reach + 1, rows)):
-            for x in range(columns):
-                inner_low[x] = min(inner_low[x], level[v, x])
-            for x in range(columns):
-                inner_high[x] = max(inner_high[x], level[v, x])
-        for u in range(reach):
-            low[u], low[reach + columns + u] = inner_low[0], inner_low[columns - 1]
-            high[u], high[reach + columns + u] = inner_high[0], inner_high[columns - 1]
-        for x in range(columns):
-            darkest[x] = low[x]
-            brightest[x] = high[x]
-        for u in range(1, 2 * reach + 1):
-            other_low, other_high = low[u:], high[u:]
-            for x in range(columns):
-                darkest[x] = min(darkest[x], other_low[x])
-            for x in range(columns):
-                brightest[x] = max(brightest[x], other_high[x])
-        greys, weights, noises, clears = level[y], weight[y], noise[y], clear[y]
-        for x in range(columns):
-            w = root[darkest[x]] * root[brightest[x]]
-            unclipped = brightest[x] < clipped_grey
-            clears[x] = unclipped
-            weights[x] = w if unclipped else w * clipped_factor
-            noises[x] = noise_of[greys[x]]
+    stops = np.log2((linear_of / exposure + LIT_OFFSET_GREY) / 128.0)
+    exponents = np.clip(weight_exponent * stops, -LOG2_WEIGHT_LIMIT, LOG2_WEIGHT_LIMIT)
+    sharpness = (SHARPEST_PX / spread_px) ** SHARPNESS_EXPONENT
+    root = (np.exp2(0.5 * exponents) * np.sqrt(sharpness)).astype(np.float32)
+    clipped = np.arange(256) >= SATURATED_GREY
+    root_of_brightest = np.where(clipped, root * np.float32(2.0 ** (-weight_exponent * CLIPPED_STOPS)), root)
+
+    level = cv2.GaussianBlur(half, (3, 3), SMOOTHING_PX, borderType=cv2.BORDER_REPLICATE)
+    reach = max(int(np.round(0.5 * REACH * spread_px)), 1)
+    window = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
+    darkest, brightest = cv2.erode(level, window), cv2.dilate(level, window)
+    weight = cv2.multiply(cv2.LUT(darkest, root), cv2.LUT(brightest, root_of_brightest))
+    clear = np.asarray(brightest) < SATURATED_GREY
+    return Lighting(np.asarray(weight), np.asarray(cv2.LUT(level, noise_of)), clear, np.asarray(level))

@@ -20,14 +20,14 @@ SCALE_PER_ROOT = (
     3.0  # scale = 3 (noise / range)^(1/3): found best on renders over noise 1..8, contrast .15..1
 )
 SAMPLE_STEP = 4  # of the greys whose range is taken
-BLACK_GREY, CLIPPED_GREY = 1, 250  # greys up to the one and from the other on tell nothing of noise
+BLACK_GREY, SATURATED_GREY = 1, 250  # up to the one and from the other on the sensor clips: no noise there
 MOST_SMOOTHING = 2.0  # beyond this the weakest quarter of the gradients is texture, not noise
 RAYLEIGH_QUARTER = 0.7585  # lower quartile of the length of a plane Gaussian vector, in standard deviations
-QUARTILE_BINS = 256  # of magnitude over noise, up to where the most smoothing is reached
 FEWEST_FLAT = 500  # gradients before their lower quartile is believed
 
 LEVELS = np.arange(256.0)
 
+Grey = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 
 
@@ -54,7 +54,7 @@ def grey_noise(image: NDArray[np.uint8]) -> Floats:
 
 
 @kernel(inline="always")
-def _band_medians(image: NDArray[np.uint8], step: int) -> tuple[Floats, Floats]:
+def _band_medians(image: Grey, step: int) -> tuple[Floats, Floats]:
     """Median of the mask's absolute response in each band of grey, and how many responses it is of."""
     rows, columns = image.shape
     histogram = np.zeros((BANDS, LARGEST_RESPONSE + 1), np.int32)
@@ -66,7 +66,7 @@ def _band_medians(image: NDArray[np.uint8], step: int) -> tuple[Floats, Floats]:
         for x in range(2, columns - 2):
             # grey from pixels beside the mask: the mask's own noise must not choose its band
             centre = (np.int32(middle[x - 2]) + np.int32(middle[x + 2])) >> 1
-            if BLACK_GREY < centre < CLIPPED_GREY:
+            if BLACK_GREY < centre < SATURATED_GREY:
                 response = abs(column[x - 1] - 2 * column[x] + column[x + 1])
                 histogram[(centre * BANDS) >> 8, response] += 1
     medians, counts = np.zeros(BANDS), np.zeros(BANDS)
@@ -90,7 +90,7 @@ def _band_medians(image: NDArray[np.uint8], step: int) -> tuple[Floats, Floats]:
 
 
 @kernel(nogil=True)
-def _variance_line(image: NDArray[np.uint8], step: int) -> tuple[float, float]:
+def _variance_line(image: Grey, step: int) -> tuple[float, float]:
     """The weighted fit variance = a + b grey with a, b >= 0 over the bands that have enough samples."""
     medians, counts = _band_medians(image, step)
     n, sg, sv, sgg, sgv = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -114,27 +114,6 @@ def _variance_line(image: NDArray[np.uint8], step: int) -> tuple[float, float]:
     return offset, slope
 
 
-@kernel(nogil=True)
-def _quantiles(image: NDArray[np.uint8], shares: Floats) -> NDArray[np.int64]:
-    """Greys below which the given shares of every fourth pixel of every fourth row lie."""
-    rows, columns = image.shape
-    histogram = np.zeros(256, np.int64)
-    total = 0
-    for y in range(0, rows, SAMPLE_STEP):
-        for x in range(0, columns, SAMPLE_STEP):
-            histogram[image[y, x]] += 1
-            total += 1
-    out = np.zeros(len(shares), np.int64)
-    for k in range(len(shares)):
-        rank = int(shares[k] * (total - 1))
-        grey, below = 0, histogram[0]
-        while below <= rank:
-            grey += 1
-            below += histogram[grey]
-        out[k] = grey
-    return out
-
-
 def gradient_scale(image: NDArray[np.uint8], noise: Floats) -> float:
     """Scale of the gradient that suits an image: fine when clean, coarse when noise drowns its contrast.
 
@@ -149,7 +128,9 @@ def gradient_scale(image: NDArray[np.uint8], noise: Floats) -> float:
     -------
     Sigma of the Gaussian derivative, px.
     """
-    low, middle, high = _quantiles(image, np.array([0.01, 0.5, 0.99])).tolist()
+    below = np.cumsum(np.bincount(image[::SAMPLE_STEP, ::SAMPLE_STEP].ravel(), minlength=256))
+    ranks = [int(share * (below[-1] - 1)) for share in (0.01, 0.5, 0.99)]
+    low, middle, high = np.searchsorted(below, ranks, side="right").tolist()
     share = float(noise[(middle + high) // 2]) / max(high - low, 1)
     scale: float = SCALE_PER_ROOT * share ** (1.0 / 3.0)
     return min(max(scale, FINEST_SCALE_PX), COARSEST_SCALE_PX)
@@ -174,31 +155,9 @@ def smooth_noise_factor(
     -------
     1 to 2.
     """
-    count, quarter = _lower_quartile(magnitude, grey, noise_of)
-    if count < FEWEST_FLAT:
+    telling = (grey > BLACK_GREY) & (grey < SATURATED_GREY)
+    ratio = magnitude[telling] / noise_of[grey[telling]]
+    if len(ratio) < FEWEST_FLAT:
         return 1.0
-    return min(max(quarter / RAYLEIGH_QUARTER, 1.0), MOST_SMOOTHING)
-
-
-@kernel(nogil=True)
-def _lower_quartile(
-    magnitude: NDArray[np.float32], grey: NDArray[np.uint8], noise_of: NDArray[np.float32]
-) -> tuple[int, float]:
-    """Number of samples that tell of noise, and the lower quartile of their magnitudes over their noise."""
-    histogram = np.zeros(QUARTILE_BINS + 1, np.int64)
-    per_unit = np.float32(QUARTILE_BINS / (MOST_SMOOTHING * RAYLEIGH_QUARTER))
-    scale = np.empty(256, np.float32)
-    for k in range(256):
-        scale[k] = per_unit / noise_of[k]
-    count = 0
-    for y in range(grey.shape[0]):
-        for x in range(grey.shape[1]):
-            g = grey[y, x]
-            if BLACK_GREY < g < CLIPPED_GREY:
-                histogram[int(min(magnitude[y, x] * scale[g], np.float32(QUARTILE_BINS)))] += 1
-                count += 1
-    below, k = 0, -1
-    while k < QUARTILE_BINS and below <= count // 4:
-        k += 1
-        below += histogram[k]
-    return count, float((k + 0.5) / per_unit)
+    quarter = float(np.partition(ratio, len(ratio) // 4)[len(ratio) // 4])
+    return float(min(max(quarter / RAYLEIGH_QUARTER, 1.0), MOST_SMOOTHING))

@@ -1,8 +1,15 @@
-"""Merging channels into one edge map: a mixture of orientations at each pixel, fitted by EM.
+"""Merging the channels of a set into one edge map: its definition at one pixel, then the whole image.
 
-The state kept per pixel is a histogram of axial orientation (weight times contrast, linear split between
-neighbouring bins) with the sums that place a ridge between pixels. It is additive over channels, so the merge
-does not depend on how many there are, and it is kept only where some channel has a gradient.
+1. Each channel counts by how lit it is there (`channels.lighting`). That ranks true edges above shadow edges,
+   and does nearly all of the work.
+2. The orientations of all channels in the 3 x 3 px around a pixel, so weighted, are a mixture of the true
+   edge and of the rest, fitted by EM (`edges.mixture`). Its main component says which way the edge runs.
+3. The merged magnitude is the weighted mean contrast times the share of the main component; where that is a
+   maximum across the edge, there is an edgel (`edges.ridges`).
+
+The whole image keeps, per pixel, a histogram of axial orientation (weight times contrast, split linearly
+between neighbouring bins) and the sums that place a ridge between pixels. These add up over channels, so the
+merge does not depend on how many there are.
 """
 
 from __future__ import annotations
@@ -15,18 +22,38 @@ from numpy.typing import NDArray
 from bridge.errors import BadInput
 from numerics.kernels import kernel
 from numerics.two_cores import both
-from vision_server.channels.channel import ChannelStatistics, Field
+from vision_server.channels.channel import ChannelStatistics
+from vision_server.channels.gradient_pixels import GradientPixels
+from vision_server.channels.lighting import Lighting
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.mixture import BINS
-from vision_server.edges.ridges import FLANK_X, FLANK_Y, FLANKS, MASS, find_crests
+from vision_server.edges.mixture import BINS, fit_mixture
+from vision_server.edges.ridges import FLANK_X, FLANK_Y, FLANKS, MASS, SetState, find_ridges
 
 WORTH_TWO_CORES = 15000  # pixels: summing fewer is done before the other core has begun
 
 
+def merged_at(channels: Sequence[ChannelStatistics], y: int, x: int) -> tuple[float, float, float]:
+    """The merge at one pixel where some channel has a gradient: the definition, sample by sample.
+
+    Returns
+    -------
+    Strength and mass (grey at reference exposure) and axis (rad in [0, pi)), as in `EdgeMap`.
+    """
+    window = np.s_[y - 1 : y + 2, x - 1 : x + 2]
+    lit = [channel.weight[window].astype(np.float64) for channel in channels]
+    contrast = np.stack(
+        [weight * channel.contrast[window] for weight, channel in zip(lit, channels, strict=True)]
+    ) / np.sum(lit, axis=0)
+    orientation = np.stack([channel.orientation[window].astype(np.float64) for channel in channels])
+    share, axis = fit_mixture(orientation[contrast > 0], contrast[contrast > 0])
+    mass = float(contrast[:, 1, 1].sum())
+    return share * mass, mass, axis
+
+
 @kernel(nogil=True, error_model="numpy")
-def _number(places: NDArray[np.int32], index: NDArray[np.int32], count: int) -> int:
+def _number(places: NDArray[np.int32], numbers: NDArray[np.int32], count: int) -> int:
     """Give a number to each of the pixels that has none; how many there are then."""
-    flat = index.ravel()
+    flat = numbers.ravel()
     for place in places:
         if flat[place] < 0:
             flat[place] = count
@@ -35,56 +62,33 @@ def _number(places: NDArray[np.int32], index: NDArray[np.int32], count: int) -> 
 
 
 @kernel(nogil=True, error_model="numpy")
-def _accumulate(
-    places: NDArray[np.int32],
-    magnitude: Field,
-    axis: Field,
-    flank_sum: Field,
-    flank_x: Field,
-    flank_y: Field,
-    coarse_weight: Field,
-    coarse_noise: Field,
-    known: int,
-    begin: int,
-    end: int,
-    weights: Field,
-    noises: Field,
-    index: NDArray[np.int32],
-    histograms: Field,
-    sums: Field,
-) -> None:
-    """Add one channel's rows ``begin`` (even) up to ``end``; pixels numbered from ``known`` on are new."""
-    rows, columns = index.shape
-    last_row, last_column = coarse_weight.shape[0] - 1, coarse_weight.shape[1] - 1
+def _accumulate(pixels: GradientPixels, light: Lighting, state: SetState, begin: int, end: int) -> None:
+    """Add one channel's rows ``begin`` (even) up to ``end`` to the state."""
+    rows, columns = state.numbers.shape
+    last_row, last_column = light.weight.shape[0] - 1, light.weight.shape[1] - 1
     for v in range(begin >> 1, last_row + 1 if end == rows else end >> 1):
-        for u in range(weights.shape[1]):
-            weights[v, u] += coarse_weight[v, u]
-            noises[v, u] += coarse_weight[v, u] * coarse_noise[v, u]
+        for u in range(last_column + 1):
+            state.weights[v, u] += light.weight[v, u]
+            state.noises[v, u] += light.weight[v, u] * light.noise[v, u]
     per_rad = np.float32(BINS / np.pi)
-    one = np.float32(1.0)
     y = begin
+    places = pixels.places
     for i in range(np.searchsorted(places, begin * columns), np.searchsorted(places, end * columns)):
-        place = places[i]
-        while place >= (y + 1) * columns:
+        while places[i] >= (y + 1) * columns:
             y += 1
-        x = place - y * columns
-        at = index[y, x]
-        if at >= known:
-            for k in range(BINS):
-                histograms[at, k] = np.float32(0.0)
-            for k in range(sums.shape[1]):
-                sums[at, k] = np.float32(0.0)
-        w = coarse_weight[min(y >> 1, last_row), min(x >> 1, last_column)]
-        mass = w * magnitude[i]
-        position = axis[i] * per_rad
+        x = places[i] - y * columns
+        w = light.weight[min(y >> 1, last_row), min(x >> 1, last_column)]
+        mass = w * pixels.magnitude[i]
+        position = pixels.axis[i] * per_rad
         low = int(position)
         part = position - np.float32(low)
-        histograms[at, low % BINS] += mass * (one - part)
-        histograms[at, (low + 1) % BINS] += mass * part
-        sums[at, MASS] += mass
-        sums[at, FLANKS] += w * flank_sum[i]
-        sums[at, FLANK_X] += w * flank_x[i]
-        sums[at, FLANK_Y] += w * flank_y[i]
+        histogram, sums = state.histograms[state.numbers[y, x]], state.sums[state.numbers[y, x]]
+        histogram[low % BINS] += mass * (np.float32(1.0) - part)
+        histogram[(low + 1) % BINS] += mass * part
+        sums[MASS] += mass
+        sums[FLANKS] += w * pixels.flank_sum[i]
+        sums[FLANK_X] += w * pixels.flank_x[i]
+        sums[FLANK_Y] += w * pixels.flank_y[i]
 
 
 class ImageSetStatistics:
@@ -96,11 +100,9 @@ class ImageSetStatistics:
 
     def __init__(self) -> None:
         self.channels: dict[str, ChannelStatistics] = {}
-        self._summed = 0  # the first so many of the channels are in the sums
-        self._count = 0
-        self._index = np.zeros((0, 0), np.int32)
-        self._histograms, self._sums = np.zeros((0, BINS), np.float32), np.zeros((0, 4), np.float32)
-        self._weights = self._noises = np.zeros((0, 0), np.float32)
+        self._summed = 0  # the first so many of the channels are in the state
+        self._count = 0  # pixels of the state that are in use
+        self._state = _empty_state((0, 0), (0, 0))
 
     def add(self, name: str, channel: ChannelStatistics) -> None:
         """Add a channel under a name of its own.
@@ -114,10 +116,10 @@ class ImageSetStatistics:
             raise BadInput(f"Image {name} is in the set already.")
         if not self.channels:
             self._clear(channel)
-        if self._index.shape != channel.shape:
+        if self._state.numbers.shape != channel.shape:
             raise BadInput(
                 f"Image {name} has {channel.shape[1]}x{channel.shape[0]} px, "
-                f"the image set {self._index.shape[1]}x{self._index.shape[0]}."
+                f"the image set {self._state.numbers.shape[1]}x{self._state.numbers.shape[0]}."
             )
         self.channels[name] = channel
 
@@ -144,72 +146,51 @@ class ImageSetStatistics:
         if not self.channels:
             raise BadInput("An empty image set has no edges.")
         self._sum(list(self.channels.values())[self._summed :])
-        edgels = find_crests(
-            self._index,
-            self._histograms[: self._count],
-            self._sums[: self._count],
-            self._weights,
-            self._noises,
-        )
+        count = self._count
+        state = self._state._replace(histograms=self._state.histograms[:count], sums=self._state.sums[:count])
+        places, (strength, mass, axis, offset, floor) = find_ridges(state)
         channels = tuple(self.channels.values())
-        return EdgeMap(self._index.shape, *edgels, max(channel.blur_px for channel in channels), channels)
+        blur_px = max(channel.blur_px for channel in channels)
+        shape = (state.numbers.shape[0], state.numbers.shape[1])
+        return EdgeMap(shape, places, strength, mass, axis, offset, floor, blur_px, channels)
 
     def _clear(self, like: ChannelStatistics) -> None:
         self._summed = self._count = 0
-        if self._index.shape != like.shape:
-            self._index = np.empty(like.shape, np.int32)
-        self._index.fill(-1)
-        self._weights, self._noises = np.zeros((2, *like.coarse_weight.shape), np.float32)
+        self._state = _empty_state(like.shape, like.light.weight.shape)
 
     def _sum(self, channels: Sequence[ChannelStatistics]) -> None:
-        known = []
         for channel in channels:
-            known.append(self._count)
-            self._count = _number(channel.gradient.places, self._index, self._count)
-        self._reserve(self._count, known[0] if known else self._count)
+            self._count = _number(channel.gradient.places, self._state.numbers, self._count)
+        self._reserve(self._count)
+        state = self._state
 
         def add(begin: int, end: int) -> None:
-            for channel, known_then in zip(channels, known, strict=True):
-                pixels = channel.gradient
-                _accumulate(
-                    pixels.places,
-                    pixels.magnitude,
-                    pixels.axis,
-                    pixels.flank_sum,
-                    pixels.flank_x,
-                    pixels.flank_y,
-                    channel.coarse_weight,
-                    channel.coarse_noise,
-                    known_then,
-                    begin,
-                    end,
-                    self._weights,
-                    self._noises,
-                    self._index,
-                    self._histograms,
-                    self._sums,
-                )
+            for channel in channels:
+                _accumulate(channel.gradient, channel.light, state, begin, end)
 
-        rows = len(self._index)
-        if sum(len(channel.gradient) for channel in channels) < WORTH_TWO_CORES:
+        rows = len(state.numbers)
+        if sum(len(channel.gradient.places) for channel in channels) < WORTH_TWO_CORES:
             add(0, rows)
         else:
             both(lambda: add(rows // 4 * 2, rows), lambda: add(0, rows // 4 * 2))
         self._summed += len(channels)
 
-    def _reserve(self, wanted: int, used: int) -> None:
-        if wanted <= len(self._sums):
-            return
-        room = 2 * wanted  # what is not used is never touched, and costs nothing
-        self._histograms = _extended(self._histograms, used, room)
-        self._sums = _extended(self._sums, used, room)
+    def _reserve(self, wanted: int) -> None:
+        """Room for so many pixels, and a quarter more; what is new is zero."""
+        known = len(self._state.sums)
+        if wanted > known:
+            longer = []
+            for array in (self._state.histograms, self._state.sums):
+                longer.append(np.zeros((wanted + wanted // 4, array.shape[1]), np.float32))
+                longer[-1][:known] = array
+            self._state = self._state._replace(histograms=longer[0], sums=longer[1])
 
 
-def _extended(array: Field, used: int, room: int) -> Field:
-    """A longer array with the same beginning."""
-    longer = np.empty((room, *array.shape[1:]), array.dtype)
-    longer[:used] = array[:used]
-    return longer
+def _empty_state(shape: tuple[int, int], coarse_shape: tuple[int, ...]) -> SetState:
+    """The state of no channels."""
+    weights, noises = np.zeros((2, *coarse_shape), np.float32)
+    histograms, sums = np.zeros((0, BINS), np.float32), np.zeros((0, 4), np.float32)
+    return SetState(np.full(shape, -1, np.int32), histograms, sums, weights, noises)
 
 
 def merge_channels(channels: Sequence[ChannelStatistics]) -> EdgeMap:

@@ -1,32 +1,133 @@
-"""The merge itself: which pixels lie on a crest of the merged contrast, and what the mixture says of them.
+"""Ridges of the merged contrast: non-maximum suppression with each pixel's own weights, and its mixture.
 
-The weights of the channels change from pixel to pixel, most of all across an edge whose sides different
-lights reach, and would pull the crest of the merged mass to one side. So each pixel is judged by the
-contrasts to either side that its own weights give; their sums are part of the state. The even part is a
-number, the odd part a vector along the gradient, so that they add up whichever way an axis is read."""
+A pixel of the merged edge map is an edgel when its contrast is a maximum across the edge. The weights of the
+channels change from pixel to pixel, most of all across an edge whose sides different lights reach, and would
+pull the maximum to one side. So each pixel is compared with the contrasts to either side (its *flanks*) that
+its own weights give; their sums are part of the set's state. The even part of the two is a number, the odd
+part a vector along the gradient, so that they add up whichever way an axis is read. With one channel this is
+`suppression.suppress_non_maxima`.
+"""
 
 from __future__ import annotations
 
-from functools import cache
+from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from numerics.axis import axis_of
-from numerics.flags import set_places
 from numerics.kernels import kernel
 from numerics.two_cores import both
-from vision_server.edges.mixture import BINS, EM_ITERATIONS, bin_directions, densities, fit_mixtures
+from vision_server.edges.mixture import BINS, fit_mixtures
 
 Field = NDArray[np.float32]
 Places = NDArray[np.int32]
 
-FLOOR_RATIO = 3.0  # mass under so many standard deviations of its noise is none
-CANDIDATE_RATIO = 0.55  # under this share of the largest mass in the 6 x 6 px around a pixel is no ridge
-SLACK = 0.9  # so close to a crest a pixel still enters the mixture
-BATCH = 32  # pixels whose mixtures are fitted side by side
-MOST_OFFSET_PX = 0.7  # from a ridge pixel to the ridge: half a diagonal
+# Chosen by hand; `python -m benchmarks.edge_quality` shows what they do.
+FLOOR_RATIO = np.float32(3.0)  # mass under so many standard deviations of its noise is none
+CANDIDATE_RATIO = np.float32(0.55)  # under this share of the largest mass within 6 x 6 px nothing is a ridge
+SLACK = np.float32(0.9)  # of the mean of its flanks: a mass from there on enters the mixture
+BATCH = 32  # pixels whose mixtures are fitted side by side: four vector registers of eight
+MOST_OFFSET_PX = np.float32(0.7)  # from a ridge's pixel to the ridge: half a diagonal
 MASS, FLANKS, FLANK_X, FLANK_Y = range(4)  # columns of the sums
+STRENGTH, EDGEL_MASS, AXIS, OFFSET, FLOOR = range(5)  # rows of what is known of an edgel
+
+
+class SetState(NamedTuple):
+    """What a set of channels adds up to; kept only for the pixels where some channel has a gradient.
+
+    Attributes
+    ----------
+    numbers
+        int32 (H, W), number of the pixel's state, -1 for none, as for all of the outermost pixels.
+    histograms
+        float32 (N, 16), weight times contrast by axial orientation.
+    sums
+        float32 (N, 4), weight times contrast; the same of the flanks: their sum, and their difference, which
+        is a vector.
+    weights, noises
+        float32 (H // 2, W // 2), for 2 x 2 px: sum of weights, sum of weight times noise.
+    """
+
+    numbers: NDArray[np.int32]
+    histograms: Field
+    sums: Field
+    weights: Field
+    noises: Field
+
+
+class Candidates(NamedTuple):
+    """Pixels that may be on a ridge, in raster order: places, numbers of their states, masses; (M,) each."""
+
+    places: Places
+    states: Places
+    masses: Field
+
+
+@kernel(inline="always")
+def _coarse(at: int, end: int) -> int:
+    """Row or column of the 2 x 2 px that hold a pixel; the last of an odd size belongs to those before it."""
+    return min(at >> 1, end - 1)
+
+
+@kernel(nogil=True, error_model="numpy")
+def _largest_masses(state: SetState, inverse: Field, first: int, end: int) -> Field:
+    """Largest mass in each 2 x 2 px of the coarse rows ``first`` up to ``end``."""
+    numbers, sums = state.numbers, state.sums
+    rows, columns = inverse.shape
+    largest = np.zeros((end - first, columns), np.float32)
+    for y in range(2 * first, len(numbers) if end == rows else 2 * end):
+        v = _coarse(y, rows)
+        for x in range(numbers.shape[1]):
+            if numbers[y, x] >= 0:
+                u = _coarse(x, columns)
+                mass = sums[numbers[y, x], MASS] * inverse[v, u]
+                largest[v - first, u] = max(largest[v - first, u], mass)
+    return largest
+
+
+@kernel(nogil=True, error_model="numpy")
+def _candidates(state: SetState, inverse: Field, least: Field, first: int, end: int) -> Candidates:
+    """Pixels of rows ``first`` up to ``end`` with enough mass, hardly less than the mean of their flanks.
+
+    The flanks' difference is taken whole, whatever its direction: more than it is along the axis that the
+    mixture will find, but hardly so near a ridge. ``least``: the mass that is enough, for 2 x 2 px.
+    """
+    numbers, sums = state.numbers, state.sums
+    rows, columns = inverse.shape
+    half = np.float32(0.5)
+    places, states = np.empty(len(sums), np.int32), np.empty(len(sums), np.int32)
+    masses = np.empty(len(sums), np.float32)
+    found = 0
+    for y in range(first, end):
+        v = _coarse(y, rows)
+        for x in range(numbers.shape[1]):
+            i = numbers[y, x]
+            if i < 0:
+                continue
+            u = _coarse(x, columns)
+            odd = np.sqrt(sums[i, FLANK_X] * sums[i, FLANK_X] + sums[i, FLANK_Y] * sums[i, FLANK_Y])
+            mass = sums[i, MASS] * inverse[v, u]
+            places[found], states[found], masses[found] = y * numbers.shape[1] + x, i, mass
+            found += (mass >= least[v, u]) & (sums[i, MASS] >= half * SLACK * (sums[i, FLANKS] + odd))
+    return Candidates(places[:found], states[:found], masses[:found])
+
+
+@kernel(inline="always")
+def _gather(state: SetState, inverse: Field, place: int, histogram: Field) -> None:
+    """Orientations in the 3 x 3 px around a place, each pixel's normalised by its own weights."""
+    rows, columns = inverse.shape
+    y = place // state.numbers.shape[1]
+    x = place - y * state.numbers.shape[1]
+    histogram[:] = np.float32(0.0)
+    for v in range(y - 1, y + 2):
+        for u in range(x - 1, x + 2):
+            at = state.numbers[v, u]
+            if at >= 0:
+                scale = inverse[_coarse(v, rows), _coarse(u, columns)]
+                for k in range(BINS):
+                    histogram[k] += scale * state.histograms[at, k]
 
 
 @kernel(inline="always")
@@ -37,175 +138,81 @@ def _log_ratio(a: np.float32, b: np.float32) -> np.float32:
     return np.float32(2.0) * r * (np.float32(1.0) + z * (np.float32(1.0 / 3.0) + np.float32(0.2) * z))
 
 
-@kernel(nogil=True, error_model="numpy")
-def _candidates(
-    index: NDArray[np.int32], sums: Field, weights: Field, noises: Field, first: int, end: int
-) -> tuple[Places, Places, Field, Field]:
-    """Pixels of rows ``first`` (even) up to ``end`` that may be on a crest, in raster order.
+@kernel(inline="always")
+def _across(sums: Field, c: np.float32, s: np.float32) -> tuple[bool, np.float32]:
+    """Whether a pixel's mass is the maximum along a unit vector, and how far along it the ridge is, px.
 
-    Their places, the numbers of their states, their masses; and one over the weight for each 2 x 2 px, as
-    far as these and the pixels beside them need it.
-
-    The flanks' difference is taken whole, whatever its direction: more than it is along the axis that the
-    mixture will find, but hardly so near a crest.
+    A parabola through the logarithms of the mass and its flanks: exact for a Gaussian ridge.
     """
-    rows, columns = index.shape
-    rows_of, columns_of = weights.shape
-    last_row, last_column = rows_of - 1, columns_of - 1
-    lowest, highest = max((first >> 1) - 1, 0), min(((end - 1) >> 1) + 1, last_row)
-    inverse = np.empty(weights.shape, np.float32)
-    for v in range(lowest, highest + 1):
-        for u in range(columns_of):
-            inverse[v, u] = np.float32(1.0) / weights[v, u]
-    shape = (highest - lowest + 3, columns_of + 2)  # of 2 x 2 px, with a border
-    largest, beneath = np.zeros(shape, np.float32), np.empty(shape, np.float32)
-    kept, chosen = np.zeros(-(-columns // 8) * 8, np.bool_), np.empty(columns + 8, np.int32)
-    room = len(sums)
-    places, states, masses = np.empty(room, np.int32), np.empty(room, np.int32), np.empty(room, np.float32)
-    beside = np.zeros(rows + 1, np.int64)
-    listed = 0
-    stop = rows if highest == last_row else 2 * (highest + 1)
-    for y in range(2 * lowest, stop):
-        v = min(y >> 1, last_row)
-        of = index[y]
-        for x in range(columns):  # fills vector registers
-            kept[x] = of[x] >= 0
-        for j in range(set_places(kept, chosen)):
-            x = chosen[j]
-            i = of[x]
-            u = min(x >> 1, last_column)
-            m = sums[i, MASS] * inverse[v, u]
-            largest[v - lowest + 1, u + 1] = max(largest[v - lowest + 1, u + 1], m)
-            places[listed], states[listed], masses[listed] = x, i, m
-            listed += 1
-        beside[y + 1] = listed
-    half_slack, ratio, share = np.float32(0.5 * SLACK), np.float32(FLOOR_RATIO), np.float32(CANDIDATE_RATIO)
-    for v in range(1, shape[0] - 1):  # the largest of 3 x 3
-        for u in range(shape[1]):
-            beneath[v, u] = max(largest[v - 1, u], largest[v, u], largest[v + 1, u])
-    for v in range(1, shape[0] - 1):
-        for u in range(1, shape[1] - 1):
-            largest[v, u] = max(beneath[v, u - 1], beneath[v, u], beneath[v, u + 1])
-    found = 0
-    for y in range(first, end):
-        v = min(y >> 1, last_row)
-        around = largest[v - lowest + 1]
-        for j in range(beside[y], beside[y + 1]):
-            x, i, m = places[j], states[j], masses[j]
-            flank = sums[i, FLANKS] + np.sqrt(
-                sums[i, FLANK_X] * sums[i, FLANK_X] + sums[i, FLANK_Y] * sums[i, FLANK_Y]
-            )
-            u = min(x >> 1, last_column)
-            places[found], states[found], masses[found] = y * columns + x, i, m
-            found += (
-                (sums[i, MASS] >= half_slack * flank)
-                & (m > ratio * noises[v, u] * inverse[v, u])
-                & (m >= share * around[u + 1])
-            )
-    return places[:found], states[:found], masses[:found], inverse
+    half = np.float32(0.5)
+    odd = sums[FLANK_X] * c + sums[FLANK_Y] * s
+    here, ahead, behind = sums[MASS], half * (sums[FLANKS] + odd), half * (sums[FLANKS] - odd)
+    fall_ahead, fall_behind = _log_ratio(here, ahead), _log_ratio(here, behind)
+    curvature = (fall_ahead + fall_behind) * max(abs(c), abs(s))
+    offset = half * (fall_behind - fall_ahead) / max(curvature, np.float32(1e-6))
+    return here >= ahead and here > behind, min(max(offset, -MOST_OFFSET_PX), MOST_OFFSET_PX)
 
 
 @kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
-def _edgels(
-    index: NDArray[np.int32], histograms: Field, sums: Field, noises: Field, inverse: Field,
-    directions: Field, model: Field, chosen: Places, states: Places, masses: Field, out: Field,
-) -> int:  # fmt: skip
-    """The ridge among the candidates; ``chosen`` becomes their places. How many there are."""
-    columns = index.shape[1]
-    last_row, last_column = noises.shape[0] - 1, noises.shape[1] - 1
-    half = np.float32(0.5)
+def _edgels(state: SetState, inverse: Field, floor: Field, candidates: Candidates) -> tuple[Places, Field]:
+    """The candidates that are maxima across the axis of their mixture: places, and what is known of them."""
+    places, states, masses = candidates
+    rows, columns = inverse.shape
+    kept, edgels = np.empty_like(places), np.empty((5, len(places)), np.float32)
+    half, zero = np.float32(0.5), np.float32(0.0)
     window, windows = np.empty(BINS, np.float32), np.ones((BINS, BATCH), np.float32)
-    beside, room = np.empty_like(windows), np.empty((4, BATCH), np.float32)
-    fitted = np.empty((3, BATCH), np.float32)
-    found, waiting, last = 0, 0, len(chosen) - 1
-    for number in range(len(chosen)):
-        y = chosen[number] // columns
-        x = chosen[number] - y * columns
-        window[:] = np.float32(0.0)
-        for v in range(y - 1, y + 2):
-            for u in range(x - 1, x + 2):
-                at = index[v, u]
-                if at >= 0:
-                    scale = inverse[min(v >> 1, last_row), min(u >> 1, last_column)]
-                    for k in range(BINS):
-                        window[k] += scale * histograms[at, k]
-        for k in range(BINS):
-            windows[k, waiting] = window[k]
-        waiting += 1
-        if waiting < BATCH and number < last:
-            continue
-        fit_mixtures(windows, directions, model, EM_ITERATIONS, beside, fitted, room)
-        for j in range(waiting):
-            candidate = number + 1 - waiting + j
-            i, at = states[candidate], chosen[candidate]
-            c = np.sqrt(max(half + half * fitted[1, j], np.float32(0.0)))
-            s = np.sqrt(max(half - half * fitted[1, j], np.float32(0.0)))
-            if fitted[2, j] < np.float32(0.0):
-                c = -c
-            odd = sums[i, FLANK_X] * c + sums[i, FLANK_Y] * s
-            here, ahead, behind = (
-                sums[i, MASS],
-                half * (sums[i, FLANKS] + odd),
-                half * (sums[i, FLANKS] - odd),
-            )
-            if here < ahead or here <= behind:
-                continue
-            fall_ahead, fall_behind = _log_ratio(here, ahead), _log_ratio(here, behind)
-            curvature = (fall_ahead + fall_behind) * max(abs(c), abs(s))
-            place = half * (fall_behind - fall_ahead) / max(curvature, np.float32(1e-6))
-            v, u = at // columns, at % columns
-            v, u = min(v >> 1, last_row), min(u >> 1, last_column)
-            chosen[found] = at
-            out[0, found] = fitted[0, j] * masses[candidate]
-            out[1, found] = masses[candidate]
-            out[2, found] = axis_of(c, s)
-            out[3, found] = min(max(place, np.float32(-MOST_OFFSET_PX)), np.float32(MOST_OFFSET_PX))
-            out[4, found] = noises[v, u] * inverse[v, u]
-            found += 1
-        waiting = 0
-    return found
+    fitted, background = np.empty((3, BATCH), np.float32), np.empty_like(windows)
+    room = np.empty((4, BATCH), np.float32)
+    found = 0
+    for begin in range(0, len(places), BATCH):
+        end = min(begin + BATCH, len(places))
+        for j in range(end - begin):
+            _gather(state, inverse, places[begin + j], window)
+            for k in range(BINS):
+                windows[k, j] = window[k]
+        fit_mixtures(windows, fitted, background, room)
+        for j in range(end - begin):
+            c = np.sqrt(max(half + half * fitted[1, j], zero))  # half the doubled angle
+            s = np.sqrt(max(half - half * fitted[1, j], zero))
+            c = -c if fitted[2, j] < zero else c
+            is_ridge, offset = _across(state.sums[states[begin + j]], c, s)
+            if is_ridge:
+                place, mass = places[begin + j], masses[begin + j]
+                y = place // state.numbers.shape[1]
+                x = place - y * state.numbers.shape[1]
+                kept[found] = place
+                edgels[STRENGTH, found] = fitted[0, j] * mass
+                edgels[EDGEL_MASS, found] = mass
+                edgels[AXIS, found] = axis_of(c, s)
+                edgels[OFFSET, found] = offset
+                edgels[FLOOR, found] = floor[_coarse(y, rows), _coarse(x, columns)]
+                found += 1
+    return kept[:found], edgels[:, :found]
 
 
-@cache
-def _mixture() -> tuple[Field, Field]:
-    """What `fit_mixtures` wants to know."""
-    return bin_directions(), densities()
-
-
-def find_crests(
-    index: NDArray[np.int32], histograms: Field, sums: Field, weights: Field, noises: Field
-) -> tuple[Places, Field, Field, Field, Field, Field]:
+def find_ridges(state: SetState) -> tuple[Places, Field]:
     """Edgels of an image set.
-
-    Parameters
-    ----------
-    index
-        int32 (H, W), number of the pixel's state, -1 for none, as for all of the outermost pixels.
-    histograms
-        float32 (N, 16), for each pixel with a gradient in some channel: weight times contrast by axial
-        orientation.
-    sums
-        float32 (N, 4), weight times contrast; the same of the contrasts to either side, their sum and their
-        difference, a vector.
-    weights, noises
-        float32 (H // 2, W // 2), for 2 x 2 px: sum of weights, sum of weight times noise.
 
     Returns
     -------
-    Places (ascending), strength, mass, axis, offset and floor of the edgels, as in `EdgeMap`.
+    Their places, int32 (M,), ascending; and float32 (5, M): strength, mass, axis, offset and floor, as in
+    `EdgeMap`.
     """
-    directions, model = _mixture()
+    with np.errstate(over="ignore"):
+        inverse = np.float32(1.0) / state.weights
+    floor = state.noises * inverse
+    rows, coarse_rows = len(state.numbers), len(inverse)
 
-    def crests(first: int, end: int) -> tuple[Places, Field]:
-        chosen, states, masses, inverse = _candidates(index, sums, weights, noises, first, end)
-        out = np.empty((5, len(chosen)), np.float32)
-        found = _edgels(
-            index, histograms, sums, noises, inverse, directions, model, chosen, states, masses, out
-        )
-        return chosen[:found], out[:, :found]
+    def of_rows(first: int, end: int) -> tuple[Places, Field]:
+        """The first one is even; the end too, unless it is that of the image."""
+        top, bottom = first >> 1, coarse_rows if end == rows else end >> 1
+        above, below = max(top - 1, 0), min(bottom + 1, coarse_rows)
+        largest = cv2.dilate(_largest_masses(state, inverse, above, below), np.ones((3, 3), np.uint8))
+        least = np.zeros_like(inverse)
+        inner = np.asarray(largest[top - above : bottom - above], np.float32)
+        least[top:bottom] = np.maximum(CANDIDATE_RATIO * inner, FLOOR_RATIO * floor[top:bottom])
+        return _edgels(state, inverse, floor, _candidates(state, inverse, least, first, end))
 
-    middle = len(index) // 4 * 2
-    halves = both(lambda: crests(middle, len(index)), lambda: crests(0, middle))[::-1]
-    places = np.concatenate([half[0] for half in halves])
-    strength, mass, axis, offset, floor = np.concatenate([half[1] for half in halves], axis=1)
-    return places, strength, mass, axis, offset, floor
+    middle = rows // 4 * 2
+    lower, upper = both(lambda: of_rows(middle, rows), lambda: of_rows(0, middle))
+    return np.concatenate([upper[0], lower[0]]), np.concatenate([upper[1], lower[1]], axis=1)

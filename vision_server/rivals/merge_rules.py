@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from vision_server.channels.channel import Field
-from vision_server.channels.gaussian import gaussian_kernels
+from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient, noise_gain
 from vision_server.channels.noise import grey_noise
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import suppress_non_maxima
@@ -87,20 +87,15 @@ def comparison_edges(
     return _edge_map(np.hypot(gx, gy), np.arctan2(gy, gx), floor)
 
 
-def _gradient(channel: Field, sigma_px: float) -> NDArray[np.float32]:
+def _gradient(channel: Field, sigma_px: float) -> Field:
     """Gaussian derivatives along x and y, (2, H, W), scaled to the height of an ideal step."""
-    smooth, derivative = gaussian_kernels(sigma_px)
-    height = np.float32(np.sqrt(2.0 * np.pi) * sigma_px)
-    along_x = cv2.sepFilter2D(channel, cv2.CV_32F, derivative, smooth, borderType=cv2.BORDER_REPLICATE)
-    along_y = cv2.sepFilter2D(channel, cv2.CV_32F, smooth, derivative, borderType=cv2.BORDER_REPLICATE)
-    return np.stack([along_x, along_y]).astype(np.float32) * height
+    return np.stack(gaussian_gradient(channel, contrast_kernels(sigma_px)))
 
 
 def _noise(image: NDArray[np.uint8], exposure: float, sigma_px: float) -> float:
     """Standard deviation of one image's gradient at its middle grey."""
-    smooth, derivative = gaussian_kernels(sigma_px)
-    gain = np.sqrt(2.0 * np.pi) * sigma_px * np.linalg.norm(smooth) * np.linalg.norm(derivative)
-    return float(grey_noise(image)[int(np.median(image))] * gain / exposure)
+    gain = noise_gain(contrast_kernels(sigma_px, exposure))
+    return float(grey_noise(image)[int(np.median(image))] * gain)
 
 
 def _di_zenzo(linear: Sequence[Field], sigma_px: float, floor: float) -> EdgeMap:

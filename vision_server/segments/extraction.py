@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.channels.channel import SHARP_PX
+from vision_server.channels.lighting import LENS_BLUR_PX
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import hysteresis
 from vision_server.rivals.linking import link_edgels
@@ -107,7 +107,7 @@ def extract_segments(
     )
     lines = fit_lines(edgels)
     ends = lines.endpoints
-    if edges.blur_px > SHARP_PX:
+    if edges.blur_px > LENS_BLUR_PX:
         ends = centre_lines(
             ends, ((c.contrast, c.weight) for c in edges.channels), BLUR_REACH * edges.blur_px
         )

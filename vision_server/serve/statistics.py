@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from vision_server.channels.channel import SATURATED_GREY, ChannelStatistics, Grey
+from vision_server.channels.channel import ChannelStatistics, Grey
+from vision_server.channels.noise import SATURATED_GREY
 
 MARGIN_PX = 10  # around the model's outline
 DARK_GREY = 8  # below this there is nothing to see

@@ -9,16 +9,11 @@ from scipy.ndimage import convolve1d, gaussian_filter, maximum_filter, minimum_f
 
 from bridge.errors import BadInput
 from tests.vision_server.edge_scenes import step
-from vision_server.channels.channel import (
-    CLIPPED_STOPS,
-    FLOOR_NOISE_RATIO,
-    LIT_OFFSET_GREY,
-    SATURATED_GREY,
-    WEIGHT_EXPONENT,
-    channel_statistics,
-)
+from vision_server.channels.channel import FLOOR_NOISE_RATIO, channel_statistics
 from vision_server.channels.gaussian import gaussian_kernels
 from vision_server.channels.gradient_pixels import FLANK_RATIO
+from vision_server.channels.lighting import CLIPPED_STOPS, LIT_OFFSET_GREY, WEIGHT_EXPONENT
+from vision_server.channels.noise import SATURATED_GREY
 
 
 def textured(seed: int = 0) -> NDArray[np.uint8]:

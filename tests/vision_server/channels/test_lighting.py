@@ -1,32 +1,43 @@
-"""Weight and noise of 2 x 2 px, against OpenCV's smoothing, erosion and dilation."""
+"""How lit a channel is: the formula, pixel by pixel."""
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 import pytest
+from scipy.ndimage import maximum_filter, minimum_filter
 
-from vision_server.channels.lighting import light_rows
+from vision_server.channels.lighting import (
+    CLIPPED_STOPS,
+    LIT_OFFSET_GREY,
+    REACH,
+    SHARPEST_PX,
+    SHARPNESS_EXPONENT,
+    WEIGHT_EXPONENT,
+    lighting,
+)
+from vision_server.channels.noise import SATURATED_GREY
 
-CLIPPED, FACTOR = 200, np.float32(0.25)
 
-
-@pytest.mark.parametrize("reach", [1, 2, 7])
+@pytest.mark.parametrize("spread_px", [0.7, 2.0, 6.0])
 @pytest.mark.parametrize("shape", [(1, 1), (5, 3), (40, 61)])
-def test_rows_are_those_of_opencv_in_whatever_parts(reach: int, shape: tuple[int, int]) -> None:
-    random = np.random.default_rng(reach)
+def test_weight_and_noise_are_their_formulas(spread_px: float, shape: tuple[int, int]) -> None:
+    random = np.random.default_rng(1)
     half = random.integers(0, 256, shape).astype(np.uint8)
-    root, noise_of = random.uniform(0.1, 3.0, (2, 256)).astype(np.float32)
-    smooth = np.asarray(cv2.GaussianBlur(half, (3, 3), 0.5, borderType=cv2.BORDER_REPLICATE))
-    window = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-    darkest, brightest = cv2.erode(smooth, window), cv2.dilate(smooth, window)
-    expected = root[darkest] * root[brightest] * np.where(brightest < CLIPPED, np.float32(1.0), FACTOR)
-    for cut in (0, shape[0] // 2, shape[0]):
-        level, clear = np.empty(shape, np.uint8), np.empty(shape, np.bool_)
-        weight, noise = np.empty((2, *shape), np.float32)
-        for first, end in ((0, cut), (cut, shape[0])):
-            light_rows(half, reach, root, noise_of, CLIPPED, FACTOR, first, end, level, weight, noise, clear)
-        np.testing.assert_array_equal(level, smooth)
-        np.testing.assert_array_equal(clear, brightest < CLIPPED)
-        np.testing.assert_array_equal(noise, noise_of[smooth])
-        np.testing.assert_allclose(weight, expected, rtol=1e-6)
+    linear_of, exposure = 255.0 * (np.arange(256) / 255.0) ** 2.2, 0.5
+    noise_of = random.uniform(0.1, 3.0, 256).astype(np.float32)
+    light = lighting(half, linear_of, exposure, spread_px, noise_of)
+    side = 2 * max(round(0.5 * REACH * spread_px), 1) + 1
+    darkest, brightest = (extreme(light.level, side) for extreme in (minimum_filter, maximum_filter))
+    stops = [np.log2((linear_of[grey] / exposure + LIT_OFFSET_GREY) / 128.0) for grey in (darkest, brightest)]
+    clipped = brightest >= SATURATED_GREY
+    log_weight = WEIGHT_EXPONENT * (np.mean(stops, axis=0) - CLIPPED_STOPS * clipped)
+    log_weight += SHARPNESS_EXPONENT * np.log2(SHARPEST_PX / spread_px)
+    np.testing.assert_allclose(np.log2(light.weight), log_weight, atol=1e-4)
+    np.testing.assert_array_equal(light.clear, ~clipped)
+    np.testing.assert_array_equal(light.noise, noise_of[light.level])
+
+
+def test_without_an_exponent_all_are_alike() -> None:
+    half = np.random.default_rng(0).integers(0, 240, (20, 30)).astype(np.uint8)
+    light = lighting(half, np.arange(256.0), 1.0, SHARPEST_PX, np.ones(256, np.float32), 0.0)
+    np.testing.assert_allclose(light.weight, 1.0, rtol=1e-6)

@@ -9,10 +9,12 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from bridge.errors import BadInput
 from tests.vision_server.edge_scenes import polygon_with_shadows, square_outline, step
-from tests.vision_server.em_oracle import axial_difference, mixture_at
-from vision_server.channels.channel import WEIGHT_EXPONENT, ChannelStatistics, channel_statistics
+from vision_server.channels.channel import ChannelStatistics, channel_statistics
+from vision_server.channels.lighting import WEIGHT_EXPONENT
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.merging import ImageSetStatistics, merge_channels
+from vision_server.edges.merging import ImageSetStatistics, merge_channels, merged_at
+from vision_server.edges.mixture import axial_difference
+from vision_server.edges.suppression import suppress_non_maxima
 
 
 def clutter(count: int) -> list[ChannelStatistics]:
@@ -29,7 +31,7 @@ def same(a: EdgeMap, b: EdgeMap) -> bool:
 
 
 @pytest.mark.parametrize("scene", ["shadows", "clutter"])
-def test_bins_agree_with_em_over_all_samples(scene: str) -> None:
+def test_the_merge_is_its_definition(scene: str) -> None:
     if scene == "shadows":
         channels = [channel_statistics(image) for image in polygon_with_shadows(4, noise=3.0)]
     else:
@@ -38,12 +40,29 @@ def test_bins_agree_with_em_over_all_samples(scene: str) -> None:
     shares, turns = [], []
     for at in range(0, len(edges), 3):
         y, x = divmod(int(edges.places[at]), edges.shape[1])
-        share, axis = mixture_at(channels, y, x)
-        shares.append(share - edges.strength[at] / edges.mass[at])
+        strength, mass, axis = merged_at(channels, y, x)
+        assert edges.mass[at] == pytest.approx(mass, rel=1e-4)
+        shares.append((strength - edges.strength[at]) / mass)
         turns.append(float(axial_difference(axis, float(edges.axis[at]))))
     assert len(shares) > 30
     assert np.quantile(np.abs(shares), 0.95) < 0.03
     assert np.quantile(turns, 0.95) < np.deg2rad(2.5)
+
+
+def test_ridges_of_one_channel_are_those_of_suppression() -> None:
+    channel = clutter(1)[0]
+    edges = merge_channels([channel])
+    image = EdgeMap.from_fields(edges.ridge, edges.field(edges.axis), edges.field(edges.offset), 0.0)
+    ridge, offset = suppress_non_maxima(channel.contrast, channel.orientation)
+    theirs = np.flatnonzero(ridge)
+    strong = image.places[image.strength > 0.5 * image.strength.max()]
+    assert len(strong) > 100
+    assert np.mean(np.isin(strong, theirs)) > 0.9
+    both = np.intersect1d(strong, theirs)
+    turned = axial_difference(edges.field(edges.axis).ravel()[both], channel.orientation.ravel()[both])
+    alike = both[turned < 0.1]
+    difference = edges.field(edges.offset).ravel()[alike] - offset.ravel()[alike]
+    assert np.median(np.abs(difference)) < 0.06
 
 
 def strongest_shadow(weight_exponent: float) -> float:

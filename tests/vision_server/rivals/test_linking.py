@@ -4,19 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.vision_server.edge_scenes import polygon_with_shadows, step
+from tests.vision_server.edge_scenes import edge_map_of, polygon_with_shadows, step
 from vision_server.channels.channel import channel_statistics
-from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels
 from vision_server.rivals.linking import link_edgels
-
-
-def edge_map_of(points: list[tuple[int, int, float]], shape: tuple[int, int] = (60, 80)) -> EdgeMap:
-    """Edgels (x, y, normal) as an edge map."""
-    ridge, orientation = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
-    for x, y, normal in points:
-        ridge[y, x], orientation[y, x] = 10.0, normal % np.pi
-    return EdgeMap.from_fields(ridge, orientation, np.zeros(shape, np.float32), 0.0)
 
 
 def test_a_line_is_one_chain_in_order() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.vision_server.rivals.test_linking import edge_map_of
+from tests.vision_server.edge_scenes import edge_map_of
 from vision_server.segments.growing import MAX_GAP_PX, grow_lines
 
 
