@@ -1,44 +1,28 @@
-"""Command line of the image server: `python -m image_server COMMAND`.
-
-A command's file is loaded when it is asked for: a session waits for it."""
-
-from __future__ import annotations
+"""Command line of the image server: `python -m image_server COMMAND`."""
 
 import sys
-from argparse import ArgumentParser
-from collections.abc import Callable, Sequence
-from importlib import import_module
 
-from bridge.subcommands import chosen_command
-from image_server.command_line import add_options, call
+from bridge.command_line import run_command
+from bridge.lifeline import leave
+from numerics.memory import collect_rarely, keep_freed_memory
 
 COMMANDS = {
     "replay": "Serve a recorded light stack.",
-    "simulator": "Serve a ray-traced target under lights and a sun.",
+    "simulator": "Serve a ray-traced target under lights and a sun; the seed draws its true pose.",
     "hardware": "Serve a V4L2 camera, with lights on a serial line or without.",
     "cameras": "List the cameras of this machine with their formats and controls.",
     "calibrate": "Measure a camera in front of a steadily lit scene, and write its camera file.",
     "record": "Write a stack folder from a camera with lights, a stack or the simulator.",
     "warm": "Compile the simulator's kernels, once.",
 }
-FILES = {"simulator": "simulate", "cameras": "hardware"}  # of commands that are not called like theirs
 
 
-def main(words: Sequence[str]) -> None:
-    """Run a command; it ends with the exit status."""
-    name = chosen_command("image_server", "A camera and lights: settings in, frame out.", COMMANDS, words)
-    file = import_module(f"image_server.commands.{FILES.get(name, name)}")
-    command: Callable[..., None] = getattr(file, name)
-    program = f"python -m image_server {name}"
-    parser = ArgumentParser(prog=program, description=command.__doc__, allow_abbrev=False)
-    add_options(parser, command)
-    call(command, parser.parse_intermixed_args(words[1:]))
-
-
-def command() -> None:
-    """`image-server`, the installed command."""
-    main(sys.argv[1:])
+def main() -> None:
+    """`python -m image_server`, and `image-server` where it is installed."""
+    keep_freed_memory()
+    collect_rarely()
+    leave(run_command("image_server", "A camera and lights: settings in, frame out.", COMMANDS, sys.argv[1:]))
 
 
 if __name__ == "__main__":
-    command()
+    main()

@@ -4,7 +4,14 @@ from pathlib import Path
 
 import pytest
 
+from numerics.stale_kernels import remove_stale_kernels
+
 ROOT = Path(__file__).resolve().parent.parent
+
+
+def pytest_configure() -> None:
+    """A kernel that was compiled with an older callee would pass for the one that is tested."""
+    remove_stale_kernels()
 
 
 @pytest.fixture(scope="session")

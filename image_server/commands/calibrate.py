@@ -1,77 +1,97 @@
 """`calibrate`: write a camera file for a V4L2 camera."""
 
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import Annotated
 
+from bridge.command_line import number, whole_number
 from bridge.errors import BadInput
-from image_server.command_line import Argument, Option
-from image_server.commands.hardware import CAMERA
-from image_server.commands.serving import plain_errors
+from image_server.commands.options import add_camera
+from image_server.commands.serving import plainly
 
 
-def calibrate(
-    camera: Annotated[str, CAMERA],
-    out: Annotated[Path, Argument(metavar="OUT.toml", help="Camera file to write.")],
-    pixel_format: Annotated[str | None, Option(help="GREY, Y16, YUYV or MJPG.")] = None,
-    width: Annotated[int | None, Option(min=1)] = None,
-    height: Annotated[int | None, Option(min=1)] = None,
-    frame_rate: Annotated[float | None, Option(min=0.01)] = None,
-    widest_aperture: Annotated[
-        float | None,
-        Option(min=0.1, help="f-number of the open iris, where it has a control."),
-    ] = None,
-    focal_length: Annotated[
-        list[str] | None,
-        Option(metavar="MM:VALUE", help="Focal length of a value of zoom_absolute; repeatable."),
-    ] = None,
-    focus: Annotated[
-        list[str] | None,
-        Option(metavar="M:VALUE", help="Focus distance of a value of focus_absolute; repeatable."),
-    ] = None,
-) -> None:
-    """Measure a camera in front of a steadily lit scene, and write its camera file."""
-    with plain_errors():
-        import msgspec
-
-        from image_server.v4l2.calibrate import calibrate as measured
-        from image_server.v4l2.camera import V4L2Camera
-        from image_server.v4l2.camera_file import FormatTable, load_camera_file
-        from stack.tables import toml_text
-
-        if out.exists():
-            raise BadInput(f"{out} is there already.", "Give another name, or remove it.")
-        file = load_camera_file(camera)
-        asked = FormatTable(pixel_format=pixel_format, width=width, height=height, frame_rate=frame_rate)
-        if asked != FormatTable():
-            file = msgspec.structs.replace(file, format=asked)
-        opened = V4L2Camera(file)
-        try:
-            found = measured(
-                opened,
-                widest_aperture,
-                _steps("--focal-length", focal_length),
-                _steps("--focus", focus),
-            )
-            size = opened.size
-        finally:
-            opened.close()
-        shape = msgspec.structs.replace(found.file.format, width=size[0], height=size[1])
-        text = toml_text(msgspec.to_builtins(msgspec.structs.replace(found.file, format=shape)))
-        try:
-            out.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise BadInput(f"Cannot write {out}: {error.strerror}.", "Give another name.") from None
-        for note in found.notes:
-            print(note)
-        print(f"{out} written")
+def add_options(parser: ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument("out", type=Path, metavar="OUT.toml", help="Camera file to write.")
+    add_camera(parser)
+    parser.add_argument("--pixel-format", help="GREY, Y16, YUYV or MJPG.")
+    parser.add_argument("--width", type=whole_number(1))
+    parser.add_argument("--height", type=whole_number(1))
+    parser.add_argument("--frame-rate", type=number(0.01))
+    parser.add_argument(
+        "--widest-aperture",
+        type=number(0.1),
+        help="f-number of the open iris, where it has a control.",
+    )
+    parser.add_argument(
+        "--focal-length",
+        action="append",
+        default=[],
+        metavar="MM:VALUE",
+        help="Focal length of a value of zoom_absolute; repeatable.",
+    )
+    parser.add_argument(
+        "--focus",
+        action="append",
+        default=[],
+        metavar="M:VALUE",
+        help="Focus distance of a value of focus_absolute; repeatable.",
+    )
 
 
-def _steps(option: str, given: list[str] | None) -> dict[float, int]:
+def run(options: Namespace) -> int:
+    """Measure and write; the exit status."""
+    return plainly(lambda: _calibrate(options))
+
+
+def _calibrate(options: Namespace) -> None:
+    import msgspec
+
+    from image_server.v4l2.calibrate import calibrate as measured
+    from image_server.v4l2.camera import V4L2Camera
+    from image_server.v4l2.camera_file import FormatTable, load_camera_file
+    from stack.tables import toml_text
+
+    if options.out.exists():
+        raise BadInput(f"{options.out} is there already.", "Give another name, or remove it.")
+    file = load_camera_file(options.camera)
+    asked = FormatTable(
+        pixel_format=options.pixel_format,
+        width=options.width,
+        height=options.height,
+        frame_rate=options.frame_rate,
+    )
+    if asked != FormatTable():
+        file = msgspec.structs.replace(file, format=asked)
+    opened = V4L2Camera(file)
+    try:
+        found = measured(
+            opened,
+            options.widest_aperture,
+            _steps("--focal-length", options.focal_length),
+            _steps("--focus", options.focus),
+        )
+        size = opened.size
+    finally:
+        opened.close()
+    shape = msgspec.structs.replace(found.file.format, width=size[0], height=size[1])
+    text = toml_text(msgspec.to_builtins(msgspec.structs.replace(found.file, format=shape)))
+    try:
+        options.out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"Cannot write {options.out}: {error.strerror}.", "Give another name.") from None
+    for note in found.notes:
+        print(note)
+    print(f"{options.out} written")
+
+
+def _steps(option: str, given: list[str]) -> dict[float, int]:
     steps = {}
-    for text in given or []:
-        number, _, value = text.partition(":")
+    for text in given:
+        distance, _, value = text.partition(":")
         try:
-            steps[float(number)] = int(value)
+            steps[float(distance)] = int(value)
         except ValueError:
             raise BadInput(f"{option}: {text!r} is not NUMBER:VALUE.", "For example 16:100") from None
     return steps

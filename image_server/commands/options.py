@@ -1,59 +1,124 @@
-"""Options that several commands share: each group is a dataclass, and a command takes it as one argument."""
+"""Options that several commands share."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import Annotated
 
-from image_server.command_line import Option
+from bridge.command_line import number, whole_number
+
+Conditions = tuple[float | None, float | None, float | None, tuple[float, float] | None]
+"""Ambient scale, light power, defocus (px) and motion (px/s), each instead of a file's."""
+
+AS_IN_THE_FILE: Conditions = (None, None, None, None)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Serving:
+def add_serving(parser: ArgumentParser) -> None:
     """Where a server listens, and what ends it."""
+    parser.add_argument(
+        "--endpoint", required=True, help="Where to listen: ipc:///path or tcp://127.0.0.1:PORT."
+    )
+    parser.add_argument("--events", help="Where to publish events; none: not published.")
+    parser.add_argument(
+        "--keys",
+        type=Path,
+        metavar="DIR",
+        help="CURVE keys (python -m bridge keys DIR), to listen on a network.",
+    )
+    parser.add_argument("--parent", type=whole_number(), metavar="PID", help="Stop when this process ends.")
 
-    endpoint: Annotated[str, Option(help="Where to listen: ipc:///path or tcp://127.0.0.1:PORT.")]
-    events: Annotated[str | None, Option(help="Where to publish events; none: not published.")] = None
-    keys: Annotated[
-        Path | None,
-        Option(metavar="DIR", help="CURVE keys (python -m bridge keys DIR), to listen on a network."),
-    ] = None
-    parent: Annotated[int | None, Option(metavar="PID", help="Stop when this process ends.")] = None
 
-
-@dataclass(frozen=True, kw_only=True)
-class Draws:
+def add_draws(parser: ArgumentParser) -> None:
     """Where random draws come from."""
+    parser.add_argument(
+        "--seed",
+        type=whole_number(0),
+        default=0,
+        help="Seed of every random draw: noise, and the simulator's poses (default: %(default)s).",
+    )
+    parser.add_argument(
+        "--captures-taken",
+        type=whole_number(0),
+        default=0,
+        help="Frames taken before by a session that goes on: noise is drawn from there"
+        " (default: %(default)s).",
+    )
 
-    seed: Annotated[
-        int, Option(min=0, help="Seed of every random draw: noise, and the simulator's poses.")
-    ] = 0
-    captures_taken: Annotated[
-        int,
-        Option(min=0, help="Frames taken before by a session that goes on: noise is drawn from there."),
-    ] = 0
 
-
-@dataclass(frozen=True, kw_only=True)
-class Conditions:
+def add_conditions(parser: ArgumentParser) -> None:
     """Light and blur instead of those in a stack or scenario file."""
+    parser.add_argument(
+        "--ambient-scale",
+        type=number(0),
+        help="Strength of the sun instead of the one in the file; 0 is eclipse, 20 harsh.",
+    )
+    parser.add_argument("--light-power", type=number(0), help="Multiply the power of every light.")
+    parser.add_argument(
+        "--defocus-sigma-px",
+        type=number(0),
+        help="Blur at the widest aperture, px, instead of the one in the file.",
+    )
+    parser.add_argument(
+        "--motion-px-per-s",
+        type=number(),
+        nargs=2,
+        metavar=("X", "Y"),
+        help="Image motion, px/s, instead of the one in the file.",
+    )
 
-    ambient_scale: Annotated[
-        float | None,
-        Option(
-            min=0,
-            help="Strength of the sun instead of the one in the file; 0 is eclipse, 20 harsh.",
-        ),
-    ] = None
-    light_power: Annotated[float | None, Option(min=0, help="Multiply the power of every light.")] = None
-    defocus_sigma_px: Annotated[
-        float | None,
-        Option(min=0, help="Blur at the widest aperture, px, instead of the one in the file."),
-    ] = None
-    motion_px_per_s: Annotated[
-        tuple[float, float] | None,
-        Option(metavar="X Y", help="Image motion, px/s, instead of the one in the file."),
-    ] = None
 
-    def values(self) -> tuple[float | None, float | None, float | None, tuple[float, float] | None]:
-        """In the order that `with_conditions` of stacks and scenarios takes them."""
-        return self.ambient_scale, self.light_power, self.defocus_sigma_px, self.motion_px_per_s
+def given_conditions(options: Namespace) -> Conditions:
+    """What `add_conditions` has read."""
+    motion = options.motion_px_per_s
+    return (
+        options.ambient_scale,
+        options.light_power,
+        options.defocus_sigma_px,
+        None if motion is None else (motion[0], motion[1]),
+    )
+
+
+def add_camera(parser: ArgumentParser, required: bool = True) -> None:
+    """A camera, as an option or, where it is told by its place, as the next word."""
+    parser.add_argument(
+        "--camera",
+        required=required,
+        metavar="DEV_OR_TOML",
+        help="A V4L2 device such as /dev/video0, or a camera file.",
+    )
+
+
+def add_target(parser: ArgumentParser, default: str | None) -> None:
+    """What is in front of the camera."""
+    parser.add_argument(
+        "--target",
+        default=default,
+        metavar="NAME_OR_FILE",
+        help="A target of targets/ or a .cao, OBJ, STL or PLY file"
+        + ("." if default is None else " (default: %(default)s)."),
+    )
+    parser.add_argument(
+        "--unit", default="m", help="Unit of the model file: m, cm, mm or in (default: %(default)s)."
+    )
+
+
+def add_equipment(parser: ArgumentParser) -> None:
+    """Lights, and what is known of camera and target."""
+    parser.add_argument(
+        "--lights",
+        metavar="DEV_OR_TOML",
+        help="A serial device such as /dev/ttyUSB0, or a lights file.",
+    )
+    parser.add_argument(
+        "--camera-model",
+        type=Path,
+        metavar="TOML",
+        help="File with [camera], instead of that of the camera file.",
+    )
+    add_target(parser, None)
+    parser.add_argument("--seed-pose", type=Path, metavar="TOML", help="File with [target.seed_pose].")
+    parser.add_argument(
+        "--dark-after-s",
+        type=number(0),
+        help="Turn the lights off when no request has come for so long; 0: never. Default: lights file.",
+    )

@@ -1,78 +1,108 @@
 """`record`: write a stack folder from any device."""
 
+from __future__ import annotations
+
 import sys
-from collections.abc import Iterator
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from enum import StrEnum
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
+from bridge.command_line import number, whole_number
 from bridge.errors import BadInput
-from image_server.command_line import Argument, Option
-from image_server.commands.hardware import CAMERA, Equipment, Laboratory, laboratory_device
-from image_server.commands.options import Conditions, Draws
+from image_server.commands.hardware import laboratory_device
+from image_server.commands.options import add_camera, add_draws, add_equipment
 from image_server.commands.replay import replay_device
-from image_server.commands.serving import plain_errors
-from image_server.commands.simulate import Scene, simulated_device
+from image_server.commands.serving import plainly
+from image_server.commands.simulator import simulated_device
 
 if TYPE_CHECKING:
     from bridge.messages import Describe, Settings
     from image_server.serve.device import Device
 
-
-class StackKind(StrEnum):
-    """Kinds of stack folder."""
-
-    FRAMES = "frames"
-    BASIS = "basis"
-
-
-def record(
-    out: Annotated[Path, Argument(metavar="OUT", help="Folder to write.")],
-    kind: Annotated[StackKind, Option(help="Frames as they come, or the radiance of each light.")],
-    equipment: Equipment,
-    camera: Annotated[str | None, CAMERA] = None,
-    settings: Annotated[
-        list[str] | None,
-        Option(
-            metavar="LEVELS:SHUTTER:APERTURE",
-            help="For frames: e.g. 7,0,0:1/60:4; repeatable. 'each' is every light alone and all together"
-            " under every shutter and aperture. For basis: the aperture of the first counts.",
-        ),
-    ] = None,
-    stack: Annotated[Path | None, Option(metavar="DIR", help="Record from a stack folder.")] = None,
-    scenario: Annotated[
-        str | None, Option(metavar="NAME_OR_FILE", help="Record from the simulator under a scenario.")
-    ] = None,
-    draws: Draws = Draws(),
-    repeat: Annotated[int, Option(min=1, max=1000, help="Frames per setting.")] = 1,
-    average: Annotated[int, Option(min=1, max=1000, help="For basis: frames that are averaged.")] = 16,
-    black: Annotated[float, Option(min=0, max=128, help="For basis: grey value with the lens capped.")] = 0.0,
-) -> None:
-    """Write a stack folder from a camera with lights (--camera), a stack or the simulator."""
-    with plain_errors():
-        from image_server.recording.record import record_basis, record_frames
-
-        with _opened(camera, equipment, stack, scenario, draws) as device:
-            describe = device.describe()
-            if kind is StackKind.FRAMES:
-                if not settings:
-                    raise BadInput("There is nothing to record.", "Give --settings LEVELS:SHUTTER:APERTURE.")
-                wanted = [one for text in settings for one in parsed_settings(text, describe)]
-                done = record_frames(device, out, wanted, repeat, _say)
-            else:
-                at = parsed_settings(settings[0], describe)[0] if settings else _reference(describe)
-                done = record_basis(device, out, at, average, black, _say)
-        print(f"{out}: {done.frames} frames recorded, {done.unverified} of them unverified")
+SOURCES: dict[str, Callable[[Namespace], Device]] = {
+    "camera": laboratory_device,
+    "stack": replay_device,
+    "scenario": simulated_device,
+}
+"""What a stack can be recorded from: the option that names it, and what opens it."""
 
 
-def parsed_settings(text: str, describe: "Describe") -> "list[Settings]":
+def add_options(parser: ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument("out", type=Path, metavar="OUT", help="Folder to write.")
+    parser.add_argument(
+        "--kind",
+        required=True,
+        choices=("frames", "basis"),
+        help="Frames as they come, or the radiance of each light.",
+    )
+    add_equipment(parser)
+    add_camera(parser, required=False)
+    parser.add_argument(
+        "--settings",
+        action="append",
+        default=[],
+        metavar="LEVELS:SHUTTER:APERTURE",
+        help="For frames: e.g. 7,0,0:1/60:4; repeatable. 'each' is every light alone and all together"
+        " under every shutter and aperture. For basis: the aperture of the first counts.",
+    )
+    parser.add_argument("--stack", type=Path, metavar="DIR", help="Record from a stack folder.")
+    parser.add_argument(
+        "--scenario", metavar="NAME_OR_FILE", help="Record from the simulator under a scenario."
+    )
+    add_draws(parser)
+    parser.add_argument(
+        "--repeat",
+        type=whole_number(1, 1000),
+        default=1,
+        help="Frames per setting (default: %(default)s).",
+    )
+    parser.add_argument(
+        "--average",
+        type=whole_number(1, 1000),
+        default=16,
+        help="For basis: frames that are averaged (default: %(default)s).",
+    )
+    parser.add_argument(
+        "--black",
+        type=number(0, 128),
+        default=0.0,
+        help="For basis: grey value with the lens capped (default: %(default)s).",
+    )
+
+
+def run(options: Namespace) -> int:
+    """Record; the exit status."""
+    return plainly(lambda: _record(options))
+
+
+def _record(options: Namespace) -> None:
+    from image_server.recording.record import record_basis, record_frames
+
+    out, settings = options.out, options.settings
+    with _opened(options) as device:
+        describe = device.describe()
+        if options.kind == "frames":
+            if not settings:
+                raise BadInput("There is nothing to record.", "Give --settings LEVELS:SHUTTER:APERTURE.")
+            wanted = [one for text in settings for one in parsed_settings(text, describe)]
+            done = record_frames(device, out, wanted, options.repeat, _say)
+        else:
+            at = parsed_settings(settings[0], describe)[0] if settings else _reference(describe)
+            done = record_basis(device, out, at, options.average, options.black, _say)
+    print(f"{out}: {done.frames} frames recorded, {done.unverified} of them unverified")
+
+
+def parsed_settings(text: str, describe: Describe) -> list[Settings]:
     """The settings that an option means.
 
     Raises
     ------
-    BadInput : not of the form LEVELS:SHUTTER:APERTURE[:FOCAL_LENGTH_MM[:FOCUS_M]].
+    BadInput
+        Not of the form LEVELS:SHUTTER:APERTURE[:FOCAL_LENGTH_MM[:FOCUS_M]].
     """
     from bridge.messages import Settings
 
@@ -109,7 +139,7 @@ def parsed_settings(text: str, describe: "Describe") -> "list[Settings]":
     ]
 
 
-def _reference(describe: "Describe") -> "Settings":
+def _reference(describe: Describe) -> Settings:
     from bridge.messages import Settings
 
     aperture = min(describe.apertures, key=lambda f_number: abs(f_number - describe.reference.aperture))
@@ -117,24 +147,12 @@ def _reference(describe: "Describe") -> "Settings":
 
 
 @contextmanager
-def _opened(
-    camera: str | None, equipment: Equipment, stack: Path | None, scenario: str | None, draws: Draws
-) -> "Iterator[Device]":
-    given = {"--camera": camera, "--stack": stack, "--scenario": scenario}
-    sources = [name for name, value in given.items() if value is not None]
-    if len(sources) != 1:
-        raise BadInput(
-            f"Give one of --camera, --stack and --scenario; given: {', '.join(sources) or 'none'}."
-        )
-    device: Device
-    if stack is not None:
-        device = replay_device(stack, draws, Conditions())
-    elif scenario is not None:
-        scene = Scene(target=equipment.target or "cube", scenario=scenario, unit=equipment.unit)
-        device = simulated_device(scene, draws, Conditions())
-    else:
-        assert camera is not None
-        device = laboratory_device(Laboratory(camera=camera, **vars(equipment)))
+def _opened(options: Namespace) -> Iterator[Device]:
+    given = [name for name in SOURCES if getattr(options, name) is not None]
+    if len(given) != 1:
+        named = ", ".join(f"--{name}" for name in given) or "none"
+        raise BadInput(f"Give one of --camera, --stack and --scenario; given: {named}.")
+    device = SOURCES[given[0]](options)
     try:
         yield device
     finally:

@@ -1,43 +1,58 @@
 """`replay`: serve a recorded light stack."""
 
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 from bridge.errors import BadInput
-from image_server.command_line import Option
-from image_server.commands.options import Conditions, Draws, Serving
+from image_server.commands.options import (
+    AS_IN_THE_FILE,
+    Conditions,
+    add_conditions,
+    add_draws,
+    add_serving,
+    given_conditions,
+)
 from image_server.commands.serving import serve_device
 
 if TYPE_CHECKING:
     from image_server.replay import Replay
 
 
-def replay(
-    stack: Annotated[Path, Option(metavar="DIR", help="Stack folder with its stack.toml.")],
-    serving: Serving,
-    draws: Draws,
-    conditions: Conditions,
-) -> None:
-    """Serve a recorded light stack."""
-    serve_device(lambda: replay_device(stack, draws, conditions), serving)
+def add_options(parser: ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument(
+        "--stack", required=True, type=Path, metavar="DIR", help="Stack folder with its stack.toml."
+    )
+    add_serving(parser)
+    add_draws(parser)
+    add_conditions(parser)
 
 
-def replay_device(stack: Path, draws: Draws, conditions: Conditions) -> "Replay":
+def run(options: Namespace) -> int:
+    """Serve until told to stop; the exit status."""
+    return serve_device(lambda: replay_device(options, given_conditions(options)), options)
+
+
+def replay_device(options: Namespace, conditions: Conditions = AS_IN_THE_FILE) -> Replay:
     """The device of a stack folder under other conditions.
 
     Raises
     ------
-    BadInput : a stack that cannot be used, or conditions for recorded frames.
+    BadInput
+        A stack that cannot be used, or conditions for recorded frames.
     """
     from image_server.replay import Replay
     from stack.read import BasisStack, load_stack, with_conditions
 
-    loaded = load_stack(stack)
-    if isinstance(loaded, BasisStack):
-        loaded = with_conditions(loaded, *conditions.values())
-    elif any(condition is not None for condition in conditions.values()):
+    stack = load_stack(options.stack)
+    if isinstance(stack, BasisStack):
+        stack = with_conditions(stack, *conditions)
+    elif conditions != AS_IN_THE_FILE:
         raise BadInput(
-            f"The stack {stack} holds recorded frames; their sun, lights and blur cannot be changed.",
+            f"The stack {options.stack} holds recorded frames; their sun, lights and blur cannot be changed.",
             "Leave out --ambient-scale, --light-power, --defocus-sigma-px and --motion-px-per-s.",
         )
-    return Replay(loaded, draws.seed, draws.captures_taken)
+    return Replay(stack, options.seed, options.captures_taken)

@@ -1,14 +1,24 @@
-"""`python -m image_server warm`: compile the simulator's kernels into numba's cache and a library."""
+"""`warm`: compile the simulator's kernels into numba's cache."""
 
-from numerics.kernel_library import build_library
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+
+from numerics.stale_kernels import remove_stale_kernels
 
 WARMING = ("earth-limb", "camera")
 """Scenarios that between them use every kernel but that of folds: sky, blooming."""
 
 
-def warm() -> None:
-    """Compile the simulator's kernels, so that the first session does not wait for it."""
-    build_library("image_server", take_frames)
+def add_options(_: ArgumentParser) -> None:
+    """It has none."""
+
+
+def run(_: Namespace) -> int:
+    """Compile what has changed, so that the first session does not wait for it; the exit status."""
+    remove_stale_kernels()
+    take_frames()
+    return 0
 
 
 def take_frames() -> None:

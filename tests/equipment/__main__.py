@@ -18,7 +18,6 @@ from bridge.errors import BadInput, LightsAndCameraError
 from bridge.lifeline import Lifeline
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario, with_conditions
-from numerics.kernels import prepare_kernels
 from stack.tables import toml_text
 from tests.equipment.bench import Bench
 from tests.equipment.dmx import EmulatedDmxUsbPro
@@ -54,7 +53,6 @@ def emulate_bench(given: Namespace, lifeline: Lifeline) -> None:
     silent, garbage, unplugged or refuse:CONTROL.
     """
     known = load_camera_model(given.model)
-    prepare_kernels()
     scenario = with_conditions(
         load_scenario(given.scenario), given.ambient_scale, given.light_power, given.defocus_sigma_px
     )

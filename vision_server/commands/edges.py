@@ -77,13 +77,11 @@ def _write(options: Namespace) -> None:
     import cv2
     import numpy as np
 
-    from numerics.kernels import prepare_kernels
     from vision_server.channels.channel import channel_statistics
     from vision_server.channels.image_files import read_image_set
     from vision_server.edges.merging import merge_channels
     from vision_server.rivals.merge_rules import comparison_edges
 
-    prepare_kernels()
     pixels = read_image_set(options.images)
     times = parse_exposures(options.exposures, len(pixels))
     gamma, out, magnitude = options.gamma, options.out, options.magnitude
@@ -129,13 +127,13 @@ def add_options(parser: ArgumentParser) -> None:
         "--method",
         choices=METHODS,
         default="em",
-        help="How the images are merged (default: em).",
+        help="How the images are merged (default: %(default)s).",
     )
     parser.add_argument(
         "--gamma",
         type=float,
         default=1.0,
-        help="Tone curve of the files to undo: linear = grey^gamma (default: 1).",
+        help="Tone curve of the files to undo: linear = grey^gamma (default: %(default)s).",
     )
 
 

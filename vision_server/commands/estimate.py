@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import math
 import sys
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
+from bridge.command_line import whole_number
 from bridge.errors import EXIT_BAD_INPUT, BadInput, LightsAndCameraError
 from vision_server.commands.edges import add_exposures, parse_exposures
 
@@ -17,7 +18,6 @@ EXIT_NO_POSE = 3
 
 def _estimated(options: Namespace) -> dict[str, Any]:
     from geometry.errors import GeometryError
-    from numerics.kernels import prepare_kernels
     from vision_server.channels.image_files import read_image_set
     from vision_server.channels.tone import file_tone
     from vision_server.image_set import ImageSet
@@ -25,7 +25,6 @@ def _estimated(options: Namespace) -> dict[str, Any]:
     from vision_server.serve.inputs import read_camera, read_model, read_seed_pose
     from vision_server.serve.results import estimate_result
 
-    prepare_kernels()
     camera, table = read_camera(options.camera)
     model, seed_pose = read_model(options.model, options.unit), read_seed_pose(options.seed_pose)
     pixels = read_image_set(options.images)
@@ -107,25 +106,24 @@ def add_options(parser: ArgumentParser) -> None:
         "--matcher",
         choices=("search", "genetic"),
         default="search",
-        help="How the pose is found before it is refined (default: search).",
+        help="How the pose is found before it is refined (default: %(default)s).",
     )
     parser.add_argument(
-        "--seed", type=_seed, default=0, metavar="N", help="Seed of the matcher's draws (default: 0)."
+        "--seed",
+        type=whole_number(0),
+        default=0,
+        metavar="N",
+        help="Seed of the matcher's draws (default: %(default)s).",
     )
     parser.add_argument("--json", action="store_true", help="One JSON object on stdout.")
-    parser.add_argument("--unit", default="m", help="Unit of the model file: m, cm, mm or in (default: m).")
+    parser.add_argument(
+        "--unit", default="m", help="Unit of the model file: m, cm, mm or in (default: %(default)s)."
+    )
     parser.add_argument(
         "--gamma",
         type=float,
         help="Tone curve to undo: linear = grey^gamma; else [camera] gamma, or what the files tell.",
     )
-
-
-def _seed(text: str) -> int:
-    seed = int(text)
-    if seed < 0:
-        raise ArgumentTypeError(f"{text} is negative")
-    return seed
 
 
 def run(options: Namespace) -> int:

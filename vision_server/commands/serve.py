@@ -7,6 +7,8 @@ import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
+from bridge.command_line import whole_number
+
 
 def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
@@ -14,10 +16,12 @@ def add_options(parser: ArgumentParser) -> None:
         "--endpoint", required=True, help="Where to listen: ipc:///path or tcp://127.0.0.1:PORT."
     )
     parser.add_argument(
-        "--keys", type=Path, metavar="DIR",
+        "--keys",
+        type=Path,
+        metavar="DIR",
         help="CURVE keys (python -m bridge keys DIR), for servers on a network.",
-    )  # fmt: skip
-    parser.add_argument("--parent", type=int, metavar="PID", help="Stop when this process ends.")
+    )
+    parser.add_argument("--parent", type=whole_number(), metavar="PID", help="Stop when this process ends.")
 
 
 def run(options: Namespace) -> int:
@@ -28,14 +32,11 @@ def run(options: Namespace) -> int:
     try:
         from bridge.keys import client_keys, server_keys
         from bridge.serve import serve
-        from numerics.kernels import prepare_kernels
         from vision_server.serve.server import VisionServer
 
         service = VisionServer(client_keys(options.keys, "vision_server", "image_server"))
         curve = server_keys(options.keys, "vision_server")
-        prepare_kernels()
-        status = serve(service, options.endpoint, parent_pid=options.parent, curve=curve)
+        return serve(service, options.endpoint, parent_pid=options.parent, curve=curve)
     except (LightsAndCameraError, OSError) as error:
         print(f"vision_server: {' '.join(str(error).split())}", file=sys.stderr)
-        status = error.exit_status if isinstance(error, LightsAndCameraError) else EXIT_DEVICE
-    return status
+        return error.exit_status if isinstance(error, LightsAndCameraError) else EXIT_DEVICE

@@ -1,11 +1,11 @@
-"""`python -m vision_server warm`: compile every kernel into numba's cache and a library."""
+"""`python -m vision_server warm`: compile every kernel into numba's cache."""
 
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from numerics.kernel_library import build_library
+from numerics.stale_kernels import remove_stale_kernels
 
 if TYPE_CHECKING:
     import numpy as np
@@ -15,13 +15,14 @@ if TYPE_CHECKING:
     from geometry.pose import Pose
 
 
-def add_options(parser: ArgumentParser) -> None:
+def add_options(_: ArgumentParser) -> None:
     """It has none."""
 
 
 def run(_: Namespace) -> int:
     """Compile what has changed; the exit status."""
-    build_library("vision_server", warm_up)
+    remove_stale_kernels()
+    warm_up()
     return 0
 
 

@@ -6,9 +6,7 @@ import subprocess
 import sys
 from argparse import ArgumentParser
 from collections.abc import Iterator
-from functools import wraps
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,10 +14,8 @@ import pytest
 from bridge.arrays import array_sha256
 from bridge.client import Client
 from bridge.errors import ServerError
-from image_server.command_line import add_options, call
-from image_server.commands.hardware import Equipment
-from image_server.commands.options import Conditions, Draws
-from image_server.commands.record import StackKind, record
+from image_server.commands import record
+from image_server.commands.options import add_conditions, given_conditions
 from tests.stack.stack_folders import BASIS, basis_stack
 
 DEADLINE_S = 60.0
@@ -117,7 +113,7 @@ def test_bad_input_ends_with_one_plain_line(tmp_path: Path, arguments: list[str]
         ),
         (["replay", "--stack", "s"], "required: --endpoint"),
         (["simulator", "--endpoint", "ipc:///e", "--targets", "cube"], "--targets"),
-        (["record", "out", "--kind", "film"], "'film' is not one of frames, basis"),
+        (["record", "out", "--kind", "film"], "invalid choice: 'film' (choose from 'frames', 'basis')"),
         (
             ["record", "out", "--kind", "frames", "--repeat", "2000"],
             "is not at least 1 and at most 1000",
@@ -134,22 +130,15 @@ def test_a_wrong_command_line_is_told(arguments: list[str], message: str) -> Non
 
 
 def test_values_are_what_the_command_takes() -> None:
-    parser = ArgumentParser()
-    add_options(parser, record)
+    record.add_options(parser := ArgumentParser())
     words = ["out", "--kind", "basis", "--settings", "each", "--settings", "7:1/60:4", "--seed", "3"]
-    given: dict[str, Any] = {}
-
-    @wraps(record)
-    def kept(**values: Any) -> None:
-        given.update(values)
-
-    call(kept, parser.parse_args(words))
-    assert given["out"] == Path("out") and given["kind"] is StackKind.BASIS
-    assert given["settings"] == ["each", "7:1/60:4"] and given["black"] == 0.0 and given["camera"] is None
-    assert given["draws"] == Draws(seed=3) and given["equipment"] == Equipment()
-    add_options(parser := ArgumentParser(), Conditions)
-    moved = call(Conditions, parser.parse_args(["--motion-px-per-s", "-24", "0.5"]))
-    assert moved == Conditions(motion_px_per_s=(-24.0, 0.5))
+    given = parser.parse_args(words)
+    assert given.out == Path("out") and given.kind == "basis"
+    assert given.settings == ["each", "7:1/60:4"] and given.black == 0.0 and given.camera is None
+    assert (given.seed, given.captures_taken) == (3, 0) and given.lights is None and given.unit == "m"
+    add_conditions(parser := ArgumentParser())
+    moved = parser.parse_args(["--motion-px-per-s", "-24", "0.5"])
+    assert given_conditions(moved) == (None, None, None, (-24.0, 0.5))
 
 
 def test_a_broken_stack_and_a_bad_endpoint_end_the_same_way(tmp_path: Path) -> None:

@@ -1,0 +1,91 @@
+"""Command lines of the Python programs: `python -m PROGRAM COMMAND OPTIONS`.
+
+A program names its commands, each a file `PROGRAM/commands/COMMAND.py` with `add_options(parser)` and
+`run(options)`, which returns the exit status. Only the file of the command that is asked for is imported, and
+what computes is imported when it runs: a session waits for it.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from argparse import ArgumentParser, ArgumentTypeError
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+
+from bridge import __version__
+from bridge.errors import EXIT_BAD_INPUT
+
+
+def run_command(name: str, about: str, commands: Mapping[str, str], words: Sequence[str]) -> int:
+    """Run the command that a command line begins with; the exit status.
+
+    Parameters
+    ----------
+    name, about
+        The program's package, and one line about it.
+    commands
+        One line about each command.
+    words
+        The command line, without the program.
+    """
+    program = f"python -m {name}"
+    if not words or words[0] in ("-h", "--help"):
+        listed = "\n".join(f"  {command:<11}{summary}" for command, summary in commands.items())
+        print(f"Usage: {program} COMMAND ...\n\n{about}\n\nCommands:\n{listed}")
+        print(f"\n{program} COMMAND --help tells more.")
+        return 0 if words else EXIT_BAD_INPUT
+    if words[0] == "--version":
+        print(f"{name} {__version__}")
+        return 0
+    if words[0] not in commands:
+        print(f"{name}: no command {words[0]!r}; there are {', '.join(commands)}.", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    command = import_module(f"{name}.commands.{words[0].replace('-', '_')}")
+    parser = new_parser(f"{program} {words[0]}", commands[words[0]])
+    command.add_options(parser)
+    status: int = command.run(parser.parse_intermixed_args(words[1:]))
+    return status
+
+
+def new_parser(program: str, about: str) -> ArgumentParser:
+    """A parser that knows --help and --version, and takes no option for another that begins like it."""
+    parser = ArgumentParser(prog=program, description=about, allow_abbrev=False)
+    parser.add_argument(
+        "--version", action="version", version=f"{program.removeprefix('python -m ')} {__version__}"
+    )
+    return parser
+
+
+def number(least: float = -math.inf, most: float = math.inf) -> Callable[[str], float]:
+    """What reads a finite number in these bounds."""
+
+    def read(word: str) -> float:
+        try:
+            value = float(word)
+        except ValueError:
+            raise ArgumentTypeError(f"{word!r} is not a number") from None
+        _check_bounds(word, value, least, most)
+        return value
+
+    return read
+
+
+def whole_number(least: float = -math.inf, most: float = math.inf) -> Callable[[str], int]:
+    """What reads a whole number in these bounds."""
+
+    def read(word: str) -> int:
+        try:
+            value = int(word)
+        except ValueError:
+            raise ArgumentTypeError(f"{word!r} is not a whole number") from None
+        _check_bounds(word, value, least, most)
+        return value
+
+    return read
+
+
+def _check_bounds(word: str, value: float, least: float, most: float) -> None:
+    if not (math.isfinite(value) and least <= value <= most):
+        limits = [f"at least {least:g}"] * (least > -math.inf) + [f"at most {most:g}"] * (most < math.inf)
+        raise ArgumentTypeError(f"{word} is not {' and '.join(limits) or 'a finite number'}")

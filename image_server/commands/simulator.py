@@ -1,0 +1,59 @@
+"""`simulator`: serve a ray-traced target."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from image_server.commands.options import (
+    AS_IN_THE_FILE,
+    Conditions,
+    add_conditions,
+    add_draws,
+    add_serving,
+    add_target,
+    given_conditions,
+)
+from image_server.commands.serving import serve_device
+
+if TYPE_CHECKING:
+    from image_server.simulator import Simulator
+
+
+def add_options(parser: ArgumentParser) -> None:
+    """Options of the command."""
+    add_serving(parser)
+    add_scene(parser)
+    add_draws(parser)
+    add_conditions(parser)
+
+
+def add_scene(parser: ArgumentParser) -> None:
+    """What the simulator shows."""
+    add_target(parser, "cube")
+    parser.add_argument(
+        "--scenario",
+        default="nominal",
+        metavar="NAME_OR_FILE",
+        help="A scenario of scenarios/ or a TOML file (default: %(default)s).",
+    )
+
+
+def run(options: Namespace) -> int:
+    """Serve until told to stop; the exit status."""
+    return serve_device(lambda: simulated_device(options, given_conditions(options)), options)
+
+
+def simulated_device(options: Namespace, conditions: Conditions = AS_IN_THE_FILE) -> Simulator:
+    """The simulator of a scene under other conditions."""
+    from image_server.simulator import Simulator
+    from image_server.simulator.scenario import load_scenario, with_conditions
+
+    scenario = with_conditions(load_scenario(options.scenario), *conditions)
+    return Simulator(
+        options.target or "cube",
+        scenario,
+        options.seed,
+        unit=options.unit,
+        captures_taken=options.captures_taken,
+    )
