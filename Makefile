@@ -9,7 +9,7 @@ PROLOG  = $(shell find main.pl bridge domain indigolog session -name '*.pl' | xa
 ROOMS   = bridge geometry numerics session stack vision_server image_server report
 SOURCES = $(shell find $(ROOMS) -name '*.py')
 
-.PHONY: dock test test-quick coverage test-v4l2 bench setup check clean help
+.PHONY: dock test test-quick coverage api test-v4l2 bench setup check clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -17,6 +17,7 @@ help:
 	@echo "make test    run every test (test-quick: without the slow ones; coverage: which lines they run)"
 	@echo "make test-v4l2  the camera against a real kernel driver, in a guest (a few minutes)"
 	@echo "make bench   measure; one JSON object a line"
+	@echo "make api     pages from docstrings and PlDoc, into build/api"
 	@echo "make check   ruff, mypy, and Prolog loading without warnings"
 	@echo "make setup   what the others do first"
 
@@ -62,6 +63,12 @@ coverage: setup
 	@echo "coverage: Python tests, and which lines of the rooms they run (build/coverage)"
 	@mkdir -p build
 	$(PYTEST) --cov --cov-report=term --cov-report=html:build/coverage
+
+api: setup
+	@echo "api: pages from docstrings (pdoc) and from PlDoc, into build/api"
+	@$(VENV) -c 'import pdoc' 2>/dev/null || $(VENV) -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+	@$(VENV) -m pdoc --no-show-source --docformat numpy -o build/api/python $(ROOMS) '!bridge.door'
+	@swipl setup/prolog-pages.pl build/api/prolog
 
 test-v4l2: setup
 	@setup/test-v4l2
