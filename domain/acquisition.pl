@@ -79,8 +79,8 @@ poss(connect, true).
 poss(choose(S), and(neg(device = unknown), settings_in_range(device, S))).
 poss(capture(_, S), and(candidate = none, settings = S)).
 poss(estimate(Images), neg(Images = [])).
-poss(keep(I), candidate = I).
-poss(discard(I, _), candidate = I).
+poss(keep(I), and(candidate = I, neg(I = none))).
+poss(discard(I, _), and(candidate = I, neg(I = none))).
 poss(avoid(_), true).
 poss(set_parameter(_, _), true).
 poss(start_over, candidate = none).

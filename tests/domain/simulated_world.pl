@@ -1,0 +1,127 @@
+:- module(simulated_world,
+          [ in_world/5,                 % +Options, +Controller, +Program, -Outcome, -Situation
+            can_execute/1,              % +Action
+            execute/2,                  % +Action, -Sensing
+            exogenous/1                 % -Actions
+          ]).
+:- use_module('../../domain/reasoning/device').
+:- use_module('../../indigolog/indigolog').
+:- use_module(fixtures).
+:- use_module(library(aggregate), [aggregate_all/3]).
+:- use_module(library(apply), [maplist/3]).
+:- use_module(library(lists), [member/2]).
+:- use_module(library(option), [option/3]).
+
+/** <module> A small world for strategies: light adds up, and images that are neither dark nor glaring fix the pose
+
+The target's linear brightness is exposure × (sun + the mean of the lights), its brightest part is 1.8 times that.  An
+image tells as much as it is neither dark nor saturated; a set's errors fall with the sum of what its images tell.
+*/
+
+:- dynamic
+    setting/1,                          % Option of the world
+    image/2,                            % Name, Settings
+    range/1,                            % m
+    pending/1.                          % Event to happen
+
+%!  in_world(+Options, +Controller, +Program, -Outcome, -Situation) is det.
+%
+%   Run Program of a controller, a name in domain/controllers, in a new world; Situation is the last one.  Options:
+%   sun(Brightness) at the reference exposure (0.02), images(Most) that may be taken (10), threshold(Px) (1.0),
+%   seed(N) (1), happens(Event, Image) when that image is taken, blind_below(RangeM): no pose nearer than that, and
+%   useless: every image after the first tells nothing.
+
+in_world(Options, Controller, Program, Outcome, Situation) :-
+    maplist(retractall, [setting(_), image(_, _), range(_), pending(_)]),
+    forall(member(Option, Options), assertz(setting(Option))),
+    load(Controller),
+    nb_setval(world_situation, none),
+    option(seed(Seed), Options, 1),
+    indigolog(Program,
+              [ device(simulated_world), seed(Seed), outcome(Outcome), on_action(simulated_world:after_action) ]),
+    nb_getval(world_situation, Situation).
+
+load(Controller) :-
+    module_property(simulated_world, file(Here)),
+    file_directory_name(Here, Folder),
+    findall(File,
+            ( member(Name, [acquisition, procedures, approach, controllers/Controller]),
+              format(atom(File), "~w/../../domain/~w.pl", [Folder, Name]) ),
+            Files),
+    load_theory(Files).
+
+:- public after_action/2.
+
+after_action(_, Situation) :-
+    nb_setval(world_situation, Situation).
+
+                /*******************************
+                *            DEVICE            *
+                *******************************/
+
+can_execute(connect).
+can_execute(capture(_, _)).
+can_execute(estimate(_)).
+can_execute(discard(_, _)).
+can_execute(advance(_)).
+
+execute(connect, session(Device, Threshold, Most)) :-
+    testbed(Device),
+    world(threshold(Threshold), 1.0),
+    world(images(Most), 10).
+execute(capture(Image, Settings), Statistics) :-
+    assertz(image(Image, Settings)),
+    forall(setting(happens(Event, Image)), assertz(pending(Event))),
+    seen(Settings, Statistics).
+execute(estimate(Images), Fix) :-
+    aggregate_all(sum(Worth), ( member(Image, Images), worth(Image, Worth) ), Told),
+    fix(Told, Fix).
+execute(discard(_, _), true).
+execute(advance(Range), true) :-
+    retractall(range(_)),
+    assertz(range(Range)).
+
+exogenous(Events) :-
+    findall(Event, retract(pending(Event)), Events).
+
+world(Option, Default) :-
+    (   setting(Option)
+    ->  true
+    ;   arg(1, Option, Default)
+    ).
+
+seen(Settings, statistics(P50, P95, Dark, Saturated, BlurPx)) :-
+    testbed(Device),
+    Settings = settings(Levels, Shutter, Aperture),
+    level_fractions(Device, Levels, Fractions),
+    exposure_stops(Device, Settings, Stops),
+    world(sun(Sun), 0.02),
+    sum_list(Fractions, Light),
+    Brightness is 2 ** Stops * (Sun + 0.5 * Light / 3),
+    P50 is min(1.0, Brightness),
+    P95 is min(1.0, 1.8 * Brightness),
+    Dark is max(0.0, min(1.0, 1 - Brightness / 0.1)),
+    Saturated is max(0.0, min(1.0, 1.8 * Brightness - 1)),
+    BlurPx is sqrt(1 + (2.8 / Aperture) ** 2 + (Shutter * 60) ** 2).
+
+worth(Image, 0.0) :-
+    setting(useless),
+    Image \== i1,
+    !.
+worth(Image, Worth) :-
+    image(Image, Settings),
+    seen(Settings, statistics(_, _, Dark, Saturated, _)),
+    Worth is (1 - Dark) * (1 - Saturated).
+
+fix(_, no_pose) :-
+    range(Range),
+    setting(blind_below(Nearest)),
+    Range < Nearest,
+    !.
+fix(Told, no_pose) :-
+    Told < 0.1,
+    !.
+fix(Told, fix(pose([0.1, -0.2, 0.05], [0.0, 0.0, 0.6]), [], quality(Rms, Uncertainty, 1.0, Score, 0.1), [])) :-
+    Rms is 0.2 + 0.4 / Told,
+    Uncertainty is 0.001 / sqrt(Told),
+    Score is 1 - 0.1 ** (Told + 0.5).

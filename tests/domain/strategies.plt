@@ -1,0 +1,160 @@
+:- module(test_strategies, []).
+:- use_module(library(plunit)).
+:- use_module(library(apply)).
+:- use_module(library(lists)).
+:- use_module('../../indigolog/indigolog').
+:- use_module(fixtures).
+:- use_module(simulated_world).
+
+/** <module> The strategies of domain/controllers, the approach and the procedures, run in a world without images */
+
+never(threshold(1.0e-6)).
+
+fluents(Situation, Names, Values) :-
+    maplist([Name, Value]>>fluent_value(Name, Situation, Value), Names, Values).
+
+settings_taken(Situation, Settings) :-
+    situation_history(Situation, Newest),
+    findall(S, member(capture(_, S), Newest), Back),
+    reverse(Back, Settings).
+
+:- begin_tests(strategies).
+
+test(each_finds_the_pose_in_mild_light,
+     [forall(member(Name, [simple, greedy, heuristic, auto_exposed])), nondet]) :-
+    in_world([seed(3)], Name, session, final, Situation),
+    situation_holds(converged, Situation),
+    fluent_value(taken, Situation, Taken),
+    assertion(Taken =< 10).
+test(each_does_the_same_again,
+     [forall(member(Name, [simple, greedy, heuristic, auto_exposed, fixed]))]) :-
+    never(Never),
+    in_world([Never, images(4), seed(5)], Name, session, final, First),
+    in_world([Never, images(4), seed(5)], Name, session, final, Second),
+    situation_history(First, History),
+    situation_history(Second, Again),
+    assertion(History == Again).
+test(each_stops_when_no_more_images_may_be_taken,
+     [forall(member(Name, [simple, greedy, heuristic])), true(Taken == 4)]) :-
+    never(Never),
+    in_world([Never, images(4)], Name, session, final, Situation),
+    fluent_value(iteration, Situation, Taken).
+test(simple_keeps_every_image, Images-Discarded == [i4, i3, i2, i1]-[]) :-
+    never(Never),
+    in_world([Never, images(4), useless], simple, session, final, Situation),
+    fluents(Situation, [image_set, discarded], [Set, Discarded]),
+    findall(Image, member(kept(Image, _), Set), Images).
+test(images_that_do_not_help_are_dropped,
+     [forall(member(Name, [greedy, heuristic])), true(Images-Discarded == [i1]-[i4, i3, i2])]) :-
+    never(Never),
+    in_world([Never, images(4), useless, sun(0.1), seed(2)], Name, session, final, Situation),
+    fluents(Situation, [image_set, discarded], [Set, Discarded]),
+    findall(Image, member(kept(Image, _), Set), Images).
+test(heuristic_does_not_repeat_itself) :-
+    never(Never),
+    in_world([Never, images(8), useless], heuristic, session, final, Situation),
+    settings_taken(Situation, Settings),
+    sort(Settings, Distinct),
+    same_length(Settings, Distinct).
+test(heuristic_marks_the_states_of_images_that_did_not_help, Count =:= 3) :-
+    never(Never),
+    in_world([Never, images(4), useless, sun(0.1), seed(2)], heuristic, session, final, Situation),
+    fluent_value(unfavourable, Situation, States),
+    length(States, Count).
+test(heuristic_believes_no_image_alone) :-
+    in_world([threshold(50.0)], heuristic, session, final, Situation),
+    fluent_value(image_set, Situation, Set),
+    length(Set, Size),
+    assertion(Size >= 2).
+test(heuristic_turns_to_light_after_a_dark_image) :-
+    in_world([sun(0.0), images(6)], heuristic, session, final, Situation),
+    situation_holds(converged, Situation).
+test(heuristic_turns_from_glare) :-
+    in_world([sun(3.0), images(6)], heuristic, session, final, Situation),
+    situation_holds(converged, Situation).
+test(fixed_takes_one_image_half_way_up, Settings == [settings([4, 4, 4], 0.0166667, 4.0)]) :-
+    in_world([], fixed, session, final, Situation),
+    settings_taken(Situation, Settings).
+test(auto_exposed_keeps_one_image_of_those_it_metered) :-
+    in_world([sun(1.0)], auto_exposed, session, final, Situation),
+    fluents(Situation, [image_set, statistics, discarded], [[_], statistics(_, Highlight, _, _, _), [_|_]]),
+    assertion(( Highlight > 0.5, Highlight < 1.0 )).
+
+:- end_tests(strategies).
+
+:- begin_tests(events).
+
+test(another_sun_begins_another_set, Images == [i4, i3, i2]) :-
+    never(Never),
+    in_world([Never, images(4), happens(sun_changed, i2)], simple, session, final, Situation),
+    fluent_value(image_set, Situation, Set),
+    findall(Image, member(kept(Image, _), Set), Images).
+test(a_target_that_moved_has_another_pose, Taken == 2) :-
+    never(Never),
+    in_world([Never, images(2), happens(target_moved, i2)], simple, session, final, Situation),
+    fluents(Situation, [taken, iteration], [Taken, 4]).
+test(a_light_that_died_is_left_off) :-
+    never(Never),
+    in_world([Never, images(6), happens(light_fault(left), i2)], heuristic, session, final, Situation),
+    settings_taken(Situation, [_, _|Later]),
+    length(Later, 4),
+    forall(member(settings([Left|_], _, _), Later), Left =:= 0).
+
+:- end_tests(events).
+
+:- begin_tests(approach).
+
+test(goes_on_from_one_trusted_pose_to_the_next, Holds == [0.5-reached, 0.7-fixed, 1.0-fixed]) :-
+    in_world([], heuristic, session([1.0, 0.7, 0.5]), final, Situation),
+    hold_points(Situation, Holds).
+test(looks_afresh_once_and_then_gives_up, Holds-Retries == [0.7-aborted, 1.0-fixed]-1) :-
+    in_world([blind_below(0.8), images(3)], heuristic, session([1.0, 0.7, 0.5]), final, Situation),
+    hold_points(Situation, Holds),
+    situation_history(Situation, History),
+    aggregate_all(count, member(start_over, History), Retries).
+test(each_image_knows_its_range, Ranges == [1.0, 0.7]) :-
+    in_world([], simple, session([1.0, 0.7]), final, Situation),
+    fluent_value(steps, Situation, Steps),
+    findall(Range, ( member(Step, Steps), arg(9, Step, Range) ), Newest),
+    reverse(Newest, Oldest),
+    list_to_set(Oldest, Ranges).
+
+hold_points(Situation, Points) :-
+    fluent_value(holds, Situation, Holds),
+    findall(Range-Outcome, member(hold(Range, Outcome, _), Holds), Points).
+
+:- end_tests(approach).
+
+:- begin_tests(procedures).
+
+%   What holds after a program.
+after(Options, Program, Test) :-
+    in_world(Options, simple, [connect|Program], final, Situation),
+    situation_holds(Test, Situation).
+
+test(nothing_is_trusted_before_there_is_a_pose, fail) :-
+    after([], [], converged).
+test(a_pose_under_the_threshold_is_trusted) :-
+    after([sun(0.3)], [choose_reference, take_image, measure, keep_image], converged).
+test(a_pose_over_the_threshold_is_not, fail) :-
+    after([sun(0.3), threshold(0.1)], [choose_reference, take_image, measure, keep_image], converged).
+test(exhausted_when_no_more_images_may_be_taken) :-
+    after([images(1)], [choose_reference, take_image, drop_image(no)], and([exhausted, finished])).
+test(a_first_pose_improves_on_none) :-
+    after([], [choose_reference, take_image, measure], improved).
+test(the_same_again_does_not_improve, fail) :-
+    after([useless],
+          [choose_reference, take_image, measure, keep_image, choose_reference, take_image, measure], improved).
+test(two_images_confirm_each_other) :-
+    Again = [choose_reference, take_image, measure, keep_image],
+    after([], [Again, Again], confirmed).
+test(one_image_confirms_nothing, fail) :-
+    after([], [choose_reference, take_image, measure, keep_image], confirmed).
+test(no_image_while_there_is_a_candidate, Outcome == failed) :-
+    in_world([], simple, [connect, choose_reference, take_image, take_image], Outcome, _).
+test(what_was_kept_cannot_be_dropped, Outcome == failed) :-
+    in_world([], simple, [connect, choose_reference, take_image, measure, keep_image, drop_image(late)], Outcome, _).
+test(an_unfavourable_state_is_remembered) :-
+    after([], [choose_reference, mark_unfavourable], unfavourable = [state(medium, even, 0)]).
+
+:- end_tests(procedures).
