@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 Rays = NDArray[np.float32]
@@ -57,7 +56,6 @@ class Caster:
         return np.asarray(blocked == NOTHING)
 
 
-@kernel()
 def starts_of(
     directions: Rays, distance: Rays, triangle: NDArray[np.int32], normals: Floats, lift: float
 ) -> tuple[Rays, Rays]:
@@ -72,37 +70,21 @@ def starts_of(
     -------
     (N, 3) starts and (N, 3) unit normals on the camera's side, float32.
     """
-    count = len(directions)
-    starts, towards = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
-    for i in range(count):
-        n = normals[triangle[i]]
-        along = n[0] * directions[i, 0] + n[1] * directions[i, 1] + n[2] * directions[i, 2]
-        side = -1.0 if along > 0 else 1.0
-        for k in range(3):
-            towards[i, k] = side * n[k]
-            starts[i, k] = directions[i, k] * distance[i] + lift * side * n[k]
-    return starts, towards
+    towards = normals.take(triangle, axis=0)
+    towards[sum(towards[:, k] * directions[:, k] for k in range(3)) > 0] *= -1.0
+    starts = directions * distance[:, None] + lift * towards
+    return starts.astype(np.float32), towards.astype(np.float32)
 
 
-@kernel()
 def rays_to(starts: Rays, normals: Rays, source: Floats, near: bool) -> tuple[NDArray[np.int64], Rays, Rays]:
     """Rays to a light from the starts whose faces look at it.
 
     `source` is a point when `near`, else a direction. Returns the numbers (M,) of those starts, the starts
     (M, 3) and the directions (M, 3), as long as the way to the point.
     """
-    count = len(starts)
-    index = np.empty(count, np.int64)
-    origins, directions = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
-    found = 0
-    x, y, z = source[0], source[1], source[2]
-    for i in range(count):
-        if near:
-            x, y, z = source[0] - starts[i, 0], source[1] - starts[i, 1], source[2] - starts[i, 2]
-        if normals[i, 0] * x + normals[i, 1] * y + normals[i, 2] * z > 0:
-            index[found] = i
-            for k in range(3):
-                origins[found, k] = starts[i, k]
-            directions[found, 0], directions[found, 1], directions[found, 2] = x, y, z
-            found += 1
-    return index[:found], origins[:found], directions[:found]
+    ways = [source[k] - starts[:, k] if near else source[k] for k in range(3)]
+    index = np.flatnonzero(sum(normals[:, k] * ways[k] for k in range(3)) > 0)
+    directions = np.empty((len(index), 3), np.float32)
+    for k in range(3):
+        directions[:, k] = ways[k].take(index) if near else ways[k]
+    return index, starts.take(index, axis=0), directions

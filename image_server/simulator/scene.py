@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,8 +52,7 @@ class Part:
     axes: Floats
 
 
-@dataclass(frozen=True, eq=False)
-class Scene:
+class Scene(NamedTuple):
     """All parts, joined.
 
     Attributes
@@ -61,7 +61,7 @@ class Scene:
     normals : (T, 3) float64.
     face : (T,) int64, the face of each triangle, over all parts.
     surfaces : (F, COLUMNS) float64; axes : (F, 9) float64; part : (F,) int64.
-    rotations : (P, 3, 3) and translations : (P, 3), camera_T_part.
+    poses : (P, 4, 3) float64, camera_T_part: the rotation matrix, then the translation, m.
     """
 
     triangles: Floats
@@ -70,8 +70,7 @@ class Scene:
     surfaces: Floats
     axes: Floats
     part: Ints
-    rotations: Floats
-    translations: Floats
+    poses: Floats
 
 
 def joined(parts: list[Part]) -> Scene:
@@ -86,8 +85,7 @@ def joined(parts: list[Part]) -> Scene:
         surfaces=np.concatenate([part.surfaces for part in parts]),
         axes=np.concatenate([part.axes for part in parts]),
         part=np.repeat(np.arange(len(parts)), [len(part.surfaces) for part in parts]),
-        rotations=np.stack([part.pose.matrix for part in parts]),
-        translations=np.stack([part.pose.translation for part in parts]),
+        poses=np.stack([np.vstack([part.pose.matrix, part.pose.translation]) for part in parts]),
     )
 
 

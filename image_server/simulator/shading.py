@@ -6,20 +6,39 @@ times (albedo + pi · specular BRDF) · cos, so pi never appears in the lights' 
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from image_server.simulator.beam import intensity
+from image_server.simulator.light import LIGHT_STRENGTH, Illumination, intensity
+from image_server.simulator.scene import Scene
 from image_server.simulator.sky import light_from, mirrored
 from image_server.simulator.texture import ALPHA, CRINKLE, SPECULAR, albedo, crinkled
 from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+Single = NDArray[np.float32]
 
 LEAST_MIRRORED = 1e-3  # share of the light; less is not worth the time
 SUBPIXEL = 0.25  # the texture is averaged at 2×2 places this far from the pixel's centre
+
+
+class Samples(NamedTuple):
+    """Points that are seen, and what light gets there.
+
+    Attributes
+    ----------
+    triangle : (N,) int32, the triangle that each ray from the camera hits.
+    direction, distance : (N, 3) and (N,) float32; the point is their product, metres, camera frame.
+    reach : (N, L + 1) float32, share of each light that gets to the point; last the mean cosine of what
+        gets there of the sun's disc, 0 for what does not.
+    """
+
+    triangle: NDArray[np.int32]
+    direction: Single
+    distance: Single
+    reach: Single
 
 
 @kernel()
@@ -74,107 +93,88 @@ def _lean(n: Floats, rotation: Floats, slope: Floats) -> None:
     n[0], n[1], n[2] = x / length, y / length, z / length
 
 
+@kernel(inline="always")
+def _set_out(direction: Single, distance: float, normal: Floats, n: Floats, v: Floats, p: Floats) -> None:
+    """Write a sample's unit normal on the camera's side, unit vector to the camera, and point (3,)."""
+    length = 0.0
+    towards = 0.0
+    for k in range(3):
+        v[k] = -direction[k]
+        length += v[k] * v[k]
+        p[k] = direction[k] * distance
+        n[k] = normal[k]
+        towards += n[k] * v[k]
+    length = math.sqrt(length)
+    side = 1.0 if towards >= 0 else -1.0
+    for k in range(3):
+        n[k] *= side
+        v[k] /= length
+
+
+@kernel(inline="always")
+def _scattered(
+    direction: Single, distance: float, pixel: Floats, n: Floats, p: Floats, surface: Floats, plane: Floats,
+    pose: Floats,
+) -> tuple[float, float, float, float]:
+    """Albedo, averaged over a pixel that has a size; and the last place of it in the part's frame."""
+    level = 0.0
+    for k in range(3):
+        level += n[k] * p[k]
+    places = 1 if pixel[0] == 0.0 else 4
+    total = a = b = c = 0.0
+    for place in range(places):
+        dx, dy, dz = direction[0], direction[1], direction[2]
+        ray = distance
+        if places > 1:
+            dx += pixel[0] * SUBPIXEL * (1 if place % 2 else -1)
+            dy += pixel[1] * SUBPIXEL * (1 if place > 1 else -1)
+            slope = n[0] * dx + n[1] * dy + n[2] * dz
+            if slope < -1e-6:
+                ray = min(max(level / slope, 0.5 * distance), 2.0 * distance)
+        x, y, z = dx * ray - pose[3, 0], dy * ray - pose[3, 1], dz * ray - pose[3, 2]
+        a = pose[0, 0] * x + pose[1, 0] * y + pose[2, 0] * z
+        b = pose[0, 1] * x + pose[1, 1] * y + pose[2, 1] * z
+        c = pose[0, 2] * x + pose[1, 2] * y + pose[2, 2] * z
+        da, db, dc = a - plane[0], b - plane[1], c - plane[2]
+        u = da * plane[3] + db * plane[4] + dc * plane[5]
+        w = da * plane[6] + db * plane[7] + dc * plane[8]
+        total += albedo(surface, a, b, c, u, w)
+    return total / places, a, b, c
+
+
 @kernel(nogil=True)
-def shade(
-    triangle: NDArray[np.int32],
-    direction: NDArray[np.float32],
-    distance: NDArray[np.float32],
-    reach: NDArray[np.float32],
-    pixel: Floats,
-    normals: Floats,
-    face: Ints,
-    surfaces: Floats,
-    axes: Floats,
-    part: Ints,
-    rotations: Floats,
-    translations: Floats,
-    lights: Floats,
-    aims: Floats,
-    beams: Floats,
-    light_strength: float,
-    sun: Floats,
-    sun_strength: float,
-    sun_radius: float,
-    sky: Floats,
-    even: float,
-    earth: Floats,
-    earth_distance: float,
-    earth_strength: float,
-) -> NDArray[np.float32]:
-    """Radiance of N samples under each light and the sun.
+def shade(samples: Samples, pixel: Floats, scene: Scene, light: Illumination, even_light: Floats) -> Single:
+    """Radiance (N, L + 1) float32 of samples under each light, and under the sun with the sky.
 
     Parameters
     ----------
-    triangle : (N,) int32, the triangle that each ray from the camera hits.
-    direction, distance : (N, 3) and (N,) float32; the point is their product, metres, camera frame.
-    reach : (N, L + 1) float32, share of each light that gets to the point; last the mean cosine of what
-        gets there of the sun's disc, 0 for what does not.
     pixel : (2,) size of a pixel at unit distance; (0, 0) takes the texture at the point alone.
-    normals, face, surfaces, axes, part, rotations, translations : the scene (`image_server.simulator.scene`).
-    lights : (L, 3) positions, camera frame, metres.
-    aims, beams : (L, 3) unit vectors and (L, ROWS) tables of the lights' beams (`beam.beam_table`).
-    light_strength : radiance of a white surface turned to a light 1 m away, in the middle of its beam.
-    sun, sun_strength : unit vector towards the sun, and radiance of a white surface turned to it.
-    sun_radius : half the sun's angular diameter, rad; a disc of radius r widens a mirrored sun as if alpha²
-        were larger by r²/8 (the variance of the half vectors, times 2).
-    sky : (9,) light of everything else (`sky.irradiance`).
-    even, earth, earth_distance, earth_strength : the same as faces mirror it (`sky.mirrored`).
+    even_light : (9,) light of the sky (`sky.irradiance`).
 
-    Returns
-    -------
-    (N, L + 1) float32.
+    The sun's disc of radius r widens a mirrored sun as if alpha² were larger by r²/8 (the variance of the
+    half vectors, times 2).
     """
+    triangle, direction, distance, reach = samples
+    lights, aims, beams, sky = light
+    normals, faces, surfaces, planes, parts, poses = (
+        scene.normals, scene.face, scene.surfaces, scene.axes, scene.part, scene.poses,
+    )  # fmt: skip
+    sun, sun_strength, sun_radius = sky.sun, sky.sun_strength, sky.sun_radius_rad
     count, channels = reach.shape
     out = np.zeros((count, channels), np.float32)
-    n, v, p, local = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    slope_there = np.empty(3)
-    places = 1 if pixel[0] == 0.0 else 4
+    n, v, p, slope = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for i in range(count):
-        t = triangle[i]
-        f = face[t]
-        s = surfaces[f]
-        frame = axes[f]
-        r, shift = rotations[part[f]], translations[part[f]]
-        length = 0.0
-        towards = 0.0
-        for k in range(3):
-            v[k] = -direction[i, k]
-            length += v[k] * v[k]
-            p[k] = direction[i, k] * distance[i]
-            n[k] = normals[t, k]
-            towards += n[k] * v[k]
-        length = math.sqrt(length)
-        side = 1.0 if towards >= 0 else -1.0
-        level = 0.0
-        for k in range(3):
-            n[k] *= side
-            v[k] /= length
-            level += n[k] * p[k]
-        scattered = 0.0
-        for place in range(places):
-            dx, dy, dz = direction[i, 0], direction[i, 1], direction[i, 2]
-            ray = distance[i]
-            if places > 1:
-                dx += pixel[0] * SUBPIXEL * (1 if place % 2 else -1)
-                dy += pixel[1] * SUBPIXEL * (1 if place > 1 else -1)
-                slope = n[0] * dx + n[1] * dy + n[2] * dz
-                if slope < -1e-6:
-                    ray = min(max(level / slope, 0.5 * distance[i]), 2.0 * distance[i])
-            x, y, z = dx * ray - shift[0], dy * ray - shift[1], dz * ray - shift[2]
-            for k in range(3):
-                local[k] = r[0, k] * x + r[1, k] * y + r[2, k] * z
-            u = w = 0.0
-            for k in range(3):
-                away = local[k] - frame[k]
-                u += away * frame[3 + k]
-                w += away * frame[6 + k]
-            scattered += albedo(s, local[0], local[1], local[2], u, w)
-        scattered /= places
+        face = faces[triangle[i]]
+        s = surfaces[face]
+        pose = poses[parts[face]]
+        ray = direction[i]
+        _set_out(ray, distance[i], normals[triangle[i]], n, v, p)
+        scattered, x, y, z = _scattered(ray, distance[i], pixel, n, p, s, planes[face], pose)
         share = reach[i, channels - 1]
         if s[CRINKLE] > 0.0:
             flat = n[0] * sun[0] + n[1] * sun[1] + n[2] * sun[2]
-            crinkled(s, local[0], local[1], local[2], slope_there)
-            _lean(n, r, slope_there)
+            crinkled(s, x, y, z, slope)
+            _lean(n, pose, slope)
             bent = n[0] * sun[0] + n[1] * sun[1] + n[2] * sun[2]
             share *= max(bent, 0.0) / max(flat, 1e-2)
         for c in range(channels - 1):
@@ -185,15 +185,13 @@ def shade(
                 lx, ly, lz = lx * one, ly * one, lz * one
                 value = _reflected(n, v, lx, ly, lz, scattered, s[ALPHA], s[SPECULAR])
                 value *= intensity(beams[c], -(lx * aims[c, 0] + ly * aims[c, 1] + lz * aims[c, 2]))
-                out[i, c] = value * reach[i, c] * light_strength / square
-        value = scattered * light_from(sky, n[0], n[1], n[2])
+                out[i, c] = value * reach[i, c] * LIGHT_STRENGTH / square
+        value = scattered * light_from(even_light, n[0], n[1], n[2])
         n_v = max(n[0] * v[0] + n[1] * v[1] + n[2] * v[2], 1e-4)
         fresnel = s[SPECULAR] + (1.0 - s[SPECULAR]) * (1.0 - n_v) ** 5
         if fresnel > LEAST_MIRRORED:
             mx, my, mz = 2 * n_v * n[0] - v[0], 2 * n_v * n[1] - v[1], 2 * n_v * n[2] - v[2]
-            value += fresnel * mirrored(
-                mx, my, mz, s[ALPHA], even, earth, earth_distance, sun, earth_strength
-            )
+            value += fresnel * mirrored(mx, my, mz, s[ALPHA], sky)
         if share > 0:
             wide = math.sqrt(s[ALPHA] * s[ALPHA] + sun_radius * sun_radius / 8.0)
             bright = _brightness(n, v, sun[0], sun[1], sun[2], scattered, wide, s[SPECULAR])

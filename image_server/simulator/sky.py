@@ -4,7 +4,7 @@ Radiances are relative to a white face, as in `image_server.simulator.tracing`.
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,12 +28,35 @@ STAR_TO_SUN = 10.0 ** (-0.4 * 26.74)  # a star of magnitude 0 against the sun, a
 FAINTEST, BRIGHTEST = 6.0, -1.0  # magnitudes of the stars that are drawn
 STARS = 5000  # brighter than FAINTEST, over the whole sky
 STARS_PER_MAGNITUDE = 10.0**0.51  # growth of their number with the magnitude
+SHARP_LIMB_RAD = 1e-3  # over which a limb is smoothed that no pixel or roughness smooths
 BAND_ROWS = 64
 DIRECTIONS = 4096  # in which the sky is sampled for its light on faces
 
 
-@dataclass(frozen=True, eq=False)
-class Sky:
+class Earth(NamedTuple):
+    """The Earth, from afar.
+
+    Attributes
+    ----------
+    direction : (3,) unit vector to its middle, camera frame.
+    distance : of its middle, Earth radii; 0 for no Earth.
+    strength : radiance of its ground where the sun stands overhead.
+    """
+
+    direction: Floats
+    distance: float
+    strength: float
+
+    @property
+    def radius_rad(self) -> float:
+        """Half the angle that it takes."""
+        return math.asin(1.0 / self.distance)
+
+
+NO_EARTH = Earth(np.array([0.0, 0.0, 1.0]), 0.0, 0.0)
+
+
+class Sky(NamedTuple):
     """What stands behind everything.
 
     Attributes
@@ -42,9 +65,7 @@ class Sky:
     sun_radius_rad : half its angular diameter.
     sun_strength : radiance of a white face turned to the sun.
     even : radiance from all sides; what lights the target without being seen.
-    earth : (3,) unit vector to the Earth's middle, None for no Earth.
-    earth_distance : of its middle, Earth radii.
-    albedo : of the Earth.
+    earth : NO_EARTH for none.
     star_brightness : 0 for no stars, 1 for true ones.
     """
 
@@ -52,67 +73,49 @@ class Sky:
     sun_radius_rad: float
     sun_strength: float
     even: float = 0.0
-    earth: Floats | None = None
-    earth_distance: float = 1.0
-    albedo: float = 0.3
+    earth: Earth = NO_EARTH
     star_brightness: float = 0.0
 
     @property
-    def earth_radius_rad(self) -> float:
-        """Half the angle that the Earth takes."""
-        return math.asin(1.0 / self.earth_distance)
+    def has_earth(self) -> bool:
+        """Whether there is one."""
+        return self.earth.distance > 0
 
     def hides_sun(self, sun: Floats) -> bool:
         """Whether the Earth stands before a sun in this direction."""
-        if self.earth is None:
-            return False
-        return float(self.earth @ sun) > math.cos(self.earth_radius_rad)
+        return self.has_earth and float(self.earth.direction @ sun) > math.cos(self.earth.radius_rad)
 
 
 @kernel()
-def earth_radiance(
-    directions: Floats, earth: Floats, distance: float, sun: Floats, strength: float, edge: float
-) -> Floats:
+def earth_radiance(directions: Floats, earth: Earth, sun: Floats, edge: float) -> Floats:
     """Radiance (N,) of Earth and air in unit directions (N, 3).
 
-    `distance` is in Earth radii, `strength` what a white face turned to the sun gives times the albedo,
-    `edge` the angle (rad) over which the limb is smoothed: a pixel.
+    `edge` is the angle (rad) over which the limb is smoothed: a pixel.
     """
-    count = len(directions)
-    out = np.zeros(count)
-    for i in range(count):
+    out = np.zeros(len(directions))
+    for i in range(len(directions)):
         x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
-        out[i] = earth_along(x, y, z, earth, distance, sun, strength, edge, CLOUD_CONTRAST)
+        out[i] = earth_along(x, y, z, earth, sun, edge, CLOUD_CONTRAST)
     return out
 
 
 @kernel()
 def earth_along(
-    dx: float,
-    dy: float,
-    dz: float,
-    earth: Floats,
-    distance: float,
-    sun: Floats,
-    strength: float,
-    edge: float,
-    clouds: float,
+    dx: float, dy: float, dz: float, earth: Earth, sun: Floats, edge: float, clouds: float
 ) -> float:
     """Radiance of Earth and air in one unit direction; `clouds` is the contrast they have."""
+    distance = earth.distance
     radius = math.asin(1.0 / distance)
     air = AIR_HEIGHT_KM / EARTH_RADIUS_KM / math.sqrt(distance * distance - 1.0)
-    along = dx * earth[0] + dy * earth[1] + dz * earth[2]
+    e = earth.direction
+    along = dx * e[0] + dy * e[1] + dz * e[2]
     beyond = math.acos(min(max(along, -1.0), 1.0)) - radius
     if beyond > 12.0 * air + edge:
         return 0.0
     middle = along * distance
     root = middle * middle - (distance * distance - 1.0)
     ray = middle - math.sqrt(max(root, 0.0))
-    nx, ny, nz = (
-        ray * dx - distance * earth[0],
-        ray * dy - distance * earth[1],
-        ray * dz - distance * earth[2],
-    )
+    nx, ny, nz = ray * dx - distance * e[0], ray * dy - distance * e[1], ray * dz - distance * e[2]
     length = math.sqrt(nx * nx + ny * ny + nz * nz)
     lit = max((nx * sun[0] + ny * sun[1] + nz * sun[2]) / length, 0.0)
     ground = min(max(0.5 - beyond / edge, 0.0), 1.0)
@@ -124,32 +127,22 @@ def earth_along(
             cloud = 0.5 * noise(x, y, z)
             cloud += 0.3 * noise(3.1 * x, 3.1 * y, 3.1 * z) + 0.2 * noise(9.7 * x, 9.7 * y, 9.7 * z)
         value += ground * (1.0 + clouds * 2.0 * (cloud - 0.5))
-    out: float = strength * lit * value
+    out: float = earth.strength * lit * value
     return out
 
 
 @kernel()
-def mirrored(
-    dx: float,
-    dy: float,
-    dz: float,
-    alpha: float,
-    even: float,
-    earth: Floats,
-    distance: float,
-    sun: Floats,
-    strength: float,
-) -> float:
+def mirrored(dx: float, dy: float, dz: float, alpha: float, sky: Sky) -> float:
     """Radiance of the sky as a mirror of roughness `alpha` (GGX) shows it where it reflects (dx, dy, dz).
 
     A rough mirror shows a blurred Earth: its limb over LOBE · alpha, the width of the lobe, and no clouds
-    where they are smaller than that. `distance` 0 is no Earth.
+    where they are smaller than that.
     """
-    if distance == 0.0:
-        return even
-    edge = max(1e-3, LOBE * alpha)
+    if sky.earth.distance == 0.0:
+        return sky.even
+    edge = max(SHARP_LIMB_RAD, LOBE * alpha)
     clouds = CLOUD_CONTRAST * max(0.0, 1.0 - edge / (4.0 * CLOUD_SIZE))
-    return even + earth_along(dx, dy, dz, earth, distance, sun, strength, edge, clouds)
+    return sky.even + earth_along(dx, dy, dz, sky.earth, sky.sun, edge, clouds)
 
 
 def irradiance(sky: Sky) -> Floats:
@@ -164,10 +157,8 @@ def irradiance(sky: Sky) -> Floats:
     across = np.sqrt(1.0 - z * z)
     directions = np.stack([across * np.cos(around), across * np.sin(around), z], axis=1)
     radiance = np.full(DIRECTIONS, sky.even)
-    if sky.earth is not None:
-        radiance = earth_radiance(
-            directions, sky.earth, sky.earth_distance, sky.sun, sky.sun_strength * sky.albedo, 1e-3
-        )
+    if sky.has_earth:
+        radiance = earth_radiance(directions, sky.earth, sky.sun, SHARP_LIMB_RAD)
     basis = np.stack([harmonics(*direction) for direction in directions])
     out: Floats = (4.0 * math.pi / DIRECTIONS) * (radiance @ basis)
     out[1:4] *= 2.0 / 3.0
@@ -211,7 +202,7 @@ def seen(sky: Sky, camera: Camera, rng: np.random.Generator) -> Image | None:
     """Image (H, W) float32 of the sky where nothing stands before it; None where it is black."""
     pixel = 1.0 / math.sqrt(camera.fx * camera.fy)
     sun_shows = _sun_in_view(sky, camera)
-    if not sun_shows and sky.earth is None and sky.star_brightness == 0:
+    if not sun_shows and not sky.has_earth and sky.star_brightness == 0:
         return None
     image = np.zeros((camera.height, camera.width), np.float32)
     if sky.star_brightness > 0:
@@ -224,10 +215,9 @@ def seen(sky: Sky, camera: Camera, rng: np.random.Generator) -> Image | None:
         if sun_shows:
             angle = np.arccos(np.clip(units @ sky.sun, -1.0, 1.0))
             band += _sun_disc(sky, angle, pixel).reshape(band.shape).astype(np.float32)
-        if sky.earth is not None:
-            strength = sky.sun_strength * sky.albedo
-            earth = earth_radiance(units, sky.earth, sky.earth_distance, sky.sun, strength, pixel)
-            before = (units @ sky.earth > math.cos(sky.earth_radius_rad)).reshape(band.shape)
+        if sky.has_earth:
+            earth = earth_radiance(units, sky.earth, sky.sun, pixel)
+            before = (units @ sky.earth.direction > math.cos(sky.earth.radius_rad)).reshape(band.shape)
             band[before] = 0.0
             band += earth.reshape(band.shape).astype(np.float32)
         image[rows] = band

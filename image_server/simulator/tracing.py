@@ -5,7 +5,6 @@ traced again at 16 places that no row or column of a 16×16 grid shares, so the 
 to 1/32 px whatever its direction; elsewhere only the texture is averaged over the pixel.
 """
 
-import math
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from image_server.simulator.light import Illumination
 from image_server.simulator.rays import (
     NOTHING,
     Caster,
@@ -23,46 +23,20 @@ from image_server.simulator.rays import (
     rays_to,
     starts_of,
 )
+from image_server.simulator.sampling import DISC_STEP, RIM_VIEWS, SAMPLES, disc_directions, pixel_places
 from image_server.simulator.scene import Scene
-from image_server.simulator.shading import shade
-from image_server.simulator.sky import Sky, irradiance
+from image_server.simulator.shading import Samples, shade
+from image_server.simulator.sky import irradiance
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Ints = NDArray[np.int64]
 Image = NDArray[np.float32]
 
-REFERENCE_DISTANCE_M = 0.6
-LIGHT_AT_REFERENCE = 0.5
-"""Radiance of a white surface turned to one full light at 0.6 m; 1 clips at 1/60 s, f/4 and gain 1."""
-SUN_STRENGTH = 0.5
-"""Radiance of a white surface turned to the sun at `ambient_scale` 1."""
 LIFT_M = 2e-5  # shadow rays start this far above the surface
 NEAR_M = 1e-3  # nothing nearer is projected
 BAND_PIXELS = 1 << 17  # traced at a time
 BORDER_PX = 2  # around the things in view
-SAMPLES = 16  # per pixel at edges
-DISC_SAMPLES = 64  # places on the sun's disc that the places of a pixel look at, four each
-RIM_VIEWS = 3  # places at the sun's rim that one pixel in four looks at
-DISC_STEP = 11  # order in which the places of a pixel look at the disc: uncorrelated with where they lie
-
-
-@dataclass(frozen=True, eq=False)
-class Illumination:
-    """Where light comes from, camera frame.
-
-    Attributes
-    ----------
-    lights : (L, 3) float64 positions, metres.
-    aims : (L, 3) float64 unit vectors along the middles of their beams.
-    beams : (L, beam.ROWS) float64, their profiles.
-    sky : the sun, and what else shines from afar.
-    """
-
-    lights: Floats
-    aims: Floats
-    beams: Floats
-    sky: Sky
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +89,7 @@ class _Tracer:
         self._light = light
         self._shading = shading
         self._caster = Caster(scene.triangles)
-        self._disc = _disc(light.sky.sun, light.sky.sun_radius_rad)
+        self._disc = disc_directions(light.sky.sun, light.sky.sun_radius_rad)
         self._sky = irradiance(light.sky)
 
     def band(self, rows: Ints, columns: Ints) -> tuple[Image, Image, Image, NDArray[np.int16]]:
@@ -149,7 +123,7 @@ class _Tracer:
         samples = []
         hits = np.zeros(len(chosen), np.float32)
         centres = np.stack([columns[chosen % len(columns)], rows[chosen // len(columns)]], axis=1)
-        for place, offset in enumerate(_places()):
+        for place, offset in enumerate(pixel_places()):
             rays = rays_through(camera, centres + offset)
             t, d, share = self.sampled(rays, place, penumbra)
             hit = np.flatnonzero(t != NOTHING)
@@ -232,36 +206,10 @@ class _Tracer:
 
     def shaded(
         self, triangle: NDArray[np.int32], directions: Rays, distance: Rays, reach: Rays, pixel: Floats
-    ) -> NDArray[np.float32]:
+    ) -> Image:
         """Radiance (N, L + 1) of samples."""
-        scene, light = self._scene, self._light
-        out: NDArray[np.float32] = shade(
-            triangle,
-            directions,
-            distance,
-            reach,
-            pixel,
-            scene.normals,
-            scene.face,
-            scene.surfaces,
-            scene.axes,
-            scene.part,
-            scene.rotations,
-            scene.translations,
-            light.lights,
-            light.aims,
-            light.beams,
-            LIGHT_AT_REFERENCE * REFERENCE_DISTANCE_M**2,
-            light.sky.sun,
-            light.sky.sun_strength,
-            light.sky.sun_radius_rad,
-            self._sky,
-            light.sky.even,
-            light.sky.sun if light.sky.earth is None else light.sky.earth,
-            0.0 if light.sky.earth is None else light.sky.earth_distance,
-            light.sky.sun_strength * light.sky.albedo,
-        )
-        return out
+        samples = Samples(triangle, directions, distance, reach)
+        return shade(samples, pixel, self._scene, self._light, self._sky)
 
 
 def _region(scene: Scene, camera: Camera) -> tuple[int, int, int, int]:
@@ -299,41 +247,5 @@ def _every_other(grid: tuple[int, int]) -> Flags:
 
 def _differs(label: Ints) -> Flags:
     """Pixels (H, W) with another label among their eight neighbours."""
-    out = np.zeros(label.shape, bool)
-    for here, there in (
-        (np.s_[:-1], np.s_[1:]),
-        (np.s_[:, :-1], np.s_[:, 1:]),
-        (np.s_[:-1, :-1], np.s_[1:, 1:]),
-        (np.s_[:-1, 1:], np.s_[1:, :-1]),
-    ):
-        unequal = label[here] != label[there]
-        out[here] |= unequal
-        out[there] |= unequal
-    return out
-
-
-def _places() -> Floats:
-    """(SAMPLES, 2) offsets in px within a pixel: Hammersley's points, centred."""
-    bits = int(math.log2(SAMPLES))
-    reverse = [int(f"{index:0{bits}b}"[::-1], 2) for index in range(SAMPLES)]
-    return (np.stack([np.arange(SAMPLES), reverse], axis=1) + 0.5) / SAMPLES - 0.5
-
-
-def _disc(sun: Floats, radius_rad: float) -> Floats:
-    """Directions (1 + D, 3): the sun's middle, then places on its disc: a golden spiral, rim first.
-
-    The second half of the places lies opposite to the first, so that their mean is the middle. A point has
-    none.
-    """
-    if radius_rad == 0:
-        return sun[None]
-    half = DISC_SAMPLES // 2
-    helper = np.eye(3)[np.argmin(np.abs(sun))]
-    u = np.cross(sun, helper)
-    u /= np.linalg.norm(u)
-    v = np.cross(sun, u)
-    index = np.arange(half)
-    radius = radius_rad * np.sqrt(1 - (index + 0.5) / half)
-    angle = index * math.pi * (3 - math.sqrt(5))
-    spread = np.outer(radius * np.cos(angle), u) + np.outer(radius * np.sin(angle), v)
-    return np.concatenate([sun[None], sun + spread, sun - spread])
+    window, exact = np.ones((3, 3), np.uint8), label.astype(np.float64)
+    return np.asarray(cv2.dilate(exact, window) != cv2.erode(exact, window))

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from image_server.simulator.beam import beam_table
 from image_server.simulator.lens import glared, vignette
+from image_server.simulator.light import SUN_STRENGTH, Illumination, beam_table
 from image_server.simulator.scenario import Scenario
 from image_server.simulator.scene import TARGET, Scene
-from image_server.simulator.sky import EARTH_RADIUS_KM, Sky, seen
-from image_server.simulator.tracing import SUN_STRENGTH, Illumination, traced
+from image_server.simulator.sky import EARTH_RADIUS_KM, NO_EARTH, Earth, Sky, seen
+from image_server.simulator.tracing import traced
 
 Floats = NDArray[np.float64]
 Radiances = list[NDArray[np.float32]]
@@ -60,15 +60,17 @@ def rendered(scenario: Scenario, scene: Scene, camera: Camera, sun: Floats, rng:
 
 def sky_of(scenario: Scenario, sun: Floats) -> Sky:
     """The sky of a scenario with its sun in a direction."""
-    table, earth = scenario.sun, scenario.earth
+    table, earth = scenario.sun, NO_EARTH
+    if scenario.earth is not None:
+        direction = _unit(np.array(scenario.earth.direction))
+        distance = 1.0 + scenario.earth.altitude_km / EARTH_RADIUS_KM
+        earth = Earth(direction, distance, SUN_STRENGTH * scenario.earth.albedo)
     return Sky(
         sun=sun,
         sun_radius_rad=math.radians(table.angular_diameter_deg) / 2,
         sun_strength=SUN_STRENGTH,
-        even=SUN_STRENGTH * table.earthshine if earth is None else 0.0,
-        earth=None if earth is None else _unit(np.array(earth.direction)),
-        earth_distance=1.0 if earth is None else 1.0 + earth.altitude_km / EARTH_RADIUS_KM,
-        albedo=0.0 if earth is None else earth.albedo,
+        even=SUN_STRENGTH * table.earthshine if scenario.earth is None else 0.0,
+        earth=earth,
         star_brightness=scenario.background.star_brightness,
     )
 

@@ -8,7 +8,7 @@ from image_server.simulator import Simulator
 from image_server.simulator.material import MaterialChanges
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.shading import microfacets
-from image_server.simulator.sky import Sky, earth_radiance, mirrored
+from image_server.simulator.sky import Earth, Sky, earth_radiance, mirrored
 
 
 def lobe(n: np.ndarray, v: np.ndarray, alpha: float, reflectance: float, sky: Sky, side: int = 100) -> float:
@@ -22,10 +22,7 @@ def lobe(n: np.ndarray, v: np.ndarray, alpha: float, reflectance: float, sky: Sk
     vh, nh, nv = h @ v, h @ n, float(n @ v)
     light = 2 * vh[:, None] * h - v
     nl = light @ n
-    assert sky.earth is not None
-    radiance = sky.even + earth_radiance(
-        light, sky.earth, sky.earth_distance, sky.sun, sky.sun_strength * sky.albedo, 1e-3
-    )
+    radiance = sky.even + earth_radiance(light, sky.earth, sky.sun, 1e-3)
     total = 0.0
     for i in np.flatnonzero((nl > 0) & (vh > 0)):
         facets = alpha**2 / (np.pi * (nh[i] ** 2 * (alpha**2 - 1) + 1) ** 2) * nh[i] / (4 * vh[i])
@@ -41,14 +38,13 @@ def test_metal_mirrors_the_earth(roughness: float) -> None:
     earth, sun = (
         np.array(vector) / np.linalg.norm(vector) for vector in ((0.15, 0.97, 0.25), (-0.4, -0.5, -0.77))
     )
-    strength = 0.5 * 0.3
-    sky = Sky(sun=sun, sun_radius_rad=0.005, sun_strength=0.5, even=0.01, earth=earth, earth_distance=1.06)
+    sky = Sky(sun=sun, sun_radius_rad=0.005, sun_strength=0.5, even=0.01, earth=Earth(earth, 1.06, 0.5 * 0.3))
     ours, true = [], []
     while len(ours) < 40:
         n, v = (vector / np.linalg.norm(vector) for vector in rng.normal(size=(2, 3)))
         if n @ v > 0.25:
             r = 2 * (n @ v) * n - v
-            seen = mirrored(*r, alpha, sky.even, earth, sky.earth_distance, sun, strength)
+            seen = mirrored(*r, alpha, sky)
             ours.append((0.8 + 0.2 * (1 - n @ v) ** 5) * seen)
             true.append(lobe(n, v, alpha, 0.8, sky))
     assert np.mean(ours) == pytest.approx(np.mean(true), rel=0.12)

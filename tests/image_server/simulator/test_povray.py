@@ -11,18 +11,18 @@ from benchmarks.validation import CHALK, SUN
 from geometry.camera import Camera
 from geometry.model import TARGETS, load_model
 from geometry.pose import Pose
-from image_server.simulator.beam import beam_table
-from image_server.simulator.material import load_appearance
-from image_server.simulator.scenario import Light
-from image_server.simulator.scene import joined, target_part
-from image_server.simulator.sky import Sky
-from image_server.simulator.tracing import (
+from image_server.simulator.light import (
     LIGHT_AT_REFERENCE,
     REFERENCE_DISTANCE_M,
     SUN_STRENGTH,
     Illumination,
-    traced,
+    beam_table,
 )
+from image_server.simulator.material import load_appearance
+from image_server.simulator.scenario import Light
+from image_server.simulator.scene import joined, target_part
+from image_server.simulator.sky import Sky
+from image_server.simulator.tracing import traced
 
 CAMERA = Camera(160, 120, 200.0, 200.0, 79.5, 59.5)
 POSE = Pose(np.array([0.4, 0.5, 0.1]), np.array([0.0, 0.0, 0.6]))

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from geometry.camera import Camera
-from image_server.simulator.sky import Sky, earth_radiance, irradiance, light_from, seen
+from image_server.simulator.sky import Earth, Sky, earth_radiance, irradiance, light_from, seen
 
 CAMERA = Camera(320, 240, 400.0, 400.0, 159.5, 119.5)
 BEHIND = np.array([0.0, 0.0, -1.0])
 AHEAD = np.array([0.0, 0.0, 1.0])
 STRENGTH = 0.5
+LOW = Earth(AHEAD, 1.06, STRENGTH * 0.3)
 
 
 def sky(**changes: object) -> Sky:
@@ -46,14 +47,15 @@ def test_even_light_is_the_same_on_every_face() -> None:
 @pytest.mark.parametrize("earth_distance", [1.06, 2.0])
 @pytest.mark.parametrize("turned_deg", [0.0, 40.0, 80.0, 120.0])
 def test_earthshine_on_a_face_is_what_its_disc_sends(earth_distance: float, turned_deg: float) -> None:
-    shining = sky(earth=AHEAD, earth_distance=earth_distance, albedo=0.3)
+    earth = Earth(AHEAD, earth_distance, STRENGTH * 0.3)
+    shining = sky(earth=earth)
     normal = np.array([math.sin(math.radians(turned_deg)), 0.0, math.cos(math.radians(turned_deg))])
     index = np.arange(100000) + 0.5
     z = 1 - 2 * index / len(index)
     around = index * math.pi * (3 - math.sqrt(5))
     across = np.sqrt(1 - z * z)
     sphere = np.stack([across * np.cos(around), across * np.sin(around), z], axis=1)
-    radiance = earth_radiance(sphere, AHEAD, earth_distance, BEHIND, STRENGTH * 0.3, 1e-3)
+    radiance = earth_radiance(sphere, earth, BEHIND, 1e-3)
     cosine = np.maximum(sphere @ normal, 0)
     wanted = 4 * float((radiance * cosine).mean())
     most = 4 * float((radiance * np.maximum(sphere @ AHEAD, 0)).mean())
@@ -64,7 +66,9 @@ def test_the_limb_lies_where_the_altitude_puts_it() -> None:
     distance = 1 + 400 / 6371
     angle = math.asin(1 / distance)
     down = np.array([0.0, math.sin(angle), math.cos(angle)])  # its limb through the middle of the image
-    image = seen(sky(earth=down, earth_distance=distance, sun=np.array([0.0, -1.0, 0.0])), CAMERA, drawn())
+    image = seen(
+        sky(earth=Earth(down, distance, STRENGTH * 0.3), sun=np.array([0.0, -1.0, 0.0])), CAMERA, drawn()
+    )
     assert image is not None
     column = image[:, 160].astype(float)
     ground = column[121:].mean()
@@ -74,7 +78,7 @@ def test_the_limb_lies_where_the_altitude_puts_it() -> None:
 
 
 def test_a_sun_behind_the_earth_is_hidden() -> None:
-    low = sky(earth=AHEAD, earth_distance=1.06)
+    low = sky(earth=LOW)
     assert low.hides_sun(AHEAD)
     assert not low.hides_sun(BEHIND)
 
@@ -86,6 +90,6 @@ def test_stars_are_as_faint_as_they_are_and_do_not_shine_through_the_earth() -> 
     bright = seen(sky(star_brightness=1e6), CAMERA, drawn())
     assert bright is not None
     assert bright == pytest.approx(true * 1e6, rel=1e-3)
-    hidden = seen(sky(star_brightness=1e6, earth=AHEAD, earth_distance=1.06, sun=AHEAD), CAMERA, drawn())
+    hidden = seen(sky(star_brightness=1e6, earth=LOW, sun=AHEAD), CAMERA, drawn())
     assert hidden is not None
     assert hidden.max() == 0  # the night side before all of them

@@ -12,13 +12,13 @@ from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.pose import Pose
 from image_server.simulator import texture, tracing
-from image_server.simulator.beam import ROWS, beam_table
+from image_server.simulator.light import LIGHT_AT_REFERENCE, ROWS, SUN_STRENGTH, Illumination, beam_table
 from image_server.simulator.material import Appearance, Material, MaterialChanges
 from image_server.simulator.scenario import Light
 from image_server.simulator.scene import Scene, joined, target_part
 from image_server.simulator.shading import microfacets
 from image_server.simulator.sky import Sky
-from image_server.simulator.tracing import LIGHT_AT_REFERENCE, SUN_STRENGTH, Illumination, traced
+from image_server.simulator.tracing import traced
 
 CAMERA = Camera(320, 240, 400.0, 400.0, 159.5, 119.5)
 CHALK = Material(albedo=0.6, texture="plain", grain=0.0, specular=0.0)

@@ -1,17 +1,46 @@
-"""Beams: how a light's intensity falls away from where it is aimed, as a table over the angle."""
+"""Light: where it comes from, how strong it is, and how a lamp's beam falls away from where it is aimed.
+
+Radiances are those of a white Lambert surface; 1 clips at the reference exposure and gain 1.
+"""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from image_server.simulator.scenario import Light
+from image_server.simulator.sky import Sky
 from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 
-STEPS_PER_DEG = 4
+REFERENCE_DISTANCE_M = 0.6
+LIGHT_AT_REFERENCE = 0.5
+"""Radiance of a surface turned to one full light at that distance; chosen by hand, for a stop of room."""
+LIGHT_STRENGTH = LIGHT_AT_REFERENCE * REFERENCE_DISTANCE_M**2
+"""Radiance of a surface turned to a light 1 m away, in the middle of its beam."""
+SUN_STRENGTH = 0.5
+"""Radiance of a surface turned to the sun at `ambient_scale` 1: as bright as one lamp at its reference."""
+STEPS_PER_DEG = 4  # of a beam's table; chosen by hand, finer than any datasheet's curve
 ROWS = 180 * STEPS_PER_DEG + 1
+
+
+class Illumination(NamedTuple):
+    """Where light comes from, camera frame.
+
+    Attributes
+    ----------
+    lights : (L, 3) float64 positions, metres.
+    aims : (L, 3) float64 unit vectors along the middles of their beams.
+    beams : (L, ROWS) float64, their profiles.
+    sky : the sun, and what else shines from afar.
+    """
+
+    lights: Floats
+    aims: Floats
+    beams: Floats
+    sky: Sky
 
 
 def beam_table(light: Light) -> Floats:
