@@ -8,6 +8,7 @@
             free/1,                   % +Program
             all_free/1                % +Programs
           ]).
+:- use_module(library(lists), [member/2]).
 :- use_module(semantics).
 
 /** <module> What remains of a program after a step
@@ -19,6 +20,23 @@ it, so that looking for it costs nothing; it is made and read only here.
 
 term_expansion(Clause, Defining) :-
     construct_clause(Clause, Defining).
+
+%!  free(+Program) is semidet.
+%
+%   Nothing in Program holds the lock: what is beside it may step.
+
+free(E) :-
+    \+ ( nonvar(E), E = '$locked'(_) ).
+
+% Unfolded where it is called: it is asked at each step of each construct.
+:- multifile system:goal_expansion/2.
+
+system:goal_expansion(free(E), \+ ( nonvar(E), E = '$locked'(_) )) :-
+    prolog_load_context(module, Module),
+    (   Module == indigolog_remainder
+    ->  true
+    ;   predicate_property(Module:free(_), imported_from(indigolog_remainder))
+    ).
 
 % The mark changes nothing about the program itself.
 construct('$locked'(E), [program(E)]).
@@ -34,19 +52,10 @@ final('$locked'(E), S, C) :-
 
 locked(E, '$locked'(E)).
 
-%!  free(+Program) is semidet.
-%
-%   Nothing in Program holds the lock: what is beside it may step.
-
-free(E) :-
-    \+ ( nonvar(E), E = '$locked'(_) ).
-
 %!  all_free(+Programs) is semidet.
 
-all_free([]).
-all_free([E|Es]) :-
-    free(E),
-    all_free(Es).
+all_free(Es) :-
+    \+ ( member(E, Es), \+ free(E) ).
 
 %!  around(+Part, +Program, -Program1) is det.
 %!  around_all(+Parts, +Program, -Program1) is det.
@@ -92,4 +101,4 @@ prioritized(E0, F, E) :-
 
 beside([], F, _, E) => E = F.
 beside(E0, [], _, E) => E = E0.
-beside(E0, F, Both, E) => around_all([E0, F], Both, E).
+beside(E0, F, Both, E) => ( free(E0), free(F) -> E = Both ; locked(Both, E) ).

@@ -33,6 +33,7 @@ In the rules E' and S' are trans's E1 and S1.  The context C is context.pl's.
     trans/5,
     final/3,
     construct/2,
+    is_construct/1,
     must_step/1,
     shown_as/2,
     error_place/5.
@@ -40,6 +41,7 @@ In the rules E' and S' are trans's E1 and S1.  The context C is context.pl's.
     trans/5,
     final/3,
     construct/2,
+    is_construct/1,
     must_step/1.
 
 %!  construct(?Program, -Parts) is nondet.
@@ -56,6 +58,13 @@ In the rules E' and S' are trans's E1 and S1.  The context C is context.pl's.
 %   Defining is Clause, which defines a construct and stands in a file of its own, as one of
 %   this module: the expansion of terms in such a file.
 
+construct_clause(construct(E, Parts), Clauses) :-
+    construct_clause((construct(E, Parts) :- true), Clauses).
+construct_clause((construct(E, Parts) :- Body), Clauses) :-
+    functor(E, Name, Arity, Type),
+    functor(G, Name, Arity, Type),
+    Clauses = [ (indigolog_semantics:construct(E, Parts) :- Body),
+                indigolog_semantics:is_construct(G) ].
 construct_clause((Head => Body), (indigolog_semantics:Head => Body)) :-
     defining(Head).
 construct_clause((Head :- Body), (indigolog_semantics:Head :- Body)) :-
@@ -65,7 +74,6 @@ construct_clause(Head, indigolog_semantics:Head) :-
 
 defining(trans(_, _, _, _, _)).
 defining(final(_, _, _)).
-defining(construct(_, _)).
 defining(must_step(_)).
 defining(shown_as(_, _)).
 
@@ -73,14 +81,13 @@ defining(shown_as(_, _)).
 %
 %   @error golog(open_program) if Program is unbound
 
-trans(E, _, _, _, _), var(E) =>
-    throw(error(golog(open_program), _)).
-
 % Trans(P(t), S, E', S')  <=>  Trans(Body(t), S, E', S'), for a procedure P(v) with Body
 % Trans(a, S, E', S')     <=>  Poss(a[S], S) & E' = [] & S' = do(a[S], S)
-trans(E, S, C, E1, S1), \+ construct(E, _) =>
+trans(E, S, C, E1, S1), \+ ( nonvar(E), is_construct(E) ) =>
     situation_module(S, Module),
-    (   Module:proc(E, Body)
+    (   var(E)
+    ->  throw(error(golog(open_program), _))
+    ;   Module:proc(E, Body)
     ->  enter(E, C, C1),
         trans(Body, S, C1, E1, S1)
     ;   E1 = [],
@@ -91,16 +98,12 @@ trans(E, S, C, E1, S1), \+ construct(E, _) =>
 %
 %   Nondeterministic only for programs with free variables.
 
-final(E, _, _) :-
-    var(E),
-    !,
-    throw(error(golog(open_program), _)).
-
 % Final(P(t), S)  <=>  Final(Body(t), S)
 % Final(a, S)     <=>  False
 final(E, S, C) :-
-    \+ construct(E, _),
+    \+ ( nonvar(E), is_construct(E) ),
     !,
+    ( var(E) -> throw(error(golog(open_program), _)) ; true ),
     situation_module(S, Module),
     Module:proc(E, Body),
     !,

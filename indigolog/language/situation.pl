@@ -2,27 +2,22 @@
           [ initial_situation/1,      % -Situation
             initial_situation/2,      % +Theory, -Situation
             after_effects/5,          % +Action, +Situation, +Values, +Open, -Situation1
-            situation_theory/2,       % +Situation, -Theory
-            situation_module/2,       % +Situation, -Module
-            situation_history/2,      % +Situation, -History
-            situation_length/2,       % +Situation, -Count
-            situation_values/2,       % +Situation, -Values
-            situation_open/2,         % +Situation, -Open
             with_history/3,           % +History, +Situation, -Situation1
-            same_situation/2,         % +Situation, +Situation1
-            last_action/2,            % +Situation, -Action
             fluent_status/3,          % +Fluent, +Situation, -Status
             fluent_instance/2,        % ?Fluent, +Situation
             fluent_value/3,           % ?Fluent, +Situation, -Value
             known_fluents/2,          % +Situation, -Pairs
             situation_key/2,          % +Situation, -Key
             possible_value/2,         % +Values, -Stored
-            values_certain/1,         % +Situation
             knowledge_world/2,        % +Situation, -World
             only_knowledge/1,         % +World
             assumed/4,                % +Fluent, +Value, +World, -World1
             actual_situation/2        % +World, -Situation
           ]).
+:- use_module(representation).
+:- reexport(representation,
+            [ situation_theory/2, situation_module/2, situation_values/2, situation_history/2,
+              situation_length/2, situation_open/2, values_certain/1, same_situation/2, last_action/2 ]).
 :- use_module(library(apply), [exclude/3]).
 :- use_module(library(lists), [memberchk/2]).
 :- use_module(formula, [holds_in/2]).
@@ -32,7 +27,8 @@
 
 /** <module> Situations, and the values of fluents in them
 
-A situation is a value: s(Theory, Values, History, Length, Open).  Values (values.pl) maps
+A situation is a value (representation.pl): of a theory, values, a history, its length, and
+open effects.  Its values (values.pl) map
 each ground fluent that some action has set to its value; what is not in it still has its
 initial value.  Doing an action makes a new situation that shares nearly everything with
 the old one, so that a step costs what the axioms of that action cost, and search may hold
@@ -57,53 +53,26 @@ initial_situation(Situation) :-
     current_theory(Theory),
     initial_situation(Theory, Situation).
 
-initial_situation(Theory, s(Theory, Empty, [], 0, [])) :-
-    no_values(Empty).
+initial_situation(Theory, Situation) :-
+    no_values(Empty),
+    make_situation(Theory, Empty, [], 0, [], Situation).
 
 %!  after_effects(+Action, +Situation, +Values, +Open, -Situation1) is det.
 %
 %   Situation1 is do(Action, Situation), given its Values and open effects.
 
-after_effects(Action, s(Theory, _, History, N, _), Values, Open,
-              s(Theory, Values, [Action|History], N1, Open)) :-
-    N1 is N+1.
-
-situation_theory(s(Theory, _, _, _, _), Theory).
-
-situation_module(s(Theory, _, _, _, _), Module) :-
-    theory_module(Theory, Module).
-
-%!  situation_history(+Situation, -History) is det.
-%
-%   The actions done so far, newest first.
-
-situation_history(s(_, _, History, _, _), History).
-
-%!  situation_length(+Situation, -Count) is det.
-%
-%   The number of entries in the history.
-
-situation_length(s(_, _, _, Count, _), Count).
-
-situation_values(s(_, Values, _, _, _), Values).
-
-situation_open(s(_, _, _, _, Open), Open).
+after_effects(Action, S, Values, Open, S1) :-
+    make_situation(Theory, _, History, N, _, S),
+    N1 is N+1,
+    make_situation(Theory, Values, [Action|History], N1, Open, S1).
 
 %!  with_history(+History, +Situation, -Situation1) is det.
 %
 %   Situation1 is Situation, with an equal list as its history.
 
-with_history(History, s(T, Values, _, N, Open), s(T, Values, History, N, Open)).
-
-%!  same_situation(+Situation, +Situation1) is semidet.
-%
-%   The step from Situation to Situation1 was not an action.
-
-same_situation(s(_, _, _, N, _), s(_, _, _, N, _)).
-
-%!  last_action(+Situation, -Action) is semidet.
-
-last_action(s(_, _, [A|_], _, _), A).
+with_history(History, S, S1) :-
+    make_situation(Theory, Values, _, N, Open, S),
+    make_situation(Theory, Values, History, N, Open, S1).
 
 
                 /* Values */
@@ -113,7 +82,8 @@ last_action(s(_, _, [A|_], _, _), A).
 %   Status of a ground Fluent: v(Value), any(Values) if it may have any of
 %   several values, `unknown` or `undeclared`.
 
-fluent_status(Fluent, s(Theory, Values, _, _, Open), Status) :-
+fluent_status(Fluent, S, Status) :-
+    make_situation(Theory, Values, _, _, Open, S),
     (   stored(Values, Fluent, Value)
     ->  (   Value = '$any'(Possible)
         ->  ( Possible == [] -> Status = unknown ; Status = any(Possible) )
@@ -142,7 +112,9 @@ open_status([open(Pattern0, Value0, Condition0, Before)|Effects], Fluent, Theory
 %   order of declaration, or, where the declaration leaves arguments free, those
 %   that have a value.
 
-fluent_instance(Fluent, s(Theory, Values, _, _, _)) :-
+fluent_instance(Fluent, S) :-
+    situation_theory(S, Theory),
+    situation_values(S, Values),
     declared_instance(Theory, Fluent, Instances),
     (   Instances == ground
     ->  true
@@ -193,7 +165,8 @@ known_fluents(Situation, Pairs) :-
 %   A ground term that is the same for two situations of one theory in which
 %   every fluent has the same value.
 
-situation_key(s(Theory, Values, _, _, Open), Changed-Open) :-
+situation_key(S, Changed-Open) :-
+    make_situation(Theory, Values, _, _, Open, S),
     stored_pairs(Values, Pairs),
     exclude(initial_pair(Theory), Pairs, Changed).
 
@@ -217,13 +190,6 @@ possible_value(Values, Stored) :-
     ;   Stored = '$any'(Values)
     ).
 
-%!  values_certain(+Situation) is semidet.
-%
-%   The theory leaves no fluent several possible values.
-
-values_certain(s(Theory, _, _, _, _)) :-
-    theory_certain(Theory).
-
 %!  knowledge_world(+Situation, -World) is det.
 %
 %   World is Situation, where asking for a fluent without a value throws
@@ -232,20 +198,22 @@ values_certain(s(Theory, _, _, _, _)) :-
 knowledge_world(S, W) :-
     assumed('$only_knowledge', true, S, W).
 
-only_knowledge(s(_, Values, _, _, _)) :-
+only_knowledge(W) :-
+    situation_values(W, Values),
     stored(Values, '$only_knowledge', _).
 
 %!  assumed(+Fluent, +Value, +World, -World1) is det.
 %
 %   World1 is World, except that Fluent has Value there.
 
-assumed(F, V, W, s(Theory, Values, H, N, Open)) :-
-    W = s(Theory, Values0, H, N, Open),
+assumed(F, V, W, W1) :-
+    make_situation(Theory, Values0, History, N, Open, W),
     (   stored(Values0, '$actual', _)
     ->  Values1 = Values0
     ;   store(Values0, '$actual', W, Values1)
     ),
-    store(Values1, F, V, Values).
+    store(Values1, F, V, Values),
+    make_situation(Theory, Values, History, N, Open, W1).
 
 %!  actual_situation(+World, -Situation) is det.
 %

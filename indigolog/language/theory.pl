@@ -3,11 +3,6 @@
             make_current/2,           % +Theory, +Files
             forget_current/2,         % -Module, -Files
             new_theory/3,             % +Module, +Certainty, -Theory
-            theory_module/2,          % +Theory, -Module
-            instances_module/2,       % +Theory, -Module
-            initial_values/2,         % +Theory, -Trie
-            plain_actions/2,          % +Theory, -Trie
-            theory_certain/1,         % +Theory
             renewed_theory/1,         % -Theory
             fluent_template/2,        % +Theory, ?Term
             fluent_template/3,        % +Theory, +Term, -Kind
@@ -21,16 +16,14 @@
             theory_predicate/1        % ?Indicator
           ]).
 :- use_module(library(lists), [append/3]).
+:- use_module(representation).
+:- reexport(representation,
+            [ theory_module/2, instances_module/2, initial_values/2, plain_actions/2, theory_certain/1 ]).
 
 /** <module> Action theories
 
 A theory is one or more plain Prolog files, loaded into a module of its own (loading.pl),
 that declare fluents, actions, axioms and procedures.
-
-A theory is a term th(Module, Instances, tries(Initial, Plain), Values): the module
-that holds the files, a module that holds the ground fluent instances (so that every
-argument is indexed), the tries that remember initial values and plain actions, and
-`possible` if some fluent may have several possible values, else `certain`.
 */
 
 :- dynamic loaded/2.                  % Theory, Files: at most one fact
@@ -83,32 +76,11 @@ forget_current(Module, Files) :-
 
 %!  new_theory(+Module, +Certainty, -Theory) is det.
 
-new_theory(Module, Certainty, th(Module, Home, tries(Initial, Plain), Certainty)) :-
+new_theory(Module, Certainty, Theory) :-
     atom_concat(Module, '_instances', Home),
     trie_new(Initial),
-    trie_new(Plain).
-
-theory_module(th(Module, _, _, _), Module).
-
-instances_module(th(_, Home, _, _), Home).
-
-%!  initial_values(+Theory, -Trie) is det.
-%
-%   Trie remembers what the theory says of ground fluents in the initial situation.
-
-initial_values(th(_, _, tries(Initial, _), _), Initial).
-
-%!  plain_actions(+Theory, -Trie) is semidet.
-%
-%   Trie remembers the plain actions (compiled.pl) of a theory that has such.
-
-plain_actions(th(_, _, tries(_, Plain), certain), Plain).
-
-%!  theory_certain(+Theory) is semidet.
-%
-%   No fluent has several possible values.
-
-theory_certain(th(_, _, _, certain)).
+    trie_new(Plain),
+    make_theory(Module, Home, tries(Initial, Plain), Certainty, Theory).
 
 %!  renewed_theory(-Theory) is det.
 %
@@ -119,7 +91,9 @@ theory_certain(th(_, _, _, certain)).
 %   @error golog(no_theory) if none is loaded
 
 renewed_theory(Theory) :-
-    current_theory(th(Module, _, _, Certainty)),
+    current_theory(Old),
+    theory_module(Old, Module),
+    ( theory_certain(Old) -> Certainty = certain ; Certainty = possible ),
     forall(retract(Module:'$instances'(_, Instances)),
            ( Instances = ground(Instance, _) -> retractall(Instance) ; true )),
     forget_current(Module, Files),
@@ -143,10 +117,12 @@ generalised(Term, Template) :-
 %
 %   Term has the functor of a declared fluent; Kind is `rel` or `fun`.
 
-fluent_template(th(Module, _, _, _), Term) :-
+fluent_template(Theory, Term) :-
+    theory_module(Theory, Module),
     Module:'$fluent'(Term, _).
 
-fluent_template(th(Module, _, _, _), Term, Kind) :-
+fluent_template(Theory, Term, Kind) :-
+    theory_module(Theory, Module),
     Module:'$fluent'(Term, Kind),
     !.
 
@@ -155,7 +131,8 @@ fluent_template(th(Module, _, _, _), Term, Kind) :-
 %   Some sensing axiom speaks of the functor of Fluent, so that having no value
 %   means that it is not known yet.
 
-sensed_template(th(Module, _, _, _), Fluent) :-
+sensed_template(Theory, Fluent) :-
+    theory_module(Theory, Module),
     Module:'$sensed'(Fluent),
     !.
 
@@ -164,7 +141,8 @@ sensed_template(th(Module, _, _, _), Fluent) :-
 %   A settles/5 or rejects/5 axiom speaks of the functor of Fluent, so that all
 %   its initial values are possible ones.
 
-uncertain_template(th(Module, _, _, _), Fluent) :-
+uncertain_template(Theory, Fluent) :-
+    theory_module(Theory, Module),
     Module:'$uncertain'(Fluent),
     !.
 
@@ -172,21 +150,24 @@ uncertain_template(th(Module, _, _, _), Fluent) :-
 %
 %   Term has the functor of a declared action; Kind is `prim` or `exog`.
 
-action_template(th(Module, _, _, _), Term, Kind) :-
+action_template(Theory, Term, Kind) :-
+    theory_module(Theory, Module),
     Module:'$action'(Term, Kind).
 
 %!  called_procedure(+Theory, +Term) is semidet.
 %
 %   There is a procedure, or an abbreviation, with the name and arity of Term.
 
-called_procedure(th(Module, _, _, _), Term) :-
+called_procedure(Theory, Term) :-
+    theory_module(Theory, Module),
     generalised(Term, G),
     clause(Module:proc(G, _), _),
     !.
 
 %!  declared_fluent(+Theory, ?Fluent) is nondet.
 
-declared_fluent(th(Module, _, _, _), Fluent) :-
+declared_fluent(Theory, Fluent) :-
+    theory_module(Theory, Module),
     (   Module:rel_fluent(Fluent)
     ;   Module:fun_fluent(Fluent)
     ;   Module:prim_fluent(Fluent)
