@@ -191,7 +191,11 @@ instance_of_each([V|Vs], T0, S, T) :-
 value_in(T, _, V), var(T) =>
     V = T.
 value_in(T, S, V), atom(T) =>
-    fluent_or_itself(T, S, V).
+    situation_module(S, Module),
+    (   Module:'$fluent'(T, Kind)
+    ->  value_of(T, Kind, S, V)
+    ;   V = T
+    ).
 value_in(T, _, V), atomic(T) =>
     V = T.
 value_in([H|L], S, V) =>
@@ -200,13 +204,10 @@ value_in([H|L], S, V) =>
     value_in(L, S, L1).
 value_in(T, S, V) =>
     arguments_in(T, S, T1),
-    fluent_or_itself(T1, S, V).
-
-fluent_or_itself(T, S, V) :-
     situation_module(S, Module),
-    (   Module:'$fluent'(T, Kind)
-    ->  value_of(T, Kind, S, V)
-    ;   V = T
+    (   Module:'$fluent'(T1, Kind)
+    ->  value_of(T1, Kind, S, V)
+    ;   V = T1
     ).
 
 %!  arguments_in(+Term, +World, -Term1) is nondet.

@@ -30,16 +30,16 @@ In the rules E' and S' are trans's E1 and S1.  The context C is context.pl's.
 */
 
 :- multifile
-    trans/5,
-    final/3,
+    trans_of/5,
+    final_of/3,
     construct/2,
     is_construct/1,
     must_step/1,
     shown_as/2,
     error_place/5.
 :- discontiguous
-    trans/5,
-    final/3,
+    trans_of/5,
+    final_of/3,
     construct/2,
     is_construct/1,
     must_step/1.
@@ -65,17 +65,17 @@ construct_clause((construct(E, Parts) :- Body), Clauses) :-
     functor(G, Name, Arity, Type),
     Clauses = [ (indigolog_semantics:construct(E, Parts) :- Body),
                 indigolog_semantics:is_construct(G) ].
-construct_clause((Head => Body), (indigolog_semantics:Head => Body)) :-
-    defining(Head).
-construct_clause((Head :- Body), (indigolog_semantics:Head :- Body)) :-
-    defining(Head).
-construct_clause(Head, indigolog_semantics:Head) :-
-    defining(Head).
+construct_clause((Head0 => Body), (indigolog_semantics:Head => Body)) :-
+    defining(Head0, Head).
+construct_clause((Head0 :- Body), (indigolog_semantics:Head :- Body)) :-
+    defining(Head0, Head).
+construct_clause(Head0, indigolog_semantics:Head) :-
+    defining(Head0, Head).
 
-defining(trans(_, _, _, _, _)).
-defining(final(_, _, _)).
-defining(must_step(_)).
-defining(shown_as(_, _)).
+defining(trans(E, S, C, E1, S1), trans_of(E, S, C, E1, S1)).
+defining(final(E, S, C), final_of(E, S, C)).
+defining(must_step(E), must_step(E)).
+defining(shown_as(E, Shown), shown_as(E, Shown)).
 
 %!  trans(+Program, +Situation, +Context, -Program1, -Situation1) is nondet.
 %
@@ -83,11 +83,13 @@ defining(shown_as(_, _)).
 
 % Trans(P(t), S, E', S')  <=>  Trans(Body(t), S, E', S'), for a procedure P(v) with Body
 % Trans(a, S, E', S')     <=>  Poss(a[S], S) & E' = [] & S' = do(a[S], S)
-trans(E, S, C, E1, S1), \+ ( nonvar(E), is_construct(E) ) =>
-    situation_module(S, Module),
+trans(E, S, C, E1, S1) :-
     (   var(E)
     ->  throw(error(golog(open_program), _))
-    ;   Module:proc(E, Body)
+    ;   is_construct(E)
+    ->  trans_of(E, S, C, E1, S1)
+    ;   situation_module(S, Module),
+        Module:proc(E, Body)
     ->  enter(E, C, C1),
         trans(Body, S, C1, E1, S1)
     ;   E1 = [],
@@ -101,15 +103,16 @@ trans(E, S, C, E1, S1), \+ ( nonvar(E), is_construct(E) ) =>
 % Final(P(t), S)  <=>  Final(Body(t), S)
 % Final(a, S)     <=>  False
 final(E, S, C) :-
-    \+ ( nonvar(E), is_construct(E) ),
-    !,
-    ( var(E) -> throw(error(golog(open_program), _)) ; true ),
-    situation_module(S, Module),
-    Module:proc(E, Body),
-    !,
-    \+ never_final(Body),
-    enter(E, C, C1),
-    final(Body, S, C1).
+    (   var(E)
+    ->  throw(error(golog(open_program), _))
+    ;   is_construct(E)
+    ->  final_of(E, S, C)
+    ;   situation_module(S, Module),
+        Module:proc(E, Body)
+    ->  \+ never_final(Body),
+        enter(E, C, C1),
+        final(Body, S, C1)
+    ).
 
 %!  never_final(+Program) is semidet.
 %
