@@ -18,7 +18,7 @@ settings_taken(Situation, Settings) :-
     findall(S, member(capture(_, S), Newest), Back),
     reverse(Back, Settings).
 
-:- begin_tests(strategies).
+:- begin_tests(acquisition_strategies).
 
 test(each_finds_the_pose_in_mild_light,
      [forall(member(Name, [simple, greedy, heuristic, auto_exposed])), nondet]) :-
@@ -80,9 +80,9 @@ test(auto_exposed_keeps_one_image_of_those_it_metered) :-
     fluents(Situation, [image_set, statistics, discarded], [[_], statistics(_, Highlight, _, _, _), [_|_]]),
     assertion(( Highlight > 0.5, Highlight < 1.0 )).
 
-:- end_tests(strategies).
+:- end_tests(acquisition_strategies).
 
-:- begin_tests(events).
+:- begin_tests(acquisition_events).
 
 test(another_sun_begins_another_set, Images == [i4, i3, i2]) :-
     never(Never),
@@ -100,7 +100,7 @@ test(a_light_that_died_is_left_off) :-
     length(Later, 4),
     forall(member(settings([Left|_], _, _), Later), Left =:= 0).
 
-:- end_tests(events).
+:- end_tests(acquisition_events).
 
 :- begin_tests(approach).
 
