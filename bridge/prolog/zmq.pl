@@ -29,7 +29,8 @@ where Errno is an atom such as 'EADDRINUSE'. Timeouts are seconds from now, or `
 :- use_module(library(lists), [member/2]).
 :- use_module(library(shlib), [use_foreign_library/1]).
 
-:- prolog_load_context(directory, Folder),
+:- module_property(bridge_zmq, file(Here)),
+   file_directory_name(Here, Folder),
    atom_concat(Folder, '/zmq4pl', Library),
    use_foreign_library(Library).
 
