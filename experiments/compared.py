@@ -1,0 +1,78 @@
+"""What `experiments compare` leaves in its folder, and shows on the terminal."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import matplotlib as mpl
+from rich.console import Console
+from rich.table import Table as RichTable
+
+from bridge.errors import BadInput, DeviceError
+from experiments.comparison import (
+    Grid,
+    differences_grid,
+    head,
+    power_grid,
+    scenes_grid,
+    strategies_grid,
+)
+from experiments.deciding import deciding_grid, deciding_rows, make_reports
+from experiments.outcomes import outcomes_of
+from experiments.plots import draw_all
+from experiments.table import read_description, read_rows
+
+MARKDOWN = "comparison.md"
+WIDTH = 170  # characters, where there is no terminal
+SHOWN_HERE = ("Strategies", "Paired differences")  # on the terminal; all are in the file
+
+
+def compare_table(folder: Path, out: Path, reports: int = 0) -> None:
+    """Write comparison.md and the pictures, and show the tables that answer most.
+
+    Raises
+    ------
+    BadInput : no experiment there, or one without a row.
+    DeviceError : the folder cannot be written.
+    """
+    mpl.use("Agg")
+    description = read_description(folder)
+    table = read_rows(folder)
+    if table.num_rows == 0:
+        raise BadInput(f"The experiment in {folder} has no rows yet.", "Run it for a while.")
+    outcomes = outcomes_of(table, description["controllers"])
+    if reports:
+        chosen = [row for pair in deciding_rows(outcomes, table) for row in pair][: 2 * reports]
+        make_reports(table.take(chosen).to_pylist(), description, folder)
+    grids = [strategies_grid(outcomes), differences_grid(outcomes), scenes_grid(outcomes),
+             deciding_grid(outcomes, table, folder, out), power_grid(outcomes)]  # fmt: skip
+    caption = head(description, table.num_rows)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        pictures = draw_all(outcomes, caption, out)
+        text = _markdown(description["plan"], caption, grids, pictures)
+        (out / MARKDOWN).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise DeviceError(f"Cannot write to {out}: {error.strerror}.") from None
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    console.print(caption, highlight=False)
+    for grid in grids:
+        if grid.title in SHOWN_HERE:
+            console.print(_rich(grid))
+    console.print(f"{out / MARKDOWN}, and {', '.join(pictures)} as .png and .svg", highlight=False)
+
+
+def _markdown(plan: str, caption: str, grids: list[Grid], pictures: list[str]) -> str:
+    shown = "\n".join(f"![{name}]({name}.svg)\n" for name in pictures)
+    tables = [f"{grid.markdown()}\n{caption}\n" for grid in grids]
+    return "\n".join([f"# {plan}", "", caption, "", shown, *tables])
+
+
+def _rich(grid: Grid) -> RichTable:
+    table = RichTable(title=grid.title, caption=grid.note)
+    for heading in grid.headings:
+        table.add_column(heading)
+    for row in grid.rows:
+        table.add_row(*row)
+    return table

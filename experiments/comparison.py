@@ -1,0 +1,190 @@
+"""`experiments compare`: tables of strategies with intervals, and their paired differences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from experiments.outcomes import Floats, Outcomes
+from experiments.statistics import Estimate, cells_needed, exact_interval, mcnemar, paired, resampled
+
+MEASURES = ("right", "tight", "trusted", "false", "images", "images to trust", "seconds to trust")
+SHARES = ("right", "tight", "trusted", "false")
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A table: headings and cells of text, with a title and a note that says what its numbers are."""
+
+    title: str
+    headings: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    note: str = ""
+
+    def markdown(self) -> str:
+        """As Markdown."""
+        lines = [f"## {self.title}", "", "| " + " | ".join(self.headings) + " |"]
+        lines.append("|" + " --- |" * len(self.headings))
+        lines += ["| " + " | ".join(row) + " |" for row in self.rows]
+        return "\n".join([*lines, "", *([self.note, ""] if self.note else [])])
+
+
+def measure(outcomes: Outcomes, strategy: int, name: str) -> Floats:
+    """Outcomes of a strategy as a matrix of scenes by seeds."""
+    if name in SHARES:
+        return outcomes.matrix(strategy, getattr(outcomes, name))
+    if name == "images":
+        return outcomes.matrix(strategy, outcomes.columns["images"])
+    column = "images" if name == "images to trust" else "seconds"
+    return outcomes.matrix(strategy, outcomes.columns[column], among=outcomes.trusted)
+
+
+def strategies_grid(outcomes: Outcomes) -> Grid:
+    """Success, certainty, images and time of each strategy."""
+    rows = []
+    for number, strategy in enumerate(outcomes.strategies):
+        cells = [strategy, str(int((outcomes.strategy_of == number).sum()))]
+        for name in MEASURES:
+            matrix = measure(outcomes, number, name)
+            estimate = resampled(matrix)
+            cells.append(share_words(matrix, estimate) if name in SHARES else mean_words(estimate))
+        rows.append(cells)
+    return Grid(
+        "Strategies",
+        ["strategy", "n", *(f"{name}, %" if name in SHARES else name for name in MEASURES)],
+        rows,
+        "right: off by less than 1° and 1 % of the range; tight: 0.2° and 0.2 %; trusted: the session says"
+        " so; false: trusted and not right. Shares with an interval that resamples scenes and seeds [·] and"
+        " the exact one of independent cells (·); means with the first.",
+    )
+
+
+def differences_grid(outcomes: Outcomes) -> Grid:
+    """Paired differences of all pairs of strategies."""
+    rows = []
+    for ours, theirs in pairs(outcomes):
+        for name in MEASURES:
+            a, b = measure(outcomes, ours, name), measure(outcomes, theirs, name)
+            found = paired(a, b)
+            if found.n == 0:
+                continue
+            won, lost, chance = mcnemar(a, b) if name in SHARES else (0, 0, math.nan)
+            rows.append(
+                [
+                    f"{outcomes.strategies[ours]} − {outcomes.strategies[theirs]}",
+                    name,
+                    f"{found.n} in {found.scenes}",
+                    difference_words(found, name in SHARES),
+                    f"{won} : {lost}, p = {chance:.2g}" if name in SHARES else "",
+                    verdict(found),
+                ]
+            )
+    return Grid(
+        "Paired differences",
+        ["strategies", "measure", "pairs, scenes", "difference", "only one has it, McNemar", "verdict"],
+        rows,
+        "Points of a percent for shares. A difference is called one only when its interval excludes zero; of"
+        " several, one in twenty is expected to by chance.",
+    )
+
+
+def scenes_grid(outcomes: Outcomes) -> Grid:
+    """Share of right poses by scene of a stack, or by target and scenario."""
+    groups = list(dict.fromkeys(outcomes.groups))
+    place = np.array([groups.index(group) for group in outcomes.groups])[outcomes.scene_of]
+    rows = []
+    for number, group in enumerate(groups):
+        cells = [group]
+        for strategy in range(len(outcomes.strategies)):
+            chosen = (place == number) & (outcomes.strategy_of == strategy)
+            flags = (outcomes.right, outcomes.trusted, outcomes.false)
+            counts = " / ".join(str(int((chosen & flag).sum())) for flag in flags)
+            cells.append(f"{counts} of {int(chosen.sum())}" if chosen.any() else "")
+        rows.append(cells)
+    return Grid("Scenes", ["scene", *outcomes.strategies], rows, "right / trusted / false of n cells.")
+
+
+def power_grid(outcomes: Outcomes) -> Grid:
+    """How many cells a plan like this one would need to see a difference of 5 points."""
+    rows = []
+    for ours, theirs in pairs(outcomes):
+        for name in ("right", "trusted"):
+            found = paired(measure(outcomes, ours, name), measure(outcomes, theirs, name))
+            needed = cells_needed(found)
+            if found.n:
+                rows.append(
+                    [
+                        f"{outcomes.strategies[ours]} − {outcomes.strategies[theirs]}",
+                        name,
+                        str(found.n),
+                        "-" if needed is None else f"{100 * found.standard_error:.1f}",
+                        "not known" if needed is None else str(needed),
+                        "-" if needed is None else str(math.ceil(needed * found.scenes / found.n)),
+                    ]
+                )
+    return Grid(
+        "Power",
+        ["strategies", "measure", "pairs here", "standard error, points", "pairs needed", "scenes needed"],
+        rows,
+        "To see a difference of 5 points in four of five experiments, at the 5 % level; new scenes with as"
+        " many seeds each as here.",
+    )
+
+
+def pairs(outcomes: Outcomes) -> Iterable[tuple[int, int]]:
+    """All pairs of strategies, the plan's first one first."""
+    return combinations(range(len(outcomes.strategies)), 2)
+
+
+def share_words(matrix: Floats, estimate: Estimate) -> str:
+    """A share in percent with both intervals."""
+    if estimate.n == 0:
+        return "-"
+    successes = int(np.nansum(matrix))
+    low, high = exact_interval(successes, estimate.n)
+    both = "" if math.isnan(estimate.low) else f" [{100 * estimate.low:.0f}–{100 * estimate.high:.0f}]"
+    return f"{100 * estimate.value:.1f}{both} ({100 * low:.0f}–{100 * high:.0f})"
+
+
+def mean_words(estimate: Estimate) -> str:
+    """A mean with its interval."""
+    if estimate.n == 0:
+        return "-"
+    if math.isnan(estimate.low):
+        return f"{estimate.value:.2f}"
+    return f"{estimate.value:.2f} [{estimate.low:.2f}–{estimate.high:.2f}]"
+
+
+def difference_words(found: Estimate, share: bool) -> str:
+    """A difference with its interval; shares in points of a percent."""
+    scale, digits = (100.0, 1) if share else (1.0, 2)
+    value = f"{scale * found.value:+.{digits}f}"
+    if math.isnan(found.low):
+        return value
+    return f"{value} [{scale * found.low:+.{digits}f}, {scale * found.high:+.{digits}f}]"
+
+
+def verdict(found: Estimate) -> str:
+    """Whether a difference is one."""
+    if math.isnan(found.low):
+        return "too few scenes"
+    if not found.differs_from_zero:
+        return "no difference shown"
+    return "more" if found.low > 0.0 else "less"
+
+
+def head(description: dict[str, Any], rows: int) -> str:
+    """What every table says: of which plan, how many rows, and which code computed them."""
+    missing = description["cells"] - rows
+    left = f", {missing} cells have none yet" if missing > 0 else ""
+    settings = description["settings"]
+    threshold = "default" if settings["threshold"] is None else f"{settings['threshold']:g} px"
+    return (
+        f"Plan {description['plan']} ({settings['kind']}s): n = {rows} rows{left}; at most"
+        f" {settings['max_iterations']} images, threshold {threshold}; code {description['version']}."
+    )
