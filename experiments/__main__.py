@@ -25,12 +25,12 @@ Out = Annotated[Path, typer.Option(help="Folder of the table; where there is one
 def run(
     plan: Annotated[Path, typer.Argument(metavar="PLAN.toml")],
     out: Out,
+    stacks: Annotated[
+        list[Path] | None, typer.Argument(help="Stack folders that join the plan's.", metavar="STACK")
+    ] = None,
     workers: Annotated[int | None, typer.Option(help="Processes here (default: cores).")] = None,
     cluster: Annotated[
         str | None, typer.Option(help="A dask scheduler, tcp://HOST:PORT, or local:N.", metavar="ADDRESS")
-    ] = None,
-    stacks: Annotated[
-        list[Path] | None, typer.Option(help="Stack folder that joins the plan's; may be given again.")
     ] = None,
     seeds: Annotated[str | None, typer.Option(help="Instead of the plan's, such as 1-5.")] = None,
     keep: Annotated[bool, typer.Option("--keep", help="Keep run folders and reports.")] = False,

@@ -19,6 +19,7 @@ from geometry.model import find_target
 from image_server.simulator.scenario import load_scenario
 from stack.reading import STACK_FILE
 
+HINTS = {"stacks and targets": "Name some in it, or give stack folders after it."}
 KEY_BITS = 63  # a signed column holds them
 
 Words = list[str] | str
@@ -241,7 +242,7 @@ def _plan(file: Path, given: _File, stacks: Sequence[Path], seeds: str | None) -
     compared = strategies(kind, _words(given.controllers), here)
     for axis, values in (("controllers", compared), ("stacks and targets", scenes), ("seeds", drawn_by)):
         if not values:
-            raise BadInput(f"the plan has no cell: {axis} is empty.")
+            raise BadInput(f"the plan has no cell: {axis} is empty.", HINTS.get(axis, ""))
     return Plan(file.stem, settings, scenes, compared, drawn_by)
 
 
@@ -252,7 +253,7 @@ def _words(given: Words) -> list[str]:
 def _checked_folders(stacks: Sequence[Path]) -> list[Path]:
     for folder in stacks:
         if not (folder / STACK_FILE).is_file():
-            raise BadInput(f"--stacks: {folder} holds no {STACK_FILE}.")
+            raise BadInput(f"{folder} holds no {STACK_FILE}.")
     return [folder.resolve() for folder in stacks]
 
 

@@ -22,11 +22,12 @@ def run(cell: Cell, worker: Worker, *options: str) -> Row:
     """
     folder = worker.run_folder(cell)
     try:
+        vision_server = worker.vision_server()
         with worker.hosting(cell) as endpoint:
             command = [
                 *(DIES_WITH_PARENT if DIES_WITH_PARENT[0] else ()),
                 "swipl", str(ROOT / "main.pl"), *session_options(cell), *options,
-                "--image-server", endpoint, "--vision-server", worker.vision_server(),
+                "--image-server", endpoint, "--vision-server", vision_server,
                 "--json", "--quiet", "--no-report", "--out", str(folder),
             ]  # fmt: skip
             row = outcome(_ran(command, cell.settings.deadline_s))

@@ -1,0 +1,191 @@
+"""Running plans: killed and continued, workers that die, rows that are those of single sessions."""
+
+import json
+import os
+import random
+import shutil
+import signal
+import time
+from pathlib import Path
+from typing import Any
+
+import pyarrow.parquet as pq
+import pytest
+
+from experiments.computing import OtherVersion, rows_of
+from experiments.feed import Feed
+from experiments.kinds import empty
+from experiments.local_pool import LocalPool
+from experiments.plan import Cell, read_plan
+from experiments.table import JOURNAL, RESULTS
+from experiments.version import code_version
+from experiments.worker import Worker
+from tests.experiments.experiment import EMPTY, ROOT, plan_file, rows, run, started
+from tests.session.command import controller
+
+KILLS = 10
+
+
+def test_killed_at_random_moments_and_continued_it_is_the_same_table(tmp_path: Path) -> None:
+    plan, out = plan_file(tmp_path, EMPTY.format(last=60_000)), tmp_path / "out"
+    whole = run(plan, tmp_path / "whole", "--workers", "1")
+    assert whole.returncode == 0, whole.stderr
+    rng = random.Random(7)
+    kills, known = 0, {}
+    while kills < KILLS:
+        process = started(plan, out, "--workers", "1", "--quiet")
+        journal = out / JOURNAL
+        size = journal.stat().st_size if journal.exists() else 0
+        while process.poll() is None and (not journal.exists() or journal.stat().st_size == size):
+            time.sleep(0.005)
+        time.sleep(rng.uniform(0.0, 0.15))
+        process.kill()
+        process.communicate()
+        if process.returncode == 0:
+            pytest.fail(f"it came to its end before kill {kills + 1}")
+        kills += 1
+        here = {row["key"]: row["cell_seconds"] for row in rows(out, times=True)}
+        assert known.items() <= here.items()  # what is finished stays, and is not computed again
+        known = here
+    assert 0 < len(known) < 120_000
+    end = run(plan, out, "--workers", "1")
+    assert end.returncode == 0, end.stderr
+    assert f"{len(known)} of them finished" in end.stderr
+    assert rows(out) == rows(tmp_path / "whole")
+    assert known.items() <= {row["key"]: row["cell_seconds"] for row in rows(out, times=True)}.items()
+
+
+def test_a_finished_plan_is_not_run_again(tmp_path: Path) -> None:
+    plan, out = plan_file(tmp_path, EMPTY.format(last=50)), tmp_path / "out"
+    run(plan, out, "--workers", "1")
+    before = (out / RESULTS).read_bytes()
+    again = run(plan, out, "--workers", "1")
+    assert again.returncode == 0
+    assert "0 cells computed" in again.stderr
+    assert (out / RESULTS).read_bytes() == before
+
+
+def test_a_larger_plan_adds_its_cells(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run(plan_file(tmp_path, EMPTY.format(last=5)), out, "--workers", "1")
+    run(plan_file(tmp_path, EMPTY.format(last=8)), out, "--workers", "1")
+    assert pq.read_table(out / RESULTS).num_rows == 16
+
+
+def test_stopped_by_a_signal_it_says_how_to_go_on(tmp_path: Path) -> None:
+    plan, out = plan_file(tmp_path, EMPTY.format(last=500_000)), tmp_path / "out"
+    process = started(plan, out, "--workers", "1")
+    while not (out / JOURNAL).exists() or (out / JOURNAL).stat().st_size == 0:
+        time.sleep(0.01)
+        assert process.poll() is None
+    process.send_signal(signal.SIGTERM)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 143
+    assert "the same command continues" in errors
+    assert pq.read_table(out / RESULTS).num_rows > 0
+
+
+def cells(folder: Path, text: str) -> list[Cell]:
+    return list(read_plan(plan_file(folder, text)).cells())
+
+
+def test_a_cell_that_kills_its_worker_is_found_and_the_others_live(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The worker's process is a fresh one: what it runs is changed by a sitecustomize on its path.
+    (tmp_path / "sitecustomize.py").write_text(
+        "import os\n"
+        "import experiments.computing as computing\n"
+        "row_of = computing.row_of\n"
+        "def deadly(cell, keep=None):\n"
+        "    if cell.seed == 13 and cell.controller == 'a':\n"
+        "        os._exit(9)\n"
+        "    return row_of(cell, keep)\n"
+        "computing.row_of = deadly\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{ROOT}")
+    pool = LocalPool(2, code_version())
+    try:
+        found = [row for part in pool.rows(Feed(cells(tmp_path, EMPTY.format(last=400)))) for row in part]
+    finally:
+        pool.close()
+    assert len({row["key"] for row in found}) == len(found) == 800
+    failed = [row for row in found if row["status"] == "failed"]
+    assert [(row["controller"], row["seed"]) for row in failed] == [("a", 13)]
+    assert "worker's process died" in failed[0]["message"]
+
+
+def test_a_worker_of_another_version_computes_nothing(tmp_path: Path) -> None:
+    with pytest.raises(OtherVersion, match=code_version()[:7]):
+        rows_of(cells(tmp_path, EMPTY.format(last=1)), "another")
+
+
+def test_an_error_in_a_cell_is_a_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(cell: Cell, worker: Worker) -> dict[str, object]:
+        raise ZeroDivisionError("nothing there")
+
+    monkeypatch.setattr(empty, "run", broken)
+    (row, *_) = rows_of(cells(tmp_path, EMPTY.format(last=1)), code_version())
+    assert row["status"] == "failed"
+    assert row["message"] == "ZeroDivisionError: nothing there"
+
+
+def session(out: Path, strategy: str, seed: str, most_images: str, *source: str) -> dict[str, Any]:
+    """The result of a session of its own, as a user runs it."""
+    controller(
+        "--controller", strategy, "--seed", seed, "--max-iterations", most_images, *source,
+        "--no-report", "--quiet", "--out", out,
+    )  # fmt: skip
+    found: dict[str, Any] = json.loads((out / "result.json").read_text())
+    return found
+
+
+def test_rows_are_those_of_single_sessions(tmp_path: Path) -> None:
+    plan = plan_file(
+        tmp_path,
+        'controllers = ["heuristic", "simple"]\ntargets = ["cube"]\nscenarios = ["eclipse"]\nseeds = "3"\n'
+        "max_iterations = 3\n",
+    )
+    done = run(plan, tmp_path / "out", "--workers", "1")
+    assert done.returncode == 0, done.stderr
+    for row in rows(tmp_path / "out"):
+        folder = tmp_path / row["controller"]
+        single = session(folder, row["controller"], "3", "3", "--target", "cube", "--scenario", "eclipse")
+        assert row["status"] == single["status"]
+        assert row["images"] == single["iterations"]
+        assert row["kept"] == len(single["kept"])
+        assert row["rotation_deg"] == single["error"]["rotation_deg"]
+        assert row["translation_fraction"] == single["error"]["translation_fraction_of_range"]
+        assert row["merit"] == single["merit_px"]
+        assert row["rms_px"] == single["rms_px"]
+
+
+def test_rows_of_a_stack_are_those_of_a_single_session(tmp_path: Path, shared_data: Path) -> None:
+    folder = shared_data / "stacks" / "cube-0"
+    plan = plan_file(tmp_path, 'controllers = ["greedy"]\nseeds = "2"\nmax_iterations = 2\n')
+    done = run(plan, tmp_path / "out", str(folder), "--workers", "1")
+    assert done.returncode == 0, done.stderr
+    single = session(tmp_path / "one", "greedy", "2", "2", "--stack", str(folder))
+    (row,) = rows(tmp_path / "out")
+    assert row["stack"] == "cube-0"
+    assert row["rotation_deg"] == single["error"]["rotation_deg"]
+    assert row["merit"] == single["merit_px"]
+
+
+def test_a_session_that_takes_too_long_is_a_row_and_the_next_one_is_well(tmp_path: Path) -> None:
+    text = 'controllers = ["simple"]\ntargets = ["cube"]\nmax_iterations = 1\n'
+    (slow,) = cells(tmp_path, text + "deadline_s = 0.05\n")
+    (well,) = cells(tmp_path, text)
+    version = code_version()
+    assert rows_of([slow], version)[0]["status"] == "deadline"
+    assert rows_of([well], version)[0]["status"] in ("converged", "exhausted")
+
+
+def test_workers_leave_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "scratch"))
+    (tmp_path / "scratch").mkdir()
+    text = 'controllers = ["simple"]\ntargets = ["cube"]\nmax_iterations = 1\n'
+    done = run(plan_file(tmp_path, text), tmp_path / "out", "--workers", "1")
+    assert done.returncode == 0, done.stderr
+    assert list((tmp_path / "scratch").iterdir()) == []
+    shutil.rmtree(tmp_path / "scratch")

@@ -1,0 +1,123 @@
+"""The table: nothing is lost, whatever ends the process that writes it."""
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bridge.errors import BadInput, DeviceError
+from experiments.plan import read_plan
+from experiments.table import DESCRIPTION, JOURNAL, RESULTS, Table, read_rows
+from tests.experiments.experiment import EMPTY, plan_file
+
+
+def opened(folder: Path, version: str = "v", text: str = EMPTY.format(last=20)) -> Table:
+    return Table(folder / "out", read_plan(plan_file(folder, text)).description, version)
+
+
+def some_rows(folder: Path, count: int = 10) -> list[dict[str, Any]]:
+    plan = read_plan(plan_file(folder, EMPTY.format(last=20)))
+    return [{"status": "empty", "key": c.key, **c.names()} for c in map(plan.cell, range(count))]
+
+
+def test_rows_are_there_before_and_after_merging(tmp_path: Path) -> None:
+    table = opened(tmp_path)
+    table.append(some_rows(tmp_path))
+    assert read_rows(tmp_path / "out").num_rows == 10
+    table.merge()
+    assert (tmp_path / "out" / JOURNAL).stat().st_size == 0
+    assert read_rows(tmp_path / "out").num_rows == 10
+    assert table.finished() == {row["key"] for row in some_rows(tmp_path)}
+
+
+@pytest.mark.parametrize("cut", [1, 5, 30])
+def test_a_torn_line_is_left_out_and_overwritten(tmp_path: Path, cut: int) -> None:
+    table = opened(tmp_path)
+    table.append(some_rows(tmp_path))
+    table.close()
+    journal = tmp_path / "out" / JOURNAL
+    os.truncate(journal, journal.stat().st_size - cut)
+    table = opened(tmp_path)
+    assert len(table.finished()) == 9
+    table.append(some_rows(tmp_path)[9:])
+    assert read_rows(tmp_path / "out").num_rows == 10
+
+
+def test_killed_between_the_merge_and_the_emptying_of_the_journal(tmp_path: Path) -> None:
+    table = opened(tmp_path)
+    table.append(some_rows(tmp_path))
+    journal = (tmp_path / "out" / JOURNAL).read_bytes()
+    table.merge()
+    table.close()
+    (tmp_path / "out" / JOURNAL).write_bytes(journal)
+    assert read_rows(tmp_path / "out").num_rows == 10
+
+
+def test_of_two_rows_of_a_cell_the_last_counts(tmp_path: Path) -> None:
+    table = opened(tmp_path)
+    first = some_rows(tmp_path, 1)
+    table.append([{**first[0], "status": "failed"}])
+    assert table.finished(without_failed=True) == set()
+    table.merge()
+    assert table.finished(without_failed=True) == set()
+    table.append(first)
+    table.merge()
+    assert read_rows(tmp_path / "out")["status"].to_pylist() == ["empty"]
+
+
+def test_another_version_is_refused(tmp_path: Path) -> None:
+    opened(tmp_path).close()
+    with pytest.raises(BadInput, match="holds rows of version v; this is w"):
+        opened(tmp_path, version="w")
+
+
+def test_another_threshold_is_refused_and_more_seeds_are_not(tmp_path: Path) -> None:
+    opened(tmp_path).close()
+    opened(tmp_path, text=EMPTY.format(last=50)).close()
+    with pytest.raises(BadInput, match=r"holds cells with threshold = None; this plan says 0\.5"):
+        opened(tmp_path, text=EMPTY.format(last=20) + "threshold = 0.5\n")
+
+
+def test_another_format_is_refused(tmp_path: Path) -> None:
+    opened(tmp_path).close()
+    file = tmp_path / "out" / DESCRIPTION
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"format": 99}))
+    with pytest.raises(BadInput, match="has format 99; this version reads format 1"):
+        opened(tmp_path)
+
+
+def test_a_file_that_is_no_table_is_refused(tmp_path: Path) -> None:
+    opened(tmp_path).close()
+    (tmp_path / "out" / RESULTS).write_text("something else")
+    with pytest.raises(BadInput, match="is no Parquet table"):
+        opened(tmp_path)
+
+
+def test_one_writer_at_a_time(tmp_path: Path) -> None:
+    table = opened(tmp_path)
+    with pytest.raises(BadInput, match="Another run writes to"):
+        opened(tmp_path)
+    table.close()
+    opened(tmp_path).close()
+
+
+def test_a_full_disk_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    table = opened(tmp_path)
+    rows = some_rows(tmp_path)
+    table.append(rows[:5])
+    whole = os.pwrite
+
+    def full(descriptor: int, data: bytes, place: int) -> int:
+        if len(data) > 40:
+            return whole(descriptor, data[:40], place)
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "pwrite", full)
+    with pytest.raises(DeviceError, match=r"No space left on device\. The 5 rows so far are safe"):
+        table.append(rows[5:])
+    monkeypatch.undo()
+    assert read_rows(tmp_path / "out").num_rows == 5
+    table.append(rows[5:])
+    assert read_rows(tmp_path / "out").num_rows == 10
