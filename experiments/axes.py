@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from bridge.errors import BadInput
 from experiments.version import ROOT
-from stack.reading import STACK_FILE
+from stack.format import STACK_FILE
 
 if TYPE_CHECKING:
     from experiments.kinds import Kind

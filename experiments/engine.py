@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from bridge.errors import BadInput
 from experiments.feed import Feed
 from experiments.kinds import Row
 from experiments.plan import Plan
@@ -86,10 +85,6 @@ def run_plan(
         table.close()
 
 
-def cores(workers: int | None) -> int:
-    """Workers on this machine: as many as asked for, else as there are cores for this process."""
-    if workers is None:
-        return len(os.sched_getaffinity(0))
-    if workers < 1:
-        raise BadInput(f"--workers must be at least 1, not {workers}.")
-    return workers
+def cores() -> int:
+    """How many this process may use."""
+    return len(os.sched_getaffinity(0))

@@ -17,7 +17,7 @@ from experiments.kinds import KINDS
 from geometry.errors import GeometryError
 from geometry.model import find_target
 from image_server.simulator.scenario import load_scenario
-from stack.reading import STACK_FILE
+from stack.format import STACK_FILE
 
 HINTS = {"stacks and targets": "Name some in it, or give stack folders after it."}
 KEY_BITS = 63  # a signed column holds them

@@ -17,9 +17,8 @@ from image_server.serve.server import ImageServer
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scenario import with_conditions as scenario_under
-from numerics.kernels import prepare_kernels
-from stack.reading import BasisStack, FramesStack, load_stack
-from stack.reading import with_conditions as stack_under
+from stack.read import BasisStack, FramesStack, load_stack
+from stack.read import with_conditions as stack_under
 from vision_server.serve.server import VisionServer
 
 KEPT_STACKS = 2  # loaded; the cells of a stack follow each other
@@ -45,7 +44,6 @@ class Served:
 
 def served_vision(endpoint: str, recorded: bool) -> Served:
     """A vision server; it writes frames to the run folders of sessions if they are to be `recorded`."""
-    prepare_kernels()
     return Served(Server(VisionServer() if recorded else _Unrecorded(), endpoint))
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from experiments.plan import Cell
 from experiments.scratch import new_scratch
-from numerics.memory import keep_freed_memory
+from numerics.memory import collect_rarely, keep_freed_memory
 
 if TYPE_CHECKING:
     from experiments.warm_servers import Served
@@ -28,6 +28,7 @@ class Worker:
 
     def __init__(self, keep: Path | None = None) -> None:
         keep_freed_memory()
+        collect_rarely()
         self._keep = keep
         self._scratch = new_scratch()
         atexit.register(shutil.rmtree, self._scratch, ignore_errors=True)

@@ -12,8 +12,8 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "architecture.md"
 ROW = re.compile(r"^\| `(?P<room>[\w/.]+)` \| (?P<what>[^|]+) \|(?P<may>[^|]*)\|$", re.MULTILINE)
 TOP = (
-    "bridge", "domain", "geometry", "image_server", "indigolog", "numerics", "report", "session", "stack",
-    "vision_server",
+    "bridge", "domain", "experiments", "geometry", "image_server", "indigolog", "numerics", "report",
+    "session", "stack", "vision_server",
 )  # fmt: skip
 USE = re.compile(r"""^:- (?:re_?export|use_module)\(\s*('[^']+'|[\w/.]+)""", re.MULTILINE)
 LIBRARY = re.compile(r"^:- (?:re_?export|use_module)\(library", re.MULTILINE)

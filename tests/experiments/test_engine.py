@@ -26,6 +26,7 @@ from tests.session.command import controller
 KILLS = 10
 
 
+@pytest.mark.slow
 def test_killed_at_random_moments_and_continued_it_is_the_same_table(tmp_path: Path) -> None:
     plan, out = plan_file(tmp_path, EMPTY.format(last=60_000)), tmp_path / "out"
     whole = run(plan, tmp_path / "whole", "--workers", "1")
@@ -72,6 +73,7 @@ def test_a_larger_plan_adds_its_cells(tmp_path: Path) -> None:
     assert pq.read_table(out / RESULTS).num_rows == 16
 
 
+@pytest.mark.slow
 def test_stopped_by_a_signal_it_says_how_to_go_on(tmp_path: Path) -> None:
     plan, out = plan_file(tmp_path, EMPTY.format(last=500_000)), tmp_path / "out"
     process = started(plan, out, "--workers", "1")
@@ -130,6 +132,11 @@ def test_an_error_in_a_cell_is_a_row(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert row["message"] == "ZeroDivisionError: nothing there"
 
 
+def same(value: float) -> Any:
+    """The last bits of a sum depend on where in memory an array lies."""
+    return pytest.approx(value, rel=1e-9)
+
+
 def session(out: Path, strategy: str, seed: str, most_images: str, *source: str) -> dict[str, Any]:
     """The result of a session of its own, as a user runs it."""
     controller(
@@ -140,6 +147,7 @@ def session(out: Path, strategy: str, seed: str, most_images: str, *source: str)
     return found
 
 
+@pytest.mark.slow
 def test_rows_are_those_of_single_sessions(tmp_path: Path) -> None:
     plan = plan_file(
         tmp_path,
@@ -154,10 +162,10 @@ def test_rows_are_those_of_single_sessions(tmp_path: Path) -> None:
         assert row["status"] == single["status"]
         assert row["images"] == single["iterations"]
         assert row["kept"] == len(single["kept"])
-        assert row["rotation_deg"] == single["error"]["rotation_deg"]
-        assert row["translation_fraction"] == single["error"]["translation_fraction_of_range"]
-        assert row["merit"] == single["merit_px"]
-        assert row["rms_px"] == single["rms_px"]
+        assert row["rotation_deg"] == same(single["error"]["rotation_deg"])
+        assert row["translation_fraction"] == same(single["error"]["translation_fraction_of_range"])
+        assert row["merit"] == same(single["merit_px"])
+        assert row["rms_px"] == same(single["rms_px"])
 
 
 def test_rows_of_a_stack_are_those_of_a_single_session(tmp_path: Path, shared_data: Path) -> None:
@@ -168,8 +176,8 @@ def test_rows_of_a_stack_are_those_of_a_single_session(tmp_path: Path, shared_da
     single = session(tmp_path / "one", "greedy", "2", "2", "--stack", str(folder))
     (row,) = rows(tmp_path / "out")
     assert row["stack"] == "cube-0"
-    assert row["rotation_deg"] == single["error"]["rotation_deg"]
-    assert row["merit"] == single["merit_px"]
+    assert row["rotation_deg"] == same(single["error"]["rotation_deg"])
+    assert row["merit"] == same(single["merit_px"])
 
 
 def test_a_session_that_takes_too_long_is_a_row_and_the_next_one_is_well(tmp_path: Path) -> None:

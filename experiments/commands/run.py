@@ -1,0 +1,76 @@
+"""`python -m experiments run`: the cells of a plan."""
+
+from __future__ import annotations
+
+import signal
+from argparse import ArgumentParser, Namespace
+from functools import partial
+from pathlib import Path
+from types import FrameType
+
+from bridge.command_line import whole_number
+from bridge.errors import BadInput
+from experiments.engine import Pool, cores, run_plan
+from experiments.plan import read_plan
+from experiments.progress import Progressing
+
+
+def add_options(parser: ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument("plan", type=Path, metavar="PLAN.toml", help="Axes whose product is cells.")
+    parser.add_argument(
+        "stacks", type=Path, nargs="*", metavar="STACK", help="Stack folders that join the plan's."
+    )
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="OUT", help="Folder of the table; it is continued."
+    )
+    parser.add_argument(
+        "--workers", type=whole_number(least=1), metavar="N", help="Processes here (default: cores)."
+    )
+    parser.add_argument(
+        "--cluster", metavar="ADDRESS", help="A dask scheduler, tcp://HOST:PORT, or local:N processes."
+    )
+    parser.add_argument("--seeds", metavar="A-B", help="Instead of the plan's, such as 1-5.")
+    parser.add_argument("--keep", action="store_true", help="Keep run folders and reports, under OUT/cells.")
+    parser.add_argument("--again", action="store_true", help="Compute cells that failed once more.")
+    parser.add_argument("--quiet", action="store_true", help="Show nothing.")
+
+
+def run(options: Namespace) -> int:
+    """Run the plan; the exit status."""
+    signal.signal(signal.SIGTERM, _stop)
+    plan = read_plan(options.plan, options.stacks, options.seeds)
+    if options.workers is not None and options.cluster is not None:
+        raise BadInput("--workers and --cluster exclude each other.", "A cluster knows its workers.")
+    with Progressing(options.quiet, partial(_page, options.out, True)) as progress:
+        try:
+            run_plan(plan, options.out, partial(_pool, options), progress.begun, options.again)
+        except KeyboardInterrupt as stopped:
+            progress.end(f"Stopped after {progress.computed} cells; the same command continues.")
+            return int(128 + (stopped.args[0] if stopped.args else signal.SIGINT))
+        _page(options.out, False)
+        words = f"{progress.computed} cells computed, {progress.rate()}; table: {options.out}/results.parquet"
+        progress.end(words)
+    return 0
+
+
+def _pool(options: Namespace, version: str) -> Pool:
+    keep = (options.out / "cells").resolve() if options.keep else None
+    if options.cluster is not None:
+        from experiments.dask_pool import DaskPool
+
+        return DaskPool(options.cluster, version, keep)
+    from experiments.local_pool import LocalPool
+
+    return LocalPool(options.workers or cores(), version, keep)
+
+
+def _page(out: Path, running: bool) -> None:
+    from experiments.page import write_page  # late: it loads what draws
+
+    write_page(out, running)
+
+
+def _stop(signum: int, frame: FrameType | None) -> None:
+    signal.signal(signum, signal.SIG_DFL)
+    raise KeyboardInterrupt(signum)
