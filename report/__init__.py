@@ -1,1 +1,1 @@
-"""What a person sees after a session: overlay pictures, contact sheets and `report.html`."""
+"""What a person sees after a session: overlay pictures and `report.html`."""

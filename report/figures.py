@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from report.plots import Rule, Series, bar_chart, line_chart, time_bar
+from report.plots import Rule, Series, bar_chart, line_chart
 from report.records import HoldRecord, Result, StepRecord
 from report.uncertainty import uncertainty_of
 from report.verdict import HOLD_PASSED, RIGHT_DEG, RIGHT_FRACTION
@@ -35,19 +35,20 @@ class Figure:
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the session's time."""
+    """A part of the session's time; `fraction` is what `share` says."""
 
     name: str
     time: str
     share: str
     style: int
+    fraction: float
 
 
 @dataclass(frozen=True)
 class TimeFigure:
     """Where the time went."""
 
-    svg: str
+    description: str
     parts: tuple[Part, ...]
     total: str
 
@@ -85,7 +86,7 @@ def _error_figure(result: Result) -> Figure | None:
     rule = Rule(result.threshold_px, f"threshold {result.threshold_px:g} px") if result.threshold_px else None
     last = next((value for value in reversed(series[0].values) if value is not None), None)
     description = f"{series[0].label} over {len(steps)} iterations, ending at {last:.2f} px" if last else ""
-    svg = line_chart(_numbers(steps), series, "iteration", "px", description, rule)
+    svg = line_chart(_numbers(steps), series, ("iteration", "px"), description, rule)
     return Figure("Error over the iterations", svg, tuple(legend))
 
 
@@ -107,14 +108,8 @@ def _truth_figure(steps: Sequence[StepRecord]) -> Figure | None:
     shift = [100 * step.error.translation_fraction_of_range if step.error else None for step in steps]
     series = [Series("rotation", 4, turn, dots), Series("position", 5, shift, dots)]
     rule = Rule(RIGHT_DEG, f"right: under {RIGHT_DEG:g}° and {100 * RIGHT_FRACTION:g} %")
-    svg = line_chart(
-        _numbers(steps),
-        series,
-        "iteration",
-        "° and % of range",
-        "Error against the true pose by iteration",
-        rule,
-    )
+    titles = ("iteration", "° and % of range")
+    svg = line_chart(_numbers(steps), series, titles, "Error against the true pose by iteration", rule)
     legend = (Legend("line", 4, "rotation, °"), Legend("line", 5, "position, % of range"))
     return Figure("Error against the true pose", svg, legend)
 
@@ -145,7 +140,7 @@ def approach_figure(holds: Sequence[HoldRecord]) -> Figure | None:
     labels = [f"{hold.range_m:g}" for hold in holds]
     description = f"Position uncertainty at {len(holds)} hold points from {labels[0]} m to {labels[-1]} m"
     ranges = [hold.range_m for hold in holds]
-    svg = line_chart(labels, series, "range, m", "mm", description, x_values=ranges)
+    svg = line_chart(labels, series, ("range, m", "mm"), description, x_values=ranges)
     return Figure("Uncertainty on the way in", svg, tuple(legend))
 
 
@@ -163,12 +158,17 @@ def time_figure(times: dict[str, float | None]) -> TimeFigure | None:
         parts.append((REST, total - spent))
     whole = max(total, spent)
     description = "Time: " + ", ".join(f"{name} {seconds(value)}" for name, value in parts)
-    styles = [PARTS.index(name) + 1 if name in PARTS else REST_STYLE for name, _ in parts]
     rows = tuple(
-        Part(name, seconds(value), percent(value / whole), styles[number])
-        for number, (name, value) in enumerate(parts)
+        Part(
+            name,
+            seconds(value),
+            percent(value / whole),
+            PARTS.index(name) + 1 if name in PARTS else REST_STYLE,
+            value / whole,
+        )
+        for name, value in parts
     )
-    return TimeFigure(time_bar(parts, styles, description), rows, seconds(total))
+    return TimeFigure(description, rows, seconds(total))
 
 
 def _numbers(steps: Sequence[StepRecord]) -> list[str]:

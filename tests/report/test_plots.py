@@ -1,4 +1,4 @@
-"""Scales, ticks and words of the page."""
+"""Plots and words of the page."""
 
 import math
 import xml.etree.ElementTree as ET
@@ -6,46 +6,70 @@ import xml.etree.ElementTree as ET
 import pytest
 
 from report import words
-from report.axis import fitted
-from report.plots import Rule, Series, bar_chart, line_chart, time_bar
+from report.figures import time_figure
+from report.plots import Rule, Series, bar_chart, line_chart
 from report.records import SettingsRecord
 
-
-@pytest.mark.parametrize("values", [[0.41, 8.2, 1.0], [1.0, 2.0], [0.0, 0.0], [5.0], [1e-5, 3e4], []])
-def test_an_axis_holds_its_values_and_has_ticks(values: list[float]) -> None:
-    axis = fitted(values, 200.0, 10.0)
-    for value in values:
-        assert 10.0 <= axis.at(value) <= 200.0
-    ticks = axis.ticks()
-    assert 2 <= len(ticks) <= 12
-    assert all(10.0 - 1e-6 <= axis.at(tick) <= 200.0 + 1e-6 for tick in ticks)
+SVG = ""  # no namespace: the page is HTML
+LABELS = ["1", "2", "3"]
 
 
-def test_wide_spreads_are_logarithmic() -> None:
-    assert fitted([0.1, 10.0], 0, 1).log
-    assert not fitted([1.0, 3.0], 0, 1).log
-    assert not fitted([0.0, 300.0], 0, 1).log
-    axis = fitted([0.1, 10.0], 0.0, 100.0)
-    assert axis.at(1.0) == pytest.approx(50.0)
+def texts(chart: str) -> list[str]:
+    return [part.text or "" for part in ET.fromstring(chart).iter(f"{SVG}text")]
 
 
-def test_charts_are_sound_svg_with_a_mark_per_value() -> None:
+def test_the_line_chart_is_sound_svg_with_a_mark_per_value() -> None:
     series = Series("merit", 1, [4.0, None, 1.0], ["kept", "kept", "discarded"])
-    chart = line_chart(["1", "2", "3"], [series], "iteration", "px", "a <chart>", Rule(2.0, "threshold"))
-    tree = ET.fromstring(chart)
-    assert tree.attrib["aria-label"] == "a <chart>"
-    classes = [part.attrib.get("class", "") for part in tree.iter()]
-    assert classes.count("mark fill1") == 1
-    assert classes.count("cross stroke1") == 1
-    assert classes.count("rule") == 1
-    bars = ET.fromstring(bar_chart([1, None, 1], [True, True, False], "sizes"))
-    kinds = [part.attrib["class"] for part in bars.iter("rect")]
-    assert kinds == ["bar kept", "bar discarded"]
+    chart = line_chart(LABELS, [series], ("iteration", "px"), "a <chart>", Rule(2.0, "threshold"))
+    assert ET.fromstring(chart).attrib["aria-label"] == "a <chart>"
+    marks = [part for part in ET.fromstring(chart).iter(f"{SVG}use")]
+    assert len(marks) == 2
+    assert {"iteration", "px", "threshold", *LABELS} <= set(texts(chart))
 
 
-def test_the_time_bar_is_proportional() -> None:
-    tree = ET.fromstring(time_bar([("capture", 1.0), ("edges", 3.0)], [1, 2], "time"))
-    assert [float(part.attrib["width"]) for part in tree.iter("rect")] == [250.0, 750.0]
+def test_colours_are_the_style_sheets() -> None:
+    series = Series("merit", 4, [4.0, 2.0, 1.0], ["kept", "kept", "discarded"])
+    chart = line_chart(LABELS, [series], ("iteration", "px"), "chart")
+    assert "var(--c4)" in chart and "var(--soft)" in chart
+    assert "#fe0" not in chart
+    assert "<style" not in chart  # it would be the whole page's
+
+
+@pytest.mark.parametrize(
+    ("values", "log"),
+    [([0.1, 10.0], True), ([1.0, 3.0], False), ([0.0, 300.0], False), ([5.0], False), ([1e-5, 3e4], True)],
+)
+def test_wide_spreads_are_logarithmic(values: list[float], log: bool) -> None:
+    labels = [str(number) for number in range(len(values))]
+    chart = line_chart(labels, [Series("merit", 1, values, ["dot"] * len(values))], ("x", "px"), "chart")
+    assert ("px, log" in texts(chart)) == log
+    ticks = [text for text in texts(chart) if text[0].isdigit() and text not in labels]
+    assert 2 <= len(ticks) <= 12
+
+
+def test_ranges_run_towards_the_target() -> None:
+    series = Series("uncertainty", 1, [4.0, 2.0, 1.0], ["kept"] * 3)
+    chart = line_chart(["1.5", "0.8", "0.3"], [series], ("range, m", "mm"), "way", x_values=[1.5, 0.8, 0.3])
+    places = {
+        part.text: float(part.attrib["x"])
+        for part in ET.fromstring(chart).iter(f"{SVG}text")
+        if part.text in ("1.5", "0.8", "0.3")
+    }
+    assert places["1.5"] < places["0.8"] < places["0.3"]
+
+
+def test_a_discarded_image_leaves_a_hollow_bar() -> None:
+    chart = bar_chart([1, None, 1], [True, True, False], "sizes")
+    assert chart.count("fill: var(--c3)") == 2  # one has no height
+    assert chart.count("stroke-dasharray") >= 1
+
+
+def test_the_parts_of_the_time_add_up() -> None:
+    figure = time_figure({"capture": 1.0, "edges": 2.0, "total": 4.0})
+    assert figure is not None
+    assert [(part.name, part.fraction) for part in figure.parts] == [
+        ("capture", 0.25), ("edges", 0.5), ("other", 0.25),
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
