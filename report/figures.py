@@ -137,7 +137,7 @@ def approach_figure(holds: Sequence[HoldRecord]) -> Figure | None:
     if not series:
         return None
     legend += [Legend("kept", 0, "passed"), Legend("discarded", 0, "not passed")]
-    labels = [f"{hold.range_m:g}" for hold in holds]
+    labels = [f"{hold.range_m:.2g}" for hold in holds]
     description = f"Position uncertainty at {len(holds)} hold points from {labels[0]} m to {labels[-1]} m"
     ranges = [hold.range_m for hold in holds]
     svg = line_chart(labels, series, ("range, m", "mm"), description, x_values=ranges)
