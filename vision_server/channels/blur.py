@@ -33,25 +33,22 @@ def halved(image: Grey) -> Grey:
 
 
 @kernel(nogil=True)
-def _ridges(gx: Slopes, gy: Slopes, slope: Slopes, half: Grey, threshold: int, margin: int) -> Ints:
-    """Rows (y, x) where ``slope`` is no less than its neighbours along the nearest of four directions.
-
-    Left out are those under the threshold, in the margin, or within 2 px of a nearly clipped pixel.
-    """
-    rows, columns = half.shape
-    ridges = np.empty((rows * columns // 2 + 1, 2), np.int64)
+def _ridges(places: Ints, gx: Slopes, gy: Slopes, slope: Slopes, margin: int) -> Ints:
+    """Rows (y, x) of the places where ``slope`` is a maximum along the nearest of four directions."""
+    rows, columns = slope.shape
+    ridges = np.empty((len(places) + 1, 2), np.int64)
     found = 0
-    for y in range(margin, rows - margin):
-        for x in range(margin, columns - margin):
-            if slope[y, x] < threshold:
-                continue
-            a, b = abs(gx[y, x]), abs(gy[y, x])
-            v = 0 if a > 2 * b else 1
-            u = 0 if b > 2 * a else 1 if (gx[y, x] > 0) == (gy[y, x] > 0) else -1
-            if slope[y, x] < slope[y + v, x + u] or slope[y, x] <= slope[y - v, x - u]:
-                continue
+    for place in places:
+        y = place // columns
+        x = place - y * columns
+        if min(y, x, rows - 1 - y, columns - 1 - x) < margin:
+            continue
+        a, b = abs(gx[y, x]), abs(gy[y, x])
+        v = 0 if a > 2 * b else 1
+        u = 0 if b > 2 * a else 1 if (gx[y, x] > 0) == (gy[y, x] > 0) else -1
+        if slope[y, x] >= slope[y + v, x + u] and slope[y, x] > slope[y - v, x - u]:
             ridges[found, 0], ridges[found, 1] = y, x
-            found += half[y - 2 : y + 3, x - 2 : x + 3].max() < NEARLY_CLIPPED_GREY
+            found += 1
     return ridges[:found]
 
 
@@ -61,8 +58,10 @@ def _strongest_edgels(half: Grey, margin: int) -> Ints:
     gx, gy = (np.asarray(cv2.Sobel(soft, cv2.CV_16S, *order), np.int16) for order in ((1, 0), (0, 1)))
     slope: Slopes = np.abs(gx) + np.abs(gy)
     ranked = np.sort(slope[::SAMPLE_STEP], axis=None)
-    threshold = max(int(ranked[-max(int(STRONGEST_SHARE * len(ranked)), 1)]), 1)
-    return np.asarray(_ridges(gx, gy, slope, half, threshold, margin))
+    threshold = max(ranked[-max(int(STRONGEST_SHARE * len(ranked)), 1)], 1)
+    brightest = np.asarray(cv2.dilate(half, np.ones((5, 5), np.uint8)))
+    places = np.flatnonzero((slope >= threshold) & (brightest < NEARLY_CLIPPED_GREY))
+    return np.asarray(_ridges(places, gx, gy, slope, margin))
 
 
 def _step_heights(half: Grey, edgels: Ints, sigma_px: float) -> Field:

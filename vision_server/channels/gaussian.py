@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,7 @@ def gaussian_kernels(sigma_px: float) -> Kernels:
     return smooth.astype(np.float32), derivative.astype(np.float32)
 
 
+@cache
 def contrast_kernels(sigma_px: float, exposure: float = 1.0) -> Kernels:
     """The same, scaled so that an ideal step answers with its height at reference exposure."""
     smooth, derivative = gaussian_kernels(sigma_px)

@@ -75,7 +75,17 @@ def gradient(image: Grey, linear_of: Field, kernels: Kernels) -> Gradient:
     is_linear = np.array_equal(linear_of, np.arange(256.0))  # images without a tone curve
     source = image if is_linear else np.asarray(cv2.LUT(image, linear_of), np.float32)
     along_x, along_y = gaussian_gradient(source, (smooth, derivative))
-    return Gradient(along_x, along_y, np.asarray(cv2.magnitude(along_x, along_y)))
+    return Gradient(along_x, along_y, _length(along_x, along_y))
+
+
+@kernel(nogil=True)
+def _length(along_x: Field, along_y: Field) -> Field:
+    """Length of each vector; `cv2.magnitude` rounds by where its arrays lie in memory, run by run."""
+    length = np.empty_like(along_x)
+    for y in range(len(length)):
+        for x in range(length.shape[1]):
+            length[y, x] = np.sqrt(along_x[y, x] * along_x[y, x] + along_y[y, x] * along_y[y, x])
+    return length
 
 
 @kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -128,7 +129,8 @@ def gradient_scale(image: NDArray[np.uint8], noise: Floats) -> float:
     -------
     Sigma of the Gaussian derivative, px.
     """
-    below = np.cumsum(np.bincount(image[::SAMPLE_STEP, ::SAMPLE_STEP].ravel(), minlength=256))
+    sampled = np.ascontiguousarray(image[::SAMPLE_STEP, ::SAMPLE_STEP])
+    below = np.cumsum(cv2.calcHist([sampled], [0], None, [256], [0, 256]))
     ranks = [int(share * (below[-1] - 1)) for share in (0.01, 0.5, 0.99)]
     low, middle, high = np.searchsorted(below, ranks, side="right").tolist()
     share = float(noise[(middle + high) // 2]) / max(high - low, 1)
