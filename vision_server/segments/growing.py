@@ -8,6 +8,8 @@ direction, and gaps are stepped over. In the spirit of the region growing of LSD
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,12 +22,53 @@ Ints = NDArray[np.int64]
 
 MAX_AXIS_DIFFERENCE_RAD = 0.39  # 22.5 deg, LSD's tolerance, between an edgel and its line
 LEAST_AXIS_COSINE = float(np.cos(MAX_AXIS_DIFFERENCE_RAD))
+# Chosen by hand: `python -m benchmarks.edge_segments` shows what they do.
 MAX_OFFSET_PX = 1.5  # of an edgel from the line, on sharp images
 BESIDE_PX = 0.7  # an edgel so near to a finished line says nothing new
 MAX_GAP_PX = 4  # rows or columns without an edgel that a line may step over at once
 MIN_DENSITY = 0.6  # of rows or columns between the ends that hold an edgel
+FEWEST_EDGELS = 4  # of a line
 START_RADIUS_PX = 3  # neighbourhood that gives the first direction
 FEWEST_FITTED, TRUSTED = 5, 10  # edgels from which on a line is fitted; from which on only the fit counts
+TURNED_AWAY = 2.0  # tangent, from the rows or columns that a line is followed by: it is another line
+
+
+class EdgelField(NamedTuple):
+    """The edgels, and which of them are in no line yet.
+
+    Attributes
+    ----------
+    index, places, points, normals
+        As in `EdgeMap`.
+    free
+        bool (N,), output.
+    """
+
+    index: NDArray[np.int32]
+    places: NDArray[np.int32]
+    points: Field
+    normals: Field
+    free: NDArray[np.bool_]
+
+
+class Line(NamedTuple):
+    """A point of a line and the unit vector along it, px."""
+
+    x: float
+    y: float
+    c: float
+    s: float
+
+
+class Moments(NamedTuple):
+    """Number of some points, sums of their coordinates and products; relative to one, to lose no digits."""
+
+    n: float
+    x: float
+    y: float
+    xx: float
+    xy: float
+    yy: float
 
 
 @kernel(inline="always")
@@ -40,143 +83,159 @@ def _half_angle(c2: float, s2: float) -> tuple[float, float]:
 
 
 @kernel(nogil=True, error_model="numpy")
-def _start(
-    seed: int, x0: int, y0: int, index: NDArray[np.int32], free: NDArray[np.bool_], points: Field,
-    normals: Field, tolerance: float,
-) -> tuple[float, float]:  # fmt: skip
+def _offset(edgels: EdgelField, at: int, line: Line) -> float:
+    """Distance of an edgel from a line, px."""
+    return abs((edgels.points[at, 0] - line.x) * line.s - (edgels.points[at, 1] - line.y) * line.c)
+
+
+@kernel(nogil=True, error_model="numpy")
+def _agree(edgels: EdgelField, at: int, nx: float, ny: float) -> bool:
+    """Whether an edgel's axis is that of a unit vector, within the tolerance."""
+    return abs(edgels.normals[at, 0] * nx + edgels.normals[at, 1] * ny) >= LEAST_AXIS_COSINE
+
+
+@kernel(nogil=True, error_model="numpy")
+def _start(edgels: EdgelField, seed: int, tolerance: float) -> Line:
     """First direction of a line: along the mean axis of the edgels around that lie on the seed's own line."""
-    rows, columns = index.shape
-    nx, ny = normals[seed, 0], normals[seed, 1]
+    rows, columns = edgels.index.shape
+    nx, ny = edgels.normals[seed, 0], edgels.normals[seed, 1]
+    x, y = np.float64(edgels.points[seed, 0]), np.float64(edgels.points[seed, 1])
+    line = Line(x, y, -np.float64(ny), np.float64(nx))
+    y0 = edgels.places[seed] // columns
+    x0 = edgels.places[seed] - y0 * columns
     c2, s2 = 0.0, 0.0
     for v in range(max(y0 - START_RADIUS_PX, 0), min(y0 + START_RADIUS_PX + 1, rows)):
         for u in range(max(x0 - START_RADIUS_PX, 0), min(x0 + START_RADIUS_PX + 1, columns)):
-            at = index[v, u]
-            if at < 0 or not free[at]:
+            at = edgels.index[v, u]
+            if at < 0 or not edgels.free[at] or not _agree(edgels, at, nx, ny):
                 continue
-            mx, my = normals[at, 0], normals[at, 1]
-            if abs(mx * nx + my * ny) < LEAST_AXIS_COSINE:
-                continue
-            dx, dy = points[at, 0] - points[seed, 0], points[at, 1] - points[seed, 1]
-            if abs(dx * nx + dy * ny) > tolerance:
-                continue
-            c2 += mx * mx - my * my
-            s2 += 2.0 * mx * my
+            if _offset(edgels, at, line) <= tolerance:
+                mx, my = edgels.normals[at, 0], edgels.normals[at, 1]
+                c2 += mx * mx - my * my
+                s2 += 2.0 * mx * my
     c, s = _half_angle(c2, s2)
-    return -s, c
+    return Line(line.x, line.y, -s, c)
+
+
+@kernel(nogil=True, error_model="numpy")
+def _nearest(edgels: EdgelField, line: Line, steep: bool, place: int, tolerance: float) -> int:
+    """The free edgel of a row (of a steep line) or column that lies nearest to the line and agrees, or -1."""
+    rows, columns = edgels.index.shape
+    if steep:
+        across = line.x + (place - line.y) * line.c / line.s
+    else:
+        across = line.y + (place - line.x) * line.s / line.c
+    middle, reach = int(across + 0.5), int(np.ceil(tolerance + 0.5))
+    best, least = -1, tolerance
+    for k in range(max(middle - reach, 0), min(middle + reach + 1, columns if steep else rows)):
+        at = edgels.index[place, k] if steep else edgels.index[k, place]
+        if at < 0 or not edgels.free[at] or not _agree(edgels, at, -line.s, line.c):
+            continue
+        offset = _offset(edgels, at, line)
+        if offset < least:
+            best, least = at, offset
+    return best
+
+
+@kernel(nogil=True, error_model="numpy")
+def _refitted(sums: Moments, line: Line, x0: float, y0: float) -> Line:
+    """The total least squares line; a short one trusts the direction it had as much as its points."""
+    n = sums.n
+    if n < FEWEST_FITTED:
+        return line
+    mx, my = sums.x / n, sums.y / n
+    c2, s2 = sums.xx - sums.yy - n * (mx * mx - my * my), 2.0 * (sums.xy - n * mx * my)
+    if n < TRUSTED:
+        part = (n - FEWEST_FITTED + 1.0) / (TRUSTED - FEWEST_FITTED + 1.0)
+        rest = 1.0 - part
+        part /= np.sqrt(c2 * c2 + s2 * s2) + 1e-12
+        c2 = part * c2 + rest * (line.c * line.c - line.s * line.s)
+        s2 = part * s2 + rest * 2.0 * line.c * line.s
+    c, s = _half_angle(c2, s2)
+    return Line(x0 + mx, y0 + my, c, s)
+
+
+@kernel(nogil=True, error_model="numpy")
+def _follow(
+    edgels: EdgelField, seed: int, tolerance: float, max_gap: int, members: Ints
+) -> tuple[int, int, bool, Line]:
+    """The line through one edgel: how many ``members`` it has, rows or columns from end to end, steepness."""
+    rows, columns = edgels.index.shape
+    x0, y0 = np.float64(edgels.points[seed, 0]), np.float64(edgels.points[seed, 1])
+    line = _start(edgels, seed, tolerance)
+    steep = abs(line.s) > abs(line.c)
+    begin = edgels.places[seed] // columns if steep else edgels.places[seed] % columns
+    limit = rows if steep else columns
+    sums = Moments(1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    members[0] = seed
+    count, low, high = 1, begin, begin
+    for sign in (1, -1):
+        place, misses = begin, 0
+        while misses <= max_gap:
+            place += sign
+            if place < 0 or place >= limit:
+                break
+            best = _nearest(edgels, line, steep, place, tolerance)
+            if best < 0:
+                misses += 1
+                continue
+            misses = 0
+            members[count] = best
+            count += 1
+            low, high = min(low, place), max(high, place)
+            x, y = edgels.points[best, 0] - x0, edgels.points[best, 1] - y0
+            sums = Moments(
+                sums.n + 1.0, sums.x + x, sums.y + y, sums.xx + x * x, sums.xy + x * y, sums.yy + y * y
+            )
+            line = _refitted(sums, line, x0, y0)
+            along, across = (line.s, line.c) if steep else (line.c, line.s)
+            if abs(across) > TURNED_AWAY * abs(along):
+                break
+    return count, high - low + 1, steep, line
+
+
+@kernel(nogil=True, error_model="numpy")
+def _claim(edgels: EdgelField, members: Ints, steep: bool, line: Line) -> None:
+    """Take a line's edgels, and those beside them, of which a slanted edge has two a step."""
+    rows, columns = edgels.index.shape
+    for member in members:
+        edgels.free[member] = False
+        y = edgels.places[member] // columns
+        x = edgels.places[member] - y * columns
+        nx, ny = edgels.normals[member, 0], edgels.normals[member, 1]
+        for beside in (-1, 1):
+            v, u = (y, x + beside) if steep else (y + beside, x)
+            if v < 0 or u < 0 or v >= rows or u >= columns:
+                continue
+            at = edgels.index[v, u]
+            if at >= 0 and edgels.free[at] and _offset(edgels, at, line) < BESIDE_PX:
+                edgels.free[at] = not _agree(edgels, at, nx, ny)
 
 
 @kernel(nogil=True, error_model="numpy")
 def _grow(
+    edgels: EdgelField,
     seeds: Ints,
-    free: NDArray[np.bool_],
-    index: NDArray[np.int32],
-    places: NDArray[np.int32],
-    points: Field,
-    normals: Field,
     tolerance: float,
     max_gap: int,
     shortest: float,
-    density: float,
     members: Ints,
     starts: Ints,
 ) -> int:
     """Lines from all seeds; members of line k are members[starts[k]:starts[k + 1]]. Returns how many."""
-    rows, columns = index.shape
     lines = 0
     starts[0] = 0
-    reach = int(np.ceil(tolerance + 0.5))
     for seed in seeds:
-        if not free[seed]:
+        if not edgels.free[seed]:
             continue
-        y0 = places[seed] // columns
-        x0 = places[seed] - y0 * columns
         begin = starts[lines]
-        qx, qy = float(points[seed, 0]), float(points[seed, 1])
-        tx, ty = _start(seed, x0, y0, index, free, points, normals, tolerance)
-        steep = abs(ty) > abs(tx)
-        # sums are relative to the seed: no digits are lost
-        mx, my = 0.0, 0.0
-        n, sx, sy, sxx, sxy, syy = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        members[begin] = seed
-        filled = begin + 1
-        low = y0 if steep else x0
-        high = low
-        limit, other = (rows, columns) if steep else (columns, rows)
-        for side in range(2):
-            sign = 1 if side == 0 else -1
-            place = high if side == 0 else low
-            misses = 0
-            while misses <= max_gap:
-                place += sign
-                if place < 0 or place >= limit:
-                    break
-                if steep:
-                    across = qx + mx + (place - qy - my) * tx / ty
-                else:
-                    across = qy + my + (place - qx - mx) * ty / tx
-                middle = int(across + 0.5)
-                best, best_offset = -1, tolerance
-                for k in range(max(middle - reach, 0), min(middle + reach + 1, other)):
-                    at = index[place, k] if steep else index[k, place]
-                    if at < 0 or not free[at]:
-                        continue
-                    if abs(normals[at, 1] * tx - normals[at, 0] * ty) < LEAST_AXIS_COSINE:
-                        continue
-                    offset = abs((points[at, 0] - qx - mx) * ty - (points[at, 1] - qy - my) * tx)
-                    if offset < best_offset:
-                        best, best_offset = at, offset
-                if best < 0:
-                    misses += 1
-                    continue
-                misses = 0
-                members[filled] = best
-                filled += 1
-                x, y = points[best, 0] - qx, points[best, 1] - qy
-                n += 1.0
-                sx += x
-                sy += y
-                sxx += x * x
-                sxy += x * y
-                syy += y * y
-                if side == 0:
-                    high = place
-                else:
-                    low = place
-                if n < FEWEST_FITTED:
-                    continue
-                mx, my = sx / n, sy / n
-                c2, s2 = sxx - syy - n * (mx * mx - my * my), 2.0 * (sxy - n * mx * my)
-                if n < TRUSTED:  # a short line still trusts its edgels' axes as much as its points
-                    part = (n - FEWEST_FITTED + 1.0) / (TRUSTED - FEWEST_FITTED + 1.0)
-                    part /= np.sqrt(c2 * c2 + s2 * s2) + 1e-12
-                    rest = (TRUSTED - n) / (TRUSTED - FEWEST_FITTED + 1.0)
-                    c2, s2 = part * c2 + rest * (tx * tx - ty * ty), part * s2 + rest * 2.0 * tx * ty
-                tx, ty = _half_angle(c2, s2)
-                if (abs(ty) > 2.0 * abs(tx)) if not steep else (abs(tx) > 2.0 * abs(ty)):
-                    break  # turned away: not this line any more
-        span = high - low + 1
-        free[seed] = False
-        if span / max(abs(tx), abs(ty)) < shortest or n < density * span or n < 4.0:
-            continue
-        for k in range(begin, filled):  # with the edgels beside them, of which a slanted edge has two a step
-            member = members[k]
-            free[member] = False
-            y = places[member] // columns
-            x = places[member] - y * columns
-            for beside in range(-1, 2, 2):
-                v, u = (y, x + beside) if steep else (y + beside, x)
-                if v < 0 or u < 0 or v >= rows or u >= columns:
-                    continue
-                at = index[v, u]
-                if at < 0 or not free[at]:
-                    continue
-                if abs((points[at, 0] - qx - mx) * ty - (points[at, 1] - qy - my) * tx) >= BESIDE_PX:
-                    continue
-                agreement = abs(normals[at, 0] * normals[member, 0] + normals[at, 1] * normals[member, 1])
-                if agreement > LEAST_AXIS_COSINE:
-                    free[at] = False
-        lines += 1
-        starts[lines] = filled
+        count, span, steep, line = _follow(edgels, seed, tolerance, max_gap, members[begin:])
+        edgels.free[seed] = False
+        length = span / max(abs(line.c), abs(line.s))
+        if length >= shortest and count >= max(MIN_DENSITY * span, FEWEST_EDGELS):
+            _claim(edgels, members[begin : begin + count], steep, line)
+            lines += 1
+            starts[lines] = begin + count
     return lines
 
 
@@ -203,23 +262,15 @@ def grow_lines(
     max_gap_px
         Longest gap stepped over, in rows or columns.
     """
-    seeds = np.flatnonzero(chosen)
-    seeds = seeds[np.argsort(-edges.strength[seeds], kind="stable")]
-    members = np.empty(len(seeds) + sum(edges.shape) + 1, np.int64)
-    starts = np.zeros(len(seeds) + 2, np.int64)
-    count = _grow(
-        seeds,
-        chosen.copy(),
-        edges.index,
-        edges.places,
-        edges.points,
-        edges.normals,
-        tolerance_px,
-        max_gap_px,
-        shortest_px,
-        MIN_DENSITY,
-        members,
-        starts,
-    )
+    edgels = EdgelField(edges.index, edges.places, edges.points, edges.normals, chosen.copy())
+    members = np.empty(np.count_nonzero(chosen) + sum(edges.shape) + 1, np.int64)
+    starts = np.zeros(len(members) + 1, np.int64)
+    count = _grow(edgels, seeds(edges, chosen), tolerance_px, max_gap_px, shortest_px, members, starts)
     groups = np.stack([starts[:count], starts[1 : count + 1]], axis=1)
     return edgel_groups(edges, members[: starts[count]], groups)
+
+
+def seeds(edges: EdgeMap, chosen: NDArray[np.bool_]) -> Ints:
+    """Numbers of the chosen edgels, the strongest first."""
+    numbers = np.flatnonzero(chosen)
+    return numbers[np.argsort(-edges.strength[numbers], kind="stable")]
