@@ -38,13 +38,13 @@ class EdgelField(NamedTuple):
 
     Attributes
     ----------
-    index, places, points, normals
-        As in `EdgeMap`.
+    number_at, places, points, normals
+        As `index`, `places`, `points` and `normals` of `EdgeMap`.
     free
         bool (N,), output.
     """
 
-    index: NDArray[np.int32]
+    number_at: NDArray[np.int32]
     places: NDArray[np.int32]
     points: Field
     normals: Field
@@ -85,19 +85,21 @@ def _half_angle(c2: float, s2: float) -> tuple[float, float]:
 @kernel(nogil=True, error_model="numpy")
 def _offset(edgels: EdgelField, at: int, line: Line) -> float:
     """Distance of an edgel from a line, px."""
-    return abs((edgels.points[at, 0] - line.x) * line.s - (edgels.points[at, 1] - line.y) * line.c)
+    offset: float = abs((edgels.points[at, 0] - line.x) * line.s - (edgels.points[at, 1] - line.y) * line.c)
+    return offset
 
 
 @kernel(nogil=True, error_model="numpy")
 def _agree(edgels: EdgelField, at: int, nx: float, ny: float) -> bool:
     """Whether an edgel's axis is that of a unit vector, within the tolerance."""
-    return abs(edgels.normals[at, 0] * nx + edgels.normals[at, 1] * ny) >= LEAST_AXIS_COSINE
+    cosine: float = abs(edgels.normals[at, 0] * nx + edgels.normals[at, 1] * ny)
+    return cosine >= LEAST_AXIS_COSINE
 
 
 @kernel(nogil=True, error_model="numpy")
 def _start(edgels: EdgelField, seed: int, tolerance: float) -> Line:
     """First direction of a line: along the mean axis of the edgels around that lie on the seed's own line."""
-    rows, columns = edgels.index.shape
+    rows, columns = edgels.number_at.shape
     nx, ny = edgels.normals[seed, 0], edgels.normals[seed, 1]
     x, y = np.float64(edgels.points[seed, 0]), np.float64(edgels.points[seed, 1])
     line = Line(x, y, -np.float64(ny), np.float64(nx))
@@ -106,7 +108,7 @@ def _start(edgels: EdgelField, seed: int, tolerance: float) -> Line:
     c2, s2 = 0.0, 0.0
     for v in range(max(y0 - START_RADIUS_PX, 0), min(y0 + START_RADIUS_PX + 1, rows)):
         for u in range(max(x0 - START_RADIUS_PX, 0), min(x0 + START_RADIUS_PX + 1, columns)):
-            at = edgels.index[v, u]
+            at = edgels.number_at[v, u]
             if at < 0 or not edgels.free[at] or not _agree(edgels, at, nx, ny):
                 continue
             if _offset(edgels, at, line) <= tolerance:
@@ -120,7 +122,7 @@ def _start(edgels: EdgelField, seed: int, tolerance: float) -> Line:
 @kernel(nogil=True, error_model="numpy")
 def _nearest(edgels: EdgelField, line: Line, steep: bool, place: int, tolerance: float) -> int:
     """The free edgel of a row (of a steep line) or column that lies nearest to the line and agrees, or -1."""
-    rows, columns = edgels.index.shape
+    rows, columns = edgels.number_at.shape
     if steep:
         across = line.x + (place - line.y) * line.c / line.s
     else:
@@ -128,7 +130,7 @@ def _nearest(edgels: EdgelField, line: Line, steep: bool, place: int, tolerance:
     middle, reach = int(across + 0.5), int(np.ceil(tolerance + 0.5))
     best, least = -1, tolerance
     for k in range(max(middle - reach, 0), min(middle + reach + 1, columns if steep else rows)):
-        at = edgels.index[place, k] if steep else edgels.index[k, place]
+        at = edgels.number_at[place, k] if steep else edgels.number_at[k, place]
         if at < 0 or not edgels.free[at] or not _agree(edgels, at, -line.s, line.c):
             continue
         offset = _offset(edgels, at, line)
@@ -160,7 +162,7 @@ def _follow(
     edgels: EdgelField, seed: int, tolerance: float, max_gap: int, members: Ints
 ) -> tuple[int, int, bool, Line]:
     """The line through one edgel: how many ``members`` it has, rows or columns from end to end, steepness."""
-    rows, columns = edgels.index.shape
+    rows, columns = edgels.number_at.shape
     x0, y0 = np.float64(edgels.points[seed, 0]), np.float64(edgels.points[seed, 1])
     line = _start(edgels, seed, tolerance)
     steep = abs(line.s) > abs(line.c)
@@ -197,7 +199,7 @@ def _follow(
 @kernel(nogil=True, error_model="numpy")
 def _claim(edgels: EdgelField, members: Ints, steep: bool, line: Line) -> None:
     """Take a line's edgels, and those beside them, of which a slanted edge has two a step."""
-    rows, columns = edgels.index.shape
+    rows, columns = edgels.number_at.shape
     for member in members:
         edgels.free[member] = False
         y = edgels.places[member] // columns
@@ -207,7 +209,7 @@ def _claim(edgels: EdgelField, members: Ints, steep: bool, line: Line) -> None:
             v, u = (y, x + beside) if steep else (y + beside, x)
             if v < 0 or u < 0 or v >= rows or u >= columns:
                 continue
-            at = edgels.index[v, u]
+            at = edgels.number_at[v, u]
             if at >= 0 and edgels.free[at] and _offset(edgels, at, line) < BESIDE_PX:
                 edgels.free[at] = not _agree(edgels, at, nx, ny)
 
