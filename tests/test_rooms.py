@@ -147,6 +147,17 @@ def test_rooms_import_only_what_they_may_know_of(suffix: str) -> None:
     assert not wrong, "\n" + "\n".join(wrong)
 
 
+def test_rooms_know_of_no_more_than_they_import() -> None:
+    used = {
+        (room_of(file), room_of(other))
+        for suffix in (".py", ".pl")
+        for file, others in graph(suffix, late=True).items()
+        for other in others
+    }
+    table = {match["room"]: re.findall(r"`([\w/.]+)`", match["may"]) for match in ROW.finditer(PAGE.read_text())}
+    assert [(room, other) for room, names in table.items() for other in names if (room, other) not in used] == []
+
+
 def test_no_python_modules_import_each_other_in_a_ring() -> None:
     assert cycles(graph(".py", late=False)) == []
 

@@ -11,6 +11,8 @@ from geometry.model import find_target, load_model
 from geometry.pose import Pose
 from stack.read import BasisStack, load_stack
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.skipif(not povray.available(), reason="POV-Ray (Debian package povray) is not installed")
 def test_the_target_is_lit_where_its_pose_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

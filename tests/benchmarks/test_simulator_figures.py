@@ -13,6 +13,8 @@ from benchmarks import photon_transfer, povray, simulator_times, validation
 from benchmarks.lines import show
 from benchmarks.scenario_pictures import CLIPPED_GREY, picture
 
+pytestmark = pytest.mark.slow
+
 
 def test_a_picture_of_a_scenario_is_well_exposed() -> None:
     pixels = picture("eclipse", "cube")

@@ -11,6 +11,8 @@ from bridge import messages
 from bridge.client import Client
 from bridge.mocks import MockImageServer, MockVisionServer, apply_script
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def text(root: Path) -> str:

@@ -10,6 +10,8 @@ import pytest
 from bridge.client import Client
 from bridge.errors import BridgeTimeout
 
+pytestmark = pytest.mark.slow
+
 SERVER = """
 import sys, time
 from bridge.messages import NoArgs

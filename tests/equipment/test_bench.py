@@ -15,6 +15,8 @@ from tests.equipment.uvc_camera import UvcCamera
 from tests.equipment.uvc_descriptors import PAYLOAD_BYTES, Format, configuration_descriptor
 from tests.equipment.uvc_model import load_camera_model, model_names
 
+pytestmark = pytest.mark.slow
+
 MANUAL = {
     "exposure_absolute": 100,
     "gain": 0,

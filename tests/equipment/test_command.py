@@ -11,6 +11,8 @@ import pytest
 from image_server.lights.rig import open_rig
 from tests.image_server.lights.lights_files import until
 
+pytestmark = pytest.mark.slow
+
 DEADLINE_S = 30.0
 
 

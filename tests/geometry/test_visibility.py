@@ -75,6 +75,7 @@ def test_random_shapes_with_re_entrant_corners_agree_with_ray_casting(seed: int,
     must_agree_with_ray_casting(crown(seed, tmp_path), random_pose(100 + seed))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cube", "fixture", "satellite"])
 @pytest.mark.parametrize("seed", range(6))
 def test_agrees_with_ray_casting(name: str, seed: int) -> None:

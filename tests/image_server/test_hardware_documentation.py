@@ -14,6 +14,8 @@ from image_server.v4l2.camera_file import load_camera_file
 from stack.read import load_stack
 from tests.session.command import ROOT
 
+pytestmark = pytest.mark.slow
+
 PAGE = (ROOT / "docs" / "hardware.md").read_text()
 
 

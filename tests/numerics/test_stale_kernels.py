@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 CALLEE = "from numerics.kernels import kernel\n\n@kernel()\ndef tuned(x):\n    return x + {}.0\n"
 BETWEEN = "from sample.callee import tuned\n"
 CALLER = (

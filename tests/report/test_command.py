@@ -11,6 +11,8 @@ from report.errors import ReportError
 from report.records import read_result
 from tests.report.conftest import RunMaker
 
+pytestmark = pytest.mark.slow
+
 
 def run(root: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run the command in the project's folder."""

@@ -10,6 +10,8 @@ from bridge.errors import ServerError
 from bridge.mocks import MockImageServer, MockVisionServer, mock_image_server, mock_vision_server
 from tests.session.command import ROOT, controller
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["mock_image_server", "mock_vision_server"]
 
 NEVER = "0.000001"

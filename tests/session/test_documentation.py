@@ -12,6 +12,8 @@ import pytest
 
 from tests.session.command import ROOT, controller
 
+pytestmark = pytest.mark.slow
+
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 

@@ -11,6 +11,8 @@ import pytest
 
 from tests.session.command import alive, servers_of, start_controller
 
+pytestmark = pytest.mark.slow
+
 SERVERS = {"image_server", "vision_server"}
 
 

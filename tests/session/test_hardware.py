@@ -19,6 +19,8 @@ from tests.equipment.line import EmulatedLineDriver
 from tests.image_server.v4l2.scripted_camera import HEIGHT, WIDTH, ScriptedCamera
 from tests.session.command import controller
 
+pytestmark = pytest.mark.slow
+
 SEED_POSE = "[target.seed_pose]\nrotation_vector = [0.5, 0.7, 0.1]\ntranslation = [0.0, 0.0, 0.6]\n"
 CAMERA = CameraDescription(width=WIDTH, height=HEIGHT, fx=80.0, fy=80.0, cx=31.5, cy=23.5)
 

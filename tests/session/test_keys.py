@@ -12,6 +12,8 @@ import pytest
 from bridge.keys import make_keys
 from tests.session.command import ROOT, controller
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def keys(tmp_path: Path) -> Path:

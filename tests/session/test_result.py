@@ -11,6 +11,8 @@ import pytest
 from bridge.mocks import MockImageServer, MockVisionServer, mock_image_server, mock_vision_server
 from tests.session.command import ROOT, controller
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["mock_image_server", "mock_vision_server"]
 
 SCHEMA = json.loads((ROOT / "session" / "result.schema.json").read_text())

@@ -10,6 +10,8 @@ import pytest
 from tests.session.command import controller
 from tests.session.test_ends import gone, running_session
 
+pytestmark = pytest.mark.slow
+
 OPTIONS = (
     "--controller",
     "simple",

@@ -3,8 +3,12 @@
 import json
 from pathlib import Path
 
+import pytest
+
 from stack.read import FramesStack, load_stack
 from tests.session.command import controller
+
+pytestmark = pytest.mark.slow
 
 
 def test_a_session_runs_from_any_folder_and_its_images_can_be_moved(tmp_path: Path) -> None:

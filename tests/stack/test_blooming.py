@@ -5,6 +5,8 @@ import pytest
 
 from stack.blooming import bloomed
 
+pytestmark = pytest.mark.slow
+
 
 def plain(charge: np.ndarray, well: float, share: float) -> np.ndarray:
     """The same rule, one column and one pixel at a time."""

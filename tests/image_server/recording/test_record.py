@@ -18,6 +18,8 @@ from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
 from stack.read import BasisStack, load_stack
 
+pytestmark = pytest.mark.slow
+
 APERTURE = 4.0
 SETTINGS = [
     Settings(lights=(7, 0, 0), shutter_s=1 / 60, aperture=APERTURE),

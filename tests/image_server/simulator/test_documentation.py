@@ -11,6 +11,8 @@ from image_server.simulator.material import Appearance
 from image_server.simulator.scenario import SCENARIOS, Scenario
 from stack.tables import Table
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def text(root: Path) -> str:

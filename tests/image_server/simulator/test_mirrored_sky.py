@@ -10,6 +10,8 @@ from image_server.simulator.scenario import load_scenario
 from image_server.simulator.shading import microfacets
 from image_server.simulator.sky import Earth, Sky, earth_radiance, mirrored
 
+pytestmark = pytest.mark.slow
+
 
 def lobe(n: np.ndarray, v: np.ndarray, alpha: float, reflectance: float, sky: Sky, side: int = 100) -> float:
     """The sky that a GGX face mirrors: its integral over half vectors, drawn as the facets lie."""

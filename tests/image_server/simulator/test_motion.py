@@ -13,6 +13,8 @@ from image_server.simulator.scenario import Background, Scenario, Time
 from stack.sensor import blurred
 from tests.stack.cameras import camera as still
 
+pytestmark = pytest.mark.slow
+
 SHUTTER_S = 1 / 15
 MOMENTS = 15
 

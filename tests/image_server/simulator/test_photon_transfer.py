@@ -5,6 +5,8 @@ import pytest
 
 from benchmarks.photon_transfer import bracket, camera_with, linearity, transfer
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize(("gain", "read_noise_e", "full_well_e"), [(2.0, 40.0, 10000.0), (4.0, 15.0, 5000.0)])
 def test_photon_transfer_tells_gain_well_and_read_noise(

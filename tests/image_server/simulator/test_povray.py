@@ -24,6 +24,8 @@ from image_server.simulator.scene import joined, target_part
 from image_server.simulator.sky import Sky
 from image_server.simulator.tracing import traced
 
+pytestmark = pytest.mark.slow
+
 CAMERA = Camera(160, 120, 200.0, 200.0, 79.5, 59.5)
 POSE = Pose(np.array([0.4, 0.5, 0.1]), np.array([0.0, 0.0, 0.6]))
 LAMP = Light(name="led", position=(0.3, -0.1, 0.0), aim=(-0.3, 0.1, 0.6), half_intensity_deg=20.0)

@@ -190,6 +190,7 @@ def test_a_sun_behind_the_earth_is_an_error() -> None:
         Simulator("cube", Scenario(sun=Sun(direction=(0, 0, 1)), earth=Earth(direction=(0, 0, 1))))
 
 
+@pytest.mark.slow
 def test_large_frames_come_too() -> None:
     large = Camera(width=4096, height=3072, fx=5120.0, fy=5120.0, cx=2047.5, cy=1535.5)
     far = PoseDraw(range_m=(1.6, 1.6))

@@ -15,6 +15,8 @@ from vision_server.channels.channel import channel_statistics
 from vision_server.channels.image_files import read_grey
 from vision_server.edges.merging import merge_channels
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def images(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:

@@ -12,6 +12,8 @@ import pytest
 from geometry.pose import Pose, disturbed
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, photographed
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:

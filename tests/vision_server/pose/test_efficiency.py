@@ -5,6 +5,8 @@ import pytest
 
 from benchmarks.cramer_rao import CHI_SQUARE_6, points_trial, row_of, run_trial
 
+pytestmark = pytest.mark.slow
+
 TRIALS = 600
 
 

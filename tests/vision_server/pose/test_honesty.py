@@ -16,6 +16,8 @@ from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_imag
 from vision_server.matching import MATCHERS
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
 
+pytestmark = pytest.mark.slow
+
 RIGHT = (1.0, 0.01)  # degrees, share of the range
 DOUBT = 0.8  # scores under this are not believed
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)

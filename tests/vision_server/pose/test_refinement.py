@@ -133,6 +133,7 @@ def test_trust_prefers_straight_and_complete_lines(model: Model) -> None:
     assert half[0, seen].mean() < 0.5 * rough[0, seen].mean()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("noise_sd_grey", "least", "most"), [(2.0, 0.3, 6.0), (9.0, 2.5, 9.0)])
 def test_the_covariance_is_honest(model: Model, noise_sd_grey: float, least: float, most: float) -> None:
     """Six on average where noise decides; less on these flawless pictures where the floor for lines does."""
