@@ -16,6 +16,8 @@
             same_situation/2,         % +Situation, +Situation1
             last_action/2             % +Situation, -Action
           ]).
+:- use_module(library(lists), [memberchk/2]).
+:- use_module(unfolding, [unfolded/2]).
 
 /** <module> What theories and situations look like
 
@@ -28,53 +30,31 @@ a certain theory has), and `possible` if some fluent may have several possible v
 Each accessor is also unfolded where it is called, so that it costs nothing.
 */
 
-:- discontiguous
-    accessor/1,
-    theory_module/2, instances_module/2, initial_values/2, plain_actions/2, theory_certain/1,
-    make_theory/5, make_situation/6, situation_theory/2, situation_module/2, situation_values/2,
-    situation_history/2, situation_length/2, situation_open/2, values_certain/1,
-    same_situation/2, last_action/2.
+make_theory(Module, Home, Tries, Certainty, th(Module, Home, Tries, Certainty)).
+theory_module(th(Module, _, _, _), Module).
+instances_module(th(_, Home, _, _), Home).
+initial_values(th(_, _, tries(Initial, _), _), Initial).
+plain_actions(th(_, _, tries(_, Plain), certain), Plain).
+theory_certain(th(_, _, _, certain)).
 
-term_expansion(accessor(Head), [Head, accessor(Head)]).
-
-accessor(make_theory(Module, Home, Tries, Certainty, th(Module, Home, Tries, Certainty))).
-accessor(theory_module(th(Module, _, _, _), Module)).
-accessor(instances_module(th(_, Home, _, _), Home)).
-accessor(initial_values(th(_, _, tries(Initial, _), _), Initial)).
-accessor(plain_actions(th(_, _, tries(_, Plain), certain), Plain)).
-accessor(theory_certain(th(_, _, _, certain))).
-
-accessor(make_situation(Theory, Values, History, N, Open, s(Theory, Values, History, N, Open))).
-accessor(situation_theory(s(Theory, _, _, _, _), Theory)).
-accessor(situation_module(s(th(Module, _, _, _), _, _, _, _), Module)).
-accessor(situation_values(s(_, Values, _, _, _), Values)).
-accessor(situation_history(s(_, _, History, _, _), History)).     % newest action first
-accessor(situation_length(s(_, _, _, N, _), N)).
-accessor(situation_open(s(_, _, _, _, Open), Open)).
-accessor(values_certain(s(th(_, _, _, certain), _, _, _, _))).
-accessor(same_situation(s(_, _, _, N, _), s(_, _, _, N, _))).     % no action in between
-accessor(last_action(s(_, _, [A|_], _, _), A)).
+make_situation(Theory, Values, History, N, Open, s(Theory, Values, History, N, Open)).
+situation_theory(s(Theory, _, _, _, _), Theory).
+situation_module(s(th(Module, _, _, _), _, _, _, _), Module).
+situation_values(s(_, Values, _, _, _), Values).
+situation_history(s(_, _, History, _, _), History).     % newest action first
+situation_length(s(_, _, _, N, _), N).
+situation_open(s(_, _, _, _, Open), Open).
+values_certain(s(th(_, _, _, certain), _, _, _, _)).
+same_situation(s(_, _, _, N, _), s(_, _, _, N, _)).     % no action in between
+last_action(s(_, _, [A|_], _, _), A).
 
 :- multifile system:goal_expansion/2.
 
-system:goal_expansion(Goal, Unified) :-
+system:goal_expansion(Goal, Unifications) :-
     callable(Goal),
     functor(Goal, Name, Arity),
-    functor(Accessor, Name, Arity),
-    accessor(Accessor),
+    module_property(indigolog_representation, exports(Accessors)),
+    memberchk(Name/Arity, Accessors),
     prolog_load_context(module, Module),
     predicate_property(Module:Goal, imported_from(indigolog_representation)),
-    Goal =.. [_|Args],
-    Accessor =.. [_|Patterns],
-    unifications(Args, Patterns, true, Unified).
-
-unifications([], [], Goal, Goal).
-unifications([Arg|Args], [Pattern|Patterns], Goal0, Goal) :-
-    (   var(Pattern)
-    ->  Arg = Pattern,
-        Goal1 = Goal0
-    ;   Goal0 == true
-    ->  Goal1 = (Arg = Pattern)
-    ;   Goal1 = (Goal0, Arg = Pattern)
-    ),
-    unifications(Args, Patterns, Goal1, Goal).
+    unfolded(indigolog_representation:Goal, Unifications).

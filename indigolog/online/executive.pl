@@ -5,6 +5,7 @@
           ]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3, meta_options/3]).
+:- use_module(library(record)).
 :- use_module('../language/chance').
 :- use_module('../language/context', [top_context/1]).
 :- use_module(devices).
@@ -16,6 +17,7 @@
 :- use_module('../language/situation').
 :- use_module(terminal, [ask_in/2]).
 :- use_module('../language/theory').
+:- use_module('../language/unfolding', [unfolded/2]).
 :- use_module('../language/semantics', [final/3, step/4]).
 
 :- meta_predicate run(+, :).
@@ -27,9 +29,23 @@ then makes one step of the program: a step is first looked for, and only a
 program that has none may end.  An action of the step is carried to the device
 that can execute it before the next turn.
 
-What stays the same during a run is x(Devices, Journal, on(OnAction, OnFact), Max,
-MaxWait, Mode), Mode being `live`, or `replay` where only a journal is followed.
+A journal that is followed is a list of entries, of which `skip` many need not be written
+again.  The mode of a run is `live`, or `replay` where only a journal is followed.
 */
+
+:- record turn(program, situation, number=0, count=0, entries=[], skip=0).
+:- record setting(devices, journal, on_action, on_fact, max, max_wait, mode).
+
+record_goal(Goal) :-
+    functor(Goal, Name, Arity),
+    (   Arity =:= 2, ( sub_atom(Name, 0, _, _, turn_) ; sub_atom(Name, 0, _, _, setting_) )
+    ;   Arity =:= 3, sub_atom(Name, _, _, 0, '_of_turn')
+    ),
+    !.
+
+goal_expansion(Goal, Unifications) :-
+    record_goal(Goal),
+    unfolded(indigolog_executive:Goal, Unifications).
 
 :- dynamic requested/1.               % stop(Reason) or abort
 
@@ -69,15 +85,19 @@ run(Program, Options0) :-
     setup_call_cleanup(
         opened(Mode, Options, Theory, File, Devices, Journal),
         ( begin(Skip, Journal, begun(Program, Seed)),
-          X = x(Devices, Journal, on(OnAction, OnFact), Max, MaxWait, Mode),
+          make_setting([ devices(Devices), journal(Journal), on_action(OnAction), on_fact(OnFact),
+                         max(Max), max_wait(MaxWait), mode(Mode) ], X),
+          make_turn([program(Program), situation(S0), entries(Entries), skip(Skip)], First),
           nb_setval(indigolog_silent, 0),
           option(max_silent(Silent), Options, default),
           catch(with_patience(Silent,
-                    turn(Program, S0, 0, 0, Entries, Skip, X, S, Rest, Outcome)),
+                    turn(First, X, Last, Outcome)),
                 Error,
                 ended_by(Error, Journal)),
           journal_write(Journal, ended(Outcome)) ),
         closed(Devices, Journal)),
+    turn_situation(Last, S),
+    turn_program(Last, Rest),
     situation_history(S, History),
     option(history(History), Options, _),
     option(situation(S), Options, _),
@@ -178,55 +198,66 @@ begin(_, _, _) =>
 
                 /* One turn */
 
-% turn(+E, +S, +Turn, +Count, +Entries, +Skip, +X, -FinalSituation, -Rest, -Outcome)
+% turn(+Turn, +Setting, -Last, -Outcome): from Turn on, to the Last.
 
-turn(E, S0, T, Count, Entries0, Skip0, X, S, Rest, Outcome) :-
+turn(T0, X, T, Outcome) :-
+    turn_entries(T0, Entries0),
     (   requested(Request)
     ->  by_request(Request),
-        S = S0, Rest = E, Outcome = aborted
+        T = T0,
+        Outcome = aborted
     ;   Entries0 == [],
-        X = x(_, _, _, _, _, replay)
-    ->  S = S0, Rest = E, Outcome = replayed
-    ;   arrived(Entries0, T, X, Events, Entries),
-        take_in(Events, T, X, S0, S1, Skip0, Skip),
-        resumed_if_last(Entries0, Entries, X, S1),
-        (   next(Entries, T, E, S1, E1, S2)
-        ->  stepped(E, S1, E1, S2, T, Count, Entries, Skip, X, S, Rest, Outcome)
-        ;   Entries \== []
-        ->  Entries = [Entry|_],
+        setting_mode(X, replay)
+    ->  T = T0,
+        Outcome = replayed
+    ;   take_in(X, T0, T1),
+        turn_entries(T1, Entries),
+        resumed_if_last(Entries0, X, T1),
+        (   next(T1, E, S)
+        ->  stepped(T1, E, S, X, T, Outcome)
+        ;   Entries = [Entry|_]
+        ->  turn_program(T1, E),
             throw(error(golog(journal_differs(Entry, E)), _))
-        ;   S = S1, Rest = E,
-            (   top_context(C),
-                final(E, S1, C)
-            ->  Outcome = final
-            ;   Outcome = failed
-            )
+        ;   T = T1,
+            ( may_end(T) -> Outcome = final ; Outcome = failed )
         )
     ).
 
-stepped(E, S1, E1, S2, T, Count, Entries, Skip, X, S, Rest, Outcome) :-
-    T1 is T+1,
-    situation_length(S1, N1),
-    situation_length(S2, N2),
-    (   N1 =:= N2
-    ->  nb_getval(indigolog_silent, Silent),
-        Silent1 is Silent+1,
-        still_patient(Silent1, E1, S2),
-        nb_setval(indigolog_silent, Silent1),
-        turn(E1, S2, T1, Count, Entries, Skip, X, S, Rest, Outcome)
+may_end(T) :-
+    turn_program(T, E),
+    turn_situation(T, S),
+    top_context(C),
+    final(E, S, C).
+
+% stepped(+Turn, +E, +S, +Setting, -Last, -Outcome): the step of Turn leads to E and S.
+stepped(T0, E, S, X, T, Outcome) :-
+    turn_situation(T0, S0),
+    turn_number(T0, N0),
+    N is N0+1,
+    set_number_of_turn(N, T0, T00),
+    set_program_of_turn(E, T00, T1),
+    (   same_situation(S0, S)
+    ->  nb_getval(indigolog_silent, Silent0),
+        Silent is Silent0+1,
+        still_patient(Silent, E, S),
+        nb_setval(indigolog_silent, Silent),
+        set_situation_of_turn(S, T1, T2),
+        turn(T2, X, T, Outcome)
     ;   nb_setval(indigolog_silent, 0),
-        situation_history(S2, [A|_]),
-        X = x(_, _, _, Max, _, _),
+        last_action(S, A),
+        turn_count(T0, Count),
+        setting_max(X, Max),
         (   A == wait
-        ->  wait_for_events(Entries, X),
-            turn(E1, S1, T1, Count, Entries, Skip, X, S, Rest, Outcome)
+        ->  wait_for_events(T1, X),
+            turn(T1, X, T, Outcome)
         ;   A == abort
-        ->  S = S2, Rest = E1, Outcome = aborted
+        ->  set_situation_of_turn(S, T1, T),
+            Outcome = aborted
         ;   Count >= Max
-        ->  S = S1, Rest = E, Outcome = limit
-        ;   do_action(A, T, Entries, Skip, X, S1, S2, S3, Entries1, Skip1),
-            Count1 is Count+1,
-            turn(E1, S3, T1, Count1, Entries1, Skip1, X, S, Rest, Outcome)
+        ->  T = T0,
+            Outcome = limit
+        ;   do_action(A, N0, S, X, T1, T2),
+            turn(T2, X, T, Outcome)
         )
     ).
 
@@ -237,98 +268,132 @@ by_request(abort) :-
     retractall(requested(_)).
 
 % A step, and while a journal is followed the step that it tells of.
-next(Entries, T, E, S, E1, S1) :-
+next(T, E1, S1) :-
+    turn_program(T, E),
+    turn_situation(T, S),
     step(E, S, E1, S1),
-    as_told(Entries, T, S, S1),
+    as_told(T, S1),
     !.
 
-as_told([], _, _, _) =>
-    true.
-as_told([Entry|_], T, S, S1) =>
-    situation_length(S, N),
-    situation_length(S1, N1),
-    (   N =:= N1
-    ->  arg(1, Entry, T0),
-        T0 > T
-    ;   situation_history(S1, [A|_]),
-        (   A == wait
-        ->  true
-        ;   arg(1, Entry, T),
-            arg(2, Entry, A)
+as_told(T, S1) :-
+    turn_entries(T, Entries),
+    (   Entries = [Entry|_]
+    ->  turn_situation(T, S),
+        turn_number(T, N),
+        arg(1, Entry, Told),
+        (   same_situation(S, S1)
+        ->  Told > N
+        ;   last_action(S1, A),
+            (   A == wait
+            ->  true
+            ;   Told = N,
+                arg(2, Entry, A)
+            )
         )
+    ;   true
     ).
 
 
                 /* Exogenous actions */
 
-arrived([exogenous(T, A)|Entries0], T, X, Events, Entries) :-
-    !,
-    Events = [A|Events1],
-    arrived(Entries0, T, X, Events1, Entries).
-arrived([Entry|Entries], _, _, [], [Entry|Entries]) :-
-    !.
-arrived([], _, X, Events, []) :-
-    X = x(Devices, _, _, _, _, Mode),
-    (   Mode == replay
-    ->  Events = []
-    ;   arrived_events(Devices, Events)
+% What the journal tells of them, and then what the devices do.
+take_in(X, T0, T) :-
+    turn_entries(T0, Entries),
+    turn_number(T0, N),
+    (   Entries = [exogenous(N, A)|Entries1]
+    ->  set_entries_of_turn(Entries1, T0, T1),
+        taken_in(A, X, T1, T2),
+        take_in(X, T2, T)
+    ;   Entries == [],
+        setting_mode(X, live)
+    ->  setting_devices(X, Devices),
+        arrived_events(Devices, As),
+        take_in_all(As, X, T0, T)
+    ;   T = T0
     ).
 
-take_in([], _, _, S, S, Skip, Skip).
-take_in([A|As], T, X, S0, S, Skip0, Skip) :-
-    situation_theory(S0, Theory),
-    theory_module(Theory, Module),
+take_in_all([], _, T, T).
+take_in_all([A|As], X, T0, T) :-
+    taken_in(A, X, T0, T1),
+    take_in_all(As, X, T1, T).
+
+taken_in(A, X, T0, T) :-
+    turn_situation(T0, S0),
+    turn_number(T0, N),
+    situation_module(S0, Module),
     (   \+ \+ Module:exog_action(A)
     ->  progress(A, S0, S1),
-        happened(exogenous(T, A), A, X, S1, Skip0, Skip1)
+        set_situation_of_turn(S1, T0, T1),
+        happened(exogenous(N, A), A, X, T1, T)
     ;   print_message(warning, golog(undeclared_event(A))),
-        S1 = S0, Skip1 = Skip0
-    ),
-    take_in(As, T, X, S1, S, Skip1, Skip).
+        T = T0
+    ).
 
 % Write Fact to the journal, unless it came from there, and tell of Action.
-happened(Fact, Action, X, S, Skip0, Skip) :-
-    X = x(_, Journal, on(OnAction, OnFact), _, _, _),
+happened(Fact, Action, X, T0, T) :-
+    turn_skip(T0, Skip0),
     (   Skip0 > 0
-    ->  Skip is Skip0-1
-    ;   Skip = 0,
-        journal_write(Journal, Fact)
+    ->  Skip is Skip0-1,
+        set_skip_of_turn(Skip, T0, T)
+    ;   setting_journal(X, Journal),
+        journal_write(Journal, Fact),
+        T = T0
     ),
     progress_message(Fact),
+    turn_situation(T, S),
+    setting_on_action(X, OnAction),
+    setting_on_fact(X, OnFact),
     ( OnAction == none -> true ; ignore(call(OnAction, Action, S)) ),
     ( OnFact == none -> true ; ignore(call(OnFact, Fact, S)) ).
 
-wait_for_events([_|_], _).
-wait_for_events([], x(Devices, _, _, _, MaxWait, _)) :-
-    progress_message(waiting),
-    wait_for_event(Devices, MaxWait, requested(_)).
+wait_for_events(T, X) :-
+    (   turn_entries(T, [])
+    ->  progress_message(waiting),
+        setting_devices(X, Devices),
+        setting_max_wait(X, MaxWait),
+        wait_for_event(Devices, MaxWait, requested(_))
+    ;   true
+    ).
 
 
                 /* Primitive actions */
 
-% do_action(+A, +Turn, +Entries, +Skip, +X, +S1, +S2, -S3, -Entries1, -Skip1):
-% S1 is the situation before A, S2 the one after it, S3 with what was sensed.
+% do_action(+A, +Number, +S, +Setting, +Turn, -Turn1): A, of the turn of that Number, leads
+% from the situation of Turn to S, and with what was sensed to that of Turn1.
 
-do_action(A, T, Entries, Skip, X, S1, S2, S3, Entries1, Skip1) :-
-    (   Entries = [Entry|Entries1]
+do_action(A, N, S, X, T0, T) :-
+    turn_entries(T0, Entries0),
+    (   Entries0 = [Entry|Entries]
     ->  replayed(Entry, Result)
-    ;   Entries1 = [],
-        carry_out(A, X, S2, Result)
+    ;   Entries = [],
+        carry_out(A, X, S, Result)
     ),
     (   Result = failed(Reason)
-    ->  progress(failed(A, Reason), S1, S3),
-        happened(failed(T, A, Reason), failed(A, Reason), X, S3, Skip, Skip1)
+    ->  Done = failed(A, Reason),
+        Fact = failed(N, A, Reason),
+        turn_situation(T0, S0),
+        progress(Done, S0, S1)
     ;   Result = done(Sensing),
-        situation_theory(S2, Theory),
-        (   Sensing \== none,
-            sensing_action(Theory, A)
-        ->  boolean_if_relational(A, Sensing, Theory),
-            progress(e(A, Sensing), S2, S3)
-        ;   S3 = S2
-        ),
-        happened(executed(T, A, Sensing), A, X, S3, Skip, Skip1)
+        Done = A,
+        Fact = executed(N, A, Sensing),
+        sensed(A, Sensing, S, S1)
     ),
-    resumed_if_last(Entries, Entries1, X, S3).
+    turn_count(T0, Count0),
+    Count is Count0+1,
+    set_situation_of_turn(S1, T0, T1),
+    set_count_of_turn(Count, T1, T2),
+    set_entries_of_turn(Entries, T2, T3),
+    happened(Fact, Done, X, T3, T),
+    resumed_if_last(Entries0, X, T).
+
+sensed(A, Sensing, S, S1) :-
+    situation_theory(S, Theory),
+    (   Sensing \== none,
+        sensing_action(Theory, A)
+    ->  boolean_if_relational(A, Sensing, Theory),
+        progress(e(A, Sensing), S, S1)
+    ;   S1 = S
+    ).
 
 boolean_if_relational(A, Sensing, Theory) :-
     theory_module(Theory, Module),
@@ -342,14 +407,19 @@ boolean_if_relational(A, Sensing, Theory) :-
 replayed(executed(_, _, Sensing), done(Sensing)).
 replayed(failed(_, _, Reason), failed(Reason)).
 
-% The devices learn that they take over when the last entry has been followed.
-resumed_if_last([_|_], [], x(Devices, _, _, _, _, live), S) :-
-    !,
-    tell_resumed(Devices, S).
-resumed_if_last(_, _, _, _).
+% The devices learn that they take over when the last of Entries has been followed.
+resumed_if_last(Entries, X, T) :-
+    (   Entries = [_|_],
+        turn_entries(T, []),
+        setting_mode(X, live)
+    ->  setting_devices(X, Devices),
+        turn_situation(T, S),
+        tell_resumed(Devices, S)
+    ;   true
+    ).
 
 carry_out(A, X, S, Result) :-
-    X = x(Devices, _, _, _, _, _),
+    setting_devices(X, Devices),
     situation_theory(S, Theory),
     catch(( ask_in(S, execute_action(Devices, Theory, A, Sensing)),
             Result = done(Sensing) ),
@@ -358,8 +428,7 @@ carry_out(A, X, S, Result) :-
 
 % A failed action is an exogenous action if the theory declares it.
 failure(Error, A, S, Result) :-
-    situation_theory(S, Theory),
-    theory_module(Theory, Module),
+    situation_module(S, Module),
     (   Error = error(Reason, _),
         \+ \+ Module:exog_action(failed(A, Reason))
     ->  Result = failed(Reason)

@@ -132,8 +132,8 @@ mutation('one action too many', executive,
          "        ;   Count >= Max\n",
          "        ;   Count > Max\n").
 mutation('the world is asked after the program has ended', executive,
-         "        (   next(Entries, T, E, S1, E1, S2)\n",
-         "        (   next(Entries, T, E, S0, E1, S2)\n").
+         "        (   next(T1, E, S)\n",
+         "        (   next(T0, E, S)\n").
 
 main :-
     current_prolog_flag(argv, Argv),
