@@ -3,6 +3,7 @@
 :- use_module(library(filesex), [copy_file/2, delete_directory_and_contents/1, directory_file_path/3,
                                  directory_member/3, make_directory_path/1, relative_file_name/3]).
 :- use_module(library(process), [process_create/3, process_wait/2]).
+:- use_module(library(uri), [uri_file_name/2]).
 :- use_module(library(lists), [member/2]).
 
 /** <module> The interpreter is a pack that needs nothing else of this project */
@@ -54,6 +55,25 @@ test(attached, Status-Output == 0-"13\n") :-
     swipl(Tmp,
           [ '-g', "attach_packs('.', [])", '-g', "use_module(library(indigolog))",
             '-g', "load_theory('examples/elevator.pl'), do(control, [], H), length(H, N), writeln(N)",
+            '-t', halt ],
+          Status, Output).
+
+% Into an empty folder, and run in another that holds nothing but the example.
+test(installed, [ setup(( tmp_file(packs, Packs), make_directory(Packs) )),
+                  cleanup(delete_directory_and_contents(Packs)),
+                  Status-Output == 0-"13\n" ]) :-
+    nb_getval(pack_copy, Tmp),
+    uri_file_name(URL, Tmp),
+    format(atom(Install),
+           "use_module(library(prolog_pack)), pack_install('~w/indigolog', [interactive(false), silent(true), package_directory(~q)])",
+           [URL, Packs]),
+    format(atom(Attach), "attach_packs(~q, [])", [Packs]),
+    root(Root),
+    directory_file_path(Root, 'examples/elevator.pl', Example),
+    copy_file(Example, Packs),
+    swipl(Packs,
+          [ '-g', Install, '-g', Attach, '-g', "use_module(library(indigolog))",
+            '-g', "load_theory('elevator.pl'), do(control, [], H), length(H, N), writeln(N)",
             '-t', halt ],
           Status, Output).
 
