@@ -13,6 +13,10 @@ from msgspec import Meta
 PROTOCOL = 1
 """Version of the wire protocol."""
 
+SETTING_TOLERANCE = 1e-3
+"""Relative difference under which two values of a setting are the same one (1/60 written as 0.01667). Chosen
+by hand, far less than any camera's steps; `describe` tells it to those who choose settings."""
+
 Positive = Annotated[float, Meta(gt=0)]
 Fraction = Annotated[float, Meta(ge=0, le=1)]
 Level = Annotated[int, Meta(ge=0, le=65535)]
@@ -133,7 +137,10 @@ class SettingRange(Message, frozen=True):
 
 
 class Describe(Message, frozen=True):
-    """Result of `describe`: what an image server can do. Never the true pose."""
+    """Result of `describe`: what an image server can do. Never the true pose.
+
+    A setting whose relative difference from a listed value is within ``setting_tolerance`` is that value.
+    """
 
     device: str
     lights: tuple[LightDescription, ...]
@@ -146,6 +153,7 @@ class Describe(Message, frozen=True):
     target: TargetDescription | None = None
     movable: bool = False
     ranges: tuple[SettingRange, ...] = ()
+    setting_tolerance: Annotated[float, Meta(ge=0)] = SETTING_TOLERANCE
     events: str | None = None
 
 

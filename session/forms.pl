@@ -17,7 +17,7 @@ Objects of the wire protocol (docs/protocol.md) and of result.json (docs/result.
 %
 %   A device as of domain/reasoning/device.pl from what `describe` tells of it.
 
-device_term(D, device(Lights, D.shutters_s, D.apertures, Sensor, Reference)) :-
+device_term(D, device(Lights, D.shutters_s, D.apertures, Sensor, Reference, D.setting_tolerance)) :-
     maplist(light_term, D.lights, Lights),
     Sensor = sensor(D.camera.gain, D.camera.read_noise_e, D.camera.full_well_e, D.camera.gamma),
     Reference = exposure(D.reference.shutter_s, D.reference.aperture).

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from bridge.messages import LightDescription, ReferenceExposure, Settings
+from bridge.messages import SETTING_TOLERANCE, LightDescription, ReferenceExposure, Settings
 
 SHUTTERS_S = (1 / 240, 1 / 120, 1 / 60, 1 / 30, 1 / 15)
 """Shutters where a stack or scenario names none: the five of the paper's testbed, in steps of one stop."""
@@ -15,8 +15,6 @@ WHITE = 255.0
 """Grey value of full scale, 8 bits."""
 FULL_SCALE_16 = 65535.0
 """Value of the signal 1 in a linear 16-bit image."""
-SETTING_TOLERANCE = 1e-3
-"""Relative difference under which two values of a setting are the same one (1/60 written as 0.01667)."""
 
 
 def relative_exposure(shutter_s: float, aperture: float, reference: ReferenceExposure = REFERENCE) -> float:

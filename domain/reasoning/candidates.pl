@@ -18,7 +18,7 @@ levels) and needs not be: settings in one qualitative state give images that
 say much the same.  The search therefore looks at one representative of each
 state and ranks them by
 
-    promise = log2(worth) + 1.5 likelihood
+    promise = log2(worth) + likelihood_weight likelihood
 
 where `worth` is the precision with which the image is predicted to place an
 edge (prediction.pl: darkness, glare and blur all lower it) and `likelihood`
@@ -28,6 +28,15 @@ States similar to an unfavourable one are left out while there are others.
 
 Experience is experience(Readings, KeptStates, UnfavourableStates).
 */
+
+% Constants, chosen by hand on simulated sessions.
+likelihood_weight(1.5).                 % likelihood 1 is worth as much as a precision 2.8 times as high
+repetition(0.95).                       % states more alike than this are the same again
+resemblance(0.7).                       % states more alike than this share what is wrong with them
+metered_highlight(0.8).                 % of full scale: what an exposure program aims at
+least_highlight(1.0e-6).                % against the logarithm of zero
+common_fraction(Fraction) :- member(Fraction, [0, 1/3, 2/3, 1]).    % of all lights together
+lone_fraction(Fraction) :- member(Fraction, [1/2, 1]).              % of one light alone
 
 %!  candidate(+Device, -Settings) is nondet.
 %
@@ -52,11 +61,11 @@ distinct_lightings(Lights, Distinct) :-
     sort(All, Distinct).
 
 lighting_of(Lights, Levels) :-
-    member(Fraction, [0, 1/3, 2/3, 1]),
+    common_fraction(Fraction),
     maplist(at_fraction(Fraction), Lights, Levels).
 lighting_of(Lights, Levels) :-
     nth1(Alone, Lights, _),
-    member(Fraction, [1/2, 1]),
+    lone_fraction(Fraction),
     findall(Level, ( nth1(Index, Lights, Light), alone(Index, Alone, Fraction, Light, Level) ), Levels).
 lighting_of(Lights, Levels) :-
     nth1(Dark, Lights, _),
@@ -104,7 +113,8 @@ ranking(Device, experience(Readings, Kept, Unfavourable), Ranked) :-
 
 promise(prediction(_, _, _, Variance), State, Kept, Promise) :-
     likelihood(State, Kept, Likelihood),
-    Promise is -log(Variance) / log(2) + 1.5 * Likelihood.
+    likelihood_weight(Weight),
+    Promise is -log(Variance) / log(2) + Weight * Likelihood.
 
 %   The likelihood that an image in State shares information with the kept ones
 %   and adds to it.
@@ -115,22 +125,25 @@ likelihood(State, Kept, Likelihood) :-
     Likelihood is 4 * S * (1 - S).
 
 tried(Kept, Unfavourable, ranked(_, _, why(State, _, _))) :-
-    (   greatest_similarity(State, Kept, S), S > 0.95
-    ;   greatest_similarity(State, Unfavourable, S), S > 0.7
+    (   greatest_similarity(State, Kept, S), repetition(Most)
+    ;   greatest_similarity(State, Unfavourable, S), resemblance(Most)
     ),
+    S > Most,
     !.
 
 %!  best_exposure(+Device, +Readings, +Levels, -Settings) is det.
 %
-%   Shutter and aperture that bring the highlights of the target nearest to 0.8
-%   of full scale, as a camera's exposure program does.
+%   Shutter and aperture that bring the highlights of the target nearest to
+%   metered_highlight/1, as a camera's exposure program does.
 
 best_exposure(Device, Readings, Levels, Settings) :-
     fit(Device, Readings, Response),
+    metered_highlight(Wanted),
+    least_highlight(Least),
     aggregate_all(min(Miss, S),
                   ( candidate_exposure(Device, Levels, S),
                     predict_with(Device, Response, S, prediction(_, Highlight, _, _)),
-                    Miss is abs(log(max(Highlight, 1.0e-6) / 0.8)) ),
+                    Miss is abs(log(max(Highlight, Least) / Wanted)) ),
                   min(_, Settings)).
 
 candidate_exposure(Device, Levels, settings(Levels, Shutter, Aperture)) :-

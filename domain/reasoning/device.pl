@@ -3,6 +3,7 @@
             device_shutters/2,          % +Device, -ShuttersS
             device_apertures/2,         % +Device, -Apertures
             device_sensor/2,            % +Device, -Sensor
+            device_reference/2,         % +Device, -Exposure
             full_levels/2,              % +Device, -Levels
             middle_levels/2,            % +Device, -Levels
             light_count/2,              % +Device, -Count
@@ -22,27 +23,31 @@
 
 A device is described by its image server and is, here, the term
 
-    device(Lights, Shutters, Apertures, Sensor, Reference)
+    device(Lights, Shutters, Apertures, Sensor, Reference, Tolerance)
 
 with `Lights` a list of light(Name, Levels), `Levels` being `dead` for a light that failed, `Shutters` in seconds,
 `Apertures` as f-numbers, `Sensor` = sensor(Gain, ReadNoiseE, FullWellE, Gamma) and
 `Reference` = exposure(ShutterS, Aperture), the exposure that counts as zero
-stops.  Nothing here assumes a number of lights.
+stops.  A shutter or aperture that differs by no more than the fraction `Tolerance`
+from one that is offered is that one.  Nothing here assumes a number of lights.
 
 Settings are settings(Levels, ShutterS, Aperture), one level per light.
 */
 
 %!  device_lights(+Device, -Lights) is det.
-device_lights(device(Lights, _, _, _, _), Lights).
+device_lights(device(Lights, _, _, _, _, _), Lights).
 
 %!  device_shutters(+Device, -ShuttersS) is det.
-device_shutters(device(_, Shutters, _, _, _), Shutters).
+device_shutters(device(_, Shutters, _, _, _, _), Shutters).
 
 %!  device_apertures(+Device, -Apertures) is det.
-device_apertures(device(_, _, Apertures, _, _), Apertures).
+device_apertures(device(_, _, Apertures, _, _, _), Apertures).
 
 %!  device_sensor(+Device, -Sensor) is det.
-device_sensor(device(_, _, _, Sensor, _), Sensor).
+device_sensor(device(_, _, _, Sensor, _, _), Sensor).
+
+%!  device_reference(+Device, -Exposure) is det.
+device_reference(device(_, _, _, _, Reference, _), Reference).
 
 %!  full_levels(+Device, -Levels) is det.
 %
@@ -114,8 +119,8 @@ level_fraction(light(_, N), Level, Fraction) =>
 %
 %   How much more light than the reference exposure lets in, as a power of two.
 
-exposure_stops(device(_, _, _, _, exposure(Shutter0, Aperture0)),
-               settings(_, Shutter, Aperture), Stops) :-
+exposure_stops(Device, settings(_, Shutter, Aperture), Stops) :-
+    device_reference(Device, exposure(Shutter0, Aperture0)),
     Stops is log((Shutter / Aperture ** 2) / (Shutter0 / Aperture0 ** 2)) / log(2).
 
 %!  random_settings(+Device, -Settings) is det.
@@ -139,7 +144,7 @@ random_level(Light, Level) :-
 %   All lights half way up, and the exposure nearest to the reference.
 
 reference_settings(Device, settings(Levels, Shutter, Aperture)) :-
-    Device = device(_, Shutters, Apertures, _, exposure(Shutter0, Aperture0)),
+    Device = device(_, Shutters, Apertures, _, exposure(Shutter0, Aperture0), _),
     middle_levels(Device, Levels),
     nearest(Shutter0, Shutters, Shutter),
     nearest(Aperture0, Apertures, Aperture).
@@ -162,10 +167,11 @@ nearest_of([Value|Values], Wanted, Best, Nearest) :-
 settings_in_range(Device, settings(Levels, Shutter, Aperture)) :-
     device_lights(Device, Lights),
     maplist(level_in_range, Lights, Levels),
-    device_shutters(Device, Shutters),
-    offered(Shutter, Shutters),
-    device_apertures(Device, Apertures),
-    offered(Aperture, Apertures).
+    offered_exposure(Device, Shutter, Aperture, _, _).
+
+offered_exposure(device(_, Shutters, Apertures, _, _, Tolerance), Shutter0, Aperture0, Shutter, Aperture) :-
+    offered(Shutter0, Shutters, Tolerance, Shutter),
+    offered(Aperture0, Apertures, Tolerance, Aperture).
 
 level_in_range(light(_, dead), Level) =>
     integer(Level),
@@ -175,16 +181,17 @@ level_in_range(Light, Level) =>
     integer(Level),
     between(0, Top, Level).
 
-offered(Value, Values) :-
+offered(Value, Values, Tolerance, Offered) :-
     member(Offered, Values),
-    Value =:= Offered,
+    abs(Value - Offered) =< Tolerance * max(Value, Offered),
     !.
 
 %!  lit_settings(+Device, +Settings, -Lit) is det.
 %
-%   The same settings with every dead light at 0.
+%   The same settings, which are in range, with the exposure as it is offered and every dead light at 0.
 
-lit_settings(Device, settings(Levels, Shutter, Aperture), settings(Lit, Shutter, Aperture)) :-
+lit_settings(Device, settings(Levels, Shutter0, Aperture0), settings(Lit, Shutter, Aperture)) :-
+    offered_exposure(Device, Shutter0, Aperture0, Shutter, Aperture),
     device_lights(Device, Lights),
     maplist(lit_level, Lights, Levels, Lit).
 

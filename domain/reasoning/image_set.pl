@@ -45,8 +45,8 @@ kept_state(kept(_, State), State).
 %
 %   The device with one light dead: it stays in its place and is always off.
 
-without_light(device(Lights0, Shutters, Apertures, Sensor, Reference), Light,
-              device(Lights, Shutters, Apertures, Sensor, Reference)) :-
+without_light(device(Lights0, Shutters, Apertures, Sensor, Reference, Tolerance), Light,
+              device(Lights, Shutters, Apertures, Sensor, Reference, Tolerance)) :-
     maplist(kill(Light), Lights0, Lights).
 
 kill(Name, light(Name, _), light(Name, dead)) :-

@@ -31,26 +31,35 @@ worst_merit(100.0).
 
 default_threshold(1.0).
 
+%   What each part counts, and what is worth an image: docs/trust.md says how they were checked.
+weight(rms, 0.25).                      % px for a px of error
+weight(uncertainty, 200).               % a permille counts as 0.2 px
+weight(doubt, 10).                      % a percent counts as 0.1 px
+improvement(0.98).                      % of the merit: two percent less
+
 %!  merit(+Fix, -MeritPx) is det.
 %
 %   The error of the fit joined with what the fit cannot know: its uncertainty (one
 %   standard deviation, 0.01 for 1 % of the range or 1 degree) and the chance that it
-%   is wrong altogether.  A permille of uncertainty counts as 0.2 px, a percent of
-%   doubt as 0.1 px, so that neither an easy error nor a sharp wrong pose is enough.
+%   is wrong altogether, so that neither an easy error nor a sharp wrong pose is enough.
 
 merit(none, Merit) :-
     worst_merit(Merit).
 merit(fix(_, _, quality(Rms, Uncertainty, _, Score, _), _), Merit) :-
     worst_merit(Worst),
-    Merit is min(Worst, 0.25 * Rms + 200 * Uncertainty + 10 * (1 - Score)).
+    weight(rms, R),
+    weight(uncertainty, U),
+    weight(doubt, D),
+    Merit is min(Worst, R * Rms + U * Uncertainty + D * (1 - Score)).
 
 %!  improves(+Fix, +MeritPx) is semidet.
 %
-%   Fix is better than Merit by enough to be worth an image: 2 %.
+%   Fix is better than Merit by enough to be worth an image.
 
 improves(Fix, Merit) :-
     merit(Fix, New),
-    New < 0.98 * Merit.
+    improvement(Share),
+    New < Share * Merit.
 
 %!  fix_rms(+Fix, -RmsPx) is semidet.
 

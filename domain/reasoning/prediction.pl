@@ -36,6 +36,27 @@ two in fractions of full scale on a linear scale; BlurPx is `unknown` where no
 edge was measured.
 */
 
+% Constants. Where no source is named they are chosen by hand, on simulated sessions and the six recorded stacks.
+nominal(p50, 0.25).                     % linear brightness expected before anything was seen: mid-grey,
+nominal(p95, 0.5).                      % and highlights one stop above it
+prior_trust(light, 0.002).              % weight of a prior beside a reading's 1: one reading decides nearly all
+prior_trust(lens, 2.0).                 % lens and filter are known well enough: what is wider comes from
+prior_trust(blur, 0.002).               %   aperture or shutter
+prior_blur(lens, 1.0).                  % px^2: an edge of one pixel
+prior_blur(blur, 0.5).                  % px^2, at the widest aperture, and at the reference shutter
+sun_share(0.5).                         % prior: the sun is like one light half on
+least_blur_px2(0.25).                   % half a pixel: no lens and pixel do better
+edge_contrast(0.4).                     % of a typical model edge, as a fraction of the brightness
+grey_step(0.3).                         % standard deviation of rounding to whole grey values: 1 / sqrt(12)
+crowding(0.05).                         % px^2 of variance for each px^3 of blur: what is not noise
+clipped(0.97).                          % a percentile above this is saturated
+safe_highlight(0.9).                    % predicted highlights above this lose edges,
+overshoot_power(4).                     %   with this power of the excess
+least_value(1.0e-4).                    % of a reading: below it an image is black
+least_input(0.05).                      % light below which a reading says nothing about the scale
+least_seen(1.0e-6).                     % against division by zero
+fitting_sweeps(25).                     % of coordinate descent: coefficients then change by less than a thousandth
+
 %!  predict(+Device, +Readings, +Settings, -Prediction) is det.
 %
 %   Prediction is prediction(Brightness, Highlight, BlurPx, EdgeVariance): the
@@ -54,12 +75,12 @@ fit(Device, Readings, response(Middle, Highlight, Blur)) :-
     findall(X-Y, ( member(Reading, Readings), light_reading(Device, p50, Reading, X, Y) ), Middles),
     findall(X-Y, ( member(Reading, Readings), light_reading(Device, p95, Reading, X, Y) ), Highlights),
     findall(X-Y, ( member(Reading, Readings), blur_reading(Device, Reading, X, Y) ), Blurs),
-    light_prior(Device, 0.25, Middles, MiddlePrior),
-    light_prior(Device, 0.5, Highlights, HighlightPrior),
+    light_prior(Device, p50, Middles, MiddlePrior),
+    light_prior(Device, p95, Highlights, HighlightPrior),
+    blur_prior(BlurPrior),
     non_negative_least_squares(Middles, MiddlePrior, Middle),
     non_negative_least_squares(Highlights, HighlightPrior, Highlight),
-    % lens and filter are known well enough: what is wider comes from aperture or shutter
-    non_negative_least_squares(Blurs, [prior(1.0, 2.0), prior(0.5, 0.002), prior(0.5, 0.002)], Blur).
+    non_negative_least_squares(Blurs, BlurPrior, Blur).
 
 %!  predict_with(+Device, +Response, +Settings, -Prediction) is det.
 
@@ -73,23 +94,31 @@ predict_with(Device, response(Middle, Highlight, Blur), Settings,
     Brightest is Exposure * Y95,
     blur_inputs(Device, Settings, B),
     dot(Blur, B, Squared),
-    BlurPx is sqrt(max(Squared, 0.25)),
+    least_blur_px2(Least),
+    BlurPx is sqrt(max(Squared, Least)),
     edge_variance(Device, Brightness, Brightest, BlurPx, Variance).
 
-%   The contrast of a typical model edge is taken as 0.4 of the brightness.  Past
-%   saturation the edges of the brightest part are lost.
+%   Past saturation the edges of the brightest part are lost.
 edge_variance(Device, Brightness, Brightest, BlurPx, Variance) :-
+    least_seen(Least),
+    Seen is max(min(Brightness, 1.0), Least),
+    noise_variance(Device, Seen, Noise2),
+    edge_contrast(Share),
+    Contrast is Share * Seen,
+    crowding(Crowding),
+    safe_highlight(Safe),
+    overshoot_power(Power),
+    Overshoot is max(1.0, Brightest / Safe),
+    Variance is (2 * sqrt(pi) * BlurPx * Noise2 / Contrast ** 2 + Crowding * BlurPx ** 3) * Overshoot ** Power.
+
+%   Shot noise, read noise and rounding, on a linear scale where 1 is saturation.
+noise_variance(Device, Seen, Noise2) :-
     device_sensor(Device, sensor(Gain, ReadE, FullWellE, Gamma)),
     FullScaleE is FullWellE / Gain,
-    Seen is max(min(Brightness, 1.0), 1.0e-6),
+    grey_step(Deviation),
     % a grey value is seen ** (1/Gamma): a step of it is wider in bright parts than in dark ones
-    Step is 0.3 / 255 * Gamma * Seen ** (1 - 1 / Gamma),
-    Noise2 is Seen / FullScaleE + (ReadE / FullScaleE) ** 2 + Step ** 2,
-    Contrast is 0.4 * Seen,
-    Overshoot is max(1.0, Brightest / 0.9),
-    Variance is ( 2 * sqrt(pi) * BlurPx * Noise2 / Contrast ** 2
-                + 0.05 * BlurPx ** 3
-                ) * Overshoot ** 4.
+    Step is Deviation / 255 * Gamma * Seen ** (1 - 1 / Gamma),
+    Noise2 is Seen / FullScaleE + (ReadE / FullScaleE) ** 2 + Step ** 2.
 
                 /*******************************
                 *           READINGS           *
@@ -101,9 +130,11 @@ light_reading(Device, Which, reading(Settings, Statistics), X, Y) :-
     exposure(Device, Settings, Exposure),
     light_inputs(Device, Settings, X),
     % a saturated reading says "at least": the more is saturated, the more is hidden
-    (   Value > 0.97
+    clipped(Clipped),
+    least_value(Least),
+    (   Value > Clipped
     ->  Y is Value * 2 ** (1 + 2 * Saturated) / Exposure
-    ;   Y is max(Value, 1.0e-4) / Exposure
+    ;   Y is max(Value, Least) / Exposure
     ).
 
 blur_reading(Device, reading(Settings, Statistics), X, Y) :-
@@ -123,36 +154,48 @@ blur_inputs(Device, settings(_, Shutter, Aperture), [1.0, Defocus, Motion]) :-
     device_apertures(Device, Apertures),
     min_list(Apertures, Widest),
     Defocus is (Widest / Aperture) ** 2,
-    Motion is (Shutter * 60) ** 2.
+    device_reference(Device, exposure(Reference, _)),
+    Motion is (Shutter / Reference) ** 2.
 
                 /*******************************
                 *            FITTING           *
                 *******************************/
 
-% All lights alike, and the sun like one light half on; the scale is what the
-% readings say, or Nominal at the reference exposure with every light half on.
-light_prior(Device, Nominal, Readings, [prior(Half, 0.002)|Equal]) :-
+blur_prior([prior(Lens, LensTrust), prior(Blur, Trust), prior(Blur, Trust)]) :-
+    prior_blur(lens, Lens),
+    prior_trust(lens, LensTrust),
+    prior_blur(blur, Blur),
+    prior_trust(blur, Trust).
+
+% All lights alike; the scale is what the readings say, or the nominal one at the
+% reference exposure with every light half on.
+light_prior(Device, Which, Readings, [prior(Sun, Trust)|Equal]) :-
+    sun_share(Share),
+    prior_trust(light, Trust),
     device_lights(Device, Lights),
     length(Lights, N),
     length(Ones, N),
     maplist(=(1.0), Ones),
-    Unit = [0.5|Ones],
+    Unit = [Share|Ones],
     (   Readings == []
-    ->  Scale is Nominal / (0.5 + 0.5 * N)
-    ;   findall(S, ( member(X-Y, Readings), dot(Unit, X, U), S is log(Y / max(U, 0.05)) ), Logs),
+    ->  nominal(Which, Nominal),
+        Scale is Nominal / (Share + 0.5 * N)
+    ;   least_input(Least),
+        findall(S, ( member(X-Y, Readings), dot(Unit, X, U), S is log(Y / max(U, Least)) ), Logs),
         sum_list(Logs, Sum),
         length(Logs, Count),
         Scale is exp(Sum / Count)
     ),
-    Half is 0.5 * Scale,
+    Sun is Share * Scale,
     length(Equal, N),
-    maplist(=(prior(Scale, 0.002)), Equal).
+    maplist(=(prior(Scale, Trust)), Equal).
 
 %   Coordinate descent on  sum_i ((y_i - c.x_i) / y_i)^2 + sum_j w_j ((c_j - p_j) / p_j)^2,
 %   c >= 0, from the priors prior(p_j, w_j).
 non_negative_least_squares(Readings, Prior, Coefficients) :-
     maplist(prior_value, Prior, Start),
-    sweeps(25, Readings, Prior, Start, Coefficients).
+    fitting_sweeps(Sweeps),
+    sweeps(Sweeps, Readings, Prior, Start, Coefficients).
 
 prior_value(prior(Value, _), Value).
 

@@ -23,6 +23,19 @@ output), `Direction` one of `none`, `even` or `from(Light)`, and `Exposure` the
 whole number of stops above the reference exposure.
 */
 
+% Constants. The paper gives no numbers for its words; these are chosen by hand.
+brightness_below(dim, 0.34).            % mean output of the lights: thirds
+brightness_below(medium, 0.67).
+directed_share(0.6).                    % of the light: one that gives so much gives the direction
+brightness_factor(0.7).                 % similarity for each step of brightness apart
+exposure_factor(0.75).                  % and for each stop of exposure apart
+even_and_directed(0.6).                 % similarity of even light and light from one side
+other_directions(0.3).                  % and of any other two directions
+glare_from(0.2).                        % share of saturated pixels
+dark_highlight(0.08).                   % an image whose highlights are below this is dark,
+dark_from(0.8).                         % as is one with this share of dark pixels
+longest_in_fractions_s(0.5).            % shutters are written as 1/n s below this
+
 %!  qualitative_state(+Device, +Settings, -State) is det.
 
 qualitative_state(Device, Settings, state(Brightness, Direction, Exposure)) :-
@@ -38,8 +51,7 @@ brightness(Fractions, Brightness) :-
     length(Fractions, N),
     Mean is Sum / max(N, 1),
     (   Mean =:= 0 -> Brightness = off
-    ;   Mean < 0.34 -> Brightness = dim
-    ;   Mean < 0.67 -> Brightness = medium
+    ;   brightness_below(Word, Limit), Mean < Limit -> Brightness = Word
     ;   Brightness = bright
     ).
 
@@ -51,7 +63,8 @@ direction(Device, Fractions, Direction) :-
     ->  Direction = none
     ;   max_list(Fractions, Largest),
         N > 1,
-        Largest / Sum >= 0.6
+        directed_share(Share),
+        Largest / Sum >= Share
     ->  nth1(Index, Fractions, Largest),
         device_lights(Device, Lights),
         nth1(Index, Lights, light(Name, _)),
@@ -94,7 +107,8 @@ light_words(light(Name, _), Level, Words) :-
     format(atom(Words), "~w ~w", [Name, Level]).
 
 shutter_words(Shutter, Words) :-
-    Shutter < 0.5,
+    longest_in_fractions_s(Longest),
+    Shutter < Longest,
     !,
     Denominator is round(1 / Shutter),
     format(string(Words), "1/~d s", [Denominator]).
@@ -110,7 +124,9 @@ similarity(state(B1, D1, E1), state(B2, D2, E2), Similarity) :-
     brightness_rank(B1, R1),
     brightness_rank(B2, R2),
     direction_similarity(D1, D2, Direction),
-    Similarity is Direction * 0.7 ** abs(R1 - R2) * 0.75 ** abs(E1 - E2).
+    brightness_factor(Brightness),
+    exposure_factor(Exposure),
+    Similarity is Direction * Brightness ** abs(R1 - R2) * Exposure ** abs(E1 - E2).
 
 brightness_rank(off, 0).
 brightness_rank(dim, 1).
@@ -118,11 +134,9 @@ brightness_rank(medium, 2).
 brightness_rank(bright, 3).
 
 direction_similarity(D, D, 1.0) :- !.
-direction_similarity(none, _, 0.3) :- !.
-direction_similarity(_, none, 0.3) :- !.
-direction_similarity(even, from(_), 0.6) :- !.
-direction_similarity(from(_), even, 0.6) :- !.
-direction_similarity(from(_), from(_), 0.3).
+direction_similarity(even, from(_), S) :- !, even_and_directed(S).
+direction_similarity(from(_), even, S) :- !, even_and_directed(S).
+direction_similarity(_, _, S) :- other_directions(S).
 
 %!  greatest_similarity(+State, +States, -Similarity) is det.
 %
@@ -137,8 +151,8 @@ greatest_similarity(State, States, Similarity) :-
 %   What is wrong with an image, in one word: `dark`, `glare` or `good`.
 
 image_quality(statistics(_, P95, Dark, Saturated, _), Quality) :-
-    (   Saturated > 0.2 -> Quality = glare
-    ;   P95 < 0.08 -> Quality = dark
-    ;   Dark > 0.8 -> Quality = dark
+    (   glare_from(Glare), Saturated > Glare -> Quality = glare
+    ;   dark_highlight(Highlight), P95 < Highlight -> Quality = dark
+    ;   dark_from(Share), Dark > Share -> Quality = dark
     ;   Quality = good
     ).

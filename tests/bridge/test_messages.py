@@ -6,7 +6,7 @@ import pytest
 
 from bridge import messages as m
 
-SETTINGS: dict[str, Any] = {"lights": [0, 7, 3], "shutter_s": 0.0167, "aperture": 4.0}
+SETTINGS: dict[str, Any] = {"lights": [0, 7, 3], "shutter_s": 0.01667, "aperture": 4.0}
 POSE = {"rotation_vector": [0.1, 0.2, 0.3], "translation": [0, 0, 1]}
 START: dict[str, Any] = {"image_server": "ipc:///tmp/i"}
 CAMERA = {"width": 640, "height": 480, "fx": 700.0, "fy": 700.0, "cx": 319.5, "cy": 239.5}

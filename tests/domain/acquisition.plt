@@ -38,10 +38,5 @@ test(settings_thought_of_before_a_light_died_are_chosen_without_it, Outcome == f
                    ?(done(light_fault(left))),
                    choose(s),
                    ?(and([lit_settings(device, s, l), neg(l = s), settings = l])) ]) ], Outcome).
-test(exposures_that_no_camera_has_cannot_be_chosen, Outcome == failed) :-
-    outcome([ connect,
-              pi([s, l, n, m],
-                 [ ?(and([reference_settings(device, s), s =.. [n, l|_], m =.. [n, l, 7, 7]])),
-                   choose(m) ]) ], Outcome).
 
 :- end_tests(acquisition).

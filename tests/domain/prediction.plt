@@ -62,9 +62,9 @@ test(dark_glare_and_blur_cost) :-
     Good < Glare.
 test(a_tone_curve_makes_steps_finer_in_the_dark_and_coarser_in_the_light) :-
     testbed(Linear),
-    Linear = device(Lights, Shutters, Apertures, sensor(Gain, _, _, 1.0), Exposure),
-    Clean = device(Lights, Shutters, Apertures, sensor(Gain, 0.0, 1.0e9, 1.0), Exposure),
-    Curved = device(Lights, Shutters, Apertures, sensor(Gain, 0.0, 1.0e9, 2.2), Exposure),
+    Linear = device(Lights, Shutters, Apertures, sensor(Gain, _, _, 1.0), Exposure, Tolerance),
+    Clean = device(Lights, Shutters, Apertures, sensor(Gain, 0.0, 1.0e9, 1.0), Exposure, Tolerance),
+    Curved = device(Lights, Shutters, Apertures, sensor(Gain, 0.0, 1.0e9, 2.2), Exposure, Tolerance),
     readings(Linear, [ settings([7, 7, 7], 0.0166667, 4.0) ], Readings),
     forall(member(Settings-Order, [ settings([7, 7, 7], 0.0166667, 4.0)-(>), settings([0, 1, 0], 0.0041667, 5.6)-(<) ]),
            ( predict(Clean, Readings, Settings, prediction(_, _, _, Even)),
