@@ -19,7 +19,6 @@ def run(_: Namespace) -> int:
 
 
 def _list_cameras() -> None:
-    from image_server.v4l2.camera import describe_control
     from image_server.v4l2.controls import controls
     from image_server.v4l2.node import Node
     from image_server.v4l2.stream import formats
@@ -38,7 +37,7 @@ def _list_cameras() -> None:
             print(f"{path}: {node.card} ({node.driver}, {node.bus})")
             print(f"  formats: {', '.join(formats(node))}")
             for control in controls(node).values():
-                print(f"  {describe_control(control)}")
+                print(f"  {control.in_words()}")
         finally:
             node.close()
     if not found:

@@ -113,7 +113,13 @@ def _set_out(direction: Single, distance: float, normal: Floats, n: Floats, v: F
 
 @kernel(inline="always")
 def _scattered(
-    direction: Single, distance: float, pixel: Floats, n: Floats, p: Floats, surface: Floats, plane: Floats,
+    direction: Single,
+    distance: float,
+    pixel: Floats,
+    n: Floats,
+    p: Floats,
+    surface: Floats,
+    plane: Floats,
     pose: Floats,
 ) -> tuple[float, float, float, float]:
     """Albedo, averaged over a pixel that has a size; and the last place of it in the part's frame."""

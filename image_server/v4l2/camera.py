@@ -4,13 +4,15 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.errors import BadInput, DeviceError
+from bridge.errors import DeviceError
 from bridge.messages import SettingRange, Settings
-from image_server.v4l2.camera_file import Axis, CameraFile, proposal
+from image_server.v4l2.camera_file import CameraFile
 from image_server.v4l2.controls import SETTABLE, Control, controls, read_control, write_control
+from image_server.v4l2.file_check import check_card, check_controls, completed, named_control
 from image_server.v4l2.node import Node
 from image_server.v4l2.stream import START_DEADLINE_S, Freshness, Stamp, Stream, StreamFormat
 
@@ -58,12 +60,12 @@ class V4L2Camera:
         self._retries = self._lost = self._damaged = self._dropped = 0
         self._set: dict[str, int] = {}
         try:
-            self._check_card(file)
+            check_card(file, self._node)
             self.controls = controls(self._node)
-            self.file = self._completed(file)
+            self.file = completed(file, self.controls)
+            check_controls(self.file, self.controls, self._node)
             self._axes = self.file.axes()
-            self._check_controls()
-            self._format = StreamFormat(**{name: getattr(file.format, name) for name in _FORMAT_KEYS})
+            self._format = msgspec.convert(file.format, StreamFormat, from_attributes=True)
             self._stream = Stream(self._node, self._format)
             for name, value in self.file.controls.items():
                 self._write(name, value)
@@ -182,7 +184,7 @@ class V4L2Camera:
             value = getattr(settings, name)
             if value is not None:
                 assert axis.control is not None
-                wanted[axis.control] = _step(name, axis, value)
+                wanted[axis.control] = axis.number(name, value)
         changed = False
         for control, value in wanted.items():
             if self._set.get(control) != value:
@@ -206,8 +208,8 @@ class V4L2Camera:
             asked = getattr(settings, name)
             assert axis.control is not None
             value = read_control(self._node, self.controls[axis.control])
-            applied[name] = _meaning(axis, value)
-            verified &= asked is None or value == _step(name, axis, asked)
+            applied[name] = axis.meaning(value)
+            verified &= asked is None or value == axis.number(name, asked)
         return applied, verified
 
     def _holds(self, name: str, value: int) -> bool:
@@ -251,73 +253,5 @@ class V4L2Camera:
         self._stop()
         self._streaming()
 
-    # --- what the file says against what there is ---
-
-    def _check_card(self, file: CameraFile) -> None:
-        if file.card is not None and file.card != self._node.card:
-            raise BadInput(
-                f"The camera {file.device} is {self._node.card!r}, but its file was made for {file.card!r}.",
-                "Connect that camera, or calibrate this one: python -m image_server calibrate",
-            )
-
-    def _completed(self, file: CameraFile) -> CameraFile:
-        if file.controls or file.axes():
-            return file
-        proposed = proposal(self.controls)
-        return CameraFile(
-            **{name: getattr(file, name) for name in CameraFile.__struct_fields__}
-            | {"controls": proposed.controls, "shutter": proposed.shutter}
-        )
-
     def _control(self, name: str) -> Control:
-        if name not in self.controls:
-            raise BadInput(
-                f"The camera {self._node.path} ({self._node.card}) has no control {name}.",
-                f"It has {', '.join(self.controls) or 'none'}.",
-            )
-        return self.controls[name]
-
-    def _check_controls(self) -> None:
-        wanted = [(name, value) for name, value in self.file.controls.items()]
-        for axis in self._axes.values():
-            assert axis.control is not None
-            wanted += [(axis.control, value) for _, value in axis.steps]
-        for name, value in wanted:
-            control = self._control(name)
-            if control.read_only or control.kind not in SETTABLE:
-                raise BadInput(
-                    f"{self._node.path}: the control {name} cannot be set.",
-                    "Leave it out of the camera file.",
-                )
-            control.check(value, self._node.path)
-
-
-_FORMAT_KEYS = ("pixel_format", "width", "height", "frame_rate")
-
-
-def _step(name: str, axis: Axis, asked: float) -> int:
-    for value, number in axis.steps:
-        if abs(value - asked) <= 1e-9 * value:
-            return number
-    raise BadInput(
-        f"{name} = {asked:g} is not offered.", f"Allowed: {', '.join(f'{v:g}' for v in axis.values)}."
-    )
-
-
-def _meaning(axis: Axis, number: int) -> float:
-    """The setting that a control's value stands for, between steps by interpolation."""
-    steps = sorted(axis.steps, key=lambda step: step[1])
-    return float(np.interp(number, [n for _, n in steps], [value for value, _ in steps]))
-
-
-def describe_control(control: Control) -> str:
-    """A control on one line."""
-    unit = f" {control.unit}" if control.unit else ""
-    text = (
-        f"{control.name} ({control.kind}) {control.minimum}..{control.maximum} step {control.step}"
-        f" default {control.default}{unit}"
-    )
-    if control.menu:
-        text += ": " + ", ".join(f"{number} = {entry}" for number, entry in control.menu.items())
-    flags = [word for word, on in (("read-only", control.read_only), ("inactive", control.inactive)) if on]
-    return f"{text} [{', '.join(flags)}]" if flags else text
+        return named_control(self.controls, name, self._node)

@@ -1,25 +1,23 @@
 """The camera file: which camera, and which control value each setting means (docs/hardware.md)."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import msgspec
+import numpy as np
 from msgspec import Meta
 
 from bridge.errors import BadInput
 from bridge.messages import CameraDescription
-from image_server.v4l2.controls import EXPOSURE_MANUAL, EXPOSURE_UNIT_S, Control
-from stack.exposure import SHUTTERS_S
+from stack.exposure import REFERENCE
 from stack.tables import Table, as_table, read_toml
 
 Positive = Annotated[float, Meta(gt=0)]
 Size = Annotated[int, Meta(ge=1, le=65536)]
 
-NOMINAL_APERTURE = 4.0
+NOMINAL_APERTURE = REFERENCE.aperture
 """f-number that a lens without an iris is taken to have: the reference exposure's."""
-SAME_STEP = 0.05  # a shutter that the control can only approach by more than this is left out
+EXACT = 1e-9  # relative; settings come here as the camera file has them, but for a decimal's rounding
 DEFAULT_SETTLE_FRAMES = 3  # UVC cameras apply a new exposure one to three frames late
 
 
@@ -43,6 +41,19 @@ class Axis(Table, frozen=True):
     def values(self) -> tuple[float, ...]:
         """What can be asked for, in the setting's unit."""
         return tuple(value for value, _ in self.steps) or ((self.fixed,) if self.fixed else ())
+
+    def number(self, name: str, asked: float) -> int:
+        """The control's value for a setting, which is called so in the message of the BadInput otherwise."""
+        for value, number in self.steps:
+            if abs(value - asked) <= EXACT * value:
+                return number
+        listed = ", ".join(f"{value:g}" for value in self.values)
+        raise BadInput(f"{name} = {asked:g} is not offered.", f"Allowed: {listed}.")
+
+    def meaning(self, number: int) -> float:
+        """The setting that a control's value stands for, between steps by interpolation."""
+        steps = sorted(self.steps, key=lambda step: step[1])
+        return float(np.interp(number, [n for _, n in steps], [value for value, _ in steps]))
 
 
 class CameraFile(Table, frozen=True):
@@ -70,14 +81,6 @@ class CameraFile(Table, frozen=True):
         return {name: axis for name, axis in named.items() if axis is not None and axis.control is not None}
 
 
-@dataclass(frozen=True)
-class Proposal:
-    """What a camera without a file is taken to be: automatic modes off, usual shutters."""
-
-    controls: dict[str, int]
-    shutter: Axis | None
-
-
 def load_camera_file(given: str) -> CameraFile:
     """A camera file, or a device node as one that says nothing more.
 
@@ -102,42 +105,3 @@ def load_camera_file(given: str) -> CameraFile:
         if axis is not None and len(set(axis.values)) < len(axis.values):
             raise BadInput(f"{path}: [{name}] has two steps of the same value.")
     return table
-
-
-def proposal(controls: Mapping[str, Control]) -> Proposal:
-    """What can be known of a camera from its list of controls alone."""
-    fixed = {}
-    for name, value in (
-        ("exposure_auto", EXPOSURE_MANUAL),
-        ("exposure_auto_priority", 0),  # else a dark scene halves the frame rate
-        ("autogain", 0),
-        ("auto_white_balance", 0),
-        ("focus_auto", 0),
-        ("backlight_compensation", 0),
-    ):
-        control = controls.get(name)
-        if control is not None and not control.read_only and _offers(control, value):
-            fixed[name] = value
-    for name in ("gain", "analogue_gain"):
-        if name in controls and not controls[name].read_only:
-            fixed[name] = controls[name].minimum  # least noise
-    return Proposal(fixed, _shutters(controls.get("exposure_absolute")))
-
-
-def _shutters(control: Control | None) -> Axis | None:
-    if control is None or control.read_only:
-        return None
-    steps = {}
-    for seconds in SHUTTERS_S:
-        step = max(1, control.step)
-        value = control.minimum + step * round((seconds / EXPOSURE_UNIT_S - control.minimum) / step)
-        held = value * EXPOSURE_UNIT_S
-        if control.minimum <= value <= control.maximum and abs(held / seconds - 1) < SAME_STEP:
-            steps[value] = round(held, 9)
-    if not steps:
-        return None
-    return Axis(control=control.name, steps=tuple((seconds, value) for value, seconds in steps.items()))
-
-
-def _offers(control: Control, value: int) -> bool:
-    return value in control.menu if control.menu else control.minimum <= value <= control.maximum

@@ -108,6 +108,23 @@ class Control:
             unit = f" ({self.unit})" if self.unit else ""
             raise BadInput(f"{device}: {self.name} = {value} is out of range.", f"Allowed: {allowed}{unit}.")
 
+    @property
+    def settable(self) -> bool:
+        """Whether it can be set at all, to a number."""
+        return self.kind in SETTABLE and not self.read_only
+
+    def in_words(self) -> str:
+        """The control on one line."""
+        unit = f" {self.unit}" if self.unit else ""
+        text = (
+            f"{self.name} ({self.kind}) {self.minimum}..{self.maximum} step {self.step}"
+            f" default {self.default}{unit}"
+        )
+        if self.menu:
+            text += ": " + ", ".join(f"{number} = {entry}" for number, entry in self.menu.items())
+        flags = [word for word, on in (("read-only", self.read_only), ("inactive", self.inactive)) if on]
+        return f"{text} [{', '.join(flags)}]" if flags else text
+
 
 def controls(node: Requests) -> dict[str, Control]:
     """Every control of a camera that holds one value, by name."""
