@@ -38,7 +38,7 @@ def laboratory_device(options: Namespace) -> Hardware:
         A device that is busy, gone or does not answer.
     """
     from image_server.hardware import Hardware
-    from image_server.lights.rig import open_rig
+    from image_server.lights.opening import open_rig
     from image_server.v4l2.camera import V4L2Camera
     from image_server.v4l2.camera_file import load_camera_file
 

@@ -9,6 +9,7 @@ from msgspec import Meta
 
 from bridge.errors import BadInput
 from bridge.messages import LightDescription
+from image_server.lights.driver import LightDriver
 from stack.tables import Table, as_table, read_toml
 
 Protocol = Literal["line", "dmx_usb_pro"]
@@ -76,6 +77,22 @@ def load_lights_file(path: Path) -> LightsFile:
         if light.values is not None and light.values[0] != 0:
             raise BadInput(f"{path}: light {light.name!r} is not off at level 0 (values[0] is not 0).")
     return table
+
+
+def check_channels(file: LightsFile, driver: LightDriver) -> None:
+    """Refuse channels and values that a driver does not have."""
+    for light in file.lights:
+        if max(light.channels) > driver.channels:
+            raise BadInput(
+                f"Light {light.name!r} uses channel {max(light.channels)}, but {driver.identity} has"
+                f" {driver.channels} channels."
+            )
+        top = max(light.values or (light.full or driver.full,))
+        if top > driver.full:
+            raise BadInput(
+                f"Light {light.name!r} has a channel value of {top};"
+                f" {driver.identity} goes up to {driver.full}."
+            )
 
 
 def is_device(path: str) -> bool:

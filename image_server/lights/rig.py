@@ -4,15 +4,14 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from bridge.errors import BadInput, DeviceError
+import msgspec
+
+from bridge.errors import DeviceError
 from bridge.messages import LightDescription
-from image_server.lights.dmx_usb_pro import DmxUsbPro
 from image_server.lights.driver import LightDriver, Status
-from image_server.lights.lights_file import Light, LightsFile, is_device, load_lights_file
-from image_server.lights.line_protocol import LineDriver
+from image_server.lights.lights_file import Light, LightsFile, check_channels
 from image_server.lights.port import PortGoneError
 from image_server.lights.watchdog import Watchdog
 
@@ -70,7 +69,7 @@ class LightRig:
         self._heard = time.monotonic()
         self._closing = threading.Event()
         try:
-            _check_channels(file, driver)
+            check_channels(file, driver)
             self._watchdog = Watchdog(driver.fileno(), driver.dark)
             self.light(self._levels)
         except BaseException:
@@ -82,9 +81,8 @@ class LightRig:
     @property
     def lights(self) -> tuple[LightDescription, ...]:
         """What `describe` says of them."""
-        names = LightDescription.__struct_fields__
         return tuple(
-            LightDescription(**{name: getattr(light, name) for name in names}) for light in self.file.lights
+            msgspec.convert(light, LightDescription, from_attributes=True) for light in self.file.lights
         )
 
     @property
@@ -236,58 +234,3 @@ class LightRig:
                     self._lit_as_asked = False
                     self._set(self._levels)
                 self._ask_status()
-
-
-def open_rig(given: str, dark_after_s: float | None = None) -> LightRig:
-    """The lights of a lights file, or of a serial device that is asked what it speaks.
-
-    Raises
-    ------
-    BadInput : a file or device that cannot be used.
-    DeviceError : a device that does not answer.
-    """
-    if is_device(given) or not Path(given).exists():
-        file, driver = _found(given)
-    else:
-        file = load_lights_file(Path(given))
-        driver = DmxUsbPro(file.device) if file.protocol == "dmx_usb_pro" else _line_driver(file)
-    if dark_after_s is not None:
-        file = LightsFile(
-            **{name: getattr(file, name) for name in LightsFile.__struct_fields__}
-            | {"dark_after_s": dark_after_s}
-        )
-    return LightRig(file, driver)
-
-
-def _line_driver(file: LightsFile) -> LineDriver:
-    return LineDriver(file.device, file.hold_off_s)
-
-
-def _found(device: str) -> tuple[LightsFile, LightDriver]:
-    """A device with no file: one light a channel in the line protocol, the paper's testbed on DMX."""
-    try:
-        widget = DmxUsbPro(device)
-    except DeviceError as error:
-        if isinstance(error, PortGoneError) or "busy" in error.message:
-            raise
-    else:
-        lights = tuple(Light(name=name, channels=(i,)) for i, name in enumerate(("left", "right", "top"), 1))
-        return LightsFile(device=device, protocol="dmx_usb_pro", lights=lights), widget
-    driver = LineDriver(device)
-    lights = tuple(Light(name=f"light{i}", channels=(i,)) for i in range(1, driver.channels + 1))
-    return LightsFile(device=device, protocol="line", lights=lights), driver
-
-
-def _check_channels(file: LightsFile, driver: LightDriver) -> None:
-    for light in file.lights:
-        if max(light.channels) > driver.channels:
-            raise BadInput(
-                f"Light {light.name!r} uses channel {max(light.channels)}, but {driver.identity} has"
-                f" {driver.channels} channels."
-            )
-        top = max(light.values or (light.full or driver.full,))
-        if top > driver.full:
-            raise BadInput(
-                f"Light {light.name!r} has a channel value of {top};"
-                f" {driver.identity} goes up to {driver.full}."
-            )

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from image_server.lights.rig import open_rig
+from image_server.lights.opening import open_rig
 from tests.image_server.lights.lights_files import until
 
 pytestmark = pytest.mark.slow

@@ -10,7 +10,7 @@ import pytest
 from bridge.messages import CameraDescription, Settings
 from bridge.serve import Server
 from image_server.hardware import Hardware
-from image_server.lights.rig import open_rig
+from image_server.lights.opening import open_rig
 from image_server.serve.device import Frame
 from image_server.serve.server import ImageServer
 from image_server.v4l2.camera import V4L2Camera

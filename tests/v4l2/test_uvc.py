@@ -19,7 +19,7 @@ from bridge.errors import BadInput, DeviceError
 from bridge.messages import Settings
 from geometry.pose import Pose
 from image_server.hardware import Hardware
-from image_server.lights.rig import open_rig
+from image_server.lights.opening import open_rig
 from image_server.serve.device import Change
 from image_server.simulator import Simulator
 from image_server.v4l2.camera import V4L2Camera

@@ -16,7 +16,8 @@ from bridge.errors import BadInput, DeviceError
 from image_server.lights.dmx_usb_pro import MessageReader, dmx_packet, message
 from image_server.lights.lights_file import load_lights_file
 from image_server.lights.line_protocol import GarbledLineError, decoded, encoded
-from image_server.lights.rig import LightRig, open_rig
+from image_server.lights.opening import open_rig
+from image_server.lights.rig import LightRig
 from tests.equipment.dmx import EmulatedDmxUsbPro
 from tests.equipment.emulator import Emulator
 from tests.equipment.line import EmulatedLineDriver
@@ -240,7 +241,7 @@ def test_the_line_driver_goes_dark_by_itself() -> None:
 
 SERVER = """
 import sys, time
-from image_server.lights.rig import open_rig
+from image_server.lights.opening import open_rig
 rig = open_rig(sys.argv[1])
 rig.light((7, 2))
 print("lit", flush=True)
