@@ -27,11 +27,11 @@ from image_server.simulator.light import (
     REFERENCE_DISTANCE_M,
     SUN_STRENGTH,
     Illumination,
+    Light,
     beam_table,
 )
 from image_server.simulator.material import MaterialChanges, load_appearance
 from image_server.simulator.rays import NOTHING, Caster, pixel_rays
-from image_server.simulator.scenario import Light
 from image_server.simulator.scene import Scene, joined, target_part
 from image_server.simulator.sky import Sky
 from image_server.simulator.tracing import traced

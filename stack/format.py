@@ -1,6 +1,6 @@
 """The tables of `stack.toml` (docs/architecture.md, "Stack folder"), with their defaults and bounds."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import msgspec
 from msgspec import Meta
@@ -49,6 +49,14 @@ class CameraTable(CameraDescription, frozen=True, kw_only=True):
     dsnu_e: NotNegative = 0.0
     pattern_seed: Annotated[int, Meta(ge=0)] = 0
     blooming: Annotated[float, Meta(ge=0, le=1)] = 0.0
+
+    def blurred_by(self, defocus_sigma_px: float | None, motion_px_per_s: tuple[float, float] | None) -> Self:
+        """The same camera with another blur; None keeps what it has."""
+        return msgspec.structs.replace(
+            self,
+            defocus_sigma_px=self.defocus_sigma_px if defocus_sigma_px is None else defocus_sigma_px,
+            motion_px_per_s=self.motion_px_per_s if motion_px_per_s is None else motion_px_per_s,
+        )
 
     def description(self) -> CameraDescription:
         """What `describe` says of this camera."""

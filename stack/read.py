@@ -224,11 +224,7 @@ def with_conditions(
     `light_power` multiplies the power of every light.
     """
     table = stack.table
-    camera = table.camera
-    if defocus_sigma_px is not None:
-        camera = msgspec.structs.replace(camera, defocus_sigma_px=defocus_sigma_px)
-    if motion_px_per_s is not None:
-        camera = msgspec.structs.replace(camera, motion_px_per_s=motion_px_per_s)
+    camera = table.camera.blurred_by(defocus_sigma_px, motion_px_per_s)
     lights = table.lights
     if light_power is not None:
         lights = tuple(msgspec.structs.replace(light, power=light.power * light_power) for light in lights)

@@ -1,6 +1,5 @@
 """Scenarios: sun, lights, camera, background and where the target is drawn, as small TOML files."""
 
-from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -8,6 +7,7 @@ import msgspec
 from msgspec import Meta
 
 from bridge.errors import BadInput
+from image_server.simulator.light import DEFAULT_LIGHTS, Light, check_beam
 from image_server.simulator.material import MaterialChanges
 from stack.format import CameraTable
 from stack.tables import Table, as_table, read_toml
@@ -51,39 +51,6 @@ class Camera(CameraTable, frozen=True):
     focuses_m: Annotated[tuple[Positive, ...], Meta(min_length=1)] | None = None
     vignetting: Annotated[float, Meta(ge=0, le=8)] = 0.0
     glare: Annotated[float, Meta(ge=0, le=0.5)] = 0.0
-
-
-class Light(Table, frozen=True):
-    """One of `[[lights]]`: a point that shines with the square of the distance.
-
-    Attributes
-    ----------
-    position
-        Camera frame, metres.
-    aim
-        Where the middle of its beam points, camera frame.
-    half_intensity_deg
-        A lamp whose intensity falls as a power of the cosine from `aim` and is half at this angle, as
-        manufacturers of LEDs state it. None: the same to all sides.
-    beam
-        Measured instead: pairs of angle from `aim` (degrees, growing) and relative intensity, joined by
-        straight lines, 0 beyond the last.
-    """
-
-    name: str
-    position: Vector3
-    levels: Annotated[int, Meta(ge=1, le=65536)] = 8
-    power: NotNegative = 1.0
-    aim: Vector3 = (0.0, 0.0, 1.0)
-    half_intensity_deg: Annotated[float, Meta(ge=1, lt=90)] | None = None
-    beam: Annotated[tuple[tuple[HalfTurn, NotNegative], ...], Meta(min_length=2)] | None = None
-
-
-DEFAULT_LIGHTS = (
-    Light(name="left", position=(-0.35, 0.0, 0.0)),
-    Light(name="right", position=(0.35, 0.0, 0.0)),
-    Light(name="top", position=(0.0, -0.35, 0.0)),
-)
 
 
 class Sun(Table, frozen=True):
@@ -266,7 +233,7 @@ def load_scenario(name_or_file: str) -> Scenario:
                 f"{file}: {key} runs from {low:g} down to {high:g}.", "Write the smaller number first."
             )
     for light in scenario.lights:
-        _check_beam(light, file)
+        check_beam(light, file)
     directions = {"[sun] direction": scenario.sun.direction}
     if scenario.earth is not None:
         directions["[earth] direction"] = scenario.earth.direction
@@ -280,18 +247,6 @@ def load_scenario(name_or_file: str) -> Scenario:
     return scenario
 
 
-def _check_beam(light: Light, file: Path) -> None:
-    """Raise BadInput for a beam that is said twice or whose angles do not grow."""
-    where = f"{file}: [[lights]] {light.name!r}"
-    if light.beam is None:
-        return
-    if light.half_intensity_deg is not None:
-        raise BadInput(f"{where} has half_intensity_deg and beam.", "Keep the one that was measured.")
-    angles = [angle for angle, _ in light.beam]
-    if any(later <= earlier for earlier, later in pairwise(angles)):
-        raise BadInput(f"{where}: the angles of its beam do not grow.", "Write them from small to large.")
-
-
 def with_conditions(
     scenario: Scenario,
     ambient_scale: float | None = None,
@@ -303,14 +258,9 @@ def with_conditions(
 
     `light_power` multiplies the scenario's own.
     """
-    camera = scenario.camera
-    if defocus_sigma_px is not None:
-        camera = msgspec.structs.replace(camera, defocus_sigma_px=defocus_sigma_px)
-    if motion_px_per_s is not None:
-        camera = msgspec.structs.replace(camera, motion_px_per_s=motion_px_per_s)
     return msgspec.structs.replace(
         scenario,
-        camera=camera,
+        camera=scenario.camera.blurred_by(defocus_sigma_px, motion_px_per_s),
         ambient_scale=scenario.ambient_scale if ambient_scale is None else ambient_scale,
         light_power=scenario.light_power * (1.0 if light_power is None else light_power),
     )

@@ -12,9 +12,15 @@ from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.pose import Pose
 from image_server.simulator import texture, tracing
-from image_server.simulator.light import LIGHT_AT_REFERENCE, ROWS, SUN_STRENGTH, Illumination, beam_table
+from image_server.simulator.light import (
+    LIGHT_AT_REFERENCE,
+    ROWS,
+    SUN_STRENGTH,
+    Illumination,
+    Light,
+    beam_table,
+)
 from image_server.simulator.material import Appearance, Material, MaterialChanges
-from image_server.simulator.scenario import Light
 from image_server.simulator.scene import Scene, joined, target_part
 from image_server.simulator.shading import microfacets
 from image_server.simulator.sky import Sky
