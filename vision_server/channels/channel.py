@@ -114,7 +114,7 @@ class ChannelStatistics:
 
 
 class _Measured(NamedTuple):
-    """The gradient of an image at one scale, and its noise: for each grey, and by so much it is not white."""
+    """The gradient of an image at one scale, its noise for each grey, and by so much that is not white."""
 
     sigma_px: float
     gradient: Gradient
@@ -128,7 +128,15 @@ def _measured(image: Grey, linear_of: Floats, grey_sd: Floats, exposure: float, 
     white = (grey_sd * np.gradient(linear_of) * noise_gain(kernels)).astype(np.float32)
     rows = np.s_[SAMPLED_ROW_STEP // 2 :: SAMPLED_ROW_STEP]
     factor = smooth_noise_factor(found.magnitude[rows], image[rows], white)
-    return _Measured(sigma_px, found, white, factor)
+    return _Measured(sigma_px, found, white * np.float32(factor), factor)
+
+
+def _check(image: Grey, exposure: float, gamma: float) -> None:
+    if image.ndim != 2 or image.dtype != np.uint8 or min(image.shape) < 3:
+        raise BadInput(f"A channel must be grey uint8 of at least 3x3 px, not {image.dtype} {image.shape}.")
+    for name, value in (("exposure", exposure), ("gamma", gamma)):
+        if not (np.isfinite(value) and value > 0.0):
+            raise BadInput(f"The {name} of a channel must be a positive number, not {value}.")
 
 
 def channel_statistics(
@@ -165,11 +173,7 @@ def channel_statistics(
     BadInput
         Wrong type or shape of the image, exposure or gamma not positive.
     """
-    if image.ndim != 2 or image.dtype != np.uint8 or min(image.shape) < 3:
-        raise BadInput(f"A channel must be grey uint8 of at least 3x3 px, not {image.dtype} {image.shape}.")
-    for name, value in (("exposure", exposure), ("gamma", gamma)):
-        if not (np.isfinite(value) and value > 0.0):
-            raise BadInput(f"The {name} of a channel must be a positive number, not {value}.")
+    _check(image, exposure, gamma)
     image = np.ascontiguousarray(image)
     linear_of = 255.0 * (np.arange(256.0) / 255.0) ** gamma
     half = halved(image)
@@ -183,23 +187,9 @@ def channel_statistics(
     if sigma_px is None and found.sigma_px < SCALE_OF_BLUR * blur_px:
         found = _measured(image, linear_of, grey_sd, exposure, SCALE_OF_BLUR * blur_px)
     spread_px = float(np.sqrt(found.sigma_px**2 + max(blur_px**2 - LENS_BLUR_PX**2, 0.0)))
-    noise_of = found.noise_of * np.float32(found.noise_factor)
-    light = lighting(half, linear_of, exposure, spread_px, noise_of, weight_exponent)
-    floor_of = np.float32(FLOOR_NOISE_RATIO * found.noise_factor) * found.noise_of
-
-    def listed(first: int, end: int) -> GradientPixels:
-        return pixels_above(found.gradient, light.level, floor_of, first, end)
-
-    middle = len(image) // 2
-    halves = both(lambda: listed(0, middle), lambda: listed(middle, len(image)))
-    pixels = GradientPixels(*(np.concatenate(parts) for parts in zip(*halves, strict=True)))
+    light = lighting(half, linear_of, exposure, spread_px, found.noise_of, weight_exponent)
+    pixels = pixels_above(found.gradient, light.level, np.float32(FLOOR_NOISE_RATIO) * found.noise_of)
+    linear = linear_of.astype(np.float32)
     return ChannelStatistics(
-        image,
-        pixels,
-        light,
-        linear_of.astype(np.float32),
-        exposure,
-        found.sigma_px,
-        blur_px,
-        found.noise_factor,
+        image, pixels, light, linear, exposure, found.sigma_px, blur_px, found.noise_factor
     )

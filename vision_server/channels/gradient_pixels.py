@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from numerics.axis import axis_of
 from numerics.kernels import kernel
+from numerics.two_cores import both
 from vision_server.channels.gaussian import Kernels, gaussian_gradient
 
 Grey = NDArray[np.uint8]
@@ -89,22 +90,8 @@ def _length(along_x: Field, along_y: Field) -> Field:
 
 
 @kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
-def pixels_above(gradient: Gradient, level: Grey, floor_of: Field, first: int, end: int) -> GradientPixels:
-    """The pixels of some rows whose gradient is above the floor, and not on the foot of a stronger one.
-
-    The outermost row or column of the image is not among them.
-
-    Parameters
-    ----------
-    gradient
-        Of the whole image.
-    level
-        uint8 (H // 2, W // 2), grey by which the floor is looked up.
-    floor_of
-        float32 (256,), the floor for each grey.
-    first, end
-        The rows, from the first up to the end.
-    """
+def _pixels_of_rows(gradient: Gradient, level: Grey, floor_of: Field, first: int, end: int) -> GradientPixels:
+    """`pixels_above` in rows ``first`` up to ``end``."""
     rows, columns = gradient.magnitude.shape
     magnitude, along_x, along_y = gradient.magnitude.ravel(), gradient.x.ravel(), gradient.y.ravel()
     last_row, last_column = level.shape[0] - 1, level.shape[1] - 1
@@ -145,3 +132,25 @@ def pixels_above(gradient: Gradient, level: Grey, floor_of: Field, first: int, e
         places[:found], values[0, :found], values[1, :found], values[2, :found], values[3, :found],
         values[4, :found],
     )  # fmt: skip
+
+
+def pixels_above(gradient: Gradient, level: Grey, floor_of: Field) -> GradientPixels:
+    """The pixels whose gradient is above the floor, and that are not on the foot of a stronger one.
+
+    The outermost row or column of the image is not among them.
+
+    Parameters
+    ----------
+    gradient
+        Of the image.
+    level
+        uint8 (H // 2, W // 2), grey by which the floor is looked up.
+    floor_of
+        float32 (256,), the floor for each grey.
+    """
+    rows = len(gradient.magnitude)
+    halves = both(
+        lambda: _pixels_of_rows(gradient, level, floor_of, 0, rows // 2),
+        lambda: _pixels_of_rows(gradient, level, floor_of, rows // 2, rows),
+    )
+    return GradientPixels(*(np.concatenate(parts) for parts in zip(*halves, strict=True)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,3 +88,30 @@ class EdgeMap:
         numbers = np.full(self.shape, -1, np.int32)
         numbers.ravel()[self.places] = np.arange(len(self.places), dtype=np.int32)
         return numbers
+
+    def strongest_first(self, chosen: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Numbers of the chosen edgels."""
+        numbers = np.flatnonzero(chosen)
+        return numbers[np.argsort(-self.strength[numbers], kind="stable")]
+
+    def free(self, chosen: NDArray[np.bool_]) -> FreeEdgels:
+        """The chosen edgels for a kernel that groups them."""
+        return FreeEdgels(self.index, self.places, self.points, self.normals, chosen.copy())
+
+
+class FreeEdgels(NamedTuple):
+    """An edge map as the kernels that group edgels take it, and which edgels are in no group yet.
+
+    Attributes
+    ----------
+    number_at, places, points, normals
+        As `index`, `places`, `points` and `normals` of `EdgeMap`.
+    free
+        bool (N,), changed by the kernels.
+    """
+
+    number_at: NDArray[np.int32]
+    places: NDArray[np.int32]
+    points: Field
+    normals: Field
+    free: NDArray[np.bool_]

@@ -72,19 +72,25 @@ def comparison_edges(
         for image, time in zip(images, times, strict=True)
     ]
     floor = max(_noise(image, time, sigma_px) for image, time in zip(images, times, strict=True))
+    if method == "di-zenzo":
+        return _di_zenzo(linear, sigma_px, floor)
+    gx, gy = _merged_gradient(images, linear, method, sigma_px)
+    return _edge_map(np.hypot(gx, gy), np.arctan2(gy, gx), floor)
+
+
+def _merged_gradient(
+    images: Sequence[NDArray[np.uint8]], linear: Sequence[Field], method: ComparisonMethod, sigma_px: float
+) -> Field:
+    """Gradient along x and y, (2, H, W), by one of the rules that have one."""
     if method == "max-gradient":
         gradients = np.stack([_gradient(channel, sigma_px) for channel in linear])
         best = np.argmax(np.hypot(gradients[:, 0], gradients[:, 1]), axis=0)
-        gx, gy = (np.take_along_axis(gradients[:, axis], best[None], axis=0)[0] for axis in (0, 1))
-    elif method == "di-zenzo":
-        return _di_zenzo(linear, sigma_px, floor)
-    elif method == "mertens":
+        return np.asarray(np.take_along_axis(gradients, best[None, None], axis=0)[0])
+    if method == "mertens":
         fused = cv2.createMergeMertens().process([cv2.cvtColor(i, cv2.COLOR_GRAY2BGR) for i in images])
-        gx, gy = _gradient(np.ascontiguousarray(fused[:, :, 0] * np.float32(255.0)), sigma_px)
-    else:
-        one = np.mean(linear, axis=0) if method == "mean" else np.max(linear, axis=0)
-        gx, gy = _gradient(one.astype(np.float32), sigma_px)
-    return _edge_map(np.hypot(gx, gy), np.arctan2(gy, gx), floor)
+        return _gradient(np.ascontiguousarray(fused[:, :, 0] * np.float32(255.0)), sigma_px)
+    one = np.mean(linear, axis=0) if method == "mean" else np.max(linear, axis=0)
+    return _gradient(one.astype(np.float32), sigma_px)
 
 
 def _gradient(channel: Field, sigma_px: float) -> Field:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.rivals.linking import Chains
+from vision_server.segments.line_fit import Edgels
 
 Floats = NDArray[np.float64]
 
@@ -27,14 +27,14 @@ def _split(points: Floats, first: int, last: int, ratio: float, tolerance: float
 
 
 def split_chains(
-    chains: Chains, *, ratio: float = MAX_DEVIATION_RATIO, tolerance_px: float = MIN_DEVIATION_PX
+    chains: Edgels, *, ratio: float = MAX_DEVIATION_RATIO, tolerance_px: float = MIN_DEVIATION_PX
 ) -> NDArray[np.int64]:
     """Straight pieces of chains: split at the farthest point while max|d_i| / D exceeds ``ratio``.
 
     Parameters
     ----------
     chains
-        Linked edgels.
+        Linked edgels, each group a chain.
     ratio
         Largest deviation allowed, as a fraction of the distance D between the ends.
     tolerance_px
@@ -46,7 +46,7 @@ def split_chains(
     """
     pieces = [
         piece
-        for first, end in zip(chains.starts[:-1].tolist(), chains.starts[1:].tolist(), strict=True)
+        for first, end in chains.groups.tolist()
         for piece in _split(chains.points, first, end - 1, ratio, tolerance_px)
     ]
     return np.array(pieces, np.int64).reshape(-1, 2)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -16,7 +16,7 @@ from vision_server.rivals.splitting import split_chains
 from vision_server.segments.centring import centre_lines
 from vision_server.segments.growing import grow_lines
 from vision_server.segments.joining import join_collinear
-from vision_server.segments.line_fit import Edgels, fit_lines, log_chance
+from vision_server.segments.line_fit import fit_lines, log_chance
 
 LOW_NOISE_RATIO = 4.0  # hysteresis thresholds, in standard deviations of the merged contrast
 HIGH_NOISE_RATIO = 8.0
@@ -97,14 +97,12 @@ def extract_segments(
         edgels = grow_lines(edges, chosen, shortest_px=min_length_px)
     else:
         chains = link_edgels(edges, hysteresis(edges, low, high))
-        edgels = Edgels(chains.points, chains.normals, chains.strengths, split_chains(chains))
+        edgels = replace(chains, groups=split_chains(chains))
     lines = fit_lines(edgels)
     good = lines.length >= min_length_px
     if grouping == "growing":
         good &= log_chance(lines, edges, chosen) < MAX_LOG_CHANCE
-    edgels = join_collinear(
-        Edgels(edgels.points, edgels.normals, edgels.strengths, edgels.groups[good]), lines.take(good)
-    )
+    edgels = join_collinear(replace(edgels, groups=edgels.groups[good]), lines.take(good))
     lines = fit_lines(edgels)
     ends = lines.endpoints
     if edges.blur_px > LENS_BLUR_PX:

@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from numerics.kernels import kernel
-from vision_server.edges.edge_map import EdgeMap
+from vision_server.edges.edge_map import EdgeMap, FreeEdgels
 from vision_server.segments.line_fit import Edgels, edgel_groups
 
-Field = NDArray[np.float32]
 Ints = NDArray[np.int64]
 
 MAX_AXIS_DIFFERENCE_RAD = 0.39  # 22.5 deg, LSD's tolerance, between an edgel and its line
@@ -31,24 +30,6 @@ FEWEST_EDGELS = 4  # of a line
 START_RADIUS_PX = 3  # neighbourhood that gives the first direction
 FEWEST_FITTED, TRUSTED = 5, 10  # edgels from which on a line is fitted; from which on only the fit counts
 TURNED_AWAY = 2.0  # tangent, from the rows or columns that a line is followed by: it is another line
-
-
-class EdgelField(NamedTuple):
-    """The edgels, and which of them are in no line yet.
-
-    Attributes
-    ----------
-    number_at, places, points, normals
-        As `index`, `places`, `points` and `normals` of `EdgeMap`.
-    free
-        bool (N,), output.
-    """
-
-    number_at: NDArray[np.int32]
-    places: NDArray[np.int32]
-    points: Field
-    normals: Field
-    free: NDArray[np.bool_]
 
 
 class Line(NamedTuple):
@@ -83,21 +64,21 @@ def _half_angle(c2: float, s2: float) -> tuple[float, float]:
 
 
 @kernel(nogil=True, error_model="numpy")
-def _offset(edgels: EdgelField, at: int, line: Line) -> float:
+def _offset(edgels: FreeEdgels, at: int, line: Line) -> float:
     """Distance of an edgel from a line, px."""
     offset: float = abs((edgels.points[at, 0] - line.x) * line.s - (edgels.points[at, 1] - line.y) * line.c)
     return offset
 
 
 @kernel(nogil=True, error_model="numpy")
-def _agree(edgels: EdgelField, at: int, nx: float, ny: float) -> bool:
+def _agree(edgels: FreeEdgels, at: int, nx: float, ny: float) -> bool:
     """Whether an edgel's axis is that of a unit vector, within the tolerance."""
     cosine: float = abs(edgels.normals[at, 0] * nx + edgels.normals[at, 1] * ny)
     return cosine >= LEAST_AXIS_COSINE
 
 
 @kernel(nogil=True, error_model="numpy")
-def _start(edgels: EdgelField, seed: int, tolerance: float) -> Line:
+def _start(edgels: FreeEdgels, seed: int, tolerance: float) -> Line:
     """First direction of a line: along the mean axis of the edgels around that lie on the seed's own line."""
     rows, columns = edgels.number_at.shape
     nx, ny = edgels.normals[seed, 0], edgels.normals[seed, 1]
@@ -120,7 +101,7 @@ def _start(edgels: EdgelField, seed: int, tolerance: float) -> Line:
 
 
 @kernel(nogil=True, error_model="numpy")
-def _nearest(edgels: EdgelField, line: Line, steep: bool, place: int, tolerance: float) -> int:
+def _nearest(edgels: FreeEdgels, line: Line, steep: bool, place: int, tolerance: float) -> int:
     """The free edgel of a row (of a steep line) or column that lies nearest to the line and agrees, or -1."""
     rows, columns = edgels.number_at.shape
     if steep:
@@ -159,7 +140,7 @@ def _refitted(sums: Moments, line: Line, x0: float, y0: float) -> Line:
 
 @kernel(nogil=True, error_model="numpy")
 def _follow(
-    edgels: EdgelField, seed: int, tolerance: float, max_gap: int, members: Ints
+    edgels: FreeEdgels, seed: int, tolerance: float, max_gap: int, members: Ints
 ) -> tuple[int, int, bool, Line]:
     """The line through one edgel: how many ``members`` it has, rows or columns from end to end, steepness."""
     rows, columns = edgels.number_at.shape
@@ -197,7 +178,7 @@ def _follow(
 
 
 @kernel(nogil=True, error_model="numpy")
-def _claim(edgels: EdgelField, members: Ints, steep: bool, line: Line) -> None:
+def _claim(edgels: FreeEdgels, members: Ints, steep: bool, line: Line) -> None:
     """Take a line's edgels, and those beside them, of which a slanted edge has two a step."""
     rows, columns = edgels.number_at.shape
     for member in members:
@@ -216,7 +197,7 @@ def _claim(edgels: EdgelField, members: Ints, steep: bool, line: Line) -> None:
 
 @kernel(nogil=True, error_model="numpy")
 def _grow(
-    edgels: EdgelField,
+    edgels: FreeEdgels,
     seeds: Ints,
     tolerance: float,
     max_gap: int,
@@ -264,15 +245,9 @@ def grow_lines(
     max_gap_px
         Longest gap stepped over, in rows or columns.
     """
-    edgels = EdgelField(edges.index, edges.places, edges.points, edges.normals, chosen.copy())
-    members = np.empty(np.count_nonzero(chosen) + sum(edges.shape) + 1, np.int64)
-    starts = np.zeros(len(members) + 1, np.int64)
-    count = _grow(edgels, seeds(edges, chosen), tolerance_px, max_gap_px, shortest_px, members, starts)
+    seeds = edges.strongest_first(chosen)
+    members = np.empty(len(seeds) + sum(edges.shape) + 1, np.int64)
+    starts = np.zeros(len(seeds) + 2, np.int64)
+    count = _grow(edges.free(chosen), seeds, tolerance_px, max_gap_px, shortest_px, members, starts)
     groups = np.stack([starts[:count], starts[1 : count + 1]], axis=1)
     return edgel_groups(edges, members[: starts[count]], groups)
-
-
-def seeds(edges: EdgeMap, chosen: NDArray[np.bool_]) -> Ints:
-    """Numbers of the chosen edgels, the strongest first."""
-    numbers = np.flatnonzero(chosen)
-    return numbers[np.argsort(-edges.strength[numbers], kind="stable")]

@@ -13,10 +13,9 @@ from vision_server.rivals.linking import link_edgels
 def test_a_line_is_one_chain_in_order() -> None:
     edges = merge_channels([channel_statistics(step(0.5, 0.0, 50, 150))])
     chains = link_edgels(edges, edges.strength > 30)
-    lengths = np.diff(chains.starts)
+    lengths = np.diff(chains.groups)
     assert lengths.max() > 80
-    longest = int(np.argmax(lengths))
-    chain = chains.points[chains.starts[longest] : chains.starts[longest + 1]]
+    chain = chains.points[slice(*chains.groups[int(np.argmax(lengths))])]
     along = chain @ np.array([-np.sin(0.5), np.cos(0.5)])
     assert np.all(np.diff(along) > 0) or np.all(np.diff(along) < 0)
 
@@ -24,18 +23,16 @@ def test_a_line_is_one_chain_in_order() -> None:
 def test_small_gaps_are_crossed_and_large_ones_not() -> None:
     row = [(x, 30, np.pi / 2) for x in range(10, 60)]
     one_missing = edge_map_of([p for p in row if p[0] != 30])
-    assert len(link_edgels(one_missing, one_missing.strength > 0).starts) == 2
+    assert len(link_edgels(one_missing, one_missing.strength > 0).groups) == 1
     many_missing = edge_map_of([p for p in row if not 28 <= p[0] <= 34])
-    assert len(link_edgels(many_missing, many_missing.strength > 0).starts) == 3
+    assert len(link_edgels(many_missing, many_missing.strength > 0).groups) == 2
 
 
 def test_a_junction_does_not_turn_the_chain() -> None:
     cross = [(x, 30, np.pi / 2) for x in range(10, 60)] + [(35, y, 0.0) for y in range(5, 55) if y != 30]
     edges = edge_map_of(cross)
     chains = link_edgels(edges, edges.strength > 0)
-    spans = [
-        np.ptp(chains.points[a:b], axis=0) for a, b in zip(chains.starts, chains.starts[1:], strict=False)
-    ]
+    spans = [np.ptp(chains.points[a:b], axis=0) for a, b in chains.groups]
     assert any(span[0] == 49 and span[1] == 0 for span in spans)
     assert sum(span[1] > 15 for span in spans) >= 1
 
@@ -44,13 +41,14 @@ def test_every_edgel_is_used_once_at_most() -> None:
     edges = merge_channels([channel_statistics(image) for image in polygon_with_shadows(3)])
     mask = edges.strength > 3
     chains = link_edgels(edges, mask)
-    pixels = np.round(chains.points - np.stack([np.zeros(len(chains.points))] * 2, axis=1)).astype(int)
     assert len(chains.points) <= mask.sum()
-    assert chains.starts[-1] == len(chains.points) == len(pixels)
+    assert len(np.unique(chains.points, axis=0)) == len(chains.points)
+    assert chains.groups[-1, 1] == len(chains.points)
+    assert (chains.groups[1:, 0] == chains.groups[:-1, 1]).all()
 
 
 def test_no_edgels_no_chains() -> None:
     edges = edge_map_of([])
     chains = link_edgels(edges, edges.strength > 0)
     assert len(chains.points) == 0
-    assert chains.starts.tolist() == [0]
+    assert chains.groups.shape == (0, 2)

@@ -7,16 +7,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from vision_server.rivals.linking import Chains
 from vision_server.rivals.splitting import split_chains
+from vision_server.segments.line_fit import Edgels
 
 Floats = NDArray[np.float64]
 
 
-def chains_of(*lines: Floats) -> Chains:
+def chains_of(*lines: Floats) -> Edgels:
     points = np.concatenate(lines) if lines else np.zeros((0, 2))
     starts = np.concatenate([[0], np.cumsum([len(line) for line in lines])]).astype(np.int64)
-    return Chains(points, np.zeros(len(points)), np.ones(len(points)), starts)
+    groups = np.stack([starts[:-1], starts[1:]], axis=1)
+    return Edgels(points, np.zeros(len(points)), np.ones(len(points)), groups)
 
 
 def split_plainly(
