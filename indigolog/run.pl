@@ -1,4 +1,5 @@
 :- module(indigolog_run, [main/0]).
+:- use_module(library(apply), [exclude/3]).
 :- use_module(library(debug), [debug/1]).
 :- use_module(library(lists), [reverse/2, member/2]).
 :- use_module(library(option), [option/2, option/3]).
@@ -67,7 +68,7 @@ arguments([W|Ws], Options0, Options, Words) :-
     ;   value_word(W, Ws, Ws1, Flag, Text)
     ->  (   option_value(Flag, Text, Option)
         ->  arguments(Ws1, [Option|Options0], Options, Words)
-        ;   needs(Flag, What),
+        ;   value_option(Flag, _, What),
             format(atom(Message), '~w needs ~w', [Flag, What]),
             throw(usage(Message))
         )
@@ -88,7 +89,7 @@ option_word('--trace', trace(true)).
 
 % --flag VALUE or --flag=VALUE
 value_word(W, Ws0, Ws, Flag, Text) :-
-    needs(Flag, _),
+    value_option(Flag, _, _),
     (   W == Flag
     ->  ( Ws0 = [Text|Ws] -> true ; Text = '', Ws = [] )
     ;   atomic_list_concat([Flag, '='], Start),
@@ -97,25 +98,25 @@ value_word(W, Ws0, Ws, Flag, Text) :-
     ),
     !.
 
-needs('--max-actions', 'a whole number').
-needs('--max-silent', 'a whole number').
-needs('--max-wait', 'a number of seconds').
-needs('--seed', 'a whole number').
-needs('--journal', 'a file').
-needs('--resume', 'a file').
-needs('--replay', 'a file').
+value_option('--max-actions', max_actions, 'a whole number').
+value_option('--max-silent', max_silent, 'a whole number').
+value_option('--max-wait', max_wait, 'a number of seconds').
+value_option('--seed', seed, 'a whole number').
+value_option('--journal', journal, 'a file').
+value_option('--resume', resume, 'a file').
+value_option('--replay', replay, 'a file').
 
-option_value('--max-actions', Text, max_actions(N)) :- whole_number(Text, N).
-option_value('--max-silent', Text, max_silent(N)) :- whole_number(Text, N).
-option_value('--max-wait', Text, max_wait(Seconds)) :-
+option_value(Flag, Text, Option) :-
+    value_option(Flag, Name, What),
+    value(What, Text, Value),
+    Option =.. [Name, Value].
+
+value('a file', File, File) :-
+    File \== ''.
+value('a number of seconds', Text, Seconds) :-
     catch(atom_number(Text, Seconds), _, fail),
     Seconds >= 0.
-option_value('--seed', Text, seed(N)) :- whole_number(Text, N).
-option_value('--journal', Text, journal(Text)) :- Text \== ''.
-option_value('--resume', Text, resume(Text)) :- Text \== ''.
-option_value('--replay', Text, replay(Text)) :- Text \== ''.
-
-whole_number(Text, N) :-
+value('a whole number', Text, N) :-
     catch(atom_number(Text, N), _, fail),
     integer(N), N >= 0.
 
@@ -183,7 +184,8 @@ run(step, Program, Options, 0) :-
     step_through(Program, Own).
 
 online_option(Options, Option) :-
-    member(Option, [max_actions(_), max_silent(_), max_wait(_), seed(_), journal(_), resume(_), replay(_)]),
+    value_option(_, Name, _),
+    Option =.. [Name, _],
     option(Option, Options).
 online_option(Options, journal(File)) :-
     option(resume(File), Options).
@@ -214,18 +216,10 @@ print_executed(executed(_, A, _), _) :-
 
 printed(History) :-
     reverse(History, Actions),
-    exclude_sensing(Actions, Executed),
+    exclude(own_step, Actions, Executed),
     forall(member(A, Executed), format("~q~n", [A])),
     length(Executed, N),
     format("~d actions.~n", [N]).
-
-exclude_sensing([], []).
-exclude_sensing([A|As], Bs) :-
-    (   own_step(A)
-    ->  Bs = Bs1
-    ;   Bs = [A|Bs1]
-    ),
-    exclude_sensing(As, Bs1).
 
 % What the interpreter adds to a history.
 own_step(e(_, _)).
@@ -241,26 +235,12 @@ failed(stopped(_), 1) :-
     say('stopped', []).
 failed(unwind(halt(Status)), Status) :-
     !.
+failed(error(golog(reported), _), 2) :-
+    !.
 failed(Error, 2) :-
-    message_to_codes(Error).
-
-message_to_codes(Error) :-
-    (   Error = error(golog(reported), _)
-    ->  true
-    ;   message_text(Error, Text),
-        format(user_error, "Error: ~w~n", [Text])
-    ).
-
-message_text(Error, Text) :-
-    phrase(prolog:message(Error), Parts)
-    ->  with_output_to(string(Text), print_message_lines(current_output, '', Parts))
-    ;   message_to_lines(Error, Text).
-
-message_to_lines(Error, Text) :-
-    (   catch(phrase('$messages':translate_message(Error), Parts), _, fail)
-    ->  with_output_to(string(Text), print_message_lines(current_output, '', Parts))
-    ;   format(string(Text), "~p", [Error])
-    ).
+    phrase('$messages':translate_message(Error), Parts),
+    with_output_to(string(Text), print_message_lines(current_output, '', Parts)),
+    say('Error: ~w', [Text]).
 
 say(Format, Args) :-
     format(user_error, Format, Args),

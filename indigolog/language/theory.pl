@@ -15,7 +15,7 @@
             domain_list/3,            % +Theory, +Domain, -Values
             theory_predicate/1        % ?Indicator
           ]).
-:- use_module(library(lists), [append/3]).
+:- use_module(library(lists), [append/3, member/2]).
 :- use_module(representation).
 :- reexport(representation,
             [ theory_module/2, instances_module/2, initial_values/2, plain_actions/2, theory_certain/1 ]).
@@ -32,25 +32,12 @@ that declare fluents, actions, axioms and procedures.
 %
 %   The predicates a theory may define.
 
-theory_predicate(prim_fluent/1).
-theory_predicate(fun_fluent/1).
-theory_predicate(rel_fluent/1).
-theory_predicate(prim_action/1).
-theory_predicate(exog_action/1).
-theory_predicate(poss/2).
-theory_predicate(causes_val/4).
-theory_predicate(causes_true/3).
-theory_predicate(causes_false/3).
-theory_predicate(senses/2).
-theory_predicate(senses/5).
-theory_predicate(settles/5).
-theory_predicate(rejects/5).
-theory_predicate(sensing/2).
-theory_predicate(initially/2).
-theory_predicate(proc/2).
-theory_predicate(cache/1).
-theory_predicate(execute/2).
-theory_predicate(exog_occurs/1).
+theory_predicate(PI) :-
+    member(PI,
+           [ prim_fluent/1, fun_fluent/1, rel_fluent/1, prim_action/1, exog_action/1,
+             poss/2, causes_val/4, causes_true/3, causes_false/3,
+             senses/2, senses/5, settles/5, rejects/5, sensing/2,
+             initially/2, proc/2, cache/1, execute/2, exog_occurs/1 ]).
 
 %!  current_theory(-Theory) is det.
 %

@@ -109,28 +109,17 @@ is_meta(on_fact).
 
 known_options(Options) :-
     (   member(Option, Options),
-        \+ known_option(Option)
+        \+ ( callable(Option), functor(Option, Name, Arity), known_option(Name/Arity) )
     ->  throw(error(golog(unknown_option(Option)), _))
     ;   true
     ).
 
-known_option(check(_)).                % done by indigolog/2
-known_option(device(_)).
-known_option(device(_, _)).
-known_option(deadline(_)).
-known_option(journal(_)).
-known_option(resume(_)).
-known_option(replay(_)).
-known_option(seed(_)).
-known_option(max_actions(_)).
-known_option(max_wait(_)).
-known_option(max_silent(_)).
-known_option(on_action(_)).
-known_option(on_fact(_)).
-known_option(history(_)).
-known_option(situation(_)).
-known_option(rest(_)).
-known_option(outcome(_)).
+known_option(Option) :-
+    memberchk(Option,
+              [ check/1,                  % done by indigolog/2
+                device/1, device/2, deadline/1, journal/1, resume/1, replay/1, seed/1,
+                max_actions/1, max_wait/1, max_silent/1, on_action/1, on_fact/1,
+                history/1, situation/1, rest/1, outcome/1 ]).
 
 opened(replay, _, Theory, _, Devices, Journal) =>
     journal_open(none, Journal),

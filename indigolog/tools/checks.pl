@@ -83,7 +83,7 @@ place(Ref, File, Line) :-
 
 theory_problem(Theory, Kind, What, Ref) :-
     theory_module(Theory, Module),
-    axiom(Head),
+    speaks_of(Head, _, _, _),
     clause(Module:Head, _, Ref),
     axiom_problem(Head, Theory, Kind, What).
 theory_problem(Theory, Kind, What, Ref) :-
@@ -173,18 +173,7 @@ comes_back(Call, Name, Theory, Before, Path) :-
     unguarded_call(Body, Theory, Next),
     comes_back(Next, Name, Theory, [Call|Before], Path).
 
-axiom(poss(_, _)).
-axiom(causes_val(_, _, _, _)).
-axiom(causes_true(_, _, _)).
-axiom(causes_false(_, _, _)).
-axiom(senses(_, _)).
-axiom(senses(_, _, _, _, _)).
-axiom(settles(_, _, _, _, _)).
-axiom(rejects(_, _, _, _, _)).
-axiom(sensing(_, _)).
-axiom(initially(_, _)).
-
-% speaks_of(+Axiom, -Name, -Action, -Fluent): `none` where it does not.
+% speaks_of(?Axiom, -Name, -Action, -Fluent): `none` where it does not.
 speaks_of(poss(A, _), precondition, A, none).
 speaks_of(causes_val(A, F, _, _), effect, A, F).
 speaks_of(causes_true(A, F, _), effect, A, F).

@@ -217,26 +217,16 @@ some_terms(Terms, Text) :-
 
 most_terms(8).
 
+error_text(Error) -->
+    { said(Error, Format, Args) },
+    !,
+    [ Format-Args ].
 error_text(search_option(Option)) -->
     [ '~q is not an option of search/2: strategy(depth, breadth, iterative, best, astar or beam(Width)), '-[Option], nl,
       'heuristic(Term), cost(Term), cost(Action, Term), weight(W), max_nodes(N), max_seconds(T), anytime(true)'-[] ].
-error_text(unknown_formula(Name/Arity)) -->
-    [ '~q is neither a fluent nor an abbreviation nor a predicate'-[Name/Arity] ].
-error_text(silent(N)) -->
-    [ 'the program made ~D steps without an action'-[N] ].
 error_text(search_depth(N)) -->
     [ 'search followed an execution for ~D actions without coming to its end; '-[N],
       'search(E, [strategy(breadth)]) or another strategy bounds it'-[] ].
-error_text(search_value(heuristic, Term)) -->
-    [ 'the estimate ~p has no value that is a number from 0 on'-[Term] ].
-error_text(search_value(cost(A), Term)) -->
-    [ 'the cost ~p of ~q has no value that is a number from 0 on'-[Term, A] ].
-error_text(reported) -->
-    [ 'the theory or the program is wrong: see above'-[] ].
-error_text(open_program) -->
-    [ 'the program is an unbound variable where a step is asked of it'-[] ].
-error_text(open_action(A)) -->
-    [ 'action ~q is not ground'-[A] ].
 error_text(unknown_action(A)) -->
     { functor(A, Name, Arity) },
     [ '~q is neither an action nor a procedure of the theory (~q)'-[Name/Arity, A] ],
@@ -244,8 +234,6 @@ error_text(unknown_action(A)) -->
 error_text(no_clause(A)) -->
     { functor(A, Name, Arity) },
     [ 'no clause of the procedure ~q matches ~q'-[Name/Arity, A] ].
-error_text(not_a_program(E)) -->
-    [ '~q is not a program'-[E] ].
 error_text(recursion(Call, N)) -->
     [ 'procedure calls nest ~D deep without an action, the last is ~W'-
           [N, Call, [quoted(true), max_depth(8)]] ].
@@ -253,63 +241,48 @@ error_text(program_ended(Outcome, Rest, History)) -->
     { length(History, N) },
     [ 'the program ended as ~w after ~D actions'-[Outcome, N] ],
     stands(Outcome, Rest, History).
-error_text(no_journal(File)) -->
-    [ 'cannot resume: ~w does not exist or tells of no run'-[File] ].
-error_text(other_program(File, Program)) -->
-    [ 'cannot resume: ~w tells of another program, ~q'-[File, Program] ].
-error_text(journal_differs(Entry, _)) -->
-    [ 'cannot resume: the program does not come to what the journal tells next, ~q'-[Entry] ].
-error_text(journal(File, Line)) -->
-    [ '~w:~d: not a fact of a journal'-[File, Line] ].
-error_text(no_device(Module, PI)) -->
-    [ '~q is not a device: it does not define ~q'-[Module, PI] ].
-error_text(unknown_option(Option)) -->
-    [ '~p is not an option of indigolog/2'-[Option] ].
-error_text(nothing_runs(A)) -->
-    [ '~q was reported, and no program runs'-[A] ].
-error_text(nothing_happened(Seconds)) -->
-    [ 'no exogenous action arrived within ~w s'-[Seconds] ].
-error_text(deadline(started, Seconds)) -->
-    [ 'the device did not start within ~w s'-[Seconds] ].
-error_text(deadline(A, Seconds)) -->
-    [ 'the device did not finish ~q within ~w s'-[A, Seconds] ].
-error_text(device_failed(D, A)) -->
-    [ 'device ~q failed to execute ~q'-[D, A] ].
-error_text(not_boolean_result(A, F, R)) -->
-    [ '~q sensed ~q, but ~q, which it senses, is true or false'-[A, R, F] ].
-error_text(nothing_sensed(A)) -->
-    [ 'the device gave no sensing result for ~q'-[A] ].
-error_text(no_theory) -->
-    [ 'No theory is loaded: call load_theory(File) first'-[] ].
-error_text(load(Files, Count)) -->
-    [ '~w error(s) while loading the theory ~q: see above'-[Count, Files] ].
-error_text(module_header(File, Own)) -->
-    [ '~w begins with module(~q, ...): a theory file is plain Prolog with no header'-[File, Own] ].
-error_text(no_domain(D)) -->
-    [ '~q is neither a list nor a predicate of the theory whose one argument is a list'-[D] ].
-error_text(not_a_formula(P)) -->
-    [ '~q is not a formula'-[P] ].
-error_text(not_a_formula(P, G)) -->
-    [ '~q is not a formula: its value is ~q'-[P, G] ].
 error_text(no_value(F, History)) -->
     [ 'fluent ~q has no value'-[F] ],
     after(History).
-error_text(effect_not_ground(A, F, V)) -->
-    [ 'an effect of ~q sets ~q to ~q, which is not ground'-[A, F, V] ].
-error_text(impossible_result(A, R, F)) -->
-    [ 'the result ~q of ~q contradicts every possible value of ~q'-[R, A, F] ].
-error_text(cannot_branch(P)) -->
-    [ 'branch(~q): neither a relational fluent nor Fluent = Value for a fluent with several possible values'-[P] ].
-error_text(achieve_option(O)) -->
-    [ '~q is not an option of achieve/3: actions(List), id(Name), simid(Id), mess(Text)'-[O] ].
-error_text(simulator_loops(Id)) -->
-    [ 'simulator(~q, Condition, Action) goes on for ever: its actions do not make its conditions false'-[Id] ].
-error_text(unknown_exogenous(A)) -->
-    [ 'sim(~q): the theory declares no such exogenous action'-[A] ].
-error_text(no_answer(wait)) -->
-    [ 'the input ended while the program waited for an exogenous action'-[] ].
-error_text(no_answer(A)) -->
-    [ 'the input ended before it gave a sensing result for ~q'-[A] ].
+
+% said(?Error, -Format, -Args): those that take no more than that.
+said(unknown_formula(Name/Arity), '~q is neither a fluent nor an abbreviation nor a predicate', [Name/Arity]).
+said(silent(N), 'the program made ~D steps without an action', [N]).
+said(search_value(heuristic, Term), 'the estimate ~p has no value that is a number from 0 on', [Term]).
+said(search_value(cost(A), Term), 'the cost ~p of ~q has no value that is a number from 0 on', [Term, A]).
+said(reported, 'the theory or the program is wrong: see above', []).
+said(open_program, 'the program is an unbound variable where a step is asked of it', []).
+said(open_action(A), 'action ~q is not ground', [A]).
+said(not_a_program(E), '~q is not a program', [E]).
+said(no_journal(File), 'cannot resume: ~w does not exist or tells of no run', [File]).
+said(other_program(File, Program), 'cannot resume: ~w tells of another program, ~q', [File, Program]).
+said(journal_differs(Entry, _), 'cannot resume: the program does not come to what the journal tells next, ~q', [Entry]).
+said(journal(File, Line), '~w:~d: not a fact of a journal', [File, Line]).
+said(no_device(Module, PI), '~q is not a device: it does not define ~q', [Module, PI]).
+said(unknown_option(Option), '~p is not an option of indigolog/2', [Option]).
+said(nothing_runs(A), '~q was reported, and no program runs', [A]).
+said(nothing_happened(Seconds), 'no exogenous action arrived within ~w s', [Seconds]).
+said(deadline(started, Seconds), 'the device did not start within ~w s', [Seconds]).
+said(deadline(A, Seconds), 'the device did not finish ~q within ~w s', [A, Seconds]).
+said(device_failed(D, A), 'device ~q failed to execute ~q', [D, A]).
+said(not_boolean_result(A, F, R), '~q sensed ~q, but ~q, which it senses, is true or false', [A, R, F]).
+said(nothing_sensed(A), 'the device gave no sensing result for ~q', [A]).
+said(no_theory, 'No theory is loaded: call load_theory(File) first', []).
+said(load(Files, Count), '~w error(s) while loading the theory ~q: see above', [Count, Files]).
+said(module_header(File, Own), '~w begins with module(~q, ...): a theory file is plain Prolog with no header', [File, Own]).
+said(no_domain(D), '~q is neither a list nor a predicate of the theory whose one argument is a list', [D]).
+said(not_a_formula(P), '~q is not a formula', [P]).
+said(not_a_formula(P, G), '~q is not a formula: its value is ~q', [P, G]).
+said(effect_not_ground(A, F, V), 'an effect of ~q sets ~q to ~q, which is not ground', [A, F, V]).
+said(impossible_result(A, R, F), 'the result ~q of ~q contradicts every possible value of ~q', [R, A, F]).
+said(cannot_branch(P),
+     'branch(~q): neither a relational fluent nor Fluent = Value for a fluent with several possible values', [P]).
+said(achieve_option(O), '~q is not an option of achieve/3: actions(List), id(Name), simid(Id), mess(Text)', [O]).
+said(simulator_loops(Id),
+     'simulator(~q, Condition, Action) goes on for ever: its actions do not make its conditions false', [Id]).
+said(unknown_exogenous(A), 'sim(~q): the theory declares no such exogenous action', [A]).
+said(no_answer(wait), 'the input ended while the program waited for an exogenous action', []).
+said(no_answer(A), 'the input ended before it gave a sensing result for ~q', [A]).
 
 % What a program that failed could not get past.
 stands(failed, Rest, History) -->

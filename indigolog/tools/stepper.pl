@@ -24,22 +24,7 @@ A stepper is stepper(Configurations, Devices), the configurations being
 conf(E, S, Entries), the newest first: the program that remains, the situation,
 and what a journal tells of the time after it, if one is replayed.
 
-| command         | does                                                       |
-|-----------------|------------------------------------------------------------|
-| step            | the next action, the first of the possible ones            |
-| step(N)         | the N-th of the possible ones                              |
-| run, run(N)     | steps until there is none, N steps                         |
-| next            | what can happen next                                       |
-| fluents         | every fluent that has a value                              |
-| fluents(F)      | those that match                                           |
-| program         | the program that remains                                   |
-| history         | the actions so far                                         |
-| exog(A)         | the exogenous action A happens                             |
-| undo            | as if the last command that did something had not been     |
-| test(P)         | is formula P true?                                         |
-| why             | why the program has no step                                |
-| why(Question)   | poss(A), holds(P), search(E) or a program                  |
-| help            | the commands                                               |
+The commands are those that the console (console.pl) lists, as terms.
 */
 
 %!  start_stepper(+Program, +Options, -Stepper) is det.
