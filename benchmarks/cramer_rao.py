@@ -29,12 +29,14 @@ from scipy.special import owens_t
 from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.pose import Pose, disturbed
+from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.image_set import ImageSet
 from vision_server.pose.covariance import pose_covariance
 from vision_server.pose.line_scales import line_scales
-from vision_server.pose.observation import Measurement, measure
-from vision_server.pose.refinement import KNOWN_TONE_SD_PX, Solution, moved, refine, solve
+from vision_server.pose.observation import Observation, PoseProblem, observe
+from vision_server.pose.refinement import Solution, refine, solve
 from vision_server.pose.sampling import LEAST_SPACING_PX
+from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
 
 Floats = NDArray[np.float64]
@@ -46,7 +48,6 @@ GREYS = (70.0, 150.0, 60.0, 190.0, 110.0, 170.0)  # of the faces, linear, 0..255
 BACKGROUND = 25.0
 STEPS = (1e-4, 1e-4, 1e-4, 2e-5, 2e-5, 2e-5)  # rad, m: a twentieth of a pixel or less
 GREY_STEP, BLUR_STEP = 0.5, 0.02
-SCALE_REACH_PX = 4.0
 FAR = 7.0  # standard deviations of the blur, beyond which an edge is not seen
 POINTS_SD_PX, POINTS_TRIALS = (0.1, 0.2, 0.4), 1000
 POINTS_STEP = np.array([2e-3, 2e-3, 2e-3, 3e-4, 3e-4, 3e-4])  # rad, m: some tenths of a pixel
@@ -155,8 +156,8 @@ def run_trial(noise_grey: float, blur_px: float, seed: int) -> Errors:
     images.add("i1", pixels.astype(np.uint8), 1.0, 1.0)
     channels = images.gradients(["i1"])
     start = disturbed(true, rng, 0.5, 1.0, CAMERA.fx)
-    scale = line_scales(channels, cuboid(), CAMERA, start, SCALE_REACH_PX)
-    solution = refine(channels, cuboid(), CAMERA, start, scale)
+    problem = PoseProblem.at_scale(channels, cuboid(), CAMERA)
+    solution = refine(replace(problem, scale=line_scales(problem, start)), start)
     if solution is None:
         return Errors(np.inf, np.inf)
     turn = true.compose(solution.pose.inverse())
@@ -167,33 +168,32 @@ def run_trial(noise_grey: float, blur_px: float, seed: int) -> Errors:
 
 def points_trial(sd_px: float, seed: int) -> Errors:
     """Edge points of known noise on the box's lines, a small step away: solved for, and compared."""
-    measurement = _clean_measurement()
+    clean = _clean_observation()
     rng = np.random.default_rng(seed)
     true = rng.normal(0.0, 1.0, 6) * POINTS_STEP
-    shift = measurement.jacobian @ true
+    shift = clean.jacobian @ true
     offset = shift + rng.normal(0.0, sd_px, shift.shape)
-    noisy = replace(measurement, offset=offset[None], sd=np.full((1, len(shift)), sd_px))
-    base = base_weights(noisy, len(cuboid().lines), exact_ends=False)
+    noisy = clean._replace(offset=offset[None], sd=np.full((1, len(shift)), sd_px))
+    base = base_weights(noisy, False)
     range_m = float(np.linalg.norm(POSE.translation))
     found, weight = solve(noisy, base, range_m, KNOWN_TONE_SD_PX)
     error = found[:6] - true
-    bound = measurement.jacobian.T @ measurement.jacobian / sd_px**2
-    solution = Solution(moved(POSE, found, noisy.centre), POSE, noisy, weight, found[6:], KNOWN_TONE_SD_PX)
+    bound = clean.jacobian.T @ clean.jacobian / sd_px**2
+    solution = Solution(moved(POSE, found, noisy.centre), noisy, weight, KNOWN_TONE_SD_PX)
     step = np.r_[error[:3], error[3:] - np.cross(error[:3], noisy.centre)]
     stated = step @ np.linalg.solve(pose_covariance(solution), step)
     return Errors(float(error @ bound @ error), float(stated))
 
 
 @cache
-def _clean_measurement() -> Measurement:
+def _clean_observation() -> Observation:
     """The box's lines at POSE, each sample with an edge point of the same strength."""
     pixels = np.round(picture(POSE, np.array([*GREYS, BACKGROUND]), 0.7)).astype(np.uint8)
     images = ImageSet(CAMERA.width, CAMERA.height)
     images.add("i1", pixels, 1.0, 1.0)
     channels = images.gradients(["i1"])
-    scale = np.zeros((1, len(cuboid().lines)), dtype=np.int64)
-    found = measure(channels, cuboid(), CAMERA, POSE, 3.0, scale, LEAST_SPACING_PX)
-    return replace(found, strength=np.ones_like(found.strength), nuisance=np.zeros_like(found.nuisance))
+    seen = observe(PoseProblem.at_scale(channels, cuboid(), CAMERA), POSE, 3.0, LEAST_SPACING_PX)
+    return seen._replace(strength=np.ones_like(seen.strength), nuisance=np.zeros_like(seen.nuisance))
 
 
 def row_of(name: str, errors: list[Errors]) -> dict[str, Any]:

@@ -35,7 +35,8 @@ from vision_server.matching.icp import Lookup, score_poses
 from vision_server.matching.match import Problem, distinct, matching_problem
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
 from vision_server.matching.search import COARSE_SPACING_PX, MOST_HYPOTHESES, Effort, finished
-from vision_server.pose.ranking import Refiner
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.ranking import best_first
 from vision_server.rivals.genetic import GENERATIONS, POPULATION, evolved
 from vision_server.segments.extraction import extract_segments
 
@@ -140,7 +141,8 @@ def run_trial(trial: Trial) -> dict[str, list[tuple[bool, float]]]:
     images = ImageSet(camera.width, camera.height)
     images.add("i1", photograph.pixels, photograph.exposure, photograph.gamma)
     segments = extract_segments(images.edge_map(["i1"])).endpoints
-    refiner = Refiner(images.gradients(["i1"]), model, camera, 0, photograph.tone_sd_px)
+    channels = images.gradients(["i1"])
+    problem = PoseProblem.at_scale(channels, model, camera, tone_sd_px=photograph.tone_sd_px)
     out: dict[str, list[tuple[bool, float]]] = {name: [] for name in trial.rows}
     for number in range(trial.starts):
         rng = np.random.default_rng([photograph.number, number])
@@ -149,7 +151,7 @@ def run_trial(trial: Trial) -> dict[str, list[tuple[bool, float]]]:
             began = time.perf_counter()
             poses = ROWS[name](segments, model, camera, seed, number)
             seconds = time.perf_counter() - began
-            best = refiner.best_first(poses)
+            best = best_first(problem, poses)
             right = bool(best) and best[0].solution.pose.error_to(photograph.true).within(*LIMITS)
             out[name].append((right, seconds))
     return out

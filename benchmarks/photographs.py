@@ -21,9 +21,8 @@ from image_server.simulator import Simulator
 from stack.exposure import full_levels, relative_exposure
 from stack.read import BasisStack, load_stack
 from vision_server.channels.image_files import read_grey
-from vision_server.channels.tone import file_tone
+from vision_server.channels.tone import KNOWN_TONE_SD_PX, file_tone
 from vision_server.image_set import ImageSet
-from vision_server.pose.refinement import KNOWN_TONE_SD_PX
 from vision_server.serve.inputs import read_camera
 
 

@@ -20,8 +20,8 @@ from geometry.pose import disturbed
 from vision_server.image_set import ImageSet
 from vision_server.matching import match_genetic, match_search
 from vision_server.pipeline import estimate_pose
-from vision_server.pose.ranking import COARSE_REACHES_PX, FINE_REACHES_PX, Refiner
-from vision_server.pose.refinement import KNOWN_TONE_SD_PX
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.ranking import COARSE_REACHES_PX, FINE_REACHES_PX, best_first, refined
 from vision_server.pose.sampling import spacing_for
 from vision_server.segments.extraction import extract_segments
 
@@ -73,12 +73,12 @@ def _target(show: Show, target: str) -> None:
     segments = extract_segments(one.edge_map(["i0"])).endpoints
     genetic = milliseconds(lambda: match_genetic(segments, model, camera, seed, 0))
     show(f"matching/{target}(genetic)", genetic, "ms", lsd_ms=lsd, ratio=genetic / lsd)
-    refiner = Refiner(one.gradients(["i0"]), model, camera, 0, KNOWN_TONE_SD_PX)
     start = match_search(segments, model, camera, seed, 0)[0].pose
-    scale = refiner.best_first([start])[0].evidence.measurement.scale
+    problem = PoseProblem.at_scale(one.gradients(["i0"]), model, camera)
+    problem = best_first(problem, [start])[0].problem
     reaches = (*COARSE_REACHES_PX, *FINE_REACHES_PX[1:])
     spacing = spacing_for(model, camera, start)
-    alone = milliseconds(lambda: refiner.refined(start, scale, reaches, spacing))
+    alone = milliseconds(lambda: refined(problem, start, reaches, spacing))
     show(f"refinement/{target}(one pose)", alone, "ms", lsd_ms=lsd, ratio=alone / lsd)
     images = image_set(shots)
     names = list(images.images)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from geometry.errors import GeometryError
-from geometry.rotation import euler_matrix, matrix_of, vector_of
+from geometry.rotation import cross_matrix, euler_matrix, matrix_of, vector_of
 
 Array = NDArray[np.float64]
 
@@ -131,6 +131,14 @@ class Pose:
             if key not in data:
                 raise GeometryError(f"pose has no {key}; it needs rotation_vector (rad) and translation (m)")
         return cls(data["rotation_vector"], data["translation"])
+
+
+def origin_jacobian(translation: Array) -> Array:
+    """How the target's origin moves with a small left-multiplied step of a pose (dr rad, dt m), (3, 6).
+
+    The origin goes from t to exp(dr)·t + dt: its step is dt - t x dr.
+    """
+    return np.hstack([-cross_matrix(translation), np.eye(3)])
 
 
 def disturbed(

@@ -34,40 +34,31 @@ def matrix_of(vector: Array) -> Array:
     return out
 
 
+def cross_matrix(vector: Array) -> Array:
+    """The matrix (3, 3) that multiplies by a vector (3,) from the left: cross_matrix(v) @ w = v x w."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
 def vector_of(matrix: Array) -> Array:
     """Rotation vector (3,) in rad, of length at most pi, of a rotation matrix (3, 3).
 
-    Goes through the unit quaternion with the largest pivot, so it is exact near 0 and near pi.
+    Goes through the unit quaternion with the largest pivot (Shepperd 1978): exact near 0 and near pi.
     """
-    m = matrix
-    trace = m[0, 0] + m[1, 1] + m[2, 2]
-    q = np.empty(4)
-    if trace >= m[0, 0] and trace >= m[1, 1] and trace >= m[2, 2]:
-        q[0] = 1.0 + trace
-        q[1] = m[2, 1] - m[1, 2]
-        q[2] = m[0, 2] - m[2, 0]
-        q[3] = m[1, 0] - m[0, 1]
-    elif m[0, 0] >= m[1, 1] and m[0, 0] >= m[2, 2]:
-        q[0] = m[2, 1] - m[1, 2]
-        q[1] = 1.0 + m[0, 0] - m[1, 1] - m[2, 2]
-        q[2] = m[0, 1] + m[1, 0]
-        q[3] = m[0, 2] + m[2, 0]
-    elif m[1, 1] >= m[2, 2]:
-        q[0] = m[0, 2] - m[2, 0]
-        q[1] = m[0, 1] + m[1, 0]
-        q[2] = 1.0 - m[0, 0] + m[1, 1] - m[2, 2]
-        q[3] = m[1, 2] + m[2, 1]
-    else:
-        q[0] = m[1, 0] - m[0, 1]
-        q[1] = m[0, 2] + m[2, 0]
-        q[2] = m[1, 2] + m[2, 1]
-        q[3] = 1.0 - m[0, 0] - m[1, 1] + m[2, 2]
-    q /= math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
-    if q[0] < 0.0:
-        q = -q
-    sine = math.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    trace = np.trace(matrix)
+    products = np.empty((4, 4))  # of the quaternion's components, times 4
+    products[0, 0] = 1.0 + trace
+    products[0, 1:] = products[1:, 0] = (
+        matrix[2, 1] - matrix[1, 2],
+        matrix[0, 2] - matrix[2, 0],
+        matrix[1, 0] - matrix[0, 1],
+    )
+    products[1:, 1:] = matrix + matrix.T + (1.0 - trace) * np.eye(3)
+    q = products[np.argmax(np.diag(products))]
+    q = q / math.copysign(math.sqrt(float(q @ q)), q[0])
+    sine = math.sqrt(float(q[1:] @ q[1:]))
     scale = 2.0 if sine < SMALL_ANGLE_RAD else 2.0 * math.atan2(sine, q[0]) / sine
-    return q[1:] * scale
+    return np.asarray(q[1:] * scale)
 
 
 def euler_matrices(angles: Array) -> Array:

@@ -6,8 +6,8 @@ signed distances of the two ends of the line: no ray is cast per sample.
 """
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +28,7 @@ NEAR = 1e-3  # nearest depth that is drawn, as a fraction of the model's diamete
 MIN_LINE_PX = 4.0  # lines shorter than this in the image are left out
 
 
-@dataclass(frozen=True, eq=False)
-class Samples:
+class Samples(NamedTuple):
     """Points along the visible parts of a model's lines.
 
     Attributes

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.pose import origin_jacobian
 from report.records import Covariance, PoseRecord
 
 Floats = NDArray[np.float64]
@@ -44,8 +45,7 @@ def uncertainty_of(pose: PoseRecord | None, covariance: Covariance | None) -> Un
         return None
     matrix = np.array(covariance)
     x, y, z = pose.translation
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    jacobian = np.hstack([-cross, np.eye(3)])
+    jacobian = origin_jacobian(np.array(pose.translation))
     position = jacobian @ matrix @ jacobian.T
     rotation = matrix[:3, :3]
     distance = math.sqrt(x * x + y * y + z * z)

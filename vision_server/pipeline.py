@@ -15,13 +15,14 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
+from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.image_set import ImageSet
 from vision_server.matching import MATCHERS, Hypothesis, SearchRange, match_genetic
 from vision_server.matching.match import distinct
 from vision_server.pose.covariance import pose_covariance, uncertainty
-from vision_server.pose.ranking import Refined, Refiner
-from vision_server.pose.refinement import KNOWN_TONE_SD_PX
-from vision_server.pose.support import Evidence, LineEvidence
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.ranking import Refined, best_first, turned
+from vision_server.pose.support import LineSupport, PoseSupport
 from vision_server.pose.trust import ambiguity, confidence, quality
 from vision_server.segments.extraction import extract_segments
 
@@ -85,11 +86,11 @@ class Estimate:
     supported_fraction: float = 0.0
     score: float = 0.0
     ambiguity: float = 0.0
-    lines: tuple[LineEvidence, ...] = ()
+    lines: tuple[LineSupport, ...] = ()
     rivals: tuple[Rival, ...] = ()
     segments: int = 0
     seconds: dict[str, float] = field(default_factory=dict)
-    evidence: Evidence | None = None
+    support: PoseSupport | None = None
 
 
 class _Stopwatch:
@@ -147,8 +148,8 @@ def pose_of_segments(
     hypotheses = _matched(endpoints, model, camera, seed_pose, settings)
     watch.lap("matching")
     least = SCALES_PX.index(settings.refinement_scale_px)
-    refiner = Refiner(channels, model, camera, least, settings.tone_sd_px)
-    estimate = _best(refiner, refiner.best_first(_worth_refining(hypotheses)))
+    problem = PoseProblem.at_scale(channels, model, camera, least, settings.tone_sd_px)
+    estimate = _best(best_first(problem, _worth_refining(hypotheses)))
     watch.lap("refinement")
     return replace(estimate, segments=len(endpoints), seconds=watch.seconds)
 
@@ -173,32 +174,29 @@ def _worth_refining(found: list[Hypothesis]) -> list[Pose]:
     return [one.pose for one in found if best <= 0.0 or one.score >= WORTH_REFINING * best]
 
 
-def _best(refiner: Refiner, refined: list[Refined]) -> Estimate:
-    if not refined or quality(refined[0].evidence) <= 0.0:
+def _best(found: list[Refined]) -> Estimate:
+    if not found or found[0].quality <= 0.0:
         return Estimate()
-    poses = [one.solution.pose for one in refined]
     keep = distinct(
-        np.array([pose.matrix for pose in poses]),
-        np.array([pose.translation for pose in poses]),
-        np.array([quality(one.evidence) for one in refined]),
-        len(poses),
+        np.array([one.pose.matrix for one in found]),
+        np.array([one.pose.translation for one in found]),
+        np.array([one.quality for one in found]),
+        len(found),
     )
-    best = refined[keep[0]]
-    others = [(refined[index].solution.pose, refined[index].evidence) for index in keep[1:]]
-    others = refiner.turned(best) + others
+    best = found[keep[0]]
+    rivals = turned(best) + [(found[index].pose, found[index].support) for index in keep[1:]]
     covariance = pose_covariance(best.solution)
-    spread = uncertainty(covariance, best.solution.pose.translation)
-    unclear = ambiguity(best.evidence, [evidence for _, evidence in others])
-    own = quality(best.evidence)
+    spread = uncertainty(covariance, best.pose.translation)
+    unclear = ambiguity(best.support, [support for _, support in rivals])
     return Estimate(
-        pose=best.solution.pose,
+        pose=best.pose,
         covariance=covariance,
-        rms_px=best.evidence.rms_px,
+        rms_px=best.support.rms_px,
         uncertainty=spread,
-        supported_fraction=best.evidence.supported_fraction,
-        score=confidence(best.evidence, unclear, spread),
+        supported_fraction=best.support.supported_fraction,
+        score=confidence(best.support, unclear, spread),
         ambiguity=unclear,
-        lines=best.evidence.lines,
-        rivals=tuple(Rival(pose, quality(evidence) / own) for pose, evidence in others),
-        evidence=best.evidence,
+        lines=best.support.lines,
+        rivals=tuple(Rival(pose, quality(support) / best.quality) for pose, support in rivals),
+        support=best.support,
     )

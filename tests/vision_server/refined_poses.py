@@ -1,5 +1,7 @@
 """Poses refined on synthetic pictures."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +11,8 @@ from geometry.pose import Pose
 from tests.vision_server.synthetic import CAMERA, one_image
 from vision_server.channels.gradients import GradientChannel
 from vision_server.pose.line_scales import line_scales
-from vision_server.pose.refinement import REACHES_PX, Solution, refine
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.refinement import Solution, refine
 
 
 def channels_of(pixels: NDArray[np.uint8], gamma: float = 1.0) -> list[GradientChannel]:
@@ -24,8 +27,12 @@ def refined(
     gamma: float = 1.0,
     tone_sd_px: float = 0.01,
 ) -> Solution:
-    channels = channels_of(pixels, gamma)
-    scale = line_scales(channels, model, camera, start, 4.0)
-    solution = refine(channels, model, camera, start, scale, REACHES_PX, tone_sd_px)
+    problem = PoseProblem.at_scale(channels_of(pixels, gamma), model, camera, tone_sd_px=tone_sd_px)
+    solution = refine(scaled(problem, start), start)
     assert solution is not None
     return solution
+
+
+def scaled(problem: PoseProblem, pose: Pose) -> PoseProblem:
+    """With the filters that suit the lines' blur."""
+    return replace(problem, scale=line_scales(problem, pose))

@@ -137,12 +137,12 @@ def test_a_subset_is_merged_as_if_the_rest_had_never_been(model: Model, picture:
 
 
 def test_confidence_falls_with_doubt(model: Model, picture: NDArray[np.float64]) -> None:
-    evidence = estimated(photographed(picture), model).evidence
-    assert evidence is not None
-    assert quality(evidence) > 0
-    sure = confidence(evidence, 0.0, 0.0005)
-    assert 0 <= confidence(evidence, 0.9, 0.0005) < sure <= 1
-    assert confidence(evidence, 0.0, 0.05) < sure
-    assert confidence(evidence, 1.0, 0.0005) <= 0.5  # one of two that are equally good
-    assert ambiguity(evidence, []) == 0.0
-    assert ambiguity(evidence, [evidence]) == 1.0
+    support = estimated(photographed(picture), model).support
+    assert support is not None
+    assert quality(support) > 0
+    sure = confidence(support, 0.0, 0.0005)
+    assert 0 <= confidence(support, 0.9, 0.0005) < sure <= 1
+    assert confidence(support, 0.0, 0.05) < sure
+    assert confidence(support, 1.0, 0.0005) <= 0.5  # one of two that are equally good
+    assert ambiguity(support, []) == 0.0
+    assert ambiguity(support, [support]) == 1.0

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.pose import origin_jacobian
+from geometry.rotation import cross_matrix
 from vision_server.pose.refinement import LINE_BIAS_PX, Solution, line_biases, prior_precision
 from vision_server.pose.solver import SAMPLES_TOGETHER
 
@@ -28,8 +30,9 @@ def pose_covariance(solution: Solution) -> Floats:
     the lines (integral of their autocorrelation, in samples), its covariance is A^-1 (L sum W^2 v K K' +
     sum_lines g g') A^-1, where g = sum over a line of W b K.
     """
-    measurement = solution.measurement
-    turn = _about_camera(measurement.centre)
+    seen = solution.observation
+    turn = np.eye(6)  # of steps about the turning point into steps about the camera: dt = v + centre x w
+    turn[3:, :3] = cross_matrix(seen.centre)
     weight = solution.weight.sum(axis=0)
     range_m = float(np.linalg.norm(solution.pose.translation))
     prior = np.diag(prior_precision(range_m, solution.tone_sd_px))
@@ -37,11 +40,11 @@ def pose_covariance(solution: Solution) -> Floats:
     if not used.any():
         return np.asarray(turn @ np.linalg.inv(prior)[:6, :6] @ turn.T)
     shared = solution.weight / np.maximum(weight, 1e-300)
-    nuisance = (shared[:, :, None] * measurement.nuisance).sum(axis=0)
-    bias = (shared * line_biases(measurement)).sum(axis=0)[used]
-    jacobian, weight = np.hstack([measurement.jacobian, nuisance])[used], weight[used]
-    line = measurement.samples.line[used]
-    offset = np.where(solution.weight > 0, measurement.offset, 0.0)
+    nuisance = (shared[:, :, None] * seen.nuisance).sum(axis=0)
+    bias = (shared * line_biases(seen)).sum(axis=0)[used]
+    jacobian, weight = np.hstack([seen.jacobian, nuisance])[used], weight[used]
+    line = seen.samples.line[used]
+    offset = np.where(solution.weight > 0, seen.offset, 0.0)
     combined = (solution.weight * offset).sum(axis=0)[used] / weight
     rows, biased = _without_biases(jacobian, weight, bias, line)
     pull_of_prior = SAMPLES_TOGETHER * prior
@@ -72,14 +75,6 @@ def _groups(line: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int6
     """First sample of each line, and how many lines came before each sample's; ``line`` (N,) ascending."""
     starts = np.r_[True, line[1:] != line[:-1]]
     return np.flatnonzero(starts), np.cumsum(starts) - 1
-
-
-def _about_camera(centre: Floats) -> Floats:
-    """Steps about ``centre`` to steps about the camera's origin: dt = v + centre x w, (6, 6)."""
-    x, y, z = centre
-    out = np.eye(6)
-    out[3:, :3] = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
-    return out
 
 
 def _line_variances(residual: Floats, weight: Floats, line: NDArray[np.int64]) -> Floats:
@@ -114,9 +109,7 @@ def uncertainty(covariance: Floats, translation: Floats) -> float:
     The larger of the largest axis of the target origin's position over its range, and the largest axis of the
     rotation in degrees over 100.
     """
-    x, y, z = translation
-    # the origin goes from t to exp(dr) t + dt: its step is dt - t x dr
-    origin = np.hstack([-np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]), np.eye(3)])
+    origin = origin_jacobian(translation)
     position = np.linalg.eigvalsh(origin @ covariance @ origin.T)[-1]
     rotation = np.linalg.eigvalsh(covariance[:3, :3])[-1]
     range_m = float(np.linalg.norm(translation))

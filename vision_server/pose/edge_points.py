@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,112 +64,152 @@ def _parabola(before: float, here: float, after: float) -> tuple[float, float]:
     return (0.5 * (after - before) / bend if bend > 0.0 else np.inf), bend
 
 
+class EdgePoints(NamedTuple):
+    """Edge points on the normals of N samples in C channels, PEAKS at most of each, (C, N, PEAKS).
+
+    Attributes
+    ----------
+    offset : px along the normal, NaN where there is none.
+    snr : of the derivative there against its noise, 0 where there is none.
+    sd : standard deviation of ``offset``, px.
+    strength : the signed derivative, grey per px.
+    """
+
+    offset: Floats
+    snr: Floats
+    sd: Floats
+    strength: Floats
+
+
+class Channel(NamedTuple):
+    """One channel at one scale, see `GradientChannel`: (H, W, 2), (H, W) and (H, W); the scale in px."""
+
+    gradient: NDArray[np.float32]
+    noise: NDArray[np.float32]
+    near_clipped: NDArray[np.uint8]
+    sigma: float
+
+
+class Normals(NamedTuple):
+    """Where edges are looked for.
+
+    Attributes
+    ----------
+    image, normal : (N, 2) px; the unit normal of the line in the image.
+    reach_px : (N,), how far to look to either side.
+    """
+
+    image: Floats
+    normal: Floats
+    reach_px: Floats
+
+
 @kernel(error_model="numpy")
 def find_edge_points(
     gradient: NDArray[np.float32],
     noise: NDArray[np.float32],
     near_clipped: NDArray[np.uint8],
-    sigmas: Floats,
     scale: NDArray[np.int64],
-    image: Floats,
-    normal: Floats,
-    reach_px: Floats,
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Look for edges on the normals of samples, in one channel.
+    sigmas: Floats,
+    normals: Normals,
+    c: int,
+    out: EdgePoints,
+) -> None:
+    """Look for edges on the normals of samples, in one channel, the c-th of ``out``.
 
-    The derivative g . n along the normal, where g is the gradient smoothed with the sample's scale, is looked
-    at in steps of a pixel. Each maximum of its magnitude is placed by a parabola through the logarithms of
-    three values one px apart (exact for a Gaussian-shaped response), first on the steps and then around the
-    place so found, which frees it from their phase. Its standard deviation follows from the noise of the
-    second derivative divided by the curvature.
+    The derivative g . n along the normal, where g is the smoothed gradient, is looked at in steps of a pixel.
+    Each maximum of its magnitude is placed by a parabola through the logarithms of three values one px apart
+    (exact for a Gaussian-shaped response), first on the steps and then around the place so found, which frees
+    it from their phase. Its standard deviation follows from the noise of the second derivative divided by the
+    curvature. The strongest maxima are kept.
 
     Parameters
     ----------
-    gradient, near_clipped
-        (S, H, W, 2) and (S, H, W), see `GradientChannel`; noise (H, W).
-    sigmas
-        (S,) px. scale: (N,), index into them for each sample.
-    image, normal
-        (N, 2) px; the unit normal of the line in the image.
-    reach_px
-        (N,), how far to look to either side.
-
-    Returns
-    -------
-    offset (N, PEAKS) px along the normal, NaN where there is none; snr (N, PEAKS); sd_px (N, PEAKS);
-    strength (N, PEAKS), the signed derivative, grey per px.
+    gradient, noise, near_clipped
+        (S, H, W, 2), (H, W) and (S, H, W), see `GradientChannel`.
+    scale, sigmas
+        (N,), index into (S,) px for each sample.
+    c
+        Which channel it is.
     """
-    count = len(image)
     rows, columns = noise.shape
-    right, bottom = columns - 2.0, rows - 2.0
-    offset = np.full((count, PEAKS), np.nan)
-    snr = np.zeros((count, PEAKS))
-    sd = np.zeros((count, PEAKS))
-    strength = np.zeros((count, PEAKS))
-    profile = np.empty(2 * int(np.ceil(reach_px.max())) + 3 if count > 0 else 0)
-    for i in range(count):
+    out.offset[c], out.snr[c], out.sd[c], out.strength[c] = np.nan, 0.0, 0.0, 0.0
+    profile = np.empty(2 * int(np.ceil(normals.reach_px.max())) + 3)
+    for i in range(len(scale)):
         s = scale[i]
-        sigma = sigmas[s]
-        half = int(np.ceil(reach_px[i])) + 1
-        nx, ny = normal[i, 0], normal[i, 1]
-        at_scale = gradient[s]
+        channel = Channel(gradient[s], noise, near_clipped[s], sigmas[s])
+        image, normal = normals.image[i], normals.normal[i]
+        nx, ny = normal[0], normal[1]
+        half = int(np.ceil(normals.reach_px[i])) + 1
         for k in range(2 * half + 1):
             u = float(k - half)
-            x, y = image[i, 0] + u * nx, image[i, 1] + u * ny
+            x, y = image[0] + u * nx, image[1] + u * ny
             inside = x >= 0.0 and y >= 0.0 and x < columns - 1 and y < rows - 1
-            profile[k] = _derivative(at_scale, x, y, nx, ny) if inside else 0.0
+            profile[k] = _derivative(channel.gradient, x, y, nx, ny) if inside else 0.0
         found = 0
         for k in range(1, 2 * half):
             here = abs(profile[k])
             if here <= abs(profile[k - 1]) or here < abs(profile[k + 1]):
                 continue
-            u = float(k - half)
-            x, y = image[i, 0] + u * nx, image[i, 1] + u * ny
-            if x < 1.0 or y < 1.0 or x >= right or y >= bottom:
+            place, snr, sd, strength = _refined_maximum(
+                channel, image, normal, float(k - half), profile[k - 1 : k + 2]
+            )
+            if snr == 0.0 or abs(place) > normals.reach_px[i]:
                 continue
-            pixel_noise = noise[int(y + 0.5), int(x + 0.5)]
-            to_snr = sigma * sigma / (DERIVATIVE_NOISE * pixel_noise)
-            if here * to_snr < MIN_SNR:
-                continue
-            sign = 1.0 if profile[k] > 0.0 else -1.0
-            shift, bend = _parabola(sign * profile[k - 1], here, sign * profile[k + 1])
-            if not abs(shift) <= MOST_SHIFT_PX:
-                continue
-            place = u + shift
-            x, y = image[i, 0] + place * nx, image[i, 1] + place * ny
-            if x < 2.0 or y < 2.0 or x >= right - 1.0 or y >= bottom - 1.0:
-                continue
-            along_x, along_y = _gradient(at_scale, x, y)
-            here = sign * (nx * along_x + ny * along_y)
-            if not here > 0.0:
-                continue
-            before = sign * _derivative(at_scale, x - nx, y - ny, nx, ny)
-            after = sign * _derivative(at_scale, x + nx, y + ny, nx, ny)
-            shift, bend = _parabola(before, here, after)
-            if not abs(shift) <= 0.5:
-                continue
-            place += shift
-            across = nx * along_y - ny * along_x
-            if here < MIN_ALIGNED * math.sqrt(here * here + across * across) or abs(place) > reach_px[i]:
-                continue
-            ratio = here * to_snr
-            if ratio < MIN_SNR:
-                continue
-            uncertainty = CURVATURE_NOISE * pixel_noise / (sigma * sigma * sigma * here * bend)
-            if near_clipped[s, int(y + 0.5), int(x + 0.5)] != 0:
-                uncertainty = math.sqrt(uncertainty * uncertainty + (CLIPPED_SD_PX * sigma) ** 2)
-                ratio *= 0.5
             slot = found
             if found == PEAKS:
-                slot = -1
-                weakest = ratio
-                for m in range(PEAKS):
-                    if snr[i, m] < weakest:
-                        weakest, slot = snr[i, m], m
-                if slot < 0:
+                slot = int(np.argmin(out.snr[c, i]))
+                if out.snr[c, i, slot] >= snr:
                     continue
             else:
                 found += 1
-            offset[i, slot], snr[i, slot], sd[i, slot] = place, ratio, uncertainty
-            strength[i, slot] = sign * here
-    return offset, snr, sd, strength
+            out.offset[c, i, slot], out.snr[c, i, slot] = place, snr
+            out.sd[c, i, slot], out.strength[c, i, slot] = sd, strength
+
+
+@kernel(error_model="numpy")
+def _refined_maximum(
+    channel: Channel, image: Floats, normal: Floats, u: float, values: Floats
+) -> tuple[float, float, float, float]:
+    """Place, SNR, standard deviation and strength of a maximum ``u`` px from a sample; SNR 0 for none.
+
+    ``values`` (3,) are the derivatives from u - 1 to u + 1.
+    """
+    none = (0.0, 0.0, 0.0, 0.0)
+    rows, columns = channel.noise.shape
+    right, bottom = columns - 2.0, rows - 2.0
+    nx, ny, sigma = normal[0], normal[1], channel.sigma
+    x, y = image[0] + u * nx, image[1] + u * ny
+    if x < 1.0 or y < 1.0 or x >= right or y >= bottom:
+        return none
+    pixel_noise = channel.noise[int(y + 0.5), int(x + 0.5)]
+    to_snr = sigma * sigma / (DERIVATIVE_NOISE * pixel_noise)
+    sign = 1.0 if values[1] > 0.0 else -1.0
+    here = abs(values[1])
+    if here * to_snr < MIN_SNR:
+        return none
+    shift, bend = _parabola(sign * values[0], here, sign * values[2])
+    if not abs(shift) <= MOST_SHIFT_PX:
+        return none
+    place = u + shift
+    x, y = image[0] + place * nx, image[1] + place * ny
+    if x < 2.0 or y < 2.0 or x >= right - 1.0 or y >= bottom - 1.0:
+        return none
+    along_x, along_y = _gradient(channel.gradient, x, y)
+    here = sign * (nx * along_x + ny * along_y)
+    if not here > 0.0:
+        return none
+    before = sign * _derivative(channel.gradient, x - nx, y - ny, nx, ny)
+    after = sign * _derivative(channel.gradient, x + nx, y + ny, nx, ny)
+    shift, bend = _parabola(before, here, after)
+    across = nx * along_y - ny * along_x
+    if not abs(shift) <= 0.5 or here < MIN_ALIGNED * math.sqrt(here * here + across * across):
+        return none
+    snr = here * to_snr
+    if snr < MIN_SNR:
+        return none
+    sd = CURVATURE_NOISE * pixel_noise / (sigma * sigma * sigma * here * bend)
+    if channel.near_clipped[int(y + 0.5), int(x + 0.5)] != 0:
+        sd = math.sqrt(sd * sd + (CLIPPED_SD_PX * sigma) ** 2)
+        snr *= 0.5
+    return place + shift, snr, sd, sign * here

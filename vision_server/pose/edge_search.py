@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from numerics.kernels import kernel
 from vision_server.channels.gradients import SCALES_PX, GradientChannel, Region
-from vision_server.pose.edge_points import PEAKS, find_edge_points
+from vision_server.pose.edge_points import PEAKS, EdgePoints, Normals, find_edge_points
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -17,41 +17,25 @@ Ints = NDArray[np.int64]
 BEYOND_PX = 4  # of the reach, that the kernel looks at: the next step, bilinear, and around the maximum
 
 
-def search(
-    channels: Sequence[GradientChannel], scale: Ints, image: Floats, normal: Floats, reach_px: Floats
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """See `find_edge_points`, whose parameters and returned arrays these are, with the channels in front.
+def search(channels: Sequence[GradientChannel], scale: Ints, normals: Normals) -> EdgePoints:
+    """Edge points in all channels, see `find_edge_points`.
 
     Parameters
     ----------
     scale
         (C, N), index into SCALES_PX for each channel and sample; C-contiguous, as kernels expect.
-    image, normal, reach_px
-        (N, 2), (N, 2), (N,), px.
-
-    Returns
-    -------
-    offset, snr, sd, strength, (C, N, PEAKS) each.
     """
-    shape = (len(channels), len(image), PEAKS)
-    offset, snr, sd, strength = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
-    if len(image) == 0:
-        return offset, snr, sd, strength
-    needed: Region = _bounds(image, float(reach_px.max()) + BEYOND_PX)
-    sigmas = np.array(SCALES_PX)
-    for c, channel in enumerate(channels):
-        channel.prepare(int(scale[c].max()) + 1, needed)
-        offset[c], snr[c], sd[c], strength[c] = find_edge_points(
-            channel.gradient,
-            channel.noise,
-            channel.near_clipped,
-            sigmas,
-            scale[c],
-            image,
-            normal,
-            reach_px,
-        )
-    return offset, snr, sd, strength
+    shape = (len(channels), len(normals.image), PEAKS)
+    out = EdgePoints(*(np.empty(shape) for _ in EdgePoints._fields))
+    if len(normals.image) > 0:
+        needed: Region = _bounds(normals.image, float(normals.reach_px.max()) + BEYOND_PX)
+        sigmas = np.array(SCALES_PX)
+        for c, channel in enumerate(channels):
+            channel.prepare(int(scale[c].max()) + 1, needed)
+            find_edge_points(
+                channel.gradient, channel.noise, channel.near_clipped, scale[c], sigmas, normals, c, out
+            )
+    return out
 
 
 @kernel()

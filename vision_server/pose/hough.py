@@ -1,4 +1,4 @@
-"""Where along each model line the image has one straight edge: a vote over the edge points of all channels.
+"""Where along each model line the image has one straight edge: Hough votes of all edge points.
 
 A small error of the pose moves a straight line by an amount that is linear along it. Edge points of the true
 edge agree on one such shift in every channel; texture, shadow edges and noise do not.
@@ -41,41 +41,44 @@ ROUNDING = 1e-9  # share that sums in another order may differ by
 
 @kernel()
 def vote(
-    line: Ints,
-    along: Floats,
-    offset: Floats,
-    quality: Floats,
-    line_count: int,
-    reach_px: float,
-    width_px: Floats,
-    shift: Floats,
-    agreed: Floats,
-) -> None:
+    line: Ints, along: Floats, offset: Floats, quality: Floats, lines: int, reach_px: float, width_px: Floats
+) -> Floats:
     """Choose for each line the straight edge that most edge points lie on.
 
     Parameters
     ----------
     line, along
-        (N,), the sample's line, and its place on it from -1 to 1.
+        (N,), the sample's line, of so many ``lines``, and its place on it from -1 to 1.
     offset, quality
         (C, N, K), edge points of C channels (NaN: none), and what each counts, 0..1.
     reach_px
         Votes are for shifts up to this.
     width_px
-        (L,), tolerance of each line's vote, px.
-    shift
-        (L, 2), output: offset at the line's middle, and its change from there to its end (at along = 1).
-    agreed
-        (L,), output: votes that the chosen edge got, as a share of the line's samples and channels.
+        (L,), tolerance of each line's vote.
+
+    Returns
+    -------
+    shift (L, 2), px: offset at the line's middle, and its change from there to its end (at along = 1); 0 for
+    lines without votes.
     """
+    shift = np.zeros((lines, 2))
+    table = _ballots(line, along, offset, quality, lines, reach_px, width_px)
+    for m in range(lines):
+        first, last = _elected(table[m])
+        if first >= 0:
+            shift[m, 0] = (0.5 * (first + last) / BINS_PER_REACH - 1.0) * reach_px
+            shift[m, 1] = 0.5 * (last - first) / BINS_PER_REACH * reach_px
+    return shift
+
+
+@kernel()
+def _ballots(
+    line: Ints, along: Floats, offset: Floats, quality: Floats, lines: int, reach_px: float, width_px: Floats
+) -> Floats:
+    """Votes by line, place along it and shift, (L, ALONG_BINS, BINS); parameters as in `vote`."""
     channels, count, peaks = offset.shape
-    bins = BINS
     size = reach_px / BINS_PER_REACH
-    table = np.zeros((line_count, ALONG_BINS, bins))
-    samples = np.zeros(line_count)
-    rest = np.empty(ALONG_BINS + 1)  # most votes that a course can get from a bin on
-    for i in range(count):
-        samples[line[i]] += 1.0
+    table = np.zeros((lines, ALONG_BINS, BINS))
     for c in range(channels):
         for i in range(count):
             b = min(ALONG_BINS - 1, int((along[i] + 1.0) * 0.5 * ALONG_BINS))
@@ -85,55 +88,58 @@ def vote(
                     continue
                 width = max(width_px[line[i]], size)
                 first = max(0, int(np.ceil((u - width) / size)) + BINS_PER_REACH)
-                last = min(bins - 1, int(np.floor((u + width) / size)) + BINS_PER_REACH)
+                last = min(BINS - 1, int(np.floor((u + width) / size)) + BINS_PER_REACH)
                 for j in range(first, last + 1):
                     distance = abs((j - BINS_PER_REACH) * size - u) / width
                     table[line[i], b, j] += quality[c, i, k] * (1.0 - distance)
-    for m in range(line_count):
-        shift[m, 0] = shift[m, 1] = agreed[m] = 0.0
-        if samples[m] == 0.0:
-            continue
-        rest[ALONG_BINS] = 0.0
-        for b in range(ALONG_BINS - 1, -1, -1):
-            rest[b] = rest[b + 1] + table[m, b].max()
-        least = 0.0
-        for first in range(bins):
-            total = 0.0
-            for b in range(ALONG_BINS):
-                total += table[m, b, first]
-            least = max(least, total * COUNTS[first, first])
-        least *= 1.0 - ROUNDING
-        best = 0.0
-        for first in range(bins):
-            for last in range(bins):
-                counts, total = COUNTS[first, last], 0.0
-                if rest[0] * counts < least:
-                    continue
-                for b in range(ALONG_BINS):
-                    if b in CHECKED_BINS and (total + rest[b]) * counts < least:
-                        break
-                    total += table[m, b, COURSE[first, last, b]]
-                total *= counts
-                if total > best:
-                    best = total
-                    shift[m, 0] = (0.5 * (first + last) / BINS_PER_REACH - 1.0) * reach_px
-                    shift[m, 1] = 0.5 * (last - first) / BINS_PER_REACH * reach_px
-        agreed[m] = best / (samples[m] * channels)
+    return table
 
 
 @kernel()
-def choose(line: Ints, along: Floats, offset: Floats, shift: Floats, width_px: Floats, chosen: Ints) -> None:
-    """The edge point of each channel and sample that is nearest to its line's edge, -1 for none.
+def _elected(table: Floats) -> tuple[int, int]:
+    """First and last bin of the course with most votes (ALONG_BINS, BINS), (-1, -1) without any.
 
-    Parameters as in `vote`; chosen (C, N) is the output.
+    A course is left early when it cannot reach what the best level course has any more.
+    """
+    rest = np.zeros(ALONG_BINS + 1)  # most votes that a course can get from a bin on
+    for b in range(ALONG_BINS - 1, -1, -1):
+        rest[b] = rest[b + 1] + table[b].max()
+    least = 0.0
+    for first in range(BINS):
+        total = 0.0
+        for b in range(ALONG_BINS):
+            total += table[b, first]
+        least = max(least, total * COUNTS[first, first])
+    least *= 1.0 - ROUNDING
+    best, elected = 0.0, (-1, -1)
+    for first in range(BINS):
+        for last in range(BINS):
+            counts, total = COUNTS[first, last], 0.0
+            if rest[0] * counts < least:
+                continue
+            for b in range(ALONG_BINS):
+                if b in CHECKED_BINS and (total + rest[b]) * counts < least:
+                    break
+                total += table[b, COURSE[first, last, b]]
+            if total * counts > best:
+                best, elected = total * counts, (first, last)
+    return elected
+
+
+@kernel()
+def choose(line: Ints, along: Floats, offset: Floats, shift: Floats, width_px: Floats) -> Ints:
+    """Which edge point of each channel and sample is nearest to its line's edge, (C, N), -1 for none.
+
+    Parameters as in `vote`, and the ``shift`` that it returns.
     """
     channels, count, peaks = offset.shape
+    chosen = np.full((channels, count), -1)
     for c in range(channels):
         for i in range(count):
             expected = shift[line[i], 0] + shift[line[i], 1] * along[i]
-            nearest, at = 1.5 * width_px[line[i]], -1
+            nearest = 1.5 * width_px[line[i]]
             for k in range(peaks):
                 distance = abs(offset[c, i, k] - expected)
                 if distance < nearest:
-                    nearest, at = distance, k
-            chosen[c, i] = at
+                    nearest, chosen[c, i] = distance, k
+    return chosen

@@ -1,4 +1,4 @@
-"""Start poses beside a pose, for rivals that no small step leads to.
+"""Multi-start hypotheses: start poses beside a pose, for rivals that no small step leads to.
 
 Printed lines, shadow edges and double outlines run beside true edges, and a fit that took one of them for a
 model line can be nearly as good as the truth. A motion that the lines hardly hold can hide another one. All
@@ -9,27 +9,24 @@ another look at the images.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.camera import Camera
-from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
 from numerics.cholesky import solve_positive
 from numerics.kernels import kernel
-from vision_server.channels.gradients import GradientChannel
+from vision_server.pose.edge_points import Normals
 from vision_server.pose.edge_search import search
 from vision_server.pose.hough import vote
-from vision_server.pose.observation import places_on_lines, step_jacobian, turning_point
-from vision_server.pose.refinement import moved, prior_precision
+from vision_server.pose.observation import PoseProblem, places_on_lines
+from vision_server.pose.refinement import prior_precision
 from vision_server.pose.sampling import thinned
+from vision_server.pose.steps import moved, step_jacobian, turning_point
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 REACH_PX = 24.0  # how far beside a line another edge is looked for
 APART_PX = 1.5  # an edge closer than this to the line is the line's own
@@ -51,7 +48,7 @@ LEAST_EXPLAINED = 0.75  # of what the pose explains, for a step to be worth a lo
 
 
 @dataclass(frozen=True, eq=False)
-class Surroundings:
+class EdgesAround:
     """All edge points near a pose's visible lines; N samples, K edge points of each.
 
     Attributes
@@ -72,27 +69,21 @@ class Surroundings:
     offset: Floats
 
 
-def surroundings(
-    channels: Sequence[GradientChannel], model: Model, camera: Camera, pose: Pose, scale: Ints
-) -> Surroundings:
-    """Look for edges up to REACH_PX from the lines; ``scale`` (C, L) as in `measure`."""
-    samples = thinned(visible_samples(model, camera, pose, SPACING_PX), MOST_SAMPLES)
-    normal = samples.normal
+def edges_around(problem: PoseProblem, pose: Pose) -> EdgesAround:
+    """Look for edges up to REACH_PX from the lines."""
+    samples = thinned(visible_samples(problem.model, problem.camera, pose, SPACING_PX), MOST_SAMPLES)
+    normal, scale = samples.normal, np.take(problem.scale, samples.line, axis=1)
     found: list[Floats] = []
     for middle, reach_px in ((0.0, APART_PX), (-BESIDE_PX, ASIDE_PX), (BESIDE_PX, ASIDE_PX)):
-        places, reach = samples.image + middle * normal, np.full(len(normal), reach_px)
-        offset, *_ = search(channels, np.take(scale, samples.line, axis=1), places, normal, reach)
-        found.extend(offset + middle)
+        reach = np.full(len(normal), reach_px)
+        points = search(problem.channels, scale, Normals(samples.image + middle * normal, normal, reach))
+        found.extend(points.offset + middle)
     every = np.concatenate(found, axis=1) if found else np.empty((len(normal), 0))
     merged = _merged(np.sort(every, axis=1))  # NaN go last
     most = int(np.isfinite(merged).sum(axis=1).max(initial=0))
-    centre = turning_point(model, pose)
-    return Surroundings(
-        samples,
-        step_jacobian(camera, pose.apply(samples.points), normal, centre),
-        centre,
-        np.ascontiguousarray(merged[:, :most]),
-    )
+    centre = turning_point(problem.model, pose)
+    jacobian = step_jacobian(problem.camera, pose.apply(samples.points), normal, centre)
+    return EdgesAround(samples, jacobian, centre, np.ascontiguousarray(merged[:, :most]))
 
 
 @kernel()
@@ -110,7 +101,7 @@ def _merged(offset: Floats) -> Floats:
     return out
 
 
-def starts_beside(near: Surroundings, pose: Pose, lines: int, most: int) -> list[Pose]:
+def hypotheses_beside(near: EdgesAround, pose: Pose, lines: int, most: int) -> list[Pose]:
     """Poses beside ``pose`` that explain nearly as much of the edges around it, the most promising first.
 
     Parameters
@@ -162,13 +153,13 @@ def loosened_steps(jacobian: Floats, weight: Floats, prior: Floats, range_m: flo
     return out
 
 
-def laid_steps(near: Surroundings, held: Floats, prior: Floats, lines: int) -> list[Floats]:
+def laid_steps(near: EdgesAround, held: Floats, prior: Floats, lines: int) -> list[Floats]:
     """Steps (6,) that lay one line on another straight edge beside it, the clearest edges first.
 
     The other lines stay as near to their edges as that allows; ``held`` (N,) weighs those that have one.
     """
     samples, rows = near.samples, near.jacobian
-    along, _ = places_on_lines(samples.line, samples.image, samples.image_direction, 2.0 * SPACING_PX)
+    along, _ = places_on_lines(samples, 2.0 * SPACING_PX)
     found = _edges_beside(near, along, lines)
     found.sort(key=lambda edge: -edge[0])
     normal = (rows * held[:, None]).T @ rows + np.diag(prior)
@@ -182,7 +173,7 @@ def laid_steps(near: Surroundings, held: Floats, prior: Floats, lines: int) -> l
     return out
 
 
-def _edges_beside(near: Surroundings, along: Floats, lines: int) -> list[tuple[float, int, Floats]]:
+def _edges_beside(near: EdgesAround, along: Floats, lines: int) -> list[tuple[float, int, Floats]]:
     """Straight edges that run along visible lines, as (clearness, line, shift (2,) px as in `vote`)."""
     line = near.samples.line
     offset = np.where(np.abs(near.offset) > APART_PX, near.offset, np.nan)
@@ -191,9 +182,8 @@ def _edges_beside(near: Surroundings, along: Floats, lines: int) -> list[tuple[f
     width = np.full(lines, TOLERANCE_PX)
     out = []
     for _ in range(EDGES_A_LINE):
-        shift, agreed = np.zeros((lines, 2)), np.zeros(lines)
         counted = np.isfinite(offset).astype(np.float64)
-        vote(line, along, offset[None], counted[None], lines, REACH_PX, width, shift, agreed)
+        shift = vote(line, along, offset[None], counted[None], lines, REACH_PX, width)
         expected = shift[line, 0] + shift[line, 1] * along
         taken = np.abs(offset - expected[:, None]) < 2.0 * TOLERANCE_PX
         share = np.bincount(line, weights=taken.any(axis=1), minlength=lines) / counts

@@ -2,57 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.camera import Camera
-from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
 from numerics.kernels import kernel
-from vision_server.channels.gradients import SCALES_PX, GradientChannel
+from vision_server.channels.gradients import SCALES_PX
+from vision_server.pose.edge_points import Normals
 from vision_server.pose.edge_search import search
+from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import thinned
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 SPACING_PX = 3.0
+REACH_PX = 4.0  # around a hypothesis' lines, where the blur of the edges is looked at
 SOFTER_RATIO = 0.70  # peak at twice the scale over peak at the scale: above this the edge is the softer one
 FEWEST_POINTS = 6
 MOST_SAMPLES = 20  # of a line
 
 
-def line_scales(
-    channels: Sequence[GradientChannel],
-    model: Model,
-    camera: Camera,
-    pose: Pose,
-    reach_px: float,
-    least: int = 0,
-) -> Ints:
+def line_scales(problem: PoseProblem, pose: Pose, reach_px: float = REACH_PX) -> Ints:
     """Filter scale that suits the blur of each line in each channel, (C, L), indices into SCALES_PX.
 
     An edge of blur b answers a Gaussian derivative of scale s with a peak proportional to (b^2 + s^2)^-1/2;
-    the
-    ratio of the peaks at 2s and s therefore tells b/s, whatever the contrast.
+    the ratio of the peaks at 2s and s therefore tells b/s, whatever the contrast. The scales of ``problem``
+    are the least.
     """
-    samples = thinned(visible_samples(model, camera, pose, SPACING_PX), MOST_SAMPLES)
-    normal = samples.normal
-    lines = len(model.lines)
-    out = np.full((len(channels), lines), least, dtype=np.int64)
-    for index in range(len(channels)):
+    samples = thinned(visible_samples(problem.model, problem.camera, pose, SPACING_PX), MOST_SAMPLES)
+    normal, out = samples.normal, problem.scale.copy()
+    least = int(out.min(initial=0))
+    for index, channel in enumerate(problem.channels):
         peaks = []
         for scale in range(least, len(SCALES_PX)):
             reach = np.full(len(normal), max(reach_px, 1.5 * SCALES_PX[scale]))
             chosen = np.full((1, len(normal)), scale, dtype=np.int64)
-            *_, strength = search(channels[index : index + 1], chosen, samples.image, normal, reach)
-            peaks.append(np.abs(strength[0]).max(axis=1))
+            points = search([channel], chosen, Normals(samples.image, normal, reach))
+            peaks.append(np.abs(points.strength[0]).max(axis=1))
             if scale == least:
                 continue
-            ratio = _median_ratios(peaks[-1], peaks[-2], samples.line, lines)
+            ratio = _median_ratios(peaks[-1], peaks[-2], samples.line, out.shape[1])
             softer = (out[index] == scale - 1) & (ratio > SOFTER_RATIO)
             out[index, softer] = scale
             if not softer.any():

@@ -8,26 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.camera import Camera
-from geometry.model import Model
 from geometry.pose import Pose
-from geometry.rotation import matrix_of
-from vision_server.channels.gradients import SCALES_PX, GradientChannel
-from vision_server.pose.observation import Measurement, measure
+from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.solver import Equations, solve_reweighted
+from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 REACHES_PX = (6.0, 4.0, 3.0, 3.0)
 EXACT_REACH_PX = 3.0  # the pose is near its place when so little is looked around
-# Shift of an edge per unit of the first nuisance: what is left of a known tone curve; of a nominal one (0.19
-# was seen on sRGB read as linear); and per unit of the second: clipping by the sensor.
-KNOWN_TONE_SD_PX = 0.01
-NOMINAL_TONE_SD_PX = 0.15
-CLIPPING_SD_PX = 0.8
+CLIPPING_SD_PX = 0.8  # shift of an edge per unit of the second nuisance: clipping by the sensor
 PRIOR_ROTATION_SD_RAD = 0.3
 PRIOR_TRANSLATION_SD = 0.1  # of the range
 ENOUGH_ROWS = 12
@@ -44,41 +36,33 @@ class Solution:
     ----------
     pose
         camera_T_target.
-    start
-        Where the last step was taken from.
-    measurement
-        Taken at ``start``.
+    observation
+        Taken where the last step started.
     weight
         (C, N), final weights, 1/px^2.
-    nuisance
-        (2,), estimated factors of the measurement's ``nuisance``, px.
     tone_sd_px
-        What was assumed of the first of them.
+        What was assumed of the first nuisance.
     moved_px
         How far the last step moved the lines, at most.
     """
 
     pose: Pose
-    start: Pose
-    measurement: Measurement
+    observation: Observation
     weight: Floats
-    nuisance: Floats
     tone_sd_px: float
     moved_px: float = 0.0
 
 
-def line_biases(measurement: Measurement) -> Floats:
+def line_biases(seen: Observation) -> Floats:
     """How far each edge point may be off together with all others of its line, (C, N) px, one sd.
 
     By shading across the line, calibration and model; by saturation beside it; by what runs beside it. All
     grow with the filter's scale.
     """
-    sigma = np.array(SCALES_PX)[measurement.scale][:, measurement.samples.line]
-    clipped = measurement.nuisance[:, :, 1] != 0.0
-    growth = sigma**BIAS_GROWTH
+    growth = seen.sigma[:, seen.samples.line] ** BIAS_GROWTH
+    clipped = seen.nuisance[:, :, 1] != 0.0
     own = np.where(clipped, CLIPPED_BIAS_PX * growth, LINE_BIAS_PX * (growth - 1.0))
-    beside = measurement.neighbours
-    return np.asarray(np.where(np.abs(beside) > own, beside, own))
+    return np.asarray(np.where(np.abs(seen.neighbours) > own, seen.neighbours, own))
 
 
 def prior_precision(range_m: float, tone_sd_px: float) -> Floats:
@@ -88,25 +72,25 @@ def prior_precision(range_m: float, tone_sd_px: float) -> Floats:
     return np.asarray(sd**-2.0)
 
 
-def solve(measurement: Measurement, base: Floats, range_m: float, tone_sd_px: float) -> tuple[Floats, Floats]:
+def solve(seen: Observation, base: Floats, range_m: float, tone_sd_px: float) -> tuple[Floats, Floats]:
     """The step that brings the lines onto their edge points, see `solver`.
 
     A tone curve that was not undone moves each edge towards its dark side, by an amount proportional to its
-    relative height, and so does clipping by the sensor (`Measurement.nuisance`); both factors are estimated
+    relative height, and so does clipping by the sensor (`Observation.nuisance`); both factors are estimated
     along with the pose. So is what each line as a whole is off (`line_biases`): a line that is blurred
     together with its neighbour tells little about where it is, however many edge points it has.
 
     Returns
     -------
-    step (8,), rotation rad about the measurement's centre, translation m, nuisance px; weights (C, N),
+    step (8,), rotation rad about the observation's centre, translation m, nuisance px; weights (C, N),
     1/px^2.
     """
     equations = Equations(
-        jacobian=measurement.jacobian,
-        nuisance=measurement.nuisance,
-        offset=measurement.offset,
-        bias=line_biases(measurement),
-        line=measurement.samples.line,
+        jacobian=seen.jacobian,
+        nuisance=seen.nuisance,
+        offset=seen.offset,
+        bias=line_biases(seen),
+        line=seen.samples.line,
         base=base,
         prior=prior_precision(range_m, tone_sd_px),
     )
@@ -114,35 +98,21 @@ def solve(measurement: Measurement, base: Floats, range_m: float, tone_sd_px: fl
     return step, weight
 
 
-def moved(pose: Pose, step: Floats, centre: Floats) -> Pose:
-    """The pose after a step that turns about ``centre`` (camera frame)."""
-    turn = matrix_of(np.ascontiguousarray(step[:3]))
-    return Pose.from_matrix(turn @ pose.matrix, centre + step[3:6] + turn @ (pose.translation - centre))
-
-
 def refine(
-    channels: Sequence[GradientChannel],
-    model: Model,
-    camera: Camera,
+    problem: PoseProblem,
     start: Pose,
-    scale: Ints,
     reaches_px: Sequence[float] = REACHES_PX,
-    tone_sd_px: float = KNOWN_TONE_SD_PX,
     spacing_px: float | None = None,
 ) -> Solution | None:
-    """Refine one candidate pose on all channels together.
+    """Refine one pose on all channels together.
 
     At each reach the edge points are looked for anew, visibility included, and the pose is solved for; each
     channel counts where it sees edges, by the noise of each of them, their strength and straightness.
 
     Parameters
     ----------
-    scale
-        (C, L), from `line_scales`.
     reaches_px
         How far along the normals to look, one after the other.
-    tone_sd_px
-        How far edges may be off by a tone curve that is still in the images.
     spacing_px
         Between the samples of a line; `spacing_for` unless given.
 
@@ -151,20 +121,19 @@ def refine(
     The refined pose, or None when there is nothing to hold on to: the model is out of sight, or fewer than
     ENOUGH_ROWS edge points are near it.
     """
-    pose = start
-    spacing = spacing_for(model, camera, pose) if spacing_px is None else spacing_px
-    solution = None
+    pose, solution = start, None
+    spacing = spacing_for(problem.model, problem.camera, pose) if spacing_px is None else spacing_px
     for reach in reaches_px:
-        measurement = measure(channels, model, camera, pose, reach, scale, spacing)
-        base = base_weights(measurement, len(model.lines), exact_ends=reach <= EXACT_REACH_PX)
+        seen = observe(problem, pose, reach, spacing)
+        base = base_weights(seen, reach <= EXACT_REACH_PX)
         if int((base > 0).sum()) < ENOUGH_ROWS:
             return None
-        step, weight = solve(measurement, base, float(np.linalg.norm(pose.translation)), tone_sd_px)
+        step, weight = solve(seen, base, float(np.linalg.norm(pose.translation)), problem.tone_sd_px)
         if not np.isfinite(step).all():
             return None
-        start, pose = pose, moved(pose, step, measurement.centre)
-        if not pose.apply(model.vertices)[:, 2].max() > 0:
+        pose = moved(pose, step, seen.centre)
+        if not pose.apply(problem.model.vertices)[:, 2].max() > 0:
             return None
-        moved_px = float(np.abs(measurement.jacobian @ step[:6]).max())
-        solution = Solution(pose, start, measurement, weight, step[6:], tone_sd_px, moved_px)
+        moved_px = float(np.abs(seen.jacobian @ step[:6]).max())
+        solution = Solution(pose, seen, weight, problem.tone_sd_px, moved_px)
     return solution

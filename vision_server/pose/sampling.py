@@ -31,12 +31,5 @@ def thinned(samples: Samples, most: int) -> Samples:
     share = place * kept_counts[line]
     keep = (share // counts[line]) != ((share - kept_counts[line]) // counts[line])
     lengths = np.bincount(line, samples.px, minlength=1)
-    px = lengths[line] / kept_counts[line]
-    return Samples(
-        samples.points[keep],
-        samples.direction[keep],
-        line[keep],
-        samples.image[keep],
-        samples.image_direction[keep],
-        px[keep],
-    )
+    px = (lengths[line] / kept_counts[line])[keep]
+    return Samples(*(field[keep] for field in samples))._replace(px=px)

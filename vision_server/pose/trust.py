@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vision_server.pose.support import NORMAL_FLOOR_PX, Evidence
+from vision_server.pose.support import NORMAL_FLOOR_PX, PoseSupport
 
 # Logistic regression on simulated estimates (benchmarks/score_calibration.py), made a little steeper in
 # quality.
@@ -19,16 +19,16 @@ EVEN_AMBIGUITY = 0.6  # from here to 1 the chance is bounded by less and less, t
 LEAST_QUALITY = 1e-3
 
 
-def quality(evidence: Evidence) -> float:
+def quality(support: PoseSupport) -> float:
     """Normalised score times supported fraction over RMS; edges of saturated pixels count half."""
-    discount = 1.0 - 0.5 * evidence.clipped_fraction
-    normalised = max(0.0, (evidence.strength - 0.4) / 0.6)
-    return discount * normalised * evidence.supported_fraction / max(evidence.rms_px, NORMAL_FLOOR_PX)
+    discount = 1.0 - 0.5 * support.clipped_fraction
+    normalised = max(0.0, (support.strength - 0.4) / 0.6)
+    return discount * normalised * support.supported_fraction / max(support.rms_px, NORMAL_FLOOR_PX)
 
 
-def confidence(evidence: Evidence, ambiguity: float, uncertainty: float) -> float:
+def confidence(support: PoseSupport, ambiguity: float, uncertainty: float) -> float:
     """Probability, 0..1, that the pose is within 1 degree and 1 % of the range."""
-    value = quality(evidence)
+    value = quality(support)
     if value <= LEAST_QUALITY:
         return 0.0
     logit = (
@@ -41,7 +41,7 @@ def confidence(evidence: Evidence, ambiguity: float, uncertainty: float) -> floa
     return min(bound, 1.0 / (1.0 + math.exp(-logit)))
 
 
-def ambiguity(best: Evidence, rivals: list[Evidence]) -> float:
+def ambiguity(best: PoseSupport, rivals: list[PoseSupport]) -> float:
     """Quality of the best other pose as a share of this one's, 0 (unique) to 1 (as good)."""
     own = quality(best)
     if own <= 0.0:

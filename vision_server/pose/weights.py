@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from numerics.kernels import kernel
-from vision_server.channels.gradients import SCALES_PX
 from vision_server.channels.noise import MAD_TO_SD
-from vision_server.pose.observation import Measurement
+from vision_server.pose.observation import Observation
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -25,21 +24,16 @@ FADED = 25.0  # exponent from which on the scatter at the end of a line is nothi
 SCATTER_PX = 0.35  # scatter about its own straight line at which a line counts half
 
 
-def line_trust(measurement: Measurement, lines: int) -> Floats:
+@kernel()
+def line_trust(seen: Observation) -> Floats:
     """How straight and complete the edge points of each channel are along each line, 0..1, (C, L).
 
-    Texture beside a crease that has no contrast in one light, shadow edges and clutter give edge points that
-    are few, or that scatter about any straight line.
+    share^2 / (1 + (scatter / SCATTER_PX)^2). Texture beside a crease that has no contrast in one light,
+    shadow edges and clutter give edge points that are few, or that scatter about any straight line.
     """
-    out = np.zeros((len(measurement.offset), lines))
-    _trust(measurement.samples.line, measurement.along, measurement.offset, SCATTER_PX, out)
-    return out
-
-
-@kernel()
-def _trust(line: Ints, along: Floats, offset: Floats, scatter_px: float, out: Floats) -> None:
-    """share^2 / (1 + (scatter / scatter_px)^2) for each channel and line; ``line`` is ascending."""
+    line, offset = seen.samples.line, seen.offset
     channels, count = offset.shape
+    out = np.zeros(seen.sigma.shape)
     x, y, room = np.empty(count), np.empty(count), np.empty(count)
     start = 0
     while start < count:
@@ -47,16 +41,17 @@ def _trust(line: Ints, along: Floats, offset: Floats, scatter_px: float, out: Fl
         while end < count and line[end] == line[start]:
             end += 1
         for c in range(channels):
-            seen = 0
+            found = 0
             for i in range(start, end):
                 if not np.isnan(offset[c, i]):
-                    x[seen], y[seen] = along[i], offset[c, i]
-                    seen += 1
-            if seen >= 3:
-                share = seen / (end - start)
-                ratio = _scatter(x[:seen], y[:seen], room[:seen]) / scatter_px
+                    x[found], y[found] = seen.along[i], offset[c, i]
+                    found += 1
+            if found >= 3:
+                share = found / (end - start)
+                ratio = _scatter(x[:found], y[:found], room[:found]) / SCATTER_PX
                 out[c, line[start]] = share * share / (1.0 + ratio * ratio)
         start = end
+    return out
 
 
 @kernel()
@@ -103,8 +98,12 @@ def _scatter(x: Floats, y: Floats, room: Floats) -> float:
     return float(MAD_TO_SD * _median(room))
 
 
-def base_weights(measurement: Measurement, lines: int, exact_ends: bool = True) -> Floats:
+@kernel(error_model="numpy")
+def base_weights(seen: Observation, exact_ends: bool = True) -> Floats:
     """Weight of each edge point before its residual is known, (C, N), 1/px^2.
+
+    Its length in the image times its strength and the trust in its line, over its variance: by noise, by what
+    no noise explains, and by the other lines where lines meet.
 
     Parameters
     ----------
@@ -112,55 +111,28 @@ def base_weights(measurement: Measurement, lines: int, exact_ends: bool = True) 
         Whether edge points near the ends of lines count less. Far from the solution their pull is worth more
         than they are off.
     """
-    out = np.zeros_like(measurement.offset)
-    _weights(
-        measurement.samples.line,
-        measurement.samples.px,
-        measurement.from_end,
-        measurement.offset,
-        measurement.sd,
-        measurement.strength,
-        line_trust(measurement, lines),
-        np.array(SCALES_PX)[measurement.scale],
-        END_SD_PX if exact_ends else 0.0,
-        out,
-    )
-    return out
-
-
-@kernel(error_model="numpy")
-def _weights(
-    line: Ints,
-    px: Floats,
-    from_end: Floats,
-    offset: Floats,
-    sd: Floats,
-    strength: Floats,
-    trust: Floats,
-    sigma: Floats,
-    end_sd_px: float,
-    out: Floats,
-) -> None:
-    """See `base_weights`; trust and sigma (C, L), out (C, N)."""
+    samples, offset, trust = seen.samples, seen.offset, line_trust(seen)
     channels, count = offset.shape
-    seen = np.empty(count)
+    out, found = np.zeros(offset.shape), np.empty(count)
     for c in range(channels):
-        found = 0
+        number = 0
         for i in range(count):
             if np.isfinite(offset[c, i]):
-                seen[found] = abs(strength[c, i])
-                found += 1
-        if found == 0:
+                found[number] = abs(seen.strength[c, i])
+                number += 1
+        if number == 0:
             continue
-        rank = int(STRONG_SHARE * (found - 1))
-        strong = max(np.partition(seen[:found], rank)[rank], 1e-12)
+        rank = int(STRONG_SHARE * (number - 1))
+        strong = max(np.partition(found[:number], rank)[rank], 1e-12)
         for i in range(count):
             if not np.isfinite(offset[c, i]):
                 continue
-            own = sigma[c, line[i]]
+            own = seen.sigma[c, samples.line[i]]
             near_end = 0.0
-            faded = (from_end[i] / (END_REACH_PX * own)) ** 2
-            if end_sd_px > 0.0 and faded < FADED:
-                near_end = end_sd_px * math.exp(-faded)
-            variance = sd[c, i] ** 2 + (SYSTEMATIC_SD_PX**2 + near_end**2) * own**2
-            out[c, i] = px[i] * min(1.0, abs(strength[c, i]) / strong) * trust[c, line[i]] / variance
+            faded = (seen.from_end[i] / (END_REACH_PX * own)) ** 2
+            if exact_ends and faded < FADED:
+                near_end = END_SD_PX * math.exp(-faded)
+            variance = seen.sd[c, i] ** 2 + (SYSTEMATIC_SD_PX**2 + near_end**2) * own**2
+            share = min(1.0, abs(seen.strength[c, i]) / strong)
+            out[c, i] = samples.px[i] * share * trust[c, samples.line[i]] / variance
+    return out

@@ -6,8 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from vision_server.channels.tone import file_gamma, file_tone
-from vision_server.pose.refinement import KNOWN_TONE_SD_PX, NOMINAL_TONE_SD_PX
+from vision_server.channels.tone import KNOWN_TONE_SD_PX, NOMINAL_TONE_SD_PX, file_gamma, file_tone
 
 
 def with_chunk(png: bytes, kind: bytes, data: bytes) -> bytes:

@@ -4,17 +4,21 @@ from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
-from tests.vision_server.refined_poses import channels_of
+from geometry.visibility import Samples
+from tests.vision_server.refined_poses import channels_of, scaled
 from tests.vision_server.synthetic import CAMERA, linear_picture, photographed
 from vision_server.pose.association import (
     BEYOND_PX,
     BLUR_SHARE,
     NEIGHBOUR_HEIGHT,
-    leave_to_owners,
-    pulls_of_neighbours,
+    associate,
+    neighbour_pulls,
 )
-from vision_server.pose.line_scales import line_scales
-from vision_server.pose.ranking import Refiner
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.ranking import refined
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 EDGE_ON = Pose(np.array([0.3, 0.03, 0.0]), np.array([-0.05, -0.004, 0.45]))
 """One face is seen at a grazing angle: two of its edges are some 2 px apart."""
@@ -22,12 +26,23 @@ BLACK_SIDE = (0.5, 0.5, 0.5, 0.08, 0.5, 0.5)
 """Greys of the cuboid's faces; the grazing one as dark as the background."""
 
 
-def level_lines(gap_px: float, offset: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Edge points left on two level lines of 20 samples, the second one ``gap_px`` below the first."""
+def sampled(line: Ints, image: Floats, direction: Floats) -> Samples:
+    """Samples at these places in the image; where they are in space does not matter."""
+    return Samples(
+        np.zeros((len(line), 3)), np.zeros((len(line), 3)), line, image, direction, np.ones(len(line))
+    )
+
+
+def level_samples(gap_px: float) -> Samples:
+    """Two level lines of 20 samples, the second one ``gap_px`` below the first."""
     along = np.arange(20.0)
     image = np.concatenate([np.stack([along, np.full(20, y)], axis=1) for y in (0.0, gap_px)])
-    direction, normal = np.tile([1.0, 0.0], (40, 1)), np.tile([0.0, 1.0], (40, 1))
-    leave_to_owners(np.repeat([0, 1], 20), image, direction, normal, 2, offset[None])
+    return sampled(np.repeat([0, 1], 20), image, np.tile([1.0, 0.0], (40, 1)))
+
+
+def level_lines(gap_px: float, offset: Floats) -> Floats:
+    """Edge points left on two level lines."""
+    associate(level_samples(gap_px), 2, offset[None])
     return offset
 
 
@@ -57,11 +72,8 @@ def test_lines_that_cross_do_not_compete() -> None:
     along = np.arange(-10.0, 10.0)
     level, upright = np.stack([along, 0 * along], axis=1), np.stack([0 * along + 2.0, along], axis=1)
     direction = np.repeat([[1.0, 0.0], [0.0, 1.0]], 20, axis=0)
-    normal = np.repeat([[0.0, 1.0], [-1.0, 0.0]], 20, axis=0)
     offset = np.full((40, 1), 3.0)
-    leave_to_owners(
-        np.repeat([0, 1], 20), np.concatenate([level, upright]), direction, normal, 2, offset[None]
-    )
+    associate(sampled(np.repeat([0, 1], 20), np.concatenate([level, upright]), direction), 2, offset[None])
     assert (offset == 3.0).all()
 
 
@@ -71,14 +83,7 @@ def test_a_line_has_no_claim_beyond_its_ends() -> None:
         [np.stack([along, 0 * along], axis=1), np.stack([along + 20.0 + BEYOND_PX, 0 * along + 4.0], axis=1)]
     )
     offset = np.full((40, 1), 3.0)
-    leave_to_owners(
-        np.repeat([0, 1], 20),
-        image,
-        np.tile([1.0, 0.0], (40, 1)),
-        np.tile([0.0, 1.0], (40, 1)),
-        2,
-        offset[None],
-    )
+    associate(sampled(np.repeat([0, 1], 20), image, np.tile([1.0, 0.0], (40, 1))), 2, offset[None])
     assert np.isfinite(offset[:20]).all()
 
 
@@ -93,10 +98,7 @@ def step_beside(gap_px: float, blur_px: float, height: float) -> float:
 @pytest.mark.parametrize("gap_px", [0.5, 1.0, 6.0, 8.0])
 def test_the_pull_of_a_neighbour_is_that_on_a_blurred_step(gap_px: float) -> None:
     sigma = np.full((1, 2), 2.0)
-    along = np.arange(20.0)
-    image = np.concatenate([np.stack([along, np.full(20, y)], axis=1) for y in (0.0, gap_px)])
-    direction, normal = np.tile([1.0, 0.0], (40, 1)), np.tile([0.0, 1.0], (40, 1))
-    pull = pulls_of_neighbours(np.repeat([0, 1], 20), image, direction, normal, 2, sigma)[0]
+    pull = neighbour_pulls(level_samples(gap_px), 2, sigma)[0]
     np.testing.assert_allclose(pull[:20], -pull[20:])
     seen = step_beside(gap_px, BLUR_SHARE * 2.0, NEIGHBOUR_HEIGHT)
     assert 0.5 * seen < pull[0] < 2.0 * seen
@@ -107,15 +109,11 @@ def test_lines_that_cross_or_are_far_pull_nothing() -> None:
     along = np.arange(-10.0, 10.0)
     level, upright = np.stack([along, 0 * along], axis=1), np.stack([0 * along + 2.0, along], axis=1)
     ways = np.array([[1.0, 0.0], [0.0, 1.0]])
-    crossing = (
-        np.concatenate([level, upright]),
-        np.repeat(ways, 20, axis=0),
-        np.repeat(ways[::-1], 20, axis=0),
-    )
+    crossing = np.concatenate([level, upright]), np.repeat(ways, 20, axis=0)
     below = level + np.array([0.0, 12.0])
-    far = np.concatenate([level, below]), np.tile(ways[0], (40, 1)), np.tile(ways[1], (40, 1))
-    for image, direction, normal in (crossing, far):
-        pull = pulls_of_neighbours(np.repeat([0, 1], 20), image, direction, normal, 2, sigma)
+    far = np.concatenate([level, below]), np.tile(ways[0], (40, 1))
+    for image, direction in (crossing, far):
+        pull = neighbour_pulls(sampled(np.repeat([0, 1], 20), image, direction), 2, sigma)
         np.testing.assert_allclose(pull, 0.0, atol=1e-6)
 
 
@@ -123,9 +121,8 @@ def test_lines_that_cross_or_are_far_pull_nothing() -> None:
 def test_a_dark_face_seen_edge_on_is_not_closed(model: Model, turn: float) -> None:
     channels = channels_of(photographed(linear_picture(model, CAMERA, EDGE_ON, BLACK_SIDE)))
     start = EDGE_ON.stepped(np.array([0.0, turn, 0.0, 0.0, 0.0, 0.0]))
-    scale = line_scales(channels, model, CAMERA, start, 4.0)
-    refiner = Refiner(channels, model, CAMERA, 0, 0.01)
-    found = refiner.refined(start, scale, (6.0, 4.0, 3.0), 2.0)
+    problem = scaled(PoseProblem.at_scale(channels, model, CAMERA), start)
+    found = refined(problem, start, (6.0, 4.0, 3.0), 2.0)
     assert found is not None
-    error = found.solution.pose.error_to(EDGE_ON)
+    error = found.pose.error_to(EDGE_ON)
     assert error.rotation_deg < 0.5, error

@@ -8,8 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.vision_server.synthetic import one_image
-from vision_server.channels.gradients import SCALES_PX, GradientChannel
-from vision_server.pose.edge_points import CURVATURE_NOISE, DERIVATIVE_NOISE, find_edge_points
+from vision_server.channels.gradients import GradientChannel
+from vision_server.pose.edge_points import CURVATURE_NOISE, DERIVATIVE_NOISE, Normals
+from vision_server.pose.edge_search import search
 
 
 def step_image(place: float, angle: float, blur: float, size: int = 81) -> NDArray[np.float64]:
@@ -29,21 +30,14 @@ def channel(linear: NDArray[np.float64], noise: float) -> GradientChannel:
 
 def points_on(
     made: GradientChannel, angle: float, count: int = 21, scale: int = 0
-) -> tuple[NDArray[np.float64], ...]:
+) -> list[NDArray[np.float64]]:
+    """Offset, SNR, standard deviation and strength (count, PEAKS) on an edge through the middle."""
     half = made.linear.shape[0] // 2
     along = np.linspace(-15, 15, count)
     image = half + np.stack([-along * math.sin(angle), along * math.cos(angle)], axis=1)
     normal = np.tile([math.cos(angle), math.sin(angle)], (count, 1))
-    return find_edge_points(
-        made.gradient,
-        made.noise,
-        made.near_clipped,
-        np.array(SCALES_PX),
-        np.full(count, scale, dtype=np.int64),
-        image,
-        normal,
-        np.full(count, 5.0),
-    )
+    chosen = np.full((1, count), scale, dtype=np.int64)
+    return [field[0] for field in search([made], chosen, Normals(image, normal, np.full(count, 5.0)))]
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, 0.9, math.pi / 2])

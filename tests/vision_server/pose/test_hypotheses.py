@@ -8,14 +8,14 @@ from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photogra
 from vision_server.pose.hypotheses import (
     LOOSENED,
     LOOSENED_PX,
-    Surroundings,
+    EdgesAround,
+    edges_around,
     explained,
     followed,
+    hypotheses_beside,
     loosened_steps,
-    starts_beside,
-    surroundings,
 )
-from vision_server.pose.line_scales import line_scales
+from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import prior_precision
 
 SMALLER = 0.9
@@ -46,10 +46,8 @@ def with_outline(model: Model) -> np.ndarray:
     return picture * (1.0 - 0.6 * thick / 255.0)
 
 
-def around(model: Model, picture: np.ndarray) -> Surroundings:
-    channels = channels_of(photographed(picture))
-    scale = line_scales(channels, model, CAMERA, POSE, 4.0)
-    return surroundings(channels, model, CAMERA, POSE, scale)
+def around(model: Model, picture: np.ndarray) -> EdgesAround:
+    return edges_around(PoseProblem.at_scale(channels_of(photographed(picture)), model, CAMERA), POSE)
 
 
 def pixels_apart(model: Model, pose: Pose, other: Pose) -> float:
@@ -59,7 +57,7 @@ def pixels_apart(model: Model, pose: Pose, other: Pose) -> float:
 
 
 def test_lines_are_laid_on_a_printed_line_beside_them(model: Model) -> None:
-    beside = starts_beside(around(model, with_outline(model)), POSE, len(model.lines), 6)
+    beside = hypotheses_beside(around(model, with_outline(model)), POSE, len(model.lines), 6)
     assert beside
     face, outline = printed(model)
     apart = CAMERA.project(POSE.apply(outline)) - CAMERA.project(
@@ -72,7 +70,7 @@ def test_lines_are_laid_on_a_printed_line_beside_them(model: Model) -> None:
 
 def test_without_other_edges_there_is_nothing_beside(model: Model) -> None:
     near = around(model, linear_picture(model, CAMERA, POSE))
-    assert starts_beside(near, POSE, len(model.lines), 6) == []
+    assert hypotheses_beside(near, POSE, len(model.lines), 6) == []
 
 
 def test_a_pose_is_explained_by_its_own_edges(model: Model) -> None:
@@ -102,7 +100,7 @@ def test_loosened_steps_go_a_set_way_to_either_side(model: Model) -> None:
 
 def test_edge_points_of_several_channels_at_one_place_are_one(model: Model) -> None:
     channels = channels_of(photographed(linear_picture(model, CAMERA, POSE)))
-    scale = line_scales(channels, model, CAMERA, POSE, 4.0)
-    one = surroundings(channels, model, CAMERA, POSE, scale)
-    three = surroundings(3 * list(channels), model, CAMERA, POSE, np.repeat(scale, 3, axis=0))
+    one, three = (
+        edges_around(PoseProblem.at_scale(count * channels, model, CAMERA), POSE) for count in (1, 3)
+    )
     np.testing.assert_array_equal(one.offset, three.offset)

@@ -7,14 +7,12 @@ from geometry.model import Model
 from geometry.pose import Pose, disturbed
 from tests.vision_server.refined_poses import channels_of, refined
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
+from vision_server.channels.tone import NOMINAL_TONE_SD_PX
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.pose.line_scales import line_scales
-from vision_server.pose.observation import measure, step_jacobian
-from vision_server.pose.refinement import (
-    NOMINAL_TONE_SD_PX,
-    moved,
-    refine,
-)
+from vision_server.pose.observation import PoseProblem, observe
+from vision_server.pose.refinement import refine
+from vision_server.pose.steps import moved, step_jacobian
 from vision_server.pose.weights import line_trust
 
 
@@ -85,12 +83,12 @@ def test_a_tone_curve_that_is_only_nominal_is_measured(model: Model) -> None:
 
 def test_defocus_is_met_with_a_wider_filter(model: Model) -> None:
     pixels = photographed(linear_picture(model, CAMERA, POSE, blur_px=4.0))
-    channels = channels_of(pixels)
-    soft = line_scales(channels, model, CAMERA, POSE, 4.0)
-    sharp = line_scales(
-        channels_of(photographed(linear_picture(model, CAMERA, POSE))), model, CAMERA, POSE, 4.0
+    blurred = PoseProblem.at_scale(channels_of(pixels), model, CAMERA)
+    clear = PoseProblem.at_scale(
+        channels_of(photographed(linear_picture(model, CAMERA, POSE))), model, CAMERA
     )
-    seen = np.unique(measure(channels, model, CAMERA, POSE, 4.0, soft, 1.0).samples.line)
+    soft, sharp = line_scales(blurred, POSE), line_scales(clear, POSE)
+    seen = np.unique(observe(blurred, POSE, 4.0, 1.0).samples.line)
     assert np.median(soft[0, seen]) >= 1
     assert (sharp[0, seen] == 0).mean() > 0.8
     start = disturbed(POSE, np.random.default_rng(2), 1.5, 2.0, CAMERA.fx)
@@ -109,25 +107,23 @@ def test_clipped_faces_do_not_move_the_pose_by_much(model: Model) -> None:
 
 
 def test_black_or_a_model_behind_the_camera_gives_nothing(model: Model) -> None:
-    black = channels_of(np.zeros((240, 320), np.uint8))
-    scale = np.zeros((1, len(model.lines)), dtype=np.int64)
-    assert refine(black, model, CAMERA, POSE, scale) is None
-    lit = channels_of(photographed(linear_picture(model, CAMERA, POSE)))
+    black = PoseProblem.at_scale(channels_of(np.zeros((240, 320), np.uint8)), model, CAMERA)
+    assert refine(black, POSE) is None
+    lit = PoseProblem.at_scale(channels_of(photographed(linear_picture(model, CAMERA, POSE))), model, CAMERA)
     behind = Pose(POSE.rotation_vector, -POSE.translation)
-    assert refine(lit, model, CAMERA, behind, scale) is None
+    assert refine(lit, behind) is None
 
 
 def test_trust_prefers_straight_and_complete_lines(model: Model) -> None:
     pixels = photographed(linear_picture(model, CAMERA, POSE))
-    scale = np.zeros((1, len(model.lines)), dtype=np.int64)
-    measurement = measure(channels_of(pixels), model, CAMERA, POSE, 3.0, scale, 1.0)
-    clean = line_trust(measurement, len(model.lines))
+    observation = observe(PoseProblem.at_scale(channels_of(pixels), model, CAMERA), POSE, 3.0, 1.0)
+    clean = line_trust(observation)
     rng = np.random.default_rng(0)
-    measurement.offset[:] += rng.normal(0.0, 1.0, measurement.offset.shape)
-    rough = line_trust(measurement, len(model.lines))
-    measurement.offset[:, ::2] = np.nan
-    half = line_trust(measurement, len(model.lines))
-    seen = np.unique(measurement.samples.line)
+    observation.offset[:] += rng.normal(0.0, 1.0, observation.offset.shape)
+    rough = line_trust(observation)
+    observation.offset[:, ::2] = np.nan
+    half = line_trust(observation)
+    seen = np.unique(observation.samples.line)
     assert (clean[0, seen] > 0.7).mean() > 0.9
     assert (rough[0, seen] < 0.4 * clean[0, seen]).all()
     assert half[0, seen].mean() < 0.5 * rough[0, seen].mean()

@@ -5,7 +5,7 @@ from geometry.model import Model
 from geometry.pose import disturbed
 from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
-from vision_server.pose.observation import measure
+from vision_server.pose.observation import PoseProblem, observe
 from vision_server.pose.refinement import line_biases, prior_precision, solve
 from vision_server.pose.solver import (
     MEDIAN_BIN_PX,
@@ -61,17 +61,16 @@ def test_a_solution_is_the_reweighted_least_squares_one(model: Model) -> None:
     """No reweighting moves it further, and each line's bias may as well be an unknown of its own."""
     pixels = photographed(linear_picture(model, CAMERA, POSE))
     start = disturbed(POSE, np.random.default_rng(0), 1.0, 1.5, CAMERA.fx)
-    scale = np.zeros((1, len(model.lines)), dtype=np.int64)
-    measurement = measure(channels_of(pixels), model, CAMERA, start, 4.0, scale, 2.0)
-    step, weight = solve(measurement, base_weights(measurement, len(model.lines)), 0.42, 0.01)
+    seen = observe(PoseProblem.at_scale(channels_of(pixels), model, CAMERA), start, 4.0, 2.0)
+    step, weight = solve(seen, base_weights(seen), 0.42, 0.01)
     used = weight > 0
     samples = np.nonzero(used)[1]
-    of_line = measurement.samples.line[samples][:, None] == np.arange(len(model.lines))
-    biases = line_biases(measurement)[used][:, None] * of_line  # an unknown of its own for each line
-    rows = np.column_stack([measurement.jacobian[samples], measurement.nuisance[used], biases])
+    of_line = seen.samples.line[samples][:, None] == np.arange(len(model.lines))
+    biases = line_biases(seen)[used][:, None] * of_line  # an unknown of its own for each line
+    rows = np.column_stack([seen.jacobian[samples], seen.nuisance[used], biases])
     prior = SAMPLES_TOGETHER * np.diag(np.r_[prior_precision(0.42, 0.01), np.ones(len(model.lines))])
-    pull = rows.T @ (weight[used] * measurement.offset[used])
+    pull = rows.T @ (weight[used] * seen.offset[used])
     plain = np.linalg.solve((rows * weight[used][:, None]).T @ rows + prior, pull)[:8]
     np.testing.assert_allclose(step, plain, rtol=1e-6, atol=1e-12)
-    before = np.sum(weight[used] * measurement.offset[used] ** 2)
-    assert np.sum(weight[used] * (measurement.offset[used] - rows[:, :8] @ step) ** 2) < 0.2 * before
+    before = np.sum(weight[used] * seen.offset[used] ** 2)
+    assert np.sum(weight[used] * (seen.offset[used] - rows[:, :8] @ step) ** 2) < 0.2 * before
