@@ -9,7 +9,7 @@ import pytest
 
 from report.errors import ReportError
 from report.records import read_result
-from tests.report.conftest import RunMaker
+from tests.report.run_folders import RunMaker
 
 pytestmark = pytest.mark.slow
 

@@ -10,7 +10,7 @@ from geometry.pose import Pose
 from report.errors import ReportError
 from report.overlay import draw_overlay
 from report.wireframe import visible_runs
-from tests.report.conftest import GREY, Bench, blue, distance_to, orange
+from tests.report.run_folders import GREY, Bench, blue, distance_to, orange
 
 
 def hidden_corner(bench: Bench) -> int:

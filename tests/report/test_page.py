@@ -11,7 +11,7 @@ import pytest
 
 from report.errors import ReportError
 from report.page import write_report
-from tests.report.conftest import RunMaker
+from tests.report.run_folders import RunMaker
 
 VOID = {"meta", "link", "input", "br", "img"}
 ONE_OFF = {"rotation_deg": 3.0, "translation_m": 0.02, "translation_fraction_of_range": 0.05}

@@ -2,10 +2,12 @@
 
 import os
 import subprocess
+import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 DEADLINE_S = 120.0
+SERVERS = {"image_server", "vision_server"}
 
 
 def controller(
@@ -57,3 +59,29 @@ def alive(pid: int) -> bool:
         return "\nState:\tZ" not in Path(f"/proc/{pid}/status").read_text()
     except OSError:
         return False
+
+
+def running_session(out: Path) -> tuple[subprocess.Popen[str], dict[str, int]]:
+    """A session that cannot converge, with both servers up and at least one image taken."""
+    session = start_controller(
+        "--out", out, "--threshold", "0.000001", "--max-iterations", "1000", "--no-report"
+    )
+    deadline = time.monotonic() + 60
+    journal = out / "history.pl"
+    while not (journal.exists() and "capture" in journal.read_text()):
+        assert session.poll() is None, session.communicate()
+        assert time.monotonic() < deadline, "the session did not take an image"
+        time.sleep(0.05)
+    servers = servers_of(session.pid)
+    assert set(servers) == SERVERS
+    return session, servers
+
+
+def gone(pids: dict[str, int], within_s: float) -> bool:
+    """Do all these processes end within the time?"""
+    deadline = time.monotonic() + within_s
+    while any(alive(pid) for pid in pids.values()):
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.05)
+    return True

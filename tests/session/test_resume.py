@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.session.command import controller
-from tests.session.test_ends import gone, running_session
+from tests.session.command import controller, gone, running_session
 
 pytestmark = pytest.mark.slow
 
