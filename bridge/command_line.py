@@ -12,6 +12,7 @@ import sys
 from argparse import ArgumentParser, ArgumentTypeError
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
+from pathlib import Path
 
 from bridge import __version__
 from bridge.errors import EXIT_BAD_INPUT
@@ -55,6 +56,21 @@ def new_parser(program: str, about: str) -> ArgumentParser:
         "--version", action="version", version=f"{program.removeprefix('python -m ')} {__version__}"
     )
     return parser
+
+
+def add_serving(parser: ArgumentParser) -> None:
+    """Where a server listens, and what ends it."""
+    parser.add_argument(
+        "--endpoint", required=True, help="Where to listen: ipc:///path or tcp://127.0.0.1:PORT."
+    )
+    parser.add_argument(
+        "--keys", type=Path, metavar="DIR",
+        help="CURVE keys (python -m bridge keys DIR), for servers on a network.",
+    )  # fmt: skip
+    parser.add_argument("--parent", type=whole_number(), metavar="PID", help="Stop when this process ends.")
+    parser.add_argument(
+        "--idle-s", type=number(0), metavar="S", help="Stop when no request has come for so long."
+    )
 
 
 def number(least: float = -math.inf, most: float = math.inf) -> Callable[[str], float]:

@@ -199,6 +199,13 @@ class MoveArgs(Message, frozen=True):
     range_m: Positive
 
 
+class RestartArgs(Message, frozen=True):
+    """`restart`: be what a server started with this seed is; noise goes on after so many captures."""
+
+    seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0
+    captures_taken: Annotated[int, Meta(ge=0)] = 0
+
+
 class ScoreArgs(Message, frozen=True):
     """`score`: how far is this pose from the true one? For reports only."""
 
@@ -284,6 +291,7 @@ IMAGE_OPERATIONS: dict[str, Any] = {
     "describe": NoArgs,
     "capture": ImageCaptureArgs,
     "health": NoArgs,
+    "restart": RestartArgs,
     "move": MoveArgs,
     "score": ScoreArgs,
     "shutdown": NoArgs,

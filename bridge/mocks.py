@@ -32,6 +32,7 @@ from bridge.messages import (
     MoveArgs,
     NoArgs,
     ParametersArgs,
+    RestartArgs,
     RestoreArgs,
     ScoreArgs,
     Settings,
@@ -68,6 +69,7 @@ class MockImageServer(MockServer):
                 "describe": (NoArgs, lambda _: Reply(self.description)),
                 "capture": (ImageCaptureArgs, self._capture),
                 "health": (NoArgs, self.health),
+                "restart": (RestartArgs, self._restart),
                 "move": (MoveArgs, self._move),
                 "score": (ScoreArgs, lambda _: Reply({"error": None})),
             },
@@ -90,6 +92,10 @@ class MockImageServer(MockServer):
             "sha256": array_sha256(pixels),
         }
         return Reply(result, [pixels])
+
+    def _restart(self, args: RestartArgs) -> Reply:
+        self._sequence = args.captures_taken
+        return Reply({})
 
     def _move(self, args: MoveArgs) -> Reply:
         moved = {"event": "target_moved", "args": {"range_m": args.range_m}}

@@ -99,6 +99,8 @@ class Server:
         Keys, required for a tcp endpoint that other machines can reach.
     lifeline
         What ends the loop from outside; a fresh one if not given.
+    idle_s
+        End when no request has come for so long; never, if not given.
 
     Raises
     ------
@@ -115,7 +117,9 @@ class Server:
         events: str | None = None,
         curve: CurveServer | None = None,
         lifeline: Lifeline | None = None,
+        idle_s: float | None = None,
     ) -> None:
+        self._idle_ms = None if idle_s is None else round(1e3 * idle_s)
         self.service = service
         self.lifeline = lifeline or Lifeline()
         self._memory = ReplyMemory()
@@ -150,7 +154,7 @@ class Server:
         }
 
     def run(self) -> int:
-        """Serve until `shutdown`, a signal, the parent's death or `stop`; returns the exit status."""
+        """Serve until `shutdown`, a signal, the parent's death, `stop` or idleness; the exit status."""
         poller = zmq.Poller()
         poller.register(self._router, zmq.POLLIN)
         for fileno in self.lifeline.filenos():
@@ -159,7 +163,9 @@ class Server:
             poller.register(self._events, zmq.POLLIN)
         try:
             while not self.lifeline.ended():
-                ready = dict(poller.poll())
+                ready = dict(poller.poll(self._idle_ms))
+                if not ready:
+                    break
                 if self._events is not None and self._events in ready:
                     self._read_subscriptions(self._events)
                 if self._router in ready:
@@ -370,12 +376,13 @@ def serve(
     events: str | None = None,
     parent_pid: int | None = None,
     curve: CurveServer | None = None,
+    idle_s: float | None = None,
 ) -> int:
     """Serve in the main thread of a process until told to stop; returns the exit status.
 
-    0 after `shutdown` or the parent's death, 143 after SIGTERM, 130 after SIGINT. With ``parent_pid`` SIGINT
-    is ignored, since Ctrl-C reaches parent and child alike and it is the parent that decides. A handler still
-    running two seconds after the end was asked for is cut off.
+    0 after `shutdown`, the parent's death or ``idle_s`` seconds without a request, 143 after SIGTERM, 130
+    after SIGINT. With ``parent_pid`` SIGINT is ignored, since Ctrl-C reaches parent and child alike and it is
+    the parent that decides. A handler still running two seconds after the end was asked for is cut off.
 
     Raises
     ------
@@ -383,6 +390,6 @@ def serve(
         When an endpoint cannot be bound, with a plain message.
     """
     lifeline = Lifeline(parent_pid, signals=True)
-    server = Server(service, endpoint, events, curve, lifeline)
+    server = Server(service, endpoint, events, curve, lifeline, idle_s)
     lifeline.enforce(endpoint, events)
     return server.run()

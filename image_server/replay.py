@@ -30,8 +30,12 @@ class Replay(Device):
 
     def __init__(self, stack: BasisStack | FramesStack, seed: int = 0, captures_taken: int = 0) -> None:
         self._stack = stack
-        self._seed = seed
         self._describe = describe_stack(stack, self.name)
+        self.restart(seed, captures_taken)
+
+    def restart(self, seed: int, captures_taken: int) -> None:
+        """Draw noise from another seed, and show recorded frames from the first."""
+        self._seed = seed
         self._captures = captures_taken
         self._shown: dict[int, int] = {}
 

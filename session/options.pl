@@ -27,6 +27,8 @@ opt_type(seed_pose,      seed_pose,      atom).
 opt_type(image_server,   image_server,   atom).
 opt_type(vision_server,  vision_server,  atom).
 opt_type(keys,           keys,           atom).
+opt_type(keep_servers,   keep_servers,   boolean).
+opt_type(idle_s,         idle_s,         number).
 opt_type(matcher,        matcher,        oneof([search, genetic])).
 opt_type(threshold,      threshold,      number).
 opt_type(max_iterations, max_iterations, integer).
@@ -53,6 +55,7 @@ opt_meta(seed_pose,      'TOML').
 opt_meta(image_server,   'ENDPOINT').
 opt_meta(vision_server,  'ENDPOINT').
 opt_meta(keys,           'DIR').
+opt_meta(idle_s,         'S').
 opt_meta(matcher,        'NAME').
 opt_meta(threshold,      'PX').
 opt_meta(max_iterations, 'N').
@@ -75,6 +78,8 @@ opt_help(seed_pose,      "TOML file with [target.seed_pose], where the image ser
 opt_help(image_server,   "Use a running image server, e.g. tcp://127.0.0.1:5555").
 opt_help(vision_server,  "Use a running vision server").
 opt_help(keys,           "CURVE keys of the servers and of the controller, for servers on a network").
+opt_help(keep_servers,   "Let servers stay for later sessions with this option, and use those that stayed").
+opt_help(idle_s,         "Seconds without a request after which servers that stay end (default: 600)").
 opt_help(matcher,        "search (default) or genetic, the paper's").
 opt_help(threshold,      "Stop when the merit, in pixels, is under this (default: calibrated)").
 opt_help(max_iterations, "Stop after this many images (default: 10)").
@@ -103,7 +108,7 @@ defaults(Given, [scenario(nominal)|Defaults]) :-
 defaults(_, [target(cube), scenario(nominal)|Defaults]) :-
     defaults(Defaults).
 
-defaults([ controller(heuristic), matcher(search), max_iterations(10), seed(1),
+defaults([ keep_servers(false), idle_s(600), controller(heuristic), matcher(search), max_iterations(10), seed(1),
            approach(false), first_range(1.5), contact_range(0.3), dry_run(false), explain(false),
            report(true), json(false), quiet(false) ]).
 
@@ -204,6 +209,10 @@ rule(Options, "--~w and --~w exclude each other: each says where the images come
               option(Option, Options),
               dashes(Name, Dashed) ),
             [First, Second|_]).
+rule(Options, "--idle-s must be a positive number of seconds, not ~w", [Seconds]) :-
+    option(idle_s(Seconds), Options), Seconds =< 0.
+rule(Options, "--keep-servers and --camera exclude each other: a camera and lights are not kept switched on", []) :-
+    option(keep_servers(true), Options), option(camera(_), Options).
 rule(Options, "--lights needs --camera: light is only worth what a camera sees of it", []) :-
     option(lights(_), Options), \+ option(camera(_), Options).
 rule(Options, "--camera needs --target: cube, fixture, satellite or a model file", []) :-

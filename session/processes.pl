@@ -6,7 +6,8 @@
           ]).
 :- use_module(installation, [installation_python/1, installation_root/1]).
 :- use_module(library(apply), [exclude/3]).
-:- use_module(library(lists), [append/3, last/2, member/2]).
+:- use_module(kept_servers, [kept_log/2, kept_running/2]).
+:- use_module(library(lists), [last/2, member/2]).
 :- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
 :- use_module(library(readutil), [read_file_to_string/3]).
 
@@ -23,29 +24,31 @@ they notice by themselves (`--parent`).
 %   process(Name, Pid, LogFile).
 
 start_server(Name, Arguments, LogFile, process(Name, Pid, LogFile)) :-
-    current_prolog_flag(pid, Parent),
     installation_root(Root),
     installation_python(Python),
-    append([Python, '-m', Name|Arguments], ['--parent', Parent], Command),
     % the shell only redirects: exec leaves no process of its own
-    process_create(path(sh), ['-c', 'exec "$@" >"$LOG" 2>&1 </dev/null', sh|Command],
+    process_create(path(sh), ['-c', 'exec "$@" >"$LOG" 2>&1 </dev/null', sh, Python, '-m', Name|Arguments],
                    [ process(Pid), detached(true), environment(['LOG'=LogFile, 'PYTHONPATH'=Root]) ]).
 
 %!  check_alive(+Process) is det.
 %
 %   @error server_died(Name, Status, LastLine, LogFile) if the process has ended
 
-check_alive(Process) :-
-    exited(Process, Status),
+check_alive(kept(Name, Pid, Base)) :-
+    \+ kept_running(Base, Pid),
     !,
-    Process = process(Name, _, LogFile),
-    last_line(LogFile, Line),
-    throw(error(server_died(Name, Status, Line, LogFile), _)).
+    kept_log(Base, LogFile),
+    died(Name, gone, LogFile).
+check_alive(process(Name, Pid, LogFile)) :-
+    process_wait(Pid, Status, [timeout(0)]),
+    Status \== timeout,
+    !,
+    died(Name, Status, LogFile).
 check_alive(_).
 
-exited(process(_, Pid, _), Status) :-
-    process_wait(Pid, Status, [timeout(0)]),
-    Status \== timeout.
+died(Name, Status, LogFile) :-
+    last_line(LogFile, Line),
+    throw(error(server_died(Name, Status, Line, LogFile), _)).
 
 last_line(LogFile, Line) :-
     catch(read_file_to_string(LogFile, Text, []), _, Text = ""),

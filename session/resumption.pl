@@ -31,6 +31,8 @@ of_this_run(resume(_)).
 of_this_run(image_server(_)).
 of_this_run(vision_server(_)).
 of_this_run(keys(_)).
+of_this_run(keep_servers(_)).
+of_this_run(idle_s(_)).
 
 % Options whose value may be a path.
 path_option(controller).

@@ -2,11 +2,12 @@
           [ run_session/3               % +Options, +Opened, -ExitStatus
           ]).
 :- use_module(acquisition_device, [close_acquisition/0, open_acquisition/1]).
+:- use_module(connections, [ask/4]).
 :- use_module(display, [show/2, tell/3]).
 :- use_module(ending, [end_session/3, exit_status/2]).
 :- use_module(resumption, [record_options/2]).
 :- use_module(run_folder, [leave_run_folder/1, run_file/3]).
-:- use_module(servers, [stop_servers/0]).
+:- use_module(servers, [restarted_by/4, stop_servers/0]).
 :- use_module('../indigolog/tools/checks').
 :- use_module('../indigolog/indigolog').
 :- use_module(library(lists), [member/2]).
@@ -69,10 +70,14 @@ stop_everything :-
                 *******************************/
 
 open_servers(Session) :-
-    servers(ImageServer, VisionServer, Timeout) = Session.servers,
+    _{options:Options, plan:Plan, folder:Folder, servers:servers(ImageServer, VisionServer, Timeout)} :< Session,
     start_arguments(Session, ImageServer, Args),
     open_acquisition([ image_server(ImageServer), vision_server(VisionServer),
-                       alive(session_servers:check_servers), timeout(Timeout), start(Args) | Session.options ]).
+                       alive(session_servers:check_servers), timeout(Timeout), start(Args) | Options ]),
+    (   restarted_by(Options, Plan, Folder, Restart)
+    ->  ask(image_server, restart, Restart, _)
+    ;   true
+    ).
 
 %   Arguments of the vision server's `start`; what is not given it asks of the image server.
 start_arguments(Session, ImageServer, Args) :-

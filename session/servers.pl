@@ -1,84 +1,130 @@
 :- module(session_servers,
           [ start_servers/4,            % +Options, +Plan, +Folder, -Servers
+            restarted_by/4,             % +Options, +Plan, +Folder, -Args
             check_servers/0,
             stop_servers/0
           ]).
+:- use_module(kept_servers).
 :- use_module(processes).
 :- use_module(resumption, [captures_taken/2]).
 :- use_module(run_folder, [run_file/3]).
 :- use_module(library(lists), [append/2, append/3, member/2]).
 :- use_module(library(option), [option/2]).
 
-/** <module> The servers of a session: the user's, or started here */
+/** <module> The servers of a session: the user's, kept ones, or started here */
 
-:- dynamic server/1.                    % process that this session started
+:- dynamic
+    server/1,                           % process(...) that this session started, and ends
+    kept/1.                             % process(...) or kept(Name, Pid, Base) that stays when this session ends
 
 %!  start_servers(+Options, +Plan, +Folder, -Servers) is det.
 %
-%   Start those that the user has not named.  Servers is servers(ImageServer,
-%   VisionServer, Timeout): two endpoints, and how long a request may take, seconds.
+%   Start those that the user has not named, and that do not run already where they are kept.  Servers is
+%   servers(ImageServer, VisionServer, Timeout): two endpoints, and how long a request may take, seconds.
 
 start_servers(Options, Plan, Folder, servers(ImageServer, VisionServer, Timeout)) :-
-    endpoint(vision_server, Options, VisionServer, StartVisionServer),
-    endpoint(image_server, Options, ImageServer, StartImageServer),
-    (   StartVisionServer == true       % first: it has most to load
-    ->  key_arguments(Options, Keys),
-        start(vision_server, [serve, '--endpoint', VisionServer|Keys], Folder)
-    ;   true
-    ),
-    (   StartImageServer == true
-    ->  image_server_arguments(Options, Plan, ImageServer, Folder, Arguments),
-        start(image_server, Arguments, Folder)
-    ;   true
-    ),
+    endpoint(vision_server, Options, Plan, Folder, VisionServer),     % first: it has most to load
+    endpoint(image_server, Options, Plan, Folder, ImageServer),
     % a server of our own is known to live while it is slow
-    (   StartImageServer == true, StartVisionServer == true -> Timeout = 240 ; Timeout = 60 ).
+    ( member(Name, [image_server, vision_server]), named(Name, Options, _) -> Timeout = 60 ; Timeout = 240 ).
 
-start(Name, Arguments, Folder) :-
+endpoint(Name, Options, _, _, Endpoint) :-
+    named(Name, Options, Endpoint),
+    !.
+endpoint(Name, Options, Plan, Folder, Endpoint) :-
+    option(keep_servers(true), Options),
+    !,
+    arguments(Name, Options, Arguments),
+    kept_server(Name, Arguments, Base, Found),
+    atom_concat('ipc://', Base, Endpoint),
+    (   Found == none
+    ->  option(idle_s(Seconds), Options),
+        session_arguments(Name, Options, Plan, Folder, More),
+        kept_log(Base, LogFile),
+        start(Name, Arguments, Endpoint, ['--idle-s', Seconds|More], LogFile, Process),
+        keep_server(Base, Process),
+        assertz(kept(Process))
+    ;   assertz(kept(Found))
+    ).
+endpoint(Name, Options, Plan, Folder, Endpoint) :-
+    own_endpoint(Name, Endpoint),
+    arguments(Name, Options, Arguments),
+    session_arguments(Name, Options, Plan, Folder, More),
     atom_concat(Name, '.log', Log),
     run_file(Folder, Log, LogFile),
-    start_server(Name, Arguments, LogFile, Process),
+    current_prolog_flag(pid, Parent),
+    start(Name, Arguments, Endpoint, ['--parent', Parent|More], LogFile, Process),
     assertz(server(Process)).
+
+named(Name, Options, Endpoint) :-
+    Option =.. [Name, Endpoint],
+    option(Option, Options).
+
+%   A socket file of our own: its path must be short (107 bytes), which a run folder's need not be.
+own_endpoint(Name, Endpoint) :-
+    current_prolog_flag(pid, Pid),
+    ( getenv('TMPDIR', Temporary) -> true ; Temporary = '/tmp' ),
+    format(atom(Endpoint), "ipc://~w/lights-and-camera-~w-~w", [Temporary, Pid, Name]).
+
+start(Name, Arguments, Endpoint, More, LogFile, Process) :-
+    (   Name == image_server
+    ->  atom_concat(Endpoint, '-events', Events),
+        Listening = ['--endpoint', Endpoint, '--events', Events]
+    ;   Listening = ['--endpoint', Endpoint]
+    ),
+    append([Arguments, Listening, More], Words),
+    start_server(Name, Words, LogFile, Process).
 
 %!  check_servers is det.
 %
-%   @error server_died(Name, Status, LastLine, LogFile) if one that was started here has ended
+%   @error server_died(Name, Status, LastLine, LogFile) if one that this session started or found has ended
 
 check_servers :-
-    forall(server(Process), check_alive(Process)).
+    forall(( server(Process) ; kept(Process) ), check_alive(Process)).
+
+%!  restarted_by(+Options, +Plan, +Folder, -Args) is semidet.
+%
+%   Arguments of the request `restart` for an image server that has served another session.
+
+restarted_by(Options, Plan, Folder, _{seed:(Plan.seed), captures_taken:Taken}) :-
+    kept(kept(image_server, _, _)),
+    taken(Options, Folder, Taken).
 
 %!  stop_servers is det.
 %
-%   Stop those that were started here.
+%   Stop those that were started here and are not to stay.
 
 stop_servers :-
     findall(Process, retract(server(Process)), Processes),
-    stop_processes(Processes).
+    stop_processes(Processes),
+    retractall(kept(_)).
 
-%   An endpoint is the user's, or a socket file of our own: its path must be short
-%   (107 bytes), which a run folder's need not be.
-endpoint(Name, Options, Endpoint, false) :-
-    Option =.. [Name, Endpoint],
-    option(Option, Options),
-    !.
-endpoint(Name, _, Endpoint, true) :-
-    current_prolog_flag(pid, Pid),
-    format(atom(Base), "lights-and-camera-~w-~w", [Pid, Name]),
-    ( getenv('TMPDIR', Temporary) -> true ; Temporary = '/tmp' ),
-    atomic_list_concat(['ipc://', Temporary, /, Base], Endpoint).
-
-image_server_arguments(Options, Plan, Endpoint, Folder, Arguments) :-
-    image_source(Options, Plan, Folder, Source),
-    atom_concat(Endpoint, '-events', Events),
+%   What a server is started with, whatever the session; and what only this session says.
+arguments(vision_server, Options, [serve|Keys]) :-
+    key_arguments(Options, Keys).
+arguments(image_server, Options, Arguments) :-
+    image_source(Options, Source),
     key_arguments(Options, Keys),
-    append([Source, ['--endpoint', Endpoint, '--events', Events], Keys], Arguments).
+    append(Source, Keys, Arguments).
+
+session_arguments(image_server, Options, Plan, Folder, ['--seed', Plan.seed, '--captures-taken', Taken]) :-
+    \+ option(camera(_), Options),
+    !,
+    taken(Options, Folder, Taken).
+session_arguments(_, _, _, _, []).
+
+taken(Options, Folder, Taken) :-
+    (   option(resume(_), Options)
+    ->  captures_taken(Folder, Taken)
+    ;   Taken = 0
+    ).
 
 key_arguments(Options, ['--keys', Folder]) :-
     option(keys(Folder), Options),
     !.
 key_arguments(_, []).
 
-image_source(Options, _, _, [hardware|Arguments]) :-
+image_source(Options, [hardware|Arguments]) :-
     option(camera(_), Options),
     !,
     findall([Dashed, Value],
@@ -88,16 +134,20 @@ image_source(Options, _, _, [hardware|Arguments]) :-
               option(Option, Options) ),
             Pairs),
     append(Pairs, Arguments).
-image_source(Options, Plan, Folder, Arguments) :-
-    (   option(stack(Dir), Options)
-    ->  absolute_file_name(Dir, Stack),
-        Source = [replay, '--stack', Stack]
-    ;   option(target(Target), Options),
-        option(scenario(Scenario), Options),
-        Source = [simulator, '--target', Target, '--scenario', Scenario]
-    ),
-    (   option(resume(_), Options)
-    ->  captures_taken(Folder, Taken)
-    ;   Taken = 0
-    ),
-    append(Source, ['--seed', Plan.seed, '--captures-taken', Taken], Arguments).
+image_source(Options, [replay, '--stack', Stack]) :-
+    option(stack(Dir), Options),
+    !,
+    absolute_file_name(Dir, Stack).
+image_source(Options, [simulator, '--target', Target, '--scenario', Scenario]) :-
+    option(target(GivenTarget), Options),
+    option(scenario(GivenScenario), Options),
+    name_or_absolute(GivenTarget, Target),
+    name_or_absolute(GivenScenario, Scenario).
+
+%   A file is named so that it is the same from every folder.
+name_or_absolute(Given, File) :-
+    file_name_extension(_, Extension, Given),
+    Extension \== '',
+    !,
+    absolute_file_name(Given, File).
+name_or_absolute(Name, Name).

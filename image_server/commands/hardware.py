@@ -6,8 +6,9 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bridge.command_line import add_serving
 from bridge.errors import BadInput
-from image_server.commands.options import add_camera, add_equipment, add_serving
+from image_server.commands.options import add_camera, add_equipment, add_events
 from image_server.commands.serving import serve_device
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ def add_options(parser: ArgumentParser) -> None:
     add_camera(parser)
     add_equipment(parser)
     add_serving(parser)
+    add_events(parser)
 
 
 def run(options: Namespace) -> int:

@@ -13,19 +13,9 @@ Conditions = tuple[float | None, float | None, float | None, tuple[float, float]
 AS_IN_THE_FILE: Conditions = (None, None, None, None)
 
 
-def add_serving(parser: ArgumentParser) -> None:
-    """Where a server listens, and what ends it."""
-    parser.add_argument(
-        "--endpoint", required=True, help="Where to listen: ipc:///path or tcp://127.0.0.1:PORT."
-    )
+def add_events(parser: ArgumentParser) -> None:
+    """Where a server tells what happens."""
     parser.add_argument("--events", help="Where to publish events; none: not published.")
-    parser.add_argument(
-        "--keys",
-        type=Path,
-        metavar="DIR",
-        help="CURVE keys (python -m bridge keys DIR), to listen on a network.",
-    )
-    parser.add_argument("--parent", type=whole_number(), metavar="PID", help="Stop when this process ends.")
 
 
 def add_draws(parser: ArgumentParser) -> None:

@@ -6,13 +6,14 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bridge.command_line import add_serving
 from bridge.errors import BadInput
 from image_server.commands.options import (
     AS_IN_THE_FILE,
     Conditions,
     add_conditions,
     add_draws,
-    add_serving,
+    add_events,
     given_conditions,
 )
 from image_server.commands.serving import serve_device
@@ -27,6 +28,7 @@ def add_options(parser: ArgumentParser) -> None:
         "--stack", required=True, type=Path, metavar="DIR", help="Stack folder with its stack.toml."
     )
     add_serving(parser)
+    add_events(parser)
     add_draws(parser)
     add_conditions(parser)
 

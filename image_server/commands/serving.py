@@ -34,6 +34,6 @@ def serve_device(make_device: Callable[[], Device], options: Namespace) -> int:
 
         curve = server_keys(options.keys, "image_server")
         service = ImageServer(make_device())
-        return serve(service, options.endpoint, options.events, parent_pid=options.parent, curve=curve)
+        return serve(service, options.endpoint, options.events, options.parent, curve, options.idle_s)
 
     return plainly(served)

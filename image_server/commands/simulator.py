@@ -5,12 +5,13 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
+from bridge.command_line import add_serving
 from image_server.commands.options import (
     AS_IN_THE_FILE,
     Conditions,
     add_conditions,
     add_draws,
-    add_serving,
+    add_events,
     add_target,
     given_conditions,
 )
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
     add_serving(parser)
+    add_events(parser)
     add_scene(parser)
     add_draws(parser)
     add_conditions(parser)

@@ -90,6 +90,10 @@ class Device(ABC):
     def listen(self, notify: Callable[[Change], None]) -> None:  # noqa: B027  # most have nothing to tell
         """Tell `notify` of every fault and change of scene that no request asked for."""
 
+    def restart(self, seed: int, captures_taken: int) -> None:
+        """Become what a device of this seed is at first, so that the next session is not told of the last."""
+        raise Unsupported(f"The {self.name} cannot begin anew with seed {seed}.")
+
     def move(self, range_m: float) -> list[Change]:
         """Bring the target to a range along its line of sight, and say what changed in the scene."""
         raise Unsupported(f"The {self.name} cannot move its target to {range_m:g} m.")

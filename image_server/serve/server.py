@@ -3,7 +3,7 @@
 import msgspec
 
 from bridge.arrays import array_sha256
-from bridge.messages import ImageCaptureArgs, ImageCaptureResult, MoveArgs, NoArgs, ScoreArgs
+from bridge.messages import ImageCaptureArgs, ImageCaptureResult, MoveArgs, NoArgs, RestartArgs, ScoreArgs
 from bridge.serve import Reply, Service
 from image_server.serve.device import Change, Device, setting_ranges
 
@@ -19,6 +19,7 @@ class ImageServer(Service):
             "describe": (NoArgs, self._on_describe),
             "capture": (ImageCaptureArgs, self._on_capture),
             "health": (NoArgs, self._on_health),
+            "restart": (RestartArgs, self._on_restart),
             "move": (MoveArgs, self._on_move),
             "score": (ScoreArgs, self._on_score),
         }
@@ -51,6 +52,10 @@ class ImageServer(Service):
 
     def _on_health(self, _: NoArgs) -> Reply:
         return Reply(self._device.health())
+
+    def _on_restart(self, args: RestartArgs) -> Reply:
+        self._device.restart(args.seed, args.captures_taken)
+        return Reply({})
 
     def _on_move(self, args: MoveArgs) -> Reply:
         changes = self._device.move(args.range_m)

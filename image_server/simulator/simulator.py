@@ -68,7 +68,6 @@ class Simulator(Device):
         captures_taken: int = 0,
     ) -> None:
         self._scenario = load_scenario(scenario) if isinstance(scenario, str) else scenario
-        self._seed = seed
         try:
             self._file = find_target(str(target)).resolve()
             self._model = load_model(self._file, unit)
@@ -80,6 +79,12 @@ class Simulator(Device):
         self._camera = Camera(
             table.width, table.height, table.fx, table.fy, table.cx, table.cy, table.distortion
         )
+        self._notify: Callable[[Change], None] = lambda change: None
+        self.restart(seed, captures_taken)
+
+    def restart(self, seed: int, captures_taken: int) -> None:
+        """Draw true pose, seed pose and sun from another seed; nothing has moved yet."""
+        self._seed = seed
         front = np.array(self._appearance.front)
         self._true = placement.drawn_pose(
             self._scenario.pose, self._model, front, self._camera, self._random(POSE)
@@ -90,8 +95,8 @@ class Simulator(Device):
         self._sun = self._drawn_sun()
         axis = placement.sun_axis(self._sun, self._random(DRIFT))
         self._drift = Drift(self._scenario.time, self._true, self._sun, axis)
-        self._notify: Callable[[Change], None] = lambda change: None
         self._ambient_scale = self._scenario.ambient_scale
+        table = self._scenario.camera
         self._focal_mm = table.focal_lengths_mm[0] if table.focal_lengths_mm else None
         self._focus_m = table.focuses_m[0] if table.focuses_m else None
         self._captures = captures_taken

@@ -133,6 +133,7 @@ def test_every_operation_of_the_protocol_has_a_type() -> None:
         "describe",
         "capture",
         "health",
+        "restart",
         "move",
         "score",
         "shutdown",

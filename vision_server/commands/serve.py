@@ -5,23 +5,13 @@ from __future__ import annotations
 import faulthandler
 import sys
 from argparse import ArgumentParser, Namespace
-from pathlib import Path
 
-from bridge.command_line import whole_number
+from bridge.command_line import add_serving
 
 
 def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
-    parser.add_argument(
-        "--endpoint", required=True, help="Where to listen: ipc:///path or tcp://127.0.0.1:PORT."
-    )
-    parser.add_argument(
-        "--keys",
-        type=Path,
-        metavar="DIR",
-        help="CURVE keys (python -m bridge keys DIR), for servers on a network.",
-    )
-    parser.add_argument("--parent", type=whole_number(), metavar="PID", help="Stop when this process ends.")
+    add_serving(parser)
 
 
 def run(options: Namespace) -> int:
@@ -36,7 +26,7 @@ def run(options: Namespace) -> int:
 
         service = VisionServer(client_keys(options.keys, "vision_server", "image_server"))
         curve = server_keys(options.keys, "vision_server")
-        return serve(service, options.endpoint, parent_pid=options.parent, curve=curve)
+        return serve(service, options.endpoint, None, options.parent, curve, options.idle_s)
     except (LightsAndCameraError, OSError) as error:
         print(f"vision_server: {' '.join(str(error).split())}", file=sys.stderr)
         return error.exit_status if isinstance(error, LightsAndCameraError) else EXIT_DEVICE

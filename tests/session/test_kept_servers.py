@@ -1,0 +1,126 @@
+"""Servers that stay: found again, told apart, used by one session at a time, and gone in the end."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import pytest
+
+from tests.session.command import alive, controller, start_controller
+
+IDLE_S = 20.0
+"""Longer than any of these tests needs between two sessions, on a busy machine."""
+
+
+@pytest.fixture
+def runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """The folder where servers are kept; they end with the test."""
+    with TemporaryDirectory() as parent:  # a socket's path must be short
+        monkeypatch.setenv("XDG_RUNTIME_DIR", parent)
+        folder = Path(parent) / "lights-and-camera"
+        yield folder
+        running = kept(folder)
+        for pid in running.values():
+            os.kill(pid, signal.SIGTERM)
+        assert ended(running, 20)
+
+
+def kept(folder: Path) -> dict[str, int]:
+    """Process ids of the servers that run there, by the name of their socket."""
+    named = {file.stem: int(file.read_text().rstrip(".\n")) for file in folder.glob("*.pid")}
+    return {name: pid for name, pid in named.items() if alive(pid)}
+
+
+def session(out: Path, *options: str, keep: bool = True, idle_s: float = IDLE_S) -> dict[str, Any]:
+    """What one session finds, but for its times and how it was asked for."""
+    keeping = ["--keep-servers", "--idle-s", str(idle_s)] if keep else []
+    done = controller("--out", out, "--no-report", *options, *keeping)
+    assert done.returncode in (0, 3), done.stderr
+    result: dict[str, Any] = json.loads((out / "result.json").read_text())
+    return {key: value for key, value in result.items() if key not in ("seconds", "command")}
+
+
+def ended(pids: dict[str, int], within_s: float) -> bool:
+    deadline = time.monotonic() + within_s
+    while any(alive(pid) for pid in pids.values()):
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.05)
+    return True
+
+
+def test_a_session_on_kept_servers_finds_what_one_on_its_own_finds(runtime: Path, tmp_path: Path) -> None:
+    drifting = ("--scenario", "drifting", "--max-iterations", "3", "--seed", "4")
+    alone = session(tmp_path / "alone", *drifting, keep=False)
+    assert not kept(runtime)
+    session(tmp_path / "first", "--scenario", "drifting", "--max-iterations", "2", "--seed", "9")
+    running = kept(runtime)
+    assert sorted(name.split("-")[0] for name in running) == ["image_server", "vision_server"]
+    assert session(tmp_path / "second", *drifting) == alone
+    assert kept(runtime) == running
+    session(tmp_path / "third", "--target", "satellite", "--max-iterations", "1")
+    assert len(kept(runtime)) == 3 and running.items() <= kept(runtime).items(), (
+        "only the image server differs"
+    )
+
+
+def test_two_sessions_do_not_share_servers_and_one_that_is_killed_frees_its_own(
+    runtime: Path, tmp_path: Path
+) -> None:
+    endless = start_controller(
+        "--out", tmp_path / "endless", "--threshold", "0.000001", "--max-iterations", "1000", "--no-report",
+        "--keep-servers", "--idle-s", str(IDLE_S),
+    )  # fmt: skip
+    try:
+        while len(first := kept(runtime)) < 2:
+            assert endless.poll() is None, endless.communicate()
+            time.sleep(0.05)
+        session(tmp_path / "beside", "--max-iterations", "1")
+        assert len(kept(runtime)) == 4 and first.items() <= kept(runtime).items()
+    finally:
+        endless.kill()
+        endless.communicate()
+    session(tmp_path / "after", "--max-iterations", "1")
+    assert len(kept(runtime)) == 4
+
+
+def test_servers_that_nobody_asks_end(runtime: Path, tmp_path: Path) -> None:
+    session(tmp_path / "one", "--max-iterations", "1", idle_s=5)
+    running = kept(runtime)
+    assert running and ended(running, 20)
+    session(tmp_path / "two", "--max-iterations", "1", idle_s=5)
+    assert kept(runtime) and not set(kept(runtime).values()) & set(running.values())
+
+
+@pytest.mark.parametrize("victim", ["image_server", "vision_server"])
+def test_a_kept_server_that_is_killed_is_told(runtime: Path, tmp_path: Path, victim: str) -> None:
+    session(tmp_path / "one", "--max-iterations", "1")
+    endless = start_controller(
+        "--out", tmp_path / "endless", "--threshold", "0.000001", "--max-iterations", "1000", "--no-report",
+        "--keep-servers",
+    )  # fmt: skip
+    journal = tmp_path / "endless" / "history.pl"
+    while not (journal.exists() and "capture" in journal.read_text()):
+        assert endless.poll() is None, endless.communicate()
+        time.sleep(0.05)
+    (pid,) = (pid for name, pid in kept(runtime).items() if name.startswith(victim))
+    os.kill(pid, signal.SIGKILL)
+    _, messages = endless.communicate(timeout=60)
+    assert endless.returncode == 4, messages
+    assert f"the {victim} ended by itself" in messages
+
+
+def test_what_cannot_be_kept_is_told(tmp_path: Path) -> None:
+    for options, message in (
+        (["--idle-s", "0"], "--idle-s must be a positive number of seconds"),
+        (["--camera", "/dev/null", "--target", "cube"], "--keep-servers and --camera exclude each other"),
+    ):
+        done = controller("--keep-servers", *options, cwd=tmp_path)
+        assert done.returncode == 2 and message in done.stderr
