@@ -37,7 +37,8 @@
 :- use_module(search/conditional, []).
 :- use_module(search/monitor, []).
 :- use_module(online/devices, [report_exogenous/1]).
-:- use_module(online/executive, [run/2, request_stop/1, request_abort/0]).
+:- use_module(online/executive, [run/2]).
+:- use_module(online/turn, [request_abort/0, request_stop/1]).
 :- use_module(tools/checks, [check_program/1, check_theory/0, check_theory_once/0]).
 :- use_module(tools/console, [step_through/2]).
 :- use_module(tools/explain, [why/3]).

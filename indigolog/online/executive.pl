@@ -1,76 +1,26 @@
 :- module(indigolog_executive,
-          [ run/2,                    % +Program, :Options
-            request_stop/1,           % +Reason
-            request_abort/0
+          [ run/2                     % +Program, :Options
           ]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3, meta_options/3]).
-:- use_module(library(record)).
-:- use_module('../language/chance').
-:- use_module('../language/context', [top_context/1]).
-:- use_module(devices).
-:- use_module(journal).
-:- use_module('../language/notice', [progress_message/1]).
-:- use_module('../language/patience', [still_patient/3, with_patience/2]).
-:- use_module('../language/progression', [progress/3]).
-:- use_module('../language/sensing', [sensing_action/2]).
+:- use_module('../language/chance', [set_seed/1]).
+:- use_module('../language/patience', [with_patience/2]).
 :- use_module('../language/situation').
-:- use_module(terminal, [ask_in/2]).
-:- use_module('../language/theory').
-:- use_module('../language/unfolding', [unfolded/2]).
-:- use_module('../language/semantics', [final/3, step/4]).
+:- use_module('../language/theory', [renewed_theory/1]).
+:- use_module(devices, [close_devices/1, open_devices/3]).
+:- use_module(journal).
+:- use_module(turn).
 
 :- meta_predicate run(+, :).
 
-/** <module> The online executive
-
-Each turn takes in the exogenous actions that have arrived, in their order, and
-then makes one step of the program: a step is first looked for, and only a
-program that has none may end.  An action of the step is carried to the device
-that can execute it before the next turn.
-
-A journal that is followed is a list of entries, of which `skip` many need not be written
-again.  The mode of a run is `live`, or `replay` where only a journal is followed.
-*/
-
-:- record turn(program, situation, number=0, count=0, entries=[], skip=0).
-:- record setting(devices, journal, on_action, on_fact, max, max_wait, mode).
-
-record_goal(Goal) :-
-    functor(Goal, Name, Arity),
-    (   Arity =:= 2, ( sub_atom(Name, 0, _, _, turn_) ; sub_atom(Name, 0, _, _, setting_) )
-    ;   Arity =:= 3, sub_atom(Name, _, _, 0, '_of_turn')
-    ),
-    !.
-
-goal_expansion(Goal, Unifications) :-
-    record_goal(Goal),
-    unfolded(indigolog_executive:Goal, Unifications).
-
-:- dynamic requested/1.               % stop(Reason) or abort
-
-%!  request_stop(+Reason) is det.
-%
-%   Make the run end between two steps with stopped(Reason).  May be called
-%   from a signal handler, a device or another thread.
-
-request_stop(Reason) :-
-    assertz(requested(stop(Reason))).
-
-%!  request_abort is det.
-%
-%   Make the run end between two steps with outcome `aborted`, as abort/0 in a
-%   program does.  May be called as request_stop/1.
-
-request_abort :-
-    assertz(requested(abort)).
+/** <module> The online executive: a run, from its options to its outcome */
 
 %!  run(+Program, :Options) is det.
 
 run(Program, Options0) :-
     meta_options(is_meta, Options0, Options),
     known_options(Options),
-    retractall(requested(_)),
+    forget_requests,
     renewed_theory(Theory),
     initial_situation(Theory, S0),
     past(Options, Program, Seed, Entries, Mode),
@@ -87,8 +37,7 @@ run(Program, Options0) :-
         ( begin(Skip, Journal, begun(Program, Seed)),
           make_setting([ devices(Devices), journal(Journal), on_action(OnAction), on_fact(OnFact),
                          max(Max), max_wait(MaxWait), mode(Mode) ], X),
-          make_turn([program(Program), situation(S0), entries(Entries), skip(Skip)], First),
-          nb_setval(indigolog_silent, 0),
+          first_turn(Program, S0, Entries, Skip, First),
           option(max_silent(Silent), Options, default),
           catch(with_patience(Silent,
                     turn(First, X, Last, Outcome)),
@@ -183,243 +132,3 @@ begin(0, Journal, Begun) =>
     journal_write(Journal, Begun).
 begin(_, _, _) =>
     true.
-
-
-                /* One turn */
-
-% turn(+Turn, +Setting, -Last, -Outcome): from Turn on, to the Last.
-
-turn(T0, X, T, Outcome) :-
-    turn_entries(T0, Entries0),
-    (   requested(Request)
-    ->  by_request(Request),
-        T = T0,
-        Outcome = aborted
-    ;   Entries0 == [],
-        setting_mode(X, replay)
-    ->  T = T0,
-        Outcome = replayed
-    ;   take_in(X, T0, T1),
-        turn_entries(T1, Entries),
-        resumed_if_last(Entries0, X, T1),
-        (   next(T1, E, S)
-        ->  stepped(T1, E, S, X, T, Outcome)
-        ;   Entries = [Entry|_]
-        ->  turn_program(T1, E),
-            throw(error(golog(journal_differs(Entry, E)), _))
-        ;   T = T1,
-            ( may_end(T) -> Outcome = final ; Outcome = failed )
-        )
-    ).
-
-may_end(T) :-
-    turn_program(T, E),
-    turn_situation(T, S),
-    top_context(C),
-    final(E, S, C).
-
-% stepped(+Turn, +E, +S, +Setting, -Last, -Outcome): the step of Turn leads to E and S.
-stepped(T0, E, S, X, T, Outcome) :-
-    turn_situation(T0, S0),
-    turn_number(T0, N0),
-    N is N0+1,
-    set_number_of_turn(N, T0, T00),
-    set_program_of_turn(E, T00, T1),
-    (   same_situation(S0, S)
-    ->  nb_getval(indigolog_silent, Silent0),
-        Silent is Silent0+1,
-        still_patient(Silent, E, S),
-        nb_setval(indigolog_silent, Silent),
-        set_situation_of_turn(S, T1, T2),
-        turn(T2, X, T, Outcome)
-    ;   nb_setval(indigolog_silent, 0),
-        last_action(S, A),
-        turn_count(T0, Count),
-        setting_max(X, Max),
-        (   A == wait
-        ->  wait_for_events(T1, X),
-            turn(T1, X, T, Outcome)
-        ;   A == abort
-        ->  set_situation_of_turn(S, T1, T),
-            Outcome = aborted
-        ;   Count >= Max
-        ->  T = T0,
-            Outcome = limit
-        ;   do_action(A, N0, S, X, T1, T2),
-            turn(T2, X, T, Outcome)
-        )
-    ).
-
-by_request(stop(Reason)) :-
-    retractall(requested(_)),
-    throw(stopped(Reason)).
-by_request(abort) :-
-    retractall(requested(_)).
-
-% A step, and while a journal is followed the step that it tells of.
-next(T, E1, S1) :-
-    turn_program(T, E),
-    turn_situation(T, S),
-    step(E, S, E1, S1),
-    as_told(T, S1),
-    !.
-
-as_told(T, S1) :-
-    turn_entries(T, Entries),
-    (   Entries = [Entry|_]
-    ->  turn_situation(T, S),
-        turn_number(T, N),
-        arg(1, Entry, Told),
-        (   same_situation(S, S1)
-        ->  Told > N
-        ;   last_action(S1, A),
-            (   A == wait
-            ->  true
-            ;   Told = N,
-                arg(2, Entry, A)
-            )
-        )
-    ;   true
-    ).
-
-
-                /* Exogenous actions */
-
-% What the journal tells of them, and then what the devices do.
-take_in(X, T0, T) :-
-    turn_entries(T0, Entries),
-    turn_number(T0, N),
-    (   Entries = [exogenous(N, A)|Entries1]
-    ->  set_entries_of_turn(Entries1, T0, T1),
-        taken_in(A, X, T1, T2),
-        take_in(X, T2, T)
-    ;   Entries == [],
-        setting_mode(X, live)
-    ->  setting_devices(X, Devices),
-        arrived_events(Devices, As),
-        take_in_all(As, X, T0, T)
-    ;   T = T0
-    ).
-
-take_in_all([], _, T, T).
-take_in_all([A|As], X, T0, T) :-
-    taken_in(A, X, T0, T1),
-    take_in_all(As, X, T1, T).
-
-taken_in(A, X, T0, T) :-
-    turn_situation(T0, S0),
-    turn_number(T0, N),
-    situation_module(S0, Module),
-    (   \+ \+ Module:exog_action(A)
-    ->  progress(A, S0, S1),
-        set_situation_of_turn(S1, T0, T1),
-        happened(exogenous(N, A), A, X, T1, T)
-    ;   print_message(warning, golog(undeclared_event(A))),
-        T = T0
-    ).
-
-% Write Fact to the journal, unless it came from there, and tell of Action.
-happened(Fact, Action, X, T0, T) :-
-    turn_skip(T0, Skip0),
-    (   Skip0 > 0
-    ->  Skip is Skip0-1,
-        set_skip_of_turn(Skip, T0, T)
-    ;   setting_journal(X, Journal),
-        journal_write(Journal, Fact),
-        T = T0
-    ),
-    progress_message(Fact),
-    turn_situation(T, S),
-    setting_on_action(X, OnAction),
-    setting_on_fact(X, OnFact),
-    ( OnAction == none -> true ; ignore(call(OnAction, Action, S)) ),
-    ( OnFact == none -> true ; ignore(call(OnFact, Fact, S)) ).
-
-wait_for_events(T, X) :-
-    (   turn_entries(T, [])
-    ->  progress_message(waiting),
-        setting_devices(X, Devices),
-        setting_max_wait(X, MaxWait),
-        wait_for_event(Devices, MaxWait, requested(_))
-    ;   true
-    ).
-
-
-                /* Primitive actions */
-
-% do_action(+A, +Number, +S, +Setting, +Turn, -Turn1): A, of the turn of that Number, leads
-% from the situation of Turn to S, and with what was sensed to that of Turn1.
-
-do_action(A, N, S, X, T0, T) :-
-    turn_entries(T0, Entries0),
-    (   Entries0 = [Entry|Entries]
-    ->  replayed(Entry, Result)
-    ;   Entries = [],
-        carry_out(A, X, S, Result)
-    ),
-    (   Result = failed(Reason)
-    ->  Done = failed(A, Reason),
-        Fact = failed(N, A, Reason),
-        turn_situation(T0, S0),
-        progress(Done, S0, S1)
-    ;   Result = done(Sensing),
-        Done = A,
-        Fact = executed(N, A, Sensing),
-        sensed(A, Sensing, S, S1)
-    ),
-    turn_count(T0, Count0),
-    Count is Count0+1,
-    set_situation_of_turn(S1, T0, T1),
-    set_count_of_turn(Count, T1, T2),
-    set_entries_of_turn(Entries, T2, T3),
-    happened(Fact, Done, X, T3, T),
-    resumed_if_last(Entries0, X, T).
-
-sensed(A, Sensing, S, S1) :-
-    situation_theory(S, Theory),
-    (   Sensing \== none,
-        sensing_action(Theory, A)
-    ->  boolean_if_relational(A, Sensing, Theory),
-        progress(e(A, Sensing), S, S1)
-    ;   S1 = S
-    ).
-
-boolean_if_relational(A, Sensing, Theory) :-
-    theory_module(Theory, Module),
-    (   Module:senses(A, F),
-        fluent_template(Theory, F, rel),
-        \+ memberchk(Sensing, [true, false])
-    ->  throw(error(golog(not_boolean_result(A, F, Sensing)), _))
-    ;   true
-    ).
-
-replayed(executed(_, _, Sensing), done(Sensing)).
-replayed(failed(_, _, Reason), failed(Reason)).
-
-% The devices learn that they take over when the last of Entries has been followed.
-resumed_if_last(Entries, X, T) :-
-    (   Entries = [_|_],
-        turn_entries(T, []),
-        setting_mode(X, live)
-    ->  setting_devices(X, Devices),
-        turn_situation(T, S),
-        tell_resumed(Devices, S)
-    ;   true
-    ).
-
-carry_out(A, X, S, Result) :-
-    setting_devices(X, Devices),
-    situation_theory(S, Theory),
-    catch(( ask_in(S, execute_action(Devices, Theory, A, Sensing)),
-            Result = done(Sensing) ),
-          Error,
-          failure(Error, A, S, Result)).
-
-% A failed action is an exogenous action if the theory declares it.
-failure(Error, A, S, Result) :-
-    situation_module(S, Module),
-    (   Error = error(Reason, _),
-        \+ \+ Module:exog_action(failed(A, Reason))
-    ->  Result = failed(Reason)
-    ;   throw(Error)
-    ).

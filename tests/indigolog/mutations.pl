@@ -128,10 +128,10 @@ mutation('a conditional plan goes on whatever happens', monitor,
 mutation('a conditional plan made again forgets what was done', monitor,
          "    (   memberchk(N1, Own)\n",
          "    (   memberchk(N1, Own), fail\n").
-mutation('one action too many', executive,
+mutation('one action too many', turn,
          "        ;   Count >= Max\n",
          "        ;   Count > Max\n").
-mutation('the world is asked after the program has ended', executive,
+mutation('the world is asked after the program has ended', turn,
          "        (   next(T1, E, S)\n",
          "        (   next(T0, E, S)\n").
 
