@@ -14,6 +14,11 @@ from geometry.rotation import cross_matrix, euler_matrix, matrix_of, vector_of
 
 Array = NDArray[np.float64]
 
+SEARCH_ROTATION_DEG = 25.0
+"""How far each rotation of the pose may be from the seed pose: the paper's range."""
+SEARCH_TRANSLATION_PX = 40.0
+"""How far each component of the translation may be, in pixels at the seed's depth: the paper's range."""
+
 
 @dataclass(frozen=True)
 class PoseError:

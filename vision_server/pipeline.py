@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
-from geometry.pose import Pose
+from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.image_set import ImageSet
@@ -55,8 +55,8 @@ class PipelineSettings:
 
     matcher: str = "search"
     seed: int = 0
-    rotation_range_deg: float = 25.0
-    translation_range_px: float = 40.0
+    rotation_range_deg: float = SEARCH_ROTATION_DEG
+    translation_range_px: float = SEARCH_TRANSLATION_PX
     generations: int = 10
     population: int = 200
     edge_contrast_grey: float = 0.0

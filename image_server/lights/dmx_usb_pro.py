@@ -16,10 +16,10 @@ from image_server.lights.port import Port
 
 START, END = 0x7E, 0xE7
 GET_PARAMETERS, SEND_DMX, GET_SERIAL = 3, 6, 10
-LEAST_CHANNELS, MOST_CHANNELS = 24, 512
-MOST_PAYLOAD = 600
+LEAST_CHANNELS, MOST_CHANNELS = 24, 512  # of a packet (the API)
+MOST_PAYLOAD = 600  # the API's limit
 BAUD = 57600  # a virtual serial port: the widget does not care
-ANSWER_DEADLINE_S = 0.5
+ANSWER_DEADLINE_S = 0.5  # chosen by hand: an answer takes some ms
 
 
 class MalformedMessageError(ValueError):

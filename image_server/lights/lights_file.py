@@ -13,8 +13,8 @@ from image_server.lights.driver import LightDriver
 from stack.tables import Table, as_table, read_toml
 
 Protocol = Literal["line", "dmx_usb_pro"]
-DEFAULT_LEVELS = 8
-DEFAULT_DARK_AFTER_S = 60.0
+DEFAULT_LEVELS = 8  # the paper's testbed
+DEFAULT_DARK_AFTER_S = 60.0  # chosen by hand: many times a session's longest pause
 
 
 class Light(LightDescription, frozen=True, kw_only=True):

@@ -12,7 +12,7 @@ import sys
 from contextlib import suppress
 
 LEAVE = b"l"
-DEADLINE_S = 5
+DEADLINE_S = 5  # chosen by hand
 
 
 class Watchdog:

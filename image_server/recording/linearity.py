@@ -11,7 +11,7 @@ Radiance = NDArray[np.float64]
 
 LOWEST, HIGHEST = 8, 247
 """Grey values that are told from black and from saturation, noise included."""
-ENOUGH_PIXELS = 100
+ENOUGH_PIXELS = 100  # chosen by hand: noise of 5 % a pixel leaves 0.5 %
 
 
 def linear(frame: NDArray[np.floating] | Grey, gamma: float) -> Radiance:

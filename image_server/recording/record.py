@@ -16,7 +16,7 @@ from image_server.serve.device import Device, Frame, checked_settings
 from stack.exposure import WHITE, full_levels, level_fraction, relative_exposure
 from stack.write import new_folder, write_basis, write_frames
 
-SATURATED = 254
+SATURATED = 254  # one below white, for noise
 LARGEST_NONLINEARITY = 0.1
 """Part by which a shutter or level may be off its nominal effect; more, and a basis stack would mislead."""
 

@@ -19,11 +19,11 @@ from geometry.camera import Camera
 Image = NDArray[np.float32]
 
 DISC_STEP_PX = 0.75  # of diameter, between the discs that are blended
-MOST_DISCS = 8
+MOST_DISCS = 8  # bounds the time of a frame
 LEAST_DISC_PX = 0.25  # a disc below this changes nothing that a pixel does not
-LEAST_DRAWN_PX = 3.0
+LEAST_DRAWN_PX = 3.0  # chosen by hand; a smaller disc becomes three taps
 SUBPIXELS = 16  # along each axis, for the coverage of a disc's rim
-GLARE_CORE_PX = 2.0
+GLARE_CORE_PX = 2.0  # chosen by hand, so that the middle stays finite
 GLARE_WIDTH = 160  # to which the frame is reduced before it is scattered
 
 

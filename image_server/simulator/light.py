@@ -22,7 +22,7 @@ NotNegative = Annotated[float, Meta(ge=0)]
 HalfTurn = Annotated[float, Meta(ge=0, le=180)]
 Vector3 = tuple[float, float, float]
 
-REFERENCE_DISTANCE_M = 0.6
+REFERENCE_DISTANCE_M = 0.6  # the middle of the usual ranges; chosen by hand
 LIGHT_AT_REFERENCE = 0.5
 """Radiance of a surface turned to one full light at that distance; chosen by hand, for a stop of room."""
 LIGHT_STRENGTH = LIGHT_AT_REFERENCE * REFERENCE_DISTANCE_M**2

@@ -22,8 +22,8 @@ Floats = NDArray[np.float64]
 Image = NDArray[np.float32]
 
 LEAST_MOTION_PX = 0.05  # during the exposure; less changes no grey value by more than rounding
-STEPS_PER_PX = 2
-MOST_STEPS = 64
+STEPS_PER_PX = 2  # chosen by hand; compared with exact motion in docs/validation.md
+MOST_STEPS = 64  # chosen by hand; bounds the time of a frame
 
 
 def image_velocity(

@@ -17,11 +17,11 @@ from numerics.kernels import kernel
 Floats = NDArray[np.float64]
 Image = NDArray[np.float32]
 
-EARTH_RADIUS_KM = 6371.0
+EARTH_RADIUS_KM = 6371.0  # mean radius, IUGG
 AIR_HEIGHT_KM = 8.0  # over which the air thins to 1/e
 AIR_BRIGHTNESS = 0.6  # of the air at the limb, relative to the ground's mean
 CLOUD_SIZE = 0.03  # Earth radii
-CLOUD_CONTRAST = 0.8
+CLOUD_CONTRAST = 0.8  # chosen by hand
 LOBE = 4.0  # angle (rad) that a mirrored direction is spread over, per unit of alpha
 LIMB_DARKENING = 0.6  # of the sun, in visible light
 STAR_TO_SUN = 10.0 ** (-0.4 * 26.74)  # a star of magnitude 0 against the sun, as light on a face
@@ -29,7 +29,7 @@ FAINTEST, BRIGHTEST = 6.0, -1.0  # magnitudes of the stars that are drawn
 STARS = 5000  # brighter than FAINTEST, over the whole sky
 STARS_PER_MAGNITUDE = 10.0**0.51  # growth of their number with the magnitude
 SHARP_LIMB_RAD = 1e-3  # over which a limb is smoothed that no pixel or roughness smooths
-BAND_ROWS = 64
+BAND_ROWS = 64  # of the frame at a time, so that the rays need little memory
 DIRECTIONS = 4096  # in which the sky is sampled for its light on faces
 
 

@@ -21,10 +21,10 @@ CRINKLE = 10
 COLUMNS = 11
 
 PLAIN, NOISE, VEINS, PANELS, LINES, CHECKER = range(len(TEXTURES))
-GRAIN_SIZE_M = 0.0025
+GRAIN_SIZE_M = 0.0025  # chosen by hand: paint and blasted metal
 LINE_WIDTH = 0.18  # of a printed line, fraction of the line distance
 GAP_WIDTH = 0.08  # between solar cells, fraction of a cell
-VEIN_SHARPNESS = 3.0
+VEIN_SHARPNESS = 3.0  # chosen by hand
 NOISE_SLOPE = 0.331  # standard deviation of one component of the gradient of `noise`, per cell
 SLOPE_STEP = 0.05  # of a cell, over which that gradient is taken
 

@@ -16,10 +16,10 @@ from image_server.v4l2.formats import Grey
 
 STEADY = 0.03
 """Relative change of the mean grey value under which a frame counts as settled."""
-MOST_SETTLE_FRAMES = 12
+MOST_SETTLE_FRAMES = 12  # chosen by hand: four times what UVC cameras need
 LEAST_EFFECT = 0.1
 """Relative change of the mean grey value between the ends of an axis under which it has no effect."""
-IRIS_STEPS = 5
+IRIS_STEPS = 5  # chosen by hand: one per stop of a usual iris
 SAMPLES = 3  # frames averaged where brightness is compared
 
 

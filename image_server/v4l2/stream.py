@@ -26,7 +26,7 @@ from image_server.v4l2.kernel import (
 )
 from image_server.v4l2.node import Node
 
-BUFFERS = 4
+BUFFERS = 4  # the usual number: one is filled, one read, two wait
 STAMPED_AT_FIRST_PACKET = ("uvcvideo",)
 """Drivers that call it the start of the exposure when data first come, after exposure."""
 START_DEADLINE_S = 3.0

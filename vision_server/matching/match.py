@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model
-from geometry.pose import Pose
+from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from vision_server.matching.views import Views
 
 Floats = NDArray[np.float64]
@@ -33,8 +33,8 @@ class SearchRange:
     translation_px : reach of each component of the translation, in pixels at the seed's depth.
     """
 
-    rotation_deg: float = 25.0
-    translation_px: float = 40.0
+    rotation_deg: float = SEARCH_ROTATION_DEG
+    translation_px: float = SEARCH_TRANSLATION_PX
 
     def __post_init__(self) -> None:
         for name, value, most in (
