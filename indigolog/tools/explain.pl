@@ -1,10 +1,8 @@
 :- module(indigolog_explain,
-          [ why/3,                    % +Question, +Situation, -Whys
-            why_stuck/3               % +Program, +Situation, -Whys
+          [ why/3                     % +Question, +Situation, -Whys
           ]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(lists), [member/2, memberchk/2, reverse/2]).
-:- use_module(library(occurs), [sub_term/2]).
 :- use_module(library(solution_sequences), [limit/2]).
 :- use_module('../language/action', [pick/5]).
 :- use_module('../language/configuration', [after_action/5, ends/3]).
@@ -16,6 +14,7 @@
 :- use_module('../language/situation').
 :- use_module('../language/theory').
 :- use_module('../search/search_options', [new_memory/3, seen/4]).
+:- use_module(why_false).
 
 /** <module> Why something is not so
 
@@ -36,8 +35,7 @@ A Why is one of
 and is printed by explanations//1 of explanation_text.pl.
 */
 
-% Most instances, alternatives and dead ends that are told of.
-most(5).
+% Most dead ends that are told of, and configurations that are looked at for them.
 most_dead_ends(20).
 most_configurations(10_000).
 
@@ -70,104 +68,6 @@ bounded(E, Goal, Why) :-
     ).
 
 
-                /* Formulas */
-
-% why_false(+Formula, +Situation, -Why) is semidet: fails if Formula is true.
-
-why_false(P, S, false(P, Parts)) :-
-    \+ is_true(P, S),
-    parts(P, S, Parts0),
-    (   Parts0 = [value(P0, _)],           % a fluent alone: its value is said
-        P0 == P
-    ->  Parts = []
-    ;   Parts = Parts0
-    ).
-
-is_true(P, S) :-
-    catch(holds_in(P, S), error(_, _), fail),
-    !.
-
-whys_false(Ps, S, Whys) :-
-    findall(Why, ( member(P, Ps), why_false(P, S, Why) ), Whys).
-
-% parts(+Formula, +Situation, -Parts): why a formula is false that is false.
-
-parts(P, _, Parts), var(P) =>
-    Parts = [].
-parts(and(P, Q), S, Parts) =>
-    first_false([P, Q], S, Parts).
-parts((P, Q), S, Parts) =>
-    first_false([P, Q], S, Parts).
-parts(and(Ps), S, Parts) =>
-    first_false(Ps, S, Parts).
-parts(or(P, Q), S, Parts) =>
-    whys_false([P, Q], S, Parts).
-parts(or(Ps), S, Parts) =>
-    whys_false(Ps, S, Parts).
-parts(neg(P), S, Parts) =>
-    Parts = [true(P, Values)],
-    once(holds_in(P, S)),
-    values(P, S, Values).
-parts(\+ P, S, Parts) =>
-    parts(neg(P), S, Parts).
-parts(impl(P, Q), S, Parts) =>
-    holds_in(P, S),
-    !,
-    values(P, S, Values),
-    why_false(Q, S, Why),
-    Parts = [true(P, Values), Why].
-parts(some(V, P), S, Parts) =>
-    most(Most),
-    findall(Why,
-            limit(Most, ( pick(V, P, listed, S, P1), why_false(P1, S, Why) )),
-            Parts0),
-    (   Parts0 == []
-    ->  values(P, S, Parts)
-    ;   Parts = Parts0
-    ).
-parts(all(V, P), S, Parts) =>
-    (   pick(V, P, listed, S, P1),
-        why_false(P1, S, Why)
-    ->  Parts = [Why]
-    ;   values(P, S, Parts)
-    ).
-parts(P, S, Parts) =>
-    situation_theory(S, Theory),
-    theory_module(Theory, Module),
-    (   Module:proc(P, Body)
-    ->  parts(Body, S, Parts)
-    ;   values(P, S, Parts)
-    ).
-
-% Of a conjunction the first part that fails, after what the others bind.
-first_false([P|Ps], S, Parts) :-
-    (   Ps \== [],
-        catch(holds_in(P, S), error(_, _), fail)
-    ->  first_false(Ps, S, Parts)
-    ;   why_false(P, S, Why)
-    ->  Parts = [Why]
-    ;   Parts = []
-    ).
-
-%   values(+Formula, +Situation, -Parts): the values of the fluents in Formula.
-
-values(P, S, Values) :-
-    situation_theory(S, Theory),
-    findall(F, ( sub_term(F, P), callable(F), fluent_template(Theory, F, _) ), Fluents0),
-    sort(Fluents0, Fluents),
-    findall(Value, ( member(F, Fluents), value(F, S, Value) ), Values).
-
-value(F, S, value(F, Value)) :-
-    (   ground(F)
-    ->  (   fluent_value(F, S, Value0)
-        ->  Value = Value0
-        ;   Value = unknown
-        )
-    ;   most(Most),
-        limit(Most, fluent_value(F, S, Value))
-    ).
-
-
                 /* Actions */
 
 % why_not_possible(+Action, +Situation, -Why) is semidet: fails if Action is
@@ -191,7 +91,7 @@ why_not_possible(A, S, Why) :-
 
                 /* Programs */
 
-%!  why_stuck(+Program, +Situation, -Whys) is det.
+% why_stuck(+Program, +Situation, -Whys) is det.
 %
 %   What stands in the way of each of the ways to begin Program.
 
