@@ -26,11 +26,12 @@ from benchmarks.photographs import Photograph, Studio, image_set, stack_studio
 from geometry.pose import Pose, disturbed
 from report.overlay import draw_overlay
 from vision_server.image_set import ImageSet
+from vision_server.matching import SearchRange
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose, pose_of_segments
 from vision_server.segments.extraction import extract_segments
 
 WAYS = ("middle", "best single", "three merged", "three united", "bracket merged")
-ROTATION_DEG, TRANSLATION_PX = 25.0, 40.0
+RANGE = SearchRange()
 LOOSE, TIGHT = (1.0, 0.01), (0.2, 0.002)  # degrees, share of the range
 TRUSTED = 0.8
 
@@ -76,7 +77,7 @@ def run_case(case: Case) -> list[dict[str, Any]]:
     studio = stack_studio(case.folder, case.sun)
     rng = np.random.default_rng([int(case.sun), sum(map(ord, case.folder.name))])
     starts = [
-        disturbed(studio.true, rng, ROTATION_DEG, TRANSLATION_PX, studio.camera.fx)
+        disturbed(studio.true, rng, RANGE.rotation_deg, RANGE.translation_px, studio.camera.fx)
         for _ in range(case.starts)
     ]
     rows = []

@@ -32,6 +32,7 @@ from geometry.pose import Pose, disturbed
 from vision_server.channels.image_files import read_grey
 from vision_server.channels.tone import file_tone
 from vision_server.image_set import ImageSet
+from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.serve.inputs import read_camera
 
@@ -183,8 +184,8 @@ def summary(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
 def main(
     folder: Path,
     starts: Annotated[int, typer.Option(min=1)] = 8,
-    rotation_deg: Annotated[float, typer.Option(min=0)] = 25.0,
-    translation_px: Annotated[float, typer.Option(min=0)] = 40.0,
+    rotation_deg: Annotated[float, typer.Option(min=0)] = SearchRange.rotation_deg,
+    translation_px: Annotated[float, typer.Option(min=0)] = SearchRange.translation_px,
     matcher: str = "search",
     command_line: Annotated[bool, typer.Option(help="Run `vision_server estimate` for each trial.")] = False,
     quiet: Annotated[bool, typer.Option(help="Print the summary alone.")] = False,
