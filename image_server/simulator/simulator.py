@@ -2,6 +2,7 @@
 
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -76,9 +77,7 @@ class Simulator(Device):
         self._unit = unit
         self._appearance = load_appearance(self._file, len(self._model.faces))
         table = self._scenario.camera
-        self._camera = Camera(
-            table.width, table.height, table.fx, table.fy, table.cx, table.cy, table.distortion
-        )
+        self._camera = Camera.from_dict(msgspec.to_builtins(table))
         self._notify: Callable[[Change], None] = lambda change: None
         self.restart(seed, captures_taken)
 
@@ -187,11 +186,8 @@ class Simulator(Device):
 
     def radiance(self, levels: tuple[int, ...]) -> NDArray[np.float32]:
         """Linear radiance (H, W) float32 without blur and noise; 1 clips at 1/60 s, f/4 and gain 1."""
-        shares = [
-            level_fraction(level, light.levels)
-            for light, level in zip(self._scenario.lights, levels, strict=True)
-        ]
-        return self.radiance_of(shares)
+        lights = zip(self._scenario.lights, levels, strict=True)
+        return self.radiance_of([level_fraction(level, light.levels) for light, level in lights])
 
     def radiance_of(self, shares: Sequence[float]) -> NDArray[np.float32]:
         """The same with each light at a share of its full power."""
@@ -292,13 +288,11 @@ class Simulator(Device):
         if focal_mm is None or not focals:
             return self._camera
         factor = focal_mm / focals[0]
-        c = self._camera
-        return Camera(c.width, c.height, c.fx * factor, c.fy * factor, c.cx, c.cy, c.distortion)
+        return replace(self._camera, fx=self._camera.fx * factor, fy=self._camera.fy * factor)
 
     def _random(self, *stream: int) -> np.random.Generator:
         return np.random.default_rng([self._seed, *stream])
 
 
 def _message(pose: Pose) -> PoseMessage:
-    plain = pose.to_dict()
-    return msgspec.convert(plain, PoseMessage)
+    return msgspec.convert(pose.to_dict(), PoseMessage)
