@@ -87,8 +87,8 @@ unfolded((A -> B ; C), In, Goal) =>
     unfolded(A, In, A1),
     unfolded(B, In, B1),
     unfolded(C, In, C1).
-unfolded((A -> B), In, Goal) =>
-    Goal = ( A1 -> B1 ),
+unfolded((A -> B), In, Goal) =>           % which may come to stand in a disjunction
+    Goal = ( A1 -> B1 ; fail ),
     unfolded(A, In, A1),
     unfolded(B, In, B1).
 unfolded((A ; B), In, Goal) =>
