@@ -5,7 +5,7 @@ Bounds hold for whatever is decoded (`msgspec.json.decode`, `msgspec.convert`); 
 """
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import msgspec
 from msgspec import Meta
@@ -27,6 +27,9 @@ ImageId = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")]
 Endpoint = Annotated[str, Meta(pattern=r"^(ipc|tcp|inproc)://.+$")]
 FileName = Annotated[str, Meta(min_length=1, max_length=4096)]
 Unit = Literal["m", "cm", "mm", "in"]
+Matcher = Literal["search", "genetic"]
+MATCHERS: tuple[str, ...] = get_args(Matcher)
+"""Names of the matchers: the project's own search, and the paper's genetic algorithm."""
 Parameter = bool | int | float | str | dict[str, Any] | None
 
 
@@ -247,7 +250,7 @@ class StartArgs(Message, frozen=True):
     unit: Unit | None = None
     camera_file: FileName | None = None
     seed_pose_file: FileName | None = None
-    matcher: Literal["search", "genetic"] = "search"
+    matcher: Matcher = "search"
     seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0
     out: FileName | None = None
 

@@ -10,8 +10,7 @@ import time
 import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from threading import Lock
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any
 
 import msgspec
 import zmq
@@ -19,9 +18,8 @@ from numpy.typing import NDArray
 
 from bridge import __version__
 from bridge.arrays import pack
-from bridge.endpoints import CurveServer, bind, remove_ipc_file
+from bridge.endpoints import CurveServer
 from bridge.envelope import (
-    MAX_FRAME_BYTES,
     MAX_HEADER_BYTES,
     Request,
     decode_request,
@@ -32,19 +30,12 @@ from bridge.errors import LightsAndCameraError, ProtocolError
 from bridge.lifeline import Lifeline
 from bridge.memory import ReplyMemory
 from bridge.messages import PROTOCOL, NoArgs
-
-if TYPE_CHECKING:
-    from zmq.auth.thread import ThreadAuthenticator
+from bridge.sockets import ServerSockets
 
 __all__ = ["Handler", "Reply", "Server", "Service", "serve"]
 
-LINGER_MS = 500
-"""How long a stopping server waits for its last reply to leave."""
 BURST = 16
-"""Requests served between two looks at signals and the parent."""
-
-ZAP_DOMAIN = "lights-and-camera"
-"""Name under which client keys are checked."""
+"""Requests served between two looks at signals and the parent; chosen by hand."""
 
 log = logging.getLogger("bridge.serve")
 
@@ -108,8 +99,6 @@ class Server:
         When an endpoint cannot be bound.
     """
 
-    WELCOME: ClassVar[bytes] = b'{"v":1,"event":"welcome","args":{},"sequence":0}'
-
     def __init__(
         self,
         service: Service,
@@ -125,23 +114,14 @@ class Server:
         self._memory = ReplyMemory()
         self._started = time.monotonic()
         self._requests = 0
-        self._sequence = 0
-        self._publishing = Lock()
-        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-        self._context.linger = LINGER_MS
-        self._guard: ThreadAuthenticator | None = None
-        self._bound: list[str] = []
         try:
-            self._router = self._socket(zmq.ROUTER, curve)
-            self.endpoint = self._bind(self._router, endpoint, curve)
-            self._events: zmq.Socket[bytes] | None = None
-            if events is not None:
-                self._events = self._socket(zmq.XPUB, curve)
-                self._events.setsockopt(zmq.XPUB_WELCOME_MSG, self.WELCOME)
-                service.events_endpoint = self._bind(self._events, events, curve)
+            self._sockets = ServerSockets(endpoint, events, curve)
         except BaseException:
-            self._end()
+            service.close()
+            self.lifeline.close()
             raise
+        self.endpoint = self._sockets.endpoint
+        service.events_endpoint = self._sockets.events_endpoint
         service.emit = self._emit  # type: ignore[method-assign]
         self._operations: dict[str, tuple[msgspec.json.Decoder[Any], Any, Handler]] = {
             op: (msgspec.json.Decoder(args), args, handler)
@@ -156,19 +136,19 @@ class Server:
     def run(self) -> int:
         """Serve until `shutdown`, a signal, the parent's death, `stop` or idleness; the exit status."""
         poller = zmq.Poller()
-        poller.register(self._router, zmq.POLLIN)
+        poller.register(self._sockets.router, zmq.POLLIN)
         for fileno in self.lifeline.filenos():
             poller.register(fileno, zmq.POLLIN)
-        if self._events is not None:
-            poller.register(self._events, zmq.POLLIN)
+        if self._sockets.events is not None:
+            poller.register(self._sockets.events, zmq.POLLIN)
         try:
             while not self.lifeline.ended():
                 ready = dict(poller.poll(self._idle_ms))
                 if not ready:
                     break
-                if self._events is not None and self._events in ready:
-                    self._read_subscriptions(self._events)
-                if self._router in ready:
+                if self._sockets.events in ready:
+                    self._sockets.read_subscriptions()
+                if self._sockets.router in ready:
                     self._serve_burst()
             return self.lifeline.status
         finally:
@@ -178,38 +158,11 @@ class Server:
         """End the loop after the request in hand; from any thread."""
         self.lifeline.stop(0)
 
-    def _socket(self, kind: int, curve: CurveServer | None) -> zmq.Socket[bytes]:
-        sock = self._context.socket(kind)
-        sock.maxmsgsize = MAX_FRAME_BYTES
-        if curve is not None:
-            if self._guard is None:
-                # asyncio and ssl come with it: only where there are keys
-                from zmq.auth.thread import ThreadAuthenticator
-
-                self._guard = ThreadAuthenticator(self._context)
-                self._guard.start()
-                self._guard.configure_curve_callback(ZAP_DOMAIN, _Allowed(curve.allowed))
-            sock.zap_domain = ZAP_DOMAIN.encode("ascii")
-            sock.curve_server = True
-            sock.curve_publickey = curve.public_key.encode("ascii")
-            sock.curve_secretkey = curve.secret_key.encode("ascii")
-        return sock
-
-    def _bind(self, sock: zmq.Socket[bytes], endpoint: str, curve: CurveServer | None) -> str:
-        self._bound.append(bind(sock, endpoint, curve is not None))
-        return self._bound[-1]
-
     def _end(self) -> None:
         try:
             self.service.close()
         finally:
-            with self._publishing:
-                self._events = None
-            if self._guard is not None:
-                self._guard.stop()
-            self._context.destroy(linger=LINGER_MS)
-            for endpoint in self._bound:
-                remove_ipc_file(endpoint)
+            self._sockets.close()
             self.lifeline.close()
 
     # --- requests ---
@@ -217,11 +170,11 @@ class Server:
     def _serve_burst(self) -> None:
         for _ in range(BURST):
             try:
-                frames = self._router.recv_multipart(zmq.NOBLOCK)
+                frames = self._sockets.router.recv_multipart(zmq.NOBLOCK)
             except zmq.Again:  # its sender went away
                 return
             self._serve_one(frames)
-            if self.lifeline.ended() or not int(self._router.get(zmq.EVENTS)) & zmq.POLLIN:
+            if self.lifeline.ended() or not self._sockets.requests_wait():
                 return
 
     def _serve_one(self, frames: list[bytes]) -> None:
@@ -247,8 +200,7 @@ class Server:
         self._send(route, answer)
 
     def _send(self, route: list[bytes], answer: list[Any]) -> None:
-        # Without arrays a copy is cheaper than keeping track of who still reads the frames.
-        self._router.send_multipart([*route, *answer], copy=len(answer) == 1)
+        self._sockets.send(route, answer)
 
     def _checked(self, body: list[bytes]) -> Request:
         if not body:
@@ -329,34 +281,8 @@ class Server:
         self.lifeline.stop(0)
         return Reply({})
 
-    # --- events ---
-
     def _emit(self, event: str, args: Mapping[str, Any] | None = None) -> int:
-        with self._publishing:
-            if self._events is None:
-                return 0
-            self._sequence += 1
-            message = {"v": PROTOCOL, "event": event, "args": args or {}, "sequence": self._sequence}
-            self._events.send(msgspec.json.encode(message))
-            return self._sequence
-
-    def _read_subscriptions(self, events: zmq.Socket[bytes]) -> None:
-        with self._publishing:
-            try:
-                while True:
-                    events.recv(zmq.NOBLOCK)
-            except zmq.Again:
-                return
-
-
-class _Allowed:
-    """Says which client keys may connect; what pyzmq's authenticator asks."""
-
-    def __init__(self, keys: frozenset[str]) -> None:
-        self._keys = keys
-
-    def callback(self, domain: str, key: bytes) -> bool:
-        return key.decode("ascii") in self._keys
+        return self._sockets.publish(event, args or {})
 
 
 def _size(frame: Any) -> int:

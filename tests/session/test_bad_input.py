@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from bridge.messages import MATCHERS
 from tests.session.command import controller
 
 STACK = """
@@ -36,6 +37,10 @@ def refused(*options: str | Path) -> str:
     assert 1 <= len(lines) <= 4, done.stderr
     assert "Traceback" not in done.stderr
     return done.stderr
+
+
+def test_the_matchers_are_those_of_the_messages() -> None:
+    assert f"--matcher: 'best' is not one of {', '.join(MATCHERS)}" in refused("--matcher", "best")
 
 
 def test_help_lists_the_options() -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 from bridge.command_line import whole_number
 from bridge.errors import EXIT_BAD_INPUT, BadInput, LightsAndCameraError
+from bridge.messages import MATCHERS
 from vision_server.commands.edges import add_exposures, parse_exposures
 
 EXIT_NO_POSE = 3
@@ -104,7 +105,7 @@ def add_options(parser: ArgumentParser) -> None:
     add_exposures(parser)
     parser.add_argument(
         "--matcher",
-        choices=("search", "genetic"),
+        choices=MATCHERS,
         default="search",
         help="How the pose is found before it is refined (default: %(default)s).",
     )

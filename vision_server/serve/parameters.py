@@ -8,6 +8,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from bridge.errors import BadInput
+from bridge.messages import MATCHERS
 from geometry.errors import GeometryError
 from geometry.pose import Pose
 from vision_server.channels.gradients import SCALES_PX
@@ -15,7 +16,6 @@ from vision_server.pipeline import PipelineSettings
 from vision_server.serve.inputs import checked_pose
 
 SEED_POSE = "seed_pose"
-MATCHER_NAMES = ("search", "genetic")
 
 
 def _number(name: str, least: float, most: float, whole: bool = False) -> Callable[[Any], Any]:
@@ -39,7 +39,7 @@ def _one_of(name: str, choices: tuple[Any, ...]) -> Callable[[Any], Any]:
 
 
 CHECKS: dict[str, Callable[[Any], Any]] = {
-    "matcher": _one_of("matcher", MATCHER_NAMES),
+    "matcher": _one_of("matcher", MATCHERS),
     "seed": _number("seed", 0, 2**63 - 1, whole=True),
     "rotation_range_deg": _number("rotation_range_deg", 0.0, 180.0),
     "translation_range_px": _number("translation_range_px", 0.0, 2000.0),
