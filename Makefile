@@ -43,6 +43,7 @@ bridge/prolog/zmq4pl.so: $(wildcard bridge/prolog/*.c bridge/prolog/*.h) | syste
 
 # A session would wait for its sources to be read. A warning in one of them ends this.
 .venv/.prolog: .venv/.installed bridge/prolog/zmq4pl.so $(PROLOG)
+	@rm -f $(PROLOG:.pl=.qlf)
 	@swipl --on-warning=status --on-error=status -t halt \
 	  -g "current_prolog_flag(argv, [_|Files]), forall(member(File, Files), qcompile(File))" -- $(PROLOG)
 	@touch $@

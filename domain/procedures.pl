@@ -18,6 +18,10 @@ proc(confirmed, and(length(image_set, Size), Size >= 2)).
 % The set with the candidate is better than without it, by enough to count.
 proc(improved, improves(fix, merit)).
 
+% The candidate is worth keeping.  While the kept images show no pose, each of them
+% may hold what the others lack: only where there is a pose must one improve it.
+proc(worth_keeping, or(best = none, improved)).
+
 % Settings s worth trying next, by search over qualitative states.
 proc(promising(S),
      and(kept_states(image_set, Kept),

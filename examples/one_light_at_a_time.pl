@@ -11,7 +11,7 @@ proc(light_up_to(N, Count),
         [],
         [ pi(s, [?(alone_well_exposed(N, s)), choose(s)]),
           take_image, measure,
-          if(improved, keep_image, drop_image('adds too little')),
+          if(worth_keeping, keep_image, drop_image('adds too little')),
           light_up_to(M, Count) ])) :-
     integer(N), M is N + 1.
 

@@ -113,7 +113,7 @@ run_program(Session, End, Situation) :-
     ),
     nb_setval(session_situation, none),
     catch(( indigolog(Plan.program,
-                      [ check(false), device(session_acquisition_device), journal(Journal), seed(Plan.seed),
+                      [ check(false), device(session_acquisition_device), journal(Journal), seed(Plan.seed_of_draws),
                         on_action(session_run:after_action(Options)) | Resume ]),
             End = finished ),
           Error,

@@ -1,6 +1,6 @@
 % The paper's controller: random first settings, then greedy heuristic search over
-% qualitative states.  An image that does not improve the merit enough is dropped
-% and its state marked unfavourable.  One image alone is never believed.
+% qualitative states.  Once there is a pose, an image that does not improve the merit
+% enough is dropped and its state marked unfavourable.  One image alone is never believed.
 
 proc(control,
      [ choose_random, take_image, judge,
@@ -9,6 +9,6 @@ proc(control,
 
 proc(judge,
      [ measure,
-       if(improved,
+       if(worth_keeping,
           keep_image,
           [mark_unfavourable, drop_image('adds too little')]) ]).

@@ -20,6 +20,12 @@ settings_taken(Situation, Settings) :-
 
 :- begin_tests(acquisition_strategies).
 
+test(images_are_kept_while_there_is_no_pose, Images-Discarded == [i3, i2, i1]-[]) :-
+    never(Never),
+    in_world([Never, images(3), blind_below(1000)], heuristic, [connect, advance(1), control], final, Situation),
+    fluents(Situation, [image_set, discarded], [Set, Discarded]),
+    findall(Image, member(kept(Image, _), Set), Images).
+
 test(each_finds_the_pose_in_mild_light,
      [forall(member(Name, [simple, greedy, heuristic, auto_exposed])), nondet]) :-
     in_world([seed(3)], Name, session, final, Situation),
