@@ -63,14 +63,14 @@ def _half_angle(c2: float, s2: float) -> tuple[float, float]:
     return c, s if s2 >= 0.0 else -s
 
 
-@kernel(nogil=True, error_model="numpy")
+@kernel(inline="always")
 def _offset(edgels: FreeEdgels, at: int, line: Line) -> float:
     """Distance of an edgel from a line, px."""
     offset: float = abs((edgels.points[at, 0] - line.x) * line.s - (edgels.points[at, 1] - line.y) * line.c)
     return offset
 
 
-@kernel(nogil=True, error_model="numpy")
+@kernel(inline="always")
 def _agree(edgels: FreeEdgels, at: int, nx: float, ny: float) -> bool:
     """Whether an edgel's axis is that of a unit vector, within the tolerance."""
     cosine: float = abs(edgels.normals[at, 0] * nx + edgels.normals[at, 1] * ny)
@@ -100,7 +100,7 @@ def _start(edgels: FreeEdgels, seed: int, tolerance: float) -> Line:
     return Line(line.x, line.y, -s, c)
 
 
-@kernel(nogil=True, error_model="numpy")
+@kernel(inline="always")
 def _nearest(edgels: FreeEdgels, line: Line, steep: bool, place: int, tolerance: float) -> int:
     """The free edgel of a row (of a steep line) or column that lies nearest to the line and agrees, or -1."""
     rows, columns = edgels.number_at.shape
@@ -120,7 +120,7 @@ def _nearest(edgels: FreeEdgels, line: Line, steep: bool, place: int, tolerance:
     return best
 
 
-@kernel(nogil=True, error_model="numpy")
+@kernel(inline="always")
 def _refitted(sums: Moments, line: Line, x0: float, y0: float) -> Line:
     """The total least squares line; a short one trusts the direction it had as much as its points."""
     n = sums.n
