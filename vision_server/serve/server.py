@@ -1,4 +1,4 @@
-"""The vision server: a session behind the wire protocol (docs/architecture.md)."""
+"""The vision server: the pose task of a session behind the wire protocol (docs/architecture.md)."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from stack.read import recorded_frames
 from vision_server.channels.image_files import read_grey
 from vision_server.serve.recorder import FOLDER
 from vision_server.serve.results import estimate_result
-from vision_server.serve.session import Session, open_session
+from vision_server.serve.task import PoseTask, open_task
 
 IMAGE_SERVER_DEADLINE_S = 30.0  # of one capture: a long shutter, and a camera that has to wake up
 
 
 class VisionServer(Service):
-    """Operations of the vision server; one session at a time, begun by `start` or `restore`.
+    """Operations of the vision server; one task at a time, begun by `start` or `restore`.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class VisionServer(Service):
 
     def __init__(self, curve: CurveClient | None = None) -> None:
         self._curve = curve
-        self._session: Session | None = None
+        self._task: PoseTask | None = None
         self._client: Client | None = None
         self.operations = {
             "start": (StartArgs, self._on_start),
@@ -62,23 +62,23 @@ class VisionServer(Service):
         self._end()
 
     def _end(self) -> None:
-        if self._session is not None and self._session.recorder is not None:
-            self._session.recorder.close()
+        if self._task is not None and self._task.recorder is not None:
+            self._task.recorder.close()
         if self._client is not None:
             self._client.close()
-        self._session = self._client = None
+        self._task = self._client = None
 
-    def _open(self, args: StartArgs, recorded: Mapping[str, FrameTable] | None = None) -> Session:
+    def _open(self, args: StartArgs, recorded: Mapping[str, FrameTable] | None = None) -> PoseTask:
         self._end()
         client = Client(args.image_server, timeout_s=IMAGE_SERVER_DEADLINE_S, curve=self._curve)
         try:
             result, _ = client.request("describe")
-            session = open_session(args, _checked(result, Describe, args.image_server), recorded)
+            task = open_task(args, _checked(result, Describe, args.image_server), recorded)
         except LightsAndCameraError:
             client.close()
             raise
-        self._client, self._session = client, session
-        return session
+        self._client, self._task = client, task
+        return task
 
     def _on_start(self, args: StartArgs) -> Reply:
         return _started(self._open(args))
@@ -92,15 +92,15 @@ class VisionServer(Service):
                 f"{out / FOLDER} has no image {missing[0]}.", f"It has {', '.join(frames) or 'none'}."
             )
         known = {*args.images, *args.discarded}
-        session = self._open(args, {name: frame for name, frame in frames.items() if name in known})
+        task = self._open(args, {name: frame for name, frame in frames.items() if name in known})
         for image in args.images:
-            session.add(image, read_grey(out / FOLDER / f"{image}.png"), frames[image].settings())
-        session.retired |= set(args.discarded)
-        return _started(session)
+            task.add(image, read_grey(out / FOLDER / f"{image}.png"), frames[image].settings())
+        task.retired |= set(args.discarded)
+        return _started(task)
 
     def _on_capture(self, args: VisionCaptureArgs) -> Reply:
-        session, client = self._here()
-        session.check_name(args.image)
+        task, client = self._here()
+        task.check_name(args.image)
         began = time.perf_counter()
         result, arrays = client.request("capture", {"settings": msgspec.to_builtins(args.settings)})
         captured = time.perf_counter()
@@ -108,9 +108,9 @@ class VisionServer(Service):
         if len(arrays) != 1 or arrays[0].ndim != 2 or arrays[0].dtype != "uint8":
             raise DeviceError(f"The image server at {client.endpoint} sent no grey uint8 frame.")
         pixels = arrays[0]
-        statistics = session.add(args.image, pixels, header.applied)
-        if session.recorder is not None:
-            session.recorder.save(args.image, header.applied, pixels)
+        statistics = task.add(args.image, pixels, header.applied)
+        if task.recorder is not None:
+            task.recorder.save(args.image, header.applied, pixels)
         return Reply(
             {
                 "image": args.image,
@@ -122,41 +122,41 @@ class VisionServer(Service):
         )
 
     def _on_estimate(self, args: EstimateArgs) -> Reply:
-        session, _ = self._here()
-        estimate = session.estimate(args.images)
-        if session.recorder is not None:
-            session.recorder.flush()  # what is decided on is on the disk: a session can be resumed
+        task, _ = self._here()
+        estimate = task.estimate(args.images)
+        if task.recorder is not None:
+            task.recorder.flush()  # what is decided on is on the disk: a session can be resumed
         return Reply(estimate_result(estimate))
 
     def _on_discard(self, args: DiscardArgs) -> Reply:
-        session, _ = self._here()
-        session.discard(args.image)
-        return Reply({"image": args.image, "images": list(session.images.images)})
+        task, _ = self._here()
+        task.discard(args.image)
+        return Reply({"image": args.image, "images": list(task.images.images)})
 
     def _on_best(self, _: NoArgs) -> Reply:
-        session, _client = self._here()
-        if session.best is None:
+        task, _client = self._here()
+        if task.best is None:
             return Reply(
                 {"pose": None, "covariance": None, "rms_px": None, "uncertainty": None, "score": 0.0}
             )
-        return Reply({**estimate_result(session.best), "seconds": {}})
+        return Reply({**estimate_result(task.best), "seconds": {}})
 
     def _on_parameters(self, values: dict[str, Any]) -> Reply:
-        session, _ = self._here()
-        return Reply(session.set_parameters(values))
+        task, _ = self._here()
+        return Reply(task.set_parameters(values))
 
-    def _here(self) -> tuple[Session, Client]:
-        if self._session is None or self._client is None:
+    def _here(self) -> tuple[PoseTask, Client]:
+        if self._task is None or self._client is None:
             raise BadInput("No session has been started on this vision server.", "Send start first.")
-        return self._session, self._client
+        return self._task, self._client
 
 
-def _started(session: Session) -> Reply:
-    model = session.model
+def _started(task: PoseTask) -> Reply:
+    model = task.model
     return Reply(
         {
             "model": {"name": model.name, "lines": len(model.lines), "faces": len(model.faces)},
-            "describe": session.describe,
+            "describe": task.describe,
         }
     )
 

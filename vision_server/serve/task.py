@@ -1,4 +1,4 @@
-"""One session of the vision server: its inputs, its image set and its estimates."""
+"""What the vision server does for one session: inputs, image set and estimates."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from vision_server.serve.statistics import frame_statistics, target_region
 
 
 @dataclass(eq=False)
-class Session:
+class PoseTask:
     """What the operations of the server work on.
 
     Attributes
@@ -123,10 +123,10 @@ class Session:
         self.best = None
 
 
-def open_session(
+def open_task(
     args: StartArgs, describe: Describe, recorded: Mapping[str, FrameTable] | None = None
-) -> Session:
-    """The session that `start` asks for; what it leaves out comes from the image server's `describe`.
+) -> PoseTask:
+    """The task that `start` asks for; what it leaves out comes from the image server's `describe`.
 
     ``recorded`` are, by image, the frames that an earlier session has saved in the same folder.
 
@@ -148,7 +148,7 @@ def open_session(
         )
     gain, gamma = (_positive(table, key, describe) for key in ("gain", "gamma"))
     seed_pose = _seed_pose(args, describe)
-    session = Session(
+    task = PoseTask(
         describe,
         model,
         camera,
@@ -159,18 +159,18 @@ def open_session(
     )
     if args.out is not None:
         source = Path(args.camera_file or "describe")
-        shown = _recorded(describe, session, table, model_file, unit, source)
-        session.recorder = Recorder(Path(args.out), shown, dict(recorded or {}))
-    return session
+        shown = _recorded(describe, task, table, model_file, unit, source)
+        task.recorder = Recorder(Path(args.out), shown, dict(recorded or {}))
+    return task
 
 
 def _recorded(
-    describe: Describe, session: Session, table: Mapping[str, Any], model: Path, unit: str, source: Path
+    describe: Describe, task: PoseTask, table: Mapping[str, Any], model: Path, unit: str, source: Path
 ) -> Describe:
     """What a recording says of the equipment: as described, with camera, target and seed pose in use."""
-    camera = session.camera.to_dict() | {"gain": session.gain, "gamma": session.gamma}
+    camera = task.camera.to_dict() | {"gain": task.gain, "gamma": task.gamma}
     camera |= {key: table[key] for key in ("read_noise_e", "full_well_e") if key in table}
-    target = {"model": str(model), "unit": unit, "seed_pose": session.seed_pose.to_dict()}
+    target = {"model": str(model), "unit": unit, "seed_pose": task.seed_pose.to_dict()}
     return msgspec.structs.replace(
         describe,
         camera=as_table(camera, CameraDescription, source),
