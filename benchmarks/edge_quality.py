@@ -18,9 +18,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from benchmarks.attached_shadows import BODIES, attached_shadow_set
-from benchmarks.edge_metrics import EdgeQuality, edge_quality, outline_of
 from benchmarks.edge_times import edge_times
 from benchmarks.lines import show
+from experiments.edge_metrics import EdgeQuality, edge_quality, outline_of
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.image_files import read_grey
 from vision_server.edges.merging import merge_channels

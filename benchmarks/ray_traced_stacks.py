@@ -2,7 +2,7 @@
 
     .venv/bin/python -m benchmarks.ray_traced_stacks OUT [MODEL...] [--count 6] [--seed 1]
 
-Writes OUT/<model>-<number>, stack folders for `swipl main.pl --stack` and for `benchmarks.sessions stacks`.
+Writes OUT/<model>-<number>, stack folders for `swipl main.pl --stack` and for `experiments run`.
 Pose, textures, sun and what stands behind the target are drawn from the seed. Odd numbers are in black
 space, with a seed pose from half the search range; even ones stand before a wall and boxes, with a seed pose
 from all of it. Sun, blur and the power of the lamps change from one to the next. Needs POV-Ray (Debian:

@@ -11,11 +11,13 @@ from rich.table import Table as RichTable
 
 from bridge.errors import BadInput, DeviceError
 from experiments.comparison import (
+    POSES,
     Grid,
     differences_grid,
     head,
     power_grid,
     scenes_grid,
+    scores_grid,
     strategies_grid,
 )
 from experiments.deciding import deciding_grid, deciding_rows, make_reports
@@ -25,7 +27,7 @@ from experiments.table import read_description, read_rows
 
 MARKDOWN = "comparison.md"
 WIDTH = 170  # characters, where there is no terminal
-SHOWN_HERE = ("Strategies", "Paired differences")  # on the terminal; all are in the file
+SHOWN_HERE = ("Strategies", "Paired differences", "Scores")  # on the terminal; all are in the file
 
 
 def compare_table(folder: Path, out: Path, reports: int = 0) -> None:
@@ -41,16 +43,19 @@ def compare_table(folder: Path, out: Path, reports: int = 0) -> None:
     table = read_rows(folder)
     if table.num_rows == 0:
         raise BadInput(f"The experiment in {folder} has no rows yet.", "Run it for a while.")
-    outcomes = outcomes_of(table, description["controllers"])
+    outcomes = outcomes_of(table, description["settings"]["kind"], description["controllers"])
     if reports:
         chosen = [row for pair in deciding_rows(outcomes, table) for row in pair][: 2 * reports]
         make_reports(table.take(chosen).to_pylist(), description, folder)
-    grids = [strategies_grid(outcomes), differences_grid(outcomes), scenes_grid(outcomes),
-             deciding_grid(outcomes, table, folder, out), power_grid(outcomes)]  # fmt: skip
+    grids = [strategies_grid(outcomes), differences_grid(outcomes)]
+    if outcomes.kind in POSES:
+        grids += [scenes_grid(outcomes), deciding_grid(outcomes, table, folder, out), power_grid(outcomes)]
+    if outcomes.kind == "estimate":
+        grids.append(scores_grid(outcomes))
     caption = head(description, table.num_rows)
     try:
         out.mkdir(parents=True, exist_ok=True)
-        pictures = draw_all(outcomes, caption, out)
+        pictures = draw_all(outcomes, caption, out) if outcomes.kind in POSES else []
         text = _markdown(description["plan"], caption, grids, pictures)
         (out / MARKDOWN).write_text(text, encoding="utf-8")
     except OSError as error:
@@ -60,7 +65,7 @@ def compare_table(folder: Path, out: Path, reports: int = 0) -> None:
     for grid in grids:
         if grid.title in SHOWN_HERE:
             console.print(_rich(grid))
-    console.print(f"{out / MARKDOWN}, and {', '.join(pictures)} as .png and .svg", highlight=False)
+    console.print(f"Written: {out / MARKDOWN} and pictures {', '.join(pictures)}", highlight=False)
 
 
 def _markdown(plan: str, caption: str, grids: list[Grid], pictures: list[str]) -> str:

@@ -13,8 +13,24 @@ import numpy as np
 from experiments.outcomes import Floats, Outcomes
 from experiments.statistics import Estimate, cells_needed, exact_interval, mcnemar, paired, resampled
 
-MEASURES = ("right", "tight", "trusted", "false", "images", "images to trust", "seconds to trust")
 SHARES = ("right", "tight", "trusted", "false")
+SESSION = (*SHARES, "images", "images to trust", "seconds to trust")
+MEASURES: dict[str, tuple[str, ...]] = {
+    "session": SESSION,
+    "approach": (*SESSION, "fixed"),
+    "estimate": ("right", "tight", "score", "uncertainty", "seconds"),
+    "edges": ("best_f", "false_at_best", "false_at_recall_80", "seconds"),
+    "empty": ("seconds",),
+}
+"""What is compared of each kind of cells."""
+POSES = ("session", "approach", "estimate")
+"""Kinds of cells that end in a pose."""
+WHAT_IS_SHOWN = (
+    "right: off by less than 1° and 1 % of the range; tight: 0.2° and 0.2 %; trusted: the session says so;"
+    " false: trusted and not right. Shares with an interval that resamples scenes and seeds [·] and the exact"
+    " one of independent cells (·); means with the first."
+)
+SCORES = (0.5, 0.8, 0.9, 0.95)
 
 
 @dataclass(frozen=True)
@@ -38,10 +54,10 @@ def measure(outcomes: Outcomes, strategy: int, name: str) -> Floats:
     """Outcomes of a strategy as a matrix of scenes by seeds."""
     if name in SHARES:
         return outcomes.matrix(strategy, getattr(outcomes, name))
-    if name == "images":
-        return outcomes.matrix(strategy, outcomes.columns["images"])
-    column = "images" if name == "images to trust" else "seconds"
-    return outcomes.matrix(strategy, outcomes.columns[column], among=outcomes.trusted)
+    column, _, only_trusted = name.partition(" to ")
+    return outcomes.matrix(
+        strategy, outcomes.columns[column], among=outcomes.trusted if only_trusted else None
+    )
 
 
 def strategies_grid(outcomes: Outcomes) -> Grid:
@@ -49,18 +65,16 @@ def strategies_grid(outcomes: Outcomes) -> Grid:
     rows = []
     for number, strategy in enumerate(outcomes.strategies):
         cells = [strategy, str(int((outcomes.strategy_of == number).sum()))]
-        for name in MEASURES:
+        for name in MEASURES[outcomes.kind]:
             matrix = measure(outcomes, number, name)
             estimate = resampled(matrix)
             cells.append(share_words(matrix, estimate) if name in SHARES else mean_words(estimate))
         rows.append(cells)
     return Grid(
         "Strategies",
-        ["strategy", "n", *(f"{name}, %" if name in SHARES else name for name in MEASURES)],
+        ["strategy", "n", *(f"{name}, %" if name in SHARES else name for name in MEASURES[outcomes.kind])],
         rows,
-        "right: off by less than 1° and 1 % of the range; tight: 0.2° and 0.2 %; trusted: the session says"
-        " so; false: trusted and not right. Shares with an interval that resamples scenes and seeds [·] and"
-        " the exact one of independent cells (·); means with the first.",
+        WHAT_IS_SHOWN if outcomes.kind in POSES else "Means, with intervals that resample scenes and seeds.",
     )
 
 
@@ -68,7 +82,7 @@ def differences_grid(outcomes: Outcomes) -> Grid:
     """Paired differences of all pairs of strategies."""
     rows = []
     for ours, theirs in pairs(outcomes):
-        for name in MEASURES:
+        for name in MEASURES[outcomes.kind]:
             a, b = measure(outcomes, ours, name), measure(outcomes, theirs, name)
             found = paired(a, b)
             if found.n == 0:
@@ -136,6 +150,39 @@ def power_grid(outcomes: Outcomes) -> Grid:
     )
 
 
+def scores_grid(outcomes: Outcomes) -> Grid:
+    """How far scores can be trusted: wrong estimates that pass a threshold, and right ones that do not."""
+    rows = []
+    found = outcomes.status == "estimated"
+    for number, strategy in enumerate(outcomes.strategies):
+        mine = found & (outcomes.strategy_of == number)
+        right, wrong = mine & outcomes.right, mine & ~outcomes.right
+        for least in SCORES:
+            passing = outcomes.columns["score"] >= least
+            false, n = int((wrong & passing).sum()), int((mine & passing).sum())
+            low, high = exact_interval(false, n)
+            rows.append(
+                [
+                    strategy,
+                    f"{least:g}",
+                    f"{int((right & passing).sum())} of {int(right.sum())}",
+                    f"{false} of {int(wrong.sum())}",
+                    f"{100 * false / max(1, n):.2f} ({100 * low:.2f}–{100 * high:.2f})" if n else "-",
+                ]
+            )
+        squares = outcomes.columns["normalised_error_squared"][right]
+        if np.isfinite(squares).any():
+            middle, most = np.nanmedian(squares), np.nanquantile(squares, 0.9)
+            rows.append([strategy, "error² by covariance", f"median {middle:.2f}, 90 % {most:.2f}", "", ""])
+    return Grid(
+        "Scores",
+        ["strategy", "score at least", "right that pass", "wrong that pass", "wrong among these, %"],
+        rows,
+        "With exact intervals. The squared error in units of the covariance, of right estimates: median 5.35"
+        " and 90 % 10.6 where it is honest.",
+    )
+
+
 def pairs(outcomes: Outcomes) -> Iterable[tuple[int, int]]:
     """All pairs of strategies, the plan's first one first."""
     return combinations(range(len(outcomes.strategies)), 2)
@@ -156,17 +203,23 @@ def mean_words(estimate: Estimate) -> str:
     if estimate.n == 0:
         return "-"
     if math.isnan(estimate.low):
-        return f"{estimate.value:.2f}"
-    return f"{estimate.value:.2f} [{estimate.low:.2f}–{estimate.high:.2f}]"
+        return number_words(estimate.value)
+    return f"{number_words(estimate.value)} [{number_words(estimate.low)}–{number_words(estimate.high)}]"
+
+
+def number_words(value: float) -> str:
+    """Two decimals, and three digits of what is too small for them."""
+    return f"{value:.2f}" if abs(value) >= 0.1 or value == 0.0 else f"{value:.3g}"
 
 
 def difference_words(found: Estimate, share: bool) -> str:
     """A difference with its interval; shares in points of a percent."""
-    scale, digits = (100.0, 1) if share else (1.0, 2)
-    value = f"{scale * found.value:+.{digits}f}"
-    if math.isnan(found.low):
-        return value
-    return f"{value} [{scale * found.low:+.{digits}f}, {scale * found.high:+.{digits}f}]"
+    ends = [found.value, found.low, found.high]
+    if share:
+        value, low, high = (f"{100.0 * end:+.1f}" for end in ends)
+    else:
+        value, low, high = (("+" if end >= 0 else "") + number_words(end) for end in ends)
+    return value if math.isnan(found.low) else f"{value} [{low}, {high}]"
 
 
 def verdict(found: Estimate) -> str:
@@ -185,6 +238,6 @@ def head(description: dict[str, Any], rows: int) -> str:
     settings = description["settings"]
     threshold = "default" if settings["threshold"] is None else f"{settings['threshold']:g} px"
     return (
-        f"Plan {description['plan']} ({settings['kind']}s): n = {rows} rows{left}; at most"
+        f"Plan {description['plan']} (cells: {settings['kind']}): n = {rows} rows{left}; at most"
         f" {settings['max_iterations']} images, threshold {threshold}; code {description['version']}."
     )

@@ -11,6 +11,8 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from experiments.kinds import KINDS
+
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
@@ -26,6 +28,7 @@ class Outcomes:
 
     Attributes
     ----------
+    kind : of the cells.
     strategies : in the order of the plan.
     scenes : names, one for each row of a matrix.
     groups : the same without poses.
@@ -33,6 +36,7 @@ class Outcomes:
         has no column of its own.
     """
 
+    kind: str
     strategies: list[str]
     scenes: list[str]
     groups: list[str]
@@ -79,11 +83,13 @@ class Outcomes:
         return out
 
 
-NUMBERS = ("images", "kept", "rotation_deg", "translation_fraction", "merit", "seconds", "cell_seconds")
+NUMBERS = (
+    "images", "kept", "rotation_deg", "translation_fraction", "merit", "seconds", "uncertainty", "rms_px",
+)  # fmt: skip
 
 
-def outcomes_of(table: pa.Table, order: Sequence[str]) -> Outcomes:
-    """Look at the rows of a table; `order` is that of the strategies."""
+def outcomes_of(table: pa.Table, kind: str, order: Sequence[str]) -> Outcomes:
+    """Look at the rows of a table of a kind of cells; `order` is that of the strategies."""
     strategy_of, strategies = _numbered(table, ["controller"])
     scene_of, scenes = _numbered(table, list(SCENE))
     seed_of, seeds = _numbered(table, ["seed"])
@@ -95,13 +101,14 @@ def outcomes_of(table: pa.Table, order: Sequence[str]) -> Outcomes:
     seed_of = np.where(alone[scene_of], len(seeds), seed_of)  # a seed of its own: scenes alone are resampled
     used = np.unique(seed_of)
     return Outcomes(
+        kind,
         [names[place] for place in places],
         [_words(scene) for scene in scenes],
         [_words((*scene[:4], None)) for scene in scenes],
         np.argsort(places)[strategy_of] if places else strategy_of,
         scene_of,
         np.searchsorted(used, seed_of),
-        {name: _floats(table[name]) for name in NUMBERS},
+        {name: _floats(table[name]) for name in (*NUMBERS, *KINDS[kind].columns)},
         np.asarray(table["status"].to_numpy(zero_copy_only=False), dtype=np.str_),
     )
 

@@ -36,7 +36,7 @@ def write_page(folder: Path, running: bool) -> Path:
     """
     description = read_description(folder)
     table = read_rows(folder)
-    outcomes = outcomes_of(table, description["controllers"])
+    outcomes = outcomes_of(table, description["settings"]["kind"], description["controllers"])
     grids: list[Grid] = []
     if table.num_rows:
         grids = [strategies_grid(outcomes), differences_grid(outcomes)]

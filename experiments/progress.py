@@ -3,7 +3,7 @@
 import time
 from collections import Counter
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from types import TracebackType
 from typing import Self
 
@@ -17,6 +17,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from bridge.errors import LightsAndCameraError
 from experiments.engine import Start, Watch
 from experiments.kinds import Row
 
@@ -40,6 +41,7 @@ class Progressing(AbstractContextManager["Progressing"]):
         self._began = time.monotonic()
         self._computed = 0
         self._statuses: Counter[str] = Counter()
+        self._said: str | None = None
         self._bar = Progress(
             TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
             TextColumn("{task.fields[rate]}"), TimeElapsedColumn(), TextColumn("left"),
@@ -61,11 +63,13 @@ class Progressing(AbstractContextManager["Progressing"]):
     def _watch(self, rows: list[Row]) -> None:
         self._computed += len(rows)
         self._statuses.update(row["status"] for row in rows)
+        self._said = self._said or next((row["message"] for row in rows if row.get("message")), None)
         statuses = ", ".join(f"{count} {status}" for status, count in self._statuses.most_common())
         self._bar.update(self._task, advance=len(rows), rate=self.rate(), statuses=statuses)
         now = time.monotonic()
         if now >= self._next_page:
-            self._page()
+            with suppress(LightsAndCameraError):  # it is written once more at the end
+                self._page()
             took = time.monotonic() - now
             self._next_page = time.monotonic() + max(LEAST_PAGE_S, took / PAGE_SHARE)
 
@@ -78,6 +82,9 @@ class Progressing(AbstractContextManager["Progressing"]):
     def end(self, words: str) -> None:
         """The last line."""
         self._bar.stop()
+        if self._said is not None:
+            said = " ".join(self._said.split())
+            self._console.print(f"The first cell that failed: {said}", highlight=False, soft_wrap=True)
         self._console.print(words, highlight=False, soft_wrap=True)
 
     @property

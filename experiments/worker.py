@@ -16,6 +16,7 @@ from numerics.memory import collect_rarely, keep_freed_memory
 
 if TYPE_CHECKING:
     from experiments.warm_servers import Served
+    from image_server.serve.device import Device
 
 
 class Worker:
@@ -70,6 +71,12 @@ class Worker:
             yield served.endpoint
         finally:
             served.stop()
+
+    def device(self, cell: Cell) -> Device:
+        """The camera and lights of a cell, for kinds that need no servers."""
+        from experiments.warm_servers import device_of
+
+        return device_of(cell)
 
     def close(self) -> None:
         """Stop the servers and leave nothing behind."""

@@ -80,7 +80,7 @@ _session_times = {f"{part}_s": float for part in TIMES}
 
 KINDS: Mapping[str, Kind] = {
     "session": Kind("session", columns=_session_times),
-    "approach": Kind("approach", simulated=True, columns=_session_times | {"holds": int, "reached": int}),
+    "approach": Kind("approach", simulated=True, columns=_session_times | {"holds": int, "fixed": int}),
     "estimate": Kind(
         "estimate",
         "random-N and middle-N, N images under random or middle settings",

@@ -6,9 +6,9 @@ from experiments.worker import Worker
 
 
 def run(cell: Cell, worker: Worker) -> Row:
-    """Run one approach; how many hold points it came to, and how many of them were reached."""
+    """Run one approach; how many hold points it came to, and at how many of them the pose was fixed."""
     row = session.run(cell, worker, "--approach")
     holds = row.pop("holds", None)
     if holds is not None:
-        row |= {"holds": len(holds), "reached": sum(hold["status"] == "reached" for hold in holds)}
+        row |= {"holds": len(holds), "fixed": sum(hold["status"] != "aborted" for hold in holds)}
     return row

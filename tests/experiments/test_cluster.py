@@ -133,9 +133,12 @@ def test_workers_of_another_version_are_refused(tmp_path: Path, cluster: Cluster
 
 @pytest.mark.parametrize(
     ("address", "says"),
-    [("tcp://127.0.0.1:9", "No dask scheduler answers at tcp://127.0.0.1:9"), ("local:x", "no number of processes"),
-     ("nonsense", "No dask scheduler answers at nonsense")],
-)  # fmt: skip
+    [
+        ("tcp://127.0.0.1:9", "No dask scheduler answers at tcp://127.0.0.1:9"),
+        ("local:x", "no number of processes"),
+        ("nonsense", "No dask scheduler answers at nonsense"),
+    ],
+)
 def test_an_address_that_does_not_answer(tmp_path: Path, address: str, says: str) -> None:
     done = run(plan_file(tmp_path, EMPTY.format(last=3)), tmp_path / "out", "--cluster", address)
     assert done.returncode == 2

@@ -6,7 +6,7 @@ import math
 
 from vision_server.pose.support import NORMAL_FLOOR_PX, PoseSupport
 
-# Logistic regression on simulated estimates (benchmarks/score_calibration.py), made a little steeper in
+# Logistic regression on simulated estimates (experiments/plans/calibration.toml), made a little steeper in
 # quality.
 BIAS = 2.5
 PER_LOG2_QUALITY = 1.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.edge_metrics import edge_quality, pratt_merit
+from experiments.edge_metrics import edge_quality, pratt_merit
 
 NOTHING = np.zeros((60, 80), np.bool_)
 

@@ -1,0 +1,132 @@
+"""Kinds of cells beside sessions, and comparisons of each."""
+
+from pathlib import Path
+
+import pytest
+
+from experiments.compared import compare_table
+from experiments.computing import rows_of
+from experiments.page import write_page
+from experiments.plan import Cell, read_plan
+from experiments.table import Table, read_description, read_rows
+from experiments.version import code_version
+from tests.experiments.experiment import plan_file
+
+
+def cells(folder: Path, text: str) -> list[Cell]:
+    return list(read_plan(plan_file(folder, text)).cells())
+
+
+def table_of(folder: Path, text: str) -> Path:
+    plan = read_plan(plan_file(folder, text))
+    table = Table(folder / "out", plan.description, code_version())
+    table.append(rows_of(list(plan.cells()), code_version()))
+    table.merge()
+    table.close()
+    return folder / "out"
+
+
+def test_an_estimate_of_three_random_images(tmp_path: Path) -> None:
+    text = 'kind = "estimate"\ncontrollers = ["random-3", "middle-1"]\ntargets = ["cube"]\nseeds = "2"\n'
+    first, second = rows_of(cells(tmp_path, text), code_version())
+    assert (first["images"], second["images"]) == (3, 1)
+    assert first["status"] == "estimated"
+    assert first["rotation_deg"] < 1.0
+    assert first["score"] > 0.5
+    assert first["normalised_error_squared"] > 0.0
+    again = rows_of(cells(tmp_path, text), code_version())[0]
+    assert again["rotation_deg"] == pytest.approx(first["rotation_deg"], rel=1e-9)
+
+
+def test_a_pose_number_is_the_same_scene_with_any_seed(tmp_path: Path) -> None:
+    from experiments.warm_servers import simulator_of
+
+    text = 'kind = "estimate"\ncontrollers = ["middle-1"]\ntargets = ["cube"]\nposes = "5"\nseeds = "1-2"\n'
+    one, two = (simulator_of(cell).true_pose for cell in cells(tmp_path, text))
+    assert (one.translation == two.translation).all()
+    by_seed = cells(tmp_path, text.replace('poses = "5"', "").replace("1-2", "5"))
+    assert (simulator_of(by_seed[0]).true_pose.translation == one.translation).all()
+
+
+def test_conditions_change_the_light(tmp_path: Path) -> None:
+    from experiments.warm_servers import simulator_of
+
+    text = (
+        'kind = "estimate"\ncontrollers = ["middle-1"]\ntargets = ["cube"]\n'
+        '[[conditions]]\nname = "dark"\nambient_scale = 0.0\n'
+        '[[conditions]]\nname = "harsh"\nambient_scale = 20.0\n'
+    )
+    dark, harsh = (simulator_of(cell).radiance((0, 0, 0)).max() for cell in cells(tmp_path, text))
+    assert dark < harsh / 10
+
+
+@pytest.mark.slow
+def test_edge_maps_know_the_outline(tmp_path: Path) -> None:
+    text = 'kind = "edges"\ncontrollers = ["em", "mertens"]\ntargets = ["cube"]\nscenarios = ["nominal"]\n'
+    out = table_of(tmp_path, text)
+    assert min(read_rows(out)["best_f"].to_pylist()) > 0.8
+    compare_table(out, tmp_path / "compared")
+    assert "best_f" in (tmp_path / "compared" / "comparison.md").read_text()
+
+
+@pytest.mark.slow
+def test_an_approach_counts_its_hold_points(tmp_path: Path) -> None:
+    text = 'kind = "approach"\ncontrollers = ["heuristic"]\ntargets = ["fixture"]\nscenarios = ["approach"]\n'
+    (row,) = rows_of(cells(tmp_path, text), code_version())
+    assert row["status"] == "converged"
+    assert row["holds"] == row["fixed"] == 7
+
+
+def made_up(folder: Path) -> Path:
+    """A table of ten scenes where one strategy is right and the other is wrong in every second one."""
+    text = 'controllers = ["heuristic", "simple"]\ntargets = ["cube"]\nposes = "1-10"\nseeds = "1-3"\n'
+    plan = read_plan(plan_file(folder, text))
+    rows = []
+    for cell in plan.cells():
+        wrong = cell.controller == "simple" and cell.pose is not None and cell.pose % 2 == 0
+        rows.append(
+            {
+                **cell.names(), "key": cell.key, "status": "exhausted" if wrong else "converged",
+                "images": 10 if wrong else 2, "kept": 2, "rotation_deg": 5.0 if wrong else 0.1,
+                "translation_fraction": 0.001, "merit": 0.5, "seconds": 1.0,
+            }
+        )  # fmt: skip
+    table = Table(folder / "out", plan.description, code_version())
+    table.append(rows)
+    table.close()
+    return folder / "out"
+
+
+def test_a_comparison_says_who_is_better_where_and_how_sure(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    compare_table(made_up(tmp_path), tmp_path / "compared")
+    text = (tmp_path / "compared" / "comparison.md").read_text()
+    row = next(line for line in text.splitlines() if line.startswith("| heuristic − simple | right"))
+    assert "| 30 in 10 | +50.0 [" in row
+    assert row.endswith("| 15 : 0, p = 6.1e-05 | more |")
+    assert text.count(f"code {code_version()}") >= 5  # every table says which code, and n
+    assert text.count("n = 60 rows") >= 5
+    deciding = text[text.index("## Cells that decide") :]
+    assert "pose 2 |" in deciding
+    assert "pose 1 |" not in deciding
+    for name in ("success", "images-to-trust", "errors", "differences", "scenes"):
+        for ending in ("png", "svg"):
+            assert (tmp_path / "compared" / f"{name}.{ending}").stat().st_size > 1000
+    assert "heuristic − simple" in capsys.readouterr().out
+
+
+def test_the_page_holds_every_row_and_refreshes_itself_while_it_runs(tmp_path: Path) -> None:
+    out = made_up(tmp_path)
+    running = write_page(out, running=True).read_text()
+    assert 'http-equiv="refresh"' in running
+    assert "n = 60 rows" in running
+    assert 'http-equiv="refresh"' not in write_page(out, running=False).read_text()
+
+
+def test_a_row_tells_how_to_run_its_cell_again(tmp_path: Path) -> None:
+    from experiments.deciding import cell_of
+
+    out = made_up(tmp_path)
+    for row in read_rows(out).to_pylist():
+        assert cell_of(row, read_description(out)).key == row["key"]
