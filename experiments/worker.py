@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import gc
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -33,7 +34,7 @@ class Worker:
         self._keep = keep
         self._scratch = new_scratch()
         atexit.register(shutil.rmtree, self._scratch, ignore_errors=True)
-        self._numbers = count()
+        self._numbers, self._scenes = count(), count()
         self._vision: Served | None = None
 
     @property
@@ -66,6 +67,7 @@ class Worker:
         """Serve what a cell photographs; the endpoint."""
         from experiments.warm_servers import served_images
 
+        self._forget_scenes()
         served = served_images(self._endpoint("images"), cell)
         try:
             yield served.endpoint
@@ -76,7 +78,17 @@ class Worker:
         """The camera and lights of a cell, for kinds that need no servers."""
         from experiments.warm_servers import device_of
 
+        self._forget_scenes()
         return device_of(cell)
+
+    def _forget_scenes(self) -> None:
+        """Free the scenes of cells before: a server and its device hold each other.
+
+        What is loaded after the first cell is what stays, and need not be looked through again.
+        """
+        gc.collect()
+        if next(self._scenes) == 1:
+            gc.freeze()
 
     def close(self) -> None:
         """Stop the servers and leave nothing behind."""
