@@ -12,7 +12,7 @@ from experiments.worker import Worker
 from geometry.pose import Pose
 from image_server.simulator import Simulator
 from vision_server.pipeline import Estimate
-from vision_server.serve.session import open_session
+from vision_server.serve.task import open_task
 
 RANDOM = "random"
 HERE = "inproc://cell"  # where no server is asked
@@ -23,15 +23,15 @@ def run(cell: Cell, worker: Worker) -> Row:
     device = worker.device(cell)
     description = device.describe()
     arguments = {"image_server": HERE, "matcher": cell.settings.matcher, "seed": cell.seed}
-    session = open_session(msgspec.convert(arguments, StartArgs), description)
+    task = open_task(msgspec.convert(arguments, StartArgs), description)
     lights, _, count = cell.controller_source.partition("-")
     rng = np.random.default_rng(cell.seed)
     names = []
     for number in range(1, int(count) + 1):
         frame = device.capture(_random(description, rng) if lights == RANDOM else _middle(description))
         names.append(f"i{number}")
-        session.add(names[-1], frame.pixels, frame.applied)
-    found = session.estimate(names)
+        task.add(names[-1], frame.pixels, frame.applied)
+    found = task.estimate(names)
     row: Row = {"images": len(names), "kept": len(names), "status": "no pose"}
     if found.pose is None:
         return row
