@@ -4,7 +4,7 @@
 :- use_module(library(error), [must_be/2]).
 :- use_module(library(lists), [append/3, member/2, nth0/3, select/3]).
 :- use_module(library(time), [alarm/4, remove_alarm/1]).
-:- use_module(action, [evaluated_action/3, pick/5, supposed/2]).
+:- use_module(action, [act/3, evaluated_action/3, pick/5, supposed/2]).
 :- use_module(chance, [shuffled/2]).
 :- use_module(configuration, [after_action/5, ends/3]).
 :- use_module(context, [once_if_ground/2]).
@@ -14,7 +14,7 @@
 :- use_module(semantics).
 :- use_module(situation, [last_action/2, situation_theory/2]).
 :- use_module(substitution, [substitute/4]).
-:- use_module(theory, [domain_list/3]).
+:- use_module(theory, [assignment/2, domain_list/3]).
 
 /** <module> The constructs that the published interpreter adds, and atomic */
 
@@ -58,18 +58,25 @@ trans(commit, S, _, E1, S1) =>
     E1 = [],
     S1 = S.
 
-% Trans(a, S, E', S')  <=>  E' = [] & S' = do(a, S), for a = set(F) and a = unset(F)
+% Trans(a, S, E', S')  <=>  E' = [] & S' = do(a, S), for a = set(F) and a = unset(F) unless
+%                          the theory declares an action of that name
 construct(set(_), []).
 trans(set(F), S, _, E1, S1) =>
     E1 = [],
-    ground(F),
-    progress(set(F), S, S1).
+    assign(set(F), S, S1).
 
 construct(unset(_), []).
 trans(unset(F), S, _, E1, S1) =>
     E1 = [],
-    ground(F),
-    progress(unset(F), S, S1).
+    assign(unset(F), S, S1).
+
+assign(A, S, S1) :-
+    situation_theory(S, Theory),
+    (   assignment(A, Theory)
+    ->  ground(A),
+        progress(A, S, S1)
+    ;   act(A, S, S1)
+    ).
 
 % Trans(sim(a), S, E', S')  <=>  E' = [] & S' = do(sim(a[S]), S), for an exogenous action a
 construct(sim(_), []).

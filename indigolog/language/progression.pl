@@ -65,8 +65,9 @@ progressed(Effects, Action, Situation, New) :-
 effects_certain(_, Theory) :-
     theory_certain(Theory),
     !.
-effects_certain(set(_), _).
-effects_certain(unset(_), _).
+effects_certain(Action, Theory) :-
+    assignment(Action, Theory),
+    !.
 effects_certain(e(F, _), Theory) :-
     fluent_template(Theory, F, _).
 
@@ -106,16 +107,17 @@ matches(Pattern, Fluent-_) :-
 
 effect(e(Sensed, Result), S, Effect) =>
     sensing_effect(Sensed, Result, S, Effect).
-effect(set(F), _, Effect) =>
-    Effect = F-true.
-effect(unset(F), _, Effect) =>
-    Effect = F-false.
+effect(Action, S, Effect), situation_theory(S, Theory), assignment(Action, Theory) =>
+    assigned(Action, Effect).
 effect(sim(Action), S, Effect) =>
     effect(Action, S, Effect).
 effect(Action, S, Effect) =>
     situation_module(S, Module),
     effect_axiom(Module, Action, F, V, Condition),
     effect_of(F, V, Condition, S, Effect).
+
+assigned(set(F), F-true).
+assigned(unset(F), F-false).
 
 effect_axiom(Module, A, F, V, Condition) :-
     (   Module:causes_val(A, F, V, Condition)

@@ -11,6 +11,8 @@
             sensed_template/2,        % +Theory, +Fluent
             uncertain_template/2,     % +Theory, +Fluent
             action_template/3,        % +Theory, +Term, -Kind
+            assignment/2,             % +Action, +Theory
+            history_mark/1,           % ?Entry
             generalised/2,            % +Term, -Template
             domain_list/3,            % +Theory, +Domain, -Values
             theory_predicate/1        % ?Indicator
@@ -140,6 +142,26 @@ uncertain_template(Theory, Fluent) :-
 action_template(Theory, Term, Kind) :-
     theory_module(Theory, Module),
     Module:'$action'(Term, Kind).
+
+%!  assignment(+Action, +Theory) is semidet.
+%
+%   Action is the interpreter's set(Fluent) or unset(Fluent), and not an action that the
+%   theory declares by that name.
+
+assignment(set(F), Theory) => \+ action_template(Theory, set(F), _).
+assignment(unset(F), Theory) => \+ action_template(Theory, unset(F), _).
+assignment(_, _) => fail.
+
+%!  history_mark(?Entry) is nondet.
+%
+%   What else the interpreter enters into histories, so that no theory can have an action
+%   of that name.
+
+history_mark(e(_, _)).
+history_mark(sim(_)).
+history_mark(test(_)).
+history_mark(branch(_)).
+history_mark(stop_interrupts).
 
 %!  called_procedure(+Theory, +Term) is semidet.
 %

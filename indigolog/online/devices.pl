@@ -5,8 +5,7 @@
             arrived_events/2,         % +Devices, -Actions
             wait_for_event/3,         % +Devices, +MaxSeconds, :Interrupted
             tell_resumed/2,           % +Devices, +Situation
-            report_exogenous/1,       % +Action
-            internal_action/1         % +Action
+            report_exogenous/1        % +Action
           ]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(option), [option/3]).
@@ -14,7 +13,7 @@
 :- use_module(device_thread).
 :- use_module('../language/sensing', [sensing_action/2]).
 :- use_module(terminal).
-:- use_module('../language/theory', [theory_module/2]).
+:- use_module('../language/theory', [assignment/2, history_mark/1, theory_module/2]).
 
 :- meta_predicate wait_for_event(+, +, 0).
 
@@ -122,17 +121,9 @@ close_device(Where, Module) :-
 
                 /* Actions */
 
-%!  internal_action(+Action) is semidet.
-%
-%   Action is the interpreter's own and not sent to a device.
-
-internal_action(stop_interrupts).
-internal_action(set(_)).
-internal_action(unset(_)).
-internal_action(test(_)).
-internal_action(e(_, _)).
-internal_action(branch(_)).
-internal_action(sim(_)).
+% The interpreter's own actions are not sent to a device.
+internal_action(A, Theory) :-
+    ( history_mark(A) -> true ; assignment(A, Theory) ).
 
 %!  execute_action(+Devices, +Theory, +Action, -Sensing) is det.
 %
@@ -151,7 +142,7 @@ execute_action(Devices, Theory, A, Sensing) :-
     ).
 
 carried_out(devices(List, _, _), Theory, A, Sensing) :-
-    (   internal_action(A)
+    (   internal_action(A, Theory)
     ->  true
     ;   member(device(Module, Deadline, Where), List),
         Module:can_execute(A)

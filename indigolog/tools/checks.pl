@@ -10,6 +10,7 @@
 :- use_module('../language/binding', [bound_names/2]).
 :- use_module(loop_variables, [kept_variable/3]).
 :- use_module(program_checks).
+:- use_module('../language/semantics', [construct/2]).
 :- use_module('../language/theory').
 
 /** <module> What is wrong with a theory or a program, before it runs
@@ -138,6 +139,20 @@ theory_problem(Theory, warning, two_uses(Name), Ref) :-
     clause(Module:proc(Name, _), _, Ref),
     nonvar(Name),
     ( action_template(Theory, Name, prim) -> true ; fluent_template(Theory, Name, _) ).
+theory_problem(Theory, Kind, What, Ref) :-
+    theory_module(Theory, Module),
+    member(Head-A, [prim_action(A)-A, exog_action(A)-A, proc(A, _)-A]),
+    clause(Module:Head, _, Ref),
+    nonvar(A),
+    generalised(A, G),
+    (   Head \= proc(_, _),
+        history_mark(G)
+    ->  Kind = error, What = reserved(G)
+    ;   Head \= exog_action(_),
+        construct(G, _),
+        \+ ( Head = prim_action(_), assigning(G) )
+    ->  Kind = warning, What = hidden(G)
+    ).
 theory_problem(Theory, error, axiom_arity(Name/Arity, Expected), Ref) :-
     theory_module(Theory, Module),
     current_predicate(Module:Name/Arity),
@@ -157,6 +172,9 @@ theory_problem(Theory, warning, recursion(Name, Path), Ref) :-
     nonvar(Name),
     unguarded_call(Body, Theory, Call),
     comes_back(Call, Name, Theory, [Name], Path).
+
+assigning(set(_)).
+assigning(unset(_)).
 
 % comes_back(+Call, +Name, +Theory, +Before, -Path): without an action in between,
 % and through procedures whose clauses have no condition.
@@ -217,7 +235,7 @@ axiom_problem(initially(F, V), Theory, error, not_boolean(F, V)) :-
 unknown_action(Theory, A) :-
     callable(A),
     A \== none,
-    \+ A = set(_), \+ A = unset(_), \+ A = sim(_),
+    \+ A = sim(_),
     generalised(A, G),
     \+ action_template(Theory, G, _).
 

@@ -165,6 +165,12 @@ problem(two_kinds(F)) -->
 problem(two_uses(P)) -->
     { functor(P, Name, Arity) },
     [ 'procedure ~q has the name of an action or a fluent, and hides it'-[Name/Arity] ].
+problem(reserved(A)) -->
+    { functor(A, Name, Arity) },
+    [ '~q is an entry of the interpreter\'s own in histories: the action needs another name'-[Name/Arity] ].
+problem(hidden(A)) -->
+    { functor(A, Name, Arity) },
+    [ '~q has the name of a construct of the language, which hides it'-[Name/Arity] ].
 problem(not_relational(F)) -->
     { functor(F, Name, Arity) },
     [ 'causes_true and causes_false are for relational fluents, ~q is functional'-[Name/Arity] ].
