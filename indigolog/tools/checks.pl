@@ -8,6 +8,7 @@
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(solution_sequences), [limit/2]).
 :- use_module('../language/binding', [bound_names/2]).
+:- use_module(formula_checks, [formula_problem/5, undeclared_instance/3]).
 :- use_module(loop_variables, [kept_variable/3]).
 :- use_module(program_checks).
 :- use_module('../language/semantics', [construct/2]).
@@ -126,6 +127,15 @@ theory_problem(Theory, warning, What, Ref) :-
         !,
         What = no_initial_value(F0)
     ).
+theory_problem(Theory, warning, two_values(F, V, First), Ref) :-
+    theory_module(Theory, Module),
+    clause(Module:initially(F, V0), Body, Ref),
+    ground(F),
+    \+ uncertain_template(Theory, F),
+    catch(Module:Body, _, fail),
+    V = V0,
+    once(Module:initially(F, First)),
+    First \== V.
 theory_problem(Theory, error, two_kinds(F), Ref) :-
     theory_module(Theory, Module),
     clause(Module:rel_fluent(F0), _, Ref),
@@ -231,6 +241,26 @@ axiom_problem(initially(F, V), Theory, error, not_boolean(F, V)) :-
     clause(Module:rel_fluent(G), _),
     \+ clause(Module:fun_fluent(G), _),
     !.
+
+axiom_problem(Axiom, Theory, error, not_boolean(F, V)) :-
+    ( Axiom = causes_val(_, F, V, _) ; Axiom = senses(_, _, F, V, _) ),
+    callable(F),
+    nonvar(V),
+    \+ memberchk(V, [true, false]),
+    fluent_template(Theory, F, Kind),
+    Kind == rel.
+axiom_problem(Axiom, Theory, warning, undeclared_instance(in(of(Name, Of), []), F)) :-
+    speaks_of(Axiom, Name0, A, F),
+    compound(F),
+    ( A == none -> Name = 'initial value', Of = F ; Name = Name0, Of = A ),
+    undeclared_instance(F, in(axiom, []), Theory).
+axiom_problem(Axiom, Theory, warning, impossible_value(F, V)) :-
+    ( Axiom = settles(_, _, F, V, _) ; Axiom = rejects(_, _, F, V, _) ),
+    ground(F-V),
+    theory_module(Theory, Module),
+    \+ Module:initially(F, V),
+    generalised(F, G),
+    \+ clause(Module:causes_val(_, G, _, _), _).
 
 unknown_action(Theory, A) :-
     callable(A),

@@ -59,7 +59,7 @@ checked(File, Queries, Problems) :-
 
 line(problem(Kind, _, Line, What), Text) :-
     !,
-    once(phrase(indigolog_messages:problem(What), Parts)),
+    once(phrase(indigolog_problem_texts:problem(What), Parts)),
     rendered(Parts, Message),
     (   Line =:= 0
     ->  format(string(Text), "~w: ~s", [Kind, Message])

@@ -1,0 +1,200 @@
+:- module(indigolog_formula_checks,
+          [ formula_problem/5,        % +Formula, +In, +Theory, -Kind, -What
+            connective/3,             % +Formula, -Formulas, -Terms
+            undeclared_instance/3,    % +Fluent, +In, +Theory
+            domain_problem/5,         % +Variables, +In, +Theory, -Kind, -What
+            unused_variable/4,        % +Construct, +In, -Kind, -What
+            constant/3,               % +Term, +In, +Theory
+            goal_exists/2             % +Goal, +Theory
+          ]).
+:- use_module(library(lists), [append/2, list_to_set/2, member/2, memberchk/2]).
+:- use_module(library(occurs), [sub_term/2]).
+:- use_module('../language/binding').
+:- use_module('../language/formula', [meaning/3]).
+:- use_module('../language/theory').
+
+/** <module> What is wrong inside formulas
+
+In, where a part stands, is in(Label, Names): Names are the variables that constructs around
+it may bind.
+*/
+
+%!  formula_problem(+Formula, +In, +Theory, -Kind, -What) is nondet.
+
+formula_problem(P, In, Theory, Kind, What) :-
+    nonvar(P),
+    (   connective(P, Ps, Terms)
+    ->  (   member(Q, Ps),
+            formula_problem(Q, In, Theory, Kind, What)
+        ;   member(T, Terms),
+            term_problem(T, In, Theory, Kind, What)
+        ;   comparison(P),
+            member(T, Terms),
+            number_problem(T, In, Theory, Kind, What)
+        ;   unused_variable(P, In, Kind, What)
+        ;   P = (X = Y),
+            equality_problem(X, Y, In, Theory, What),
+            Kind = warning
+        ;   ( P = some(V, _) ; P = all(V, _) ),
+            domain_problem(V, In, Theory, Kind, What)
+        )
+    ;   \+ callable(P)
+    ->  Kind = error,
+        What = no_formula(In, P)
+    ;   fluent_template(Theory, P, _)
+    ->  term_problem(P, In, Theory, Kind, What)
+    ;   called_procedure(Theory, P)
+    ->  fail
+    ;   goal_exists(P, Theory)
+    ->  argument_problem(P, In, Theory, Kind, What)
+    ;   Kind = error,
+        What = unknown_formula(In, P)
+    ).
+
+% Neither side is, or has in it, anything that can change; or a relational fluent is
+% compared with what is no truth value.
+equality_problem(X, Y, In, Theory, What) :-
+    (   constant(X = Y, In, Theory)
+    ->  \+ term_problem(X = Y, In, Theory, error, _),
+        What = constant_equality(In, X = Y)
+    ;   member(F-V, [X-Y, Y-X]),
+        callable(F),
+        fluent_template(Theory, F, rel),
+        constant(V, In, Theory),
+        \+ memberchk(V, [true, false])
+    ->  What = never_equal(In, F, V)
+    ).
+
+%!  connective(+Formula, -Formulas, -Terms) is semidet.
+%
+%   Formula begins with a connective, and these are what its truth depends on.
+connective(P, Ps, Terms) :-
+    (   meaning(P, _, Goal)
+    ->  asked(Goal, Ps0, [], Terms0, []),
+        list_to_set(Ps0, Ps),
+        list_to_set(Terms0, Terms)
+    ;   ( P = and(L) ; P = or(L) ),
+        \+ is_list(L),                    % not known before it runs
+        Ps = [], Terms = []
+    ).
+
+% asked(+Goal, -Formulas, ?Formulas1, -Terms, ?Terms1)
+asked(true_in(P, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
+asked(instance(_, P, _, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
+asked(known(P, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
+asked(known_whether(P, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
+asked(value_in(T, _, _), Ps, Ps1, Ts, Ts1) => Ps = Ps1, Ts = [T|Ts1].
+asked(findall(_, G, _), Ps, Ps1, Ts, Ts1) => asked(G, Ps, Ps1, Ts, Ts1).
+asked(aggregate_all(_, G, _), Ps, Ps1, Ts, Ts1) => asked(G, Ps, Ps1, Ts, Ts1).
+asked(G, Ps, Ps1, Ts, Ts1), control(G, Gs) => asked_of_each(Gs, Ps, Ps1, Ts, Ts1).
+asked(_, Ps, Ps1, Ts, Ts1) => Ps = Ps1, Ts = Ts1.
+
+asked_of_each([], Ps, Ps, Ts, Ts).
+asked_of_each([G|Gs], Ps, Ps1, Ts, Ts1) :-
+    asked(G, Ps, Ps0, Ts, Ts0),
+    asked_of_each(Gs, Ps0, Ps1, Ts0, Ts1).
+
+control((A, B), [A, B]).
+control((A ; B), [A, B]).
+control((A -> B), [A, B]).
+control(\+ A, [A]).
+control(once(A), [A]).
+
+comparison(P) :-
+    compound(P),
+    P =.. [Name, _, _],
+    memberchk(Name, [<, >, =<, >=, =:=, =\=]).
+
+argument_problem(P, In, Theory, Kind, What) :-
+    compound(P),
+    arg(_, P, A),
+    term_problem(A, In, Theory, Kind, What).
+
+% A term that has the name of a fluent and another number of arguments.
+term_problem(T, In, Theory, error, fluent_arity(In, S, Name/Arity)) :-
+    sub_term(S, T),
+    compound(S),
+    \+ S = [_|_],
+    \+ fluent_template(Theory, S, _),
+    theory_module(Theory, Module),
+    functor(S, Name, _),
+    Module:'$fluent'(F, _),
+    functor(F, Name, Arity),
+    \+ action_template(Theory, S, _).
+
+term_problem(T, In, Theory, warning, undeclared_instance(In, F)) :-
+    sub_term(F, T),
+    compound(F),
+    undeclared_instance(F, In, Theory).
+
+%!  undeclared_instance(+Fluent, +In, +Theory) is semidet.
+%
+%   Fluent has the functor of a declared fluent and constant arguments for which it is not
+%   declared.
+
+undeclared_instance(F, In, Theory) :-
+    fluent_template(Theory, F, _),
+    F =.. [_|Arguments],
+    constant(Arguments, In, Theory),
+    \+ catch(declared_fluent(Theory, F), _, true).
+
+% An atom that is neither a fluent nor a variable of a construct around it.
+number_problem(T, In, Theory, error, no_number(In, T)) :-
+    atom(T),
+    In = in(_, Variables),
+    \+ memberchk(T, Variables),
+    \+ fluent_template(Theory, T, _),
+    \+ current_arithmetic_function(T).
+
+%!  domain_problem(+Variables, +In, +Theory, -Kind, -What) is nondet.
+
+domain_problem(V, In, Theory, Kind, What) :-
+    nonvar(V),
+    (   is_list(V)
+    ->  member(V0, V),
+        domain_problem(V0, In, Theory, Kind, What)
+    ;   V = (_, D),
+        nonvar(D),
+        \+ is_list(D),
+        Kind = error,
+        (   callable(D)
+        ->  \+ domain_exists(D, Theory),
+            \+ fluent_template(Theory, D, _)
+        ;   true
+        ),
+        What = no_domain(In, D)
+    ).
+
+domain_exists(D, Theory) :-
+    D =.. [Name|Args],
+    append([[Name], Args, [_]], Parts),
+    Goal =.. Parts,
+    goal_exists(Goal, Theory).
+
+%!  goal_exists(+Goal, +Theory) is semidet.
+
+goal_exists(Goal, Theory) :-
+    theory_module(Theory, Module),
+    (   predicate_property(Module:Goal, visible)
+    ->  true
+    ).
+
+%!  unused_variable(+Construct, +In, -Kind, -What) is nondet.
+%
+%   A variable that is bound and then not used is a slip of the pen.
+unused_variable(E, In, warning, unused(In, Name, V)) :-
+    binder(E, V0, Body),
+    functor(E, Name, _),
+    bound_variables(V0, Vs),
+    member(V, Vs),
+    atom(V),
+    \+ ( sub_term(T, Body), T == V ).
+
+%!  constant(+Term, +In, +Theory) is semidet.
+%
+%   Term is the same whatever the values of fluents and variables.
+constant(Term, in(_, Names), Theory) :-
+    ground(Term),
+    \+ ( sub_term(T, Term),
+         callable(T),
+         ( memberchk(T, Names) ; fluent_template(Theory, T, _) ) ).
