@@ -255,15 +255,36 @@ class StartArgs(Message, frozen=True):
     out: FileName | None = None
 
 
+class EstimateTold(Message, frozen=True):
+    """What an earlier `estimate` with a pose has answered; keys as there."""
+
+    pose: PoseMessage
+    covariance: tuple[tuple[float, ...], ...]
+    rms_px: float
+    uncertainty: float
+    supported_fraction: float
+    score: float
+    ambiguity: float
+
+
+class ToldStep(Message, frozen=True):
+    """One thing that a server must know again: an answer of `estimate`, or arguments of `parameters`."""
+
+    estimate: EstimateTold | None = None
+    parameters: dict[str, Any] = {}
+
+
 class RestoreArgs(StartArgs, frozen=True, kw_only=True):
     """`restore`: go on with a session from its folder ``out``; ``images`` are those that were in the set.
 
-    ``discarded`` names images that were taken and dropped, so that their names are not used again.
+    ``discarded`` names images that were taken and dropped, so that their names are not used again; ``told``
+    is, in order, what best estimate, seed pose and parameters depend on.
     """
 
     out: FileName
     images: tuple[ImageId, ...] = ()
     discarded: tuple[ImageId, ...] = ()
+    told: tuple[ToldStep, ...] = ()
 
 
 class VisionCaptureArgs(Message, frozen=True):

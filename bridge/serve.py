@@ -137,6 +137,7 @@ class Server:
         """Serve until `shutdown`, a signal, the parent's death, `stop` or idleness; the exit status."""
         poller = zmq.Poller()
         poller.register(self._sockets.router, zmq.POLLIN)
+        poller.register(self._sockets.unsent_fileno, zmq.POLLIN)
         for fileno in self.lifeline.filenos():
             poller.register(fileno, zmq.POLLIN)
         if self._sockets.events is not None:
@@ -146,6 +147,8 @@ class Server:
                 ready = dict(poller.poll(self._idle_ms))
                 if not ready:
                     break
+                if self._sockets.unsent_fileno in ready:
+                    self._sockets.send_events()
                 if self._sockets.events in ready:
                     self._sockets.read_subscriptions()
                 if self._sockets.router in ready:

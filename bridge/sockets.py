@@ -1,5 +1,8 @@
 """The sockets of a server: one for requests, one for events, guarded by keys where there are any."""
 
+import os
+from contextlib import suppress
+from queue import SimpleQueue
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -37,6 +40,8 @@ class ServerSockets:
         Where requests come in.
     endpoint, events_endpoint
         As they were resolved: a port of ``*`` is a number.
+    unsent_fileno
+        Readable when there are events to send.
 
     Raises
     ------
@@ -51,6 +56,10 @@ class ServerSockets:
         self._bound: list[str] = []
         self._publishing = Lock()
         self._sequence = 0
+        self._unsent: SimpleQueue[bytes] = SimpleQueue()
+        self.unsent_fileno, self._wake = os.pipe()
+        os.set_blocking(self.unsent_fileno, False)
+        os.set_blocking(self._wake, False)
         self.events: zmq.Socket[bytes] | None = None
         self.events_endpoint: str | None = None
         try:
@@ -92,31 +101,44 @@ class ServerSockets:
                 return 0
             self._sequence += 1
             message = {"v": PROTOCOL, "event": event, "args": args, "sequence": self._sequence}
-            self.events.send(msgspec.json.encode(message))
+            self._unsent.put(msgspec.json.encode(message))
+            with suppress(BlockingIOError):  # a full pipe wakes as well
+                os.write(self._wake, b"!")
             return self._sequence
+
+    def send_events(self) -> None:
+        """Send what was published; by the thread that serves, since a ZeroMQ socket belongs to one."""
+        with suppress(BlockingIOError):
+            os.read(self.unsent_fileno, 65536)
+        while self.events is not None and not self._unsent.empty():
+            self.events.send(self._unsent.get())
 
     def read_subscriptions(self) -> None:
         """Take what subscribers sent; ZeroMQ has welcomed them already."""
-        with self._publishing:
-            try:
-                while self.events is not None:
-                    self.events.recv(zmq.NOBLOCK)
-            except zmq.Again:
-                return
+        with suppress(zmq.Again):
+            while self.events is not None:
+                self.events.recv(zmq.NOBLOCK)
 
     def requests_wait(self) -> bool:
         """Whether another request has come in."""
         return bool(int(self.router.get(zmq.EVENTS)) & zmq.POLLIN)
 
     def send(self, route: list[bytes], answer: list[Any]) -> None:
-        """Send a reply; its frames are no longer the caller's."""
+        """Send a reply, after the events before it; its frames are no longer the caller's."""
+        self.send_events()
         # Without arrays a copy is cheaper than keeping track of who still reads the frames.
         self.router.send_multipart([*route, *answer], copy=len(answer) == 1)
 
     def close(self) -> None:
         """Close all, after the last reply has left, and remove the socket files."""
         with self._publishing:
+            if self._wake < 0:
+                return
+            self.send_events()
             self.events = None
+            os.close(self._wake)
+            os.close(self.unsent_fileno)
+            self._wake = -1
         if self._guard is not None:
             self._guard.stop()
         self._context.destroy(linger=LINGER_MS)

@@ -11,7 +11,7 @@
 :- use_module(forms).
 :- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
 :- use_module('../domain/reasoning/merit', [default_threshold/1]).
-:- use_module(library(lists), [member/2, memberchk/2, reverse/2, subtract/3]).
+:- use_module(library(lists), [member/2, memberchk/2, nth1/3, reverse/2, subtract/3]).
 :- use_module(library(option), [option/2, option/3]).
 
 /** <module> The device that carries the controller's actions to the servers
@@ -99,7 +99,8 @@ execute(advance(RangeM), true) :-
 %!  resumed(+Situation) is det.
 %
 %   Take over a session that was interrupted in Situation: the vision server gets
-%   its images back, and is told again what it had been told.
+%   its images back, and with them what its best estimate, seed pose and parameters came
+%   from; an image server that has not moved its target as often as we asked does so.
 
 resumed(Situation) :-
     situation_history(Situation, Newest),
@@ -113,11 +114,28 @@ resumed(Situation) :-
     reverse(Newer, Images),
     findall(Image, member(capture(Image, _), Newest), Taken),
     subtract(Taken, Images, Discarded),
-    ask(vision_server, restore, Args.put(_{images:Images, discarded:Discarded}), Result),
-    listen(Result.describe),
     reverse(Newest, Oldest),
-    forall(( member(Action, Oldest), Action = set_parameter(_, _) ), execute(Action, _)).
+    findall(Step, ( member(Event, Oldest), told_step(Event, Step) ), Told),
+    ask(vision_server, restore, Args.put(_{images:Images, discarded:Discarded, told:Told}), Result),
+    findall(RangeM, member(advance(RangeM), Oldest), Ranges),
+    move_again(Ranges),
+    listen(Result.describe).            % only now: the events of these moves have been met
 resumed(_).
+
+told_step(e(estimate(_), Fix), _{estimate:Estimate}) :-
+    Fix = fix(_, _, _, _),
+    fix_dict(Fix, Dict),
+    del_dict(lines, Dict, _, Estimate).
+told_step(set_parameter(Name, Value), _{parameters:Parameters}) :-
+    dict_pairs(Parameters, parameters, [Name-Value]).
+told_step(advance(RangeM), _{parameters:_{seed_pose:_{best_at_range_m:RangeM}}}).
+
+move_again([]) :-
+    !.
+move_again(Ranges) :-
+    ask(image_server, health, _{}, Health),
+    ( integer(Health.get(moves)) -> Done = Health.moves ; Done = 0 ),
+    forall(( nth1(N, Ranges, RangeM), N > Done ), ask(image_server, move, _{range_m:RangeM}, _)).
 
 %!  score_pose(+Pose, -Error) is semidet.
 %

@@ -221,8 +221,6 @@ rule(Options, "--approach needs the simulator (or an image server that can move 
     option(approach(true), Options), ( option(stack(_), Options) ; option(camera(_), Options) ).
 rule(Options, "--stack has its own target: leave --target away, or name a model file", []) :-
     option(stack(_), Options), option(target(Name), Options), \+ exists_file(Name).
-rule(Options, "--resume and --approach exclude each other: an approach cannot be taken up half way", []) :-
-    option(resume(_), Options), option(approach(true), Options).
 rule(Options, "--contact-range must be positive and less than --first-range", []) :-
     option(first_range(First), Options), option(contact_range(Contact), Options),
     ( Contact =< 0 ; Contact >= First ).

@@ -1,5 +1,6 @@
 """Writing stack folders that `stack.read.load_stack` reads."""
 
+import os
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -102,13 +103,25 @@ def write_basis(
 def write_table(folder: Path, table: Mapping[str, Any]) -> None:
     """The stack file; who reads it meanwhile finds the old one or the new one, whole.
 
+    It is on the disk afterwards, as is the folder: what it lists is there after a loss of power too.
+
     Raises
     ------
     BadInput : it cannot be written.
     """
     new = folder / f"{STACK_FILE}.new"
     _write(new, toml_text(table).encode())
-    new.replace(folder / STACK_FILE)
+    try:
+        new.replace(folder / STACK_FILE)
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        raise BadInput(
+            f"Cannot write {folder / STACK_FILE}: {error.strerror or error}.", "Is the folder still there?"
+        ) from None
 
 
 def _write_radiance(file: Path, radiance: Radiance) -> float:
@@ -133,7 +146,10 @@ def write_png(file: Path, image: NDArray[Any], compression: int = PNG_COMPRESSIO
 
 def _write(file: Path, content: bytes) -> None:
     try:
-        file.write_bytes(content)
+        with file.open("wb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
     except OSError as error:
         raise BadInput(
             f"Cannot write {file}: {error.strerror or error}.", "Is there space, and may you write there?"

@@ -1,6 +1,8 @@
 import json
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -203,6 +205,26 @@ class TestScripts:
             mock_vision_server.publish("light_fault", {"light": "left"})
             assert sub.poll(20_000)
             assert sub.recv_json()["args"] == {"light": "left"}
+
+
+    def test_the_thread_that_serves_is_the_only_one_that_sends(
+        self, mock_vision_server: MockVisionServer, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        senders: list[str] = []
+        send = zmq.Socket.send
+
+        def noted(sock: Any, *args: Any, **options: Any) -> Any:
+            if sock.type == zmq.XPUB:
+                senders.append(threading.current_thread().name)
+            return send(sock, *args, **options)
+
+        monkeypatch.setattr(zmq.Socket, "send", noted)
+        for number in range(1, 51):
+            assert mock_vision_server.publish("sun_changed") == number
+        deadline = time.monotonic() + 20
+        while len(senders) < 50 and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert senders == [mock_vision_server.name] * 50
 
 
 def test_a_mock_as_a_process_follows_its_script(folder: Path, root: Path) -> None:

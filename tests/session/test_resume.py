@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 from pathlib import Path
 
@@ -55,6 +56,43 @@ def test_it_comes_to_the_same_end(tmp_path: Path, after: str) -> None:
     assert resumed.returncode == 3, resumed.stderr
     assert steps_of(tmp_path) == expected
     assert json.loads(resumed.stdout)["seed"] == 3
+
+
+BLUR = (
+    "--target", "satellite", "--scenario", "blur", "--seed", "3", "--threshold", "0.000001",
+    "--max-iterations", "4", "--no-report",
+)  # fmt: skip
+APPROACH = ("--approach", "--first-range", "0.6", "--seed", "2", "--no-report")
+
+
+def outcome(out: Path) -> dict[str, object]:
+    """All that a session came to, but for times and how it was called."""
+    result = json.loads((out / "result.json").read_text())
+    return {key: value for key, value in result.items() if key not in {"seconds", "command"}}
+
+
+def test_cut_after_every_line_it_comes_to_the_same_outcome(tmp_path: Path) -> None:
+    check_cuts(tmp_path, BLUR, 1)
+
+
+def test_an_approach_is_taken_up_half_way(tmp_path: Path) -> None:
+    check_cuts(tmp_path, APPROACH, 11)
+
+
+def check_cuts(tmp_path: Path, options: tuple[str, ...], every: int) -> None:
+    """Resume a session whose journal is cut after every so manyth line."""
+    whole = tmp_path / "whole"
+    assert controller(*options, "--out", whole, "--quiet").returncode in {0, 3}
+    lines = (whole / "history.pl").read_text().splitlines(keepends=True)
+    for kept in range(every, len(lines), every):
+        out = tmp_path / f"cut{kept}"
+        shutil.copytree(whole, out)
+        (out / "result.json").unlink()
+        (out / "history.pl").write_text("".join(lines[:kept]))
+        resumed = controller("--resume", out, "--no-report", "--quiet")
+        assert resumed.returncode in {0, 3}, (lines[kept - 1], resumed.stderr)
+        assert outcome(out) == outcome(whole), lines[kept - 1]
+        shutil.rmtree(out)
 
 
 def test_after_the_controller_was_killed(tmp_path: Path) -> None:

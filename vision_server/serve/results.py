@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
+from bridge.messages import EstimateTold
+from geometry.pose import Pose
 from vision_server.pipeline import Estimate
 
 
@@ -31,3 +35,16 @@ def estimate_result(estimate: Estimate) -> dict[str, Any]:
         "segments": estimate.segments,
         "seconds": dict(estimate.seconds),
     }
+
+
+def restored_estimate(told: EstimateTold) -> Estimate:
+    """An estimate of an earlier process, as far as later decisions depend on it."""
+    return Estimate(
+        pose=Pose(np.array(told.pose.rotation_vector), np.array(told.pose.translation)),
+        covariance=np.array(told.covariance),
+        rms_px=told.rms_px,
+        uncertainty=told.uncertainty,
+        supported_fraction=told.supported_fraction,
+        score=told.score,
+        ambiguity=told.ambiguity,
+    )

@@ -27,7 +27,7 @@ from stack.format import FrameTable
 from stack.read import recorded_frames
 from vision_server.channels.image_files import read_grey
 from vision_server.serve.recorder import FOLDER
-from vision_server.serve.results import estimate_result
+from vision_server.serve.results import estimate_result, restored_estimate
 from vision_server.serve.task import PoseTask, open_task
 
 IMAGE_SERVER_DEADLINE_S = 30.0  # of one capture: a long shutter, and a camera that has to wake up
@@ -93,6 +93,10 @@ class VisionServer(Service):
             )
         known = {*args.images, *args.discarded}
         task = self._open(args, {name: frame for name, frame in frames.items() if name in known})
+        for step in args.told:
+            if step.estimate is not None:
+                task.note(restored_estimate(step.estimate))
+            task.set_parameters(step.parameters)
         for image in args.images:
             task.add(image, read_grey(out / FOLDER / f"{image}.png"), frames[image].settings())
         task.retired |= set(args.discarded)
@@ -108,9 +112,11 @@ class VisionServer(Service):
         if len(arrays) != 1 or arrays[0].ndim != 2 or arrays[0].dtype != "uint8":
             raise DeviceError(f"The image server at {client.endpoint} sent no grey uint8 frame.")
         pixels = arrays[0]
+        if task.recorder is not None:
+            task.recorder.save(args.image, header.applied, pixels)  # while its edges are looked for
         statistics = task.add(args.image, pixels, header.applied)
         if task.recorder is not None:
-            task.recorder.save(args.image, header.applied, pixels)
+            task.recorder.flush()  # what is answered is on the disk: a session can be resumed
         return Reply(
             {
                 "image": args.image,
@@ -123,10 +129,7 @@ class VisionServer(Service):
 
     def _on_estimate(self, args: EstimateArgs) -> Reply:
         task, _ = self._here()
-        estimate = task.estimate(args.images)
-        if task.recorder is not None:
-            task.recorder.flush()  # what is decided on is on the disk: a session can be resumed
-        return Reply(estimate_result(estimate))
+        return Reply(estimate_result(task.estimate(args.images)))
 
     def _on_discard(self, args: DiscardArgs) -> Reply:
         task, _ = self._here()

@@ -95,9 +95,13 @@ class PoseTask:
                 raise BadInput(str(error)) from error
             self._known[key] = found
         estimate = self._known[key]
+        self.note(estimate)
+        return estimate
+
+    def note(self, estimate: Estimate) -> None:
+        """Make an estimate the best one if it is."""
         if estimate.pose is not None and (self.best is None or estimate.score > self.best.score):
             self.best = estimate
-        return estimate
 
     def set_parameters(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Set parameters by name, all or none; all of them afterwards."""

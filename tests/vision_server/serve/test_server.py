@@ -3,6 +3,7 @@
 import shutil
 import tempfile
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,8 @@ from geometry.pose import Pose
 from image_server.replay import Replay
 from image_server.serve.server import ImageServer
 from image_server.simulator import Simulator
-from stack.read import load_stack
+from stack.read import load_stack, recorded_frames
+from stack.write import write_png
 from vision_server.serve.server import VisionServer
 
 SETTINGS: dict[str, Any] = {"lights": [5, 5, 5], "shutter_s": 1 / 60, "aperture": 4.0}
@@ -114,6 +116,47 @@ def test_saved_frames_can_be_replayed_and_restored(vision: Client, images: Runni
     stack = load_stack(tmp_path / "images")
     replay = Replay(stack, 0)
     assert replay.describe().lights[0].levels == 8
+
+
+def test_a_capture_that_is_answered_is_on_the_disk(
+    vision: Client, images: Running, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def slow(*args: Any) -> None:
+        time.sleep(0.5)
+        write_png(*args)
+
+    monkeypatch.setattr("vision_server.serve.recorder.write_png", slow)
+    asked(vision, "start", image_server=images.endpoint, out=str(tmp_path))
+    asked(vision, "capture", image="i1", settings=SETTINGS)
+    assert set(recorded_frames(tmp_path / "images")) == {"i1"}
+    assert (tmp_path / "images" / "i1.png").is_file()
+
+
+def test_a_capture_whose_frame_cannot_be_written_is_an_error(
+    vision: Client, images: Running, tmp_path: Path
+) -> None:
+    asked(vision, "start", image_server=images.endpoint, out=str(tmp_path))
+    (tmp_path / "images" / "i1.png").mkdir()
+    with pytest.raises(ServerError, match="Cannot write"):
+        asked(vision, "capture", image="i1", settings=SETTINGS)
+
+
+def test_a_restored_session_measures_where_the_best_pose_is(
+    vision: Client, images: Running, tmp_path: Path
+) -> None:
+    arguments = {"image_server": images.endpoint, "out": str(tmp_path)}
+    asked(vision, "start", **arguments)
+    asked(vision, "capture", image="i1", settings=SETTINGS)
+    fix = asked(vision, "estimate", images=["i1"])
+    keys = (
+        "pose", "covariance", "rms_px", "uncertainty", "supported_fraction", "score", "ambiguity",
+    )  # fmt: skip
+    told = [{"estimate": {key: fix[key] for key in keys}}, {"parameters": {"seed_pose": "best"}}]
+    asked(vision, "restore", **arguments, images=["i1"], told=told)
+    assert {key: asked(vision, "best")[key] for key in keys} == {key: fix[key] for key in keys}
+    assert asked(vision, "parameters")["seed_pose"] == fix["pose"]
+    asked(vision, "restore", **arguments, images=["i1"], told=told[:1])
+    assert asked(vision, "parameters")["seed_pose"] != fix["pose"]
 
 
 def test_parameters_are_checked_and_the_seed_pose_follows(vision: Client, images: Running) -> None:
