@@ -61,8 +61,8 @@ construct('$conditional'(_, Plan), [program(Plan)]).
 shown_as('$conditional'(_, Plan), Plan).
 trans('$conditional'(Monitor, Plan), S, C, E1, S1) =>
     monitored_step(Monitor, Plan, S, C, E1, S1).
-final('$conditional'(Monitor, Plan), S, C) :-
-    monitored_final(Monitor, Plan, S, C).
+final('$conditional'(Monitor, _), S, C) :-
+    monitored_final(Monitor, S, C).
 
 % monitored_plan(+Source, +Situation, +Context, -Program1, -Situation1) is nondet.
 
@@ -77,7 +77,11 @@ plan(achieve(Goal, Max, Options), S, _, Plan) :-
 % monitored_step(+Monitor, +Plan, +Situation, +Context, -Program1, -Situation1) is nondet.
 
 monitored_step(monitored(Source, From, Own, Expected), Plan, S, C, E1, S1) :-
-    (   as_planned(Plan, Expected, S)
+    (   Plan == [],
+        plan_expects(Expected, S)
+    ->  E1 = [],                          % what follows its last action without another
+        S1 = S
+    ;   as_planned(Plan, Expected, S)
     ->  trans(Plan, S, C, Plan1, S1),
         situation_length(S, N),
         situation_length(S1, N1),
@@ -100,14 +104,12 @@ as_planned(Plan, Expected, S) :-
     \+ \+ member(if(Result, _), Branches),
     !.
 
-% monitored_final(+Monitor, +Plan, +Situation, +Context) is nondet.
+% monitored_final(+Monitor, +Situation, +Context) is nondet.
 
-monitored_final(monitored(Source, From, Own, Expected), Plan, S, C) :-
-    (   plan_expects(Expected, S)
-    ->  Plan == []
-    ;   left(Source, From, Own, S, C, Left),
-        done(Left, S, C)
-    ).
+monitored_final(monitored(Source, From, Own, Expected), S, C) :-
+    \+ plan_expects(Expected, S),
+    left(Source, From, Own, S, C, Left),
+    done(Left, S, C).
 
 done(searchc(E), S, C) :-
     final(E, S, C).

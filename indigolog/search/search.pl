@@ -14,7 +14,8 @@
 
 A plan is '$plan'(E, How, S, Steps): the program E that remains, the situation S
 it expects, and the configurations c(E1, S1) that follow, one an action.  While
-the world does as expected the plan is followed without looking further; after
+the world does as expected the plan is followed without looking further, to its end: what
+follows its last action without another, such as tests, is its last step.  After
 anything else it is tried again from where the world is now, and where it no
 longer leads to the end, search begins again there.
 */
@@ -52,12 +53,8 @@ construct('$plan'(E, _, _, _), [program(E)]).
 shown_as('$plan'(E, _, _, _), search(E)).
 trans('$plan'(E, How, S0, Steps), S, C, E1, S1) =>
     plan_step(E, How, S0, Steps, S, C, E1, S1).
-final('$plan'(E, _, S0, Steps), S, C) :-
-    (   Steps == [],
-        plan_expects(S0, S)
-    ->  true
-    ;   final(E, S, C)
-    ).
+final('$plan'(E, _, _, _), S, C) :-
+    final(E, S, C).
 
 % search_step(+Program, +How, +Situation, +Context, -Program1, -Situation1) is nondet:
 % the first step of a complete execution of Program, on backtracking of the next, where the
@@ -102,8 +99,12 @@ step_action(c(_, S), A) :-
 
 plan_step(E, How, S0, Steps, S, C, E1, S1) :-
     (   plan_expects(S0, S)
-    ->  Steps = [c(E1a, S1)|Rest],
-        E1 = '$plan'(E1a, How, S1, Rest)
+    ->  (   Steps = [c(E1a, S1)|Rest]
+        ->  E1 = '$plan'(E1a, How, S1, Rest)
+        ;   \+ final(E, S, C),            % the steps without an action that are left
+            E1 = [],
+            S1 = S
+        )
     ;   maplist(step_action, Steps, Actions),
         once(along(Actions, E, S, C, Steps1))
     ->  told(kept, Steps1),

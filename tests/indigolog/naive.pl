@@ -207,7 +207,7 @@ f(search(E), H) :- !, f(E, H).
 f(plan(E), H) :- !, f(E, H).
 f(search(E, _), H) :- !, f(E, H).
 f(searchc(E), H) :- !, f(E, H).
-f(mon(_, _, _, H, P), H) :- !, f(P, H).
+f(mon(_, _, _, H, _), H) :- !, fail.
 f(mon(G, H0, Own, _, _), H) :- !, undone(G, H0, Own, H, G1), reached(G1, H).
 f(E, H) :- callable(E), nt:proc(E, B), !, f(B, H).
 
@@ -263,7 +263,9 @@ reached(achieve(P, _, _), H) :- \+ \+ h(P, H).
 % A plan for G, made after H0, its own actions done where the history had the lengths Own,
 % expects to go on after Hx; it is made again after anything but a result it has a branch for.
 watched(G, H0, Own, Hx, P, H, E1, H1) :-
-    (   ( H == Hx ; P = [case(A, Bs)|_], H = [e(A, R)|Hx], memberchk(if(R, _), Bs) )
+    (   H == Hx, P == []
+    ->  E1 = [], H1 = H                   % what E does after its last action, in one step
+    ;   ( H == Hx ; P = [case(A, Bs)|_], H = [e(A, R)|Hx], memberchk(if(R, _), Bs) )
     ->  t(P, H, P0, H1), tidy(P0, P1),
         ( H1 == H -> Own1 = Own ; length(H1, N), Own1 = [N|Own] ),
         E1 = mon(G, H0, Own1, H1, P1)

@@ -1,7 +1,8 @@
 :- module(test_indigolog_search, []).
 :- use_module(library(plunit)).
-:- use_module(library(lists), [reverse/2, member/2]).
+:- use_module(library(lists), [member/2, memberchk/2, reverse/2]).
 :- use_module('../../indigolog/indigolog').
+:- use_module(theory_text).
 
 /** <module> Every strategy of search, its budgets, and what happens to a plan when the world changes */
 
@@ -203,3 +204,46 @@ test(beyond_repair, error(golog(program_ended(failed, _, _)))) :-
     indigolog(search(travel), [device(world)]).
 
 :- end_tests(monitoring).
+
+                /* What follows the last action of a plan belongs to it */
+
+counter("prim_action(inc). prim_action(dec). prim_action(home). prim_action(alarm).
+fun_fluent(n). rel_fluent(away).
+poss(inc, true). poss(dec, true). poss(home, away). poss(alarm, true).
+causes_val(inc, n, M, M is n + 1). causes_val(dec, n, M, M is n - 1).
+causes_false(home, away, true). causes_true(alarm, away, true).
+initially(n, 1). initially(away, true).").
+
+load_counter :-
+    counter(Text),
+    load_text(Text).
+
+plan_of(E, search(E)).
+plan_of(E, search(E, [strategy(Strategy)])) :-
+    member(Strategy, [depth, breadth, iterative, best, astar, beam(3)]).
+plan_of(E, searchc(E)).
+
+:- begin_tests(end_of_a_plan, [setup(load_counter)]).
+
+test(before_the_world_moves, [forall(plan_of([inc, inc, ?(n = 3)], E)), true(Last == [dec, inc, inc])]) :-
+    findall(H, do(conc(E, dec), [], H), Hs),
+    memberchk(Last, Hs).
+
+% What has a lower priority waits for it.
+test(before_lower_priorities, [forall(plan_of([inc, inc, ?(n = 3)], E)), all(H == [[dec, inc, inc]])]) :-
+    do(pconc(E, dec), [], H).
+
+test(once, [forall(plan_of([inc, inc], E)), all(H == [[dec, inc, inc]])]) :-
+    do([E, dec], [], H).
+
+test(achieved_before_lower_priorities, set(H == [[alarm, home]])) :-
+    do(pconc(achieve(neg(away), 3, [actions([home])]), alarm), [], H).
+
+test(home_by_search, Actions == [stop_interrupts, dec, inc, inc]) :-
+    indigolog(prioritized_interrupts([interrupt(n = 1, search([inc, inc, ?(n = 3)])), interrupt(n = 3, dec)]),
+              [device(obliging), history(Actions)]).
+
+obliging:can_execute(_).
+obliging:execute(_, _).
+
+:- end_tests(end_of_a_plan).
