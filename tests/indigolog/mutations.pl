@@ -75,8 +75,14 @@ mutation('causes_false makes true', progression,
          "    ;   Module:causes_false(A, F, Condition), V = false\n",
          "    ;   Module:causes_false(A, F, Condition), V = true\n").
 mutation('set makes false', progression,
-         "    Effect = F-true.\n",
-         "    Effect = F-false.\n").
+         "assigned(set(F), F-true).",
+         "assigned(set(F), F-false).").
+mutation('a built-in effect hides the action of a theory', theory,
+         "assignment(set(F), Theory) => \\+ action_template(Theory, set(F), _).",
+         "assignment(set(_), _) => true.").
+mutation('what follows a plan is tested again', search,
+         "            E1 = [],\n            S1 = S\n",
+         "            fail,\n            E1 = [],\n            S1 = S\n").
 mutation('impl is and', formula,
          "means(impl(P, Q), S, ( true_in(P, S) -> \\+ \\+ true_in(Q, S) ; true )).",
          "means(impl(P, Q), S, ( true_in(P, S) -> \\+ \\+ true_in(Q, S) ; fail )).").
