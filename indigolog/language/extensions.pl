@@ -52,11 +52,11 @@ trans(abort(F), S, _, E1, S1) =>
     E1 = [],
     progress(e(F, false), S, S1).
 
-% Trans(commit, S, E', S')  <=>  E' = [] & S' = S
+% The published interpreter prunes its search at commit; here search remembers instead which
+% configurations led nowhere, and does not prune.
 construct(commit, []).
-trans(commit, S, _, E1, S1) =>
-    E1 = [],
-    S1 = S.
+trans(commit, _, _, _, _) =>
+    throw(error(golog(no_commit), _)).
 
 % Trans(a, S, E', S')  <=>  E' = [] & S' = do(a, S), for a = set(F) and a = unset(F) unless
 %                          the theory declares an action of that name

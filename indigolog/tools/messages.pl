@@ -145,6 +145,7 @@ said(silent(N), 'the program made ~D steps without an action', [N]).
 said(search_value(heuristic, Term), 'the estimate ~p has no value that is a number from 0 on', [Term]).
 said(search_value(cost(A), Term), 'the cost ~p of ~q has no value that is a number from 0 on', [Term, A]).
 said(reported, 'the theory or the program is wrong: see above', []).
+said(no_commit, 'commit is not of this language: search does not prune what it may still need', []).
 said(open_program, 'the program is an unbound variable where a step is asked of it', []).
 said(open_action(A), 'action ~q is not ground', [A]).
 said(not_a_program(E), '~q is not a program', [E]).

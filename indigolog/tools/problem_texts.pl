@@ -69,6 +69,9 @@ problem(two_values(F, V, First)) -->
 problem(exogenous_step(In, A)) -->
     inside(In),
     [ '~q is an exogenous action: as a step of a program it is never possible'-[A] ].
+problem(no_commit(In)) -->
+    inside(In),
+    [ 'commit is not of this language: search does not prune what it may still need'-[] ].
 problem(idle_loop(In, E)) -->
     inside(In),
     [ 'the loop ~q makes no action: once begun, only an exogenous action can end it'-[E] ].

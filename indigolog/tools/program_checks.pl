@@ -49,6 +49,9 @@ program_problem(E, In, Theory, Kind, What) :-
     ->  (   member(Part, Parts),
             part_problem(Part, In, Theory, Kind, What)
         ;   unused_variable(E, In, Kind, What)
+        ;   E == commit,
+            Kind = error,
+            What = no_commit(In)
         ;   E = while(_, Body),
             idle(Body),
             Kind = warning,

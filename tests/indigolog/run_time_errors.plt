@@ -39,6 +39,7 @@ slip([up, ?(unheard_of(floor))], ["unheard_of/1 is neither a fluent nor an abbre
 slip([up, fly], ["fly/0 is neither an action nor a procedure", "after 1 actions"]).
 slip([up, carry(_)], ["action carry(", "is not ground"]).
 slip([up, ?(floor > down)], ["down", "at ?(floor>down)"]) :- fail.
+slip([up, commit], ["commit is not of this language", "after 1 actions, newest first [up]"]).
 slip([up, spin], ["the program made 1,000 steps without an action", "after 1 actions, newest first [up]"]).
 slip([up, star(?(true))], ["the program made 1,000 steps without an action"]).
 slip([up, deeper(0)], ["procedure calls nest 1,000 deep without an action"]).
