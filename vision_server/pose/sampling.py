@@ -11,13 +11,18 @@ from geometry.visibility import Samples, visible_samples
 
 LEAST_SPACING_PX = 2.0  # of samples: the sharpest filter makes nearer ones alike
 MOST_SAMPLES = 450
+SAMPLES_OF_TYPICAL = 8.0  # line: fewer than three say nothing of a line's straightness
 COUNTING_SPACING_PX = 4.0  # while the visible length is looked at
 
 
 def spacing_for(model: Model, camera: Camera, pose: Pose) -> float:
-    """Spacing of samples, px, that keeps a large or intricate target within MOST_SAMPLES."""
-    length = float(visible_samples(model, camera, pose, COUNTING_SPACING_PX).px.sum())
-    return max(LEAST_SPACING_PX, length / MOST_SAMPLES)
+    """Spacing of samples, px: a large target has about MOST_SAMPLES, and an intricate one enough of a line."""
+    seen = visible_samples(model, camera, pose, COUNTING_SPACING_PX)
+    sparse = float(seen.px.sum()) / MOST_SAMPLES
+    if sparse <= LEAST_SPACING_PX:
+        return LEAST_SPACING_PX
+    typical = float(np.median(np.bincount(seen.line, seen.px)[seen.line]))  # of the line of a random sample
+    return max(LEAST_SPACING_PX, min(sparse, typical / SAMPLES_OF_TYPICAL))
 
 
 def thinned(samples: Samples, most: int) -> Samples:
