@@ -105,7 +105,7 @@ def drawn_stack(file: Path, number: int, seed: int, folder: Path) -> None:
         apertures=APERTURES,
         camera=DESCRIPTION,
         target=TargetDescription(
-            model=str(file), seed_pose=_message(seed_pose_of(pose, CAMERA, fraction, rng))
+            model=str(file), seed_pose=_message(seed_pose_of(pose, load_model(file), CAMERA, fraction, rng))
         ),
     )
     conditions = CONDITIONS[number % len(CONDITIONS)]

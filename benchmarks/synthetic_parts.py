@@ -3,8 +3,8 @@
     .venv/bin/python -m benchmarks.synthetic_parts [--lines 12,100,500,1000] [--trials 12] [--width 640]
         [--away-m 0] [--rotation-deg 25] [--translation-px 40]
 
-One JSON object per number of lines: how many poses from disturbed starts are right (1 degree, 1 % of the range), the
-median error in millimetres, and the seconds of an estimate. ``--away-m`` puts the file's origin so far
+One JSON object per number of lines: how many poses from disturbed starts are right (1 degree, 1 % of the
+range), the median error in millimetres, and the seconds of an estimate. ``--away-m`` puts the file's origin so far
 outside of the part.
 """
 
@@ -172,7 +172,7 @@ def main(
             if write is not None:
                 cv2.imwrite(str(write / f"part_{count}_{number}.png"), pixels)
             # the start is disturbed about the part, and the file's origin moved afterwards
-            start = disturbed(true, rng, rotation_deg, translation_px * width / 640, camera.fx)
+            start = disturbed(true, rng, rotation_deg, translation_px, camera.fx)
             aside = rng.normal(size=3)
             aside *= away_m / np.linalg.norm(aside)
             moved = Model.of_surface("part", replace(surface, vertices=surface.vertices + aside))

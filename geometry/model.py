@@ -1,7 +1,8 @@
 """A target's wireframe and the faces that hide parts of it, from .cao, OBJ, STL or PLY files."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from geometry.cao import read_cao
 from geometry.errors import GeometryError
 from geometry.mesh import read_mesh
 from geometry.polygon import triangulate
+from geometry.pose import Pose
 from geometry.surface import Surface, face_normals, oriented, wireframe
 
 Floats = NDArray[np.float64]
@@ -67,6 +69,12 @@ class Model:
         """Middle of the bounding box, (3,), metres."""
         return np.asarray(0.5 * (self.vertices.min(axis=0) + self.vertices.max(axis=0)))
 
+    @property
+    def pivot(self) -> Floats:
+        """What a search turns about, (3,), metres: the origin, or the middle if that is outside the box."""
+        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
+        return np.zeros(3) if ((low <= 0.0) & (high >= 0.0)).all() else self.middle
+
     @classmethod
     def of_surface(cls, name: str, surface: Surface) -> "Model":
         """Orient the faces, find the lines and cut the faces into triangles."""
@@ -86,6 +94,14 @@ class Model:
             triangles=np.concatenate(triangles),
             triangle_face=owner,
         )
+
+
+@lru_cache(maxsize=8)
+def about_pivot(model: Model) -> tuple[Model, Pose]:
+    """The model in a frame whose origin is its pivot, and model_T_pivot; itself if they are one."""
+    pivot = model.pivot
+    moved = replace(model, vertices=model.vertices - pivot) if pivot.any() else model
+    return moved, Pose(np.zeros(3), pivot)
 
 
 def load_model(path: str | Path, unit: str = "m") -> Model:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from geometry.camera import Camera
-from geometry.model import Model
+from geometry.model import Model, about_pivot
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
@@ -143,7 +143,14 @@ def pose_of_segments(
     seed_pose: Pose,
     settings: PipelineSettings = PipelineSettings(),
 ) -> Estimate:
-    """Match segments (N, 4) px, from wherever they come, and refine on the channels; errors as above."""
+    """Match segments (N, 4) px, from wherever they come, and refine on the channels; errors as above.
+
+    A model far from its file's origin is looked for about its middle: small turns would else carry it away.
+    """
+    centred, to_pivot = about_pivot(model)
+    if centred is not model:
+        found = pose_of_segments(endpoints, channels, centred, camera, seed_pose.compose(to_pivot), settings)
+        return _moved(found, to_pivot.inverse())
     watch = _Stopwatch()
     hypotheses = _matched(endpoints, model, camera, seed_pose, settings)
     watch.lap("matching")
@@ -152,6 +159,14 @@ def pose_of_segments(
     estimate = _best(best_first(problem, _worth_refining(hypotheses)))
     watch.lap("refinement")
     return replace(estimate, segments=len(endpoints), seconds=watch.seconds)
+
+
+def _moved(found: Estimate, pivot_from_origin: Pose) -> Estimate:
+    """An estimate in the model's own frame; its covariance is of steps in the camera's, and stays."""
+    if found.pose is None:
+        return found
+    rivals = tuple(replace(rival, pose=rival.pose.compose(pivot_from_origin)) for rival in found.rivals)
+    return replace(found, pose=found.pose.compose(pivot_from_origin), rivals=rivals)
 
 
 def _matched(

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from geometry.model import Model
+from geometry.model import Model, about_pivot
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from geometry.rotation import euler_matrix, matrix_of
 from image_server.simulator.scenario import Move, PoseDraw, Sun
@@ -107,17 +107,21 @@ def fraction_inside(model: Model, camera: Camera, pose: Pose) -> float:
     return float(((pixels >= FRAME_MARGIN_PX) & (pixels <= limits)).all(axis=1).mean())
 
 
-def seed_pose_of(true: Pose, camera: Camera, fraction: float, rng: np.random.Generator) -> Pose:
-    """A seed pose around which the search range holds the true pose.
+def seed_pose_of(
+    origin: Pose, model: Model, camera: Camera, fraction: float, rng: np.random.Generator
+) -> Pose:
+    """A seed pose around which the search range, about the model's pivot, holds the true pose of its origin.
 
     R_true = R_seed·Rx·Ry·Rz, T_true = T_seed + offsets of ≤ 40 px · Z_seed / f (docs/architecture.md), each
     drawn from `fraction` of the range.
     """
+    to_pivot = about_pivot(model)[1]
+    true = origin.compose(to_pivot) if to_pivot.translation.any() else origin
     angles = np.radians(SEARCH_ROTATION_DEG) * fraction * rng.uniform(-1, 1, 3)
     offsets = SEARCH_TRANSLATION_PX / camera.fx * fraction * rng.uniform(-1, 1, 3)
     depth = true.translation[2] / (1 + offsets[2])
     rotation = true.matrix @ euler_matrix(*angles).T
-    return Pose.from_matrix(rotation, true.translation - offsets * depth)
+    return Pose.from_matrix(rotation, true.translation - offsets * depth - rotation @ to_pivot.translation)
 
 
 def moved_pose(true: Pose, range_m: float, move: Move, rng: np.random.Generator) -> Pose:

@@ -89,7 +89,11 @@ class Simulator(Device):
             self._scenario.pose, self._model, front, self._camera, self._random(POSE)
         )
         self._first_seed_pose: Pose | None = placement.seed_pose_of(
-            self._true, self._camera, self._scenario.pose.search_fraction, self._random(SEED_POSE)
+            self._true,
+            self._model,
+            self._camera,
+            self._scenario.pose.search_fraction,
+            self._random(SEED_POSE),
         )
         self._sun = self._drawn_sun()
         axis = placement.sun_axis(self._sun, self._random(DRIFT))

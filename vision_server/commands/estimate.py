@@ -27,7 +27,8 @@ def _estimated(options: Namespace) -> dict[str, Any]:
     from vision_server.serve.results import estimate_result
 
     camera, table = read_camera(options.camera)
-    model, seed_pose = read_model(options.model, options.unit), read_seed_pose(options.seed_pose)
+    model = read_model(options.model, options.unit)
+    seed_pose = read_seed_pose(options.seed_pose, model)
     pixels = read_image_set(options.images)
     times = parse_exposures(options.exposures, len(pixels))
     given = table.get("gamma") if options.gamma is None else options.gamma

@@ -16,7 +16,7 @@ COUNTING_SPACING_PX = 4.0  # while the visible length is looked at
 
 
 def spacing_for(model: Model, camera: Camera, pose: Pose) -> float:
-    """Spacing of samples, px: a large target has about MOST_SAMPLES, and an intricate one enough of a line."""
+    """Spacing of samples, px: of large targets about MOST_SAMPLES, of intricate ones enough of a line."""
     seen = visible_samples(model, camera, pose, COUNTING_SPACING_PX)
     sparse = float(seen.px.sum()) / MOST_SAMPLES
     if sparse <= LEAST_SPACING_PX:

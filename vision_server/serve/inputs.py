@@ -43,7 +43,7 @@ def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:
         ) from error
 
 
-def read_seed_pose(path: Path) -> Pose:
+def read_seed_pose(path: Path, model: Model) -> Pose:
     """The seed pose of a TOML file with ``[target.seed_pose]``, ``[seed_pose]`` or nothing but a pose."""
     data: Any = read_toml(path)
     for key in ("target", "seed_pose"):
@@ -52,23 +52,24 @@ def read_seed_pose(path: Path) -> Pose:
     try:
         if not isinstance(data, dict):
             raise GeometryError("the seed pose is not a table")
-        return checked_pose(Pose.from_dict(data))
+        return checked_pose(Pose.from_dict(data), model)
     except GeometryError as error:
         raise BadInput(
             f"{path}: {error}.", "Give [target.seed_pose] with rotation_vector and translation."
         ) from error
 
 
-def checked_pose(pose: Pose) -> Pose:
+def checked_pose(pose: Pose, model: Model) -> Pose:
     """The pose, whose target must be in front of the camera.
 
     Raises
     ------
     GeometryError
-        The target's origin is not in front of the camera.
+        What a search turns about is not in front of the camera: the target's origin, when that is within it.
     """
-    if not pose.translation[2] > 0.0:
-        raise GeometryError(f"the target is behind the camera (z = {pose.translation[2]:g} m)")
+    depth = pose.apply(model.pivot[None])[0, 2]
+    if not depth > 0.0:
+        raise GeometryError(f"the target is behind the camera (z = {depth:g} m)")
     return pose
 
 

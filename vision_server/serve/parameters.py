@@ -10,6 +10,7 @@ from typing import Any
 from bridge.errors import BadInput
 from bridge.messages import MATCHERS
 from geometry.errors import GeometryError
+from geometry.model import Model
 from geometry.pose import Pose
 from vision_server.channels.gradients import SCALES_PX
 from vision_server.pipeline import PipelineSettings
@@ -72,7 +73,7 @@ def as_dict(settings: PipelineSettings) -> dict[str, Any]:
     return {field.name: getattr(settings, field.name) for field in fields(settings)}
 
 
-def new_seed_pose(value: Any, best: Pose | None, seed_pose: Pose) -> Pose:
+def new_seed_pose(value: Any, best: Pose | None, seed_pose: Pose, model: Model) -> Pose:
     """The seed pose that a controller asks for.
 
     Parameters
@@ -103,7 +104,7 @@ def new_seed_pose(value: Any, best: Pose | None, seed_pose: Pose) -> Pose:
     try:
         if not isinstance(value, Mapping):
             raise GeometryError(f"seed_pose is {value!r}")
-        return checked_pose(Pose.from_dict(value))
+        return checked_pose(Pose.from_dict(value), model)
     except GeometryError as error:
         raise BadInput(
             f"Parameter seed_pose: {error}.",

@@ -110,7 +110,7 @@ class PoseTask:
         settings = parameters.changed(self.settings, values)
         if wanted is not None:
             best = None if self.best is None else self.best.pose
-            pose = parameters.new_seed_pose(wanted, best, self.seed_pose)
+            pose = parameters.new_seed_pose(wanted, best, self.seed_pose, self.model)
             if isinstance(wanted, Mapping) and "best_at_range_m" in wanted:
                 self._new_set()
             self.seed_pose = pose
@@ -151,7 +151,7 @@ def open_task(
             "The image server does not know its camera.", "Give a camera file (--camera-model TOML)."
         )
     gain, gamma = (_positive(table, key, describe) for key in ("gain", "gamma"))
-    seed_pose = _seed_pose(args, describe)
+    seed_pose = _seed_pose(args, describe, model)
     task = PoseTask(
         describe,
         model,
@@ -190,14 +190,14 @@ def _model_file(args: StartArgs, describe: Describe) -> tuple[Path, str]:
     return Path(describe.target.model), args.unit or describe.target.unit
 
 
-def _seed_pose(args: StartArgs, describe: Describe) -> Pose:
+def _seed_pose(args: StartArgs, describe: Describe, model: Model) -> Pose:
     if args.seed_pose_file is not None:
-        return read_seed_pose(Path(args.seed_pose_file))
+        return read_seed_pose(Path(args.seed_pose_file), model)
     known = None if describe.target is None else describe.target.seed_pose
     if known is None:
         raise BadInput("The image server knows no seed pose.", "Give a seed pose file (--seed-pose TOML).")
     try:
-        return checked_pose(Pose(np.array(known.rotation_vector), np.array(known.translation)))
+        return checked_pose(Pose(np.array(known.rotation_vector), np.array(known.translation)), model)
     except GeometryError as error:
         raise BadInput(f"The image server's seed pose: {error}.") from error
 

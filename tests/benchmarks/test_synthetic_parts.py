@@ -1,0 +1,31 @@
+"""Intricate parts, and parts far from their file's origin, are found from poor starts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.synthetic_parts import estimated, random_part, random_view, rendered
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose, disturbed
+
+CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
+
+
+@pytest.mark.parametrize(("lines", "aside_m"), [(12, 0.0), (100, 3.0), (500, 1.0), (1000, 0.0)])
+def test_a_part_is_found_however_intricate_and_wherever_its_origin(lines: int, aside_m: float) -> None:
+    rng = np.random.default_rng((lines, 99))
+    surface = random_part(rng, lines)
+    model = Model.of_surface("part", surface)
+    assert len(model.lines) >= lines
+    true = random_view(rng, model, CAMERA)
+    pixels = rendered(model, CAMERA, true, rng)
+    shift = np.array([0.6, 0.0, -0.8]) * aside_m  # so that the far ones lie behind the camera or beside it
+    moved = Model.of_surface("part", replace(surface, vertices=surface.vertices + shift))
+    to_origin = Pose(np.zeros(3), -shift)
+    start = disturbed(true, rng, 25.0, 40.0, CAMERA.fx)
+    estimate = estimated(pixels, moved, CAMERA, start.compose(to_origin))
+    assert estimate.pose is not None
+    assert estimate.pose.compose(to_origin.inverse()).error_to(true).within(0.1, 0.001)
+    assert estimate.score > 0.8
