@@ -25,6 +25,7 @@ fun_fluent(image_set).          % kept(Image, State), newest first
 fun_fluent(discarded).          % names of discarded images
 fun_fluent(unfavourable).       % states that gave nothing
 fun_fluent(fix).                % the last estimate, from the set with the candidate
+fun_fluent(measured).           % the images of the last estimate
 fun_fluent(best).               % the estimate from the kept set
 fun_fluent(merit).              % of best, in px; lower is better
 fun_fluent(line_support(_)).    % how much of a model line the last estimate found, 0..1
@@ -47,6 +48,7 @@ initially(image_set, []).
 initially(discarded, []).
 initially(unfavourable, []).
 initially(fix, none).
+initially(measured, []).
 initially(best, none).
 initially(merit, Merit) :- worst_merit(Merit).
 initially(line_support(_), 0).
@@ -77,9 +79,9 @@ exog_action(target_moved).
 
 poss(connect, true).
 poss(choose(S), and(neg(device = unknown), settings_in_range(device, S))).
-poss(capture(_, S), and(candidate = none, settings = S)).
+poss(capture(_, S), and([candidate = none, neg(S = unknown), settings = S, taken < max_iterations])).
 poss(estimate(Images), neg(Images = [])).
-poss(keep(I), and(candidate = I, neg(I = none))).
+poss(keep(I), and([candidate = I, neg(I = none), member(I, measured)])).
 poss(discard(I, _), and(candidate = I, neg(I = none))).
 poss(avoid(_), true).
 poss(set_parameter(_, _), true).
@@ -107,6 +109,8 @@ causes_val(choose(S), settings, Lit, lit_settings(device, S, Lit)).
 causes_val(capture(_, _), iteration, N, N is iteration + 1).
 causes_val(capture(_, _), taken, N, N is taken + 1).
 causes_val(capture(I, _), candidate, I, true).
+
+causes_val(estimate(Images), measured, Images, true).
 
 causes_val(keep(_), candidate, none, true).
 causes_val(keep(I), image_set, Set,

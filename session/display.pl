@@ -120,6 +120,8 @@ session_message(outcome(exhausted, Result)) -->
 session_message(outcome(stopped, Result)) -->
     [ ansi([bold, fg(red)], 'Stopped', []) ],
     outcome(Result).
+session_message(limit(Limit)) -->
+    [ ansi(fg(yellow), '  the strategy ends by --max-iterations ~d, not by itself', [Limit]) ].
 session_message(report(File)) -->
     [ '  report ~w'-[File] ].
 session_message(chosen(Device, Settings, why(_, Promise, prediction(Brightness, Highlight, Blur, _)))) -->

@@ -148,12 +148,15 @@ exit_status(failed(Error), Status) =>
     print_message(error, Plain).
 
 % Where in the program it was tells something about a program's error, not a server's.
+plain(error(io_error(write, _), _), Plain) =>
+    Plain = error(usage_error("cannot write to the run folder any more; is there space, and is the folder there?"), _).
 plain(error(Formal, _), Plain), Formal \= golog(_) =>
     Plain = error(Formal, _).
 plain(Error, Plain) =>
     Plain = Error.
 
 error_status(error(usage_error(_), _), 2) :- !.
+error_status(error(io_error(_, _), _), 2) :- !.
 error_status(error(golog(_), _), 2) :- !.
 error_status(error(existence_error(source_sink, _), _), 2) :- !.
 error_status(error(server_died(_, exit(2), _, _), _), 2) :- !.

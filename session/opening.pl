@@ -2,6 +2,7 @@
           [ open_session/2              % +Options, -Opened
           ]).
 :- use_module(plan).
+:- use_module(resumption, [check_frames/1]).
 :- use_module(run_folder).
 :- use_module(servers).
 :- use_module(library(option), [option/2]).
@@ -25,6 +26,7 @@ opened(Options, Opened) :-
     (   option(dry_run(true), Options)
     ->  Opened = dry_run(Plan)
     ;   make_run_folder(Options, Plan, Folder),
+        ( option(resume(_), Options) -> check_frames(Folder) ; true ),
         start_servers(Options, Plan, Folder, Servers),
         Opened = opened(Plan, Folder, Servers)
     ).

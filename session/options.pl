@@ -164,7 +164,8 @@ with_dashes(Name, Text0, Text) :-
 begun_with(Given, Begun) :-
     option(resume(Folder), Given),
     !,
-    (   exists_directory(Folder)
+    (   Folder \== '',
+        exists_directory(Folder)
     ->  resumed_options(Given, Folder, Begun)
     ;   usage_error("--resume: no folder '~w'", [Folder])
     ).
@@ -199,6 +200,8 @@ check(Options) :-
     forall(rule(Options, Format, Args), usage_error(Format, Args)).
 
 % What must not be, and what to say then.
+rule(Options, "--out: the name of the folder is missing", []) :-
+    option(out(''), Options).
 rule(Options, "--threshold must be a positive number of pixels, not ~w", [Px]) :-
     option(threshold(Px), Options), Px =< 0.
 rule(Options, "--max-iterations must be at least 1, not ~w", [N]) :-

@@ -1,15 +1,19 @@
 :- module(session_resumption,
-          [ record_options/2,           % +Options, +Folder
+          [ record_options/1,           % +Options
             resumed_options/3,          % +Given, +Folder, -Options
-            captures_taken/2            % +Folder, -Count
+            captures_taken/2,           % +Folder, -Count
+            check_frames/1              % +Folder
           ]).
 :- use_module('../indigolog/online/journal', [journal_entries/3]).
 :- use_module(run_folder, [run_file/3]).
+:- use_module(session_file).
 :- use_module(usage, [dashes/2, usage_error/2]).
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(apply), [exclude/3, maplist/3, partition/4]).
-:- use_module(library(lists), [append/3, member/2]).
-:- use_module(library(readutil), [read_file_to_terms/3]).
+:- use_module(library(http/json), [json_read_dict/2]).
+:- use_module(library(lists), [append/3, last/2, member/2, select/3]).
+:- use_module(library(option), [option/2]).
+:- use_module(library(readutil), [read_file_to_string/3, read_file_to_terms/3]).
 
 /** <module> Going on with a session that was interrupted
 
@@ -17,8 +21,6 @@ The run folder keeps the options that a session was begun with, so that `--resum
 DIR` needs nothing else: the journal is replayed, the vision server gets its
 images back from the folder, and the session goes on where it stopped.
 */
-
-options_file('session.pl').
 
 % What concerns how a session is shown or reached, and not what it does.
 of_this_run(json(_)).
@@ -42,20 +44,23 @@ path_option(stack).
 path_option(camera_model).
 path_option(seed_pose).
 
-%!  record_options(+Options, +Folder) is det.
+%!  record_options(+Options) is det.
 %
-%   Keep in Folder what the session was asked to do, with absolute paths.
+%   Keep in the run folder, which is locked, what the session was asked to do, with absolute paths.
 
-record_options(Options, Folder) :-
+record_options(Options) :-
     exclude(of_this_run, Options, Kept),
     maplist(with_absolute_path, Kept, Recorded),
-    options_file(Name),
-    run_file(Folder, Name, File),
-    setup_call_cleanup(
-        open(File, write, Stream, [encoding(utf8)]),
-        forall(member(Option, Recorded),
-               write_term(Stream, Option, [quoted(true), fullstop(true), nl(true)])),
-        close(Stream)).
+    with_controller_hash(Recorded, Written),
+    write_session_file(Written).
+
+%   A controller of the user's is code: it is run again only as the file that it was.
+with_controller_hash(Options, [controller_sha256(Sha256)|Options]) :-
+    option(controller(File), Options),
+    is_absolute_file_name(File),
+    !,
+    file_sha256(File, Sha256).
+with_controller_hash(Options, Options).
 
 with_absolute_path(Option, Absolute) :-
     Option =.. [Name, Path],
@@ -74,31 +79,66 @@ with_absolute_path(Option, Option).
 %   @error usage_error(Message) for another option, or a folder without such a session
 
 resumed_options(Given, Folder, Options) :-
-    partition(of_this_run, Given, Here, Others),
+    partition(of_this_run, Given, Here0, Others0),
+    partition(=(controller(_)), Others0, Said, Others),
     (   Others = [Other|_]
     ->  functor(Other, Name, _),
         dashes(Name, Dashed),
         usage_error("--resume goes on with the session as it was begun: leave --~w away", [Dashed])
     ;   true
     ),
-    options_file(Name1),
-    run_file(Folder, Name1, File),
+    read_session_file(Folder, Recorded0),
     run_file(Folder, 'history.pl', Journal),
-    (   exists_file(File),
-        exists_file(Journal)
+    (   exists_file(Journal)
     ->  true
-    ;   usage_error("--resume: ~w holds no session that was begun (no session.pl and history.pl there)",
-                    [Folder])
+    ;   usage_error("--resume: ~w holds no session that was begun (no session.pl and history.pl there)", [Folder])
     ),
     not_ended(Folder, Journal),
-    read_file_to_terms(File, Recorded, [encoding(utf8)]),
-    append(Here, Recorded, Options).
+    same_controller(Said, Folder, Recorded0, Recorded),
+    append(Here0, Recorded, Options).
 
-% Why a session with a result may not go on: it came to its end.
+% One of the project's by name, or the file of then: where that came with the folder, the user has to name it.
+same_controller(Said, Folder, Recorded0, Recorded) :-
+    select(controller_sha256(Sha256), Recorded0, Recorded),
+    !,
+    option(controller(File), Recorded),
+    (   exists_file(File),
+        file_sha256(File, Sha256)
+    ->  true
+    ;   usage_error("--resume: the controller ~w is not the file any more that the session was begun with", [File])
+    ),
+    (   Said = [controller(Named)],
+        exists_file(Named),
+        same_file(Named, File)
+    ->  true
+    ;   Said == [],
+        \+ inside(Folder, File)
+    ->  true
+    ;   usage_error("--resume: the session runs the controller ~w; if you trust it, add --controller ~w", [File, File])
+    ).
+same_controller(Said, _, Recorded, Recorded) :-
+    option(controller(Name), Recorded),
+    (   member(controller(Other), Said),
+        Other \== Name
+    ->  usage_error("--resume: the session was begun with the controller ~w: leave --controller away", [Name])
+    ;   is_absolute_file_name(Name)
+    ->  usage_error("--resume: session.pl names the controller ~w without its SHA-256", [Name])
+    ;   true
+    ).
+
+inside(Folder, File) :-
+    absolute_file_name(Folder, Absolute),
+    atom_concat(Absolute, /, Prefix),
+    sub_atom(File, 0, _, _, Prefix).
+
+% Why a session with a result may not go on: it came to its end.  Without that result it goes on to write it.
 not_ended(Folder, Journal) :-
     read_file_to_terms(Journal, Facts, [encoding(utf8), syntax_errors(quiet)]),
     append(_, [ended(Outcome)], Facts),
     \+ Outcome = error(_),
+    run_file(Folder, 'result.json', File),
+    catch(( open(File, read, Stream), call_cleanup(json_read_dict(Stream, Result), close(Stream)) ), error(_, _), fail),
+    Result.get(status) \== "stopped",  % of an interruption before
     !,
     usage_error("--resume: the session in ~w is finished; its outcome is in result.json there", [Folder]).
 not_ended(_, _).
@@ -113,3 +153,56 @@ captures_taken(Folder, Count) :-
     !,
     aggregate_all(count, member(executed(_, capture(_, _), _), Entries), Count).
 captures_taken(_, 0).
+
+%!  check_frames(+Folder) is det.
+%
+%   The frames of the session in Folder are those that were taken.  The last one, where it is not there, is to be taken
+%   again: the journal then ends before it.  Frames that a vision server saved on another machine are left to it.
+%
+%   @error usage_error(Message) for another frame that is not as it was taken
+
+check_frames(Folder) :-
+    run_file(Folder, 'images/stack.toml', Stack),
+    exists_file(Stack),
+    run_file(Folder, 'history.pl', Journal),
+    journal_entries(Journal, _, Entries),
+    findall(Image, member(executed(_, capture(Image, _), _), Entries), Images),
+    last(Images, Last),
+    !,
+    read_file_to_string(Stack, Text, [encoding(utf8)]),
+    forall(( member(Image, Images), \+ ( Image == Last, \+ frame(Folder, Text, Last, _, _) ) ),
+           check_frame(Folder, Text, Image)),
+    (   frame(Folder, Text, Last, _, _)
+    ->  true
+    ;   end_journal_before(Journal, Last)
+    ).
+check_frames(_).
+
+check_frame(Folder, Text, Image) :-
+    (   frame(Folder, Text, Image, File, Sha256),
+        file_sha256(File, Sha256)
+    ->  true
+    ;   usage_error("--resume: ~w/images/~w.png is not the frame that was taken; put it back", [Folder, Image])
+    ).
+
+%   A frame that is listed and there, and its SHA-256 as it was saved.
+frame(Folder, Text, Image, File, Sha256) :-
+    format(string(Named), "image = \"~w.png\"\nsha256 = \"", [Image]),
+    sub_string(Text, At, Length, _, Named),
+    !,
+    Begin is At + Length,
+    sub_atom(Text, Begin, 64, _, Sha256),
+    format(atom(File), "~w/images/~w.png", [Folder, Image]),
+    exists_file(File).
+
+end_journal_before(Journal, Image) :-
+    read_file_to_string(Journal, Text, [encoding(utf8)]),
+    format(string(Begin), "capture(~q,", [Image]),
+    once(sub_string(Text, At, _, _, Begin)),
+    sub_string(Text, 0, At, _, Head),
+    split_string(Head, "\n", "", Lines0),
+    append(Lines, [_], Lines0),
+    atomic_list_concat(Lines, '\n', Kept),
+    atom_concat(Journal, '.new', New),
+    setup_call_cleanup(open(New, write, Stream, [encoding(utf8)]), format(Stream, "~w~n", [Kept]), close(Stream)),
+    rename_file(New, Journal).

@@ -5,7 +5,7 @@
 :- use_module(connections, [ask/4]).
 :- use_module(display, [show/2, tell/3]).
 :- use_module(ending, [end_session/3, exit_status/2]).
-:- use_module(resumption, [record_options/2]).
+:- use_module(resumption, [record_options/1]).
 :- use_module(run_folder, [leave_run_folder/1, run_file/3]).
 :- use_module(servers, [restarted_by/4, stop_servers/0]).
 :- use_module('../indigolog/tools/checks').
@@ -45,7 +45,7 @@ session(opened(Plan, Folder, Servers), Options, Outcome) :-
 served_session(Session, Outcome) :-
     _{options:Options, plan:Plan, folder:Folder} :< Session,
     catch(check_controller(Plan), Error, nothing_begun(Folder, Error)),
-    ( option(resume(_), Options) -> true ; record_options(Options, Folder) ),
+    ( option(resume(_), Options) -> true ; record_options(Options) ),
     show(Options, begin(Plan, Folder)),
     open_servers(Session),
     run_program(Session, End, Situation),
@@ -117,12 +117,19 @@ run_program(Session, End, Situation) :-
                         on_action(session_run:after_action(Options)) | Resume ]),
             End = finished ),
           Error,
-          ended_by(Error, End)),
+          ( nb_getval(session_situation, Last), ended_by(Error, Options, Last, End) )),
     nb_getval(session_situation, Situation).
 
-ended_by(stopped(Signal), End) =>
+ended_by(stopped(Signal), _, _, End) =>
     End = stopped(Signal).
-ended_by(Error, End) =>
+% A strategy that would go on for ever comes to its end by the limit.
+ended_by(error(golog(program_ended(failed, _, _)), _), Options, S, End),
+        S \== none, \+ fluent_value(max_iterations, S, unknown), situation_holds(exhausted, S),
+        fluent_value(candidate, S, none) =>
+    fluent_value(max_iterations, S, Limit),
+    show(Options, limit(Limit)),
+    End = finished.
+ended_by(Error, _, _, End) =>
     End = failed(Error).
 
 :- public after_action/3.

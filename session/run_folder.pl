@@ -3,8 +3,9 @@
             leave_run_folder/1,         % +Folder
             run_file/3                  % +Folder, +Name, -File
           ]).
+:- use_module(session_file, [locked_session_file/2]).
 :- use_module(usage, [usage_error/2]).
-:- use_module(library(lists), [member/2]).
+:- use_module(library(lists), [member/2, subtract/3]).
 :- use_module(library(option), [option/2]).
 
 /** <module> The folder that a session leaves behind */
@@ -20,15 +21,32 @@ make_run_folder(Options, _, Folder) :-
     option(resume(Given), Options),
     !,
     absolute_file_name(Given, Folder),
-    writable(Folder, "--resume").
+    writable(Folder, "--resume"),
+    locked_session_file(Folder, false).
 make_run_folder(Options, Plan, Folder) :-
     folder_name(Options, Plan, Given),
     absolute_file_name(Given, Folder),
     catch(make_folder(Folder), error(_, _), cannot("--out", "make", Folder)),
     writable(Folder, "--out"),
+    unused_folder(Folder),
+    locked_session_file(Folder, true).
+
+%   Nothing of another session, or of anything else, is mixed with this one.
+unused_folder(Folder) :-
     run_file(Folder, 'result.json', Result),
-    (   exists_file(Result)
-    ->  usage_error("--out: ~w holds a finished session already; name another folder, or remove it", [Folder])
+    exists_file(Result),
+    !,
+    usage_error("--out: ~w holds a finished session already; name another folder, or remove it", [Folder]).
+unused_folder(Folder) :-
+    run_file(Folder, 'history.pl', Journal),
+    exists_file(Journal),
+    !,
+    usage_error("--out: ~w holds an interrupted session; go on with it by --resume, or name another folder", [Folder]).
+unused_folder(Folder) :-
+    directory_files(Folder, Files),
+    subtract(Files, ['.', '..', 'session.pl'], Others),      % who has that one is asked by its lock
+    (   Others = [Other|_]
+    ->  usage_error("--out: ~w is in use for something else (it holds ~w); name a new folder", [Folder, Other])
     ;   true
     ).
 
@@ -73,9 +91,11 @@ cannot(Option, What, Folder) :-
 
 leave_run_folder(Folder) :-
     run_file(Folder, 'session.pl', Options),
-    (   exists_file(Options)            % one that was to be resumed
+    (   exists_file(Options),
+        size_file(Options, Bytes),
+        Bytes > 0                       % one that was to be resumed
     ->  true
-    ;   forall(member(Log, ['vision_server.log', 'image_server.log']),
+    ;   forall(member(Log, ['session.pl', 'vision_server.log', 'image_server.log']),
                ( run_file(Folder, Log, File), catch(delete_file(File), error(_, _), true) )),
         catch(delete_directory(Folder), error(_, _), true)      % where nothing else is in it
     ).

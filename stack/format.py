@@ -82,9 +82,13 @@ class TargetTable(TargetDescription, frozen=True, kw_only=True):
 
 
 class FrameTable(Settings, frozen=True, kw_only=True):
-    """One of `[[frames]]`: an image file and the settings it was taken under."""
+    """One of `[[frames]]`: an image file and the settings it was taken under.
+
+    ``sha256`` is that of the image file; a session is resumed with the frames that were taken.
+    """
 
     image: str
+    sha256: str | None = None
 
     def settings(self) -> Settings:
         """The settings alone."""

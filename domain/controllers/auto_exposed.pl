@@ -7,7 +7,7 @@ proc(control,
 proc(meter(0), []).
 proc(meter(N),
      pi(s, [ ?(well_exposed(s)),
-             if(settings = s,
+             if(or(settings = s, exhausted),
                 [],
                 [drop_image(metering), choose(s), take_image, meter(M)]) ])) :-
     integer(N), N > 0, M is N - 1.

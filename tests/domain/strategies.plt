@@ -45,6 +45,15 @@ test(each_stops_when_no_more_images_may_be_taken,
     never(Never),
     in_world([Never, images(4)], Name, session, final, Situation),
     fluent_value(iteration, Situation, Taken).
+test(no_strategy_takes_more_images_than_it_may, Taken == 4) :-
+    never(Never),
+    in_world([Never, images(4)], simple,
+             [connect, while(true, [choose_random, take_image, measure, keep_image])], failed, Situation),
+    fluent_value(iteration, Situation, Taken).
+test(what_cannot_be_done_is_not_done,
+     [forall(member(Program-Done, [ [take_image]-0, [keep_image]-0, [choose_random, take_image, keep_image]-1 ]))]) :-
+    in_world([], simple, [connect|Program], failed, Situation),
+    fluents(Situation, [iteration, image_set], [Done, []]).
 test(simple_keeps_every_image, Images-Discarded == [i4, i3, i2, i1]-[]) :-
     never(Never),
     in_world([Never, images(4), useless], simple, session, final, Situation),

@@ -1,5 +1,6 @@
 """A session that was interrupted goes on from its run folder, and comes to what it would have come to."""
 
+import hashlib
 import json
 import os
 import shutil
@@ -8,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.session.command import controller, gone, running_session
+from tests.session.command import ROOT, controller, gone, running_session
 
 pytestmark = pytest.mark.slow
 
@@ -137,6 +138,124 @@ def test_a_folder_with_the_target_s_name_is_not_the_target(tmp_path: Path) -> No
     resumed = controller("--resume", out, "--no-report", "--json", cwd=tmp_path)
     assert resumed.returncode == 3, resumed.stderr
     assert json.loads(resumed.stdout)["target"] == "fixture"
+
+
+@pytest.fixture(scope="module")
+def interrupted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A session of two images that was killed when its program had ended."""
+    out = tmp_path_factory.mktemp("run")
+    done = controller(*OPTIONS[:-3], "--max-iterations", "2", "--no-report", "--quiet", "--out", out)
+    assert done.returncode == 3, done.stderr
+    (out / "result.json").rename(out / "expected.json")
+    return out
+
+
+def refused(out: Path, *options: str | Path) -> str:
+    """The one plain message with which a session is not resumed."""
+    done = controller("--resume", out, *options, "--no-report")
+    assert done.returncode == 2, done.stderr
+    assert len(done.stderr.strip().splitlines()) <= 2, done.stderr
+    assert not (out / "result.json").exists()
+    return done.stderr
+
+
+def test_killed_before_the_result_was_written(interrupted: Path, tmp_path: Path) -> None:
+    out = shutil.copytree(interrupted, tmp_path / "run")
+    assert (out / "history.pl").read_text().endswith("ended(final).\n")
+    assert controller("--resume", out, "--no-report", "--quiet").returncode == 3
+    (tmp_path / "whole").mkdir()
+    (out / "expected.json").rename(tmp_path / "whole" / "result.json")
+    assert outcome(out) == outcome(tmp_path / "whole")
+    assert controller("--resume", out).returncode == 2
+
+
+def test_a_lost_last_frame_is_taken_again(interrupted: Path, tmp_path: Path) -> None:
+    out = shutil.copytree(interrupted, tmp_path / "run")
+    frame = (out / "images" / "i2.png").read_bytes()
+    (out / "images" / "i2.png").unlink()
+    assert controller("--resume", out, "--no-report", "--quiet").returncode == 3
+    assert (out / "images" / "i2.png").read_bytes() == frame
+    (out / "expected.json").rename(tmp_path / "result.json")
+    assert outcome(out) == outcome(tmp_path)
+
+
+def test_frames_that_are_not_those_taken_are_refused(interrupted: Path, tmp_path: Path) -> None:
+    out = shutil.copytree(interrupted, tmp_path / "run")
+    shutil.copy(out / "images" / "i2.png", out / "images" / "i1.png")
+    cut(out / "history.pl", "keep(i1")
+    assert "not the frame that was taken" in refused(out)
+
+
+@pytest.mark.parametrize("change", ["empty", "cut", "seed", "version", "code"])
+def test_a_session_file_that_is_not_whole_is_refused(interrupted: Path, tmp_path: Path, change: str) -> None:
+    out = shutil.copytree(interrupted, tmp_path / "run")
+    file, mark = out / "session.pl", tmp_path / "mark"
+    text = file.read_text()
+    file.write_text(
+        {
+            "empty": "",
+            "cut": text[: len(text) // 2],
+            "seed": text.replace("seed(3)", "seed(4)"),
+            "version": text.replace("version(1)", "version(9)"),
+            "code": f":- shell('touch {mark}').\n{text}",
+        }[change]
+    )
+    assert "empty, cut or changed" in refused(out)
+    assert not mark.exists()
+
+
+def test_a_controller_that_came_with_the_folder_runs_only_when_the_user_says_so(tmp_path: Path) -> None:
+    out, strategy, mark = tmp_path / "run", tmp_path / "mine.pl", tmp_path / "mark"
+    source = (ROOT / "domain" / "controllers" / "simple.pl").read_text()
+    strategy.write_text(source)
+    done = controller("--controller", strategy, *OPTIONS[2:], "--out", out, "--quiet")
+    assert done.returncode == 3, done.stderr
+    (out / "result.json").unlink()
+    strategy.write_text(f"{source}\n:- shell('touch {mark}').\n")
+    assert "not the file any more" in refused(out)
+    assert "not the file any more" in refused(out, "--controller", strategy)
+    assert not mark.exists()
+    strategy.write_text(source)
+    assert "leave --seed away" in refused(out, "--seed", "4")
+    inside = out / "mine.pl"
+    inside.write_text(source)
+    rewritten(out / "session.pl", f"'{strategy}'", f"'{inside}'")
+    assert "if you trust it, add --controller" in refused(out)
+    assert controller("--resume", out, "--controller", inside, "--no-report", "--quiet").returncode == 3
+
+
+def rewritten(file: Path, old: str, new: str) -> None:
+    """Change a session file as who wants to be believed does."""
+    body, found, _ = file.read_text().replace(old, new).rpartition("sha256(")
+    assert found
+    assert new in body
+    file.write_text(f"{body}sha256('{hashlib.sha256(body.encode()).hexdigest()}').\n")
+
+
+def test_a_folder_is_one_session_s_at_a_time(tmp_path: Path) -> None:
+    session, _ = running_session(tmp_path / "run")
+    try:
+        for option in ("--resume", "--out"):
+            second = controller(option, tmp_path / "run")
+            assert second.returncode == 2
+            assert "session" in second.stderr
+        assert "another session is running" in controller("--resume", tmp_path / "run").stderr
+        assert session.poll() is None
+    finally:
+        session.terminate()
+        session.communicate(timeout=30)
+
+
+def test_a_folder_in_use_is_not_mixed(interrupted: Path, tmp_path: Path) -> None:
+    assert "interrupted session" in controller("--out", interrupted).stderr
+    (tmp_path / "thesis.tex").touch()
+    other = controller("--out", tmp_path)
+    assert other.returncode == 2
+    assert "thesis.tex" in other.stderr
+    nothing = controller("--out", "", cwd=tmp_path)
+    assert nothing.returncode == 2
+    assert "--out" in nothing.stderr
+    assert {file.name for file in tmp_path.iterdir()} == {"thesis.tex"}
 
 
 def test_what_cannot_be_resumed_is_said(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import queue
 import threading
 from dataclasses import dataclass, field
@@ -90,7 +91,8 @@ class Recorder:
             try:
                 file = f"{image}.png"
                 write_png(self.folder / file, pixels, PNG_COMPRESSION)
-                self.frames[image] = frame_table(file, settings)
+                table = frame_table(file, settings)
+                self.frames[image] = msgspec.structs.replace(table, sha256=_sha256(self.folder / file))
                 self._write_stack()
             except BadInput as error:
                 self._failure = error
@@ -100,3 +102,8 @@ class Recorder:
     def _write_stack(self) -> None:
         frames = msgspec.to_builtins(list(self.frames.values()))
         write_table(self.folder, {"kind": "frames", **self._head, "frames": frames})
+
+
+def _sha256(file: Path) -> str:
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
