@@ -38,7 +38,7 @@ best_first_path(E, S, C, Options, Steps) :-
     plan(Best, E, Steps).
 
 start(E, S, Options, node(E, S, Free, 0, H, []), search(Memory, Budget)) :-
-    new_memory(E, S, Memory),
+    new_memory(E, S, Options, Memory),
     \+ seen(Memory, E, S, 0),
     new_budget(Options, Budget),
     term_variables(E, Free),

@@ -24,7 +24,7 @@ most_actions(100_000).
 %   @error golog(search_depth(N)) if an execution goes on for ever
 
 depth_first_path(E, S, C, Steps) :-
-    new_memory(E, S, Memory),
+    new_memory(E, S, [], Memory),
     most_actions(Most),
     situation_length(S, N),
     Deepest is N+Most,
@@ -36,21 +36,22 @@ path(E, S, C, How, Steps) :-
     onward(E, S, C, How, Steps).
 path(E, S, C, How, Steps) :-
     How = how(Memory, _),
+    Memory = memory(Trie, _),
     situation_key(S, Values),
     Key = E-Values,
-    \+ trie_lookup(Memory, Key, _),       % open or dead
-    trie_insert(Memory, Key, open),
+    \+ trie_lookup(Trie, Key, _),         % open or dead
+    remember(Memory, Key, open),
     Found = found(false),
     (   onward(E, S, C, How, Steps),
         nb_setarg(1, Found, true)
-    ;   exhausted(Found, Memory, Key)
+    ;   exhausted(Found, Trie, Key)
     ).
 
-exhausted(found(false), Memory, Key) :-
-    trie_update(Memory, Key, dead),
+exhausted(found(false), Trie, Key) :-
+    trie_update(Trie, Key, dead),
     fail.
-exhausted(found(true), Memory, Key) :-
-    trie_delete(Memory, Key, _),
+exhausted(found(true), Trie, Key) :-
+    trie_delete(Trie, Key, _),
     fail.
 
 onward(E, S, C, _, []) :-
@@ -87,7 +88,7 @@ not_too_deep(S, how(_, Deepest)) :-
 
 bounded_path(E, S, C, Options, Steps) :-
     new_budget(Options, Budget),
-    new_memory(E, S, Memory),
+    new_memory(E, S, Options, Memory),
     (   anytime(Options)
     ->  Best = best(inf, none),
         catch(improve(E, S, C, Memory, Budget, Best, Options), Error, kept(Error, Best)),
@@ -128,7 +129,7 @@ deepening_path(E, S, C, Options, Steps) :-
     deepen(Estimate, E, S, C, Budget, Options, Steps).
 
 deepen(Bound, E, S, C, Budget, Options, Steps) :-
-    new_memory(E, S, Memory),
+    new_memory(E, S, Options, Memory),
     Next = next(inf),
     (   within(E, S, C, 0, Bound-Next, how(Memory, Budget, Options), Steps, _)
     ->  true

@@ -6,7 +6,8 @@
             new_budget/2,             % +Options, -Budget
             spend/1,                  % +Budget
             out_of_budget/1,          % +Error
-            new_memory/3,             % +Program, +Situation, -Memory
+            new_memory/4,             % +Program, +Situation, +Options, -Memory
+            remember/3,               % +Memory, +Key, +Value
             seen/4,                   % +Memory, +Program, +Situation, +Cost
             superseded/4              % +Memory, +Program, +Situation, +Cost
           ]).
@@ -32,6 +33,7 @@ Options of search/2:
     for a dead end
   * weight(W)              of the estimate in `astar`, 1 by default
   * max_nodes(N), max_seconds(T)   budgets
+  * max_mb(M)   memory for the configurations that were met
   * anytime(true)          go on improving the plan until it is the cheapest or
     the budget is used up
 
@@ -72,6 +74,7 @@ option_of_search(cost(_, _)).
 option_of_search(weight(W)) :- number(W), W >= 0.
 option_of_search(max_nodes(N)) :- integer(N), N >= 0.
 option_of_search(max_seconds(T)) :- number(T), T >= 0.
+option_of_search(max_mb(M)) :- number(M), M > 0.
 option_of_search(anytime(B)) :- memberchk(B, [true, false]).
 
 
@@ -165,16 +168,43 @@ out_of_budget(error(golog(search_budget(_)), _)).
 
                 /* Memory */
 
-%!  new_memory(+Program, +Situation, -Memory) is det.
-%
-%   Memory of configurations, by program and fluent values; `none` where
-%   something may ask for the history itself, which tells two situations with
-%   equal values apart.
+% Megabytes of configurations, where no option says otherwise: what a laptop of 4 GB has to
+% spare.  Chosen by hand.
+most_megabytes(1000).
 
-new_memory(E, S, Memory) :-
+% Of a node of a trie, as the process grows: 2.6 million took 220 MB (SWI-Prolog 9.0.4).
+node_bytes(85).
+
+%!  new_memory(+Program, +Situation, +Options, -Memory) is det.
+%
+%   Memory of configurations, by program and fluent values, memory(Trie, MostNodes); `none`
+%   where something may ask for the history itself, which tells two situations with equal
+%   values apart.
+
+new_memory(E, S, Options, Memory) :-
     (   sees_history(E, S)
     ->  Memory = none
-    ;   trie_new(Memory)
+    ;   most_megabytes(Default),
+        option(max_mb(Megabytes), Options, Default),
+        node_bytes(Bytes),
+        Most is floor(Megabytes*1.0e6/Bytes),
+        trie_new(Trie),
+        Memory = memory(Trie, Most)
+    ).
+
+%!  remember(+Memory, +Key, +Value) is det.
+%
+%   @error golog(search_budget(max_mb(Megabytes, Configurations))) if that is one too many
+
+remember(memory(Trie, Most), Key, Value) :-
+    trie_insert(Trie, Key, Value),
+    trie_property(Trie, node_count(Nodes)),
+    (   Nodes =< Most
+    ->  true
+    ;   trie_property(Trie, value_count(N)),
+        node_bytes(Bytes),
+        Megabytes is ceiling(Nodes*Bytes/1.0e6),
+        throw(error(golog(search_budget(max_mb(Megabytes, N))), _))
     ).
 
 sees_history(E, _) :-
@@ -203,14 +233,15 @@ seen(none, _, _, _) :-
     !,
     fail.
 seen(Memory, E, S, Cost) :-
+    Memory = memory(Trie, _),
     situation_key(S, Key),
-    (   trie_lookup(Memory, E-Key, Cost0)
+    (   trie_lookup(Trie, E-Key, Cost0)
     ->  (   Cost0 =< Cost
         ->  true
-        ;   trie_update(Memory, E-Key, Cost),
+        ;   trie_update(Trie, E-Key, Cost),
             fail
         )
-    ;   trie_insert(Memory, E-Key, Cost),
+    ;   remember(Memory, E-Key, Cost),
         fail
     ).
 
@@ -219,7 +250,7 @@ seen(Memory, E, S, Cost) :-
 %   The configuration has been met at a lower cost.
 
 superseded(Memory, E, S, Cost) :-
-    Memory \== none,
+    Memory = memory(Trie, _),
     situation_key(S, Key),
-    trie_lookup(Memory, E-Key, Cost0),
+    trie_lookup(Trie, E-Key, Cost0),
     Cost0 < Cost.

@@ -13,7 +13,7 @@
 :- use_module('../language/semantics').
 :- use_module('../language/situation').
 :- use_module('../language/theory').
-:- use_module('../search/search_options', [new_memory/3, seen/4]).
+:- use_module('../search/search_options', [new_memory/4, seen/4]).
 :- use_module(why_false).
 
 /** <module> Why something is not so
@@ -209,7 +209,7 @@ evaluated_argument(S, Arg, Value) :-
 % Actions.
 
 dead_end(E, S, C, Why) :-
-    new_memory(E, S, Memory),
+    new_memory(E, S, [], Memory),
     most_dead_ends(Most),
     most_configurations(Configurations),
     State = state(Configurations),

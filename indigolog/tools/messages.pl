@@ -65,6 +65,9 @@ message(progress(planned_again(Plan))) -->
     [ 'the world is not as expected; the conditional plan is now ~p'-[Plan] ].
 message(progress(planning(Text))) -->
     [ 'planning: ~p'-[Text] ].
+message(search_budget(max_mb(Megabytes, Configurations))) -->
+    [ 'search gave up: it had met ~D configurations, ~D MB, and found no plan; '-[Configurations, Megabytes],
+      'search(E, [max_mb(M)]) allows for more, strategy(iterative) or an estimate needs less'-[] ].
 message(search_budget(Budget)) -->
     [ 'search used up its budget ~q before it found a plan: it fails'-[Budget] ].
 message(progress(waiting)) -->
@@ -117,7 +120,7 @@ error_text(Error) -->
     [ Format-Args ].
 error_text(search_option(Option)) -->
     [ '~q is not an option of search/2: strategy(depth, breadth, iterative, best, astar or beam(Width)), '-[Option], nl,
-      'heuristic(Term), cost(Term), cost(Action, Term), weight(W), max_nodes(N), max_seconds(T), anytime(true)'-[] ].
+      'heuristic(Term), cost(Term), cost(Action, Term), weight(W), max_nodes(N), max_seconds(T), max_mb(M), anytime(true)'-[] ].
 error_text(search_depth(N)) -->
     [ 'search followed an execution for ~D actions without coming to its end; '-[N],
       'search(E, [strategy(breadth)]) or another strategy bounds it'-[] ].

@@ -247,3 +247,19 @@ obliging:can_execute(_).
 obliging:execute(_, _).
 
 :- end_tests(end_of_a_plan).
+
+                /* Memory */
+
+vast("prim_action(put(_, _)). fun_fluent(at(X)) :- member(X, [1, 2, 3, 4, 5, 6]).
+poss(put(X, Y), at(X) \\== Y). causes_val(put(X, Y), at(X), Y, true).
+initially(at(_), 0).
+proc(wander, star(pi((x, [1, 2, 3, 4, 5, 6]), pi((y, [0, 1, 2, 3, 4, 5, 6, 7]), put(x, y))))).").
+
+:- begin_tests(memory, [setup(( vast(Text), load_text(Text) ))]).
+
+test(gives_up, [forall(member(S, [depth, breadth, best, astar])), true(Warnings = [max_mb(1, N)])]) :-
+    warnings(\+ do(search([wander, ?(false)], [strategy(S), max_mb(0.2)]), [], _), Warnings),
+    Warnings = [max_mb(_, N)|_],
+    N > 50.
+
+:- end_tests(memory).
