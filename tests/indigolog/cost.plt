@@ -84,3 +84,32 @@ test(going_on_from_a_long_history, true(Cost < 200)) :-
     Cost is After-Before.
 
 :- end_tests(cost).
+
+                /* Loading: processor time, of which the least of two counts */
+
+separate(N, Text) :-
+    findall(Line,
+            ( between(1, N, I),
+              format(string(Line), "fun_fluent(f~d). initially(f~d, 0).", [I, I]) ),
+            Lines),
+    atomic_list_concat(Lines, '\n', Text).
+
+loading(N, Least) :-
+    separate(N, Text),
+    findall(Seconds, ( member(_, [1, 2]), seconds(load(Text), Seconds) ), [A, B]),
+    Least is min(A, B).
+
+seconds(Goal, Seconds) :-
+    statistics(cputime, Before),
+    call(Goal),
+    statistics(cputime, After),
+    Seconds is After-Before.
+
+:- begin_tests(loading).
+
+% Four times as many fluents: 4 where loading is linear, 16 where it is quadratic.
+test(linear, true(Many < 9*Few)) :-
+    loading(2500, Few),
+    loading(10_000, Many).
+
+:- end_tests(loading).
