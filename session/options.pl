@@ -26,7 +26,6 @@ opt_type(camera_model,   camera_model,   atom).
 opt_type(seed_pose,      seed_pose,      atom).
 opt_type(image_server,   image_server,   atom).
 opt_type(vision_server,  vision_server,  atom).
-opt_type(scene,          scene,          atom).
 opt_type(keys,           keys,           atom).
 opt_type(keep_servers,   keep_servers,   boolean).
 opt_type(idle_s,         idle_s,         number).
@@ -55,7 +54,6 @@ opt_meta(camera_model,   'TOML').
 opt_meta(seed_pose,      'TOML').
 opt_meta(image_server,   'ENDPOINT').
 opt_meta(vision_server,  'ENDPOINT').
-opt_meta(scene,          'NAME').
 opt_meta(keys,           'DIR').
 opt_meta(idle_s,         'S').
 opt_meta(matcher,        'NAME').
@@ -79,7 +77,6 @@ opt_help(camera_model,   "TOML file with [camera], where the image server has no
 opt_help(seed_pose,      "TOML file with [target.seed_pose], where the image server has none").
 opt_help(image_server,   "Use a running image server, e.g. tcp://127.0.0.1:5555").
 opt_help(vision_server,  "Use a running vision server").
-opt_help(scene,          "With --image-server: name of the stack it replays; what is drawn depends on it").
 opt_help(keys,           "CURVE keys of the servers and of the controller, for servers on a network").
 opt_help(keep_servers,   "Let servers stay for later sessions with this option, and use those that stayed").
 opt_help(idle_s,         "Seconds without a request after which servers that stay end (default: 600)").

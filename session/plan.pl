@@ -37,7 +37,7 @@ session_plan(Options, Plan) :-
 %   lucky or unlucky settings everywhere.
 seed_of_draws(Seed, Target, Options, Draws) :-
     findall(Name,
-            ( member(Option, [scenario(Given), stack(Given), scene(Given)]),
+            ( member(Option, [scenario(Given), stack(Given)]),
               option(Option, Options),
               absolute_file_name(Given, File),
               base_name(File, Name) ),
@@ -99,9 +99,6 @@ target_name(Options, Name) :-
     !,
     absolute_file_name(Dir, Absolute),
     file_base_name(Absolute, Name).
-target_name(Options, Name) :-
-    option(scene(Name), Options),
-    !.
 target_name(_, unknown).
 
 program(Options, session(Ranges)) :-

@@ -4,7 +4,6 @@ import json
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 from typing import Any
 
 from experiments.kinds import TIMES, Row
@@ -43,16 +42,12 @@ def run(cell: Cell, worker: Worker, *options: str) -> Row:
 
 
 def session_options(cell: Cell) -> list[str]:
-    """The options of `main.pl` that a cell stands for, with the names of what the image server shows."""
-    settings, scene = cell.settings, cell.scene
-    if scene.stack is not None:
-        shown = ["--scene", Path(scene.source[0]).name]
-    else:
-        shown = ["--target", scene.source[0], "--scenario", scene.source[1]]
+    """The options of `main.pl` that a cell stands for, but for where its images come from."""
+    settings = cell.settings
     threshold = [] if settings.threshold is None else ["--threshold", repr(settings.threshold)]
     return [
         "--controller", cell.controller_source, "--seed", str(cell.seed), "--matcher", settings.matcher,
-        "--max-iterations", str(settings.max_iterations), *threshold, *shown,
+        "--max-iterations", str(settings.max_iterations), *threshold,
     ]  # fmt: skip
 
 
