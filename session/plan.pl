@@ -5,7 +5,7 @@
 :- use_module(installation, [installation_root/1]).
 :- use_module(usage, [usage_error/2]).
 :- use_module(library(apply), [maplist/3]).
-:- use_module(library(lists), [append/3, member/2]).
+:- use_module(library(lists), [append/3]).
 :- use_module(library(option), [option/2, option/3]).
 
 /** <module> What a session is going to do, settled before anything runs
@@ -29,20 +29,8 @@ session_plan(Options, Plan) :-
     target_name(Options, TargetName),
     program(Options, Program),
     option(seed(Seed), Options),
-    seed_of_draws(Seed, TargetName, Options, Draws),
-    Plan = plan{ root:Root, theory:Files, program:Program, seed:Seed, seed_of_draws:Draws,
+    Plan = plan{ root:Root, theory:Files, program:Program, seed:Seed,
                  controller:ControllerName, controller_file:ControllerFile, target:TargetName, model:Model }.
-
-%   What a strategy draws depends on the seed and on the scene by its names, so that one seed is not the same
-%   lucky or unlucky settings everywhere.
-seed_of_draws(Seed, Target, Options, Draws) :-
-    findall(Name,
-            ( member(Option, [scenario(Given), stack(Given)]),
-              option(Option, Options),
-              absolute_file_name(Given, File),
-              base_name(File, Name) ),
-            Scene),
-    term_hash(draws(Seed, Target, Scene), Draws).
 
 %   A controller is a name in domain/controllers or a Golog file of the user's.
 controller_file(Root, Given, File, Name) :-

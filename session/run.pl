@@ -112,15 +112,32 @@ run_program(Session, End, Situation) :-
     ;   Resume = []
     ),
     nb_setval(session_situation, none),
-    catch(( indigolog(Plan.program,
-                      [ check(false), device(session_acquisition_device), journal(Journal), seed(Plan.seed_of_draws),
+    catch(( seed_of_draws(Plan.seed, Seed),
+            indigolog(Plan.program,
+                      [ check(false), device(session_acquisition_device), journal(Journal), seed(Seed),
                         on_action(session_run:after_action(Options)) | Resume ]),
             End = finished ),
           Error,
           ( nb_getval(session_situation, Last), ended_by(Error, Options, Last, End) )),
     nb_getval(session_situation, Situation).
 
+<<<<<<< HEAD
 ended_by(stopped(Signal), _, _, End) =>
+=======
+%   What a strategy draws depends on the seed and on the scene as it is known beforehand, so that one seed is not the
+%   same lucky or unlucky settings everywhere.  A session that goes on finds the seed of its draws in its journal.
+seed_of_draws(Seed, Draws) :-
+    ask(image_server, describe, _{}, Device),
+    (   is_dict(Device.target),
+        _{model:Model, seed_pose:SeedPose} :< Device.target
+    ->  file_base_name(Model, Name),
+        ( is_dict(SeedPose) -> dict_pairs(SeedPose, _, Scene) ; Scene = [] ),
+        term_hash(draws(Seed, Name, Scene), Draws)
+    ;   Draws = Seed
+    ).
+
+ended_by(stopped(Signal), End) =>
+>>>>>>> f315ce0 (Draw settings by the seed and the scene that the image server describes, whoever started it)
     End = stopped(Signal).
 % A strategy that would go on for ever comes to its end by the limit.
 ended_by(error(golog(program_ended(failed, _, _)), _), Options, S, End),
