@@ -4,7 +4,7 @@
         [--away-m 0] [--rotation-deg 25] [--translation-px 40]
 
 One JSON object per number of lines: how many poses from disturbed starts are right (1 degree, 1 % of the
-range), the median error in millimetres, and the seconds of an estimate. ``--away-m`` puts the file's origin so far
+range), the median error in millimetres, and the seconds of an estimate. ``--away-m`` puts the origin so far
 outside of the part.
 """
 

@@ -99,7 +99,7 @@ class LightDescription(Message, frozen=True):
 
 
 class CameraDescription(Message, frozen=True):
-    """Pinhole camera with OpenCV distortion (k1, k2, p1, p2, k3), pixel centres at integers; its sensor."""
+    """Pinhole camera with OpenCV distortion (4, 5 or 8 numbers), pixel centres at integers; its sensor."""
 
     width: Count
     height: Count
@@ -107,7 +107,7 @@ class CameraDescription(Message, frozen=True):
     fy: Positive
     cx: float
     cy: float
-    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    distortion: Annotated[tuple[float, ...], Meta(min_length=4, max_length=8)] = (0.0, 0.0, 0.0, 0.0, 0.0)
     gain: Positive = 1.0
     gamma: Positive = 1.0
     read_noise_e: Annotated[float, Meta(ge=0)] = 2.0

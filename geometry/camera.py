@@ -1,4 +1,4 @@
-"""Pinhole camera with the lens distortion of OpenCV's five coefficients."""
+"""Pinhole camera with the lens distortion of OpenCV's four, five or eight coefficients."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class Camera:
     width, height : image size, px.
     fx, fy : focal lengths, px.
     cx, cy : principal point, px.
-    distortion : (k1, k2, p1, p2, k3) as OpenCV orders them.
+    distortion : (k1, k2, p1, p2, k3), or those and (k4, k5, k6), as OpenCV orders them.
 
     Raises
     ------
@@ -37,7 +37,7 @@ class Camera:
     fy: float
     cx: float
     cy: float
-    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    distortion: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         if self.width < 1 or self.height < 1:
@@ -45,8 +45,11 @@ class Camera:
         if not (self.fx > 0 and self.fy > 0):
             raise GeometryError(f"camera focal lengths must be positive, got fx {self.fx}, fy {self.fy}")
         values = np.array([self.fx, self.fy, self.cx, self.cy, *self.distortion])
-        if values.shape != (9,):
-            raise GeometryError("camera distortion must be five numbers: k1, k2, p1, p2, k3")
+        if len(self.distortion) not in (5, 8):
+            raise GeometryError(
+                "camera distortion must be four, five or eight numbers: k1, k2, p1, p2, k3, k4, k5, k6; got "
+                f"{len(self.distortion)}. Tilted sensors and fisheye lenses are not read"
+            )
         if not np.isfinite(values).all():
             raise GeometryError("camera values must be finite")
 
@@ -87,13 +90,13 @@ class Camera:
         return ideal * [self.fx, self.fy] + [self.cx, self.cy]
 
     def _distort(self, normal: Array) -> Array:
-        """Brown–Conrady model in normalised coordinates, (N, 2) to (N, 2)."""
+        """Brown–Conrady model, rational from eight coefficients on, in normalised coordinates, (N, 2)."""
         if not self.distorted:
             return normal
-        k1, k2, p1, p2, k3 = self.distortion
+        k1, k2, p1, p2, k3, k4, k5, k6 = (*self.distortion, 0.0, 0.0, 0.0)[:8]
         x, y = normal[:, 0], normal[:, 1]
         r2 = x * x + y * y
-        radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
         dx = 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
         dy = p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
         return np.stack([x * radial + dx, y * radial + dy], axis=1)
@@ -125,10 +128,11 @@ class Camera:
         distortion = table.get("distortion") or [0.0] * 5
         try:
             fx, fy, cx, cy = (float(table[key]) for key in ("fx", "fy", "cx", "cy"))
-            k1, k2, p1, p2, k3 = (float(value) for value in distortion)
+            coefficients = tuple(float(value) for value in distortion)
             width, height = int(table["width"]), int(table["height"])
         except (TypeError, ValueError) as error:
             raise GeometryError(
-                f"[camera] needs numbers for its size, fx, fy, cx, cy and five of distortion: {error}"
+                f"[camera] needs numbers for its size, fx, fy, cx, cy and distortion: {error}"
             ) from error
-        return cls(width, height, fx, fy, cx, cy, (k1, k2, p1, p2, k3))
+        without_k3 = len(coefficients) == 4
+        return cls(width, height, fx, fy, cx, cy, (*coefficients, 0.0) if without_k3 else coefficients)

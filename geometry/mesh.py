@@ -16,20 +16,24 @@ def read_mesh(path: Path) -> Surface:
 
     Raises
     ------
-    GeometryError : a file that trimesh cannot read.
+    GeometryError : a file that trimesh cannot read, a point that is not finite.
     """
     import trimesh
 
     try:
-        mesh = trimesh.load_mesh(path, process=True)
+        mesh = trimesh.load_mesh(path, process=False)
         if not isinstance(mesh, trimesh.Trimesh):
             mesh = mesh.to_mesh()
+        finite = np.isfinite(mesh.vertices).all()
+        mesh.process()  # which leaves out what is not finite
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
         mesh.update_faces(mesh.nondegenerate_faces())
         vertices = np.array(mesh.vertices, dtype=np.float64)
         faces = np.array(mesh.faces, dtype=np.int64)
     except Exception as error:  # trimesh's readers raise whatever their format stumbles on
         raise GeometryError(f"model {path} cannot be read as a mesh: {error}") from error
+    if not finite:
+        raise GeometryError(f"model {path} has a point that is not finite")
     return Surface(
         vertices=vertices.reshape(-1, 3),
         faces=list(faces.reshape(-1, 3)),

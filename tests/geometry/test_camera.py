@@ -21,6 +21,18 @@ def test_projection_agrees_with_opencv() -> None:
     np.testing.assert_allclose(LENS.project(points()), expected[:, 0], atol=1e-9)
 
 
+@pytest.mark.parametrize("count", [4, 5, 8])
+def test_cameras_of_opencv_are_read_with_all_their_coefficients(count: int) -> None:
+    coefficients = [-0.2, 0.05, 0.001, -0.002, 0.01, 0.03, -0.02, 0.004][:count]
+    lens = Camera.from_dict(LENS.to_dict() | {"distortion": coefficients})
+    matrix = np.array([[lens.fx, 0, lens.cx], [0, lens.fy, lens.cy], [0, 0, 1]])
+    expected, _ = cv2.projectPoints(points(), np.zeros(3), np.zeros(3), matrix, np.array(coefficients))
+    seen = lens.project(points())
+    np.testing.assert_allclose(seen, expected[:, 0], atol=1e-9)
+    back = lens.undistort_points(seen)
+    np.testing.assert_allclose(back, lens.ideal.project(points()), atol=1e-6)
+
+
 def test_undistortion_undoes_the_lens() -> None:
     np.testing.assert_allclose(
         LENS.undistort_points(LENS.project(points())), LENS.ideal.project(points()), atol=1e-6
@@ -57,7 +69,8 @@ def test_no_distortion_may_be_left_out() -> None:
         ({"width": 0}, "size"),
         ({"cx": float("nan")}, "finite"),
         ({"cx": "left"}, "numbers"),
-        ({"distortion": [0.1]}, "five"),
+        ({"distortion": [0.1]}, "four, five or eight"),
+        ({"distortion": [0.1] * 12}, "got 12"),
         ({"distortion": [0, 0, 0, 0, float("inf")]}, "finite"),
     ],
 )

@@ -214,3 +214,10 @@ def test_recorded_models_can_be_read(shared_data: Path) -> None:
     assert files
     for file in files:
         assert len(load_model(file).lines) >= 12
+
+
+def test_a_mesh_with_a_point_that_is_nowhere_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "part.obj"
+    file.write_text("v 0 0 nan\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 2 3 4\n")
+    with pytest.raises(GeometryError, match="not finite"):
+        load_model(file)

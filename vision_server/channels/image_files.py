@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -11,42 +12,50 @@ from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 
+DEPTHS = (10, 12, 14, 16)  # bits of cameras whose files have 16
 
-def _decoded(path: Path) -> NDArray[np.unsignedinteger]:
-    """The file's pixels, grey, 8 or 16 bits."""
+
+def _decoded(path: Path) -> NDArray[Any]:
+    """The file's pixels, grey, of 8 or 16 bits or 0..1; upright, as its EXIF says."""
     try:
         content = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError as error:
         reason = error.strerror or str(error)
         raise BadInput(f"Cannot read image {path}: {reason}.", "Check the path.") from error
-    pixels = cv2.imdecode(content, cv2.IMREAD_UNCHANGED) if content.size else None
+    pixels = cv2.imdecode(content, cv2.IMREAD_ANYDEPTH | cv2.IMREAD_ANYCOLOR) if content.size else None
     if pixels is None:
         raise BadInput(f"{path} is not an image that can be read.", "Give a PNG, JPEG, TIFF or PGM file.")
-    if pixels.dtype not in (np.uint8, np.uint16):
-        raise BadInput(f"{path} holds {pixels.dtype} pixels.", "Give an 8-bit or 16-bit image.")
+    if pixels.dtype not in (np.uint8, np.uint16, np.float32):
+        raise BadInput(f"{path} holds {pixels.dtype} pixels.", "Give an 8-bit, 16-bit or float32 image.")
+    if pixels.dtype == np.float32 and not (pixels.min() >= 0.0 and pixels.max() <= 1.0):
+        raise BadInput(f"{path} holds float32 pixels outside of 0 to 1.", "Divide them by the clip level.")
     if pixels.ndim == 3:
-        code = {3: cv2.COLOR_BGR2GRAY, 4: cv2.COLOR_BGRA2GRAY}.get(pixels.shape[2])
-        if pixels.shape[2] == 1:
-            pixels = pixels[:, :, 0]
-        elif code is None:
-            raise BadInput(f"{path} has {pixels.shape[2]} planes.", "Give a grey or colour image.")
-        else:
-            pixels = cv2.cvtColor(pixels, code)  # BT.601
+        pixels = cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY)  # BT.601
     return np.ascontiguousarray(pixels, dtype=pixels.dtype.type)
 
 
+def _grey(pixels: NDArray[Any], full_scale: float) -> NDArray[np.uint8]:
+    """uint8 of pixels that clip at ``full_scale``."""
+    if pixels.dtype == np.uint8:
+        return pixels
+    return np.round(pixels.astype(np.float32) * np.float32(255.0 / full_scale)).astype(np.uint8)
+
+
+def _full_scale(pixels: NDArray[Any]) -> float:
+    """The value at which pixels of a type clip."""
+    return float(np.iinfo(pixels.dtype).max) if pixels.dtype.kind == "u" else 1.0
+
+
 def read_grey(path: str | Path) -> NDArray[np.uint8]:
-    """An image file as uint8 grey, (H, W); colour by BT.601, 16 bits scaled to 8.
+    """An image file as uint8 grey, (H, W); colour by BT.601, 16 bits and 0..1 scaled to 8 bits.
 
     Raises
     ------
     BadInput
-        The file is missing, unreadable or no 8-bit or 16-bit image.
+        The file is missing, unreadable or no 8-bit, 16-bit or float32 image.
     """
     pixels = _decoded(Path(path))
-    if pixels.dtype == np.uint16:
-        return np.round(pixels.astype(np.float32) * np.float32(255.0 / 65535.0)).astype(np.uint8)
-    return pixels.astype(np.uint8, copy=False)
+    return _grey(pixels, _full_scale(pixels))
 
 
 def read_linear(path: str | Path) -> NDArray[np.float32]:
@@ -58,11 +67,13 @@ def read_linear(path: str | Path) -> NDArray[np.float32]:
         As `read_grey`.
     """
     pixels = _decoded(Path(path))
-    return pixels.astype(np.float32) / np.float32(np.iinfo(pixels.dtype).max)
+    return pixels.astype(np.float32) / np.float32(_full_scale(pixels))
 
 
 def read_image_set(paths: Sequence[str | Path]) -> list[NDArray[np.uint8]]:
     """Several files as uint8 grey images of one size.
+
+    The 16-bit ones are of a camera of 10, 12, 14 or 16 bits: the fewest that hold all of them.
 
     Raises
     ------
@@ -71,7 +82,10 @@ def read_image_set(paths: Sequence[str | Path]) -> list[NDArray[np.uint8]]:
     """
     if not paths:
         raise BadInput("No image files given.", "Name at least one.")
-    images = [read_grey(path) for path in paths]
+    files = [_decoded(Path(path)) for path in paths]
+    highest = max((int(pixels.max()) for pixels in files if pixels.dtype == np.uint16), default=0)
+    clip = next(2**bits - 1 for bits in DEPTHS if highest < 2**bits)
+    images = [_grey(one, clip if one.dtype == np.uint16 else _full_scale(one)) for one in files]
     first = images[0].shape
     for path, image in zip(paths, images, strict=True):
         if image.shape != first:

@@ -23,12 +23,14 @@ def _estimated(options: Namespace) -> dict[str, Any]:
     from vision_server.channels.tone import file_tone
     from vision_server.image_set import ImageSet
     from vision_server.pipeline import PipelineSettings, estimate_pose
-    from vision_server.serve.inputs import read_camera, read_model, read_seed_pose
+    from vision_server.serve.inputs import read_camera, read_model, read_seed_pose, size_warning
     from vision_server.serve.results import estimate_result
 
     camera, table = read_camera(options.camera)
     model = read_model(options.model, options.unit)
     seed_pose = read_seed_pose(options.seed_pose, model)
+    if (doubt := size_warning(model, camera, seed_pose)) is not None:
+        print(f"vision_server: {doubt}", file=sys.stderr)
     pixels = read_image_set(options.images)
     times = parse_exposures(options.exposures, len(pixels))
     given = table.get("gamma") if options.gamma is None else options.gamma

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,11 @@ from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model, load_model
 from geometry.pose import Pose
+from stack.format import CameraTable
+
+LENS_KEYS = {"focal_lengths_mm", "pixel_um", "focuses_m", "vignetting", "glare"}  # of a scenario's camera
+CAMERA_KEYS = {*CameraTable.__struct_fields__, *LENS_KEYS}
+SIZES_SEEN = (0.02, 20.0)  # of a part, over the frame's width: beyond, unit or seed pose are wrong
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -36,6 +42,10 @@ def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:
     try:
         if not isinstance(table, dict):
             raise GeometryError("camera is not a table")
+        strange = [key for key in table if key not in CAMERA_KEYS and not isinstance(table[key], dict)]
+        if strange:
+            known = get_close_matches(strange[0], CAMERA_KEYS, 1, 0.0)
+            raise GeometryError(f"[camera] has an unknown key {strange[0]}; did you mean {known[0]}?")
         return Camera.from_dict(table), table
     except GeometryError as error:
         raise BadInput(
@@ -79,3 +89,14 @@ def read_model(path: Path, unit: str = "m") -> Model:
         return load_model(path, unit)
     except GeometryError as error:
         raise BadInput(str(error), "Give a .cao, OBJ, STL or PLY file.") from error
+
+
+def size_warning(model: Model, camera: Camera, seed_pose: Pose) -> str | None:
+    """What to say when a model in front of the camera is far too large or too small for its frame."""
+    share = model.diameter * camera.fx / float(seed_pose.apply(model.pivot[None])[0, 2]) / camera.width
+    if SIZES_SEEN[0] <= share <= SIZES_SEEN[1]:
+        return None
+    return (
+        f"the model is {model.diameter:.3g} m across and would be {share:.2g} times as wide as the frame "
+        "from the seed pose. Check the model's unit (--unit mm?) and the seed pose's range."
+    )

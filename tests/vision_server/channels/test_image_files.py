@@ -45,9 +45,38 @@ def test_missing_and_broken_files_are_named(tmp_path: Path) -> None:
         read_grey(tmp_path / "empty.png")
     with pytest.raises(BadInput):
         read_grey(tmp_path)
-    cv2.imwrite(str(tmp_path / "float.tiff"), np.zeros((5, 5), np.float32))
-    with pytest.raises(BadInput, match="float32"):
-        read_grey(tmp_path / "float.tiff")
+    for value in (-0.1, 1.1, np.nan):
+        cv2.imwrite(str(tmp_path / "float.tiff"), np.full((5, 5), value, np.float32))
+        with pytest.raises(BadInput, match="float32"):
+            read_grey(tmp_path / "float.tiff")
+
+
+def test_float_images_are_from_0_to_1(tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "float.tiff"), np.full((5, 5), 0.2, np.float32))
+    assert (read_grey(tmp_path / "float.tiff") == 51).all()
+
+
+@pytest.mark.parametrize("bits", [10, 12, 14, 16])
+def test_the_depth_of_a_camera_is_that_of_all_its_images(tmp_path: Path, bits: int) -> None:
+    top = 2**bits - 1
+    for name, value in (("bright", top), ("dark", top // 5)):
+        cv2.imwrite(str(tmp_path / f"{name}.png"), np.full((5, 5), value, np.uint16))
+    dark, bright = read_image_set([tmp_path / "dark.png", tmp_path / "bright.png"])
+    assert (bright == 255).all()
+    assert (dark == 51).all()
+
+
+def test_images_are_turned_as_their_camera_was_held(tmp_path: Path) -> None:
+    image = np.zeros((16, 32), np.uint8)
+    image[:, 16:] = 200
+    exif = b"Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0"
+    jpeg = cv2.imencode(".jpg", image)[1].tobytes()
+    tagged = jpeg[:2] + b"\xff\xe1" + (len(exif) + 2).to_bytes(2, "big") + exif + jpeg[2:]
+    (tmp_path / "a.jpg").write_bytes(tagged)
+    seen = read_grey(tmp_path / "a.jpg")
+    assert seen.shape == (32, 16)
+    assert seen[24:].min() > 150
+    assert seen[:8].max() < 50
 
 
 def test_a_set_has_one_size(tmp_path: Path, colour: np.ndarray) -> None:

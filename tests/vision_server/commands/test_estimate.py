@@ -37,10 +37,15 @@ def write_pose(path: Path, rotation: list[float], translation: list[float]) -> N
 
 
 def estimate(
-    root: Path, folder: Path, *images: str, seed_pose: str = "seed.toml", **options: str
+    root: Path,
+    folder: Path,
+    *images: str,
+    seed_pose: str = "seed.toml",
+    camera: str = "camera.toml",
+    **options: str,
 ) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "vision_server", "estimate", "--model", str(folder / "cuboid.cao")]
-    command += ["--camera", str(folder / "camera.toml"), "--seed-pose", str(folder / seed_pose)]
+    command += ["--camera", str(folder / camera), "--seed-pose", str(folder / seed_pose)]
     for name, value in options.items():
         command += [f"--{name}", value] if value else [f"--{name}"]
     command += [str(folder / image) for image in images]
@@ -64,6 +69,12 @@ def test_people_get_a_table(root: Path, folder: Path) -> None:
     assert "RMS" in done.stdout
 
 
+def test_a_wrong_unit_is_suspected(root: Path, folder: Path) -> None:
+    done = estimate(root, folder, "a.png", unit="mm", json="")
+    assert "--unit" in done.stderr
+    assert json.loads(done.stdout)["pose"] is None
+
+
 def test_no_pose_is_said_honestly(root: Path, folder: Path) -> None:
     done = estimate(root, folder, "black.png", json="")
     assert done.returncode == 3, done.stderr
@@ -85,6 +96,7 @@ def test_no_pose_is_said_honestly(root: Path, folder: Path) -> None:
         (["a.png"], {"seed_pose": "camera.toml"}, "rotation_vector"),
         (["a.png"], {"matcher": "luck"}, "luck"),
         (["a.png"], {"gamma": "0"}, "gamma"),
+        (["a.png"], {"camera": "misspelt.toml"}, "unknown key distorsion; did you mean distortion?"),
     ],
 )
 def test_bad_input_is_one_plain_line(
@@ -94,6 +106,8 @@ def test_bad_input_is_one_plain_line(
         "[target.seed_pose]\nrotation_vector = [nan, 0, 0]\ntranslation = [0, 0, 1]\n"
     )
     write_pose(folder / "behind.toml", [0.0, 0.0, 0.0], [0.0, 0.0, -1.0])
+    camera = (folder / "camera.toml").read_text()
+    (folder / "misspelt.toml").write_text(camera.replace("distortion", "distorsion"))
     done = estimate(root, folder, *images, **options)
     assert done.returncode == 2, done.stdout + done.stderr
     assert word in done.stderr
