@@ -11,6 +11,17 @@ The rest is loaded only when it is set up: it needs the compiled ZeroMQ module.
 
 :- initialization(main, main).
 
+%   SWI-Prolog takes a first option that ends in `.pl` for one more file to load, and not for an argument.
+:- multifile user:prolog_load_file/2.
+
+user:prolog_load_file(Spec, _) :-
+    ( Spec = user:Option ; Spec = Option ),
+    atom(Option),
+    sub_atom(Option, 0, _, _, '--'),
+    !,
+    current_prolog_flag(argv, Others),
+    set_prolog_flag(argv, [Option|Others]).
+
 main :-
     current_prolog_flag(argv, Argv),
     catch(session_options(Argv, Options), error(usage_error(Message), _), give_up(Message)),

@@ -43,6 +43,16 @@ def test_the_matchers_are_those_of_the_messages() -> None:
     assert f"--matcher: 'best' is not one of {', '.join(MATCHERS)}" in refused("--matcher", "best")
 
 
+def test_a_controller_s_file_may_be_the_first_option(tmp_path: Path) -> None:
+    strategy = tmp_path / "mine.pl"
+    strategy.write_text("proc(control, []).\n")
+    for options in ([f"--controller={strategy}", "--dry-run"], ["--controller", str(strategy), "--dry-run"]):
+        done = controller(*options)
+        assert done.returncode == 0, done.stderr
+        assert str(strategy) in done.stderr
+    assert "no such" in refused("--controller=no such.pl")
+
+
 def test_help_lists_the_options() -> None:
     done = controller("--help")
     assert done.returncode == 0
