@@ -48,7 +48,10 @@ proc(measure,
      pi(images, [?(image_names(candidate, image_set, images)), estimate(images)])).
 
 proc(keep_image,  pi(i, [?(candidate = i), keep(i)])).
-proc(drop_image(Why), pi(i, [?(candidate = i), discard(i, Why)])).
+% Where the estimate shows no pose that is the reason, whatever a strategy makes of it.
+proc(drop_image(Why),
+     pi(i, [ ?(candidate = i),
+             if(and(fix = none, member(i, measured)), discard(i, 'no pose with it'), discard(i, Why)) ])).
 
 proc(mark_unfavourable,
      pi(state, [?(qualitative_state(device, settings, state)), avoid(state)])).

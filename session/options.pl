@@ -18,6 +18,7 @@ one line: what, where, what to do.
 
 opt_type(controller,     controller,     atom).
 opt_type(target,         target,         atom).
+opt_type(unit,           unit,           oneof([m, cm, mm, in])).
 opt_type(scenario,       scenario,       atom).
 opt_type(stack,          stack,          atom).
 opt_type(camera,         camera,         atom).
@@ -46,6 +47,7 @@ opt_type(quiet,          quiet,          boolean).
 
 opt_meta(controller,     'NAME_OR_FILE').
 opt_meta(target,         'NAME_OR_FILE').
+opt_meta(unit,           'UNIT').
 opt_meta(scenario,       'NAME_OR_FILE').
 opt_meta(stack,          'DIR').
 opt_meta(camera,         'DEV_OR_TOML').
@@ -69,6 +71,7 @@ opt_help(help(header), "\nOne session: find the pose of a docking target by choo
 opt_help(help(usage), " [options]").
 opt_help(controller,     "Strategy: heuristic (default), greedy, simple, auto_exposed, fixed, or a Golog file").
 opt_help(target,         "cube (default; for --approach: fixture), fixture, satellite, or a model file (.cao .obj .stl .ply); --camera has no default").
+opt_help(unit,           "Unit of the numbers in the model file of --target: m (default), cm, mm or in").
 opt_help(scenario,       "Light conditions on the simulator, or a TOML file (default: nominal; for --approach: approach)").
 opt_help(stack,          "Replay a folder of recorded light stacks instead of simulating").
 opt_help(camera,         "Use a V4L2 camera: its device, such as /dev/video0, or its TOML file").
@@ -224,6 +227,8 @@ rule(Options, "--approach needs the simulator (or an image server that can move 
     option(approach(true), Options), ( option(stack(_), Options) ; option(camera(_), Options) ).
 rule(Options, "--stack has its own target: leave --target away, or name a model file", []) :-
     option(stack(_), Options), option(target(Name), Options), \+ exists_file(Name).
+rule(Options, "--unit is of the model file of --target: name that file", []) :-
+    option(unit(_), Options), \+ ( option(target(File), Options), exists_file(File) ).
 rule(Options, "--contact-range must be positive and less than --first-range", []) :-
     option(first_range(First), Options), option(contact_range(Contact), Options),
     ( Contact =< 0 ; Contact >= First ).

@@ -10,7 +10,7 @@
 :- use_module(servers, [restarted_by/4, stop_servers/0]).
 :- use_module('../indigolog/tools/checks').
 :- use_module('../indigolog/indigolog').
-:- use_module(library(lists), [member/2]).
+:- use_module(library(lists), [append/3, member/2]).
 :- use_module(library(option), [option/2]).
 
 /** <module> One session: options, plan, run, result
@@ -84,9 +84,11 @@ start_arguments(Session, ImageServer, Args) :-
     _{options:Options, plan:Plan, folder:Folder} :< Session,
     option(matcher(Matcher), Options),
     findall(Key-File,
-            ( start_file(Key, Options, Plan, Given), absolute_file_name(Given, File) ),
+            ( start_file(Key, Options, Plan, Name), absolute_file_name(Name, File) ),
             Files),
-    dict_pairs(Args, start, [image_server-ImageServer, matcher-Matcher, seed-(Plan.seed), out-Folder|Files]).
+    findall(unit-Unit, ( member(model-_, Files), option(unit(Unit), Options) ), Units),
+    append(Files, Units, Given),
+    dict_pairs(Args, start, [image_server-ImageServer, matcher-Matcher, seed-(Plan.seed), out-Folder|Given]).
 
 start_file(camera_file, Options, _, File) :-
     option(camera_model(File), Options).

@@ -128,7 +128,7 @@ image_source(Options, [hardware|Arguments]) :-
     option(camera(_), Options),
     !,
     findall([Dashed, Value],
-            ( member(Name-Dashed, [ camera-'--camera', lights-'--lights', target-'--target',
+            ( member(Name-Dashed, [ camera-'--camera', lights-'--lights', target-'--target', unit-'--unit',
                                     camera_model-'--camera-model', seed_pose-'--seed-pose' ]),
               Option =.. [Name, Value],
               option(Option, Options) ),
@@ -138,11 +138,12 @@ image_source(Options, [replay, '--stack', Stack]) :-
     option(stack(Dir), Options),
     !,
     absolute_file_name(Dir, Stack).
-image_source(Options, [simulator, '--target', Target, '--scenario', Scenario]) :-
+image_source(Options, [simulator, '--target', Target, '--scenario', Scenario|Unit]) :-
     option(target(GivenTarget), Options),
     option(scenario(GivenScenario), Options),
     name_or_absolute(GivenTarget, Target),
-    name_or_absolute(GivenScenario, Scenario).
+    name_or_absolute(GivenScenario, Scenario),
+    ( option(unit(Given), Options) -> Unit = ['--unit', Given] ; Unit = [] ).
 
 %   A file is named so that it is the same from every folder.
 name_or_absolute(Given, File) :-

@@ -50,6 +50,11 @@ test(no_strategy_takes_more_images_than_it_may, Taken == 4) :-
     in_world([Never, images(4)], simple,
              [connect, while(true, [choose_random, take_image, measure, keep_image])], failed, Situation),
     fluent_value(iteration, Situation, Taken).
+test(the_reason_is_that_there_is_no_pose, Reasons == ['no pose with it', 'no pose with it']) :-
+    never(Never),
+    in_world([Never, images(2), blind_below(1000)], greedy, [connect, advance(1), control], final, Situation),
+    fluent_value(steps, Situation, Steps),
+    findall(Reason, member(step(_, _, _, _, discard, Reason, _, _, _), Steps), Reasons).
 test(what_cannot_be_done_is_not_done,
      [forall(member(Program-Done, [ [take_image]-0, [keep_image]-0, [choose_random, take_image, keep_image]-1 ]))]) :-
     in_world([], simple, [connect|Program], failed, Situation),

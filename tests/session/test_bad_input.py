@@ -78,6 +78,8 @@ def test_help_lists_the_options() -> None:
         (["--stack", "/nowhere"], ["--stack", "/nowhere"]),
         (["--resume", "/nowhere"], ["--resume", "/nowhere"]),
         (["--image-server", "localhost:1"], ["--image-server", "endpoint"]),
+        (["--unit", "ell"], ["--unit", "m, cm, mm, in"]),
+        (["--unit", "mm"], ["--unit", "--target"]),
         (["--camera-model", "/nowhere.toml"], ["--camera-model", "/nowhere.toml"]),
         (["--approach", "--stack", "."], ["--approach"]),
         (["--camera", "/dev/null", "--stack", "."], ["--stack and --camera exclude each other"]),

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from stack.read import FramesStack, load_stack
-from tests.session.command import controller
+from tests.session.command import ROOT, controller
 
 pytestmark = pytest.mark.slow
 
@@ -28,3 +28,20 @@ def test_a_session_runs_from_any_folder_and_its_images_can_be_moved(tmp_path: Pa
     assert str(tmp_path) not in stack
     assert 'model = "cube.cao"' in stack
     assert isinstance(load_stack(moved), FramesStack)
+
+
+def test_a_model_in_millimetres_gives_the_pose_in_metres(tmp_path: Path) -> None:
+    lines = (ROOT / "targets" / "cube.cao").read_text().splitlines()
+    scaled = [
+        " ".join(str(1000 * float(word)) for word in line.split("#")[0].split())
+        if len(line.split("#")[0].split()) == 3 and "." in line.split("#")[0]
+        else line
+        for line in lines
+    ]
+    (tmp_path / "part.cao").write_text("\n".join(scaled) + "\n")
+    options = ("--seed", "3", "--no-report", "--quiet", "--json", "--max-iterations", "3")
+    part = controller("--target", tmp_path / "part.cao", "--unit", "mm", "--out", tmp_path / "run", *options)
+    assert part.returncode == 0, part.stderr
+    result = json.loads(part.stdout)
+    assert 0.2 < result["pose"]["translation"][2] < 2.0
+    assert result["error"]["translation_fraction_of_range"] < 0.01
