@@ -123,9 +123,6 @@ run_program(Session, End, Situation) :-
           ( nb_getval(session_situation, Last), ended_by(Error, Options, Last, End) )),
     nb_getval(session_situation, Situation).
 
-<<<<<<< HEAD
-ended_by(stopped(Signal), _, _, End) =>
-=======
 %   What a strategy draws depends on the seed and on the scene as it is known beforehand, so that one seed is not the
 %   same lucky or unlucky settings everywhere.  A session that goes on finds the seed of its draws in its journal.
 seed_of_draws(Seed, Draws) :-
@@ -138,8 +135,7 @@ seed_of_draws(Seed, Draws) :-
     ;   Draws = Seed
     ).
 
-ended_by(stopped(Signal), End) =>
->>>>>>> f315ce0 (Draw settings by the seed and the scene that the image server describes, whoever started it)
+ended_by(stopped(Signal), _, _, End) =>
     End = stopped(Signal).
 % A strategy that would go on for ever comes to its end by the limit.
 ended_by(error(golog(program_ended(failed, _, _)), _), Options, S, End),
