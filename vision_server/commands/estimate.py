@@ -47,6 +47,17 @@ def _estimated(options: Namespace) -> dict[str, Any]:
         estimate = estimate_pose(image_set, names, model, camera, seed_pose, settings)
     except GeometryError as error:
         raise BadInput(str(error)) from error
+    if options.overlay is not None:
+        import cv2
+
+        from report.overlay import draw_overlay
+
+        support = {line.line: line.support for line in estimate.lines}
+        drawn = draw_overlay(pixels[0], model, camera, estimate.pose, support)
+        try:
+            options.overlay.write_bytes(cv2.imencode(".png", drawn)[1].tobytes())
+        except OSError as error:
+            raise BadInput(f"Cannot write {options.overlay}: {error.strerror}.", "Check the path.") from error
     result = estimate_result(estimate)
     result["seconds"]["total"] = sum(result["seconds"].values())
     files = dict(zip(names, map(str, options.images), strict=True))
@@ -120,6 +131,12 @@ def add_options(parser: ArgumentParser) -> None:
         help="Seed of the matcher's draws (default: %(default)s).",
     )
     parser.add_argument("--json", action="store_true", help="One JSON object on stdout.")
+    parser.add_argument(
+        "--overlay",
+        type=Path,
+        metavar="OUT.png",
+        help="Draw the model at its pose over the first image: supported lines blue, the others orange.",
+    )
     parser.add_argument(
         "--unit", default="m", help="Unit of the model file: m, cm, mm or in (default: %(default)s)."
     )

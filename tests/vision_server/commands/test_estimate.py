@@ -63,8 +63,10 @@ def test_one_json_object_with_the_pose(root: Path, folder: Path) -> None:
 
 
 def test_people_get_a_table(root: Path, folder: Path) -> None:
-    done = estimate(root, folder, "a.png")
+    done = estimate(root, folder, "a.png", overlay=str(folder / "over.png"))
     assert done.returncode == 0, done.stderr
+    drawn, plain = (cv2.imread(str(folder / name)) for name in ("over.png", "a.png"))
+    assert 0.005 < np.any(np.not_equal(drawn, plain), axis=2).mean() < 0.2
     assert "translation" in done.stdout
     assert "RMS" in done.stdout
 
