@@ -13,17 +13,25 @@ from geometry.rotation import matrix_of
 
 Floats = NDArray[np.float64]
 
-POINTS = 1000  # along all lines together, and two on each line at least
+POINTS = 300  # along all lines together, and two on each line at least
+SCREENED = 10  # each so many-th point alone is turned first
 TOLERANCE = 0.012  # how far a turned point may be from a line, share of the diameter
 ALIKE = 0.4  # share of the wireframe that must come back onto itself ...
+SCREENED_ALIKE = 0.25  # ... less of few points, which miss some ...
 EXACT = 0.995  # ... and from which on the turn changes nothing that could be seen
-SQUARE = 0.02  # quarter turns are tried where two sides of the bounding box are this much alike
+FOLDS = range(2, 37)  # n-fold turns that are tried: a dial's to 10 degrees
+BESIDE_RAD = np.radians(
+    3.0
+)  # a turn by so much more or less moves the farthest points twice the tolerance ...
+PEAK = 1.1  # ... and must bring back less by this factor, or the turn is only a small one
 MOST_LINES = 500  # more are no wireframe: a turn of a round body changes nothing that could be told
 
 
 @lru_cache(maxsize=8)
 def near_symmetries(model: Model) -> tuple[Pose, ...]:
-    """Half and quarter turns about the axes through the middle of the bounding box.
+    """Turns by multiples of 360 / n degrees, n in FOLDS, about the target's axes.
+
+    They go through the middle of the bounding box or the wireframe's centroid: one mark moves either.
 
     Returns
     -------
@@ -33,19 +41,46 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
     if not 0 < len(model.lines) <= MOST_LINES:
         return ()
     points, weights = _line_points(model)
-    middle, sides = model.middle, np.ptp(model.vertices, axis=0)
+    middles = [model.middle, weights @ points / weights.sum()]
+    if np.linalg.norm(middles[1] - middles[0]) <= 0.1 * TOLERANCE * model.diameter:
+        middles.pop()
     found: list[tuple[float, Pose]] = []
-    for axis in range(3):
-        across = np.delete(sides, axis)
-        square = abs(across[0] - across[1]) <= SQUARE * model.diameter
-        for quarters in (1, 2, 3) if square else (2,):
-            turn = matrix_of(0.5 * np.pi * quarters * np.eye(3)[axis])
-            distance = _distance_to_lines((points - middle) @ turn.T + middle, model)
-            share = float(weights[distance <= TOLERANCE * model.diameter].sum() / weights.sum())
-            if ALIKE <= share < EXACT:
-                found.append((share, Pose.from_matrix(turn, middle - turn @ middle)))
+    for axis in np.eye(3):
+        angles: dict[float, tuple[float, Pose]] = {}
+        for n in FOLDS:
+            for middle in middles:
+                angle = 2.0 * np.pi / n
+                alike = _share(points, weights, axis, angle, middle, model)[0]
+                if alike < ALIKE or alike < PEAK * max(
+                    _share(points, weights, axis, angle + off, middle, model)[0]
+                    for off in (-BESIDE_RAD, BESIDE_RAD)
+                ):
+                    continue
+                for k in range(1, n):
+                    share, turn = _share(points, weights, axis, k * angle, middle, model)
+                    known, _ = angles.get(round(360.0 * k / n, 6), (0.0, None))
+                    if ALIKE <= share < EXACT and share > known:
+                        angles[round(360.0 * k / n, 6)] = (
+                            share,
+                            Pose.from_matrix(turn, middle - turn @ middle),
+                        )
+        found += angles.values()
     found.sort(key=lambda one: -one[0])
     return tuple(pose for _, pose in found)
+
+
+def _share(
+    points: Floats, weights: Floats, axis: Floats, angle: float, middle: Floats, model: Model
+) -> tuple[float, Floats]:
+    """Share of the wireframe that a turn brings back onto itself, few points first; and the turn (3, 3)."""
+    turn = matrix_of(angle * axis)
+    for every, least in ((SCREENED, SCREENED_ALIKE), (1, 0.0)):
+        some, own = points[::every], weights[::every]
+        near = _distance_to_lines((some - middle) @ turn.T + middle, model) <= TOLERANCE * model.diameter
+        share = float(own[near].sum() / own.sum())
+        if share < least:
+            break
+    return share, turn
 
 
 def _line_points(model: Model) -> tuple[Floats, Floats]:
@@ -64,9 +99,7 @@ def _distance_to_lines(points: Floats, model: Model) -> Floats:
     start = model.vertices[model.lines[:, 0]]
     direction = model.vertices[model.lines[:, 1]] - start
     square = np.maximum(np.einsum("ij,ij->i", direction, direction), 1e-30)
-    nearest = np.full(len(points), np.inf)
-    for a, d, length2 in zip(start, direction, square, strict=True):
-        beside = points - a
-        share = np.clip(beside @ d / length2, 0.0, 1.0)
-        np.minimum(nearest, np.linalg.norm(beside - share[:, None] * d, axis=1), out=nearest)
-    return nearest
+    beside = points[:, None] - start
+    share = np.clip(np.einsum("nlk,lk->nl", beside, direction) / square, 0.0, 1.0)
+    beside -= share[:, :, None] * direction
+    return np.asarray(np.sqrt(np.einsum("nlk,nlk->nl", beside, beside).min(axis=1)))

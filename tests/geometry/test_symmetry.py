@@ -63,6 +63,20 @@ def test_a_square_side_is_turned_by_quarters(tmp_path: Path) -> None:
     assert 90 in angles
 
 
+@pytest.mark.parametrize("teeth", [5, 12])
+def test_a_dial_is_turned_by_each_of_its_marks(tmp_path: Path, teeth: int) -> None:
+    angles = np.arange(4 * teeth) * 2 * np.pi / (4 * teeth)
+    radius = np.tile([1.0, 1.0, 0.75, 0.75], teeth)
+    radius[0] = 1.05  # the one mark that differs
+    level = np.stack([radius * np.cos(angles), radius * np.sin(angles), 0 * angles], axis=1)
+    around = len(angles)
+    sides = [(k, (k + 1) % around, around + (k + 1) % around, around + k) for k in range(around)]
+    model = model_of(tmp_path, np.concatenate([level, level + np.array([0.0, 0.0, 0.4])]), sides)
+    about_z = [turn.rotation_vector for turn in near_symmetries(model) if abs(turn.rotation_vector[2]) > 0.01]
+    degrees = sorted({round(float(np.degrees(np.linalg.norm(vector)))) for vector in about_z})
+    assert degrees == sorted({round(360.0 * k / teeth) for k in range(1, teeth // 2 + 1)})
+
+
 def test_a_model_of_very_many_lines_has_none(tmp_path: Path) -> None:
     angles = np.linspace(0, 2 * np.pi, 600, endpoint=False)
     ring = np.stack([np.cos(angles), 1.3 * np.sin(angles), 0 * angles], axis=1)
