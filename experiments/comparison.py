@@ -102,7 +102,7 @@ def differences_grid(outcomes: Outcomes) -> Grid:
         "Paired differences",
         ["strategies", "measure", "pairs, scenes", "difference", "only one has it, McNemar", "verdict"],
         rows,
-        "Points of a percent for shares. A difference is called one only when its interval excludes zero; of"
+        "Shares in percentage points. A difference is called one only when its interval excludes zero; of"
         " several, one in twenty is expected to by chance.",
     )
 
@@ -213,7 +213,7 @@ def number_words(value: float) -> str:
 
 
 def difference_words(found: Estimate, share: bool) -> str:
-    """A difference with its interval; shares in points of a percent."""
+    """A difference with its interval; shares in percentage points."""
     ends = [found.value, found.low, found.high]
     if share:
         value, low, high = (f"{100.0 * end:+.1f}" for end in ends)

@@ -99,7 +99,7 @@ def differences(outcomes: Outcomes, figure: Figure) -> None:
                           color="black" if shown else "0.6")  # fmt: skip
         axes.axvline(0.0, color="0.7", lw=0.8)
         axes.set_yticks(range(len(labels)), labels)
-        axes.set(xlabel=f"{name}, points of a percent")
+        axes.set(xlabel=f"{name}, percentage points")
     figure.axes[0].invert_yaxis()
 
 
