@@ -157,7 +157,7 @@ def run_trial(noise_grey: float, blur_px: float, seed: int) -> Errors:
     channels = images.gradients(["i1"])
     start = disturbed(true, rng, 0.5, 1.0, CAMERA.fx)
     problem = PoseProblem.at_scale(channels, cuboid(), CAMERA)
-    solution = refine(replace(problem, blur=line_scales(problem, start)), start)
+    solution = refine(replace(problem, scale=line_scales(problem, start)), start)
     if solution is None:
         return Errors(np.inf, np.inf)
     turn = true.compose(solution.pose.inverse())

@@ -34,5 +34,5 @@ def refined(
 
 
 def scaled(problem: PoseProblem, pose: Pose) -> PoseProblem:
-    """With the lines' blur."""
-    return replace(problem, blur=line_scales(problem, pose))
+    """With the filters that suit the lines' blur."""
+    return replace(problem, scale=line_scales(problem, pose))

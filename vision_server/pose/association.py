@@ -112,7 +112,7 @@ def associate(samples: Samples, lines: int, offset: Floats) -> None:
 
 
 @kernel(error_model="numpy")
-def neighbour_pulls(samples: Samples, lines: int, blurs: Floats) -> Floats:
+def neighbour_pulls(samples: Samples, lines: int, sigma: Floats) -> Floats:
     """How far an edge may be moved by one that runs beside it, (C, N) px along the normal, towards it.
 
     Two steps g apart, blurred by s each, answer with one maximum between them when g < 2 s, and otherwise
@@ -122,11 +122,11 @@ def neighbour_pulls(samples: Samples, lines: int, blurs: Floats) -> Floats:
 
     Parameters
     ----------
-    blurs
-        (C, L), px, of each channel and line: scale of the filter that suits it.
+    sigma
+        (C, L), px, scale of the filter for each channel and line.
     """
     image, direction, courses = samples.image, samples.image_direction, _courses(samples, lines)
-    out = np.zeros((len(blurs), len(image)))
+    out = np.zeros((len(sigma), len(image)))
     for mine, other in courses.pairs:
         a = courses.ends[other, 0]
         ux, uy, length = courses.along[other, 0], courses.along[other, 1], courses.along[other, 2]
@@ -136,8 +136,8 @@ def neighbour_pulls(samples: Samples, lines: int, blurs: Floats) -> Floats:
             if not -BEYOND_PX <= along <= length + BEYOND_PX:
                 continue
             gap = -(x - along * ux) * direction[i, 1] + (y - along * uy) * direction[i, 0]
-            for c in range(len(blurs)):
-                blur = BLUR_SHARE * blurs[c, mine]
+            for c in range(len(sigma)):
+                blur = BLUR_SHARE * sigma[c, mine]
                 if abs(gap) < FAR_BLURS * blur:
                     out[c, i] -= NEIGHBOUR_HEIGHT * gap * math.exp(-0.5 * (gap / blur) ** 2)
     return out

@@ -1,4 +1,4 @@
-"""How soft the edges of each model line are in each channel, told by which filter suits them."""
+"""How soft the edges of each model line are in each channel, and so which filter suits them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def line_scales(problem: PoseProblem, pose: Pose, reach_px: float = REACH_PX) ->
 
     An edge of blur b answers a Gaussian derivative of scale s with a peak proportional to (b^2 + s^2)^-1/2;
     the ratio of the peaks at 2s and s therefore tells b/s, whatever the contrast. The scales of ``problem``
-    are the least. The answer stands for the blur; edge points are looked for with the scales of ``problem``.
+    are the least.
     """
     samples = thinned(visible_samples(problem.model, problem.camera, pose, SPACING_PX), MOST_SAMPLES)
     normal, out = samples.normal, problem.scale.copy()

@@ -42,10 +42,7 @@ class PoseProblem:
     Attributes
     ----------
     scale
-        (C, L), index into SCALES_PX of the filter that edge points are looked for with.
-    blur
-        (C, L), index into SCALES_PX of the filter that suits the blur, see `line_scales`: softer edges are
-        placed best by sharp filters as well, but are moved farther by what is beside them.
+        (C, L), index into SCALES_PX of the filter for each channel and line.
     tone_sd_px
         How far edges may be off by a tone curve that is still in the images.
     """
@@ -54,7 +51,6 @@ class PoseProblem:
     model: Model
     camera: Camera
     scale: Ints
-    blur: Ints
     tone_sd_px: float = KNOWN_TONE_SD_PX
 
     @classmethod
@@ -66,9 +62,9 @@ class PoseProblem:
         scale: int = 0,
         tone_sd_px: float = KNOWN_TONE_SD_PX,
     ) -> PoseProblem:
-        """With the same filter for all lines, and no blur beyond it."""
+        """With the same filter for all lines."""
         everywhere = np.full((len(channels), len(model.lines)), scale, dtype=np.int64)
-        return cls(channels, model, camera, everywhere, everywhere, tone_sd_px)
+        return cls(channels, model, camera, everywhere, tone_sd_px)
 
 
 class Observation(NamedTuple):
@@ -87,8 +83,8 @@ class Observation(NamedTuple):
         translation m).
     centre
         (3,), camera frame, metres: the turning point of the steps.
-    sigma, blur
-        (C, L), scale of the filter for each channel and line, px, and of the one that suits its blur.
+    sigma
+        (C, L), scale of the filter for each channel and line, px.
     offset, sd, strength
         (C, N), of the chosen edge point: place along the normal px (NaN: none), its noise px, signed
         derivative grey/px.
@@ -106,7 +102,6 @@ class Observation(NamedTuple):
     jacobian: Floats
     centre: Floats
     sigma: Floats
-    blur: Floats
     offset: Floats
     sd: Floats
     strength: Floats
@@ -128,7 +123,7 @@ def observe(problem: PoseProblem, pose: Pose, reach_px: float, spacing_px: float
     samples = visible_samples(problem.model, problem.camera, pose, spacing_px)
     normal = samples.normal
     along, from_end = places_on_lines(samples, GAP_SPACINGS * spacing_px)
-    sigma, blur = np.array(SCALES_PX)[problem.scale], np.array(SCALES_PX)[problem.blur]
+    sigma = np.array(SCALES_PX)[problem.scale]
     widest = sigma.max(axis=0) if len(channels) else np.ones(lines)
     reach, width = np.maximum(reach_px, BLUR_REACH * widest), VOTE_WIDTH_PX * np.sqrt(widest)
     normals = Normals(samples.image, normal, reach[samples.line])
@@ -149,12 +144,11 @@ def observe(problem: PoseProblem, pose: Pose, reach_px: float, spacing_px: float
         jacobian=step_jacobian(problem.camera, pose.apply(samples.points), normal, centre),
         centre=centre,
         sigma=sigma,
-        blur=blur,
         offset=found.offset,
         sd=found.sd,
         strength=found.strength,
         nuisance=found.nuisance,
-        neighbours=neighbour_pulls(samples, lines, blur),
+        neighbours=neighbour_pulls(samples, lines, sigma),
     )
 
 

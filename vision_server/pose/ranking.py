@@ -61,11 +61,11 @@ def best_first(problem: PoseProblem, hypotheses: Sequence[Pose]) -> list[Refined
     Parameters
     ----------
     problem
-        Its blur is measured here, for each hypothesis.
+        Its scales are the least that are used.
     """
     coarse: list[Refined] = []
     for pose in hypotheses[:REFINED]:
-        scaled = replace(problem, blur=line_scales(problem, pose))
+        scaled = replace(problem, scale=line_scales(problem, pose))
         spacing = spacing_for(problem.model, problem.camera, pose)
         rough = refined(scaled, pose, COARSE_REACHES_PX, spacing, COARSER, known=coarse)
         if rough is not None:

@@ -25,7 +25,7 @@ PRIOR_TRANSLATION_SD = 0.1  # of the range
 ENOUGH_ROWS = 12
 LINE_BIAS_PX = 0.03  # of a whole sharp line: shading across it, calibration, model
 CLIPPED_BIAS_PX = 0.2  # of a sharp line beside saturated pixels, beyond what all of them share
-BIAS_GROWTH = 2.0  # power of the blur's scale with which both grow: softer edges reach farther
+BIAS_GROWTH = 2.0  # power of the filter's scale with which both grow: softer edges reach farther
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +57,9 @@ def line_biases(seen: Observation) -> Floats:
     """How far each edge point may be off together with all others of its line, (C, N) px, one sd.
 
     By shading across the line, calibration and model; by saturation beside it; by what runs beside it. All
-    grow with the blur.
+    grow with the filter's scale.
     """
-    growth = seen.blur[:, seen.samples.line] ** BIAS_GROWTH
+    growth = seen.sigma[:, seen.samples.line] ** BIAS_GROWTH
     clipped = seen.nuisance[:, :, 1] != 0.0
     own = np.where(clipped, CLIPPED_BIAS_PX * growth, LINE_BIAS_PX * (growth - 1.0))
     return np.asarray(np.where(np.abs(seen.neighbours) > own, seen.neighbours, own))
