@@ -46,7 +46,8 @@ def compare_table(folder: Path, out: Path, reports: int = 0) -> None:
     outcomes = outcomes_of(table, description["settings"]["kind"], description["controllers"])
     if reports:
         chosen = [row for pair in deciding_rows(outcomes, table) for row in pair][: 2 * reports]
-        make_reports(table.take(chosen).to_pylist(), description, folder)
+        if chosen:  # strategies may differ nowhere
+            make_reports(table.take(chosen).to_pylist(), description, folder)
     grids = [strategies_grid(outcomes), differences_grid(outcomes)]
     if outcomes.kind in POSES:
         grids += [scenes_grid(outcomes), deciding_grid(outcomes, table, folder, out), power_grid(outcomes)]
