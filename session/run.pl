@@ -109,22 +109,25 @@ start_file(model, Options, Plan, File) :-
 run_program(Session, End, Situation) :-
     _{options:Options, plan:Plan, folder:Folder} :< Session,
     run_file(Folder, 'history.pl', Journal),
-    (   option(resume(_), Options)
-    ->  Resume = [resume(Journal)]
-    ;   Resume = []
-    ),
     nb_setval(session_situation, none),
-    catch(( seed_of_draws(Plan.seed, Seed),
+    catch(( beginning(Options, Plan, Journal, Beginning),
             indigolog(Plan.program,
-                      [ check(false), device(session_acquisition_device), journal(Journal), seed(Seed),
-                        on_action(session_run:after_action(Options)) | Resume ]),
+                      [ check(false), device(session_acquisition_device), journal(Journal), Beginning,
+                        on_action(session_run:after_action(Options)) ]),
             End = finished ),
           Error,
           ( nb_getval(session_situation, Last), ended_by(Error, Options, Last, End) )),
     nb_getval(session_situation, Situation).
 
+%   A session that goes on finds the seed of its draws in its journal.
+beginning(Options, _, Journal, resume(Journal)) :-
+    option(resume(_), Options),
+    !.
+beginning(_, Plan, _, seed(Draws)) :-
+    seed_of_draws(Plan.seed, Draws).
+
 %   What a strategy draws depends on the seed and on the scene as it is known beforehand, so that one seed is not the
-%   same lucky or unlucky settings everywhere.  A session that goes on finds the seed of its draws in its journal.
+%   same lucky or unlucky settings everywhere.
 seed_of_draws(Seed, Draws) :-
     ask(image_server, describe, _{}, Device),
     (   is_dict(Device.target),

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from tests.session.command import alive, controller, start_controller
+from tests.session.command import alive, controller, gone, start_controller
 
 IDLE_S = 20.0
 """Longer than any of these tests needs between two sessions, on a busy machine."""
@@ -29,7 +29,7 @@ def runtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         running = kept(folder)
         for pid in running.values():
             os.kill(pid, signal.SIGTERM)
-        assert ended(running, 20)
+        assert gone(running, 20)
 
 
 def kept(folder: Path) -> dict[str, int]:
@@ -45,15 +45,6 @@ def session(out: Path, *options: str, keep: bool = True, idle_s: float = IDLE_S)
     assert done.returncode in (0, 3), done.stderr
     result: dict[str, Any] = json.loads((out / "result.json").read_text())
     return {key: value for key, value in result.items() if key not in ("seconds", "command")}
-
-
-def ended(pids: dict[str, int], within_s: float) -> bool:
-    deadline = time.monotonic() + within_s
-    while any(alive(pid) for pid in pids.values()):
-        if time.monotonic() > deadline:
-            return False
-        time.sleep(0.05)
-    return True
 
 
 def test_a_session_on_kept_servers_finds_what_one_on_its_own_finds(runtime: Path, tmp_path: Path) -> None:
@@ -94,7 +85,7 @@ def test_two_sessions_do_not_share_servers_and_one_that_is_killed_frees_its_own(
 def test_servers_that_nobody_asks_end(runtime: Path, tmp_path: Path) -> None:
     session(tmp_path / "one", "--max-iterations", "1", idle_s=5)
     running = kept(runtime)
-    assert running and ended(running, 20)
+    assert running and gone(running, 20)
     session(tmp_path / "two", "--max-iterations", "1", idle_s=5)
     assert kept(runtime) and not set(kept(runtime).values()) & set(running.values())
 
