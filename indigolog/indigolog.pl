@@ -1,5 +1,8 @@
 :- module(indigolog,
           [ load_theory/1,            % +FileOrFiles
+            load_theory/2,            % +FileOrFiles, -Theory
+            in_theory/2,              % +Theory, :Goal
+            unload_theory/1,          % +Theory
             do/3,                     % +Program, +History, -History1
             do/4,                     % +Program, +History, +Max, -History1
             trans/4,                  % +Program, +History, -Program1, -History1
@@ -8,8 +11,12 @@
             indigolog/1,              % +Program
             indigolog/2,              % +Program, :Options
             request_stop/1,           % +Reason
+            request_stop/2,           % +Run, +Reason
             request_abort/0,
+            request_abort/1,          % +Run
             report_exogenous/1,       % +Action
+            report_exogenous/2,       % +Run, +Action
+            current_run/1,            % -Run
             check_theory/0,
             check_program/1,          % +Program
             explain/2,                % +Question, +History
@@ -21,24 +28,27 @@
             random_pick/2             % +List, -Element
           ]).
 :- use_module(library(error), [must_be/2]).
-:- use_module(library(option), [option/3]).
+:- use_module(library(option), [option/2, option/3]).
 :- use_module(language/chance, [random_fraction/1, random_pick/2]).
 :- use_module(language/context, [top_context/1]).
 :- use_module(language/formula, [test/2]).
-:- use_module(language/loading, [load_theory/1]).
+:- use_module(language/loading, [load_theory/1, load_theory/2, unload_theory/1]).
+:- use_module(language/theory, [in_theory/2]).
 :- use_module(language/offline, [complete/3, complete/4]).
 :- use_module(language/progression, [history_situation/2, remember_situation/1]).
 :- use_module(language/semantics, [step/4]).
 :- use_module(language/situation, [fluent_value/3, situation_history/2, situation_length/2]).
 :- use_module(language/golog, []).
 :- use_module(language/congolog, []).
+:- use_module(language/conditions, []).
 :- use_module(language/extensions, []).
 :- use_module(search/search, []).
 :- use_module(search/conditional, []).
 :- use_module(search/monitor, []).
-:- use_module(online/devices, [report_exogenous/1]).
 :- use_module(online/executive, [run/2]).
-:- use_module(online/turn, [request_abort/0, request_stop/1]).
+:- use_module(online/runs,
+              [ current_run/1, report_exogenous/1, report_exogenous/2, request_abort/0, request_abort/1,
+                request_stop/1, request_stop/2 ]).
 :- use_module(tools/checks, [check_program/1, check_theory/0, check_theory_once/0]).
 :- use_module(tools/console, [step_through/2]).
 :- use_module(tools/explain, [why/3]).
@@ -122,6 +132,9 @@ situation_holds(Formula, Situation) :-
 %
 %   Run Program online. Options:
 %
+%     * theory(Theory)       of load_theory/2; the current theory if it is not given
+%     * run(Name)            for report_exogenous/2, request_stop/2, request_abort/1 and
+%       current_run/1
 %     * check(Boolean)       look for mistakes in the theory, if that has not been done
 %       since it was loaded, and in Program, and print them; true by default
 %     * device(Module), device(Module, DeviceOptions)   see devices.pl; may be
@@ -150,6 +163,13 @@ indigolog(Program) :-
     indigolog(Program, []).
 
 indigolog(Program, Options) :-
+    Options = _:Plain,
+    (   option(theory(Theory), Plain)
+    ->  in_theory(Theory, checked_run(Program, Options))
+    ;   checked_run(Program, Options)
+    ).
+
+checked_run(Program, Options) :-
     Options = _:Plain,
     (   option(check(true), Plain, true)
     ->  check_theory_once,

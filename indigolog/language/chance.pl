@@ -1,5 +1,5 @@
 :- module(indigolog_chance,
-          [ set_seed/1,               % +Seed
+          [ with_seed/2,              % +Seed, :Goal
             random_fraction/1,        % -Fraction
             random_pick/2,            % +List, -Element
             shuffled/2                % +List, -Permutation
@@ -7,6 +7,8 @@
 :- use_module(library(lists), [nth0/3]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(pairs), [pairs_values/2]).
+
+:- meta_predicate with_seed(+, 0).
 
 /** <module> Random choices that can be repeated
 
@@ -16,22 +18,35 @@ else in the process draws random numbers.  The state is a 64-bit
 linear congruential generator (Knuth's MMIX constants); its upper bits are used.
 */
 
-%!  set_seed(+Seed) is det.
+%!  with_seed(+Seed, :Goal) is nondet.
+%
+%   Call Goal with choices, and random numbers of Prolog's own, that begin at Seed; what is
+%   around it goes on as if nothing had been drawn.
 
-set_seed(Seed) :-
-    State is (Seed * 0x9E3779B97F4A7C15 + 0x1234567) /\ 0xFFFFFFFFFFFFFFFF,
-    nb_setval(indigolog_chance, State),
-    random_fraction(_).
+with_seed(Seed, Goal) :-
+    state(Before),
+    random_property(state(Others)),
+    setup_call_cleanup(
+        ( State is (Seed * 0x9E3779B97F4A7C15 + 0x1234567) /\ 0xFFFFFFFFFFFFFFFF,
+          nb_setval(indigolog_chance, State),
+          random_fraction(_),
+          set_random(seed(Seed)) ),
+        Goal,
+        ( nb_setval(indigolog_chance, Before),
+          set_random(state(Others)) )).
+
+state(State) :-
+    (   nb_current(indigolog_chance, State0)
+    ->  State = State0
+    ;   State = 0x853C49E6748FEA9B
+    ).
 
 %!  random_fraction(-Fraction) is det.
 %
 %   A float in [0, 1).
 
 random_fraction(Fraction) :-
-    (   nb_current(indigolog_chance, State0)
-    ->  true
-    ;   State0 = 0x853C49E6748FEA9B
-    ),
+    state(State0),
     State is (State0 * 6364136223846793005 + 1442695040888963407)
              /\ 0xFFFFFFFFFFFFFFFF,
     nb_setval(indigolog_chance, State),

@@ -61,16 +61,19 @@ declared_instance(Theory, Fluent, Instances) :-
 %   the initial Status of each.
 
 ground_instances(Theory, Fluent, Instance, Status) :-
-    theory_module(Theory, Module),
-    (   Module:'$instances'(Fluent, Instances)
+    instances_module(Theory, Home),
+    (   Home:'$instances'(Fluent, Instances)
     ->  true
-    ;   index_instances(Theory, Fluent),
-        Module:'$instances'(Fluent, Instances)
+    ;   with_mutex(indigolog_instances, index_instances(Theory, Fluent)),
+        Home:'$instances'(Fluent, Instances)
     ),
     Instances = ground(Instance, Status).
 
+index_instances(Theory, Fluent) :-    % unless another thread has done it by now
+    instances_module(Theory, Home),
+    Home:'$instances'(Fluent, _),
+    !.
 index_instances(Theory, Fluent) :-
-    theory_module(Theory, Module),
     instances_module(Theory, Home),
     generalised(Fluent, Template),
     findall(Template, declared_fluent(Theory, Template), All0),
@@ -83,7 +86,7 @@ index_instances(Theory, Fluent) :-
         maplist(assert_instance(Theory), All)
     ;   Instances = open
     ),
-    assertz(Module:'$instances'(Template, Instances)).
+    assertz(Home:'$instances'(Template, Instances)).
 
 assert_instance(Theory, Fluent) :-
     instances_module(Theory, Home),

@@ -1,6 +1,7 @@
 :- module(indigolog_loading,
           [ load_theory/1,            % +FileOrFiles
-            unload_theory/0
+            load_theory/2,            % +FileOrFiles, -Theory
+            unload_theory/1           % +Theory
           ]).
 :- use_module(library(apply), [maplist/2, maplist/3]).
 :- use_module(library(error), [existence_error/2, must_be/2]).
@@ -12,25 +13,46 @@
 
 /** <module> Loading theories */
 
+:- dynamic
+    files/2,                          % Module, Files: of each theory that is loaded
+    unwanted/1.                       % Module: to be unloaded when no run uses it
+
 % Other predicates that theories find there: Module:Name/Arity.
 :- multifile theories_may_call/1.
 
 %!  load_theory(+FileOrFiles) is det.
 %
-%   Load a file, or a list of files, as the current theory.  The theory that was
-%   current before is unloaded.
+%   Load a file, or a list of files, as the current theory of this thread, and of all that
+%   load none themselves if this is the main thread.  The theory that this thread had loaded
+%   before is unloaded.
 %
 %   @error existence_error(source_sink, File) if there is no such file
 %   @error golog(load(Files, Count)) if the files have errors, which have then
 %          been printed with file and line
 
 load_theory(Spec) :-
+    theory_files(Spec, Files),
+    ( forget_current(Before) -> unload_module(Before) ; unload_at_end ),
+    with_mutex(indigolog_loading, loaded(Files, Theory)),
+    make_current(Theory).
+
+%!  load_theory(+FileOrFiles, -Theory) is det.
+%
+%   Load a theory beside the others, for in_theory/2 and the option theory(Theory) of
+%   indigolog/2, in whatever thread.  Errors are those of load_theory/1.
+
+load_theory(Spec, Theory) :-
+    theory_files(Spec, Files),
+    with_mutex(indigolog_loading, loaded(Files, Theory)).
+
+theory_files(Spec, Files) :-
     (   is_list(Spec)
     ->  Specs = Spec
     ;   Specs = [Spec]
     ),
-    maplist(theory_file, Specs, Files),
-    unload_theory,
+    maplist(theory_file, Specs, Files).
+
+loaded(Files, Theory) :-
     gensym(indigolog_theory_, Module),
     prepare_module(Module),
     statistics(errors, Errors0),
@@ -38,7 +60,7 @@ load_theory(Spec) :-
     statistics(errors, Errors),
     (   Errors > Errors0
     ->  Count is Errors - Errors0,
-        unload_files(Module, Files),
+        unload_sources(Module, Files),
         throw(error(golog(load(Files, Count)), _))
     ;   true
     ),
@@ -47,7 +69,7 @@ load_theory(Spec) :-
     ( Module:'$uncertain'(_) -> Certainty = possible ; Certainty = certain ),
     new_theory(Module, Certainty, Theory),
     compile_axioms(Theory),
-    make_current(Theory, Files).
+    assertz(files(Module, Files)).
 
 theory_file(Spec, File) :-
     must_be(ground, Spec),
@@ -65,7 +87,7 @@ prepare_module(Module) :-
              multifile(Module:PI),
              discontiguous(Module:PI) )),
     dynamic([ Module:'$fluent'/2, Module:'$action'/2, Module:'$sensed'/1,
-              Module:'$uncertain'/1, Module:'$instances'/2 ]),
+              Module:'$uncertain'/1 ]),
     add_import_module(Module, indigolog_published, start),
     forall(older_axiom(Old, New),
            assertz(Module:term_expansion(Old, New))),
@@ -107,17 +129,29 @@ refuse_header(File) :-
     ;   true
     ).
 
-%!  unload_theory is det.
+%!  unload_theory(+Theory) is det.
 %
-%   Forget the current theory, if there is one.
+%   Forget Theory; where a run uses it, after that.
 
-unload_theory :-
-    (   forget_current(Module, Files)
-    ->  unload_files(Module, Files)
+unload_theory(Theory) :-
+    theory_module(Theory, Module),
+    unload_module(Module).
+
+unload_module(Module) :-
+    assertz(unwanted(Module)),
+    forall(( unwanted(Unwanted), \+ theory_used(Unwanted) ),
+           ( retractall(unwanted(Unwanted)),
+             forall(retract(files(Unwanted, Files)), unload_sources(Unwanted, Files)) )).
+
+% The theory of a thread ends with it.
+unload_at_end :-
+    thread_self(Me),
+    (   Me \== main
+    ->  thread_at_exit(ignore(( forget_current(Module), unload_module(Module) )))
     ;   true
     ).
 
-unload_files(Module, Files) :-
+unload_sources(Module, Files) :-
     forall(member(File, Files),
            ( own_source(Module, File, Source),
              unload_file(Source) )).

@@ -23,7 +23,7 @@ multifile here, under the rule that they state:
 
   - golog.pl        sequence, test, choice, if, while, star, pi
   - congolog.pl     concurrency, priorities, interrupts
-  - extensions.pl   what the published interpreter adds, and atomic
+  - extensions.pl, conditions.pl   what the published interpreter adds, and atomic
   - search/         search, plans that branch, achieve
 
 In the rules E' and S' are trans's E1 and S1.  The context C is context.pl's.

@@ -1,9 +1,12 @@
 :- module(indigolog_theory,
           [ current_theory/1,         % -Theory
-            make_current/2,           % +Theory, +Files
-            forget_current/2,         % -Module, -Files
+            make_current/1,           % +Theory
+            forget_current/1,         % -Module
+            in_theory/2,              % +Theory, :Goal
             new_theory/3,             % +Module, +Certainty, -Theory
             renewed_theory/1,         % -Theory
+            while_used/2,             % +Theory, :Goal
+            theory_used/1,            % +Module
             fluent_template/2,        % +Theory, ?Term
             fluent_template/3,        % +Theory, +Term, -Kind
             called_procedure/2,       % +Theory, +Term
@@ -28,7 +31,13 @@ A theory is one or more plain Prolog files, loaded into a module of its own (loa
 that declare fluents, actions, axioms and procedures.
 */
 
-:- dynamic loaded/2.                  % Theory, Files: at most one fact
+:- meta_predicate
+    in_theory(+, 0),
+    while_used(+, 0).
+
+:- dynamic
+    common_theory/2,                  % Module, Certainty: at most one fact
+    used/2.                           % Module, Home: one fact for each run
 
 %!  theory_predicate(?Indicator) is nondet.
 %
@@ -43,51 +52,120 @@ theory_predicate(PI) :-
 
 %!  current_theory(-Theory) is det.
 %
-%   @error golog(no_theory) if none is loaded
+%   The theory that this thread (or engine) has loaded or was given, else the one that the main
+%   thread has loaded.
+%
+%   @error golog(no_theory) if there is none
 
 current_theory(Theory) :-
-    (   loaded(Theory0, _)
+    (   nb_current(indigolog_theory, own(Theory0))
     ->  Theory = Theory0
+    ;   common_theory(Module, Certainty)
+    ->  (   nb_current(indigolog_theory, common(Theory0)),
+            theory_module(Theory0, Module)
+        ->  Theory = Theory0
+        ;   new_theory(Module, Certainty, Theory),
+            nb_setval(indigolog_theory, common(Theory))
+        )
     ;   throw(error(golog(no_theory), _))
     ).
 
-%!  make_current(+Theory, +Files) is det.
+%!  make_current(+Theory) is det.
 
-make_current(Theory, Files) :-
-    assertz(loaded(Theory, Files)).
+make_current(Theory) :-
+    nb_setval(indigolog_theory, own(Theory)),
+    (   ( thread_self(main) ; \+ common_theory(_, _) )
+    ->  theory_module(Theory, Module),
+        certainty(Theory, Certainty),
+        retractall(common_theory(_, _)),
+        assertz(common_theory(Module, Certainty))
+    ;   true
+    ).
 
-%!  forget_current(-Module, -Files) is semidet.
+certainty(Theory, Certainty) :-
+    ( theory_certain(Theory) -> Certainty = certain ; Certainty = possible ).
 
-forget_current(Module, Files) :-
-    retract(loaded(Theory, Files)),
-    !,
-    theory_module(Theory, Module).
+%!  forget_current(-Module) is semidet.
+%
+%   Fails if this thread has no theory of its own.
+
+forget_current(Module) :-
+    nb_current(indigolog_theory, own(Theory)),
+    theory_module(Theory, Module),
+    nb_setval(indigolog_theory, none),
+    retractall(common_theory(Module, _)).
+
+%!  in_theory(+Theory, :Goal) is nondet.
+%
+%   Call Goal while Theory is the current theory of this thread.
+
+in_theory(Theory0, Goal) :-
+    theory_module(Theory0, Module),
+    (   home(Module, Home),
+        instances_module(Theory0, Home)
+    ->  Theory = Theory0
+    ;   certainty(Theory0, Certainty),    % another thread has loaded it
+        new_theory(Module, Certainty, Theory)
+    ),
+    ( nb_current(indigolog_theory, Before) -> true ; Before = none ),
+    b_setval(indigolog_theory, own(Theory)),
+    call(Goal),
+    b_setval(indigolog_theory, Before).
 
 %!  new_theory(+Module, +Certainty, -Theory) is det.
+%
+%   Theory has the declarations and axioms of Module, and remembers what they say for this
+%   thread alone.  New tries, since SWI-Prolog 9.0.4 may crash when it lists one that was emptied.
 
 new_theory(Module, Certainty, Theory) :-
-    atom_concat(Module, '_instances', Home),
+    home(Module, Home),
+    (   used(_, Home)                     % by a run that this one is part of
+    ->  true
+    ;   dynamic(Home:'$instances'/2),
+        forall(retract(Home:'$instances'(_, Instances)),
+               ( Instances = ground(Instance, _) -> retractall(Instance) ; true ))
+    ),
     trie_new(Initial),
     trie_new(Plain),
     make_theory(Module, Home, tries(Initial, Plain), Certainty, Theory).
 
+% Where this thread keeps the declared instances of Module.
+home(Module, Home) :-
+    thread_self(Me),
+    thread_property(Me, id(N)),
+    atomic_list_concat([Module, instances, N], '_', Home).
+
 %!  renewed_theory(-Theory) is det.
 %
 %   The current theory, without what was remembered of its initial values and declared
-%   instances: helper facts may have changed since.  New tries, since SWI-Prolog 9.0.4
-%   may crash when it lists one that was emptied.
+%   instances: helper facts may have changed since.
 %
-%   @error golog(no_theory) if none is loaded
+%   @error golog(no_theory) if there is none
 
 renewed_theory(Theory) :-
     current_theory(Old),
     theory_module(Old, Module),
-    ( theory_certain(Old) -> Certainty = certain ; Certainty = possible ),
-    forall(retract(Module:'$instances'(_, Instances)),
-           ( Instances = ground(Instance, _) -> retractall(Instance) ; true )),
-    forget_current(Module, Files),
+    certainty(Old, Certainty),
     new_theory(Module, Certainty, Theory),
-    make_current(Theory, Files).
+    nb_getval(indigolog_theory, Kept),
+    functor(Kept, Whose, 1),
+    Current =.. [Whose, Theory],
+    nb_setval(indigolog_theory, Current).
+
+%!  while_used(+Theory, :Goal) is nondet.
+%
+%   Call Goal, and meanwhile neither unload Theory nor forget its instances.
+
+while_used(Theory, Goal) :-
+    theory_module(Theory, Module),
+    instances_module(Theory, Home),
+    setup_call_cleanup(assertz(used(Module, Home), Reference), Goal, erase(Reference)).
+
+%!  theory_used(+Module) is semidet.
+
+theory_used(Module) :-
+    used(Module, _),
+    !.
 
 
                 /* What is declared */

@@ -1,5 +1,5 @@
 :- module(indigolog_device_thread,
-          [ start_thread/4,           % +Module, +Deadline, +Events, -Thread
+          [ start_thread/4,           % +Module, +Deadline, +Run, -Thread
             stop_thread/2,            % +Thread, +Module
             carried_out_by_thread/4,  % +Thread, +Deadline, +Action, -Sensing
             executed/3,               % +Module, +Action, -Result
@@ -8,6 +8,7 @@
             hook/2                    % +Module, +Hook
           ]).
 :- use_module(library(lists), [member/2]).
+:- use_module(runs, [in_run/1]).
 
 /** <module> A device in a thread of its own
 
@@ -25,12 +26,12 @@ closing_time(1.0).
 
 poll_interval(0.01).
 
-%!  start_thread(+Module, +Deadline, +Events, -Thread) is det.
+%!  start_thread(+Module, +Deadline, +Run, -Thread) is det.
 
-start_thread(Module, Deadline, Events, Thread) :-
+start_thread(Module, Deadline, Run, Thread) :-
     message_queue_create(Requests),
     message_queue_create(Replies),
-    thread_create(work(Module, Requests, Replies, Events), Id),
+    thread_create(work(Module, Requests, Replies, Run), Id),
     Thread = thread(Id, Requests, Replies),
     answer(Thread, started, Deadline, started, done(_)).
 
@@ -65,6 +66,7 @@ carried_out_by_thread(Thread, Deadline, A, Sensing) :-
     answer(Thread, Id, Deadline, A, done(Sensing)).
 
 work(Module, Requests, Replies, Events) :-
+    in_run(Events),
     catch(( hook(Module, started),
             thread_send_message(Replies, reply(started, done(none))),
             keep_serving(Module, Requests, Replies, Events) ),

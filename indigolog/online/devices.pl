@@ -1,11 +1,10 @@
 :- module(indigolog_devices,
-          [ open_devices/3,           % +Options, +Theory, -Devices
+          [ open_devices/4,           % +Options, +Theory, +Run, -Devices
             close_devices/1,          % +Devices
             execute_action/4,         % +Devices, +Theory, +Action, -Sensing
             arrived_events/2,         % +Devices, -Actions
             wait_for_event/3,         % +Devices, +MaxSeconds, :Interrupted
-            tell_resumed/2,           % +Devices, +Situation
-            report_exogenous/1        % +Action
+            tell_resumed/2            % +Devices, +Situation
           ]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(option), [option/3]).
@@ -34,29 +33,25 @@ Given as device(Module) it is called by the thread that runs the program, as
 device(Module, Options) by a thread of its own, so that neither a slow nor a dead
 device holds up the program for longer than the deadline.  Events of all
 devices, and those that any thread reports with report_exogenous/1, arrive in
-one queue; none is lost and equal ones stay apart.
+one queue, that of the run; none is lost and equal ones stay apart.
 
 Without a device the theory's execute/2 and exog_occurs/1 are asked, or the
 terminal.
 
-Devices here are devices(List, Events, Theory); a member of List is
+Devices here are devices(List, Run, Theory); a member of List is
 device(Module, Deadline, Where), Where being `here` or thread(Id, Requests, Replies).
 */
-
-:- dynamic run_events/1.              % message queues of runs, the newest first
 
 % How long a device in a thread has for an action where no deadline is given.
 default_deadline(60).
 
-%!  open_devices(+Options, +Theory, -Devices) is det.
+%!  open_devices(+Options, +Theory, +Run, -Devices) is det.
 %
 %   Start the devices of Options: device(Module)*, device(Module, DeviceOptions)*,
 %   deadline(Seconds).  DeviceOptions are thread(Boolean), `true` by default, and
 %   deadline(Seconds).
 
-open_devices(Options, Theory, devices(List, Events, Theory)) :-
-    message_queue_create(Events),
-    asserta(run_events(Events)),
+open_devices(Options, Theory, Run, devices(List, Run, Theory)) :-
     forget_input_ended,
     option(deadline(Deadline), Options, none),
     findall(Module-Own,
@@ -65,17 +60,16 @@ open_devices(Options, Theory, devices(List, Events, Theory)) :-
               ;   Option = device(Module, Own)
               ) ),
             Specs),
-    catch(open_each(Specs, Deadline, Events, [], List), Error,
-          ( close_devices(devices([], Events, Theory)), throw(Error) )).
+    open_each(Specs, Deadline, Run, [], List).
 
 open_each([], _, _, _, []).
-open_each([Module-Options|Specs], Deadline0, Events, Opened, [Device|List]) :-
+open_each([Module-Options|Specs], Deadline0, Run, Opened, [Device|List]) :-
     known_device(Module),
     known_device_options(Module, Options),
     option(deadline(Deadline), Options, Deadline0),
-    catch(open_device(Module, Options, Deadline, Events, Device), Error,
+    catch(open_device(Module, Options, Deadline, Run, Device), Error,
           ( close_each(Opened), throw(Error) )),
-    open_each(Specs, Deadline0, Events, [Device|Opened], List).
+    open_each(Specs, Deadline0, Run, [Device|Opened], List).
 
 known_device_options(Module, Options) :-
     (   member(Option, Options),
@@ -91,10 +85,10 @@ known_device(Module) :-
     ;   true
     ).
 
-open_device(Module, Options, Deadline0, Events, device(Module, Deadline, Where)) :-
+open_device(Module, Options, Deadline0, Run, device(Module, Deadline, Where)) :-
     (   option(thread(true), Options, true)
     ->  ( Deadline0 == none -> default_deadline(Deadline) ; Deadline = Deadline0 ),
-        start_thread(Module, Deadline, Events, Where)
+        start_thread(Module, Deadline, Run, Where)
     ;   Deadline = Deadline0,
         Where = here,
         hook(Module, started)
@@ -104,10 +98,8 @@ open_device(Module, Options, Deadline0, Events, device(Module, Deadline, Where))
 %
 %   A thread that does not end in time is left behind with a warning.
 
-close_devices(devices(List, Events, _)) :-
-    close_each(List),
-    retractall(run_events(Events)),
-    message_queue_destroy(Events).
+close_devices(devices(List, _, _)) :-
+    close_each(List).
 
 close_each(List) :-
     forall(member(device(Module, _, Where), List), close_device(Where, Module)).
@@ -177,19 +169,6 @@ carried_out_at(Where, _, Deadline, A, Sensing) :-
 
 
                 /* Events */
-
-%!  report_exogenous(+Action) is det.
-%
-%   Tell the program that is running of an exogenous action.  May be called from
-%   any thread.
-%
-%   @error golog(nothing_runs(Action))
-
-report_exogenous(Action) :-
-    (   run_events(Events)
-    ->  thread_send_message(Events, event(Action))
-    ;   throw(error(golog(nothing_runs(Action)), _))
-    ).
 
 %!  arrived_events(+Devices, -Actions) is det.
 %

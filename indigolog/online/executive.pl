@@ -3,12 +3,13 @@
           ]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3, meta_options/3]).
-:- use_module('../language/chance', [set_seed/1]).
+:- use_module('../language/chance', [with_seed/2]).
 :- use_module('../language/patience', [with_patience/2]).
 :- use_module('../language/situation').
-:- use_module('../language/theory', [renewed_theory/1]).
-:- use_module(devices, [close_devices/1, open_devices/3]).
+:- use_module('../language/theory', [renewed_theory/1, while_used/2]).
+:- use_module(devices, [close_devices/1, open_devices/4]).
 :- use_module(journal).
+:- use_module(runs, [begin_run/2, end_run/1]).
 :- use_module(turn).
 
 :- meta_predicate run(+, :).
@@ -20,12 +21,29 @@
 run(Program, Options0) :-
     meta_options(is_meta, Options0, Options),
     known_options(Options),
-    forget_requests,
+    option(run(Name), Options, _),
+    setup_call_cleanup(begin_run(Name, Run),
+                       run(Program, Options, Run),
+                       end_run(Run)).
+
+run(Program, Options, Run) :-
     renewed_theory(Theory),
-    initial_situation(Theory, S0),
     past(Options, Program, Seed, Entries, Mode),
-    set_seed(Seed),
-    set_random(seed(Seed)),
+    while_used(Theory,
+               with_seed(Seed,
+                         run_on(Program, Options, Run, Theory, past(Seed, Entries, Mode), Last, Outcome))),
+    turn_situation(Last, S),
+    turn_program(Last, Rest),
+    situation_history(S, History),
+    option(history(History), Options, _),
+    option(situation(S), Options, _),
+    option(rest(Rest), Options, _),
+    told(Outcome, Options, Rest, S).
+
+% run_on(+Program, +Options, +Run, +Theory, +Past, -Last, -Outcome): to the Last turn.
+
+run_on(Program, Options, Run, Theory, past(Seed, Entries, Mode), Last, Outcome) :-
+    initial_situation(Theory, S0),
     option(journal(File), Options, none),
     option(on_action(OnAction), Options, none),
     option(on_fact(OnFact), Options, none),
@@ -33,9 +51,9 @@ run(Program, Options0) :-
     option(max_wait(MaxWait), Options, inf),
     new_facts_only(File, Options, Entries, Skip),
     setup_call_cleanup(
-        opened(Mode, Options, Theory, File, Devices, Journal),
+        opened(Mode, Options, Theory, Run, File, Devices, Journal),
         ( begin(Skip, Journal, begun(Program, Seed)),
-          make_setting([ devices(Devices), journal(Journal), on_action(OnAction), on_fact(OnFact),
+          make_setting([ run(Run), devices(Devices), journal(Journal), on_action(OnAction), on_fact(OnFact),
                          max(Max), max_wait(MaxWait), mode(Mode) ], X),
           first_turn(Program, S0, Entries, Skip, First),
           option(max_silent(Silent), Options, default),
@@ -44,14 +62,7 @@ run(Program, Options0) :-
                 Error,
                 ended_by(Error, Journal)),
           journal_write(Journal, ended(Outcome)) ),
-        closed(Devices, Journal)),
-    turn_situation(Last, S),
-    turn_program(Last, Rest),
-    situation_history(S, History),
-    option(history(History), Options, _),
-    option(situation(S), Options, _),
-    option(rest(Rest), Options, _),
-    told(Outcome, Options, Rest, S).
+        closed(Devices, Journal)).
 
 is_meta(on_action).
 is_meta(on_fact).
@@ -65,17 +76,18 @@ known_options(Options) :-
 
 known_option(Option) :-
     memberchk(Option,
-              [ check/1,                  % done by indigolog/2
+              [ check/1, theory/1,        % done by indigolog/2
+                run/1,
                 device/1, device/2, deadline/1, journal/1, resume/1, replay/1, seed/1,
                 max_actions/1, max_wait/1, max_silent/1, on_action/1, on_fact/1,
                 history/1, situation/1, rest/1, outcome/1 ]).
 
-opened(replay, _, Theory, _, Devices, Journal) =>
+opened(replay, _, Theory, Run, _, Devices, Journal) =>
     journal_open(none, Journal),
-    open_devices([], Theory, Devices).
-opened(live, Options, Theory, File, Devices, Journal) =>
+    open_devices([], Theory, Run, Devices).
+opened(live, Options, Theory, Run, File, Devices, Journal) =>
     journal_open(File, Journal),
-    catch(open_devices(Options, Theory, Devices), Error,
+    catch(open_devices(Options, Theory, Run, Devices), Error,
           ( journal_close(Journal), throw(Error) )).
 
 closed(Devices, Journal) :-

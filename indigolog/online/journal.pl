@@ -24,15 +24,23 @@ resumed run meets each exogenous action where it was met.
 %
 %   Append to File; File may be `none`.  A last line that was not finished, as a
 %   process leaves it that is killed while it writes, is dropped.
+%
+%   @error golog(journal_in_use(File)) if another run of this process writes to it
 
 journal_open(none, Journal) =>
     Journal = none.
 journal_open(File, Journal) =>
-    (   exists_file(File)
-    ->  drop_unfinished(File)
+    with_mutex(indigolog_journal,
+               ( ( exists_file(File) -> not_in_use(File), drop_unfinished(File) ; true ),
+                 open(File, append, Journal, [encoding(utf8)]) )).
+
+not_in_use(File) :-
+    (   stream_property(Stream, mode(append)),
+        stream_property(Stream, file_name(Other)),
+        same_file(File, Other)
+    ->  throw(error(golog(journal_in_use(File)), _))
     ;   true
-    ),
-    open(File, append, Journal, [encoding(utf8)]).
+    ).
 
 drop_unfinished(File) :-
     whole_lines(File, Bytes),

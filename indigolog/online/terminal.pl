@@ -61,9 +61,10 @@ results(Action, Results) :-
 %   sensing result then tells what may be answered there.
 
 ask_in(S, Goal) :-
+    ( nb_current(indigolog_asked_in, Before) -> true ; Before = none ),
     b_setval(indigolog_asked_in, S),
     call(Goal),
-    b_setval(indigolog_asked_in, none).
+    b_setval(indigolog_asked_in, Before).
 
 %!  ask_exog_occurs(-Action) is semidet.
 %

@@ -3,10 +3,7 @@
             first_turn/5,             % +Program, +Situation, +Entries, +Skip, -Turn
             turn_program/2,           % +Turn, -Program
             turn_situation/2,         % +Turn, -Situation
-            make_setting/2,           % +Fields, -Setting
-            forget_requests/0,
-            request_stop/1,           % +Reason
-            request_abort/0
+            make_setting/2            % +Fields, -Setting
           ]).
 :- use_module(library(lists), [memberchk/2]).
 :- use_module(library(record)).
@@ -21,6 +18,7 @@
 :- use_module('../language/unfolding', [unfolded/2]).
 :- use_module(devices).
 :- use_module(journal).
+:- use_module(runs, [requested/2]).
 :- use_module(terminal, [ask_in/2]).
 
 /** <module> The turns of an online run
@@ -30,14 +28,14 @@ then makes one step of the program: a step is first looked for, and only a
 program that has none may end.  An action of the step is carried to the device
 that can execute it before the next turn.
 
-A turn is a record of the program and the situation, the number of steps and the count of
-actions so far, the entries of a journal that is followed, and how many of those to skip, for
-they need not be written again.  The setting stays the same in a run; its mode is `live`, or
-`replay` where only a journal is followed.
+A turn is a record of the program and the situation, the number of steps, the count of actions
+so far and of steps since the last, the entries of a journal that is followed, and how many of
+those to skip, for they need not be written again.  The setting stays the same in a run; its mode
+is `live`, or `replay` where only a journal is followed.
 */
 
-:- record turn(program, situation, number=0, count=0, entries=[], skip=0).
-:- record setting(devices, journal, on_action, on_fact, max, max_wait, mode).
+:- record turn(program, situation, number=0, count=0, silent=0, entries=[], skip=0).
+:- record setting(run, devices, journal, on_action, on_fact, max, max_wait, mode).
 
 record_goal(Goal) :-
     functor(Goal, Name, Arity),
@@ -50,33 +48,9 @@ goal_expansion(Goal, Unifications) :-
     record_goal(Goal),
     unfolded(indigolog_turn:Goal, Unifications).
 
-:- dynamic requested/1.               % stop(Reason) or abort
-
-%!  request_stop(+Reason) is det.
-%
-%   Make the run end between two steps with stopped(Reason).  May be called
-%   from a signal handler, a device or another thread.
-
-request_stop(Reason) :-
-    assertz(requested(stop(Reason))).
-
-%!  request_abort is det.
-%
-%   Make the run end between two steps with outcome `aborted`, as abort/0 in a
-%   program does.  May be called as request_stop/1.
-
-request_abort :-
-    assertz(requested(abort)).
-
-%!  forget_requests is det.
-
-forget_requests :-
-    retractall(requested(_)).
-
 %!  first_turn(+Program, +Situation, +Entries, +Skip, -Turn) is det.
 
 first_turn(E, S, Entries, Skip, T) :-
-    nb_setval(indigolog_silent, 0),
     make_turn([program(E), situation(S), entries(Entries), skip(Skip)], T).
 
 %!  turn(+Turn, +Setting, -Last, -Outcome) is det.
@@ -85,7 +59,8 @@ first_turn(E, S, Entries, Skip, T) :-
 
 turn(T0, X, T, Outcome) :-
     turn_entries(T0, Entries0),
-    (   requested(Request)
+    setting_run(X, Run),
+    (   requested(Run, Request)
     ->  by_request(Request),
         T = T0,
         Outcome = aborted
@@ -114,21 +89,14 @@ may_end(T) :-
 
 % stepped(+Turn, +E, +S, +Setting, -Last, -Outcome): the step of Turn leads to E and S.
 stepped(T0, E, S, X, T, Outcome) :-
-    turn_situation(T0, S0),
-    turn_number(T0, N0),
+    T0 = turn(_, S0, N0, Count, Silent0, Entries, Skip),
     N is N0+1,
-    set_number_of_turn(N, T0, T00),
-    set_program_of_turn(E, T00, T1),
     (   same_situation(S0, S)
-    ->  nb_getval(indigolog_silent, Silent0),
-        Silent is Silent0+1,
+    ->  Silent is Silent0+1,
         still_patient(Silent, E, S),
-        nb_setval(indigolog_silent, Silent),
-        set_situation_of_turn(S, T1, T2),
-        turn(T2, X, T, Outcome)
-    ;   nb_setval(indigolog_silent, 0),
+        turn(turn(E, S, N, Count, Silent, Entries, Skip), X, T, Outcome)
+    ;   T1 = turn(E, S0, N, Count, 0, Entries, Skip),
         last_action(S, A),
-        turn_count(T0, Count),
         setting_max(X, Max),
         (   A == wait
         ->  wait_for_events(T1, X),
@@ -145,10 +113,8 @@ stepped(T0, E, S, X, T, Outcome) :-
     ).
 
 by_request(stop(Reason)) :-
-    retractall(requested(_)),
     throw(stopped(Reason)).
-by_request(abort) :-
-    retractall(requested(_)).
+by_request(abort).
 
 % A step, and while a journal is followed the step that it tells of.
 next(T, E1, S1) :-
@@ -234,7 +200,8 @@ wait_for_events(T, X) :-
     ->  progress_message(waiting),
         setting_devices(X, Devices),
         setting_max_wait(X, MaxWait),
-        wait_for_event(Devices, MaxWait, requested(_))
+        setting_run(X, Run),
+        wait_for_event(Devices, MaxWait, requested(Run, _))
     ;   true
     ).
 
@@ -244,8 +211,7 @@ wait_for_events(T, X) :-
 % do_action(+A, +Number, +S, +Setting, +Turn, -Turn1): A, of the turn of that Number, leads
 % from the situation of Turn to S, and with what was sensed to that of Turn1.
 
-do_action(A, N, S, X, T0, T) :-
-    turn_entries(T0, Entries0),
+do_action(A, N, S, X, turn(E, S0, N1, Count0, Silent, Entries0, Skip), T) :-
     (   Entries0 = [Entry|Entries]
     ->  replayed(Entry, Result)
     ;   Entries = [],
@@ -254,19 +220,14 @@ do_action(A, N, S, X, T0, T) :-
     (   Result = failed(Reason)
     ->  Done = failed(A, Reason),
         Fact = failed(N, A, Reason),
-        turn_situation(T0, S0),
         progress(Done, S0, S1)
     ;   Result = done(Sensing),
         Done = A,
         Fact = executed(N, A, Sensing),
         sensed(A, Sensing, S, S1)
     ),
-    turn_count(T0, Count0),
     Count is Count0+1,
-    set_situation_of_turn(S1, T0, T1),
-    set_count_of_turn(Count, T1, T2),
-    set_entries_of_turn(Entries, T2, T3),
-    happened(Fact, Done, X, T3, T),
+    happened(Fact, Done, X, turn(E, S1, N1, Count, Silent, Entries, Skip), T),
     resumed_if_last(Entries0, X, T).
 
 sensed(A, Sensing, S, S1) :-

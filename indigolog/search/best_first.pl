@@ -7,6 +7,7 @@
 :- use_module(library(apply), [foldl/4]).
 :- use_module(library(option), [option/3]).
 :- use_module('../language/configuration').
+:- use_module(memory).
 :- use_module(search_options).
 :- use_module('../language/progression', [progress/3, stop_interrupts/3, stopped_depth/2]).
 :- use_module('../language/situation', [last_action/2]).

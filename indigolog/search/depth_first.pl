@@ -5,6 +5,7 @@
           ]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module('../language/configuration').
+:- use_module(memory).
 :- use_module(search_options).
 :- use_module('../language/semantics', [final/3, trans/5]).
 :- use_module('../language/situation').
@@ -36,23 +37,15 @@ path(E, S, C, How, Steps) :-
     onward(E, S, C, How, Steps).
 path(E, S, C, How, Steps) :-
     How = how(Memory, _),
-    Memory = memory(Trie, _),
-    situation_key(S, Values),
-    Key = E-Values,
-    \+ trie_lookup(Trie, Key, _),         % open or dead
+    configuration_key(E, S, Key),
+    \+ ( recalled(Memory, Key, Known), Known \== alive ),     % open or dead
     remember(Memory, Key, open),
     Found = found(false),
     (   onward(E, S, C, How, Steps),
         nb_setarg(1, Found, true)
-    ;   exhausted(Found, Trie, Key)
+    ;   ( Found = found(true) -> remember(Memory, Key, alive) ; remember(Memory, Key, dead) ),
+        fail
     ).
-
-exhausted(found(false), Trie, Key) :-
-    trie_update(Trie, Key, dead),
-    fail.
-exhausted(found(true), Trie, Key) :-
-    trie_delete(Trie, Key, _),
-    fail.
 
 onward(E, S, C, _, []) :-
     final(E, S, C).

@@ -5,21 +5,14 @@
             anytime/1,                % +Options
             new_budget/2,             % +Options, -Budget
             spend/1,                  % +Budget
-            out_of_budget/1,          % +Error
-            new_memory/4,             % +Program, +Situation, +Options, -Memory
-            remember/3,               % +Memory, +Key, +Value
-            seen/4,                   % +Memory, +Program, +Situation, +Cost
-            superseded/4              % +Memory, +Program, +Situation, +Cost
+            out_of_budget/1           % +Error
           ]).
 :- use_module(library(error), [must_be/2]).
 :- use_module(library(lists), [member/2, memberchk/2]).
-:- use_module(library(occurs), [sub_term/2]).
 :- use_module(library(option), [option/2, option/3]).
 :- use_module('../language/formula', [holds_in/2, evaluate/3]).
-:- use_module('../language/situation', [situation_key/2, situation_theory/2]).
-:- use_module('../language/theory', [theory_module/2]).
 
-/** <module> What the strategies of search share: options, costs, budgets, memory
+/** <module> What the strategies of search share: options, costs, budgets
 
 Options of search/2:
 
@@ -33,7 +26,7 @@ Options of search/2:
     for a dead end
   * weight(W)              of the estimate in `astar`, 1 by default
   * max_nodes(N), max_seconds(T)   budgets
-  * max_mb(M)   memory for the configurations that were met
+  * max_mb(M)   memory, see memory.pl
   * anytime(true)          go on improving the plan until it is the cheapest or
     the budget is used up
 
@@ -164,93 +157,3 @@ spend(Budget) :-
 %!  out_of_budget(+Error) is semidet.
 
 out_of_budget(error(golog(search_budget(_)), _)).
-
-
-                /* Memory */
-
-% Megabytes of configurations, where no option says otherwise: what a laptop of 4 GB has to
-% spare.  Chosen by hand.
-most_megabytes(1000).
-
-% Of a node of a trie, as the process grows: 2.6 million took 220 MB (SWI-Prolog 9.0.4).
-node_bytes(85).
-
-%!  new_memory(+Program, +Situation, +Options, -Memory) is det.
-%
-%   Memory of configurations, by program and fluent values, memory(Trie, MostNodes); `none`
-%   where something may ask for the history itself, which tells two situations with equal
-%   values apart.
-
-new_memory(E, S, Options, Memory) :-
-    (   sees_history(E, S)
-    ->  Memory = none
-    ;   most_megabytes(Default),
-        option(max_mb(Megabytes), Options, Default),
-        node_bytes(Bytes),
-        Most is floor(Megabytes*1.0e6/Bytes),
-        trie_new(Trie),
-        Memory = memory(Trie, Most)
-    ).
-
-%!  remember(+Memory, +Key, +Value) is det.
-%
-%   @error golog(search_budget(max_mb(Megabytes, Configurations))) if that is one too many
-
-remember(memory(Trie, Most), Key, Value) :-
-    trie_insert(Trie, Key, Value),
-    trie_property(Trie, node_count(Nodes)),
-    (   Nodes =< Most
-    ->  true
-    ;   trie_property(Trie, value_count(N)),
-        node_bytes(Bytes),
-        Megabytes is ceiling(Nodes*Bytes/1.0e6),
-        throw(error(golog(search_budget(max_mb(Megabytes, N))), _))
-    ).
-
-sees_history(E, _) :-
-    asks_history(E),
-    !.
-sees_history(_, S) :-
-    situation_theory(S, Theory),
-    theory_module(Theory, Module),
-    member(Head, [poss(_, _), proc(_, _), causes_val(_, _, _, _),
-                  causes_true(_, _, _), causes_false(_, _, _)]),
-    clause(Module:Head, Body),
-    asks_history(Head-Body),
-    !.
-
-asks_history(Term) :-
-    sub_term(T, Term),
-    nonvar(T),
-    T = done(_).
-
-%!  seen(+Memory, +Program, +Situation, +Cost) is semidet.
-%
-%   The configuration was met before at no higher cost.  Fails if not, and
-%   remembers Cost.
-
-seen(none, _, _, _) :-
-    !,
-    fail.
-seen(Memory, E, S, Cost) :-
-    Memory = memory(Trie, _),
-    situation_key(S, Key),
-    (   trie_lookup(Trie, E-Key, Cost0)
-    ->  (   Cost0 =< Cost
-        ->  true
-        ;   trie_update(Trie, E-Key, Cost),
-            fail
-        )
-    ;   remember(Memory, E-Key, Cost),
-        fail
-    ).
-
-%!  superseded(+Memory, +Program, +Situation, +Cost) is semidet.
-%
-%   The configuration has been met at a lower cost.
-
-superseded(Memory, E, S, Cost) :-
-    Memory = memory(Trie, _),
-    situation_key(S, Key),
-    trie_lookup(Trie, E-Key, Cost0),
-    Cost0 < Cost.

@@ -29,7 +29,7 @@ check_theory :-
     theory_problems(Problems),
     reported(Problems).
 
-:- dynamic checked/1.                 % the module of the theory; at most one fact
+:- dynamic checked/1.                 % the module of a theory
 
 %!  check_theory_once is det.
 %
@@ -41,7 +41,6 @@ check_theory_once :-
     (   checked(Module)
     ->  true
     ;   check_theory,
-        retractall(checked(_)),
         assertz(checked(Module))
     ).
 

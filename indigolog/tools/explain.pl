@@ -2,7 +2,7 @@
           [ why/3                     % +Question, +Situation, -Whys
           ]).
 :- use_module(library(apply), [maplist/3]).
-:- use_module(library(lists), [member/2, memberchk/2, reverse/2]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2]).
 :- use_module(library(solution_sequences), [limit/2]).
 :- use_module('../language/action', [pick/5]).
 :- use_module('../language/configuration', [after_action/5, ends/3]).
@@ -13,7 +13,8 @@
 :- use_module('../language/semantics').
 :- use_module('../language/situation').
 :- use_module('../language/theory').
-:- use_module('../search/search_options', [new_memory/4, seen/4]).
+:- use_module('../search/memory', [new_memory/4, seen/4]).
+:- use_module(effort, [found_within/5]).
 :- use_module(why_false).
 
 /** <module> Why something is not so
@@ -53,19 +54,16 @@ why(holds(P), S, Whys) =>
     findall(Why, why_false(P, S, Why), Whys).
 why(search(E), S, Whys) =>
     top_context(C),
-    findall(Why, bounded(search(E), dead_end(E, S, C, Why), Why), Whys).
+    bounded(search(E), Why, dead_end(E, S, C, Why), Whys).
 why(E, S, Whys) =>
     why_stuck(E, S, Whys).
 
-:- meta_predicate bounded(+, 0, -).
+:- meta_predicate bounded(+, ?, 0, -).
 
-bounded(E, Goal, Why) :-
+bounded(E, Why, Goal, Whys) :-
     most_inferences(Limit),
-    call_with_inference_limit(Goal, Limit, Result),
-    (   Result == inference_limit_exceeded
-    ->  Why = no_step(E)
-    ;   true
-    ).
+    found_within(Limit, Why, Goal, Whys0, Whole),
+    ( Whole == true -> Whys = Whys0 ; append(Whys0, [no_step(E)], Whys) ).
 
 
                 /* Actions */
@@ -98,7 +96,7 @@ why_not_possible(A, S, Why) :-
 why_stuck(E, S, Whys) :-
     top_context(C),
     most(Most),
-    findall(Why, limit(Most, bounded(E, blocked(E, S, C, Why), Why)), Whys0),
+    bounded(E, Why, limit(Most, blocked(E, S, C, Why)), Whys0),
     sort(0, @<, Whys0, Whys).
 
 % blocked(+E, +S, +C, -Why) is nondet: one Why for each way to begin.

@@ -159,6 +159,9 @@ said(journal(File, Line), '~w:~d: not a fact of a journal', [File, Line]).
 said(no_device(Module, PI), '~q is not a device: it does not define ~q', [Module, PI]).
 said(unknown_option(Option), '~p is not an option of indigolog/2', [Option]).
 said(nothing_runs(A), '~q was reported, and no program runs', [A]).
+said(several_runs(A), '~q was reported, and several programs run: report_exogenous(Run, Action) says which is meant', [A]).
+said(journal_in_use(File), '~w is the journal of another run that is going on', [File]).
+said(run_exists(Name), 'a run named ~q is going on already', [Name]).
 said(nothing_happened(Seconds), 'no exogenous action arrived within ~w s', [Seconds]).
 said(deadline(started, Seconds), 'the device did not start within ~w s', [Seconds]).
 said(deadline(A, Seconds), 'the device did not finish ~q within ~w s', [A, Seconds]).

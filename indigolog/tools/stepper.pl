@@ -12,6 +12,7 @@
 :- use_module(explain, [why/3]).
 :- use_module('../language/formula', [holds_in/2]).
 :- use_module('../online/journal', [journal_entries/3]).
+:- use_module('../online/runs', [begin_run/2, end_run/1]).
 :- use_module('../language/progression', [progress/3]).
 :- use_module('../language/sensing', [sensing_action/2]).
 :- use_module('../language/situation').
@@ -43,12 +44,14 @@ start_stepper(Program, Options, stepper([conf(Program, S, Entries)], Devices)) :
     ;   throw(error(golog(no_journal(File)), _))
     ),
     initial_situation(Theory, S),
-    open_devices(Options, Theory, Devices).
+    begin_run(_, Run),
+    catch(open_devices(Options, Theory, Run, Devices), Error, ( end_run(Run), throw(Error) )).
 
 %!  stop_stepper(+Stepper) is det.
 
 stop_stepper(stepper(_, Devices)) :-
-    close_devices(Devices).
+    Devices = devices(_, Run, _),
+    call_cleanup(close_devices(Devices), end_run(Run)).
 
 %!  command(+Command, +Stepper, -Stepper1, -Answer) is det.
 

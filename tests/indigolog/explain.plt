@@ -3,6 +3,8 @@
 :- use_module('../../indigolog/indigolog').
 :- use_module('../../indigolog/tools/explain', [why/3]).
 :- use_module('../../indigolog/language/progression', [history_situation/2]).
+:- use_module('../../indigolog/tools/effort', [found_within/5]).
+:- use_module(library(lists), [member/2]).
 
 /** <module> What stands in the way of actions, formulas, programs and plans */
 
@@ -85,3 +87,20 @@ idle:can_execute(_).
 idle:execute(_, none).
 
 :- end_tests(explain).
+
+                /* The limit on what an explanation costs */
+
+counted(N) :-
+    between(1, inf, N),
+    findall(M, ( between(1, inf, M), M >= 50, ! ), [_|_]).
+
+:- begin_tests(effort).
+
+% Wherever the limit strikes, in an inner findall/3 too, the one around it has its one solution.
+test(broken_off, [forall(between(2000, 2060, Limit)), true(Ends = [[1, 2|_]-false])]) :-
+    findall(Found-Whole, found_within(Limit, N, test_indigolog_explain:counted(N), Found, Whole), Ends).
+
+test(all_found, true(Found-Whole == [a, b]-true)) :-
+    found_within(10_000, X, member(X, [a, b]), Found, Whole).
+
+:- end_tests(effort).

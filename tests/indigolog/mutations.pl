@@ -47,10 +47,10 @@ mutation('a while loop is never final', golog,
 mutation('a sequence is final where its head is', golog,
          "    final(E, S, C),\n    final(L, S, C).\n",
          "    final(E, S, C), ( true ; final(L, S, C) ).\n").
-mutation('gexec goes on without its condition', extensions,
+mutation('gexec goes on without its condition', conditions,
          "    once_if_ground(P, holds_in(P, S)),\n    trans(E, S, C, E0, S1),\n    around(E0, gexec(P, E0), E1)",
          "    trans(E, S, C, E0, S1),\n    around(E0, gexec(P, E0), E1)").
-mutation('goal/4 steps although it is done', extensions,
+mutation('goal/4 steps although it is done', conditions,
          "    \\+ holds_in(P, S),\n",
          "").
 mutation('sync ends without silent steps', extensions,

@@ -1,6 +1,7 @@
 :- module(random_agents,
           [ random_theory/2,          % +Kind, -Clauses
             random_program/3,         % +Kind, +Depth, -Program
+            random_plan/2,            % +Kind, -Program
             random_history/1,         % -History
             random_world/1,           % -World
             write_theory/2            % +File, +Clauses
@@ -134,6 +135,13 @@ random_program(Kind0, D, P) :-
     ->  interrupts(k(Kind, Mode, conc), 2, P)
     ;   program(k(Kind, Mode, alone), D, P)
     ).
+
+%!  random_plan(+Kind, -Program) is det.
+%
+%   Without loops.
+
+random_plan(Kind, P) :-
+    finite(k(Kind, offline, alone), 2, P).
 
 % k(Kind, Mode, Beside): Beside is `conc` where something else may run beside the program.
 program(K, 0, P) :-

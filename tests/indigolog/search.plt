@@ -2,6 +2,8 @@
 :- use_module(library(plunit)).
 :- use_module(library(lists), [member/2, memberchk/2, reverse/2]).
 :- use_module('../../indigolog/indigolog').
+:- use_module('../../indigolog/language/situation', [initial_situation/1]).
+:- use_module('../../indigolog/search/memory', [new_memory/4, seen/4]).
 :- use_module(theory_text).
 
 /** <module> Every strategy of search, its budgets, and what happens to a plan when the world changes */
@@ -261,5 +263,25 @@ test(gives_up, [forall(member(S, [depth, breadth, best, astar])), true(Warnings 
     warnings(\+ do(search([wander, ?(false)], [strategy(S), max_mb(0.2)]), [], _), Warnings),
     Warnings = [max_mb(_, N)|_],
     N > 50.
+
+% In the table and in the atoms that it holds.
+test(bytes_of_a_configuration, true(Bytes < 200)) :-
+    initial_situation(S),
+    new_memory([], S, [], Memory),
+    N = 40_000,
+    garbage_collect,
+    garbage_collect_atoms,
+    held_bytes(Before),
+    forall(between(1, N, I), \+ seen(Memory, wander(I), S, 1)),
+    garbage_collect,
+    garbage_collect_atoms,
+    held_bytes(After),
+    Bytes is (After-Before)/N,
+    forall(between(1, N, I), seen(Memory, wander(I), S, 1)).
+
+held_bytes(Bytes) :-
+    statistics(globalused, Global),
+    statistics(atom_space, Atoms),
+    Bytes is Global+Atoms.
 
 :- end_tests(memory).

@@ -1,16 +1,29 @@
 :- module(theory_text,
-          [ load_text/1               % +Text
+          [ load_text/1,              % +Text
+            load_text/2               % +Text, -Theory
           ]).
-:- use_module('../../indigolog/indigolog', [load_theory/1]).
+:- use_module('../../indigolog/indigolog', [load_theory/1, load_theory/2]).
 
 /** <module> Theories that tests give as text */
 
+:- meta_predicate in_file(+, 1).
+
 %!  load_text(+Text) is det.
+%!  load_text(+Text, -Theory) is det.
 
 load_text(Text) :-
+    in_file(Text, load_theory).
+
+load_text(Text, Theory) :-
+    in_file(Text, loaded(Theory)).
+
+loaded(Theory, File) :-
+    load_theory(File, Theory).
+
+in_file(Text, Goal) :-
     setup_call_cleanup(
         tmp_file_stream(File, Stream, [encoding(utf8), extension(pl)]),
         ( format(Stream, "~s", [Text]),
           close(Stream),
-          load_theory(File) ),
+          call(Goal, File) ),
         delete_file(File)).
