@@ -3,22 +3,26 @@
 import itertools
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Any, Self
 
 import zmq
 from numpy.typing import NDArray
+from zmq.utils.monitor import recv_monitor_message
 
-from bridge.arrays import unpack
+from bridge.arrays import pack, unpack
 from bridge.endpoints import CurveClient
 from bridge.envelope import MAX_FRAME_BYTES, decode_reply, encode_request
-from bridge.errors import BadInput, BridgeTimeout, ServerError
+from bridge.errors import BadInput, BridgeRefused, BridgeTimeout, ServerError
 
 SLICE_S = 0.1
 """Longest wait between two looks at whether the server is alive."""
 RECONNECT_MS = 10
 """Between two tries to connect: a server that is starting is there at any moment."""
+PROBE_S = 0.6
+"""For a handshake to succeed or fail twice; chosen by hand, it takes milliseconds."""
+PROBE_AGAIN_MS = 100
 
 
 class Client:
@@ -57,11 +61,16 @@ class Client:
         self._numbers = itertools.count(1)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._socket: zmq.Socket[bytes] | None = None
+        self._let_in = False
 
     def request(
-        self, op: str, args: object | None = None, timeout_s: float | None = None
+        self,
+        op: str,
+        args: object | None = None,
+        timeout_s: float | None = None,
+        arrays: Sequence[NDArray[Any]] = (),
     ) -> tuple[dict[str, Any], list[NDArray[Any]]]:
-        """Do one operation; returns its result and arrays.
+        """Do one operation, which may take ``arrays``; returns its result and arrays.
 
         Raises
         ------
@@ -69,6 +78,8 @@ class Client:
             The server's error reply.
         BridgeTimeout
             No answer within the deadline.
+        BridgeRefused
+            The server does not let this client in.
         ProtocolError
             An answer that is none.
         BadInput
@@ -76,18 +87,22 @@ class Client:
         """
         total = self.timeout_s if timeout_s is None else timeout_s
         request_id = f"{self._name}/{next(self._numbers)}"
-        header = encode_request(request_id, op, {} if args is None else args)
+        described, frames = pack(arrays)
+        header = encode_request(request_id, op, {} if args is None else args, described)
         started = time.monotonic()
         try:
             for attempt in range(1, self._retries + 2):
                 sock = self._connected()
                 deadline = started + total * attempt / (self._retries + 1)
                 if self._ready(sock, zmq.POLLOUT, deadline):  # never where a handshake has been refused
-                    sock.send(header)
+                    sock.send_multipart([header, *(frame.data for frame in frames)])
                     reply = self._answer(sock, request_id, deadline)
                     if reply is not None:
+                        self._let_in = True
                         return reply
                 self._disconnect()
+                if not self._let_in and self._refused():
+                    raise BridgeRefused(self.endpoint)
         except BaseException as error:
             if not isinstance(error, ServerError):
                 self._disconnect()
@@ -117,14 +132,46 @@ class Client:
                 self._alive()
         return False
 
+    def _refused(self) -> bool:
+        """Does something listen there that ends handshakes, or hangs up in them again and again?
+
+        A server that is not there, or stands still, does not refuse. One that has another key than we think
+        cannot read what is said to it, and hangs up.
+        """
+        sock = self._new_socket(PROBE_AGAIN_MS)
+        failed = zmq.Event.HANDSHAKE_FAILED_PROTOCOL | zmq.Event.HANDSHAKE_FAILED_AUTH
+        hung_up = zmq.Event.HANDSHAKE_FAILED_NO_DETAIL
+        told = zmq.Event.CONNECTED | zmq.Event.HANDSHAKE_SUCCEEDED | failed | hung_up
+        monitor = sock.get_monitor_socket(told)
+        try:
+            sock.connect(self.endpoint)
+            deadline, times = time.monotonic() + PROBE_S, 0
+            if not monitor.poll(PROBE_AGAIN_MS):  # nobody is there
+                return False
+            while monitor.poll(max(0, int((deadline - time.monotonic()) * 1000))):
+                event = recv_monitor_message(monitor)["event"]
+                times += event == hung_up
+                if event & failed or times > 1:
+                    return True
+                if event == zmq.Event.HANDSHAKE_SUCCEEDED:
+                    return False
+            return False
+        finally:
+            sock.disable_monitor()
+            sock.close()
+
+    def _new_socket(self, reconnect_ms: int) -> "zmq.Socket[bytes]":
+        sock = self._context.socket(zmq.DEALER)
+        sock.linger = 0
+        sock.maxmsgsize = MAX_FRAME_BYTES
+        sock.reconnect_ivl = reconnect_ms
+        if self._curve is not None:
+            self._curve.apply(sock)
+        return sock
+
     def _connected(self) -> "zmq.Socket[bytes]":
         if self._socket is None:
-            sock = self._context.socket(zmq.DEALER)
-            sock.linger = 0
-            sock.maxmsgsize = MAX_FRAME_BYTES
-            sock.reconnect_ivl = RECONNECT_MS
-            if self._curve is not None:
-                self._curve.apply(sock)
+            sock = self._new_socket(RECONNECT_MS)
             try:
                 sock.connect(self.endpoint)
             except zmq.ZMQError as error:

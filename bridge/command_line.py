@@ -8,14 +8,19 @@ what computes is imported when it runs: a session waits for it.
 from __future__ import annotations
 
 import math
+import os
 import sys
 from argparse import ArgumentParser, ArgumentTypeError
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
+from typing import TypeVar
 
 from bridge import __version__
 from bridge.errors import EXIT_BAD_INPUT
+
+Number = TypeVar("Number", int, float)
+EXIT_READER_GONE = 141  # as a shell says of a program that SIGPIPE ends
 
 
 def run_command(name: str, about: str, commands: Mapping[str, str], words: Sequence[str]) -> int:
@@ -30,9 +35,19 @@ def run_command(name: str, about: str, commands: Mapping[str, str], words: Seque
     words
         The command line, without the program.
     """
+    try:
+        status = _run_command(name, about, commands, words)
+        sys.stdout.flush()
+    except BrokenPipeError:  # its reader has seen enough; nothing more can be said there
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_READER_GONE
+    return status
+
+
+def _run_command(name: str, about: str, commands: Mapping[str, str], words: Sequence[str]) -> int:
     program = f"python -m {name}"
     if not words or words[0] in ("-h", "--help"):
-        listed = "\n".join(f"  {command:<11}{summary}" for command, summary in commands.items())
+        listed = "\n".join(f"  {command:<16}{summary}" for command, summary in commands.items())
         print(f"Usage: {program} COMMAND ...\n\n{about}\n\nCommands:\n{listed}")
         print(f"\n{program} COMMAND --help tells more.")
         return 0 if words else EXIT_BAD_INPUT
@@ -75,33 +90,23 @@ def add_serving(parser: ArgumentParser) -> None:
 
 def number(least: float = -math.inf, most: float = math.inf) -> Callable[[str], float]:
     """What reads a finite number in these bounds."""
-
-    def read(word: str) -> float:
-        try:
-            value = float(word)
-        except ValueError:
-            raise ArgumentTypeError(f"{word!r} is not a number") from None
-        _check_bounds(word, value, least, most)
-        return value
-
-    return read
+    return _reader(float, "a number", least, most)
 
 
 def whole_number(least: float = -math.inf, most: float = math.inf) -> Callable[[str], int]:
     """What reads a whole number in these bounds."""
+    return _reader(int, "a whole number", least, most)
 
-    def read(word: str) -> int:
+
+def _reader(kind: Callable[[str], Number], words: str, least: float, most: float) -> Callable[[str], Number]:
+    def read(word: str) -> Number:
         try:
-            value = int(word)
+            value = kind(word)
         except ValueError:
-            raise ArgumentTypeError(f"{word!r} is not a whole number") from None
-        _check_bounds(word, value, least, most)
+            raise ArgumentTypeError(f"{word!r} is not {words}") from None
+        if not (math.isfinite(value) and least <= value <= most):
+            limits = [f"at least {least:g}"] * (least > -math.inf) + [f"at most {most:g}"] * (most < math.inf)
+            raise ArgumentTypeError(f"{word} is not {' and '.join(limits) or 'a finite number'}")
         return value
 
     return read
-
-
-def _check_bounds(word: str, value: float, least: float, most: float) -> None:
-    if not (math.isfinite(value) and least <= value <= most):
-        limits = [f"at least {least:g}"] * (least > -math.inf) + [f"at most {most:g}"] * (most < math.inf)
-        raise ArgumentTypeError(f"{word} is not {' and '.join(limits) or 'a finite number'}")

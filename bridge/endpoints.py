@@ -1,10 +1,14 @@
 """Endpoints a server may listen on, checked before ZeroMQ sees them so that the message can be plain."""
 
+import errno
+import fcntl
 import ipaddress
 import os
 import socket
 import stat
-from contextlib import suppress
+import struct
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +18,9 @@ from bridge.errors import BadInput
 
 MAX_IPC_PATH = 107
 """Longest path of a Unix socket on Linux, in bytes."""
+ROOT = 0  # the user who may do anything anyhow
+BACKLOG = 128
+"""Connections that wait to be accepted."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +59,7 @@ def check_bindable(endpoint: str, curve: bool) -> None:
         Malformed, used by a live server, no such folder, or open to the network without CURVE.
     """
     scheme, separator, address = endpoint.partition("://")
-    if not separator or not address or scheme not in ("ipc", "tcp", "inproc"):
+    if not separator or not address or scheme not in ("ipc", "tcp"):
         raise BadInput(
             f"{endpoint!r} is not an endpoint.", "Use ipc:///path/to/socket or tcp://127.0.0.1:PORT."
         )
@@ -118,6 +125,11 @@ def is_loopback(host: str) -> bool:
         return False
 
 
+def open_to_all(endpoint: str) -> bool:
+    """Whether any user of the machine may connect where there are no keys: TCP does not tell who does."""
+    return endpoint.startswith("tcp://")
+
+
 def remove_ipc_file(endpoint: str) -> None:
     """Remove the socket file of an ipc endpoint that was bound here; ZeroMQ leaves it behind."""
     if endpoint.startswith("ipc://") and not endpoint.startswith("ipc://@"):
@@ -125,24 +137,75 @@ def remove_ipc_file(endpoint: str) -> None:
             os.unlink(endpoint.removeprefix("ipc://"))
 
 
-def bind(sock: "zmq.Socket[bytes]", endpoint: str, curve: bool) -> str:
-    """Bind and return the endpoint as it was resolved (a port of ``*`` becomes a number).
+def same_user(connection: socket.socket) -> bool:
+    """Whether who has connected is this process's user or root; TCP does not tell, so there all are."""
+    if connection.family != socket.AF_UNIX:
+        return True
+    credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize("3i"))
+    return struct.unpack("3i", credentials)[1] in (ROOT, os.geteuid())
+
+
+def bind(sock: "zmq.Socket[bytes]", endpoint: str) -> str:
+    """Bind a socket with keys and return the endpoint as it was resolved (a port of ``*`` becomes a number).
 
     Raises
     ------
     BadInput
         As `check_bindable`, and when the port is in use or ZeroMQ refuses for another reason.
     """
-    check_bindable(endpoint, curve)
-    try:
-        sock.bind(endpoint)
-    except zmq.ZMQError as error:
-        if error.errno == zmq.EADDRINUSE:
-            raise BadInput(
-                f"Cannot listen on {endpoint}: the address is in use.",
-                "Stop the other program or use another.",
-            ) from error
-        raise BadInput(
-            f"Cannot listen on {endpoint}: {error.strerror}.", "Check the endpoint's spelling."
-        ) from error
+    with _bindable(endpoint, curve=True):
+        try:
+            sock.bind(endpoint)
+        except zmq.ZMQError as error:
+            raise _refused(endpoint, error) from error
     return sock.getsockopt_string(zmq.LAST_ENDPOINT)
+
+
+def listen(endpoint: str) -> tuple[socket.socket, str]:
+    """A listening socket for clients without keys, and the endpoint as it was resolved.
+
+    Raises
+    ------
+    BadInput
+        As `bind`.
+    """
+    with _bindable(endpoint, curve=False):
+        scheme, _, address = endpoint.partition("://")
+        listener = None
+        try:
+            if scheme == "ipc":
+                listener = socket.socket(socket.AF_UNIX)
+                listener.bind(f"\0{address[1:]}" if address.startswith("@") else address)
+            else:
+                host, _, port = address.rpartition(":")
+                number = 0 if port == "*" else int(port)
+                family, *_, place = socket.getaddrinfo(host.strip("[]"), number, type=socket.SOCK_STREAM)[0]
+                listener = socket.create_server(place[:2], family=family)
+                endpoint = f"tcp://{host}:{listener.getsockname()[1]}"
+            listener.listen(BACKLOG)
+        except OSError as error:
+            if listener is not None:
+                listener.close()
+            raise _refused(endpoint, error) from error
+    return listener, endpoint
+
+
+@contextmanager
+def _bindable(endpoint: str, curve: bool) -> Iterator[None]:
+    """No other server takes the same socket file between the look at it and the binding."""
+    folder = os.path.dirname(endpoint.removeprefix("ipc://")) if endpoint.startswith("ipc:///") else ""
+    with ExitStack() as held:
+        if os.path.isdir(folder):
+            descriptor = os.open(folder, os.O_RDONLY)
+            held.callback(os.close, descriptor)
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        check_bindable(endpoint, curve)
+        yield
+
+
+def _refused(endpoint: str, error: OSError | zmq.ZMQError) -> BadInput:
+    if error.errno == errno.EADDRINUSE:
+        return BadInput(
+            f"Cannot listen on {endpoint}: the address is in use.", "Stop the other program or use another."
+        )
+    return BadInput(f"Cannot listen on {endpoint}: {error.strerror}.", "Check the endpoint's spelling.")

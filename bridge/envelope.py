@@ -14,9 +14,13 @@ from bridge.messages import PROTOCOL
 MAX_HEADER_BYTES = 1024 * 1024
 """Largest header of a request or a reply."""
 MAX_FRAME_BYTES = 64 * 1024 * 1024
-"""Largest frame at all; ZeroMQ itself closes a connection that sends more."""
+"""Largest frame at all; a connection that sends more is closed."""
+MAX_MESSAGE_BYTES = MAX_FRAME_BYTES + MAX_HEADER_BYTES
+"""Largest message, all its frames together."""
+MAX_FRAMES = 16
+"""Most frames of one message; chosen by hand."""
 
-RequestId = Annotated[str, Meta(pattern=r"^[^/\s]{1,64}/[0-9]{1,15}$")]
+RequestId = Annotated[str, Meta(pattern=r"^[^/\s]{1,64}/[0-9]{1,15}\Z")]
 
 
 class Request(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -26,6 +30,7 @@ class Request(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     id: RequestId
     op: str
     args: msgspec.Raw = msgspec.Raw(b"{}")
+    arrays: tuple[ArrayDescription, ...] = ()
 
 
 class _Version(msgspec.Struct):
@@ -106,7 +111,7 @@ def _bad_version(version: int, request_id: str | None) -> ProtocolError:
     )
 
 
-def encode_request(request_id: str, op: str, args: object) -> bytes:
+def encode_request(request_id: str, op: str, args: object, arrays: list[ArrayDescription]) -> bytes:
     """Bytes of a request's header.
 
     Raises
@@ -114,7 +119,10 @@ def encode_request(request_id: str, op: str, args: object) -> bytes:
     ValueError, TypeError
         For arguments that JSON cannot carry, numbers that are not finite among them.
     """
-    return _encoded({"v": PROTOCOL, "id": request_id, "op": op, "args": args})
+    header: dict[str, Any] = {"v": PROTOCOL, "id": request_id, "op": op, "args": args}
+    if arrays:
+        header["arrays"] = arrays
+    return _encoded(header)
 
 
 def encode_reply(request_id: str, result: object, arrays: list[ArrayDescription]) -> bytes:

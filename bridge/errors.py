@@ -74,6 +74,18 @@ class ServerError(LightsAndCameraError):
         self.code = code
 
 
+class BridgeRefused(LightsAndCameraError):  # noqa: N818
+    """A server ends the connection in its handshake."""
+
+    code = "refused"
+
+    def __init__(self, endpoint: str) -> None:
+        super().__init__(
+            f"The server at {endpoint} does not let this client in.",
+            "Has each of the two the key that the other expects (--keys)? Is it a server of this protocol?",
+        )
+
+
 class BridgeTimeout(LightsAndCameraError):  # noqa: N818
     """A server did not answer within the deadline."""
 

@@ -6,7 +6,7 @@ from typing import Any
 
 MAX_CLIENTS = 64
 MAX_REPLIES_PER_CLIENT = 32
-MAX_BYTES = 64 * 1024 * 1024
+MAX_BYTES = 16 * 1024 * 1024
 
 
 @dataclass(frozen=True)

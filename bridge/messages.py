@@ -1,11 +1,11 @@
-"""Typed messages of wire protocol 1: the arguments of every operation, and the results that both sides read.
+"""Typed messages of wire protocol 1: what both servers speak of, and the image server's operations.
 
 Unknown fields, wrong types, out-of-range values and numbers that are not finite are refused, never clipped.
 Bounds hold for whatever is decoded (`msgspec.json.decode`, `msgspec.convert`); finiteness holds always.
 """
 
 import math
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal, NamedTuple
 
 import msgspec
 from msgspec import Meta
@@ -21,16 +21,20 @@ Positive = Annotated[float, Meta(gt=0)]
 Fraction = Annotated[float, Meta(ge=0, le=1)]
 Level = Annotated[int, Meta(ge=0, le=65535)]
 Count = Annotated[int, Meta(ge=1, le=65536)]
-Vector3 = tuple[float, float, float]
-ImageId = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")]
+Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
+"""In metres, or rad about an axis; far beyond what anything of this is used for, and its square is finite."""
+Vector3 = tuple[Coordinate, Coordinate, Coordinate]
+Length = Annotated[float, Meta(gt=0, le=1e6)]
+Shutter = Annotated[float, Meta(ge=1e-9, le=1e5)]
+Aperture = Annotated[float, Meta(ge=1e-2, le=1e4)]
+Number = Annotated[int, Meta(ge=0, le=2**53)]
+"""What is counted; exact as a float, too."""
+Seed = Annotated[int, Meta(ge=0, le=2**63 - 1)]
+ImageId = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}\Z")]
 """Name of an image of the set, e.g. ``i1``; safe as a file name."""
-Endpoint = Annotated[str, Meta(pattern=r"^(ipc|tcp|inproc)://.+$")]
-FileName = Annotated[str, Meta(min_length=1, max_length=4096)]
+Endpoint = Annotated[str, Meta(pattern=r"^(ipc|tcp)://[^\s\0]+\Z", max_length=256)]
+FileName = Annotated[str, Meta(pattern=r"^[^\0]+\Z", max_length=4096)]
 Unit = Literal["m", "cm", "mm", "in"]
-Matcher = Literal["search", "genetic"]
-MATCHERS: tuple[str, ...] = get_args(Matcher)
-"""Names of the matchers: the project's own search, and the paper's genetic algorithm."""
-Parameter = bool | int | float | str | dict[str, Any] | None
 
 
 def _check_finite(value: object, where: str) -> None:
@@ -53,8 +57,38 @@ class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
             _check_finite(getattr(self, name), name)
 
 
+class Operation(NamedTuple):
+    """The types of an operation's arguments and of its result."""
+
+    args: Any
+    result: Any
+
+
 class NoArgs(Message, frozen=True):
-    """Arguments of `hello`, `describe`, `health`, `best` and `shutdown`."""
+    """Nothing: arguments of `hello`, `describe`, `health`, `best`; result of `shutdown`, `end`."""
+
+
+class HelloResult(Message, frozen=True):
+    """`hello`: who this is."""
+
+    server: str
+    version: str
+    protocol: int
+    operations: tuple[str, ...]
+    pid: int
+
+
+class HealthResult(Message, frozen=True, forbid_unknown_fields=False):
+    """`health`: ``ok``, and whatever else the server knows of itself."""
+
+    status: str
+
+
+COMMON_OPERATIONS = {
+    "hello": Operation(NoArgs, HelloResult),
+    "health": Operation(NoArgs, HealthResult),
+    "shutdown": Operation(NoArgs, NoArgs),
+}
 
 
 # --- what both servers speak of ---------------------------------------------------------------------------
@@ -76,10 +110,10 @@ class Settings(Message, frozen=True):
     """
 
     lights: tuple[Level, ...]
-    shutter_s: Positive
-    aperture: Positive
-    focal_length_mm: Positive | None = None
-    focus_m: Positive | None = None
+    shutter_s: Shutter
+    aperture: Aperture
+    focal_length_mm: Length | None = None
+    focus_m: Length | None = None
 
 
 class PoseMessage(Message, frozen=True):
@@ -117,8 +151,8 @@ class CameraDescription(Message, frozen=True):
 class ReferenceExposure(Message, frozen=True):
     """The exposure that counts as 1."""
 
-    shutter_s: Positive = 1 / 60
-    aperture: Positive = 4.0
+    shutter_s: Shutter = 1 / 60
+    aperture: Aperture = 4.0
 
 
 class TargetDescription(Message, frozen=True):
@@ -147,8 +181,8 @@ class Describe(Message, frozen=True):
 
     device: str
     lights: tuple[LightDescription, ...]
-    shutters_s: Annotated[tuple[Positive, ...], Meta(min_length=1)]
-    apertures: Annotated[tuple[Positive, ...], Meta(min_length=1)]
+    shutters_s: Annotated[tuple[Shutter, ...], Meta(min_length=1)]
+    apertures: Annotated[tuple[Aperture, ...], Meta(min_length=1)]
     focal_lengths_mm: tuple[Positive, ...] | None = None
     focuses_m: tuple[Positive, ...] | None = None
     camera: CameraDescription | None = None
@@ -176,43 +210,66 @@ class Event(Message, frozen=True, kw_only=True):
 
 
 class ImageCaptureArgs(Message, frozen=True):
-    """`capture` of the image server."""
+    """`capture` of the image server; ``number`` says which of the session's captures it is."""
 
     settings: Settings
+    number: Annotated[int, Meta(ge=1)] | None = None
+
+
+class EventTold(Message, frozen=True):
+    """An event that came with a request, told in its reply too; ``sequence`` as it was published."""
+
+    event: EventName
+    args: dict[str, Any] = {}
+    sequence: Annotated[int, Meta(ge=0)] = 0
 
 
 class ImageCaptureResult(Message, frozen=True):
     """Header of a frame; the frame itself is the reply's only array, (H, W) uint8.
 
-    ``timestamp`` is in seconds since 1970 (UTC), ``sha256`` is over the array's bytes in C order.
+    ``timestamp`` is in seconds since 1970 (UTC), ``sha256`` is over the array's bytes in C order, ``events``
+    are those of the scene that the frame is the first to see.
     """
 
     requested: Settings
     applied: Settings
     verified: bool
-    sequence: Annotated[int, Meta(ge=0)]
+    sequence: Number
     timestamp: float
     devices: dict[str, str]
-    sha256: Annotated[str, Meta(pattern=r"^[0-9a-f]{64}$")]
+    sha256: Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")]
+    events: tuple[EventTold, ...] = ()
 
 
 class MoveArgs(Message, frozen=True):
     """`move`: bring the target to this range along its line of sight."""
 
-    range_m: Positive
+    range_m: Length
+
+
+class MoveDone(Message, frozen=True):
+    """A `move` of a session so far: to this range, after so many captures."""
+
+    range_m: Length
+    captures_taken: Number = 0
 
 
 class RestartArgs(Message, frozen=True):
-    """`restart`: be what a server started with this seed is; noise goes on after so many captures."""
+    """`restart`: be what a server started with this seed is after so many captures and these moves."""
 
-    seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0
-    captures_taken: Annotated[int, Meta(ge=0)] = 0
+    seed: Seed = 0
+    captures_taken: Number = 0
+    moves: tuple[MoveDone, ...] = ()
 
 
 class ScoreArgs(Message, frozen=True):
-    """`score`: how far is this pose from the true one? For reports only."""
+    """`score`: how far is this pose from the true one, where the target stands, or stood after so many moves?
+
+    For reports only.
+    """
 
     pose: PoseMessage
+    moves: Number | None = None
 
 
 class PoseErrorMessage(Message, frozen=True):
@@ -223,115 +280,31 @@ class PoseErrorMessage(Message, frozen=True):
     translation_fraction_of_range: Annotated[float, Meta(ge=0)]
 
 
-# --- vision server ----------------------------------------------------------------------------------------
+class MoveResult(Message, frozen=True):
+    """`move`: where the target is now, and what that changed in the scene."""
+
+    range_m: Length
+    events: tuple[EventTold, ...]
 
 
-class StartArgs(Message, frozen=True):
-    """`start`: a session on an image server. What is ``None`` comes from its `describe`.
+class RestartResult(Message, frozen=True):
+    """`restart`: what changed in the scene with the last capture or move."""
 
-    Attributes
-    ----------
-    image_server
-        Endpoint of the image server.
-    model, unit
-        Model file of the target, and the unit of its numbers.
-    camera_file, seed_pose_file
-        TOML files with ``[camera]`` and ``[target.seed_pose]``.
-    matcher
-        ``search`` or the paper's ``genetic``.
-    seed
-        Seed of every random draw.
-    out
-        Folder where ``images/`` is saved as a stack that can be replayed.
-    """
-
-    image_server: Endpoint
-    model: FileName | None = None
-    unit: Unit | None = None
-    camera_file: FileName | None = None
-    seed_pose_file: FileName | None = None
-    matcher: Matcher = "search"
-    seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] = 0
-    out: FileName | None = None
+    events: tuple[EventTold, ...]
 
 
-class EstimateTold(Message, frozen=True):
-    """What an earlier `estimate` with a pose has answered; keys as there."""
+class ScoreResult(Message, frozen=True):
+    """`score`: ``None`` where the true pose is not known."""
 
-    pose: PoseMessage
-    covariance: tuple[tuple[float, ...], ...]
-    rms_px: float
-    uncertainty: float
-    supported_fraction: float
-    score: float
-    ambiguity: float
+    error: PoseErrorMessage | None
 
 
-class ToldStep(Message, frozen=True):
-    """One thing that a server must know again: an answer of `estimate`, or arguments of `parameters`."""
-
-    estimate: EstimateTold | None = None
-    parameters: dict[str, Any] = {}
-
-
-class RestoreArgs(StartArgs, frozen=True, kw_only=True):
-    """`restore`: go on with a session from its folder ``out``; ``images`` are those that were in the set.
-
-    ``discarded`` names images that were taken and dropped, so that their names are not used again; ``told``
-    is, in order, what best estimate, seed pose and parameters depend on.
-    """
-
-    out: FileName
-    images: tuple[ImageId, ...] = ()
-    discarded: tuple[ImageId, ...] = ()
-    told: tuple[ToldStep, ...] = ()
-
-
-class VisionCaptureArgs(Message, frozen=True):
-    """`capture` of the vision server: take a frame and call it ``image``."""
-
-    image: ImageId
-    settings: Settings
-
-
-class EstimateArgs(Message, frozen=True):
-    """`estimate`: the pose from these images together."""
-
-    images: Annotated[tuple[ImageId, ...], Meta(min_length=1, max_length=256)]
-
-
-class DiscardArgs(Message, frozen=True):
-    """`discard`: forget an image."""
-
-    image: ImageId
-
-
-ParametersArgs = dict[str, Parameter]
-"""`parameters`: new values by name (none: only ask); the vision server knows names and ranges."""
-
-
-IMAGE_OPERATIONS: dict[str, Any] = {
-    "hello": NoArgs,
-    "describe": NoArgs,
-    "capture": ImageCaptureArgs,
-    "health": NoArgs,
-    "restart": RestartArgs,
-    "move": MoveArgs,
-    "score": ScoreArgs,
-    "shutdown": NoArgs,
+IMAGE_OPERATIONS: dict[str, Operation] = {
+    **COMMON_OPERATIONS,
+    "describe": Operation(NoArgs, Describe),
+    "capture": Operation(ImageCaptureArgs, ImageCaptureResult),
+    "restart": Operation(RestartArgs, RestartResult),
+    "move": Operation(MoveArgs, MoveResult),
+    "score": Operation(ScoreArgs, ScoreResult),
 }
-"""Argument type of each operation of an image server."""
-
-VISION_OPERATIONS: dict[str, Any] = {
-    "hello": NoArgs,
-    "start": StartArgs,
-    "capture": VisionCaptureArgs,
-    "estimate": EstimateArgs,
-    "discard": DiscardArgs,
-    "best": NoArgs,
-    "parameters": ParametersArgs,
-    "restore": RestoreArgs,
-    "health": NoArgs,
-    "shutdown": NoArgs,
-}
-"""Argument type of each operation of a vision server."""
+"""The operations of an image server."""

@@ -80,9 +80,8 @@ def statistics(settings: Settings, device: Describe) -> dict[str, Any]:
         "saturated_fraction": 1 - fraction_below(250 / WHITE),
         "sharpness": 0.5,
         "noise": 0.004,
-        "blur_px": 0.8 + 2.0 * settings.shutter_s / (1 / 15),
     }
-    return {**region, "frame": dict(region)}
+    return {**region, "blur_px": 0.8 + 2.0 * settings.shutter_s / (1 / 15), "frame": region}
 
 
 def worth(stats: dict[str, Any]) -> float:
@@ -104,6 +103,7 @@ def estimate(images: dict[str, dict[str, Any]]) -> dict[str, Any]:
             "score": 0.0,
             "ambiguity": 1.0,
             "lines": [],
+            "rivals": [],
             "segments": 0,
             "seconds": seconds,
         }
@@ -133,6 +133,7 @@ def estimate(images: dict[str, dict[str, Any]]) -> dict[str, Any]:
             }
             for line in range(LINES)
         ],
+        "rivals": [],
         "segments": 30 * len(images),
         "seconds": seconds,
     }

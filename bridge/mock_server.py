@@ -13,6 +13,7 @@ from typing import Any, Self
 
 import msgspec
 
+from bridge.envelope import Request
 from bridge.lifeline import Lifeline
 from bridge.messages import NoArgs
 from bridge.serve import Handler, Reply, Server, Service
@@ -45,12 +46,6 @@ class _Script:
     deadly: bool = False
 
 
-class _Asked(msgspec.Struct):
-    """What a request's header asks for."""
-
-    op: str = ""
-
-
 class _Death(BaseException):
     """Ends the server without a reply."""
 
@@ -60,29 +55,23 @@ class _FaultyServer(Server):
 
     def __init__(self, mock: "MockServer", service: "_ScriptedService", lifeline: Lifeline) -> None:
         self._mock = mock
-        self._op = ""
         super().__init__(service, mock.endpoint, mock.events, lifeline=lifeline)
 
-    def _serve_one(self, frames: list[bytes]) -> None:
-        try:
-            self._op = str(msgspec.json.decode(frames[-1], type=_Asked).op)
-        except msgspec.MsgspecError:
-            self._op = ""
-        super()._serve_one(frames)
-
-    def _send(self, route: list[bytes], answer: list[Any]) -> None:
-        script = self._mock.script_of(self._op)
+    def _send(self, request: Request, route: list[bytes], answer: list[Any]) -> None:
+        script = self._mock.script_of(request.op)
         if script.drops > 0:
             script.drops -= 1
         elif script.garbles > 0:
             script.garbles -= 1
-            super()._send(route, list(script.garbage))
+            super()._send(request, route, list(script.garbage))
         else:
-            super()._send(route, answer)
+            super()._send(request, route, answer)
 
 
 class _ScriptedService(Service):
     """The operations of a mock, with the scripts in front of the default handlers."""
+
+    with_arrays = frozenset({"add", "track"})
 
     def __init__(self, mock: "MockServer", operations: Mapping[str, tuple[Any, Handler]]) -> None:
         self.name = mock.name

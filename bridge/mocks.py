@@ -25,22 +25,20 @@ from bridge import mock_physics
 from bridge.arrays import array_sha256
 from bridge.errors import BadInput, LightsAndCameraError, ServerError
 from bridge.lifeline import Lifeline
-from bridge.messages import (
+from bridge.messages import ImageCaptureArgs, MoveArgs, NoArgs, RestartArgs, ScoreArgs, Settings
+from bridge.mock_server import MockServer, RecordedRequest
+from bridge.serve import Reply
+from bridge.vision_messages import (
+    AddArgs,
+    AppraiseArgs,
     DiscardArgs,
     EstimateArgs,
-    ImageCaptureArgs,
-    MoveArgs,
-    NoArgs,
     ParametersArgs,
-    RestartArgs,
+    PredictArgs,
     RestoreArgs,
-    ScoreArgs,
-    Settings,
     StartArgs,
     VisionCaptureArgs,
 )
-from bridge.mock_server import MockServer, RecordedRequest
-from bridge.serve import Reply
 
 __all__ = [
     "MockImageServer",
@@ -95,7 +93,7 @@ class MockImageServer(MockServer):
 
     def _restart(self, args: RestartArgs) -> Reply:
         self._sequence = args.captures_taken
-        return Reply({})
+        return Reply({"events": []})
 
     def _move(self, args: MoveArgs) -> Reply:
         moved = {"event": "target_moved", "args": {"range_m": args.range_m}}
@@ -123,10 +121,14 @@ class MockVisionServer(MockServer):
             "mock vision server",
             {
                 "start": (StartArgs, self._start),
-                "capture": (VisionCaptureArgs, self._capture),
-                "estimate": (EstimateArgs, self._estimate),
+                "capture": (VisionCaptureArgs, self.capture),
+                "add": (AddArgs, self.capture),
+                "end": (NoArgs, lambda _: Reply({})),
+                "estimate": (EstimateArgs, self.estimate),
                 "discard": (DiscardArgs, self._discard),
                 "best": (NoArgs, lambda _: Reply(self._best or mock_physics.estimate({}))),
+                "appraise": (AppraiseArgs, lambda _: Reply({"gamma": 1.0})),
+                "predict": (PredictArgs, lambda _: Reply({"gains": None})),
                 "parameters": (ParametersArgs, self._set_parameters),
                 "restore": (RestoreArgs, self._restore),
                 "health": (NoArgs, self.health),
@@ -150,7 +152,8 @@ class MockVisionServer(MockServer):
         self.images.update({name: mock_physics.statistics(full, self.description) for name in args.images})
         return reply
 
-    def _capture(self, args: VisionCaptureArgs) -> Reply:
+    def capture(self, args: VisionCaptureArgs | AddArgs) -> Reply:
+        """The plausible answer: what a scripted one may end with."""
         _check_settings(args.settings, self.description)
         if args.image in self._used:
             raise BadInput(f"There has been an image {args.image!r} already.", "Use a new name.")
@@ -167,7 +170,8 @@ class MockVisionServer(MockServer):
             }
         )
 
-    def _estimate(self, args: EstimateArgs) -> Reply:
+    def estimate(self, args: EstimateArgs) -> Reply:
+        """The plausible answer: what a scripted one may change."""
         for name in args.images:
             self._known(name)
         self._best = mock_physics.estimate({name: self.images[name] for name in args.images})

@@ -1,80 +1,53 @@
 """The serve loop of both servers: requests in, replies out, events beside them.
 
 A request that breaks the protocol gets an error reply, and so does one whose handler fails; nothing that a
-client sends ends a server, except `shutdown`.
+client sends ends a server, except `shutdown`. Handlers run beside the loop: a slow one holds up nobody else.
 """
 
+import ctypes
 import logging
 import os
 import time
-import traceback
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
+from queue import SimpleQueue
 from typing import Any
 
-import msgspec
 import zmq
-from numpy.typing import NDArray
 
 from bridge import __version__
-from bridge.arrays import pack
-from bridge.endpoints import CurveServer
-from bridge.envelope import (
-    MAX_HEADER_BYTES,
-    Request,
-    decode_request,
-    encode_error,
-    encode_reply,
-)
-from bridge.errors import LightsAndCameraError, ProtocolError
+from bridge.endpoints import CurveServer, open_to_all
+from bridge.envelope import Request, encode_error
+from bridge.errors import ProtocolError
+from bridge.lanes import Lanes
 from bridge.lifeline import Lifeline
 from bridge.memory import ReplyMemory
 from bridge.messages import PROTOCOL, NoArgs
-from bridge.sockets import ServerSockets
+from bridge.operations import Operations
+from bridge.service import Handler, Reply, Service
+from bridge.sockets import ServerSockets, frame_bytes
 
 __all__ = ["Handler", "Reply", "Server", "Service", "serve"]
 
 BURST = 16
 """Requests served between two looks at signals and the parent; chosen by hand."""
+TIDY_MS = 500
+"""Quiet time after a large message or a client's end before freed memory is given back; chosen by hand."""
+LARGE_BYTES = 4 * 1024 * 1024
+"""A message of this size leaves a gap in memory that is worth giving back."""
 
 log = logging.getLogger("bridge.serve")
 
-Handler = Callable[[Any], "Reply"]
 
+@dataclass
+class _Job:
+    """A request that is being handled: what it said, and where its reply goes."""
 
-@dataclass(frozen=True)
-class Reply:
-    """What a handler answers: a JSON object, and arrays of which it gives up the ownership."""
-
-    result: Mapping[str, Any] | msgspec.Struct
-    arrays: list[NDArray[Any]] = field(default_factory=list)
-
-
-class Service:
-    """Base of the servers: operations by name, each with the type of its arguments and its handler.
-
-    The loop adds `hello` and `shutdown`, and a `health` where there is none. Handlers run one at a time in
-    the loop's thread and raise errors of the family in `bridge.errors`.
-
-    Attributes
-    ----------
-    emit
-        ``emit(event, args={})`` publishes an event, from any thread; set by the loop. Returns its sequence
-        number, or 0 when there is no events endpoint.
-    events_endpoint
-        Where events are published, ``None`` if nowhere; set by the loop before the first request.
-    """
-
-    name: str = "service"
-    operations: Mapping[str, tuple[Any, Handler]]
-    events_endpoint: str | None = None
-
-    def emit(self, event: str, args: Mapping[str, Any] | None = None) -> int:
-        """Outside a loop nobody listens."""
-        return 0
-
-    def close(self) -> None:
-        """Free what the service holds; called once when the loop ends."""
+    request: Request
+    body: list[zmq.Frame]
+    route: list[bytes]
+    answer: list[Any]
+    fatal: BaseException | None = None
 
 
 class Server:
@@ -108,12 +81,18 @@ class Server:
         lifeline: Lifeline | None = None,
         idle_s: float | None = None,
     ) -> None:
-        self._idle_ms = None if idle_s is None else round(1e3 * idle_s)
+        self._idle_s = idle_s
         self.service = service
         self.lifeline = lifeline or Lifeline()
         self._memory = ReplyMemory()
         self._started = time.monotonic()
         self._requests = 0
+        self._heard = time.monotonic()
+        self._lanes = Lanes()
+        self._jobs: dict[str, _Job] = {}
+        self._done: SimpleQueue[_Job] = SimpleQueue()
+        self._untidy = False
+        self._cuts = 0
         try:
             self._sockets = ServerSockets(endpoint, events, curve)
         except BaseException:
@@ -123,32 +102,35 @@ class Server:
         self.endpoint = self._sockets.endpoint
         service.events_endpoint = self._sockets.events_endpoint
         service.emit = self._emit  # type: ignore[method-assign]
-        self._operations: dict[str, tuple[msgspec.json.Decoder[Any], Any, Handler]] = {
-            op: (msgspec.json.Decoder(args), args, handler)
-            for op, (args, handler) in {
-                "hello": (NoArgs, self._hello),
-                "health": (NoArgs, self._health),
-                **service.operations,
-                "shutdown": (NoArgs, self._shutdown),
-            }.items()
+        own: dict[str, tuple[Any, Handler]] = {
+            "hello": (NoArgs, self._hello),
+            "health": (NoArgs, self._health),
         }
+        self._operations = Operations(
+            service, {**own, **service.operations, "shutdown": (NoArgs, self._shutdown)}
+        )
+        # What only tells of the loop is answered by it, however busy the service is.
+        self._at_once = set(own) - set(service.operations)
 
     def run(self) -> int:
         """Serve until `shutdown`, a signal, the parent's death, `stop` or idleness; the exit status."""
         poller = zmq.Poller()
         poller.register(self._sockets.router, zmq.POLLIN)
-        poller.register(self._sockets.unsent_fileno, zmq.POLLIN)
+        poller.register(self._sockets.wake_fileno, zmq.POLLIN)
         for fileno in self.lifeline.filenos():
             poller.register(fileno, zmq.POLLIN)
         if self._sockets.events is not None:
             poller.register(self._sockets.events, zmq.POLLIN)
         try:
             while not self.lifeline.ended():
-                ready = dict(poller.poll(self._idle_ms))
+                ready = dict(poller.poll(self._patience_ms()))
                 if not ready:
-                    break
-                if self._sockets.unsent_fileno in ready:
+                    if self._idle_s is not None and self._idle_for() >= self._idle_s:
+                        break
+                    self._tidy()
+                if self._sockets.wake_fileno in ready:
                     self._sockets.send_events()
+                    self._send_done()
                 if self._sockets.events in ready:
                     self._sockets.read_subscriptions()
                 if self._sockets.router in ready:
@@ -158,11 +140,31 @@ class Server:
             self._end()
 
     def stop(self) -> None:
-        """End the loop after the request in hand; from any thread."""
+        """End the loop after the requests in hand; from any thread."""
         self.lifeline.stop(0)
+
+    def _idle_for(self) -> float:
+        return 0.0 if self._jobs else time.monotonic() - self._heard
+
+    def _patience_ms(self) -> int | None:
+        """How long to wait for whatever comes; a millisecond at least: a poll may end a little early."""
+        self._untidy |= self._sockets.cuts != self._cuts
+        waits = [TIDY_MS] if self._untidy else []
+        if self._idle_s is not None:
+            waits.append(max(1, round(1e3 * (self._idle_s - self._idle_for()))))
+        return min(waits, default=None)
+
+    def _tidy(self) -> None:
+        """Give freed memory back, which the C library would keep for the next image."""
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+        if self._untidy and trim is not None:
+            trim(0)
+        self._untidy, self._cuts = False, self._sockets.cuts
 
     def _end(self) -> None:
         try:
+            self._lanes.join()
+            self._send_done()
             self.service.close()
         finally:
             self._sockets.close()
@@ -173,95 +175,85 @@ class Server:
     def _serve_burst(self) -> None:
         for _ in range(BURST):
             try:
-                frames = self._sockets.router.recv_multipart(zmq.NOBLOCK)
+                frames = self._sockets.router.recv_multipart(zmq.NOBLOCK, copy=False)
             except zmq.Again:  # its sender went away
                 return
+            self._heard = time.monotonic()
             self._serve_one(frames)
             if self.lifeline.ended() or not self._sockets.requests_wait():
                 return
 
-    def _serve_one(self, frames: list[bytes]) -> None:
+    def _serve_one(self, frames: list[zmq.Frame]) -> None:
         # A REQ socket puts an empty frame before its message and wants it back.
-        start = 2 if len(frames) > 1 and not frames[1] else 1
-        route, body = frames[:start], frames[start:]
+        start = 2 if len(frames) > 1 and not len(frames[1]) else 1
+        route, body = [frame.bytes for frame in frames[:start]], frames[start:]
         request_id: str | None = None
         try:
-            request = self._checked(body)
+            request = self._operations.checked(body)
             request_id = request.id
-            known = self._memory.get(request_id)
-            if known is None:
-                answer = self._answer(request)
-                self._memory.add(request_id, body[0], answer, sum(map(_size, answer)))
-            elif known.request == body[0]:
-                answer = known.frames
-            else:
+            header = body[0].bytes
+            job, known = self._jobs.get(request_id), self._memory.get(request_id)
+            if header != (job.body[0].bytes if job else known.request if known else header):
                 raise ProtocolError(
                     "id_reused", f"The id {request_id} was used for another request.", "Count ids up."
                 )
+            if job is not None:
+                job.route = route  # its sender has lost patience, and waits on another socket now
+            elif known is not None:
+                self._send(request, route, known.frames)
+            else:
+                self._begin(_Job(request, body, route, []))
         except ProtocolError as error:
-            answer = [encode_error(request_id or error.request_id, error)]
-        self._send(route, answer)
+            self._sockets.send(route, [encode_error(request_id or error.request_id, error)])
 
-    def _send(self, route: list[bytes], answer: list[Any]) -> None:
-        self._sockets.send(route, answer)
-
-    def _checked(self, body: list[bytes]) -> Request:
-        if not body:
-            raise ProtocolError("bad_message", "The request is empty.")
-        if len(body[0]) > MAX_HEADER_BYTES:
-            raise ProtocolError(
-                "too_large",
-                f"The request's header has {len(body[0])} bytes; at most {MAX_HEADER_BYTES} are taken.",
-            )
-        request = decode_request(body[0])
-        if len(body) > 1:
-            raise ProtocolError(
-                "bad_frames",
-                f"The request has {len(body) - 1} array frames; no operation takes any.",
-                request_id=request.id,
-            )
-        return request
-
-    def _answer(self, request: Request) -> list[Any]:
+    def _begin(self, job: _Job) -> None:
         self._requests += 1
-        try:
-            reply = self._handle(request)
-            described, arrays = pack(reply.arrays)
-            header = encode_reply(request.id, reply.result, described)
-            if len(header) > MAX_HEADER_BYTES:
-                raise ValueError(f"the result has {len(header)} bytes, more than {MAX_HEADER_BYTES}")
-            return [header, *arrays]
-        except LightsAndCameraError as error:
-            return [encode_error(request.id, error)]
-        except Exception as error:
-            log.exception("%s: %s failed", self.service.name, request.op)
-            where = traceback.extract_tb(error.__traceback__)[-1]
-            internal = ProtocolError(
-                "internal",
-                f"The {self.service.name} failed in {request.op!r}: {type(error).__name__}: {error} "
-                f"({os.path.basename(where.filename)}, line {where.lineno}).",
-                "This is a defect of the server; its log has the details.",
+        if job.request.op in self._at_once:
+            job.answer = self._operations.answer(job.request, job.body)
+            self._remember(job)
+            return
+        size = sum(map(len, job.body))
+        self._untidy |= size > LARGE_BYTES
+        self._jobs[job.request.id] = job
+        if not self._lanes.put(job.route[0], lambda: self._work(job), size):
+            del self._jobs[job.request.id]
+            raise ProtocolError(
+                "busy",
+                f"The {self.service.name} has too many requests of this client, or of all.",
+                "Wait for a reply before the next request.",
             )
-            return [encode_error(request.id, internal)]
 
-    def _handle(self, request: Request) -> Reply:
+    def _work(self, job: _Job) -> None:
+        """Handle a request, in the thread of its sender's lane."""
         try:
-            decoder, args_type, handler = self._operations[request.op]
-        except KeyError:
-            raise ProtocolError(
-                "unknown_operation",
-                f"The {self.service.name} has no operation {request.op!r}.",
-                f"It has {', '.join(sorted(self._operations))}.",
-            ) from None
-        try:
-            args = decoder.decode(request.args)
-        except (msgspec.MsgspecError, ValueError, RecursionError) as error:
-            raise ProtocolError(
-                "bad_arguments",
-                f"Operation {request.op!r} of the {self.service.name} cannot take these arguments: {error}.",
-                _fields_of(args_type),
-            ) from None
-        return handler(args)
+            job.answer = self._operations.answer(job.request, job.body)
+        except BaseException as error:  # for the loop to end with
+            job.fatal = error
+        self._done.put(job)
+        self._sockets.wake()
+
+    def _send_done(self) -> None:
+        while not self._done.empty():
+            job = self._done.get()
+            del self._jobs[job.request.id]
+            if job.fatal is not None:
+                raise job.fatal
+            self._remember(job)
+
+    def _remember(self, job: _Job) -> None:
+        size = sum(map(frame_bytes, job.answer))
+        self._untidy |= size > LARGE_BYTES
+        if not self._sockets.room_for(size):
+            busy = ProtocolError(
+                "busy", "Too many replies wait to be read.", "Ask again when others have read theirs."
+            )
+            self._sockets.send(job.route, [encode_error(job.request.id, busy)])
+            return
+        self._memory.add(job.request.id, job.body[0].bytes, job.answer, size)
+        self._send(job.request, job.route, job.answer)
+
+    def _send(self, request: Request, route: list[bytes], answer: list[Any]) -> None:
+        self._sockets.send(route, answer)
 
     # --- operations that every server has ---
 
@@ -271,7 +263,7 @@ class Server:
                 "server": self.service.name,
                 "version": __version__,
                 "protocol": PROTOCOL,
-                "operations": sorted(self._operations),
+                "operations": sorted(self._operations.names),
                 "pid": os.getpid(),
             }
         )
@@ -286,17 +278,6 @@ class Server:
 
     def _emit(self, event: str, args: Mapping[str, Any] | None = None) -> int:
         return self._sockets.publish(event, args or {})
-
-
-def _size(frame: Any) -> int:
-    return len(frame) if isinstance(frame, bytes) else int(frame.nbytes)
-
-
-def _fields_of(args_type: Any) -> str:
-    fields = getattr(args_type, "__struct_fields__", None)
-    if fields is None:
-        return ""
-    return f"Its arguments are {', '.join(fields)}." if fields else "It takes no arguments."
 
 
 def serve(
@@ -319,6 +300,8 @@ def serve(
         When an endpoint cannot be bound, with a plain message.
     """
     lifeline = Lifeline(parent_pid, signals=True)
+    if curve is None and open_to_all(endpoint):
+        log.warning("every user of this machine can call %s; on ipc:// only its own user can", endpoint)
     server = Server(service, endpoint, events, curve, lifeline, idle_s)
     lifeline.enforce(endpoint, events)
     return server.run()

@@ -1,6 +1,8 @@
 """The sockets of a server: one for requests, one for events, guarded by keys where there are any."""
 
+import math
 import os
+from collections import deque
 from contextlib import suppress
 from queue import SimpleQueue
 from threading import Lock
@@ -9,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 import zmq
 
-from bridge.endpoints import CurveServer, bind, remove_ipc_file
+from bridge.endpoints import CurveServer, bind, listen, remove_ipc_file
 from bridge.envelope import MAX_FRAME_BYTES
+from bridge.gate import Gate
 from bridge.messages import PROTOCOL
 
 if TYPE_CHECKING:
@@ -18,6 +21,14 @@ if TYPE_CHECKING:
 
 LINGER_MS = 500
 """How long a stopping server waits for its last reply to leave; chosen by hand."""
+HANDSHAKE_MS = 5000
+"""Longest that a peer may take to say who it is; chosen by hand."""
+MOST_MESSAGES = 16
+"""Requests and replies of one client that libzmq keeps; what it does not read beyond them is dropped."""
+MOST_WAITING_BYTES = 256 * 1024 * 1024
+"""Sum of the arrays in replies that have not left."""
+MOST_OF_A_SUBSCRIBER = 1024 * 1024
+"""Bytes that one subscriber may send while it is connected: it has to subscribe, no more."""
 ZAP_DOMAIN = "lights-and-camera"
 """Name under which client keys are checked."""
 WELCOME = msgspec.json.encode({"v": PROTOCOL, "event": "welcome", "args": {}, "sequence": 0})
@@ -40,8 +51,8 @@ class ServerSockets:
         Where requests come in.
     endpoint, events_endpoint
         As they were resolved: a port of ``*`` is a number.
-    unsent_fileno
-        Readable when there are events to send.
+    wake_fileno
+        Readable when there are events to send, and after `wake`.
 
     Raises
     ------
@@ -53,22 +64,25 @@ class ServerSockets:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._context.linger = LINGER_MS
         self._guard: ThreadAuthenticator | None = None
+        self._gates: list[Gate] = []
         self._bound: list[str] = []
         self._publishing = Lock()
         self._sequence = 0
         self._unsent: SimpleQueue[bytes] = SimpleQueue()
-        self.unsent_fileno, self._wake = os.pipe()
-        os.set_blocking(self.unsent_fileno, False)
+        self._leaving: deque[tuple[zmq.MessageTracker, int]] = deque()
+        self.wake_fileno, self._wake = os.pipe()
+        os.set_blocking(self.wake_fileno, False)
         os.set_blocking(self._wake, False)
         self.events: zmq.Socket[bytes] | None = None
         self.events_endpoint: str | None = None
         try:
             self.router = self._socket(zmq.ROUTER, curve)
-            self.endpoint = self._bind(self.router, endpoint, curve)
+            self.router.rcvhwm = self.router.sndhwm = MOST_MESSAGES
+            self.endpoint = self._listen(self.router, endpoint, curve)
             if events is not None:
                 self.events = self._socket(zmq.XPUB, curve)
                 self.events.setsockopt(zmq.XPUB_WELCOME_MSG, WELCOME)
-                self.events_endpoint = self._bind(self.events, events, curve)
+                self.events_endpoint = self._listen(self.events, events, curve, MOST_OF_A_SUBSCRIBER)
         except BaseException:
             self.close()
             raise
@@ -76,6 +90,7 @@ class ServerSockets:
     def _socket(self, kind: int, curve: CurveServer | None) -> "zmq.Socket[bytes]":
         sock = self._context.socket(kind)
         sock.maxmsgsize = MAX_FRAME_BYTES
+        sock.handshake_ivl = HANDSHAKE_MS
         if curve is not None:
             if self._guard is None:
                 # asyncio and ssl come with it: only where there are keys
@@ -90,9 +105,29 @@ class ServerSockets:
             sock.curve_secretkey = curve.secret_key.encode("ascii")
         return sock
 
-    def _bind(self, sock: "zmq.Socket[bytes]", endpoint: str, curve: CurveServer | None) -> str:
-        self._bound.append(bind(sock, endpoint, curve is not None))
-        return self._bound[-1]
+    def _listen(
+        self, sock: "zmq.Socket[bytes]", endpoint: str, curve: CurveServer | None, most: float = math.inf
+    ) -> str:
+        if curve is not None:
+            resolved = bind(sock, endpoint)
+        else:
+            listener, resolved = listen(endpoint)
+            inner = f"lights-and-camera-{os.getpid()}-{os.urandom(8).hex()}"
+            sock.setsockopt(zmq.IPC_FILTER_PID, os.getpid())  # behind the gate there is nobody else
+            sock.bind(f"ipc://@{inner}")
+            self._gates.append(Gate(listener, inner, most))
+        self._bound.append(resolved)
+        return resolved
+
+    @property
+    def cuts(self) -> int:
+        """How many clients were cut off so far since they broke a bound."""
+        return sum(gate.cuts for gate in self._gates)
+
+    def wake(self) -> None:
+        """Make `wake_fileno` readable, from any thread."""
+        with suppress(OSError):  # a full pipe wakes as well; a closed one nobody
+            os.write(self._wake, b"!")
 
     def publish(self, event: str, args: object) -> int:
         """Publish an event, from any thread; returns its sequence number, 0 where events go nowhere."""
@@ -102,14 +137,13 @@ class ServerSockets:
             self._sequence += 1
             message = {"v": PROTOCOL, "event": event, "args": args, "sequence": self._sequence}
             self._unsent.put(msgspec.json.encode(message))
-            with suppress(BlockingIOError):  # a full pipe wakes as well
-                os.write(self._wake, b"!")
+            self.wake()
             return self._sequence
 
     def send_events(self) -> None:
         """Send what was published; by the thread that serves, since a ZeroMQ socket belongs to one."""
         with suppress(BlockingIOError):
-            os.read(self.unsent_fileno, 65536)
+            os.read(self.wake_fileno, 65536)
         while self.events is not None and not self._unsent.empty():
             self.events.send(self._unsent.get())
 
@@ -123,11 +157,23 @@ class ServerSockets:
         """Whether another request has come in."""
         return bool(int(self.router.get(zmq.EVENTS)) & zmq.POLLIN)
 
+    def room_for(self, size: int) -> bool:
+        """Whether a reply of so many bytes may wait to be read beside those that do already."""
+        while self._leaving and self._leaving[0][0].done:
+            self._leaving.popleft()
+        waiting = sum(bytes_ for tracker, bytes_ in self._leaving if not tracker.done)
+        return not waiting or waiting + size <= MOST_WAITING_BYTES
+
     def send(self, route: list[bytes], answer: list[Any]) -> None:
         """Send a reply, after the events before it; its frames are no longer the caller's."""
         self.send_events()
         # Without arrays a copy is cheaper than keeping track of who still reads the frames.
-        self.router.send_multipart([*route, *answer], copy=len(answer) == 1)
+        if len(answer) == 1:
+            self.router.send_multipart([*route, *answer])
+        else:
+            tracker = self.router.send_multipart([*route, *answer], copy=False, track=True)
+            assert tracker is not None
+            self._leaving.append((tracker, sum(map(frame_bytes, answer))))
 
     def close(self) -> None:
         """Close all, after the last reply has left, and remove the socket files."""
@@ -137,13 +183,20 @@ class ServerSockets:
             self.send_events()
             self.events = None
             os.close(self._wake)
-            os.close(self.unsent_fileno)
+            os.close(self.wake_fileno)
             self._wake = -1
         if self._guard is not None:
             self._guard.stop()
-        self._context.destroy(linger=LINGER_MS)
         for endpoint in self._bound:
             remove_ipc_file(endpoint)
+        self._context.destroy(linger=LINGER_MS)
+        for gate in self._gates:
+            gate.close()
+
+
+def frame_bytes(frame: Any) -> int:
+    """Bytes of a frame: a header, or an array."""
+    return len(frame) if isinstance(frame, bytes) else int(frame.nbytes)
 
 
 class _Allowed:

@@ -6,6 +6,7 @@ already answers from memory and nothing is done twice. What a request can throw 
 
     error(server_error(Code, Message, Hint), _)         the server's error reply, or `bad_reply`
     error(bridge_timeout(Endpoint, Op, Seconds), _)     no answer within the deadline
+    error(bridge_refused(Endpoint), _)                  it does not let this client in
 
 and whatever the client's `alive` goal throws. JSON objects are dicts; their strings are strings, and `true`, `false`
 and `null` are atoms.
@@ -15,21 +16,19 @@ and `null` are atoms.
           [ client_open/3,          % +Endpoint, -Client, :Options
             client_request/5,       % +Client, +Op, +Args, -Result, +Options
             client_close/1,         % +Client
-            client_seconds/2,       % +Client, -Seconds
-            events_open/2,          % +Endpoint, -Subscription
-            events_open/3,          % +Endpoint, -Subscription, :Options
-            events_poll/2,          % +Subscription, -Events
-            events_close/1          % +Subscription
+            client_seconds/2        % +Client, -Seconds
           ]).
-:- use_module(library(apply), [convlist/3]).
+:- reexport(events).
 :- use_module(library(error), [existence_error/2, must_be/2]).
 :- use_module(library(option), [meta_options/3, option/3]).
+:- use_module(handshake).
 :- use_module(json).
+:- use_module(slices).
+:- use_module(types, [check_result/3]).
 :- use_module(zmq).
 
 :- meta_predicate
-    client_open(+, -, :),
-    events_open(+, -, :).
+    client_open(+, -, :).
 
 :- dynamic
     client/2,                       % Client, dict: what it was opened with
@@ -40,13 +39,15 @@ and `null` are atoms.
     client_socket/2,
     client_waited/2.
 
-slice_s(0.1).                       % longest wait between two calls of the alive goal, chosen by hand
-max_frame_bytes(67108864).          % of protocol version 1, as is the next
-max_header_characters(1048576).
+max_header_characters(1048576).     % of protocol version 1
 reconnect_ms(10).                   % between two tries to connect: a server that is starting is there at any moment
-welcome_s(5.0).                     % an event server that is there answers at once; chosen by hand
 
 :- multifile prolog:error_message//1.
+
+prolog:error_message(bridge_refused(Endpoint)) -->
+    [ 'The server at ~w does not let this client in. '-[Endpoint],
+      'Has each of the two the key that the other expects (--keys)? Is it a server of this protocol?'
+    ].
 
 prolog:error_message(server_error(_Code, Message, Hint)) -->
     [ '~w'-[Message] ],
@@ -73,6 +74,8 @@ prolog:error_message(bridge_timeout(Endpoint, Op, Seconds)) -->
 %       example because the server's process is gone; success and failure are the same.
 %     - curve(+PublicKey, +SecretKey, +ServerKey)
 %       Keys of CURVE.
+%     - server(+Name)
+%       `image_server` or `vision_server`: its results are of the types of the protocol, or errors (`bad_reply`).
 
 client_open(Endpoint, Client, Options0) :-
     meta_options(is_meta, Options0, Options),
@@ -81,21 +84,16 @@ client_open(Endpoint, Client, Options0) :-
     option(alive(Alive), Options, true),
     must_be(between(0.0, 1.0e9), Timeout),
     must_be(nonneg, Retries),
+    option(server(Server), Options, unknown),
     curve_option(Options, Curve),
     flag(bridge_client, N, N+1),
     Client = '$bridge_client'(N),
     client_name(N, Name),
     asserta(client_waited(Client, 0.0)),
     asserta(client(Client, client{endpoint:Endpoint, name:Name, timeout:Timeout, retries:Retries, alive:Alive,
-                                  curve:Curve})).
+                                  curve:Curve, server:Server})).
 
 is_meta(alive).
-
-curve_option(Options, Curve) :-
-    (   memberchk(curve(Public, Secret, Server), Options)
-    ->  Curve = [ curve_publickey(Public), curve_secretkey(Secret), curve_serverkey(Server) ]
-    ;   Curve = []
-    ).
 
 %   A server keeps its memory of replies by this name, so no two clients may ever share one. It takes nothing from the
 %   random generator, which belongs to the session's seed.
@@ -148,7 +146,18 @@ client_request(Client, Op, Args, Result, Options) :-
         throw(Error)
     ;   Reply == none
     ->  throw(error(bridge_timeout(Opened.endpoint, Op, Timeout), _))
-    ;   reply_result(Reply, Client, Opened.endpoint, Result)
+    ;   reply_result(Reply, Client, Opened.endpoint, Result0),
+        checked_result(Opened, Op, Client, Result0),
+        Result = Result0
+    ).
+
+checked_result(Opened, Op, Client, Result) :-
+    catch(check_result(Opened.server, Op, Result), misfit(Where, What), true),
+    (   var(What)
+    ->  true
+    ;   ( What = lacking(Key) -> Verb = 'has no' ; Verb = 'should be', Key = What ),
+        format(string(Why), "~w ~w ~w", [Where, Verb, Key]),
+        bad_reply(Client, Opened.endpoint, Why)
     ).
 
 add_seconds(Client, More) :-
@@ -170,7 +179,12 @@ attempts(Client, request(Id, Text), Opened, Reply) :-
             answer(Socket, Id, Alive, Deadline, Reply0)
         ->  true
         ;   disconnect(Client),
-            fail
+            (   client_waited(Client, Before),
+                Before =:= 0.0,         % it has never answered
+                handshake_refused(Opened.endpoint, Opened.curve)
+            ->  throw(error(bridge_refused(Opened.endpoint), _))
+            ;   fail
+            )
         )
     ->  Reply = Reply0
     ;   Reply = none
@@ -182,26 +196,6 @@ answer(Socket, Id, Alive, Deadline, Reply) :-
     (   Reply0 == another           % an answer to a request that was given up
     ->  answer(Socket, Id, Alive, Deadline, Reply)
     ;   Reply = Reply0
-    ).
-
-received(Socket, Header, Timeout) :-
-    zmq_receive(Socket, [Header], Timeout, header).
-
-%   Goal with a time to wait added succeeds before the deadline; Alive is called in between.
-
-in_slices(Goal, Alive, Deadline) :-
-    slice_s(Slice),
-    repeat,
-    zmq_clock(Now),
-    Left is Deadline-Now,
-    (   Left =< 0
-    ->  !,
-        fail
-    ;   Wait is min(Slice, Left),
-        call(Goal, Wait)
-    ->  !
-    ;   ignore(Alive),
-        fail
     ).
 
 connected(Client, Socket) :-
@@ -268,69 +262,9 @@ reply_result(Reply, Client, Endpoint, _) =>
     ->  true
     ;   Why = "it has neither a result nor an error"
     ),
+    bad_reply(Client, Endpoint, Why).
+
+bad_reply(Client, Endpoint, Why) :-
     disconnect(Client),
     format(string(Message), 'The reply of the server at ~w cannot be read: ~w.', [Endpoint, Why]),
     throw(error(server_error(bad_reply, Message, "Use a client and a server of the same release."), _)).
-
-%!  events_open(+Endpoint, -Subscription) is det.
-%!  events_open(+Endpoint, -Subscription, :Options) is det.
-%
-%   Subscribe to the events published at Endpoint. Returns when the server has confirmed it, so that no event is
-%   lost from then on. Options timeout (default 5), alive and curve are as in client_open/3.
-%
-%   @error bridge_timeout(Endpoint, subscribe, Seconds) when nobody publishes there.
-
-events_open(Endpoint, Subscription) :-
-    events_open(Endpoint, Subscription, []).
-
-events_open(Endpoint, Subscription, Options0) :-
-    meta_options(is_meta, Options0, Options),
-    welcome_s(Default),
-    option(timeout(Timeout), Options, Default),
-    option(alive(Alive), Options, true),
-    curve_option(Options, Curve),
-    max_frame_bytes(Max),
-    zmq_socket(sub, Socket, [subscribe(""), rcvhwm(0), maxmsgsize(Max)|Curve]),
-    zmq_clock(Start),
-    Deadline is Start+Timeout,
-    catch(( zmq_connect(Socket, Endpoint),
-            (   in_slices(received(Socket, _Welcome), Alive, Deadline)
-            ->  true
-            ;   throw(error(bridge_timeout(Endpoint, subscribe, Timeout), _))
-            )
-          ),
-          Error,
-          ( zmq_close(Socket),
-            throw(Error)
-          )),
-    Subscription = '$bridge_events'(Socket).
-
-%!  events_poll(+Subscription, -Events) is det.
-%
-%   Events are those that came since the last call, in order; [] for none. Never waits. Each is a dict with keys
-%   `event` (a string), `args` (a dict) and `sequence` (counts from 1).
-
-events_poll('$bridge_events'(Socket), Events) :-
-    waiting(Socket, Headers),
-    convlist(event, Headers, Events).
-
-waiting(Socket, Headers) :-
-    (   received(Socket, Header, 0)
-    ->  Headers = [Header|More],
-        waiting(Socket, More)
-    ;   Headers = []
-    ).
-
-event(Header, Event) :-
-    catch(json_term(Header, Event), error(syntax_error(_), _), fail),
-    is_dict(Event),
-    get_dict(event, Event, Name),
-    get_dict(sequence, Event, _),
-    Name \== "welcome".
-
-%!  events_close(+Subscription) is det.
-%
-%   End a subscription. Closing twice is no error.
-
-events_close('$bridge_events'(Socket)) :-
-    zmq_close(Socket).

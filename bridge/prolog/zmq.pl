@@ -18,11 +18,13 @@ where Errno is an atom such as 'EADDRINUSE'. Timeouts are seconds from now, or `
             zmq_connect/2,          % +Socket, +Endpoint
             zmq_set/3,              % +Socket, +Option, +Value
             zmq_endpoint/2,         % +Socket, -Endpoint
+            zmq_monitor/2,          % +Socket, -Monitor
             zmq_send/3,             % +Socket, +Frames, +Timeout
             zmq_send/4,             % +Socket, +Frames, +Timeout, +Encoding
             zmq_receive/3,          % +Socket, -Frames, +Timeout
             zmq_receive/4,          % +Socket, -Frames, +Timeout, +Encoding
             zmq_curve_keypair/2,    % -PublicKey, -SecretKey
+            zmq_private_file/1,     % +File
             zmq_open_sockets/1,     % -Count
             zmq_clock/1             % -Seconds
           ]).
@@ -88,6 +90,17 @@ opened(Type, Socket) :-
 %
 %   Where the socket was bound last, a string; the port is a number where `*` was asked for.
 
+%!  zmq_monitor(+Socket, -Monitor) is det.
+%
+%   Monitor is a socket that is told when Socket connects, and how each handshake ends, as by zmq_socket_monitor(3).
+
+zmq_monitor(Socket, Monitor) :-
+    flag(bridge_zmq_monitor, N, N+1),
+    atom_concat('inproc://monitor-', N, Endpoint),
+    zmq_monitor_(Socket, Endpoint),
+    zmq_socket(pair, Monitor, []),
+    zmq_connect(Monitor, Endpoint).
+
 %!  zmq_set(+Socket, +Option, +Value) is det.
 %
 %   Option is one of `rcvhwm`, `reconnect_ivl`, `maxmsgsize`, `router_mandatory`, `xpub_welcome_msg`, `subscribe`,
@@ -117,6 +130,10 @@ zmq_receive(Socket, Frames, Timeout) :-
 %!  zmq_curve_keypair(-PublicKey, -SecretKey) is det.
 %
 %   A fresh pair of CURVE keys.
+
+%!  zmq_private_file(+File) is semidet.
+%
+%   Nobody but its owner may do anything with File, as befits a secret key.
 
 %!  zmq_open_sockets(-Count) is det.
 %

@@ -7,6 +7,7 @@
 
 #include "zmq4pl.h"
 #include <stdio.h>
+#include <sys/stat.h>
 #include <time.h>
 
 		 /*******************************
@@ -79,10 +80,22 @@ clock_seconds(term_t seconds)
   return PL_unify_float(seconds, (double)t.tv_sec + t.tv_nsec/1e9);
 }
 
+/* A file that its group and others can neither read nor change nor run. */
+static foreign_t
+private_file(term_t file)
+{ char *name;
+  struct stat found;
+
+  if ( !PL_get_file_name(file, &name, 0) || stat(name, &found) != 0 )
+    return FALSE;
+  return (found.st_mode & (S_IRWXG|S_IRWXO)) == 0;
+}
+
 install_t
 install_zmq4pl(void)
 { install_sockets();
   install_messages();
   PL_register_foreign("zmq_curve_keypair", 2, curve_keypair, 0);
   PL_register_foreign("zmq_clock", 1, clock_seconds, 0);
+  PL_register_foreign("zmq_private_file", 1, private_file, 0);
 }

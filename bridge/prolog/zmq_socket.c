@@ -249,6 +249,20 @@ connect_socket(term_t socket, term_t endpoint)
 { return attached(socket, endpoint, zmq_connect, "zmq_connect");
 }
 
+/* Tell at an inproc endpoint when a socket connects, and how its handshakes end. */
+static foreign_t
+monitor_socket(term_t socket, term_t endpoint)
+{ zsock *s;
+  char *text;
+  int events = ZMQ_EVENT_CONNECTED | ZMQ_EVENT_HANDSHAKE_SUCCEEDED | ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL |
+	       ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL | ZMQ_EVENT_HANDSHAKE_FAILED_AUTH;
+
+  if ( !get_socket(socket, &s) ||
+       !PL_get_chars(endpoint, &text, CVT_ATOM|CVT_STRING|CVT_EXCEPTION|REP_UTF8) )
+    return FALSE;
+  return zmq_socket_monitor(s->handle, text, events) == 0 ? TRUE : zmq_failed("zmq_monitor", 2, endpoint);
+}
+
 void
 install_sockets(void)
 { PL_register_foreign("zmq_open_", 2, open_socket, 0);
@@ -259,4 +273,5 @@ install_sockets(void)
   PL_register_foreign("zmq_endpoint", 2, last_endpoint, 0);
   PL_register_foreign("zmq_bind", 2, bind_socket, 0);
   PL_register_foreign("zmq_connect", 2, connect_socket, 0);
+  PL_register_foreign("zmq_monitor_", 2, monitor_socket, 0);
 }

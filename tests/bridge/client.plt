@@ -273,7 +273,7 @@ test(the_right_keys, A == 1) :-
     zmq_curve_keypair(ServerPublic, ServerSecret),
     curve_asked(ServerPublic, ServerSecret, ServerPublic, 20, Result),
     A = Result.a.
-test(the_wrong_key, error(bridge_timeout(_, hello, 0.5))) :-
+test(the_wrong_key, error(bridge_refused(_))) :-
     zmq_curve_keypair(ServerPublic, ServerSecret),
     zmq_curve_keypair(Other, _),
     curve_asked(ServerPublic, ServerSecret, Other, 0.5, _).

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from bridge.errors import BadInput, DeviceError
-from bridge.messages import ImageCaptureArgs, NoArgs, ParametersArgs
+from bridge.messages import ImageCaptureArgs, NoArgs
 from bridge.mocks import mock_image_server, mock_vision_server
 from bridge.serve import Reply, Server, Service
+from bridge.vision_messages import ParametersArgs
 
 __all__ = ["mock_image_server", "mock_vision_server"]
 

@@ -1,4 +1,5 @@
 import itertools
+import socket
 import time
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import zmq
 
 from bridge.client import Client
 from bridge.endpoints import CurveClient, CurveServer
-from bridge.errors import BridgeTimeout
+from bridge.errors import BridgeRefused, BridgeTimeout
 from bridge.serve import Server
 
 from .conftest import Counter, Running
@@ -40,11 +41,30 @@ def test_only_clients_with_a_known_key_get_in() -> None:
             if refused_first:  # then there is no way left to send on, and that must not block
                 client._connected()
                 time.sleep(0.2)
-            with client, pytest.raises(BridgeTimeout):
+            with client, pytest.raises(BridgeRefused, match=r"does not let this client in.*--keys"):
                 client.request("count")
         assert service.count == 1
     finally:
         running.stop()
+
+
+def test_one_with_keys_is_refused_where_there_are_none_and_one_that_stands_still_is_waited_for() -> None:
+    public, secret = keys()
+    service = Counter()
+    running = Running(service, Server(service, "tcp://127.0.0.1:*"))
+    try:
+        curve = CurveClient(public, secret, keys()[0])
+        client = Client(running.endpoint, timeout_s=0.5, curve=curve)
+        with client, pytest.raises(BridgeRefused):
+            client.request("count")
+    finally:
+        running.stop()
+    with socket.socket() as silent:  # listens, and says nothing
+        silent.bind(("127.0.0.1", 0))
+        silent.listen()
+        endpoint = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        with Client(endpoint, timeout_s=0.5) as client, pytest.raises(BridgeTimeout):
+            client.request("count")
 
 
 def test_events_want_the_key_too(folder: Path) -> None:

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from bridge import messages
 from bridge.client import Client
+from bridge.messages import IMAGE_OPERATIONS
 from bridge.mocks import MockImageServer, MockVisionServer, apply_script
+from bridge.vision_messages import VISION_OPERATIONS
 
 pytestmark = pytest.mark.slow
 
@@ -21,8 +22,8 @@ def text(root: Path) -> str:
 
 
 def test_every_operation_and_field_is_described(text: str) -> None:
-    for operations in (messages.IMAGE_OPERATIONS, messages.VISION_OPERATIONS):
-        for op, args in operations.items():
+    for operations in (IMAGE_OPERATIONS, VISION_OPERATIONS):
+        for op, (args, _) in operations.items():
             assert f"| `{op}` |" in text
             for field in getattr(args, "__struct_fields__", ()):
                 assert f"`{field}`" in text

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from bridge.client import Client
-from bridge.errors import BadInput, BridgeTimeout
+from bridge.errors import BadInput, BridgeRefused
 from bridge.keys import client_keys, make_keys, server_keys
 from bridge.serve import Server
 
@@ -34,7 +34,7 @@ def test_the_programs_of_a_folder_reach_each_other_and_nobody_else_does(keys: Pa
             with Client(endpoint, timeout_s=20, curve=client_keys(keys, name, "image_server")) as client:
                 client.request("count")
         stranger = client_keys(tmp_path / "others", "controller", "image_server")
-        with Client(endpoint, timeout_s=0.5, curve=stranger) as client, pytest.raises(BridgeTimeout):
+        with Client(endpoint, timeout_s=0.5, curve=stranger) as client, pytest.raises(BridgeRefused):
             client.request("count")
         assert service.count == 2
     finally:

@@ -1,10 +1,13 @@
 import math
+from pathlib import Path
 from typing import Any
 
 import msgspec
 import pytest
 
 from bridge import messages as m
+from bridge import vision_messages as v
+from bridge.commands.results import prolog_results
 
 SETTINGS: dict[str, Any] = {"lights": [0, 7, 3], "shutter_s": 0.01667, "aperture": 4.0}
 POSE = {"rotation_vector": [0.1, 0.2, 0.3], "translation": [0, 0, 1]}
@@ -44,13 +47,13 @@ GOOD: list[tuple[Any, dict[str, Any]]] = [
     (m.MoveArgs, {"range_m": 0.5}),
     (m.ScoreArgs, {"pose": POSE}),
     (m.PoseErrorMessage, {"rotation_deg": 0, "translation_m": 0, "translation_fraction_of_range": 0}),
-    (m.StartArgs, START),
-    (m.StartArgs, {**START, "matcher": "genetic", "unit": "mm", "seed": 3, "out": "runs/a"}),
-    (m.RestoreArgs, {**START, "out": "runs/a", "images": ["i1", "i2"], "discarded": ["i3"]}),
-    (m.VisionCaptureArgs, {"image": "i1", "settings": SETTINGS}),
-    (m.EstimateArgs, {"images": ["i1", "i2"]}),
-    (m.DiscardArgs, {"image": "i1"}),
-    (m.ParametersArgs, {"threshold": 0.5, "method": "em", "on": True, "n": 3}),
+    (v.StartArgs, START),
+    (v.StartArgs, {**START, "matcher": "genetic", "unit": "mm", "seed": 3, "out": "runs/a"}),
+    (v.RestoreArgs, {**START, "out": "runs/a", "images": ["i1", "i2"], "discarded": ["i3"]}),
+    (v.VisionCaptureArgs, {"image": "i1", "settings": SETTINGS}),
+    (v.EstimateArgs, {"images": ["i1", "i2"]}),
+    (v.DiscardArgs, {"image": "i1"}),
+    (v.ParametersArgs, {"threshold": 0.5, "method": "em", "on": True, "n": 3}),
 ]
 
 BAD: list[tuple[Any, dict[str, Any], str]] = [
@@ -75,21 +78,26 @@ BAD: list[tuple[Any, dict[str, Any], str]] = [
     (m.Event, {"event": "earthquake", "sequence": 1}, "event"),
     (m.Event, {"event": "sun_changed", "sequence": 0}, "sequence"),
     (m.Event, {"v": 2, "event": "sun_changed", "sequence": 1}, "v"),
+    (m.PoseMessage, {**POSE, "translation": [0, 0, 1e300]}, "translation"),
+    (m.RestartArgs, {"captures_taken": 10**18}, "captures_taken"),
     (m.ImageCaptureArgs, {}, "settings"),
     (m.ImageCaptureResult, {**CAPTURED, "sha256": "zz"}, "sha256"),
     (m.MoveArgs, {"range_m": 0}, "range_m"),
     (m.ScoreArgs, {"pose": None}, "pose"),
-    (m.StartArgs, {}, "image_server"),
-    (m.StartArgs, {"image_server": "nowhere"}, "image_server"),
-    (m.StartArgs, {**START, "matcher": "lucky"}, "matcher"),
-    (m.StartArgs, {**START, "seed": -1}, "seed"),
-    (m.RestoreArgs, START, "out"),
-    (m.VisionCaptureArgs, {"image": "../etc", "settings": SETTINGS}, "image"),
-    (m.VisionCaptureArgs, {"image": "", "settings": SETTINGS}, "image"),
-    (m.EstimateArgs, {"images": []}, "images"),
-    (m.EstimateArgs, {"images": ["i1"] * 257}, "images"),
-    (m.DiscardArgs, {"image": "a b"}, "image"),
-    (m.ParametersArgs, {"x": [1]}, "got `array`"),
+    (v.StartArgs, {"image_server": "nowhere"}, "image_server"),
+    (v.StartArgs, {**START, "matcher": "lucky"}, "matcher"),
+    (v.StartArgs, {**START, "seed": -1}, "seed"),
+    (v.RestoreArgs, START, "out"),
+    (v.VisionCaptureArgs, {"image": "../etc", "settings": SETTINGS}, "image"),
+    (v.VisionCaptureArgs, {"image": "", "settings": SETTINGS}, "image"),
+    (v.EstimateArgs, {"images": []}, "images"),
+    (v.EstimateArgs, {"images": ["i1"] * 257}, "images"),
+    (v.DiscardArgs, {"image": "a b"}, "image"),
+    (v.DiscardArgs, {"image": "i1\n"}, "image"),
+    (v.StartArgs, {**START, "out": "runs/a\0b"}, "out"),
+    (v.StartArgs, {"image_server": "ipc:///a b"}, "image_server"),
+    (v.StartArgs, {"image_server": "inproc://a"}, "image_server"),
+    (v.ParametersArgs, {"x": [1]}, "got `array`"),
 ]
 
 
@@ -138,7 +146,7 @@ def test_every_operation_of_the_protocol_has_a_type() -> None:
         "score",
         "shutdown",
     }
-    assert set(m.VISION_OPERATIONS) == {
+    assert set(v.VISION_OPERATIONS) == {
         "hello",
         "start",
         "capture",
@@ -147,6 +155,16 @@ def test_every_operation_of_the_protocol_has_a_type() -> None:
         "best",
         "parameters",
         "restore",
+        "add",
+        "appraise",
+        "predict",
+        "track",
+        "check",
+        "end",
         "health",
         "shutdown",
     }
+
+
+def test_the_types_that_the_controller_checks_replies_by_are_these(root: Path) -> None:
+    assert (root / "bridge" / "prolog" / "results.pl").read_text() == prolog_results()

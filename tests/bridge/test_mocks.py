@@ -206,7 +206,6 @@ class TestScripts:
             assert sub.poll(20_000)
             assert sub.recv_json()["args"] == {"light": "left"}
 
-
     def test_the_thread_that_serves_is_the_only_one_that_sends(
         self, mock_vision_server: MockVisionServer, monkeypatch: pytest.MonkeyPatch
     ) -> None:

@@ -1,0 +1,283 @@
+"""The gate of a server without keys: connections are accepted, counted and bounded here, then passed on.
+
+libzmq bounds a frame, and counts only whole messages: the frames of a message that never ends pile up in it
+without a limit (1 GB a second), and what a client does not read stays until its connection ends. So bytes are
+passed on to libzmq through here, and ZMTP's frames are counted as they pass (rfc.zeromq.org/spec/23).
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import socket
+import struct
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+
+from bridge.endpoints import same_user
+from bridge.envelope import MAX_FRAME_BYTES, MAX_FRAMES, MAX_MESSAGE_BYTES
+
+MAX_CONNECTIONS = 128
+"""At a time; three descriptors each, and a process has 1024."""
+MAX_UNFINISHED_BYTES = 2 * MAX_MESSAGE_BYTES
+"""Sum of all messages that are not complete yet."""
+MAX_COMMAND_BYTES = 4096
+"""Of one ZMTP command: the handshake's metadata is the largest, with an identity of 255 bytes."""
+STALLED_S = 10
+"""A client that sends nothing amid a message, or takes nothing of a reply, for so long is cut off."""
+CHUNK_BYTES = 128 * 1024
+GREETING_BYTES = 64
+MORE, LONG, COMMAND = 1, 2, 4  # flags of a frame
+
+log = logging.getLogger("bridge.gate")
+
+
+class TooMuchError(Exception):
+    """A client broke a bound."""
+
+
+class FrameMeter:
+    """Follows one direction of a ZMTP 3 connection without keys.
+
+    Attributes
+    ----------
+    unfinished
+        Bytes of the message under way, frame heads included; 0 between messages.
+    """
+
+    def __init__(self) -> None:
+        self.unfinished = 0
+        self._frames = 0
+        self._body = GREETING_BYTES  # left of the frame under way; at first the greeting, which is none
+        self._last = True
+        self._head = bytearray()
+        self._greeting: bytearray | None = bytearray()
+
+    @property
+    def midway(self) -> bool:
+        """Whether something has begun that is not complete."""
+        return self.unfinished > 0 or bool(self._head) or self._body > 0
+
+    def feed(self, data: memoryview) -> None:
+        """Count bytes as they pass.
+
+        Raises
+        ------
+        TooMuchError
+            A frame, a command, a message or its number of frames beyond its bound; or no ZMTP 3.
+        """
+        at, end = 0, len(data)
+        while at < end:
+            if self._body:
+                step = min(self._body, end - at)
+                if self._greeting is not None:
+                    self._greeting += data[at : at + step]
+                    self._check_greeting(self._greeting)
+                self._body -= step
+                at += step
+            else:
+                self._greeting = None
+                self._head += data[at : at + 1]
+                at += 1
+                self._read_head()
+            if not self._body and not self._head and self._last:
+                self.unfinished = self._frames = 0
+
+    def _read_head(self) -> None:
+        head = self._head
+        flags = head[0]
+        if len(head) < (9 if flags & LONG else 2):
+            return
+        size = struct.unpack(">Q", head[1:])[0] if flags & LONG else head[1]
+        self._head = bytearray()
+        if size > (MAX_COMMAND_BYTES if flags & COMMAND else MAX_FRAME_BYTES):
+            raise TooMuchError(f"a frame of {size} bytes")
+        self._frames += 1
+        self.unfinished += size + len(head)
+        if self.unfinished > MAX_MESSAGE_BYTES or self._frames > MAX_FRAMES:
+            raise TooMuchError(f"a message of {self._frames} frames and {self.unfinished} bytes")
+        self._body = size
+        if not flags & COMMAND:
+            self._last = not flags & MORE
+
+    @staticmethod
+    def _check_greeting(greeting: bytearray) -> None:
+        if greeting[0] != 0xFF or (len(greeting) > 9 and greeting[9] != 0x7F):
+            raise TooMuchError("no ZMTP")
+        if len(greeting) > 10 and greeting[10] < 3:
+            raise TooMuchError(f"ZMTP {greeting[10]}")
+
+
+class Gate:
+    """Passes connections of a listening socket on to an ipc endpoint of libzmq in this process.
+
+    Parameters
+    ----------
+    listener
+        Bound and listening; the gate closes it.
+    inner
+        Abstract name of the socket behind the gate.
+    most_bytes
+        That one connection may send in all; without a bound, if not given.
+
+    Attributes
+    ----------
+    cuts
+        How many connections broke a bound so far.
+    """
+
+    def __init__(self, listener: socket.socket, inner: str, most_bytes: float = math.inf) -> None:
+        self.cuts = 0
+        self.most_bytes = most_bytes
+        self._listener = listener
+        self._inner = inner
+        self._lock = threading.Lock()
+        self._connections: set[_Connection] = set()
+        self._closed = False
+        self._thread = threading.Thread(target=self._accept, name="gate", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Accept nobody any more, and end what is connected."""
+        self._closed = True
+        with suppress(OSError):
+            self._listener.shutdown(socket.SHUT_RDWR)
+        self._thread.join()
+        self._listener.close()
+        with self._lock:
+            open_now = list(self._connections)
+        for connection in open_now:
+            connection.cut()
+        for connection in open_now:
+            connection.join()
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                outer, _ = self._listener.accept()
+            except OSError:
+                if self._closed:
+                    return
+                time.sleep(0.1)  # out of descriptors: some come back
+                continue
+            try:
+                self._admit(outer)
+            except (OSError, RuntimeError) as error:  # out of descriptors or threads
+                log.warning("a connection could not be taken: %s", error)
+                outer.close()
+
+    def _admit(self, outer: socket.socket) -> None:
+        if not same_user(outer):
+            log.warning("a connection of another user was refused")
+            outer.close()
+            return
+        inner = socket.socket(socket.AF_UNIX)
+        try:
+            inner.connect(f"\0{self._inner}")
+            connection = _Connection(self, outer, inner)
+        except BaseException:
+            inner.close()
+            raise
+        with self._lock:
+            crowd = list(self._connections) if len(self._connections) >= MAX_CONNECTIONS else []
+            self._connections.add(connection)
+        if crowd:
+            min(crowd, key=lambda other: other.heard).cut()  # silent for longest; it may come again
+        connection.start()
+
+    def check_sum(self) -> None:
+        """Cut off whoever has sent most of unfinished messages, where they are too much together."""
+        with self._lock:
+            if sum(each.meter.unfinished for each in self._connections) <= MAX_UNFINISHED_BYTES:
+                return
+            most = max(self._connections, key=lambda each: each.meter.unfinished)
+        log.warning("unfinished messages are too much together; the largest is given up")
+        self.cuts += 1
+        most.cut()
+
+    def left(self, connection: _Connection) -> None:
+        """Forget a connection that has ended."""
+        with self._lock:
+            self._connections.discard(connection)
+
+
+class _Connection:
+    """Two threads that pass bytes on, one for each direction."""
+
+    def __init__(self, gate: Gate, outer: socket.socket, inner: socket.socket) -> None:
+        self.meter = FrameMeter()
+        self._received = 0
+        self.heard = time.monotonic()
+        self._gate = gate
+        self._outer, self._inner = outer, inner
+        for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
+            outer.setsockopt(socket.SOL_SOCKET, option, struct.pack("ll", STALLED_S, 0))
+        self._still = 2
+        self._closing = threading.Lock()
+        self._threads = [
+            threading.Thread(target=self._run, args=(pump,), name="gate", daemon=True)
+            for pump in (self._inward, self._outward)
+        ]
+
+    def start(self) -> None:
+        for thread in self._threads:
+            thread.start()
+
+    def join(self) -> None:
+        for thread in self._threads:
+            thread.join()
+
+    def cut(self) -> None:
+        """End both directions."""
+        with self._closing:
+            if self._still:
+                for end in (self._outer, self._inner):
+                    with suppress(OSError):
+                        end.shutdown(socket.SHUT_RDWR)
+
+    def _run(self, pump: Callable[[], None]) -> None:
+        try:
+            pump()
+        except TooMuchError as error:
+            log.warning("a client was cut off: it sent %s", error)
+            self._gate.cuts += 1
+        except OSError:
+            pass  # it went, stalled, or was cut off
+        self.cut()
+        with self._closing:
+            self._still -= 1
+            if self._still:
+                return
+            self._outer.close()
+            self._inner.close()
+        self._gate.left(self)
+
+    def _inward(self) -> None:
+        buffer = memoryview(bytearray(CHUNK_BYTES))
+        while True:
+            try:
+                count = self._outer.recv_into(buffer)
+            except BlockingIOError:
+                if self.meter.midway:
+                    raise TooMuchError("only a part of a message") from None
+                continue
+            if not count:
+                return
+            self._received += count
+            self.heard = time.monotonic()
+            self.meter.feed(buffer[:count])
+            if self._received > self._gate.most_bytes:
+                raise TooMuchError(f"{self._received} bytes where it has nothing to say")
+            if self.meter.unfinished:
+                self._gate.check_sum()
+            self._inner.sendall(buffer[:count])
+
+    def _outward(self) -> None:
+        buffer = memoryview(bytearray(CHUNK_BYTES))
+        while count := self._inner.recv_into(buffer):
+            try:
+                self._outer.sendall(buffer[:count])
+            except BlockingIOError:
+                raise TooMuchError("requests, and did not read the replies") from None

@@ -1,0 +1,34 @@
+"""Command lines of the Python programs, as a shell uses them."""
+
+import subprocess
+import sys
+
+from bridge.command_line import EXIT_READER_GONE
+
+
+def test_a_reader_that_has_seen_enough_is_no_error() -> None:
+    """`... | head` closes its end: no traceback, and no words."""
+    program = (
+        "import sys; from types import ModuleType; from bridge.command_line import run_command;"
+        "command = ModuleType('x'); command.add_options = lambda parser: None;"
+        "command.run = lambda options: print('word ' * 100000) or 0;"
+        "sys.modules['program.commands.talk'] = command;"
+        "sys.modules['program.commands'] = sys.modules['program'] = ModuleType('program');"
+        "print('begun', flush=True); sys.stdin.read();"
+        "sys.exit(run_command('program', 'It talks.', {'talk': 'Say much.'}, ['talk']))"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as done:
+        assert done.stdout is not None
+        assert done.stderr is not None
+        assert done.stdin is not None
+        assert done.stdout.readline() == "begun\n"
+        done.stdout.close()
+        done.stdin.close()
+        assert done.stderr.read() == ""
+        assert done.wait(60) == EXIT_READER_GONE

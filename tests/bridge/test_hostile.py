@@ -1,0 +1,22 @@
+"""The crowd of `tests.bridge.hostile` in small; its 10^6 messages are a command of their own."""
+
+import pytest
+
+from .hostile import COMMANDS, attack
+
+MESSAGES = 3000
+MEMORY_MB = 20.0
+WAIT_S = 3.0
+"""Of a client that behaves, on a machine that has other work; 1 s is held where it has none."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", COMMANDS)
+def test_a_hostile_crowd_leaves_a_server_as_it_was(kind: str) -> None:
+    told = attack(kind, MESSAGES, seed=7)
+    assert told["serving"]
+    assert told["messages"] >= MESSAGES - 3
+    assert told["internal"] == {}
+    assert told["tracebacks"] == 0
+    assert told["longest_wait_s"] < WAIT_S
+    assert told["memory_mb"]["after"] - told["memory_mb"]["before"] < MEMORY_MB

@@ -1,0 +1,79 @@
+"""What `python -m bridge new-controller` makes passes its tests as made, and what it refuses."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from experiments.plan import read_plan
+
+pytestmark = pytest.mark.slow
+
+
+def run(cwd: Path, root: Path, *words: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        words, cwd=cwd, env=os.environ | {"PYTHONPATH": str(root)},
+        capture_output=True, text=True, timeout=240, check=False,
+    )  # fmt: skip
+
+
+def new(cwd: Path, root: Path, name: str) -> "subprocess.CompletedProcess[str]":
+    return run(cwd, root, sys.executable, "-m", "bridge", "new-controller", name)
+
+
+@pytest.fixture
+def mine(tmp_path: Path, root: Path) -> Path:
+    done = new(tmp_path, root, "mine")
+    assert done.returncode == 0, done.stderr
+    return tmp_path / "mine"
+
+
+def test_what_it_makes_passes_its_tests_as_made(mine: Path, root: Path) -> None:
+    assert sorted(file.name for file in mine.iterdir()) == [
+        "mine.pl",
+        "mine.plt",
+        "plan.toml",
+        "test_mine.py",
+    ]
+    in_a_world = run(mine.parent, root, "swipl", "-g", "run_tests", "-t", "halt", "mine/mine.plt")
+    assert in_a_world.returncode == 0, in_a_world.stderr
+    assert "All 5 tests passed" in in_a_world.stderr
+    against_mocks = run(mine.parent, root, sys.executable, "-m", "pytest", "-q", "mine")
+    assert against_mocks.returncode == 0, against_mocks.stdout
+    assert "3 passed" in against_mocks.stdout
+    assert [name for name, _ in read_plan(mine / "plan.toml").controllers] == ["mine", "heuristic", "simple"]
+
+
+def test_its_tests_fail_where_the_strategy_is_wrong(mine: Path, root: Path) -> None:
+    strategy = mine / "mine.pl"
+    strategy.write_text(strategy.read_text().replace("if(worth_keeping,", "if(true,"))
+    in_a_world = run(mine.parent, root, "swipl", "-g", "run_tests", "-t", "halt", "mine/mine.plt")
+    assert in_a_world.returncode != 0
+    assert "it_drops_images_that_do_not_help" in in_a_world.stderr
+    against_mocks = run(mine.parent, root, sys.executable, "-m", "pytest", "-q", "mine")
+    assert "test_images_that_do_not_help_are_dropped" in against_mocks.stdout
+
+
+@pytest.mark.parametrize("name", ["Mine", "2nd", "a-b", "../mine", "", "a" * 41, "mine.pl"])
+def test_a_bad_name_is_refused(tmp_path: Path, root: Path, name: str) -> None:
+    done = new(tmp_path, root, name)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == (
+        f"bridge: A strategy cannot be called {name!r}. "
+        "Use up to 40 lower-case letters, digits and underscores, a letter first.\n"
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_name_that_is_taken_is_refused(mine: Path, root: Path) -> None:
+    kept = (mine / "mine.pl").read_text()
+    again = new(mine.parent, root, "mine")
+    assert (again.returncode, again.stderr) == (
+        2, "bridge: There is a folder or file mine here already. Use another name, or remove it.\n",
+    )  # fmt: skip
+    assert (mine / "mine.pl").read_text() == kept
+    shipped = new(mine.parent, root, "greedy")
+    assert shipped.returncode == 2
+    assert "There is a strategy greedy already" in shipped.stderr
