@@ -1,12 +1,15 @@
 """The replay device: recorded light stacks answer as if camera and lights were there."""
 
+import dataclasses
+from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput, Unsupported
-from bridge.messages import Describe, PoseErrorMessage, PoseMessage, Settings
+from bridge.messages import Describe, MoveDone, PoseErrorMessage, PoseMessage, Settings
 from image_server.serve.device import Change, Device, Frame, checked_settings, sure_frame
 from stack.exposure import in_words, level_fraction, light_powers, same_value
 from stack.format import FrameTable
@@ -24,20 +27,43 @@ class Replay(Device):
     stack : a loaded stack.
     seed : session seed; with the capture's number it draws the noise of a basis stack.
     captures_taken : by an earlier process of the same session.
+    nearest : answer a request for settings that were not recorded with the frame whose settings are nearest,
+        rather than with an error. One that was not shown yet comes first: the same image twice would be taken
+        for two witnesses.
+    shown : settings of the recorded frames that an earlier process of the same session has shown, in order;
+        the first `captures_taken` of them count.
     """
 
     name = "replay"
 
-    def __init__(self, stack: BasisStack | FramesStack, seed: int = 0, captures_taken: int = 0) -> None:
+    def __init__(
+        self,
+        stack: BasisStack | FramesStack,
+        seed: int = 0,
+        captures_taken: int = 0,
+        nearest: bool = False,
+        shown: Sequence[Settings] = (),
+    ) -> None:
         self._stack = stack
         self._describe = describe_stack(stack, self.name)
+        self._nearest = nearest
+        self._shown: list[int] = []
+        if isinstance(stack, FramesStack):
+            for settings in shown[:captures_taken]:
+                self._recorded_frame(stack, settings)
         self.restart(seed, captures_taken)
 
-    def restart(self, seed: int, captures_taken: int) -> None:
-        """Draw noise from another seed, and show recorded frames from the first."""
+    def restart(self, seed: int, captures_taken: int, moves: Sequence[MoveDone] = ()) -> list[Change]:
+        """Draw noise from another seed, and forget what recorded frames were shown after these captures."""
         self._seed = seed
         self._captures = captures_taken
-        self._shown: dict[int, int] = {}
+        del self._shown[captures_taken:]
+        return []
+
+    def come_to(self, number: int) -> None:
+        """As before the capture of this number."""
+        if number != self._captures + 1:
+            self.restart(self._seed, number - 1)
 
     def describe(self) -> Describe:
         """What the stack offers."""
@@ -46,21 +72,23 @@ class Replay(Device):
     def capture(self, settings: Settings) -> Frame:
         """A frame mixed from the basis images, or the recorded frame with these settings.
 
-        Several frames recorded under the same settings come in turn.
+        Several frames recorded under the same settings come in turn. A frame under other settings than those
+        that were asked for is not verified.
         """
-        applied = checked_settings(self._describe, settings)
+        asked = checked_settings(self._describe, settings)
         if isinstance(self._stack, BasisStack):
-            pixels = self._basis_frame(self._stack, applied, self._captures + 1)
+            pixels, applied = self._basis_frame(self._stack, asked, self._captures + 1), asked
         else:
-            pixels, applied = self._recorded_frame(self._stack, applied)
+            pixels, applied = self._recorded_frame(self._stack, asked)
         self._captures += 1
-        return sure_frame(pixels, settings, applied, self._captures, f"replay:{self._stack.folder}")
+        frame = sure_frame(pixels, settings, applied, self._captures, f"replay:{self._stack.folder}")
+        return dataclasses.replace(frame, verified=_recorded_under(applied, asked))
 
     def health(self) -> dict[str, Any]:
         """Always sound: the stack was read whole at the start."""
         return {"status": "ok", "stack": str(self._stack.folder), "captures": self._captures}
 
-    def score(self, pose: PoseMessage) -> PoseErrorMessage | None:
+    def score(self, pose: PoseMessage, moves: int | None = None) -> PoseErrorMessage | None:
         """Error against the stack's true_pose; None where the stack has none."""
         true_pose = self._stack.table.target.true_pose
         return None if true_pose is None else pose_error(pose, true_pose)
@@ -78,16 +106,16 @@ class Replay(Device):
 
     def _recorded_frame(self, stack: FramesStack, settings: Settings) -> tuple[NDArray[np.uint8], Settings]:
         frames = stack.table.frames
-        matching = [index for index, frame in enumerate(frames) if _recorded_under(frame, settings)]
+        matching = [n for n, frame in enumerate(frames) if self._nearest or _recorded_under(frame, settings)]
         if not matching:
             nearest = sorted(frames, key=lambda frame: self._distance(frame, settings))[:NEAREST_NAMED]
             raise BadInput(
                 f"The stack {stack.folder} has no frame recorded under {in_words(settings)}.",
                 f"Nearest: {'; '.join(in_words(frame) for frame in nearest)}.",
             )
-        turn = self._shown.get(matching[0], 0)
-        self._shown[matching[0]] = turn + 1
-        index = matching[turn % len(matching)]
+        shown = Counter(self._shown)
+        index = min(matching, key=lambda n: (shown[n], self._distance(frames[n], settings)))
+        self._shown.append(index)
         return stack.images[index], frames[index].settings()
 
     def _distance(self, frame: FrameTable, settings: Settings) -> float:
@@ -121,7 +149,7 @@ def pose_error(pose: PoseMessage, true_pose: PoseMessage) -> PoseErrorMessage:
     )
 
 
-def _recorded_under(frame: FrameTable, settings: Settings) -> bool:
+def _recorded_under(frame: Settings, settings: Settings) -> bool:
     return (
         frame.lights == settings.lights
         and same_value(frame.shutter_s, settings.shutter_s)

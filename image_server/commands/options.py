@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bridge.command_line import number, whole_number
+
+if TYPE_CHECKING:
+    from image_server.serve.device import Device
 
 Conditions = tuple[float | None, float | None, float | None, tuple[float, float] | None]
 """Ambient scale, light power, defocus (px) and motion (px/s), each instead of a file's."""
@@ -33,6 +37,45 @@ def add_draws(parser: ArgumentParser) -> None:
         help="Frames taken before by a session that goes on: noise is drawn from there"
         " (default: %(default)s).",
     )
+    parser.add_argument(
+        "--moved",
+        action="append",
+        type=_move,
+        default=[],
+        metavar="RANGE_M:CAPTURES",
+        help="Where a session that goes on has moved the target to, after how many frames; repeatable.",
+    )
+
+
+def _move(word: str) -> tuple[float, int]:
+    range_m, _, captures = word.partition(":")
+    return number(1e-6)(range_m), whole_number(0)(captures)
+
+
+def add_deaths(parser: ArgumentParser) -> None:
+    """Lights that go out on cue."""
+    parser.add_argument(
+        "--light-dies",
+        action="append",
+        type=_death,
+        default=[],
+        metavar="NAME:CAPTURES",
+        help="This light goes out after so many frames, and is told as a light_fault; repeatable.",
+    )
+
+
+def _death(word: str) -> tuple[str, int]:
+    name, _, captures = word.rpartition(":")
+    return name, whole_number(0)(captures)
+
+
+def with_deaths(device: Device, options: Namespace) -> Device:
+    """The device, with lights that die where `--light-dies` was given."""
+    if not options.light_dies:
+        return device
+    from image_server.serve.dying_lights import DyingLights
+
+    return DyingLights(device, dict(options.light_dies), options.captures_taken)
 
 
 def add_conditions(parser: ArgumentParser) -> None:

@@ -12,9 +12,11 @@ from image_server.commands.options import (
     AS_IN_THE_FILE,
     Conditions,
     add_conditions,
+    add_deaths,
     add_draws,
     add_events,
     given_conditions,
+    with_deaths,
 )
 from image_server.commands.serving import serve_device
 
@@ -27,18 +29,39 @@ def add_options(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--stack", required=True, type=Path, metavar="DIR", help="Stack folder with its stack.toml."
     )
+    parser.add_argument(
+        "--nearest",
+        action="store_true",
+        help="Recorded frames: take the nearest settings where others are asked for, rather than refuse.",
+    )
+    parser.add_argument(
+        "--shown",
+        type=Path,
+        metavar="DIR",
+        help="Images of a session that goes on: recorded frames that it has seen do not come again.",
+    )
     add_serving(parser)
     add_events(parser)
     add_draws(parser)
     add_conditions(parser)
+    add_deaths(parser)
 
 
 def run(options: Namespace) -> int:
     """Serve until told to stop; the exit status."""
-    return serve_device(lambda: replay_device(options, given_conditions(options)), options)
+    conditions = given_conditions(options)
+    return serve_device(
+        lambda: with_deaths(replay_device(options, conditions, options.nearest, options.shown), options),
+        options,
+    )
 
 
-def replay_device(options: Namespace, conditions: Conditions = AS_IN_THE_FILE) -> Replay:
+def replay_device(
+    options: Namespace,
+    conditions: Conditions = AS_IN_THE_FILE,
+    nearest: bool = False,
+    shown: Path | None = None,
+) -> Replay:
     """The device of a stack folder under other conditions.
 
     Raises
@@ -47,7 +70,7 @@ def replay_device(options: Namespace, conditions: Conditions = AS_IN_THE_FILE) -
         A stack that cannot be used, or conditions for recorded frames.
     """
     from image_server.replay import Replay
-    from stack.read import BasisStack, load_stack, with_conditions
+    from stack.read import BasisStack, load_stack, recorded_frames, with_conditions
 
     stack = load_stack(options.stack)
     if isinstance(stack, BasisStack):
@@ -57,4 +80,6 @@ def replay_device(options: Namespace, conditions: Conditions = AS_IN_THE_FILE) -
             f"The stack {options.stack} holds recorded frames; their sun, lights and blur cannot be changed.",
             "Leave out --ambient-scale, --light-power, --defocus-sigma-px and --motion-px-per-s.",
         )
-    return Replay(stack, options.seed, options.captures_taken)
+    frames = {} if shown is None else recorded_frames(shown)
+    shown_before = [frame.settings() for frame in frames.values()]
+    return Replay(stack, options.seed, options.captures_taken, nearest, shown_before)

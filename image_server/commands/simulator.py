@@ -10,10 +10,12 @@ from image_server.commands.options import (
     AS_IN_THE_FILE,
     Conditions,
     add_conditions,
+    add_deaths,
     add_draws,
     add_events,
     add_target,
     given_conditions,
+    with_deaths,
 )
 from image_server.commands.serving import serve_device
 
@@ -28,6 +30,7 @@ def add_options(parser: ArgumentParser) -> None:
     add_scene(parser)
     add_draws(parser)
     add_conditions(parser)
+    add_deaths(parser)
 
 
 def add_scene(parser: ArgumentParser) -> None:
@@ -43,11 +46,14 @@ def add_scene(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Serve until told to stop; the exit status."""
-    return serve_device(lambda: simulated_device(options, given_conditions(options)), options)
+    return serve_device(
+        lambda: with_deaths(simulated_device(options, given_conditions(options)), options), options
+    )
 
 
 def simulated_device(options: Namespace, conditions: Conditions = AS_IN_THE_FILE) -> Simulator:
     """The simulator of a scene under other conditions."""
+    from bridge.messages import MoveDone
     from image_server.simulator import Simulator
     from image_server.simulator.scenario import load_scenario, with_conditions
 
@@ -58,4 +64,5 @@ def simulated_device(options: Namespace, conditions: Conditions = AS_IN_THE_FILE
         options.seed,
         unit=options.unit,
         captures_taken=options.captures_taken,
+        moves=[MoveDone(range_m=range_m, captures_taken=taken) for range_m, taken in options.moved],
     )

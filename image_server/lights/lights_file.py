@@ -41,7 +41,8 @@ class LightsFile(Table, frozen=True):
     protocol : what it speaks.
     settle_s : from a change of level to steady light, as the camera sees it.
     dark_after_s : the lights go out when no request has come for so long; 0: never.
-    hold_off_s : the driver itself goes dark when the server has been silent for so long (line protocol).
+    hold_off_s : the lights go out when the server has been silent for so long, by the driver itself (line
+        protocol) and by the watchdog; 0: never.
     """
 
     device: str

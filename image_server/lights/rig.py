@@ -45,7 +45,7 @@ class LightRig:
 
     A thread asks the driver twice a second whether it lives (which also keeps its hold-off time from running
     out), and turns everything off when no request has come for `dark_after_s`. A watchdog process does so
-    when this process dies.
+    when this process dies, or is silent for `hold_off_s`.
 
     Parameters
     ----------
@@ -68,9 +68,10 @@ class LightRig:
         self._retries = 0
         self._heard = time.monotonic()
         self._closing = threading.Event()
+        self._period_s = min(CHECK_PERIOD_S, file.hold_off_s / 4 or CHECK_PERIOD_S)
         try:
             check_channels(file, driver)
-            self._watchdog = Watchdog(driver.fileno(), driver.dark)
+            self._watchdog = Watchdog(driver.fileno(), driver.dark, file.hold_off_s)
             self.light(self._levels)
         except BaseException:
             driver.close()
@@ -149,6 +150,7 @@ class LightRig:
     # --- with the lock held ---
 
     def _set(self, levels: Sequence[int]) -> None:
+        self._notice_darkness()
         values = [0] * self._driver.channels
         for light, level in zip(self.file.lights, levels, strict=True):
             for channel in light.channels:
@@ -185,6 +187,7 @@ class LightRig:
     def _tried(self, ask: Callable[[], Any]) -> Any:
         """What the driver answers; after several failures all its lights are dead, and the answer is None."""
         for attempt in range(1, ATTEMPTS + 1):
+            self._watchdog.alive()
             try:
                 return ask()
             except DeviceError as error:
@@ -197,6 +200,7 @@ class LightRig:
 
     def _ask_status(self) -> None:
         """Ask the driver how it is, and learn which of its channels have failed."""
+        self._notice_darkness()
         status = None if self._all_dead() else self._tried(self._driver.check)
         if status is None:
             return
@@ -208,6 +212,13 @@ class LightRig:
                     light,
                     f"Channel {failed[0]} of the lights at {self.file.device}: {status.faults[failed[0]]}.",
                 )
+
+    def _notice_darkness(self) -> None:
+        """After this process was stopped for a while the lights are not as they were."""
+        if self._watchdog.went_dark():
+            self._values = None
+            self._levels = (0,) * len(self._levels)
+            self._verified = self._lit_as_asked = False
 
     def _all_dead(self) -> bool:
         return len(self._dead) == len(self.file.lights)
@@ -226,7 +237,7 @@ class LightRig:
     # --- the thread ---
 
     def _keep(self) -> None:
-        while not self._closing.wait(CHECK_PERIOD_S):
+        while not self._closing.wait(self._period_s):
             with self._lock:
                 quiet = self.file.dark_after_s
                 if quiet and any(self._levels) and time.monotonic() - self._heard > quiet:

@@ -13,6 +13,7 @@ from bridge.errors import BadInput, Unsupported
 from bridge.messages import (
     Describe,
     EventName,
+    MoveDone,
     PoseErrorMessage,
     PoseMessage,
     SettingRange,
@@ -90,16 +91,30 @@ class Device(ABC):
     def listen(self, notify: Callable[[Change], None]) -> None:  # noqa: B027  # most have nothing to tell
         """Tell `notify` of every fault and change of scene that no request asked for."""
 
-    def restart(self, seed: int, captures_taken: int) -> None:
-        """Become what a device of this seed is at first, so that the next session is not told of the last."""
+    def restart(self, seed: int, captures_taken: int, moves: Sequence[MoveDone] = ()) -> list[Change]:
+        """Become what a device of this seed is after so many captures and these moves.
+
+        Returns
+        -------
+        What changed with the last of these, so that a session that goes on misses nothing.
+        """
         raise Unsupported(f"The {self.name} cannot begin anew with seed {seed}.")
+
+    def come_to(self, number: int) -> None:  # noqa: B027  # hardware cannot
+        """Be as before the capture of this number, where a device draws and some were taken in vain."""
 
     def move(self, range_m: float) -> list[Change]:
         """Bring the target to a range along its line of sight, and say what changed in the scene."""
         raise Unsupported(f"The {self.name} cannot move its target to {range_m:g} m.")
 
-    def score(self, pose: PoseMessage) -> PoseErrorMessage | None:
-        """Error of a pose against the true one, None where that is not known. For reports only."""
+    def score(self, pose: PoseMessage, moves: int | None = None) -> PoseErrorMessage | None:
+        """Error of a pose against the true one, None where that is not known. For reports only.
+
+        Parameters
+        ----------
+        pose : where the target was found.
+        moves : after how many moves that was; None where no move came after it.
+        """
         raise Unsupported(f"The {self.name} does not know the true pose.", f"Asked for {pose.translation}.")
 
     def close(self) -> None:  # noqa: B027  # files and simulators hold nothing

@@ -3,7 +3,15 @@
 import msgspec
 
 from bridge.arrays import array_sha256
-from bridge.messages import ImageCaptureArgs, ImageCaptureResult, MoveArgs, NoArgs, RestartArgs, ScoreArgs
+from bridge.messages import (
+    EventTold,
+    ImageCaptureArgs,
+    ImageCaptureResult,
+    MoveArgs,
+    NoArgs,
+    RestartArgs,
+    ScoreArgs,
+)
 from bridge.serve import Reply, Service
 from image_server.serve.device import Change, Device, setting_ranges
 
@@ -15,6 +23,7 @@ class ImageServer(Service):
 
     def __init__(self, device: Device) -> None:
         self._device = device
+        self._told: list[EventTold] = []  # since the request in hand began
         self.operations = {
             "describe": (NoArgs, self._on_describe),
             "capture": (ImageCaptureArgs, self._on_capture),
@@ -30,7 +39,8 @@ class ImageServer(Service):
         self._device.close()
 
     def _publish(self, change: Change) -> None:
-        self.emit(change.event, change.args)
+        sequence = self.emit(change.event, change.args)
+        self._told.append(EventTold(event=change.event, args=change.args, sequence=sequence))
 
     def _on_describe(self, _: NoArgs) -> Reply:
         described = self._device.describe()
@@ -38,6 +48,9 @@ class ImageServer(Service):
         return Reply(msgspec.structs.replace(described, ranges=ranges, events=self.events_endpoint))
 
     def _on_capture(self, args: ImageCaptureArgs) -> Reply:
+        self._told = []
+        if args.number is not None:
+            self._device.come_to(args.number)
         frame = self._device.capture(args.settings)
         header = ImageCaptureResult(
             requested=frame.requested,
@@ -47,6 +60,7 @@ class ImageServer(Service):
             timestamp=frame.timestamp,
             devices=frame.devices,
             sha256=array_sha256(frame.pixels),
+            events=tuple(self._told),
         )
         return Reply(header, [frame.pixels])
 
@@ -54,16 +68,15 @@ class ImageServer(Service):
         return Reply(self._device.health())
 
     def _on_restart(self, args: RestartArgs) -> Reply:
-        self._device.restart(args.seed, args.captures_taken)
-        return Reply({})
+        changes = self._device.restart(args.seed, args.captures_taken, args.moves)
+        return Reply({"events": [EventTold(event=change.event, args=change.args) for change in changes]})
 
     def _on_move(self, args: MoveArgs) -> Reply:
-        changes = self._device.move(args.range_m)
-        for change in changes:
+        self._told = []
+        for change in self._device.move(args.range_m):
             self._publish(change)
-        events = [{"event": change.event, "args": change.args} for change in changes]
-        return Reply({"range_m": args.range_m, "events": events})
+        return Reply({"range_m": args.range_m, "events": self._told})
 
     def _on_score(self, args: ScoreArgs) -> Reply:
-        error = self._device.score(args.pose)
+        error = self._device.score(args.pose, args.moves)
         return Reply({"error": None if error is None else msgspec.to_builtins(error)})

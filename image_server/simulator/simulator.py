@@ -11,14 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
-from bridge.messages import (
-    Describe,
-    LightDescription,
-    PoseErrorMessage,
-    PoseMessage,
-    Settings,
-    TargetDescription,
-)
+from bridge.messages import Describe, MoveDone, PoseErrorMessage, PoseMessage, Settings
 from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model, find_target, load_model
@@ -26,6 +19,7 @@ from geometry.pose import Pose
 from image_server.replay import pose_error
 from image_server.serve.device import Change, Device, Frame, checked_settings, sure_frame
 from image_server.simulator import placement
+from image_server.simulator.description import described, pose_message
 from image_server.simulator.drift import Drift
 from image_server.simulator.lens import focused
 from image_server.simulator.material import load_appearance
@@ -51,7 +45,7 @@ class Simulator(Device):
     scenario : a scenario, or the name or file of one.
     seed : draws poses, sun, background and noise.
     unit : of the model file.
-    captures_taken : by an earlier process of the same session; noise is drawn from there on.
+    captures_taken, moves : by an earlier process of the same session; it goes on from there.
 
     Raises
     ------
@@ -67,6 +61,7 @@ class Simulator(Device):
         seed: int = 0,
         unit: str = "m",
         captures_taken: int = 0,
+        moves: Sequence[MoveDone] = (),
     ) -> None:
         self._scenario = load_scenario(scenario) if isinstance(scenario, str) else scenario
         try:
@@ -79,10 +74,31 @@ class Simulator(Device):
         table = self._scenario.camera
         self._camera = Camera.from_dict(msgspec.to_builtins(table))
         self._notify: Callable[[Change], None] = lambda change: None
-        self.restart(seed, captures_taken)
+        self.restart(seed, captures_taken, moves)
 
-    def restart(self, seed: int, captures_taken: int) -> None:
-        """Draw true pose, seed pose and sun from another seed; nothing has moved yet."""
+    def restart(self, seed: int, captures_taken: int, moves: Sequence[MoveDone] = ()) -> list[Change]:
+        """Draw true pose, seed pose and sun from another seed, then let pass what has happened since."""
+        self._begin(seed)
+        changes: list[Change] = []
+        for move in moves:
+            self._let_pass(move.captures_taken)
+            changes = self.move(move.range_m)
+        return self._let_pass(captures_taken) if captures_taken > self._captures else changes
+
+    def come_to(self, number: int) -> None:
+        """The scene as before the capture of this number."""
+        if number != self._captures + 1:
+            self.restart(self._seed, number - 1, [m for m in self._moves if m.captures_taken < number])
+
+    def _let_pass(self, captures_taken: int) -> list[Change]:
+        """The scene as after so many captures; what changed before the last of them."""
+        changes: list[Change] = []
+        while self._captures < captures_taken:
+            changes = self._advance()
+            self._captures += 1
+        return changes
+
+    def _begin(self, seed: int) -> None:
         self._seed = seed
         front = np.array(self._appearance.front)
         self._true = placement.drawn_pose(
@@ -102,8 +118,9 @@ class Simulator(Device):
         table = self._scenario.camera
         self._focal_mm = table.focal_lengths_mm[0] if table.focal_lengths_mm else None
         self._focus_m = table.focuses_m[0] if table.focuses_m else None
-        self._captures = captures_taken
-        self._moves = 0
+        self._captures = 0
+        self._moves: list[MoveDone] = []
+        self._left: list[Pose] = []  # true poses that moves ended
         self._traced: OrderedDict[float | None, View] = OrderedDict()
 
     @property
@@ -138,31 +155,8 @@ class Simulator(Device):
 
     def describe(self) -> Describe:
         """Settings, camera at the focal length in use, target and seed pose."""
-        scenario = self._scenario
-        camera = self.camera
-        pose = self._first_seed_pose
-        return Describe(
-            device=self.name,
-            lights=tuple(
-                LightDescription(
-                    name=light.name,
-                    levels=light.levels,
-                    position=light.position,
-                    power=light.power * scenario.light_power,
-                )
-                for light in scenario.lights
-            ),
-            shutters_s=scenario.camera.shutters_s,
-            apertures=scenario.camera.apertures,
-            focal_lengths_mm=scenario.camera.focal_lengths_mm,
-            focuses_m=scenario.camera.focuses_m,
-            camera=msgspec.structs.replace(scenario.camera.description(), fx=camera.fx, fy=camera.fy),
-            target=TargetDescription(
-                model=str(self._file),
-                unit=self._unit,  # type: ignore[arg-type]  # load_model has checked it
-                seed_pose=None if pose is None else _message(pose),
-            ),
-            movable=True,
+        return described(
+            self.name, self._scenario, self.camera, self._file, self._unit, self._first_seed_pose
         )
 
     def listen(self, notify: Callable[[Change], None]) -> None:
@@ -176,8 +170,8 @@ class Simulator(Device):
             self._focal_mm = applied.focal_length_mm
         if applied.focus_m is not None:
             self._focus_m = applied.focus_m
-        if self._captures and not self._drift.stands_still:
-            self._advance()
+        for change in self._advance():
+            self._notify(change)
         image = self._through_lens(self.radiance(applied.lights), applied.aperture)
         image = self._drift.smeared(
             image, self.camera, self._true, self._view().target_depth, applied.shutter_s
@@ -224,16 +218,17 @@ class Simulator(Device):
             focal_m = self._focal_mm * 1e-3
         return focused(radiance, self._view().inverse_depth, camera.fx, focal_m / aperture, self._focus_m)
 
-    def _advance(self) -> None:
-        """One capture's time passes."""
+    def _advance(self) -> list[Change]:
+        """The time from one capture to the next passes."""
+        if self._captures == 0 or self._drift.stands_still:
+            return []
         self._true, self._sun, changes = self._drift.advanced(self._true, self._sun)
         self._traced.clear()
-        for change in changes:
-            self._notify(change)
+        return changes
 
     def health(self) -> dict[str, Any]:
         """A simulator does not fall ill."""
-        return {"status": "ok", "captures": self._captures, "moves": self._moves}
+        return {"status": "ok", "captures": self._captures, "moves": len(self._moves)}
 
     def move(self, range_m: float) -> list[Change]:
         """Bring the target to a range along its line of sight; errors and the new sun come from the seed.
@@ -248,11 +243,12 @@ class Simulator(Device):
                 f"The target cannot come to {range_m:g} m: it is {self._model.diameter:.2g} m large.",
                 f"Allowed: {least:.2g} m or more.",
             )
-        rng = self._random(MOVES, self._moves)
+        rng = self._random(MOVES, len(self._moves))
         move = self._scenario.move
+        self._left.append(self._true)
         self._true = placement.moved_pose(self._true, range_m, move, rng)
         self._first_seed_pose = None
-        self._moves += 1
+        self._moves.append(MoveDone(range_m=range_m, captures_taken=self._captures))
         self._traced.clear()
         changes = [Change("target_moved", {"range_m": range_m})]
         if move.sun_turn_deg > 0 or move.sun_factor != (1.0, 1.0):
@@ -262,9 +258,17 @@ class Simulator(Device):
         self._drift.tell(self._true, self._sun)
         return changes
 
-    def score(self, pose: PoseMessage) -> PoseErrorMessage:
-        """Error against the true pose."""
-        return pose_error(pose, _message(self._true))
+    def score(self, pose: PoseMessage, moves: int | None = None) -> PoseErrorMessage:
+        """Error against the true pose, or the one that the target left with the move after so many.
+
+        Raises
+        ------
+        BadInput : there were fewer moves.
+        """
+        true_poses = [*self._left, self._true]
+        if moves is not None and moves >= len(true_poses):
+            raise BadInput(f"The target was moved {len(self._left)} times, not {moves}.")
+        return pose_error(pose, pose_message(true_poses[-1 if moves is None else moves]))
 
     def _drawn_sun(self) -> NDArray[np.float64]:
         """The sun where the scenario puts it; drawn again while the Earth hides it."""
@@ -296,7 +300,3 @@ class Simulator(Device):
 
     def _random(self, *stream: int) -> np.random.Generator:
         return np.random.default_rng([self._seed, *stream])
-
-
-def _message(pose: Pose) -> PoseMessage:
-    return msgspec.convert(pose.to_dict(), PoseMessage)

@@ -51,6 +51,27 @@ def test_settings_that_were_not_recorded_name_the_nearest(tmp_path: Path) -> Non
         replay.capture(Settings(lights=(1, 7), shutter_s=1 / 60, aperture=4.0))
 
 
+def test_the_nearest_frame_that_was_not_shown_serves_when_that_is_wanted(tmp_path: Path) -> None:
+    stack = load_stack(frames_stack(tmp_path))
+    asked = Settings(lights=(1, 7), shutter_s=1 / 60, aperture=4.0)
+    replay = Replay(stack, nearest=True)
+    frames = [replay.capture(asked) for _ in range(4)]
+    assert [frame.applied.lights for frame in frames] == [(0, 7), (7, 0), (7, 0), (0, 7)]
+    assert not np.array_equal(frames[1].pixels, frames[2].pixels)
+    assert not any(frame.verified for frame in frames)
+    assert all(frame.requested == asked for frame in frames)
+    assert Replay(stack, nearest=True).capture(frames[0].applied).verified
+
+
+def test_frames_that_a_session_has_seen_do_not_come_again_when_it_goes_on(tmp_path: Path) -> None:
+    stack = load_stack(frames_stack(tmp_path))
+    twice = Settings(lights=(7, 0), shutter_s=1 / 30, aperture=5.6)
+    whole = Replay(stack)
+    expected = [whole.capture(twice).pixels for _ in range(2)]
+    resumed = Replay(stack, captures_taken=1, shown=[twice, twice])  # one was saved, but never heard of
+    assert np.array_equal(resumed.capture(twice).pixels, expected[1])
+
+
 @pytest.mark.parametrize(
     ("settings", "message"),
     [

@@ -264,6 +264,51 @@ def test_lights_go_out_however_their_process_ends(bench: tuple[Emulator, Path], 
     assert until(lambda: emulator.outputs == [0, 0, 0])
 
 
+COUNTING_SERVER = """
+import sys
+from image_server.lights.opening import open_rig
+rig = open_rig(sys.argv[1])
+for asked in sys.stdin:
+    lit = rig.light((7, 2)) if asked == "light\\n" else rig.present()
+    print(*lit.levels, lit.verified, flush=True)
+"""
+
+
+def test_lights_of_a_server_that_hangs_go_out_and_it_knows(bench: tuple[Emulator, Path]) -> None:
+    emulator, file = bench
+    file.write_text(f"hold_off_s = 1.0\n{file.read_text()}")
+    emulator.tick = lambda: None  # type: ignore[method-assign]  # only the watchdog can do it
+    readable = isinstance(emulator, EmulatedLineDriver)
+    process = subprocess.Popen(
+        [sys.executable, "-c", COUNTING_SERVER, str(file)],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1,
+    )  # fmt: skip
+    words, answers = process.stdin, process.stdout
+    assert words is not None and answers is not None
+
+    def ask(what: str) -> str:
+        words.write(f"{what}\n")
+        return answers.readline()
+
+    try:
+        assert ask("light") == f"7 2 {readable}\n"
+        time.sleep(1.5)  # alive, it is left alone
+        assert emulator.outputs == [255, 200, 200]
+        process.send_signal(signal.SIGSTOP)
+        assert until(lambda: emulator.outputs == [0, 0, 0])
+        process.send_signal(signal.SIGCONT)
+        assert ask("present") == "0 0 False\n"  # so the frame that was being taken is not called lit
+        assert ask("light") == f"7 2 {readable}\n"
+        assert until(lambda: emulator.outputs == [255, 200, 200])
+        process.send_signal(signal.SIGSTOP)
+        assert until(lambda: emulator.outputs == [0, 0, 0])  # and again
+    finally:
+        process.kill()
+        process.wait(10)
+        words.close()
+        answers.close()
+
+
 # --- devices that cannot be used ---
 
 

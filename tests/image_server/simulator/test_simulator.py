@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from bridge.errors import BadInput
-from bridge.messages import Settings
+from bridge.messages import MoveDone, Settings
 from geometry.rotation import vector_of
 from image_server.serve.device import Change
 from image_server.simulator import Simulator
+from image_server.simulator.description import pose_message
 from image_server.simulator.placement import faces_shown, fraction_inside
 from image_server.simulator.scenario import (
     SCENARIOS,
@@ -23,7 +24,6 @@ from image_server.simulator.scenario import (
     load_scenario,
     with_conditions,
 )
-from image_server.simulator.simulator import _message
 
 MIDDLE = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
 SMALL = Camera(width=160, height=120, fx=200.0, fy=200.0, cx=79.5, cy=59.5)
@@ -102,9 +102,23 @@ def test_a_target_cannot_come_through_the_camera() -> None:
 
 def test_score_is_zero_at_the_true_pose() -> None:
     sim = Simulator("cube", "nominal", 1)
-    error = sim.score(_message(sim.true_pose))
+    error = sim.score(pose_message(sim.true_pose))
     assert error.rotation_deg == pytest.approx(0, abs=1e-5)
     assert error.translation_m == 0
+
+
+def test_score_is_of_where_the_target_stood_after_so_many_moves() -> None:
+    sim = Simulator("cube", "approach", 1)
+    stood = []
+    for range_m in (0.9, 0.7):
+        sim.move(range_m)
+        stood.append(pose_message(sim.true_pose))
+    assert sim.score(stood[0]).translation_m > 0.1
+    assert sim.score(stood[0], 1).translation_m == sim.score(stood[1], 2).translation_m == 0
+    with pytest.raises(BadInput, match="moved 2 times, not 3"):
+        sim.score(stood[0], 3)
+    sim.restart(1, 0, [MoveDone(range_m=0.9), MoveDone(range_m=0.7)])
+    assert sim.score(stood[0], 1).translation_m == 0
 
 
 def test_no_description_holds_the_true_pose() -> None:
