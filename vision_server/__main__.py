@@ -9,6 +9,9 @@ from numerics.memory import collect_rarely, keep_freed_memory
 COMMANDS = {
     "serve": "Serve pose estimation to a controller.",
     "estimate": "Estimate the pose of a target from image files of one set.",
+    "track": "Follow a moving target through frames, a video or a camera.",
+    "verify": "Make the estimate of a run folder again, and say whether it is as stated.",
+    "check": "Say whether a pose from elsewhere is right.",
     "edges": "Merge image files of one set into one edge map.",
     "warm": "Compile every numeric kernel, once.",
 }

@@ -14,6 +14,7 @@ from vision_server.channels.channel import ChannelStatistics, channel_statistics
 from vision_server.channels.gradients import GradientChannel, gradient_channel
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import ImageSetStatistics
+from vision_server.edges.moved import Movement, SureEdgels, moved_since, sure_edgels
 
 Grey = NDArray[np.uint8]
 
@@ -30,6 +31,11 @@ class SetImage:
     def gradient(self) -> GradientChannel:
         """What refinement sees; made when it first asks."""
         return gradient_channel(self.name, self.pixels, self.statistics)
+
+    @cached_property
+    def sure_edgels(self) -> SureEdgels:
+        """Where its sure edges are, see `edges.moved`."""
+        return sure_edgels(self.statistics)
 
 
 class ImageSet:
@@ -105,6 +111,19 @@ class ImageSet:
         """The named images as refinement sees them."""
         self.check(names)
         return [self.images[name].gradient for name in names]
+
+    def moved(self, name: str) -> Movement | None:
+        """What this image shows elsewhere than all that were added before it; None if nothing, or no others.
+
+        Raises
+        ------
+        BadInput
+            No image of that name.
+        """
+        self.check([name])
+        names = list(self.images)
+        before = (self.images[one].sure_edgels for one in names[: names.index(name)])
+        return moved_since(before, self.images[name].sure_edgels)
 
     def check(self, names: Sequence[str]) -> None:
         """Raise BadInput when one of the names is of no image in the set."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -14,20 +14,26 @@ from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model, about_pivot
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
+from geometry.turns import ASYMMETRIC, Symmetry, symmetry_of
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
+from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
-from vision_server.matching import MATCHERS, Hypothesis, SearchRange, match_genetic
+from vision_server.matching import MATCHERS, Anywhere, Hypothesis, SearchRange, match_genetic
 from vision_server.matching.match import distinct
+from vision_server.pose.alternatives import PoseChance, chances, image_of, without_free_turn
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import Refined, best_first, turned
+from vision_server.pose.ranking import REFINED, TURNED_NATS, Refined, add_turned, best_first, turned
+from vision_server.pose.stretch import misfit
 from vision_server.pose.support import LineSupport, PoseSupport
-from vision_server.pose.trust import ambiguity, confidence, quality
+from vision_server.pose.trust import WORTH_DOUBTING, Misfit, ambiguity, confidence, odds
 from vision_server.segments.extraction import extract_segments
 
 Floats = NDArray[np.float64]
 
+LOOKED_AT = 10  # hypotheses, at first sight
+LEAST_SCORE = 0.02  # of a pose that is returned: of less likely ones, one in hundred was right
 WORTH_REFINING = 0.5  # of the best hypothesis' score; right poses were seen down to 0.68 of a wrong one's
 
 
@@ -51,6 +57,8 @@ class PipelineSettings:
         Smallest filter scale of refinement, one of SCALES_PX.
     tone_sd_px
         How well the images' tone curve is known, see refinement.
+    fusion
+        Whether images are fused into one before edges are looked for (a rival, see `rivals.exposures`).
     """
 
     matcher: str = "search"
@@ -62,11 +70,12 @@ class PipelineSettings:
     edge_contrast_grey: float = 0.0
     refinement_scale_px: float = SCALES_PX[0]
     tone_sd_px: float = KNOWN_TONE_SD_PX
+    fusion: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Rival:
-    """Another pose that explains the images, and its quality as a share of the estimate's."""
+    """Another pose that explains the images, and its chance over the estimate's, at most 1."""
 
     pose: Pose
     share: float
@@ -76,7 +85,8 @@ class Rival:
 class Estimate:
     """What the images of a set say about the target's pose; see docs/pose.md for each value.
 
-    Without a pose, covariance, rms_px and uncertainty are None too.
+    Without a pose, covariance, rms_px and uncertainty are None too. ``poses`` are all that fit, where nothing
+    was known of the pose; ``free`` the axes that the target may be turned about unseen, in its frame.
     """
 
     pose: Pose | None = None
@@ -88,9 +98,12 @@ class Estimate:
     ambiguity: float = 0.0
     lines: tuple[LineSupport, ...] = ()
     rivals: tuple[Rival, ...] = ()
+    poses: tuple[PoseChance, ...] = ()
+    free: tuple[Floats, ...] = ()
     segments: int = 0
     seconds: dict[str, float] = field(default_factory=dict)
     support: PoseSupport | None = None
+    misfit: Misfit | None = None
 
 
 class _Stopwatch:
@@ -111,10 +124,13 @@ def estimate_pose(
     names: Sequence[str],
     model: Model,
     camera: Camera,
-    seed_pose: Pose,
+    seed_pose: Pose | Anywhere,
     settings: PipelineSettings = PipelineSettings(),
+    show: Callable[[EdgeMap], None] = lambda _edges: None,
 ) -> Estimate:
-    """Estimate the pose of the target from the named images of a set.
+    """Estimate the pose of the target from the named images of a set; `show` is given their edge map.
+
+    Where there is no seed pose, it is looked for in the whole frame (`matching.first_sight`).
 
     Raises
     ------
@@ -127,6 +143,7 @@ def estimate_pose(
     edges = images.edge_map(names)
     channels = images.gradients(names)
     watch.lap("edges")
+    show(edges)
     segments = extract_segments(edges)
     if settings.edge_contrast_grey > 0.0:
         segments = segments.take(segments.strength >= settings.edge_contrast_grey)
@@ -140,7 +157,7 @@ def pose_of_segments(
     channels: Sequence[GradientChannel],
     model: Model,
     camera: Camera,
-    seed_pose: Pose,
+    seed_pose: Pose | Anywhere,
     settings: PipelineSettings = PipelineSettings(),
 ) -> Estimate:
     """Match segments (N, 4) px, from wherever they come, and refine on the channels; errors as above.
@@ -149,14 +166,22 @@ def pose_of_segments(
     """
     centred, to_pivot = about_pivot(model)
     if centred is not model:
-        found = pose_of_segments(endpoints, channels, centred, camera, seed_pose.compose(to_pivot), settings)
+        seed_pose = seed_pose if isinstance(seed_pose, Anywhere) else seed_pose.compose(to_pivot)
+        found = pose_of_segments(endpoints, channels, centred, camera, seed_pose, settings)
         return _moved(found, to_pivot.inverse())
     watch = _Stopwatch()
     hypotheses = _matched(endpoints, model, camera, seed_pose, settings)
     watch.lap("matching")
     least = SCALES_PX.index(settings.refinement_scale_px)
     problem = PoseProblem.at_scale(channels, model, camera, least, settings.tone_sd_px)
-    estimate = _best(best_first(problem, _worth_refining(hypotheses)))
+    first_sight = isinstance(seed_pose, Anywhere)
+    refined = best_first(problem, _worth_refining(hypotheses), LOOKED_AT if first_sight else REFINED)
+    if first_sight:
+        add_turned(refined)
+    symmetry = symmetry_of(model) if first_sight or model.smooth.any() else ASYMMETRIC
+    estimate = _best(refined, symmetry)
+    if first_sight:
+        estimate = _with_poses(estimate, refined, symmetry)
     watch.lap("refinement")
     return replace(estimate, segments=len(endpoints), seconds=watch.seconds)
 
@@ -166,16 +191,21 @@ def _moved(found: Estimate, pivot_from_origin: Pose) -> Estimate:
     if found.pose is None:
         return found
     rivals = tuple(replace(rival, pose=rival.pose.compose(pivot_from_origin)) for rival in found.rivals)
-    return replace(found, pose=found.pose.compose(pivot_from_origin), rivals=rivals)
+    poses = tuple(replace(one, pose=one.pose.compose(pivot_from_origin)) for one in found.poses)
+    return replace(found, pose=found.pose.compose(pivot_from_origin), rivals=rivals, poses=poses)
 
 
 def _matched(
-    ends: Floats, model: Model, camera: Camera, seed_pose: Pose, settings: PipelineSettings
+    ends: Floats, model: Model, camera: Camera, seed_pose: Pose | Anywhere, settings: PipelineSettings
 ) -> list[Hypothesis]:
     if settings.matcher not in MATCHERS:
         raise BadInput(f"Unknown matcher {settings.matcher!r}.", f"Use {' or '.join(sorted(MATCHERS))}.")
     if camera.distorted and len(ends):
         ends = np.ascontiguousarray(camera.undistort_points(ends.reshape(-1, 2)).reshape(-1, 4))
+    if isinstance(seed_pose, Anywhere):
+        from vision_server.matching.first_sight import match_anywhere  # most sessions have a seed pose
+
+        return match_anywhere(ends, model, camera, seed_pose)
     matcher = MATCHERS[settings.matcher]
     if settings.matcher == "genetic":
         matcher = partial(match_genetic, generations=settings.generations, population=settings.population)
@@ -189,29 +219,49 @@ def _worth_refining(found: list[Hypothesis]) -> list[Pose]:
     return [one.pose for one in found if best <= 0.0 or one.score >= WORTH_REFINING * best]
 
 
-def _best(found: list[Refined]) -> Estimate:
-    if not found or found[0].quality <= 0.0:
+def _best(found: list[Refined], symmetry: Symmetry) -> Estimate:
+    if not found:
         return Estimate()
     keep = distinct(
         np.array([one.pose.matrix for one in found]),
         np.array([one.pose.translation for one in found]),
-        np.array([one.quality for one in found]),
+        np.arange(len(found), 0.0, -1.0),
         len(found),
     )
     best = found[keep[0]]
-    rivals = turned(best) + [(found[index].pose, found[index].support) for index in keep[1:]]
+    others = [found[index] for index in keep[1:]]
+    rivals = [(pose, support, TURNED_NATS) for pose, support in turned(best)]
+    rivals += [(one.pose, one.support, 0.0) for one in others if not image_of(one.pose, best.pose, symmetry)]
     covariance = pose_covariance(best.solution)
-    spread = uncertainty(covariance, best.pose.translation)
-    unclear = ambiguity(best.support, [support for _, support in rivals])
+    spread = uncertainty(without_free_turn(covariance, best.pose, symmetry), best.pose.translation)
+    unclear = ambiguity(best.support, [(support, prior) for _, support, prior in rivals])
+    score, doubt = confidence(best.support, unclear, spread), None
+    if score >= WORTH_DOUBTING:
+        doubt = misfit(best)
+        score = confidence(best.support, unclear, spread, doubt)
+    if score < LEAST_SCORE:
+        return Estimate()
     return Estimate(
         pose=best.pose,
         covariance=covariance,
         rms_px=best.support.rms_px,
         uncertainty=spread,
         supported_fraction=best.support.supported_fraction,
-        score=confidence(best.support, unclear, spread),
+        score=score,
         ambiguity=unclear,
         lines=best.support.lines,
-        rivals=tuple(Rival(pose, quality(support) / best.quality) for pose, support in rivals),
+        rivals=tuple(Rival(pose, odds(best.support, support, prior)) for pose, support, prior in rivals),
+        free=() if symmetry.free_axis is None else (symmetry.free_axis,),
         support=best.support,
+        misfit=doubt,
     )
+
+
+def _with_poses(estimate: Estimate, found: list[Refined], symmetry: Symmetry) -> Estimate:
+    """The estimate with all poses that fit; its score is no more than the first one's probability."""
+    if estimate.support is None or estimate.uncertainty is None:
+        return estimate
+    alone = confidence(estimate.support, 0.0, estimate.uncertainty)
+    poses = chances([(one.pose, one.support.evidence) for one in found], symmetry, alone)
+    first = poses[0].probability if poses else estimate.score
+    return replace(estimate, poses=poses, score=min(estimate.score, first))

@@ -145,4 +145,4 @@ def test_confidence_falls_with_doubt(model: Model, picture: NDArray[np.float64])
     assert confidence(support, 0.0, 0.05) < sure
     assert confidence(support, 1.0, 0.0005) <= 0.5  # one of two that are equally good
     assert ambiguity(support, []) == 0.0
-    assert ambiguity(support, [support]) == 1.0
+    assert ambiguity(support, [(support, 0.0)]) == 1.0

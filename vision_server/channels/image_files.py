@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 
+MOST_PIXELS = 150_000_000  # more than any camera's sensor has: 2.5 GB for its channel
+PNG_HEAD_BYTES = 24  # signature, length and type of the first chunk, width, height
 DEPTHS = (10, 12, 14, 16)  # bits of cameras whose files have 16
 
 
@@ -22,7 +25,13 @@ def _decoded(path: Path) -> NDArray[Any]:
     except OSError as error:
         reason = error.strerror or str(error)
         raise BadInput(f"Cannot read image {path}: {reason}.", "Check the path.") from error
-    pixels = cv2.imdecode(content, cv2.IMREAD_ANYDEPTH | cv2.IMREAD_ANYCOLOR) if content.size else None
+    _check_size(path, content)
+    try:
+        pixels = cv2.imdecode(content, cv2.IMREAD_ANYDEPTH | cv2.IMREAD_ANYCOLOR) if content.size else None
+    except cv2.error as error:  # of a size that OpenCV itself refuses
+        raise BadInput(
+            f"{path} is not an image that can be read: {error.err}.", "Give a smaller one."
+        ) from error
     if pixels is None:
         raise BadInput(f"{path} is not an image that can be read.", "Give a PNG, JPEG, TIFF or PGM file.")
     if pixels.dtype not in (np.uint8, np.uint16, np.float32):
@@ -32,6 +41,18 @@ def _decoded(path: Path) -> NDArray[Any]:
     if pixels.ndim == 3:
         pixels = cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY)  # BT.601
     return np.ascontiguousarray(pixels, dtype=pixels.dtype.type)
+
+
+def _check_size(path: Path, content: NDArray[np.uint8]) -> None:
+    """Look at the size that a PNG's header tells, before memory is taken for it."""
+    head = content[:PNG_HEAD_BYTES].tobytes()
+    if len(head) < PNG_HEAD_BYTES or not head.startswith(b"\x89PNG\r\n\x1a\n"):
+        return
+    width, height = struct.unpack(">II", head[16:])
+    if width * height > MOST_PIXELS:
+        raise BadInput(
+            f"{path} has {width}x{height} px; at most {MOST_PIXELS} px are read.", "Scale it down."
+        )
 
 
 def _grey(pixels: NDArray[Any], full_scale: float) -> NDArray[np.uint8]:

@@ -59,16 +59,22 @@ class Lighting(NamedTuple):
     level: Grey
 
 
+def smoothed(half: Grey) -> Grey:
+    """The halved image without its pixels' noise, uint8, same shape."""
+    level = cv2.GaussianBlur(half, (3, 3), SMOOTHING_PX, borderType=cv2.BORDER_REPLICATE)
+    return np.asarray(level, np.uint8)
+
+
 def lighting(
-    half: Grey, linear_of: Floats, exposure: float, spread_px: float, noise_of: Field,
+    level: Grey, linear_of: Floats, exposure: float, spread_px: float, noise_of: Field,
     weight_exponent: float = WEIGHT_EXPONENT,
 ) -> Lighting:  # fmt: skip
     """Weight and noise of one channel.
 
     Parameters
     ----------
-    half
-        uint8 (H // 2, W // 2), the image halved.
+    level
+        uint8 (H // 2, W // 2), the image halved and smoothed.
     linear_of, noise_of
         (256,), for each grey its linear intensity (0..255) and the noise of the contrast there.
     exposure
@@ -85,10 +91,9 @@ def lighting(
     clipped = np.arange(256) >= SATURATED_GREY
     root_of_brightest = np.where(clipped, root * np.float32(2.0 ** (-weight_exponent * CLIPPED_STOPS)), root)
 
-    level = cv2.GaussianBlur(half, (3, 3), SMOOTHING_PX, borderType=cv2.BORDER_REPLICATE)
     reach = max(int(np.round(0.5 * REACH * spread_px)), 1)
     window = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
     darkest, brightest = cv2.erode(level, window), cv2.dilate(level, window)
     weight = cv2.multiply(cv2.LUT(darkest, root), cv2.LUT(brightest, root_of_brightest))
     clear = np.asarray(brightest) < SATURATED_GREY
-    return Lighting(np.asarray(weight), np.asarray(cv2.LUT(level, noise_of)), clear, np.asarray(level))
+    return Lighting(np.asarray(weight), np.asarray(cv2.LUT(level, noise_of)), clear, level)

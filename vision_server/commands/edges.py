@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import json
 import math
 import sys
 from argparse import ArgumentParser, Namespace
@@ -14,11 +16,13 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from vision_server.edges.edge_map import EdgeMap
+    from vision_server.edges.kinds import EdgeKinds
+    from vision_server.edges.moved import Movement
 
 
 METHODS = ("em", "mean", "max-image", "max-gradient", "di-zenzo", "mertens")
 """Rules by which several images become one edge map."""
+SELECTABLE_KINDS = ("outline", "crease", "print", "shadow", "highlight")
 
 
 def parse_exposures(text: str | None, count: int) -> list[float]:
@@ -46,17 +50,30 @@ def parse_exposures(text: str | None, count: int) -> list[float]:
     return exposures
 
 
-def edge_picture(edges: EdgeMap) -> NDArray[np.uint8]:
-    """Edgels that survive hysteresis, white on black, uint8 (H, W)."""
+def parse_levels(text: str | None, count: int) -> NDArray[np.float64] | None:
+    """Levels (images, lamps) of the lights from "L,L,…;L,L,…;…", as shares of the largest one.
+
+    Raises
+    ------
+    BadInput
+        Not numbers, negative, none above 0, or not one row of as many lights for each image.
+    """
     import numpy as np
 
-    from vision_server.edges.suppression import hysteresis
-    from vision_server.segments.extraction import edgel_thresholds
-
-    low, high = edgel_thresholds(edges)
-    picture = np.zeros(edges.shape, np.uint8)
-    picture.ravel()[edges.places[hysteresis(edges, low, high)]] = 255
-    return picture
+    if text is None:
+        return None
+    try:
+        rows = [[float(level) for level in row.split(",")] for row in text.split(";")]
+    except ValueError:
+        raise BadInput(
+            f"--levels {text!r} is not a list of numbers.", "Write e.g. --levels '7,0;0,7;4,4'."
+        ) from None
+    if len(rows) != count or len({len(row) for row in rows}) != 1:
+        raise BadInput(f"--levels {text!r} must name the level of each light for {count} images.")
+    levels = np.array(rows, np.float64)
+    if not (np.isfinite(levels).all() and levels.min() >= 0.0 and levels.max() > 0.0):
+        raise BadInput(f"--levels {text!r} must be numbers from 0 on, one at least above it.")
+    return np.asarray(levels / levels.max(), np.float64)
 
 
 def write_file(path: Path, content: bytes) -> None:
@@ -74,38 +91,98 @@ def write_file(path: Path, content: bytes) -> None:
 
 
 def _write(options: Namespace) -> None:
-    import cv2
-    import numpy as np
-
     from vision_server.channels.channel import channel_statistics
     from vision_server.channels.image_files import read_image_set
+    from vision_server.edges.kinds import FIXED, KINDS, edge_kinds
     from vision_server.edges.merging import merge_channels
+    from vision_server.edges.moved import moved_since, sure_edgels
+    from vision_server.edges.suppression import edge_picture
     from vision_server.rivals.merge_rules import comparison_edges
 
     pixels = read_image_set(options.images)
     times = parse_exposures(options.exposures, len(pixels))
-    gamma, out, magnitude = options.gamma, options.out, options.magnitude
+    levels = parse_levels(options.levels, len(pixels))
+    gamma = options.gamma
     if not (math.isfinite(gamma) and gamma > 0.0):
         raise BadInput(f"--gamma must be a positive number, not {gamma}.")
-    if options.method == "em":
-        edges = merge_channels([channel_statistics(i, e, gamma) for i, e in zip(pixels, times, strict=True)])
-    else:
+    asked = [name for name in ("kind", "kinds", "npz", "json") if getattr(options, name)]
+    if asked and options.method != "em":
+        raise BadInput(
+            f"--{asked[0]} needs the kinds of edges, which --method {options.method} does not tell."
+        )
+    if options.method != "em":
         edges = comparison_edges(pixels, options.method, times, gamma)
+    else:
+        channels = [channel_statistics(i, e, gamma) for i, e in zip(pixels, times, strict=True)]
+        seen = [sure_edgels(channel) for channel in channels]
+        for number, image in enumerate(options.images[1:], start=1):
+            if (moved := moved_since(seen[:number], seen[number])) is not None:
+                warn_of_movement(image, moved)
+        if len(channels) > 1 or asked:
+            kinds = edge_kinds(channels, levels)
+            edges = kinds.of_kinds([KINDS.index(options.kind)] if options.kind else FIXED)
+            write_kinds(kinds, options)
+        else:
+            edges = merge_channels(channels)
+    write_picture(options.out, edge_picture(edges))
+    if options.magnitude is not None:
+        write_array(options.magnitude, edges.ridge)
+
+
+def warn_of_movement(image: Path, moved: Movement) -> None:
+    """Say that an image of a set shows something elsewhere than those before it."""
+    (dx, dy), (left, top, right, bottom) = moved
+    print(
+        f"vision_server: {image} shows what lies in x {left} to {right}, y {top} to {bottom} px"
+        f" elsewhere than all images before it, by {dx:.0f}, {dy:.0f} px."
+        " A set is of one scene: leave the image out if this moved.",
+        file=sys.stderr,
+    )
+
+
+def write_kinds(kinds: EdgeKinds, options: Namespace) -> None:
+    """The picture and the tables of kinds that are asked for."""
+    import numpy as np
+
+    from vision_server.edges.kinds_table import kinds_picture, kinds_table
+
+    if options.kinds is not None:
+        write_picture(options.kinds, kinds_picture(kinds))
+    if options.npz is not None:
+        content = io.BytesIO()
+        np.savez_compressed(content, allow_pickle=False, **kinds_table(kinds))
+        write_file(options.npz, content.getvalue())
+    if options.json:
+        columns = {name: column.tolist() for name, column in kinds_table(kinds).items()}
+        print(json.dumps(columns, allow_nan=False))
+
+
+def write_picture(path: Path, picture: NDArray[np.uint8]) -> None:
+    """Write a picture of the kind that its name says.
+
+    Raises
+    ------
+    BadInput
+        No such kind, or the file cannot be written.
+    """
+    import cv2
+
     try:
-        encoded, content = cv2.imencode(out.suffix or ".png", edge_picture(edges))
+        encoded, content = cv2.imencode(path.suffix or ".png", picture)
     except cv2.error:
         encoded = False
     if not encoded:
-        raise BadInput(f"Cannot write pictures of the kind {out.suffix!r}.", "Name --out something.png.")
-    write_file(out, content.tobytes())
-    if magnitude is not None:
-        try:
-            with magnitude.open("wb") as file:
-                np.save(file, edges.ridge, allow_pickle=False)
-        except OSError as error:
-            raise BadInput(
-                f"Cannot write {magnitude}: {error.strerror or error}.", "Check the folder."
-            ) from error
+        raise BadInput(f"Cannot write pictures of the kind {path.suffix!r}.", "Name it something.png.")
+    write_file(path, content.tobytes())
+
+
+def write_array(path: Path, array: NDArray[np.float32]) -> None:
+    """Write one array as NumPy does; errors as `write_file`."""
+    import numpy as np
+
+    content = io.BytesIO()
+    np.save(content, array, allow_pickle=False)
+    write_file(path, content.getvalue())
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -123,6 +200,26 @@ def add_options(parser: ArgumentParser) -> None:
         metavar="NPY",
         help="Also save the merged magnitude on its ridges, before any threshold (float32).",
     )
+    parser.add_argument(
+        "--kind",
+        choices=SELECTABLE_KINDS,
+        help="Edges of this kind in --out and --magnitude, not all that are of the scene.",
+    )
+    parser.add_argument(
+        "--levels",
+        metavar="L,..;..",
+        help="Levels of the lights in each image, where they are known: shadows are told better.",
+    )
+    parser.add_argument(
+        "--kinds", type=Path, metavar="PNG", help="Also draw all edges, with a colour for each kind."
+    )
+    parser.add_argument(
+        "--npz",
+        type=Path,
+        metavar="NPZ",
+        help="Also save edgels with place, axis and probabilities of kinds.",
+    )
+    parser.add_argument("--json", action="store_true", help="Print the same as one JSON object.")
     parser.add_argument(
         "--method",
         choices=METHODS,

@@ -7,61 +7,133 @@ import math
 import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bridge.command_line import whole_number
 from bridge.errors import EXIT_BAD_INPUT, BadInput, LightsAndCameraError
-from bridge.messages import MATCHERS
-from vision_server.commands.edges import add_exposures, parse_exposures
+from bridge.vision_messages import MATCHERS
+from vision_server.commands.edges import add_exposures, parse_exposures, warn_of_movement
+
+if TYPE_CHECKING:
+    from geometry.camera import Camera
+    from geometry.model import Model
+    from geometry.pose import Pose
+    from vision_server.image_set import ImageSet
+    from vision_server.matching.match import Anywhere
 
 EXIT_NO_POSE = 3
 
 
-def _estimated(options: Namespace) -> dict[str, Any]:
-    from geometry.errors import GeometryError
+def read_set(options: Namespace, camera: Camera, table: dict[str, Any]) -> tuple[ImageSet, list[str], float]:
+    """The image files of a command with ``images``, ``exposures`` and ``gamma``.
+
+    Returns
+    -------
+    The set; its names; how well the tone curve is known, px, see `file_tone`.
+    """
     from vision_server.channels.image_files import read_image_set
     from vision_server.channels.tone import file_tone
     from vision_server.image_set import ImageSet
+
+    pixels = read_image_set(options.images)
+    times = parse_exposures(options.exposures, len(pixels))
+    gammas, tone_sd_px = file_tone(options.images, told_gamma(options.gamma, table))
+    height, width = pixels[0].shape
+    if (width, height) != (camera.width, camera.height):
+        raise BadInput(
+            f"{options.images[0]} has {width}x{height} px, the camera {camera.width}x{camera.height}.",
+            "Give the camera model of the image's size.",
+        )
+    image_set = ImageSet(camera.width, camera.height)
+    names = [f"i{number}" for number in range(1, len(pixels) + 1)]
+    for name, grey, exposure, curve in zip(names, pixels, times, gammas, strict=True):
+        image_set.add(name, grey, exposure, curve)
+        if (moved := image_set.moved(name)) is not None:
+            warn_of_movement(options.images[len(image_set.images) - 1], moved)
+    return image_set, names, tone_sd_px
+
+
+def told_gamma(option: float | None, table: dict[str, Any]) -> float | None:
+    """What the command line or [camera] says of the tone curve, None if nothing.
+
+    Raises
+    ------
+    BadInput
+        It is no positive number.
+    """
+    given = table.get("gamma") if option is None else option
+    if given is not None and not (isinstance(given, (int, float)) and 0.0 < given < math.inf):
+        raise BadInput(f"The value of gamma must be a positive number, not {given!r}.")
+    return None if given is None else float(given)
+
+
+def started_at(options: Namespace, model: Model, camera: Camera) -> Pose | Anywhere:
+    """Where a command with ``seed_pose`` and ``camera`` looks first; a model of a doubtful size is said."""
+    from vision_server.serve.inputs import read_anywhere, read_seed_pose, size_warning
+
+    if options.seed_pose is None:
+        return read_anywhere(options.camera)
+    seed_pose = read_seed_pose(options.seed_pose, model)
+    if (doubt := size_warning(model, camera, seed_pose)) is not None:
+        print(f"vision_server: {doubt}", file=sys.stderr)
+    return seed_pose
+
+
+def _estimated(options: Namespace) -> dict[str, Any]:
+    from geometry.errors import GeometryError
+    from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
+    from vision_server.matching.match import SearchRange
     from vision_server.pipeline import PipelineSettings, estimate_pose
-    from vision_server.serve.inputs import read_camera, read_model, read_seed_pose, size_warning
+    from vision_server.serve.inputs import read_camera, read_model
     from vision_server.serve.results import estimate_result
 
     camera, table = read_camera(options.camera)
     model = read_model(options.model, options.unit)
-    seed_pose = read_seed_pose(options.seed_pose, model)
-    if (doubt := size_warning(model, camera, seed_pose)) is not None:
-        print(f"vision_server: {doubt}", file=sys.stderr)
-    pixels = read_image_set(options.images)
-    times = parse_exposures(options.exposures, len(pixels))
-    given = table.get("gamma") if options.gamma is None else options.gamma
-    if given is not None and not (isinstance(given, (int, float)) and 0.0 < given < math.inf):
-        raise BadInput(f"The value of gamma must be a positive number, not {given!r}.")
-    gammas, tone_sd_px = file_tone(options.images, None if given is None else float(given))
-    settings = PipelineSettings(matcher=options.matcher, seed=options.seed, tone_sd_px=tone_sd_px)
-    image_set = ImageSet(camera.width, camera.height)
-    names = []
-    for number, (grey, exposure, curve) in enumerate(zip(pixels, times, gammas, strict=True), start=1):
-        names.append(f"i{number}")
-        image_set.add(names[-1], grey, exposure, curve)
+    start = started_at(options, model, camera)
+    image_set, names, tone_sd_px = read_set(options, camera, table)
+    usual = (SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX)
     try:
-        estimate = estimate_pose(image_set, names, model, camera, seed_pose, settings)
+        told = (options.rotation_range_deg, options.translation_range_px)
+        reach = SearchRange(*(known if one is None else one for one, known in zip(told, usual, strict=True)))
+        settings = PipelineSettings(
+            matcher=options.matcher,
+            seed=options.seed,
+            tone_sd_px=tone_sd_px,
+            rotation_range_deg=reach.rotation_deg,
+            translation_range_px=reach.translation_px,
+        )
+        estimate = estimate_pose(image_set, names, model, camera, start, settings)
     except GeometryError as error:
         raise BadInput(str(error)) from error
+    if estimate.pose is None:
+        from vision_server.commands.no_pose import why_no_pose
+
+        for reason in why_no_pose(estimate.segments, model, camera, start, reach):
+            print(f"vision_server: no pose: {reason}", file=sys.stderr)
     if options.overlay is not None:
-        import cv2
-
-        from report.overlay import draw_overlay
-
+        seed_pose = start if isinstance(start, Pose) else None
+        shown = seed_pose if estimate.pose is None else estimate.pose
         support = {line.line: line.support for line in estimate.lines}
-        drawn = draw_overlay(pixels[0], model, camera, estimate.pose, support)
-        try:
-            options.overlay.write_bytes(cv2.imencode(".png", drawn)[1].tobytes())
-        except OSError as error:
-            raise BadInput(f"Cannot write {options.overlay}: {error.strerror}.", "Check the path.") from error
+        _write_overlay(options.overlay, image_set.images[names[0]].pixels, model, camera, shown, support)
     result = estimate_result(estimate)
     result["seconds"]["total"] = sum(result["seconds"].values())
     files = dict(zip(names, map(str, options.images), strict=True))
     return {"target": model.name, "seed": options.seed, "kept": names, "files": files, **result}
+
+
+def _write_overlay(
+    path: Path, pixels: Any, model: Model, camera: Camera, pose: Pose | None, support: dict[int, float]
+) -> None:
+    """The model at a pose over an image, see `draw_overlay`, as a PNG file."""
+    import cv2
+
+    from report.overlay import draw_overlay
+
+    drawn = draw_overlay(pixels, model, camera, pose, support)
+    try:
+        path.write_bytes(cv2.imencode(".png", drawn)[1].tobytes())
+    except OSError as error:
+        raise BadInput(f"Cannot write {path}: {error.strerror}.", "Check the path.") from error
 
 
 def _print(result: dict[str, Any]) -> None:
@@ -88,6 +160,16 @@ def _print(result: dict[str, Any]) -> None:
         f"supported, score {result['score']:.2f}, ambiguity {result['ambiguity']:.2f}, "
         f"{result['segments']} segments"
     )
+    for axis in result.get("free", []):
+        console.print(f"  free: rotation about {axis}, which no image shows")
+    for other in result.get("poses", [])[1:]:
+        vector, place = other["pose"]["rotation_vector"], other["pose"]["translation"]
+        console.print(
+            f"  or, {100 * other['probability']:.0f} %: rotation vector "
+            + "  ".join(f"{value:+.3f}" for value in vector)
+            + "  translation  "
+            + "  ".join(f"{value:+.3f}" for value in place)
+        )
     table = Table("line", "visible px", "support", "RMS px", "image")
     for line in result["lines"]:
         table.add_row(
@@ -103,18 +185,26 @@ def _print(result: dict[str, Any]) -> None:
     )
 
 
+def add_model_and_camera(parser: ArgumentParser) -> None:
+    """Options ``model`` and ``camera``, of every command that looks for a target."""
+    parser.add_argument(
+        "--model", required=True, type=Path, metavar="FILE", help="Model file: .cao, OBJ, STL or PLY."
+    )
+    parser.add_argument("--camera", required=True, type=Path, metavar="TOML", help="File with [camera].")
+
+
 def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
     parser.description = f"{parser.description} Exit status: 0 pose, 3 no pose, 2 bad input."
     parser.add_argument(
         "images", metavar="IMAGE", nargs="+", type=Path, help="Image files of one set, one size."
     )
+    add_model_and_camera(parser)
     parser.add_argument(
-        "--model", required=True, type=Path, metavar="FILE", help="Model file: .cao, OBJ, STL or PLY."
-    )
-    parser.add_argument("--camera", required=True, type=Path, metavar="TOML", help="File with [camera].")
-    parser.add_argument(
-        "--seed-pose", required=True, type=Path, metavar="TOML", help="File with [target.seed_pose]."
+        "--seed-pose",
+        type=Path,
+        metavar="TOML",
+        help="File with [target.seed_pose]; without it the target is looked for everywhere, however turned.",
     )
     add_exposures(parser)
     parser.add_argument(
@@ -130,12 +220,25 @@ def add_options(parser: ArgumentParser) -> None:
         metavar="N",
         help="Seed of the matcher's draws (default: %(default)s).",
     )
+    parser.add_argument(
+        "--rotation-range-deg",
+        type=float,
+        metavar="DEG",
+        help="How far the target may be turned from the seed pose, about each axis (default: 25).",
+    )
+    parser.add_argument(
+        "--translation-range-px",
+        type=float,
+        metavar="PX",
+        help="How far it may be moved, in pixels at the seed pose's depth (default: 40).",
+    )
     parser.add_argument("--json", action="store_true", help="One JSON object on stdout.")
     parser.add_argument(
         "--overlay",
         type=Path,
         metavar="OUT.png",
-        help="Draw the model at its pose over the first image: supported lines blue, the others orange.",
+        help="Draw the model at its pose (or its seed pose, where none was found) over the first image: "
+        "supported lines blue, the others orange.",
     )
     parser.add_argument(
         "--unit", default="m", help="Unit of the model file: m, cm, mm or in (default: %(default)s)."

@@ -5,6 +5,7 @@ from __future__ import annotations
 import faulthandler
 import sys
 from argparse import ArgumentParser, Namespace
+from pathlib import Path
 
 from bridge.command_line import add_serving
 
@@ -12,6 +13,17 @@ from bridge.command_line import add_serving
 def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
     add_serving(parser)
+    parser.add_argument(
+        "--root",
+        type=Path,
+        action="append",
+        metavar="DIR",
+        help="Sessions may read and write in this folder only; more than one may be given "
+        "(default: anywhere, but on tcp:// without keys, where all users are let in, the current folder).",
+    )
+    parser.add_argument(
+        "--image-server", metavar="ENDPOINT", help="Its model file may be read wherever it is."
+    )
 
 
 def run(options: Namespace) -> int:
@@ -20,11 +32,16 @@ def run(options: Namespace) -> int:
 
     faulthandler.enable()  # where a crash was is told in the log
     try:
+        from bridge.endpoints import open_to_all
         from bridge.keys import client_keys, server_keys
         from bridge.serve import serve
+        from vision_server.serve.files import Files
         from vision_server.serve.server import VisionServer
 
-        service = VisionServer(client_keys(options.keys, "vision_server", "image_server"))
+        strangers = options.keys is None and open_to_all(options.endpoint)
+        roots = options.root or ([Path.cwd()] if strangers else None)
+        files = Files(None if roots is None else tuple(roots), options.image_server)
+        service = VisionServer(client_keys(options.keys, "vision_server", "image_server"), files)
         curve = server_keys(options.keys, "vision_server")
         return serve(service, options.endpoint, None, options.parent, curve, options.idle_s)
     except (LightsAndCameraError, OSError) as error:

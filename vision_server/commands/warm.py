@@ -27,23 +27,35 @@ def run(_: Namespace) -> int:
 
 
 def warm_up() -> None:
-    """Draw a cube, sharp and blurred, and estimate its pose with both matchers."""
+    """Draw a cube in several ways; find the kinds of its edges, and its pose in every way there is."""
     import numpy as np
 
     from geometry.camera import Camera
     from geometry.model import TARGETS, load_model
     from geometry.pose import Pose
+    from vision_server.edges.kinds import edge_kinds
     from vision_server.image_set import ImageSet
+    from vision_server.matching import Anywhere
     from vision_server.pipeline import PipelineSettings, estimate_pose
+    from vision_server.tracking.tracker import Tracker
 
     model = load_model(TARGETS / "cube.cao")
     camera = Camera(320, 240, 400.0, 400.0, 159.5, 119.5)
     pose = Pose(np.array([0.5, 0.7, 0.1]), np.array([0.0, 0.0, 4.0 * model.diameter]))
     images = ImageSet(camera.width, camera.height)
-    for name, sigma_px in (("sharp", 0.7), ("blurred", 3.0)):
-        images.add(name, drawn(model, camera, pose, sigma_px), 1.0, 1.0)
+    sharp = drawn(model, camera, pose, 0.7)
+    noise = np.random.default_rng(0).normal(0.0, 4.0, sharp.shape)
+    images.add("sharp", sharp, 1.0, 1.0)
+    images.add("blurred", drawn(model, camera, pose, 3.0), 1.0, 1.0)
+    images.add("toned", sharp, 1.0, 2.2)
+    images.add("noisy", np.clip(sharp + noise, 0.0, 255.0).astype(np.uint8), 1.0, 1.0)
+    edge_kinds([image.statistics for image in images.images.values()])
     for names, matcher in ((["sharp"], "search"), (["blurred"], "search"), (["sharp", "blurred"], "genetic")):
         estimate_pose(images, names, model, camera, pose, PipelineSettings(matcher=matcher))
+    estimate_pose(images, ["sharp"], model, camera, Anywhere())
+    tracker = Tracker(model, camera, pose)
+    for frame in (sharp, images.images["noisy"].pixels):
+        tracker.step(frame)
 
 
 def drawn(

@@ -166,7 +166,8 @@ class ImageSetStatistics:
 
         def add(begin: int, end: int) -> None:
             for channel in channels:
-                _accumulate(channel.gradient, channel.light, state, begin, end)
+                if len(channel.gradient.places):  # a white image would have all the say, and nothing to say
+                    _accumulate(channel.gradient, channel.light, state, begin, end)
 
         rows = len(state.numbers)
         if sum(len(channel.gradient.places) for channel in channels) < WORTH_TWO_CORES:

@@ -198,9 +198,9 @@ def find_ridges(state: SetState) -> tuple[Places, Field]:
     Their places, int32 (M,), ascending; and float32 (5, M): strength, mass, axis, offset and floor, as in
     `EdgeMap`.
     """
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # no weight where nothing is
         inverse = np.float32(1.0) / state.weights
-    floor = state.noises * inverse
+        floor = state.noises * inverse
     rows, coarse_rows = len(state.numbers), len(inverse)
 
     def of_rows(first: int, end: int) -> tuple[Places, Field]:

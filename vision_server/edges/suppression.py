@@ -14,6 +14,8 @@ from vision_server.edges.edge_map import EdgeMap
 
 Field = NDArray[np.float32]
 
+LOW_NOISE_RATIO = 4.0  # hysteresis thresholds, in standard deviations of the merged contrast
+HIGH_NOISE_RATIO = 8.0
 MOST_OFFSET_PX = 0.7  # from a ridge's pixel to the ridge: half a diagonal
 
 
@@ -59,6 +61,11 @@ def suppress_non_maxima(magnitude: Field, orientation: Field) -> tuple[Field, Fi
     return ridge, offset
 
 
+def edgel_thresholds(edges: EdgeMap) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Hysteresis thresholds of each edgel, float32 (N,), from the noise there."""
+    return np.float32(LOW_NOISE_RATIO) * edges.floor, np.float32(HIGH_NOISE_RATIO) * edges.floor
+
+
 def hysteresis(edges: EdgeMap, low: float | Field, high: float | Field) -> NDArray[np.bool_]:
     """Edgels stronger than ``low`` that are 8-connected to one stronger than ``high``.
 
@@ -81,3 +88,10 @@ def hysteresis(edges: EdgeMap, low: float | Field, high: float | Field) -> NDArr
     kept = np.zeros(count, np.bool_)
     kept[pieces[strong]] = True
     return np.asarray(kept[pieces])
+
+
+def edge_picture(edges: EdgeMap) -> NDArray[np.uint8]:
+    """Edgels that survive hysteresis, white on black, uint8 (H, W)."""
+    picture = np.zeros(edges.shape, np.uint8)
+    picture.ravel()[edges.places[hysteresis(edges, *edgel_thresholds(edges))]] = 255
+    return picture

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from vision_server.matching.match import Hypothesis, SearchRange
+from vision_server.matching.match import Anywhere, Hypothesis, SearchRange
 from vision_server.matching.search import match_search
 from vision_server.rivals.genetic import match_genetic
 
@@ -19,4 +19,4 @@ Matcher = Callable[[Floats, Model, Camera, Pose, int, SearchRange], list[Hypothe
 
 MATCHERS: dict[str, Matcher] = {"search": match_search, "genetic": match_genetic}
 
-__all__ = ["MATCHERS", "Hypothesis", "SearchRange", "match_genetic", "match_search"]
+__all__ = ["MATCHERS", "Anywhere", "Hypothesis", "SearchRange", "match_genetic", "match_search"]

@@ -45,6 +45,26 @@ class SearchRange:
                 raise GeometryError(f"search range {name} must be between 0 and {most:g}, got {value}")
 
 
+@dataclass(frozen=True)
+class Anywhere:
+    """What is known of a target of which there is no seed pose.
+
+    Attributes
+    ----------
+    range_m : least and greatest distance of its middle, metres; None: whatever lets it fit the frame.
+    view : direction from its middle to the camera in its own frame, roughly; None: any.
+    """
+
+    range_m: tuple[float, float] | None = None
+    view: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if self.range_m is not None and not 0.0 < self.range_m[0] <= self.range_m[1] < np.inf:
+            raise GeometryError(f"range_m must be two distances, the lesser first, got {self.range_m}")
+        if self.view is not None and not 0.0 < float(np.linalg.norm(self.view)) < np.inf:
+            raise GeometryError(f"view must be a direction, got {self.view}")
+
+
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
     """One pose that explains the segments.

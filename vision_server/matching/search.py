@@ -11,13 +11,14 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
-from geometry.visibility import MIN_LINE_PX, image_bounds, trace
+from geometry.tracing import trace
+from geometry.visibility import MIN_LINE_PX, image_bounds
 from numerics.kernels import kernel
 from vision_server.matching.draws import even_numbers, in_range, poses_around
 from vision_server.matching.icp import Lookup, align, align_poses, score_pose, score_poses
 from vision_server.matching.match import Hypothesis, Problem, SearchRange, distinct, matching_problem
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
-from vision_server.matching.views import ViewTable, sparse_solid
+from vision_server.matching.views import ViewTable, runs_of, sparse_solid
 
 Floats = NDArray[np.float64]
 
@@ -75,23 +76,23 @@ def match_search(
         return []
     edges = nearest_edges(problem.segments, problem.camera)
     poses = poses_around(seed_pose, problem.camera, search_range, even_numbers(effort.draws, seed))
-    poses = _best(poses, _scores(edges, problem, *poses, 0.0, SCREEN_EVERY), effort.screened)
-    poses = _best(poses, _scores(edges, problem, *poses, 0.0), effort.aligned)
-    _align(edges, problem, *poses, FIRST_REACHES_PX)
-    poses = _best(poses, _scores(edges, problem, *poses, KEPT_REACHES_PX[0]), effort.kept)
-    _align(edges, problem, *poses, KEPT_REACHES_PX)
-    scores = _scores(edges, problem, *poses, FINAL_REACH_PX)
+    poses = best_of(poses, scores_of(edges, problem, *poses, 0.0, SCREEN_EVERY), effort.screened)
+    poses = best_of(poses, scores_of(edges, problem, *poses, 0.0), effort.aligned)
+    aligned(edges, problem, *poses, FIRST_REACHES_PX)
+    poses = best_of(poses, scores_of(edges, problem, *poses, KEPT_REACHES_PX[0]), effort.kept)
+    aligned(edges, problem, *poses, KEPT_REACHES_PX)
+    scores = scores_of(edges, problem, *poses, FINAL_REACH_PX)
     scores[~in_range(seed_pose, problem.camera, search_range, *poses)] = -np.inf
     return finished(edges, model, problem.camera, *poses, scores)
 
 
-def _best(poses: tuple[Floats, Floats], scores: Floats, count: int) -> tuple[Floats, Floats]:
+def best_of(poses: tuple[Floats, Floats], scores: Floats, count: int) -> tuple[Floats, Floats]:
     """So many of the poses, best first; copies."""
     best = np.argsort(-scores, kind="stable")[:count]
     return poses[0][best], poses[1][best]
 
 
-def _align(
+def aligned(
     edges: NearestEdges,
     problem: Problem,
     rotations: Floats,
@@ -104,7 +105,7 @@ def _align(
         align_poses(_lookup(edges, problem), view, rotations, translations, reach, ALIGN_ITERATIONS)
 
 
-def _scores(
+def scores_of(
     edges: NearestEdges,
     problem: Problem,
     rotations: Floats,
@@ -112,6 +113,7 @@ def _scores(
     reach_px: float,
     every: int = 1,
 ) -> Floats:
+    """Scores (N,) of poses (N, 3, 3), (N, 3), see `score_poses`."""
     view = problem.views.of(rotations, translations)
     return np.asarray(score_poses(_lookup(edges, problem), view, rotations, translations, reach_px, every))
 
@@ -127,11 +129,13 @@ def finished(
     rotations: Floats,
     translations: Floats,
     scores: Floats,
+    looked_at: int = FINISHED,
+    most: int = MOST_HYPOTHESES,
 ) -> list[Hypothesis]:
     """The best distinct poses, aligned further and scored with their exact visibility."""
     solid, bounds = sparse_solid(model), image_bounds(camera)
     found: list[Hypothesis] = []
-    for i in distinct(rotations, translations, scores, FINISHED):
+    for i in distinct(rotations, translations, scores, looked_at):
         rotation, translation = rotations[i].copy(), translations[i].copy()
         score, supported = _finish(
             edges, solid, rotation, translation, camera.intrinsics, bounds, np.array(FINISH_REACHES_PX)
@@ -144,7 +148,7 @@ def finished(
         np.array([pose.matrix for pose in poses]).reshape(-1, 3, 3),
         np.array([pose.translation for pose in poses]).reshape(-1, 3),
         np.array([one.score for one in found]),
-        MOST_HYPOTHESES,
+        most,
     )
     return [found[i] for i in keep]
 
@@ -154,20 +158,11 @@ def exact_view(
     solid: Solid, rotation: Floats, translation: Floats, intrinsics: Floats, bounds: Floats
 ) -> ViewTable:
     """The one view from just this pose, at fine spacing."""
-    line, points, _, _, px = trace(
-        solid, rotation, translation, intrinsics, bounds, FINE_SPACING_PX, MIN_LINE_PX
+    seen = trace(
+        solid, rotation, translation, intrinsics, bounds, FINE_SPACING_PX, FINE_SPACING_PX, MIN_LINE_PX
     )
-    run = np.empty(len(solid.lines) + 1, dtype=np.int64)
-    ends = np.empty((len(solid.lines), 2, 3))
-    count = 0
-    for i in range(len(line)):
-        if i == 0 or line[i] != line[i - 1]:
-            run[count] = i
-            ends[count, 0] = solid.vertices[solid.lines[line[i], 0]]
-            ends[count, 1] = solid.vertices[solid.lines[line[i], 1]]
-            count += 1
-    run[count] = len(line)
-    return ViewTable(np.array([0, count]), run[: count + 1], ends[:count], points, px)
+    first, ends = runs_of(solid, seen)
+    return ViewTable(np.array([0, len(ends)]), first, ends, seen.points, seen.px)
 
 
 @kernel()

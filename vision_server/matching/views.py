@@ -7,44 +7,80 @@ pose, so the thousands of poses of a search share a few hundred hidden-line remo
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.chains import runs
 from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
-from geometry.visibility import MIN_LINE_PX, solid_of, trace
+from geometry.tracing import Trace, trace
+from geometry.visibility import MIN_LINE_PX, solid_of
 from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 CELL_DEG = 8.0  # width of a cell of directions
 CELLS_PER_SIDE = 64  # more than 360° / CELL_DEG
 UNBOUNDED_PX = 1e9
-MOST_LINES = 200  # that a search looks at
+MOST_LINES = 200  # or curves, that a search looks at
+SEARCH_CURVE_DEG = 11.0  # by which arcs bend that it takes for straight: a circle has 36 lines
+OUTLINE_STEP = 0.01  # of the diameter, between two points that tell an outline's direction
 
 
+@lru_cache(maxsize=8)
 def sparse_solid(model: Model) -> Solid:
-    """The model with its longest lines only, MOST_LINES of them, spread over the model; outlines all stay.
+    """The model with its longest curves only, MOST_LINES of them, arcs made straight; outlines all stay.
 
     Everything still hides what is behind it. More lines make a search slower, not better.
     """
     solid = solid_of(model)
-    sharp = np.flatnonzero(~solid.smooth)
-    if len(sharp) <= MOST_LINES:
-        return solid
-    ends = solid.vertices[solid.lines[sharp]]
-    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    among_equals = np.random.default_rng(0).uniform(1.0, 1.25, len(sharp))
-    longest = sharp[np.argsort(-length * among_equals, kind="stable")[:MOST_LINES]]
-    kept = np.sort(np.concatenate([longest, np.flatnonzero(solid.smooth)]))
+    followed: set[int] = set()
+    lines, faces, chain = [], [], []
+    for run in runs(model, SEARCH_CURVE_DEG):
+        (first, first_back), (last, last_back) = run[0], run[-1]
+        ends = (solid.lines[first, int(first_back)], solid.lines[last, int(not last_back)])
+        followed.update(line for line, _ in run)
+        if ends[0] != ends[1]:
+            lines.append(ends)
+            faces.append(solid.line_faces[run[len(run) // 2][0]])
+            chain.append(solid.chain[first])
+    others = np.setdiff1d(np.arange(len(solid.lines)), list(followed))
+    ends_of = np.concatenate([solid.lines[others], np.array(lines, dtype=np.int64).reshape(-1, 2)])
+    beside = np.concatenate([solid.line_faces[others], np.array(faces, dtype=np.int64).reshape(-1, 2)])
+    smooth = np.concatenate([solid.smooth[others], np.zeros(len(lines), dtype=bool)])
+    chains = np.concatenate([solid.chain[others], np.array(chain, dtype=np.int64)])
+    kept = np.flatnonzero(smooth | _longest(model, ends_of, smooth, chains))
+    alone = np.arange(len(kept))
     return solid._replace(
-        lines=solid.lines[kept], line_faces=solid.line_faces[kept], smooth=solid.smooth[kept]
+        lines=ends_of[kept],
+        line_faces=beside[kept],
+        smooth=smooth[kept],
+        chain=chains[kept],
+        leader=alone,
+        place=np.zeros_like(alone),
+        backwards=np.zeros(len(kept), dtype=bool),
     )
+
+
+def _longest(model: Model, lines: Ints, smooth: Flags, chain: Ints) -> Flags:
+    """Which lines (L, 2) belong to the longest MOST_LINES chains of sharp ones."""
+    length = np.linalg.norm(np.diff(model.vertices[lines], axis=1)[:, 0], axis=1)
+    names, curve = np.unique(chain, return_inverse=True)
+    whole = np.bincount(curve, np.where(smooth, 0.0, length))
+    sharp = np.flatnonzero(whole > 0.0)
+    if len(sharp) <= MOST_LINES:
+        return np.asarray(whole[curve] > 0.0)
+    among_equals = np.random.default_rng(0).uniform(1.0, 1.25, len(sharp))
+    kept = np.zeros(len(names), dtype=bool)
+    kept[sharp[np.argsort(-whole[sharp] * among_equals, kind="stable")[:MOST_LINES]]] = True
+    return np.asarray(kept[curve])
 
 
 class ViewTable(NamedTuple):
@@ -54,7 +90,8 @@ class ViewTable(NamedTuple):
     ----------
     first : (C + 1,) int64, where the runs of each view start; a run is the visible samples of one line.
     run : (Q + 1,) int64, where the samples of each run start.
-    ends : (Q, 2, 3) float64, both ends of the line of each run, target frame, metres.
+    ends : (Q, 2, 3) float64, both ends of the line of each run, or two points on an outline's tangent,
+        target frame, metres.
     points : (S, 3) float64, the samples, target frame, metres.
     px : (S,) float64, image length that a sample stands for at the seed's range.
     """
@@ -78,7 +115,7 @@ class Views:
         self._range = float(np.linalg.norm(centre))
         self._frame = frame_towards(centre / self._range)
         self._view_of = np.full(CELLS_PER_SIDE * CELLS_PER_SIDE, -1, dtype=np.int64)
-        self._parts: list[tuple[Ints, Ints, Floats, Floats]] = []  # runs: lines and counts; points, px
+        self._parts: list[tuple[Ints, Floats, Floats, Floats]] = []  # runs: starts and ends; points, px
         self._table: ViewTable | None = None
 
     def __len__(self) -> int:
@@ -90,11 +127,17 @@ class Views:
         cells = _cells(rotations, np.ascontiguousarray(translations), self._middle, self._frame)
         for cell in np.unique(cells[self._view_of[cells] < 0]).tolist():
             self._view_of[cell] = len(self._parts)
-            line, points, px = _seen_from(
-                self._solid, cell, self._middle, self._frame, self._range, self._intrinsics, self._spacing_px
+            self._parts.append(
+                _seen_from(
+                    self._solid,
+                    cell,
+                    self._middle,
+                    self._frame,
+                    self._range,
+                    self._intrinsics,
+                    self._spacing_px,
+                )
             )
-            lines, counts = np.unique(line, return_counts=True)
-            self._parts.append((lines, counts, points, px))
             self._table = None
         out: Ints = self._view_of[cells]
         return out
@@ -102,11 +145,14 @@ class Views:
     def table(self) -> ViewTable:
         """The samples of all views so far."""
         if self._table is None:
-            lines, counts, points, px = zip(*self._parts, strict=True)
+            firsts, ends, points, px = zip(*self._parts, strict=True)
+            before = np.cumsum([0, *map(len, points)])
             self._table = ViewTable(
-                first=np.cumsum([0, *map(len, lines)]),
-                run=np.concatenate([[0], np.cumsum(np.concatenate(counts))]),
-                ends=self._solid.vertices[self._solid.lines[np.concatenate(lines)]],
+                first=np.cumsum([0, *map(len, ends)]),
+                run=np.concatenate(
+                    [*(first[:-1] + start for first, start in zip(firsts, before, strict=False)), before[-1:]]
+                ),
+                ends=np.concatenate(ends),
                 points=np.concatenate(points),
                 px=np.concatenate(px),
             )
@@ -114,9 +160,8 @@ class Views:
 
     def typical_line_px(self, pose: Pose) -> float:
         """Image length of a line that a random pixel of the visible lines is on, 0 when there is none, px."""
-        lines, counts, _, px = self._parts[int(self.of(pose.matrix[None], pose.translation[None])[0])]
-        run = np.repeat(np.arange(len(lines)), counts)
-        lengths = np.bincount(run, weights=px) if len(lines) else np.zeros(1)
+        first, _, _, px = self._parts[int(self.of(pose.matrix[None], pose.translation[None])[0])]
+        lengths = np.bincount(np.repeat(np.arange(len(first) - 1), np.diff(first)), weights=px)
         total = float(lengths.sum())
         return float((lengths**2).sum()) / total if total > 0 else 0.0
 
@@ -173,8 +218,8 @@ def _seen_from(
     distance: float,
     intrinsics: Floats,
     spacing_px: float,
-) -> tuple[Ints, Floats, Floats]:
-    """Line (N,), points (N, 3) and px (N,) of the samples seen from the middle of a cell."""
+) -> tuple[Ints, Floats, Floats, Floats]:
+    """Starts and ends of the runs, points (N, 3) and px (N,) of the samples, from the middle of a cell."""
     a = math.radians(CELL_DEG) * (cell // CELLS_PER_SIDE - CELLS_PER_SIDE // 2)
     b = math.radians(CELL_DEG) * (cell % CELLS_PER_SIDE - CELLS_PER_SIDE // 2)
     angle = math.hypot(a, b)
@@ -190,5 +235,28 @@ def _seen_from(
             rotation[k, 0] * centre[0] + rotation[k, 1] * centre[1] + rotation[k, 2] * centre[2]
         )
     bounds = np.array([-UNBOUNDED_PX, -UNBOUNDED_PX, UNBOUNDED_PX, UNBOUNDED_PX])
-    line, points, _, _, px = trace(solid, rotation, translation, intrinsics, bounds, spacing_px, MIN_LINE_PX)
-    return line, points, px
+    seen = trace(solid, rotation, translation, intrinsics, bounds, spacing_px, spacing_px, MIN_LINE_PX)
+    first, ends = runs_of(solid, seen)
+    return first, ends, seen.points, seen.px
+
+
+@kernel()
+def runs_of(solid: Solid, seen: Trace) -> tuple[Ints, Floats]:
+    """Where the samples of each line start, (Q + 1,), and both ends of these lines, (Q, 2, 3)."""
+    count, runs = len(seen.own), 0
+    first, ends = np.empty(count + 1, dtype=np.int64), np.empty((count, 2, 3))
+    for i in range(count):
+        line = seen.own[i]
+        if i > 0 and line == seen.own[i - 1]:
+            continue
+        first[runs] = i
+        for k in range(3):
+            if seen.outline[i]:
+                ends[runs, 0, k] = seen.points[i, k]
+                ends[runs, 1, k] = seen.points[i, k] + OUTLINE_STEP * solid.diameter * seen.along[i, k]
+            else:
+                ends[runs, 0, k] = solid.vertices[solid.lines[line, 0], k]
+                ends[runs, 1, k] = solid.vertices[solid.lines[line, 1], k]
+        runs += 1
+    first[runs] = count
+    return first[: runs + 1], ends[:runs]

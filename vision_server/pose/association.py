@@ -24,6 +24,7 @@ ALONG_COSINE = 0.9  # lines that cross at more than about 25 degrees do not comp
 BEYOND_PX = 2.0  # past its ends, where a line still has a claim
 NEIGHBOUR_HEIGHT = 0.5  # of a neighbour's contrast over the edge's own; it is not known
 FAR_BLURS = 9.0  # an edge this many blurs away moves another by under 1e-16 px
+STRAIGHT_PX = 0.3  # arcs that are bowed by less are straight
 SURELY_PX = 1e-6  # beyond what rounding could change
 BLUR_SHARE = 1.5  # blur of an edge and of its filter together, over the filter's scale
 
@@ -36,18 +37,34 @@ class _Courses(NamedTuple):
     ends : (L, 2), first and last sample of each line, -1 for none.
     along : (L, 3), the unit vector from the first to the last and their distance, zeros when they fall
         together.
+    bow : (L,), px, how far an arc or outline is from that straight line; 0 of lines.
     pairs : (P, 2), a line and one that runs about the same way.
     """
 
     ends: Ints
     along: Floats
+    bow: Floats
     pairs: Ints
 
 
 @kernel(error_model="numpy")
-def _courses(samples: Samples, lines: int) -> _Courses:
+def _boxes(line: Ints, image: Floats, ends: Ints) -> Floats:
+    """Bounds (L, 4) in the image of the samples of each line; ``ends`` (L, 2), the first and last of them."""
+    box = np.empty((len(ends), 4))
+    for i in range(len(line)):
+        m = line[i]
+        if i == ends[m, 0]:
+            box[m, :2], box[m, 2:] = image[i], image[i]
+        for k in range(2):
+            box[m, k], box[m, 2 + k] = min(box[m, k], image[i, k]), max(box[m, 2 + k], image[i, k])
+    return box
+
+
+@kernel(error_model="numpy")
+def _courses(samples: Samples, lines: int, near_px: float) -> _Courses:
+    """The courses of so many lines, and the pairs of those that come as near to each other."""
     line, image, direction = samples.line, samples.image, samples.image_direction
-    ends, along = np.full((lines, 2), -1), np.zeros((lines, 3))
+    ends, along, bow = np.full((lines, 2), -1), np.zeros((lines, 3)), np.zeros(lines)
     for i in range(len(line)):
         if ends[line[i], 0] < 0:
             ends[line[i], 0] = i
@@ -59,18 +76,53 @@ def _courses(samples: Samples, lines: int) -> _Courses:
             length = math.sqrt(x * x + y * y)
             if length > 0.0:
                 along[m, 0], along[m, 1], along[m, 2] = x / length, y / length, length
-    pairs = np.empty((lines * lines, 2), dtype=np.int64)
+            for i in range(first + 1, last):
+                x, y = image[i, 0] - image[first, 0], image[i, 1] - image[first, 1]
+                bow[m] = max(bow[m], abs(x * along[m, 1] - y * along[m, 0]))
+            if bow[m] < STRAIGHT_PX:
+                bow[m] = 0.0
+    box = _boxes(line, image, ends)
+    visible = np.flatnonzero(ends[:, 0] >= 0)
+    pairs = np.empty((len(visible) * len(visible), 2), dtype=np.int64)
     count = 0
-    for mine in range(lines):
+    for mine in visible:
         middle = (ends[mine, 0] + ends[mine, 1]) // 2
-        for other in range(lines):
-            if other == mine or ends[other, 0] < 0 or ends[mine, 0] < 0:
+        for other in visible:
+            apart_x = max(box[other, 0] - box[mine, 2], box[mine, 0] - box[other, 2])
+            apart_y = max(box[other, 1] - box[mine, 3], box[mine, 1] - box[other, 3])
+            if other == mine or apart_x > near_px or apart_y > near_px:
                 continue
             x, y = direction[middle, 0], direction[middle, 1]
-            if abs(along[other, 0] * x + along[other, 1] * y) >= ALONG_COSINE:
+            curved = along[other, 2] > 0.0 and (bow[mine] > 0.0 or bow[other] > 0.0)
+            if curved or abs(along[other, 0] * x + along[other, 1] * y) >= ALONG_COSINE:
                 pairs[count, 0], pairs[count, 1] = mine, other
                 count += 1
-    return _Courses(ends, along, pairs[:count])
+    return _Courses(ends, along, bow, pairs[:count])
+
+
+@kernel(error_model="numpy")
+def _beside(samples: Samples, courses: _Courses, other: int, x: float, y: float) -> tuple[float, float, int]:
+    """Where a place is beside a line: how far from its straight course, how far past its ends, and at which
+    of its samples, px.
+
+    Of one that is bowed it is the course at the sample that is nearest.
+    """
+    image, direction = samples.image, samples.image_direction
+    a, b = courses.ends[other, 0], courses.ends[other, 1]
+    if courses.bow[other] == 0.0:
+        ux, uy, length = courses.along[other, 0], courses.along[other, 1], courses.along[other, 2]
+        dx, dy = x - image[a, 0], y - image[a, 1]
+        along = dx * ux + dy * uy
+        return abs(dx * uy - dy * ux), max(-along, along - length), a
+    best, nearest = np.inf, a
+    for i in range(a, b + 1):
+        square = (x - image[i, 0]) ** 2 + (y - image[i, 1]) ** 2
+        if square < best:
+            best, nearest = square, i
+    dx, dy = x - image[nearest, 0], y - image[nearest, 1]
+    ux, uy = direction[nearest, 0], direction[nearest, 1]
+    beyond = abs(dx * ux + dy * uy) if nearest in (a, b) else 0.0
+    return abs(dx * uy - dy * ux), beyond, nearest
 
 
 @kernel(error_model="numpy")
@@ -85,30 +137,41 @@ def associate(samples: Samples, lines: int, offset: Floats) -> None:
         (C, N, K), edge points along the samples' normals, px, NaN for none; changed in place.
     """
     channels, count, peaks = offset.shape
-    image, direction, courses = samples.image, samples.image_direction, _courses(samples, lines)
+    image, direction = samples.image, samples.image_direction
     farthest = np.zeros(count)
     for c in range(channels):
         for i in range(count):
             for k in range(peaks):
                 if not math.isnan(offset[c, i, k]):
                     farthest[i] = max(farthest[i], abs(offset[c, i, k]))
+    courses = _courses(samples, lines, 2.0 * farthest.max() + BEYOND_PX + 1.0 if count else 0.0)
     for mine, other in courses.pairs:
-        a = courses.ends[other, 0]
-        ux, uy, length = courses.along[other, 0], courses.along[other, 1], courses.along[other, 2]
         for i in range(courses.ends[mine, 0], courses.ends[mine, 1] + 1):
-            apart = abs((image[i, 0] - image[a, 0]) * uy - (image[i, 1] - image[a, 1]) * ux)
-            if apart > 2.0 * farthest[i] + SURELY_PX:
+            apart, _, at = _beside(samples, courses, other, image[i, 0], image[i, 1])
+            crosses = courses.bow[mine] + courses.bow[other] > 0.0 and _crosses(
+                direction, courses, other, i, at
+            )
+            if apart > 2.0 * farthest[i] + SURELY_PX or crosses:
                 continue
             for c in range(channels):
                 for k in range(peaks):
-                    x = image[i, 0] - offset[c, i, k] * direction[i, 1] - image[a, 0]
-                    y = image[i, 1] + offset[c, i, k] * direction[i, 0] - image[a, 1]
-                    along = x * ux + y * uy
-                    if not -BEYOND_PX <= along <= length + BEYOND_PX:
+                    x = image[i, 0] - offset[c, i, k] * direction[i, 1]
+                    y = image[i, 1] + offset[c, i, k] * direction[i, 0]
+                    theirs, beyond, _ = _beside(samples, courses, other, x, y)
+                    if not beyond <= BEYOND_PX:
                         continue
-                    theirs, ours = abs(x * uy - y * ux), abs(offset[c, i, k])
+                    ours = abs(offset[c, i, k])
                     if theirs < ours or (theirs == ours and other < mine):
                         offset[c, i, k] = np.nan
+
+
+@kernel(error_model="numpy")
+def _crosses(direction: Floats, courses: _Courses, other: int, i: int, at: int) -> bool:
+    """Whether another line runs otherwise than sample ``i`` where it is next to it, at its sample ``at``."""
+    x, y = courses.along[other, 0], courses.along[other, 1]
+    if courses.bow[other] > 0.0:
+        x, y = direction[at, 0], direction[at, 1]
+    return bool(abs(direction[i, 0] * x + direction[i, 1] * y) < ALONG_COSINE)
 
 
 @kernel(error_model="numpy")
@@ -125,16 +188,24 @@ def neighbour_pulls(samples: Samples, lines: int, sigma: Floats) -> Floats:
     sigma
         (C, L), px, scale of the filter for each channel and line.
     """
-    image, direction, courses = samples.image, samples.image_direction, _courses(samples, lines)
+    image, direction = samples.image, samples.image_direction
+    widest = sigma.max() if sigma.size else 0.0
+    reach = FAR_BLURS * BLUR_SHARE * widest / ALONG_COSINE + BEYOND_PX
+    courses = _courses(samples, lines, reach)
     out = np.zeros((len(sigma), len(image)))
     for mine, other in courses.pairs:
-        a = courses.ends[other, 0]
-        ux, uy, length = courses.along[other, 0], courses.along[other, 1], courses.along[other, 2]
         for i in range(courses.ends[mine, 0], courses.ends[mine, 1] + 1):
-            x, y = image[i, 0] - image[a, 0], image[i, 1] - image[a, 1]
-            along = x * ux + y * uy
-            if not -BEYOND_PX <= along <= length + BEYOND_PX:
+            _, beyond, at = _beside(samples, courses, other, image[i, 0], image[i, 1])
+            crosses = courses.bow[mine] + courses.bow[other] > 0.0 and _crosses(
+                direction, courses, other, i, at
+            )
+            if not beyond <= BEYOND_PX or crosses:
                 continue
+            ux, uy = courses.along[other, 0], courses.along[other, 1]
+            if courses.bow[other] > 0.0:
+                ux, uy = direction[at, 0], direction[at, 1]
+            x, y = image[i, 0] - image[at, 0], image[i, 1] - image[at, 1]
+            along = x * ux + y * uy
             gap = -(x - along * ux) * direction[i, 1] + (y - along * uy) * direction[i, 0]
             for c in range(len(sigma)):
                 blur = BLUR_SHARE * sigma[c, mine]

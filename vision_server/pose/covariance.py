@@ -30,32 +30,49 @@ def pose_covariance(solution: Solution) -> Floats:
     the lines (integral of their autocorrelation, in samples), its covariance is A^-1 (L sum W^2 v K K' +
     sum_lines g g') A^-1, where g = sum over a line of W b K.
     """
-    seen = solution.observation
     turn = np.eye(6)  # of steps about the turning point into steps about the camera: dt = v + centre x w
-    turn[3:, :3] = cross_matrix(seen.centre)
+    turn[3:, :3] = cross_matrix(solution.observation.centre)
+    covariance = turn @ unknowns_of(solution)[1][:6, :6] @ turn.T
+    return np.asarray(0.5 * (covariance + covariance.T))
+
+
+def unknowns_of(
+    solution: Solution, more: Floats | None = None, more_sd: Floats | None = None
+) -> tuple[Floats, Floats]:
+    """Last step of all unknowns, (8 + K,), and their covariance as of `pose_covariance`.
+
+    Parameters
+    ----------
+    more
+        (N, K), px per unit of K unknowns beside the pose's and the nuisances', with standard deviations
+        ``more_sd`` (K,) about 0.
+    """
+    seen = solution.observation
     weight = solution.weight.sum(axis=0)
     range_m = float(np.linalg.norm(solution.pose.translation))
     prior = np.diag(prior_precision(range_m, solution.tone_sd_px))
+    if more is not None and more_sd is not None:
+        prior = np.diag(np.r_[prior.diagonal(), more_sd**-2.0])
     used = weight > 0
     if not used.any():
-        return np.asarray(turn @ np.linalg.inv(prior)[:6, :6] @ turn.T)
+        return np.zeros(len(prior)), np.asarray(np.linalg.inv(prior))
     shared = solution.weight / np.maximum(weight, 1e-300)
     nuisance = (shared[:, :, None] * seen.nuisance).sum(axis=0)
     bias = (shared * line_biases(seen)).sum(axis=0)[used]
-    jacobian, weight = np.hstack([seen.jacobian, nuisance])[used], weight[used]
+    columns = [seen.jacobian, nuisance] if more is None else [seen.jacobian, nuisance, more]
+    jacobian, weight = np.hstack(columns)[used], weight[used]
     line = seen.samples.line[used]
     offset = np.where(solution.weight > 0, seen.offset, 0.0)
     combined = (solution.weight * offset).sum(axis=0)[used] / weight
     rows, biased = _without_biases(jacobian, weight, bias, line)
     pull_of_prior = SAMPLES_TOGETHER * prior
     inverse = np.linalg.inv((jacobian * weight[:, None]).T @ rows + pull_of_prior)
-    residual = combined - jacobian @ (inverse @ (rows.T @ (weight * combined)))
+    step = inverse @ (rows.T @ (weight * combined))
+    residual = combined - jacobian @ step
     variance = _line_variances(residual, weight, line)
     together = _correlation_length(residual / np.sqrt(variance), line)
     middle = together * (rows * (weight**2 * variance)[:, None]).T @ rows + biased
-    covariance = (inverse @ (middle + SAMPLES_TOGETHER * pull_of_prior) @ inverse)[:6, :6]
-    covariance = turn @ covariance @ turn.T
-    return np.asarray(0.5 * (covariance + covariance.T))
+    return step, np.asarray(inverse @ (middle + SAMPLES_TOGETHER * pull_of_prior) @ inverse)
 
 
 def _without_biases(

@@ -48,7 +48,7 @@ def vote(
     Parameters
     ----------
     line, along
-        (N,), the sample's line, of so many ``lines``, and its place on it from -1 to 1.
+        (N,), the sample's line, of so many ``lines``, ascending, and its place on it from -1 to 1.
     offset, quality
         (C, N, K), edge points of C channels (NaN: none), and what each counts, 0..1.
     reach_px
@@ -62,23 +62,32 @@ def vote(
     lines without votes.
     """
     shift = np.zeros((lines, 2))
-    table = _ballots(line, along, offset, quality, lines, reach_px, width_px)
-    for m in range(lines):
-        first, last = _elected(table[m])
+    table = np.empty((ALONG_BINS, BINS))
+    start = 0
+    while start < len(line):
+        end = start
+        while end < len(line) and line[end] == line[start]:
+            end += 1
+        own = slice(start, end)
+        width = width_px[line[start]]
+        _ballots(along[own], offset[:, own], quality[:, own], reach_px, width, table)
+        first, last = _elected(table)
         if first >= 0:
-            shift[m, 0] = (0.5 * (first + last) / BINS_PER_REACH - 1.0) * reach_px
-            shift[m, 1] = 0.5 * (last - first) / BINS_PER_REACH * reach_px
+            shift[line[start], 0] = (0.5 * (first + last) / BINS_PER_REACH - 1.0) * reach_px
+            shift[line[start], 1] = 0.5 * (last - first) / BINS_PER_REACH * reach_px
+        start = end
     return shift
 
 
 @kernel()
 def _ballots(
-    line: Ints, along: Floats, offset: Floats, quality: Floats, lines: int, reach_px: float, width_px: Floats
-) -> Floats:
-    """Votes by line, place along it and shift, (L, ALONG_BINS, BINS); parameters as in `vote`."""
+    along: Floats, offset: Floats, quality: Floats, reach_px: float, width_px: float, table: Floats
+) -> None:
+    """Votes of one line by place along it and shift, (ALONG_BINS, BINS), output; parameters as in `vote`."""
     channels, count, peaks = offset.shape
     size = reach_px / BINS_PER_REACH
-    table = np.zeros((lines, ALONG_BINS, BINS))
+    width = max(width_px, size)
+    table[:] = 0.0
     for c in range(channels):
         for i in range(count):
             b = min(ALONG_BINS - 1, int((along[i] + 1.0) * 0.5 * ALONG_BINS))
@@ -86,13 +95,11 @@ def _ballots(
                 u = offset[c, i, k]
                 if not abs(u) <= reach_px:
                     continue
-                width = max(width_px[line[i]], size)
                 first = max(0, int(np.ceil((u - width) / size)) + BINS_PER_REACH)
                 last = min(BINS - 1, int(np.floor((u + width) / size)) + BINS_PER_REACH)
                 for j in range(first, last + 1):
                     distance = abs((j - BINS_PER_REACH) * size - u) / width
-                    table[line[i], b, j] += quality[c, i, k] * (1.0 - distance)
-    return table
+                    table[b, j] += quality[c, i, k] * (1.0 - distance)
 
 
 @kernel()

@@ -10,6 +10,7 @@ another look at the images.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,6 @@ Floats = NDArray[np.float64]
 
 REACH_PX = 24.0  # how far beside a line another edge is looked for
 APART_PX = 1.5  # an edge closer than this to the line is the line's own
-BESIDE_PX, ASIDE_PX = 0.5 * (REACH_PX + APART_PX), 0.5 * (REACH_PX - APART_PX)  # middle and reach between
 SAME_PLACE_PX = 0.5  # edge points of several channels this close are one edge
 TOLERANCE_PX = 1.5
 LEAST_AGREED = 0.35  # share of a line's samples that must lie on the other edge
@@ -69,13 +69,18 @@ class EdgesAround:
     offset: Floats
 
 
-def edges_around(problem: PoseProblem, pose: Pose) -> EdgesAround:
-    """Look for edges up to REACH_PX from the lines."""
+def edges_around(
+    problem: PoseProblem, pose: Pose, bounds_px: tuple[float, ...] = (APART_PX, REACH_PX)
+) -> EdgesAround:
+    """Look for edges beside the lines; of each band between two bounds, ascending, the clearest few."""
     samples = thinned(visible_samples(problem.model, problem.camera, pose, SPACING_PX), MOST_SAMPLES)
     normal, scale = samples.normal, np.take(problem.scale, samples.line, axis=1)
     found: list[Floats] = []
-    for middle, reach_px in ((0.0, APART_PX), (-BESIDE_PX, ASIDE_PX), (BESIDE_PX, ASIDE_PX)):
-        reach = np.full(len(normal), reach_px)
+    bands = [(-bounds_px[0], bounds_px[0])]
+    for low, high in pairwise(bounds_px):
+        bands += [(-high, -low), (low, high)]
+    for low, high in bands:
+        middle, reach = 0.5 * (low + high), np.full(len(normal), 0.5 * (high - low))
         points = search(problem.channels, scale, Normals(samples.image + middle * normal, normal, reach))
         found.extend(points.offset + middle)
     every = np.concatenate(found, axis=1) if found else np.empty((len(normal), 0))

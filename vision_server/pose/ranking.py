@@ -25,8 +25,9 @@ SETTLED_PX = 0.03  # a step that moves no line farther is the last one
 CLEAR_QUALITY = 2.0  # from here on, nothing beside the pose can be as good
 BESIDE = 6  # starts that are looked at beside the best pose
 BESIDE_ROUNDS = 3  # and again when that has found a better one
-ROUGHLY = 0.7  # of a quality, that fewer samples may see of it
-TURNED_BETTER = 1.3  # times the quality: then the target is turned otherwise than the seed pose says
+MOST_TURNED = 12  # turns of a target that are looked at at first sight
+TURNED_NATS = 10.0  # of evidence, that a target is turned as its seed pose says (chosen by hand)
+ROUGHLY_NATS = 10.0  # that fewer samples may miss
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +54,12 @@ class Refined:
         return pose.error_to(self.pose).within(*limits)
 
 
-def best_first(problem: PoseProblem, hypotheses: Sequence[Pose]) -> list[Refined]:
+def _rank(one: Refined) -> tuple[float, float]:
+    """To sort by, best first; where all lines are far from their edges, quality does not tell."""
+    return -one.quality, -one.support.evidence
+
+
+def best_first(problem: PoseProblem, hypotheses: Sequence[Pose], looked_at: int = REFINED) -> list[Refined]:
     """The hypotheses, refined, best first.
 
     All are looked at coarsely; those that come near the best in quality are refined to the end.
@@ -62,15 +68,17 @@ def best_first(problem: PoseProblem, hypotheses: Sequence[Pose]) -> list[Refined
     ----------
     problem
         Its scales are the least that are used.
+    looked_at
+        So many hypotheses at most.
     """
     coarse: list[Refined] = []
-    for pose in hypotheses[:REFINED]:
+    for pose in hypotheses[:looked_at]:
         scaled = replace(problem, scale=line_scales(problem, pose))
         spacing = spacing_for(problem.model, problem.camera, pose)
         rough = refined(scaled, pose, COARSE_REACHES_PX, spacing, COARSER, known=coarse)
         if rough is not None:
             coarse.append(rough)
-    coarse.sort(key=lambda one: -one.quality)
+    coarse.sort(key=_rank)
     for _ in range(BESIDE_ROUNDS if coarse else 0):
         first = coarse[0]
         if first.quality >= CLEAR_QUALITY:
@@ -84,7 +92,7 @@ def best_first(problem: PoseProblem, hypotheses: Sequence[Pose]) -> list[Refined
             distinct.append(one)
     least = FINISHED_SHARE * coarse[0].quality if coarse else 0.0
     out = [finished(one) if one.quality >= least else one for one in distinct]
-    return sorted(out, key=lambda one: -one.quality)
+    return sorted(out, key=_rank)
 
 
 def refined(
@@ -121,23 +129,36 @@ def finished(rough: Refined) -> Refined:
 
 
 def turned(best: Refined) -> list[tuple[Pose, PoseSupport]]:
-    """Turns of a target that is nearly symmetric which explain the images clearly better than ``best``.
+    """Turns of a target that is nearly symmetric which explain the images as well as ``best``, or better.
 
     They lie outside the search range. A seed pose that is turned wrongly leads to a pose that fits most
     lines; the others tell. Where no image shows these, the seed pose is believed.
     """
-    least = TURNED_BETTER * best.quality
     found = []
     for turn in near_symmetries(best.problem.model):
         pose, support = best.pose.compose(turn), None
-        for coarser, share in ((COARSER, ROUGHLY), (1.0, 1.0)):
+        for coarser, slack in ((COARSER, ROUGHLY_NATS), (1.0, 0.0)):
             support = support_at(best.problem, pose, coarser * best.spacing_px)
-            if support is None or quality(support) <= share * least:
+            if support is None or support.evidence <= best.support.evidence - slack:
                 break
         else:
             assert support is not None
             found.append((pose, support))
     return found
+
+
+def add_turned(found: list[Refined]) -> None:
+    """Add the first pose turned by what nearly brings the target back onto itself; best first again.
+
+    From behind, a target often looks the same turned so.
+    """
+    for turn in near_symmetries(found[0].problem.model)[:MOST_TURNED] if found else ():
+        first = found[0]
+        start = first.pose.compose(turn)
+        other = refined(first.problem, start, COARSE_REACHES_PX, first.spacing_px, COARSER, known=found)
+        if other is not None:
+            found.append(finished(other))
+    found.sort(key=_rank)
 
 
 def add_beside(found: list[Refined]) -> None:
@@ -148,4 +169,4 @@ def add_beside(found: list[Refined]) -> None:
         other = refined(first.problem, start, COARSE_REACHES_PX, first.spacing_px, COARSER, known=found)
         if other is not None:
             found.append(other)
-    found.sort(key=lambda one: -one.quality)
+    found.sort(key=_rank)

@@ -7,22 +7,16 @@ import numpy as np
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.visibility import Samples, visible_samples
+from geometry.visibility import DENSEST_PX, Samples, visible_samples
 
-LEAST_SPACING_PX = 2.0  # of samples: the sharpest filter makes nearer ones alike
 MOST_SAMPLES = 450
-SAMPLES_OF_TYPICAL = 8.0  # line: fewer than three say nothing of a line's straightness
 COUNTING_SPACING_PX = 4.0  # while the visible length is looked at
 
 
 def spacing_for(model: Model, camera: Camera, pose: Pose) -> float:
-    """Spacing of samples, px: of large targets about MOST_SAMPLES, of intricate ones enough of a line."""
+    """Spacing of samples, px: about MOST_SAMPLES of a large target, short lines apart."""
     seen = visible_samples(model, camera, pose, COUNTING_SPACING_PX)
-    sparse = float(seen.px.sum()) / MOST_SAMPLES
-    if sparse <= LEAST_SPACING_PX:
-        return LEAST_SPACING_PX
-    typical = float(np.median(np.bincount(seen.line, seen.px)[seen.line]))  # of the line of a random sample
-    return max(LEAST_SPACING_PX, min(sparse, typical / SAMPLES_OF_TYPICAL))
+    return max(DENSEST_PX, float(seen.px.sum()) / MOST_SAMPLES)
 
 
 def thinned(samples: Samples, most: int) -> Samples:

@@ -22,6 +22,12 @@ CAP_PX = 4.0  # distance that a part of a visible line without support counts wi
 SUPPORT_PX = 1.0  # a part has support when its edge point is this close (times sqrt of the filter's scale)
 LEAST_TRUST = 0.02  # of a line in a channel, for its edge points to be support
 NORMAL_FLOOR_PX = 0.1  # RMS below this says nothing more
+# What a line's support is evidence of: a run of a true line has support with the one probability, a run
+# beside which there are edges by chance with the other. A fit of the trust hardly depends on these four.
+SEEN, BY_CHANCE = 0.92, 0.2
+RUN_PX, MOST_RUNS = 10.0, 4.0  # neighbours have support together; a longer line is on clutter or is not
+MISSING = 0.3  # of its length: a line with less support is missing
+HIDDEN = 1.5  # -ln of the probability that a line cannot be seen: dark, no contrast, something in the way
 
 
 @dataclass(frozen=True)
@@ -86,11 +92,43 @@ class PoseSupport:
     trust: Floats
 
     @cached_property
+    def _by_line(self) -> tuple[Floats, Floats]:
+        """Visible and supported length of each line, (L,) px."""
+        line, px, count = self.samples.line, self.samples.px, self.trust.shape[1]
+        visible = np.asarray(np.bincount(line, px, count), dtype=np.float64)
+        seen = np.bincount(line, px * self.supports.any(axis=0), count)
+        return visible, np.asarray(seen, dtype=np.float64)
+
+    @cached_property
+    def _evidence(self) -> Floats:
+        """Of each visible line, nats: log likelihood of its support if it is there over that by chance."""
+        visible, supported = self._by_line
+        share = supported[visible > 0] / visible[visible > 0]
+        runs = np.minimum(visible[visible > 0] / RUN_PX, MOST_RUNS)
+        seen, unseen = math.log(SEEN / BY_CHANCE), math.log((1.0 - SEEN) / (1.0 - BY_CHANCE))
+        return np.asarray(runs * (share * seen + (1.0 - share) * unseen))
+
+    @property
+    def confirmed(self) -> float:
+        """Evidence of the lines that speak for the pose, nats."""
+        return float(np.maximum(self._evidence, 0.0).sum())
+
+    @property
+    def evidence(self) -> float:
+        """Log likelihood of all lines, nats, over that of chance: one that is not seen may be hidden."""
+        return float(np.maximum(self._evidence, -HIDDEN).sum())
+
+    @property
+    def missing(self) -> float:
+        """Share of the visible length that is of lines with support of less than MISSING."""
+        visible, supported = self._by_line
+        return float(visible[supported < MISSING * visible].sum() / visible.sum())
+
+    @cached_property
     def lines(self) -> tuple[LineSupport, ...]:
         """Support of each visible line; of the many poses that are looked at, few are asked for it."""
         line, px, count = self.samples.line, self.samples.px, self.trust.shape[1]
-        visible = np.bincount(line, px, count)
-        supported = np.bincount(line, px * self.supports.any(axis=0), count)
+        visible, supported = self._by_line
         squares = np.bincount(line, px * self.distance**2, count)
         by_channel = np.stack([np.bincount(line, px * seen, count) for seen in self.supports])
         most = np.argmax(by_channel * self.trust, axis=0)

@@ -1,22 +1,46 @@
-"""How sure an estimate is right: a calibrated probability from what the images say, and the rival's share."""
+"""How sure an estimate is right: a calibrated probability from the evidence of its lines, and its rivals'."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from vision_server.pose.support import NORMAL_FLOOR_PX, PoseSupport
 
-# Logistic regression on simulated estimates (experiments/plans/calibration.toml), made a little steeper in
-# quality.
-BIAS = 2.5
-PER_LOG2_QUALITY = 1.0
-PER_LOG_UNCERTAINTY = -1.5  # of the uncertainty over LIMIT
-PER_AMBIGUITY = -8.0  # above CLEAR_AMBIGUITY
+# Fitted as benchmarks.trust_fit does to 630 estimates of hard drawn scenes, a third with wrong models.
+BIAS = -4.25
+PER_LOG2_CONFIRMED = 1.32  # of 1 + the evidence of the lines that are there, nats, ...
+MOST_CONFIRMED = 63.0  # ... of which more is no further reason to believe
+PER_LOG2_MISSING, SOME = -1.25, 0.1  # of 1 + the share of the visible length in missing lines over this
+PER_LOG_UNCERTAINTY = -1.07  # of the uncertainty over LIMIT
+PER_ROOT_GAIN, PER_GAIN, CLEAR_GAIN = -2.26, -1.22, 0.3  # of a stretched model, and of what is clear of it
+PER_LOG2_SIGNIFICANCE, USUAL = -1.04, 4.0  # of 1 + the squared stretch over what true models hardly exceed
 LIMIT = 0.01  # 1 % of the range, 1 degree
 LEAST_UNCERTAINTY = 0.0005  # being surer than this is no further reason to believe
-CLEAR_AMBIGUITY = 0.3  # rivals with less than this share of the quality are none
-EVEN_AMBIGUITY = 0.6  # from here to 1 the chance is bounded by less and less, to a half: one of two
-LEAST_QUALITY = 1e-3
+TAILS = 1.3  # errors over stated standard deviations, in hard light (by hand, from their 90th percentile)
+RIVAL_NATS = 3.0  # of evidence between two poses, for odds of e: neighbouring lines speak together; by hand
+WORTH_DOUBTING = 0.3  # a less likely pose is doubted anyway
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """How much better a stretched model would do.
+
+    Attributes
+    ----------
+    significance
+        Squared stretch of the axes against each other in units of its covariance, where the lines are: of 2
+        degrees of freedom for a true model.
+    gain
+        Quality of the best stretched model over the model's own, as a power of 2; 0 for none.
+    log_scale
+        (3,), of that model, or of the lines where they are.
+    """
+
+    significance: float
+    gain: float
+    log_scale: tuple[float, float, float]
 
 
 def quality(support: PoseSupport) -> float:
@@ -26,24 +50,39 @@ def quality(support: PoseSupport) -> float:
     return discount * normalised * support.supported_fraction / max(support.rms_px, NORMAL_FLOOR_PX)
 
 
-def confidence(support: PoseSupport, ambiguity: float, uncertainty: float) -> float:
-    """Probability, 0..1, that the pose is within 1 degree and 1 % of the range."""
-    value = quality(support)
-    if value <= LEAST_QUALITY:
-        return 0.0
+def confidence(
+    support: PoseSupport, ambiguity: float, uncertainty: float, doubt: Misfit | None = None
+) -> float:
+    """Probability, 0..1, that the pose is within 1 degree and 1 % of the range.
+
+    That its lines are where they seem, times that the pose they fix is off by no more than it may be, times
+    its share against its best rival.
+
+    Parameters
+    ----------
+    doubt
+        Whether a stretched model would do better; None where the pose is not worth that look.
+    """
     logit = (
         BIAS
-        + PER_LOG2_QUALITY * math.log2(value)
+        + PER_LOG2_CONFIRMED * math.log2(1.0 + min(support.confirmed, MOST_CONFIRMED))
+        + PER_LOG2_MISSING * math.log2(1.0 + support.missing / SOME)
         + PER_LOG_UNCERTAINTY * math.log(max(uncertainty, LEAST_UNCERTAINTY) / LIMIT)
-        + PER_AMBIGUITY * max(0.0, ambiguity - CLEAR_AMBIGUITY)
     )
-    bound = 1.0 - 0.5 * max(0.0, ambiguity - EVEN_AMBIGUITY) / (1.0 - EVEN_AMBIGUITY)
-    return min(bound, 1.0 / (1.0 + math.exp(-logit)))
+    if doubt is not None:
+        logit += PER_ROOT_GAIN * math.sqrt(max(0.0, doubt.gain)) + PER_GAIN * max(
+            0.0, doubt.gain - CLEAR_GAIN
+        )
+        logit += PER_LOG2_SIGNIFICANCE * math.log2(1.0 + doubt.significance / USUAL)
+    within = math.erf(LIMIT / (math.sqrt(2.0) * TAILS * max(uncertainty, 1e-9)))
+    return within / (1.0 + math.exp(-logit)) / (1.0 + ambiguity)
 
 
-def ambiguity(best: PoseSupport, rivals: list[PoseSupport]) -> float:
-    """Quality of the best other pose as a share of this one's, 0 (unique) to 1 (as good)."""
-    own = quality(best)
-    if own <= 0.0:
-        return 1.0 if rivals else 0.0
-    return min(1.0, max((quality(rival) for rival in rivals), default=0.0) / own)
+def odds(own: PoseSupport, rival: PoseSupport, prior_nats: float = 0.0) -> float:
+    """Chance of another pose over this one's, at most 1; ``prior_nats`` speak against it beforehand."""
+    return math.exp(min(0.0, (rival.evidence - own.evidence - prior_nats) / RIVAL_NATS))
+
+
+def ambiguity(own: PoseSupport, rivals: Sequence[tuple[PoseSupport, float]]) -> float:
+    """Chance of the likeliest other pose over this one's, 0 (unique) to 1 (as good); each with its prior."""
+    return max((odds(own, rival, prior) for rival, prior in rivals), default=0.0)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vision_server.channels.lighting import LENS_BLUR_PX
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.suppression import hysteresis
+from vision_server.edges.suppression import edgel_thresholds, hysteresis
 from vision_server.rivals.linking import link_edgels
 from vision_server.rivals.splitting import split_chains
 from vision_server.segments.centring import centre_lines
@@ -18,8 +18,6 @@ from vision_server.segments.growing import grow_lines
 from vision_server.segments.joining import join_collinear
 from vision_server.segments.line_fit import fit_lines, log_chance
 
-LOW_NOISE_RATIO = 4.0  # hysteresis thresholds, in standard deviations of the merged contrast
-HIGH_NOISE_RATIO = 8.0
 MIN_LENGTH_PX = 8.0
 MAX_SEGMENTS = 600  # in clutter the longest and strongest are kept
 MAX_LOG_CHANCE = -5.0  # decades: lines that chance would give less often than once in so many images
@@ -59,11 +57,6 @@ class Segments:
     def take(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> Segments:
         """The chosen segments, by index or mask."""
         return Segments(self.endpoints[chosen], self.strength[chosen], self.normal_sd[chosen])
-
-
-def edgel_thresholds(edges: EdgeMap) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Hysteresis thresholds of each edgel, float32 (N,), from the noise there."""
-    return np.float32(LOW_NOISE_RATIO) * edges.floor, np.float32(HIGH_NOISE_RATIO) * edges.floor
 
 
 def extract_segments(

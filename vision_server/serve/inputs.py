@@ -13,9 +13,11 @@ from geometry.errors import GeometryError
 from geometry.model import Model, load_model
 from geometry.pose import Pose
 from stack.format import CameraTable
+from vision_server.matching.match import Anywhere
 
 LENS_KEYS = {"focal_lengths_mm", "pixel_um", "focuses_m", "vignetting", "glare"}  # of a scenario's camera
 CAMERA_KEYS = {*CameraTable.__struct_fields__, *LENS_KEYS}
+MOST_TOML_BYTES = 1024 * 1024  # a recorded stack of 5000 frames has as many
 SIZES_SEEN = (0.02, 20.0)  # of a part, over the frame's width: beyond, unit or seed pose are wrong
 
 
@@ -25,10 +27,14 @@ def read_toml(path: Path) -> dict[str, Any]:
     Raises
     ------
     BadInput
-        Missing, unreadable or no TOML.
+        Missing, unreadable, too large or no TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        with path.open("rb") as stream:
+            content = stream.read(MOST_TOML_BYTES + 1)
+        if len(content) > MOST_TOML_BYTES:
+            raise BadInput(f"{path} has more than {MOST_TOML_BYTES} bytes.", "Give a TOML file.")
+        return tomllib.loads(content.decode("utf-8"))
     except OSError as error:
         raise BadInput(f"Cannot read {path}: {error.strerror or error}.", "Check the path.") from error
     except ValueError as error:
@@ -69,6 +75,22 @@ def read_seed_pose(path: Path, model: Model) -> Pose:
         ) from error
 
 
+def read_anywhere(path: Path) -> Anywhere:
+    """What a file's ``[target]`` tells where there is no seed pose: ``range_m`` and ``view``."""
+    target = read_toml(path).get("target", {})
+    try:
+        known = {
+            key: tuple(float(value) for value in target[key]) for key in ("range_m", "view") if key in target
+        }
+        if len(known.get("range_m", (0, 0))) != 2 or len(known.get("view", (0, 0, 0))) != 3:
+            raise GeometryError("range_m must be two numbers, view three")
+        return Anywhere(**known)  # type: ignore[arg-type]  # of these lengths
+    except (TypeError, ValueError, GeometryError) as error:
+        raise BadInput(
+            f"{path}: [target]: {error}.", "Give range_m = [least, greatest] in m, view = [x, y, z]."
+        ) from error
+
+
 def checked_pose(pose: Pose, model: Model) -> Pose:
     """The pose, whose target must be in front of the camera.
 
@@ -91,9 +113,14 @@ def read_model(path: Path, unit: str = "m") -> Model:
         raise BadInput(str(error), "Give a .cao, OBJ, STL or PLY file.") from error
 
 
+def picture_px(model: Model, camera: Camera, seed_pose: Pose) -> float:
+    """How large a model in front of the camera is in its image, px."""
+    return float(model.diameter * camera.fx / seed_pose.apply(model.pivot[None])[0, 2])
+
+
 def size_warning(model: Model, camera: Camera, seed_pose: Pose) -> str | None:
     """What to say when a model in front of the camera is far too large or too small for its frame."""
-    share = model.diameter * camera.fx / float(seed_pose.apply(model.pivot[None])[0, 2]) / camera.width
+    share = picture_px(model, camera, seed_pose) / camera.width
     if SIZES_SEEN[0] <= share <= SIZES_SEEN[1]:
         return None
     return (

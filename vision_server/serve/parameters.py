@@ -7,8 +7,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from typing import Any
 
+import msgspec
+import numpy as np
+
 from bridge.errors import BadInput
-from bridge.messages import MATCHERS
+from bridge.messages import PoseMessage
+from bridge.vision_messages import MATCHERS
 from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import Pose
@@ -17,6 +21,7 @@ from vision_server.pipeline import PipelineSettings
 from vision_server.serve.inputs import checked_pose
 
 SEED_POSE = "seed_pose"
+MOST_RANGE_M = 1e6
 
 
 def _number(name: str, least: float, most: float, whole: bool = False) -> Callable[[Any], Any]:
@@ -39,6 +44,15 @@ def _one_of(name: str, choices: tuple[Any, ...]) -> Callable[[Any], Any]:
     return check
 
 
+def _flag(name: str) -> Callable[[Any], Any]:
+    def check(value: Any) -> Any:
+        if not isinstance(value, bool):
+            raise BadInput(f"Parameter {name} must be true or false, not {value!r}.")
+        return value
+
+    return check
+
+
 CHECKS: dict[str, Callable[[Any], Any]] = {
     "matcher": _one_of("matcher", MATCHERS),
     "seed": _number("seed", 0, 2**63 - 1, whole=True),
@@ -49,6 +63,7 @@ CHECKS: dict[str, Callable[[Any], Any]] = {
     "edge_contrast_grey": _number("edge_contrast_grey", 0.0, 255.0),
     "tone_sd_px": _number("tone_sd_px", 1e-4, 1.0),
     "refinement_scale_px": _one_of("refinement_scale_px", SCALES_PX),
+    "fusion": _flag("fusion"),
 }
 
 
@@ -94,7 +109,11 @@ def new_seed_pose(value: Any, best: Pose | None, seed_pose: Pose, model: Model) 
         return best
     if isinstance(value, Mapping) and set(value) == {"best_at_range_m"}:
         wanted = value["best_at_range_m"]
-        if isinstance(wanted, bool) or not isinstance(wanted, (int, float)) or not 0.0 < wanted < math.inf:
+        if (
+            isinstance(wanted, bool)
+            or not isinstance(wanted, (int, float))
+            or not 0.0 < wanted <= MOST_RANGE_M
+        ):
             raise BadInput(
                 f"The value of best_at_range_m must be a positive number of metres, not {wanted!r}."
             )
@@ -102,10 +121,9 @@ def new_seed_pose(value: Any, best: Pose | None, seed_pose: Pose, model: Model) 
         now = math.hypot(*start.translation)
         return Pose(start.rotation_vector, start.translation * (float(wanted) / now))
     try:
-        if not isinstance(value, Mapping):
-            raise GeometryError(f"seed_pose is {value!r}")
-        return checked_pose(Pose.from_dict(value), model)
-    except GeometryError as error:
+        told = msgspec.convert(value, PoseMessage)
+        return checked_pose(Pose(np.array(told.rotation_vector), np.array(told.translation)), model)
+    except (GeometryError, msgspec.ValidationError, ValueError) as error:
         raise BadInput(
             f"Parameter seed_pose: {error}.",
             'Give a pose, "best" or {"best_at_range_m": metres}.',

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import queue
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -15,7 +16,9 @@ from numpy.typing import NDArray
 from bridge.errors import BadInput
 from bridge.messages import Describe, Settings
 from stack.format import FrameTable
-from stack.write import described, frame_table, write_png, write_table
+from stack.write import described, file_sha256, frame_table, write_png, write_table
+from vision_server.edges.edge_map import EdgeMap
+from vision_server.edges.suppression import edge_picture
 
 FOLDER = "images"
 PNG_COMPRESSION = 1  # of 9: the fastest that compresses, since an estimate waits for the disk
@@ -23,7 +26,8 @@ PNG_COMPRESSION = 1  # of 9: the fastest that compresses, since an estimate wait
 
 @dataclass(eq=False)
 class Recorder:
-    """Writes frames to ``out/images/`` in its own thread: one PNG each, and a stack.toml of kind "frames".
+    """Writes frames to ``out/images/`` in its own thread: one PNG each, and a stack.toml of kind "frames";
+    beside them, for people, the edge maps that estimates saw.
 
     Parameters
     ----------
@@ -56,7 +60,7 @@ class Recorder:
             ) from error
         self._write_stack()
         self._failure: BadInput | None = None
-        self._queue: queue.Queue[tuple[str, Settings, NDArray[np.uint8]] | None] = queue.Queue()
+        self._queue: queue.Queue[Callable[[], None] | None] = queue.Queue()
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
 
@@ -69,7 +73,12 @@ class Recorder:
             An earlier frame could not be written.
         """
         self._check()
-        self._queue.put((image, settings, pixels))
+        self._queue.put(partial(self._write_frame, image, settings, pixels))
+
+    def draw(self, image: str, edges: EdgeMap) -> None:
+        """Hand over the edge map of a set that this image was the last to join, as a picture for people."""
+        file = self.folder / f"{image}-edges.png"
+        self._queue.put(lambda: write_png(file, edge_picture(edges), PNG_COMPRESSION))
 
     def flush(self) -> None:
         """Wait until every frame is on the disk."""
@@ -86,24 +95,21 @@ class Recorder:
             raise self._failure
 
     def _run(self) -> None:
-        while (item := self._queue.get()) is not None:
-            image, settings, pixels = item
+        while (write := self._queue.get()) is not None:
             try:
-                file = f"{image}.png"
-                write_png(self.folder / file, pixels, PNG_COMPRESSION)
-                table = frame_table(file, settings)
-                self.frames[image] = msgspec.structs.replace(table, sha256=_sha256(self.folder / file))
-                self._write_stack()
+                write()
             except BadInput as error:
                 self._failure = error
             finally:
                 self._queue.task_done()
 
+    def _write_frame(self, image: str, settings: Settings, pixels: NDArray[np.uint8]) -> None:
+        file = f"{image}.png"
+        write_png(self.folder / file, pixels, PNG_COMPRESSION)
+        table = frame_table(file, settings)
+        self.frames[image] = msgspec.structs.replace(table, sha256=file_sha256(self.folder / file))
+        self._write_stack()
+
     def _write_stack(self) -> None:
         frames = msgspec.to_builtins(list(self.frames.values()))
         write_table(self.folder, {"kind": "frames", **self._head, "frames": frames})
-
-
-def _sha256(file: Path) -> str:
-    with file.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -1,19 +1,24 @@
-"""Estimates as plain values: the keys that `result.json`, the wire and the command line share."""
+"""Estimates and what tracking tells as plain values: keys that files, wire and command line share."""
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bridge.messages import EstimateTold
+from bridge.vision_messages import EstimateTold
 from geometry.pose import Pose
 from vision_server.pipeline import Estimate
+
+if TYPE_CHECKING:
+    from vision_server.tracking.referee import Judgement
+    from vision_server.tracking.tracker import Tracked
 
 
 def estimate_result(estimate: Estimate) -> dict[str, Any]:
     """An estimate as JSON values; see docs/pose.md for each key."""
-    return {
+    told: dict[str, Any] = {
         "pose": None if estimate.pose is None else estimate.pose.to_dict(),
         "covariance": None if estimate.covariance is None else estimate.covariance.tolist(),
         "rms_px": estimate.rms_px,
@@ -35,6 +40,13 @@ def estimate_result(estimate: Estimate) -> dict[str, Any]:
         "segments": estimate.segments,
         "seconds": dict(estimate.seconds),
     }
+    if estimate.poses:
+        told["poses"] = [
+            {"pose": one.pose.to_dict(), "probability": one.probability} for one in estimate.poses
+        ]
+    if estimate.free:
+        told["free"] = [axis.tolist() for axis in estimate.free]
+    return told
 
 
 def restored_estimate(told: EstimateTold) -> Estimate:
@@ -48,3 +60,27 @@ def restored_estimate(told: EstimateTold) -> Estimate:
         score=told.score,
         ambiguity=told.ambiguity,
     )
+
+
+def tracked_result(told: Tracked) -> dict[str, Any]:
+    """What one frame says; see docs/tracking.md for each key."""
+    return {
+        "frame": told.frame,
+        "state": told.state,
+        "pose": None if told.pose is None else told.pose.to_dict(),
+        "covariance": None if told.covariance is None else told.covariance.tolist(),
+        "seconds": told.seconds,
+    }
+
+
+def judgement_result(pose: Pose, found: Judgement) -> dict[str, Any]:
+    """What is said of a pose from elsewhere; see docs/tracking.md for each key."""
+    better = found.better
+    return {
+        "probability": found.probability,
+        "state": found.state,
+        "better": None if better is None else better.to_dict(),
+        "covariance": None if found.covariance is None else found.covariance.tolist(),
+        "difference": None if better is None else asdict(pose.error_to(better)),
+        "disagreeing_lines": list(found.disagreeing),
+    }

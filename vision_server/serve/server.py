@@ -3,87 +3,157 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from bridge.client import Client
 from bridge.endpoints import CurveClient
-from bridge.errors import BadInput, DeviceError, LightsAndCameraError
-from bridge.messages import (
-    Describe,
+from bridge.errors import BadInput, DeviceError, ProtocolError
+from bridge.messages import Describe, ImageCaptureResult, NoArgs, PoseMessage, Settings
+from bridge.serve import Reply, Service
+from bridge.vision_messages import (
+    AddArgs,
+    AppraiseArgs,
+    CheckArgs,
     DiscardArgs,
     EstimateArgs,
-    ImageCaptureResult,
-    NoArgs,
+    ModelTold,
+    ParametersArgs,
+    PredictArgs,
     RestoreArgs,
     StartArgs,
+    StartResult,
+    TrackArgs,
     VisionCaptureArgs,
 )
-from bridge.serve import Reply, Service
 from stack.format import FrameTable
-from stack.read import recorded_frames
+from stack.read import recorded_frames, recorded_seed_pose
 from vision_server.channels.image_files import read_grey
+from vision_server.image_set import Grey
+from vision_server.pipeline import Estimate
+from vision_server.serve.files import ANY_FILES, Files
+from vision_server.serve.inputs import picture_px, size_warning
 from vision_server.serve.recorder import FOLDER
 from vision_server.serve.results import estimate_result, restored_estimate
-from vision_server.serve.task import PoseTask, open_task
+from vision_server.serve.task import GIVEN_FRAMES, PoseTask, given_values, open_task
 
 IMAGE_SERVER_DEADLINE_S = 30.0  # of one capture: a long shutter, and a camera that has to wake up
+RETRIES = 29  # about one a second: an image server that died may be there again, and answers nothing twice
+MOST_SESSIONS = 4  # at a time; each holds its images, some 10 MB for one of 640 x 480
+TAKEN = "another one writes to its folder now"
+REMEMBERED_ENDS = 256  # sessions whose clients can be told why they have none any more
 
 
 class VisionServer(Service):
-    """Operations of the vision server; one task at a time, begun by `start` or `restore`.
+    """Operations of the vision server: a session for each client, begun by `start` or `restore`.
 
     Parameters
     ----------
-    curve : keys with which it calls an image server on a network.
+    curve
+        Keys with which it calls an image server on a network.
+    files
+        Which files sessions may name.
     """
 
     name = "vision_server"
+    exclusive = False
+    with_arrays = frozenset({"add", "track"})
 
-    def __init__(self, curve: CurveClient | None = None) -> None:
-        self._curve = curve
-        self._task: PoseTask | None = None
-        self._client: Client | None = None
+    def __init__(self, curve: CurveClient | None = None, files: Files = ANY_FILES) -> None:
+        self._curve, self._files = curve, files
+        self._guard = Lock()  # of the next two
+        self._sessions: OrderedDict[str, _Session] = OrderedDict()  # by client, longest idle first
+        self._ends: OrderedDict[str, str] = OrderedDict()  # by client: why it has no session any more
         self.operations = {
             "start": (StartArgs, self._on_start),
             "capture": (VisionCaptureArgs, self._on_capture),
+            "add": (AddArgs, self._on_add),
             "estimate": (EstimateArgs, self._on_estimate),
+            "track": (TrackArgs, self._on_track),
+            "check": (CheckArgs, self._on_check),
             "discard": (DiscardArgs, self._on_discard),
             "best": (NoArgs, self._on_best),
-            "parameters": (dict[str, Any], self._on_parameters),
+            "predict": (PredictArgs, self._on_predict),
+            "appraise": (AppraiseArgs, self._on_appraise),
+            "parameters": (ParametersArgs, self._on_parameters),
             "restore": (RestoreArgs, self._on_restore),
+            "end": (NoArgs, self._on_end),
         }
 
     def close(self) -> None:
-        """Write the frames that are not on the disk yet, and let go of the image server."""
-        self._end()
+        """Write the frames that are not on the disk yet, and let go of the image servers."""
+        for client in list(self._sessions):
+            self._end(client, "")
 
-    def _end(self) -> None:
-        if self._task is not None and self._task.recorder is not None:
-            self._task.recorder.close()
-        if self._client is not None:
-            self._client.close()
-        self._task = self._client = None
+    def _end(self, client: str, why: str) -> None:
+        with self._guard:
+            session = self._sessions.pop(client, None)
+            if session is None:
+                return
+            self._ends[client] = why
+            if len(self._ends) > REMEMBERED_ENDS:
+                self._ends.popitem(last=False)
+        with session.lock:
+            session.close()
 
-    def _open(self, args: StartArgs, recorded: Mapping[str, FrameTable] | None = None) -> PoseTask:
-        self._end()
-        client = Client(args.image_server, timeout_s=IMAGE_SERVER_DEADLINE_S, curve=self._curve)
+    def _make_room(self, out: str | None) -> None:
+        """End the caller's own session, those that write to the same folder, and the longest idle of many."""
+        self._end(self.caller, "")
+        with self._guard:
+            here = [client for client, session in self._sessions.items() if out and session.writes_to(out)]
+            idle = [client for client, session in self._sessions.items() if not session.lock.locked()]
+            full = len(self._sessions) - len(here) >= MOST_SESSIONS
+        if full and not idle:
+            raise BadInput("All sessions of this vision server are at work.", "Ask again later.")
+        for client in here:
+            self._end(client, TAKEN)
+        if full:
+            self._end(idle[0], f"of {MOST_SESSIONS} sessions it was idle for longest")
+
+    def _open(
+        self,
+        args: StartArgs,
+        recorded: Mapping[str, FrameTable] | None = None,
+        seed_pose: PoseMessage | None = None,
+    ) -> _Session:
+        self._make_room(args.out)
+        client = None
+        if args.image_server is not None:
+            client = Client(args.image_server, IMAGE_SERVER_DEADLINE_S, RETRIES, self._curve)
         try:
-            result, _ = client.request("describe")
-            task = open_task(args, _checked(result, Describe, args.image_server), recorded)
-        except LightsAndCameraError:
-            client.close()
+            describe = GIVEN_FRAMES if client is None else _described(client)
+            if describe.target is not None and seed_pose is not None:  # a target that moved has none
+                target = msgspec.structs.replace(describe.target, seed_pose=seed_pose)
+                describe = msgspec.structs.replace(describe, target=target)
+            describe = given_values(args, describe)
+            self._files.check(args, describe)
+            session = _Session(open_task(args, describe, recorded), client)
+        except BaseException:
+            if client is not None:
+                client.close()
             raise
-        self._client, self._task = client, task
-        return task
+        self._end(self.caller, "")
+        with self._guard:
+            self._sessions[self.caller] = session
+            self._ends.pop(self.caller, None)
+        return session
 
     def _on_start(self, args: StartArgs) -> Reply:
-        return _started(self._open(args))
+        if args.out is not None:
+            self._files.check_new(Path(args.out) / FOLDER)
+        return _started(self._open(args).task)
 
     def _on_restore(self, args: RestoreArgs) -> Reply:
+        self._files.check_folder(args.out)
+        self._make_room(args.out)  # what it has to write is on the disk now
         out = Path(args.out)
         frames = recorded_frames(out / FOLDER)
         missing = [image for image in args.images if image not in frames]
@@ -92,7 +162,8 @@ class VisionServer(Service):
                 f"{out / FOLDER} has no image {missing[0]}.", f"It has {', '.join(frames) or 'none'}."
             )
         known = {*args.images, *args.discarded}
-        task = self._open(args, {name: frame for name, frame in frames.items() if name in known})
+        kept = {name: frame for name, frame in frames.items() if name in known}
+        task = self._open(args, kept, recorded_seed_pose(out / FOLDER)).task
         for step in args.told:
             if step.estimate is not None:
                 task.note(restored_estimate(step.estimate))
@@ -103,65 +174,171 @@ class VisionServer(Service):
         return _started(task)
 
     def _on_capture(self, args: VisionCaptureArgs) -> Reply:
-        task, client = self._here()
-        task.check_name(args.image)
-        began = time.perf_counter()
-        result, arrays = client.request("capture", {"settings": msgspec.to_builtins(args.settings)})
-        captured = time.perf_counter()
-        header = _checked(result, ImageCaptureResult, client.endpoint)
-        if len(arrays) != 1 or arrays[0].ndim != 2 or arrays[0].dtype != "uint8":
-            raise DeviceError(f"The image server at {client.endpoint} sent no grey uint8 frame.")
-        pixels = arrays[0]
-        if task.recorder is not None:
-            task.recorder.save(args.image, header.applied, pixels)  # while its edges are looked for
-        statistics = task.add(args.image, pixels, header.applied)
-        if task.recorder is not None:
-            task.recorder.flush()  # what is answered is on the disk: a session can be resumed
-        return Reply(
-            {
-                "image": args.image,
-                "applied": header.applied,
-                "verified": header.verified,
-                "statistics": statistics,
-                "seconds": {"capture": captured - began, "edges": time.perf_counter() - captured},
-            }
-        )
+        with self._session() as session:
+            client = session.client
+            if client is None:
+                raise BadInput("This session has no image server.", "Give its frames: add.")
+            session.task.check_name(args.image)
+            began = time.perf_counter()
+            asked = {"settings": msgspec.to_builtins(args.settings), "number": args.number}
+            result, arrays = client.request("capture", asked)
+            seconds = time.perf_counter() - began
+            header = _checked(result, ImageCaptureResult, client.endpoint)
+            if not _one_grey(arrays):
+                raise DeviceError(f"The image server at {client.endpoint} sent no grey uint8 frame.")
+            taken = _taken(session.task, args.image, header.applied, arrays[0], header.verified, seconds)
+            return Reply({**taken, "events": header.events})
+
+    def _on_add(self, args: AddArgs) -> Reply:
+        pixels = self._given_frame()
+        with self._session() as session:
+            session.task.check_name(args.image)
+            return Reply(_taken(session.task, args.image, args.settings, pixels, True, 0.0))
+
+    def _given_frame(self) -> Grey:
+        if not _one_grey(self.arrays):
+            raise BadInput("An image is one array, uint8 of shape (H, W).", "Convert it to grey.")
+        return np.asarray(self.arrays[0].copy())  # the message goes
+
+    def _on_track(self, args: TrackArgs) -> Reply:
+        from vision_server.serve.tracking import tracked
+
+        pixels = self._given_frame()
+        with self._session() as session:
+            return Reply(tracked(session.task, pixels, args.time_s))
+
+    def _on_check(self, args: CheckArgs) -> Reply:
+        from vision_server.serve.tracking import checked
+
+        with self._session() as session:
+            return Reply(checked(session.task, args))
 
     def _on_estimate(self, args: EstimateArgs) -> Reply:
-        task, _ = self._here()
-        return Reply(estimate_result(task.estimate(args.images)))
+        with self._session() as session:
+            return Reply(estimate_result(session.task.estimate(args.images)))
 
     def _on_discard(self, args: DiscardArgs) -> Reply:
-        task, _ = self._here()
-        task.discard(args.image)
-        return Reply({"image": args.image, "images": list(task.images.images)})
+        with self._session() as session:
+            session.task.discard(args.image)
+            return Reply({"image": args.image, "images": list(session.task.images.images)})
 
     def _on_best(self, _: NoArgs) -> Reply:
-        task, _client = self._here()
-        if task.best is None:
-            return Reply(
-                {"pose": None, "covariance": None, "rms_px": None, "uncertainty": None, "score": 0.0}
-            )
-        return Reply({**estimate_result(task.best), "seconds": {}})
+        with self._session() as session:
+            return Reply({**estimate_result(session.task.best or Estimate()), "seconds": {}})
+
+    def _on_predict(self, args: PredictArgs) -> Reply:
+        from vision_server.serve.prediction import predict  # only strategies that ask pay for it
+
+        with self._session() as session:
+            return Reply(msgspec.to_builtins(predict(session.task, args)))
+
+    def _on_appraise(self, args: AppraiseArgs) -> Reply:
+        from vision_server.rivals.exposures import richest_gamma
+
+        with self._session() as session:
+            images = session.task.images
+            images.check([args.image])
+            return Reply({"gamma": richest_gamma(images.images[args.image].pixels)})
 
     def _on_parameters(self, values: dict[str, Any]) -> Reply:
-        task, _ = self._here()
-        return Reply(task.set_parameters(values))
+        with self._session() as session:
+            return Reply(session.task.set_parameters(values))
 
-    def _here(self) -> tuple[PoseTask, Client]:
-        if self._task is None or self._client is None:
-            raise BadInput("No session has been started on this vision server.", "Send start first.")
-        return self._task, self._client
+    def _on_end(self, _: NoArgs) -> Reply:
+        self._end(self.caller, "")
+        return Reply({})
+
+    @contextmanager
+    def _session(self) -> Iterator[_Session]:
+        """The caller's session, for itself."""
+        with self._guard:
+            session = self._sessions.get(self.caller)
+            if session is not None:
+                self._sessions.move_to_end(self.caller)
+            why = self._ends.get(self.caller, "")
+        if session is not None:
+            with session.lock:
+                if not session.over:
+                    yield session
+                    return
+        if why == TAKEN:
+            raise BadInput(f"This client has no session any more: {why}.", "Stop one of the two.")
+        raise ProtocolError(
+            "no_session",
+            f"This client has no session on this vision server{why and ': ' + why}.",
+            "Send start first, or restore.",
+        )
+
+
+class _Session:
+    """The task of one client, and its image server; used by who holds ``lock``."""
+
+    def __init__(self, task: PoseTask, client: Client | None) -> None:
+        self.task, self.client = task, client
+        self.lock = Lock()
+        self.over = False
+
+    def writes_to(self, out: str) -> bool:
+        """Whether this session records into the same folder."""
+        recorder = self.task.recorder
+        return recorder is not None and recorder.out.resolve() == Path(out).resolve()
+
+    def close(self) -> None:
+        """Write what is left, and let go of the image server."""
+        self.over = True
+        if self.task.recorder is not None:
+            self.task.recorder.close()
+        if self.client is not None:
+            self.client.close()
+
+
+def _taken(
+    task: PoseTask, image: str, applied: Settings, pixels: Grey, verified: bool, capture_s: float
+) -> dict[str, Any]:
+    """Take a frame into the set; what is answered is on the disk, so that a session can be resumed."""
+    began = time.perf_counter()
+    if task.recorder is not None:
+        task.recorder.save(image, applied, pixels)  # while its edges are looked for
+    statistics = task.add(image, pixels, applied)
+    moved = task.images.moved(image)
+    surprise = None
+    if task.expected is not None:
+        from vision_server.serve.prediction import target_moved
+
+        surprise = "target_moved" if target_moved(task, image) else None
+    if task.recorder is not None:
+        task.recorder.flush()
+    return {
+        "image": image,
+        "applied": applied,
+        "verified": verified,
+        "statistics": statistics,
+        "moved": None if moved is None else moved._asdict(),
+        "surprise": surprise,
+        "seconds": {"capture": capture_s, "edges": time.perf_counter() - began},
+    }
+
+
+def _one_grey(arrays: Sequence[NDArray[Any]]) -> bool:
+    return len(arrays) == 1 and arrays[0].ndim == 2 and arrays[0].dtype == np.uint8
+
+
+def _described(client: Client) -> Describe:
+    described: Describe = _checked(client.request("describe")[0], Describe, client.endpoint)
+    return described
 
 
 def _started(task: PoseTask) -> Reply:
-    model = task.model
-    return Reply(
-        {
-            "model": {"name": model.name, "lines": len(model.lines), "faces": len(model.faces)},
-            "describe": task.describe,
-        }
+    model, seen = task.model, (task.model, task.camera, task.seed_pose)
+    told = ModelTold(
+        name=model.name,
+        lines=len(model.lines),
+        faces=len(model.faces),
+        diameter_m=model.diameter,
+        picture_px=picture_px(*seen),
+        doubt=size_warning(*seen),
     )
+    return Reply(StartResult(model=told, describe=task.describe))
 
 
 def _checked(result: dict[str, Any], kind: Any, endpoint: str) -> Any:

@@ -6,13 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
 
 from bridge.errors import BadInput
-from bridge.messages import CameraDescription, Describe, Settings, StartArgs, TargetDescription
+from bridge.messages import CameraDescription, Describe, Settings, TargetDescription, Unit
+from bridge.vision_messages import StartArgs
 from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model
@@ -20,12 +21,17 @@ from geometry.pose import Pose
 from stack.exposure import relative_exposure
 from stack.format import FrameTable
 from stack.tables import as_table
+from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import Grey, ImageSet
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
+from vision_server.prediction.response import LitImage
 from vision_server.serve import parameters
 from vision_server.serve.inputs import checked_pose, read_camera, read_model, read_seed_pose
 from vision_server.serve.recorder import Recorder
 from vision_server.serve.statistics import frame_statistics, target_region
+
+if TYPE_CHECKING:
+    from vision_server.tracking.tracker import Tracker
 
 
 @dataclass(eq=False)
@@ -40,6 +46,14 @@ class PoseTask:
         Names of images of earlier sets, which went when the scene's geometry changed; they stay taken.
     best
         The estimate with the best score of the present set so far.
+    applied
+        What each image of the set was taken under.
+    lit
+        Images as readings of brightness, of those that something was predicted from.
+    tracker
+        What follows the target since its first frame, where a client has it followed.
+    expected
+        Where the target was taken to be when something was predicted last; None where that was unsure.
     """
 
     describe: Describe
@@ -53,6 +67,10 @@ class PoseTask:
     images: ImageSet = field(init=False)
     retired: set[str] = field(default_factory=set)
     best: Estimate | None = None
+    applied: dict[str, Settings] = field(default_factory=dict)
+    lit: dict[str, LitImage] = field(default_factory=dict)
+    tracker: Tracker | None = None
+    expected: Pose | None = None
     _known: dict[tuple[str, ...], Estimate] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -72,6 +90,7 @@ class PoseTask:
     def add(self, image: str, pixels: Grey, applied: Settings) -> dict[str, Any]:
         """Add a frame to the set; its statistics."""
         self.images.add(image, pixels, self.exposure(applied), self.gamma)
+        self.applied[image] = applied
         pose = self.seed_pose if self.best is None or self.best.pose is None else self.best.pose
         region = target_region(self.model, self.camera, pose)
         return frame_statistics(pixels, self.images.images[image].statistics, region, self.gamma)
@@ -80,6 +99,8 @@ class PoseTask:
         """Forget an image of the set; its name stays taken."""
         if image not in self.retired:
             self.images.remove(image)
+            del self.applied[image]
+            self.lit.pop(image, None)
             self.retired.add(image)
 
     def estimate(self, names: Sequence[str]) -> Estimate:
@@ -88,9 +109,11 @@ class PoseTask:
         self.images.check(key)
         if key not in self._known:
             try:
+                images, named = self._fused(key) if self.settings.fusion else (self.images, key)
                 found = estimate_pose(
-                    self.images, key, self.model, self.camera, self.seed_pose, self.settings
-                )
+                    images, named, self.model, self.camera, self.seed_pose, self.settings,
+                    lambda edges: self._show(key[-1], edges),
+                )  # fmt: skip
             except GeometryError as error:
                 raise BadInput(str(error)) from error
             self._known[key] = found
@@ -98,10 +121,29 @@ class PoseTask:
         self.note(estimate)
         return estimate
 
+    def _fused(self, names: tuple[str, ...]) -> tuple[ImageSet, tuple[str, ...]]:
+        """A set of one image, fused from the named ones, under the last one's name."""
+        from vision_server.rivals.exposures import exposure_fusion  # only for comparison
+
+        one = ImageSet(self.camera.width, self.camera.height)
+        pixels = exposure_fusion([self.images.images[name].pixels for name in names])
+        one.add(names[-1], pixels, 1.0, 1.0)
+        return one, names[-1:]
+
+    def _show(self, image: str, edges: EdgeMap) -> None:
+        if self.recorder is not None:
+            self.recorder.draw(image, edges)
+
     def note(self, estimate: Estimate) -> None:
         """Make an estimate the best one if it is."""
         if estimate.pose is not None and (self.best is None or estimate.score > self.best.score):
             self.best = estimate
+
+    def estimate_of(self, names: Sequence[str]) -> Estimate | None:
+        """The best estimate with a pose from some of the named images; None where none has one."""
+        of_these = [found for key, found in self._known.items() if set(key) <= set(names)]
+        known = [found for found in of_these if found.pose is not None]
+        return max(known, key=lambda found: found.score, default=None if of_these else self.best)
 
     def set_parameters(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Set parameters by name, all or none; all of them afterwards."""
@@ -124,7 +166,34 @@ class PoseTask:
         """The target has moved: what was seen before says nothing about where it is now."""
         self.retired |= set(self.images.images)
         self.images = ImageSet(self.camera.width, self.camera.height)
+        self.applied.clear()
+        self.lit.clear()
+        self.expected = None
         self.best = None
+
+
+GIVEN_FRAMES = Describe(device="given frames", lights=(), shutters_s=(1 / 60,), apertures=(4.0,))
+"""Where frames are given and no image server is asked: exposures are relative to 1/60 s at f/4."""
+
+
+def given_values(args: StartArgs, describe: Describe) -> Describe:
+    """What is described, with the camera and seed pose that `start` gives as values.
+
+    Raises
+    ------
+    BadInput
+        A value beside the file that says the same.
+    """
+    for name in ("camera", "seed_pose"):
+        if getattr(args, name) is not None and getattr(args, f"{name}_file") is not None:
+            raise BadInput(f"Both {name} and {name}_file are given.", "Give one of them.")
+    if args.camera is not None:
+        describe = msgspec.structs.replace(describe, camera=args.camera)
+    if args.seed_pose is not None:
+        model, unit = _model_file(args, describe)
+        target = TargetDescription(model=str(model), unit=unit, seed_pose=args.seed_pose)
+        describe = msgspec.structs.replace(describe, target=target)
+    return describe
 
 
 def open_task(
@@ -182,7 +251,7 @@ def _recorded(
     )
 
 
-def _model_file(args: StartArgs, describe: Describe) -> tuple[Path, str]:
+def _model_file(args: StartArgs, describe: Describe) -> tuple[Path, Unit]:
     if args.model is not None:
         return Path(args.model), args.unit or "m"
     if describe.target is None:

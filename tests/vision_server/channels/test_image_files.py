@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
 from pathlib import Path
 
 import cv2
@@ -49,6 +51,18 @@ def test_missing_and_broken_files_are_named(tmp_path: Path) -> None:
         cv2.imwrite(str(tmp_path / "float.tiff"), np.full((5, 5), value, np.float32))
         with pytest.raises(BadInput, match="float32"):
             read_grey(tmp_path / "float.tiff")
+
+
+def test_a_huge_image_is_refused_by_its_header(tmp_path: Path) -> None:
+    """Memory is measured by what numpy and OpenCV are asked for: the file itself has a few bytes."""
+    header = struct.pack(">IIBBBBB", 40_000, 40_000, 8, 0, 0, 0, 0)
+    for width, said in ((40_000, "40000x40000 px"), (20_000, "20000x40000")):
+        chunk = b"IHDR" + struct.pack(">I", width) + header[4:]
+        (tmp_path / "huge.png").write_bytes(
+            b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + chunk + struct.pack(">I", zlib.crc32(chunk))
+        )
+        with pytest.raises(BadInput, match=said):
+            read_grey(tmp_path / "huge.png")
 
 
 def test_float_images_are_from_0_to_1(tmp_path: Path) -> None:

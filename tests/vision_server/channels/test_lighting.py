@@ -14,6 +14,7 @@ from vision_server.channels.lighting import (
     SHARPNESS_EXPONENT,
     WEIGHT_EXPONENT,
     lighting,
+    smoothed,
 )
 from vision_server.channels.noise import SATURATED_GREY
 
@@ -25,7 +26,7 @@ def test_weight_and_noise_are_their_formulas(spread_px: float, shape: tuple[int,
     half = random.integers(0, 256, shape).astype(np.uint8)
     linear_of, exposure = 255.0 * (np.arange(256) / 255.0) ** 2.2, 0.5
     noise_of = random.uniform(0.1, 3.0, 256).astype(np.float32)
-    light = lighting(half, linear_of, exposure, spread_px, noise_of)
+    light = lighting(smoothed(half), linear_of, exposure, spread_px, noise_of)
     side = 2 * max(round(0.5 * REACH * spread_px), 1) + 1
     darkest, brightest = (extreme(light.level, side) for extreme in (minimum_filter, maximum_filter))
     stops = [np.log2((linear_of[grey] / exposure + LIT_OFFSET_GREY) / 128.0) for grey in (darkest, brightest)]
@@ -39,5 +40,5 @@ def test_weight_and_noise_are_their_formulas(spread_px: float, shape: tuple[int,
 
 def test_without_an_exponent_all_are_alike() -> None:
     half = np.random.default_rng(0).integers(0, 240, (20, 30)).astype(np.uint8)
-    light = lighting(half, np.arange(256.0), 1.0, SHARPEST_PX, np.ones(256, np.float32), 0.0)
+    light = lighting(smoothed(half), np.arange(256.0), 1.0, SHARPEST_PX, np.ones(256, np.float32), 0.0)
     np.testing.assert_allclose(light.weight, 1.0, rtol=1e-6)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,9 @@ import pytest
 from tests.vision_server.edge_scenes import polygon_with_shadows
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.image_files import read_grey
+from vision_server.commands.edges import SELECTABLE_KINDS
+from vision_server.edges.kinds import FIXED, KINDS, NOISE, SHADOW, edge_kinds
+from vision_server.edges.kinds_table import COLOURS
 from vision_server.edges.merging import merge_channels
 
 pytestmark = pytest.mark.slow
@@ -33,17 +37,64 @@ def edges(root: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=root, capture_output=True, text=True, check=False, timeout=120)
 
 
-def test_magnitude_is_the_ridge_before_any_threshold(root: Path, images: list[Path], tmp_path: Path) -> None:
+def test_magnitude_is_that_of_the_fixed_edges(root: Path, images: list[Path], tmp_path: Path) -> None:
     done = edges(root, *images, "--out", tmp_path / "e.png", "--magnitude", tmp_path / "m.npy")
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     magnitude = np.load(tmp_path / "m.npy")
     assert magnitude.dtype == np.float32
-    expected = merge_channels([channel_statistics(read_grey(path)) for path in images]).ridge
-    np.testing.assert_array_equal(magnitude, expected)
+    kinds = edge_kinds([channel_statistics(read_grey(path)) for path in images])
+    np.testing.assert_array_equal(magnitude, kinds.of_kinds(FIXED).ridge)
     picture = read_grey(tmp_path / "e.png")
     assert picture.shape == magnitude.shape
     assert set(np.unique(picture)) == {0, 255}
     assert np.all(magnitude[picture > 0] > 0)
+
+
+def test_one_image_has_its_own_ridge(root: Path, images: list[Path], tmp_path: Path) -> None:
+    done = edges(root, images[0], "--out", tmp_path / "e.png", "--magnitude", tmp_path / "m.npy")
+    assert (done.returncode, done.stderr) == (0, "")
+    expected = merge_channels([channel_statistics(read_grey(images[0]))]).ridge
+    np.testing.assert_array_equal(np.load(tmp_path / "m.npy"), expected)
+
+
+def test_kinds_come_as_picture_and_tables(root: Path, images: list[Path], tmp_path: Path) -> None:
+    picture, table = tmp_path / "k.png", tmp_path / "k.npz"
+    asked = ("--out", tmp_path / "e.png", "--kinds", picture, "--npz", table, "--json")
+    done = edges(root, *images, *asked)
+    assert (done.returncode, done.stderr) == (0, "")
+    said = json.loads(done.stdout)
+    with np.load(table, allow_pickle=False) as saved:
+        assert set(saved) == set(said)
+        for name in saved:
+            np.testing.assert_array_equal(saved[name], np.array(said[name]))
+    assert said["names"] == [*SELECTABLE_KINDS, "noise"]
+    drawn = np.asarray(cv2.imread(str(picture)))
+    colours = {tuple(colour) for colour in drawn.reshape(-1, 3)[:, ::-1].tolist()}
+    assert {COLOURS[SHADOW], COLOURS[NOISE]} < colours <= set(COLOURS)
+
+
+def test_the_kind_that_is_asked_for(root: Path, images: list[Path], tmp_path: Path) -> None:
+    kinds = edge_kinds([channel_statistics(read_grey(path)) for path in images])
+    for name in ("shadow", "outline"):
+        asked = ("--out", tmp_path / "e.png", "--magnitude", tmp_path / "m.npy", "--kind", name)
+        assert edges(root, *images, *asked).returncode == 0
+        expected = kinds.of_kinds([KINDS.index(name)]).ridge
+        np.testing.assert_array_equal(np.load(tmp_path / "m.npy"), expected)
+
+
+def test_levels_of_the_lights_tell_more(root: Path, images: list[Path], tmp_path: Path) -> None:
+    tables = []
+    for levels in (
+        "1,0,0;0,1,0;0,0,1",
+        "1,0;0,1;1,1",
+    ):
+        out = tmp_path / "k.npz"
+        done = edges(root, *images, "--out", tmp_path / "e.png", "--npz", out, "--levels", levels)
+        assert done.returncode == 0, done.stderr
+        with np.load(out) as table:
+            tables.append(table["probability"])
+    assert tables[0].shape == tables[1].shape
+    assert not np.array_equal(*tables)
 
 
 @pytest.mark.parametrize("method", ["mean", "max-image", "max-gradient", "di-zenzo", "mertens"])
@@ -76,6 +127,12 @@ def test_other_methods(root: Path, images: list[Path], tmp_path: Path, method: s
         (["{image}", "--out", "e.strange"], ".strange"),
         (["{image}", "--out", "e.png", "--method", "median"], "--method"),
         (["{image}", "--out", "e.png", "--gamma", "0"], "--gamma"),
+        (["{image}", "--out", "e.png", "--levels", "7,x"], "--levels"),
+        (["{image}", "--out", "e.png", "--levels", "7,0;0,7"], "--levels"),
+        (["{image}", "--out", "e.png", "--levels", "0,0"], "--levels"),
+        (["{image}", "--out", "e.png", "--kind", "outline"], "kinds"),
+        (["{image}", "--out", "e.png", "--kind", "noise"], "--kind"),
+        (["{image}", "--out", "e.png", "--json", "--method", "mean"], "--json"),
         (["{image}"], "--out"),
         (["--out", "e.png"], "IMAGE"),
     ],
@@ -90,3 +147,15 @@ def test_bad_input_ends_with_2_and_a_plain_message(
     assert done.returncode == 2
     assert words in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_moved_target_is_said(root: Path, tmp_path: Path) -> None:
+    lit = [np.repeat(np.repeat(image, 2, axis=0), 2, axis=1) for image in polygon_with_shadows(3)]
+    files = [tmp_path / f"{number}.png" for number in range(3)]
+    for file, image, shift in zip(files, lit, (0, 0, 12), strict=True):
+        cv2.imwrite(str(file), np.roll(image, (shift, shift), axis=(0, 1)))
+    assert edges(root, *files[:2], "--out", tmp_path / "e.png").stderr == ""
+    done = edges(root, *files, "--out", tmp_path / "e.png")
+    assert done.returncode == 0
+    assert "2.png" in done.stderr
+    assert "elsewhere" in done.stderr

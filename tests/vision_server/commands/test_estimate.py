@@ -81,6 +81,30 @@ def test_no_pose_is_said_honestly(root: Path, folder: Path) -> None:
     done = estimate(root, folder, "black.png", json="")
     assert done.returncode == 3, done.stderr
     assert json.loads(done.stdout)["pose"] is None
+    assert "no pose: the images have 0 straight edges" in done.stderr
+
+
+def test_no_pose_beside_a_wrong_seed_is_drawn_and_a_wider_search_finds_it(root: Path, folder: Path) -> None:
+    beside = POSE.translation + np.array([60.0 / CAMERA.fx * POSE.translation[2], 0.0, 0.0])
+    write_pose(folder / "beside.toml", POSE.rotation_vector.tolist(), beside.tolist())
+    over = folder / "seed.png"
+    near = {"rotation-range-deg": "1", "translation-range-px": "1"}
+    done = estimate(root, folder, "a.png", seed_pose="beside.toml", overlay=str(over), json="", **near)
+    assert done.returncode == 3, done.stdout
+    assert "within 1 degrees and 1 px of the seed pose" in done.stderr
+    drawn, plain = (cv2.imread(str(file)) for file in (over, folder / "a.png"))
+    assert np.any(np.not_equal(drawn, plain), axis=2).mean() > 0.002
+    wide = {"translation-range-px": "90"}
+    done = estimate(root, folder, "a.png", seed_pose="beside.toml", json="", **wide)
+    assert Pose.from_dict(json.loads(done.stdout)["pose"]).error_to(POSE).within(0.5, 0.005)
+
+
+def test_a_seed_outside_of_the_frame_is_said(root: Path, folder: Path) -> None:
+    away = POSE.translation + np.array([3.0 * POSE.translation[2], 0.0, 0.0])
+    write_pose(folder / "away.toml", POSE.rotation_vector.tolist(), away.tolist())
+    done = estimate(root, folder, "a.png", seed_pose="away.toml", json="")
+    assert done.returncode == 3, done.stdout
+    assert "no line of the model is in the frame" in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -88,7 +112,7 @@ def test_no_pose_is_said_honestly(root: Path, folder: Path) -> None:
     [
         (["missing.png"], {}, "missing.png"),
         (["a.png", "small.png"], {}, "small.png"),
-        (["small.png"], {}, "100x100"),
+        (["small.png"], {}, "small.png has 100x100 px, the camera"),
         (["thin.png"], {}, "thin.png"),
         (["camera.toml"], {}, "camera.toml"),
         (["a.png"], {"exposures": "1,2"}, "exposures"),
@@ -115,3 +139,28 @@ def test_bad_input_is_one_plain_line(
     assert word in done.stderr
     assert "Traceback" not in done.stderr
     assert done.stdout == ""
+
+
+def test_without_a_seed_pose_all_poses_that_fit_are_told(root: Path, folder: Path) -> None:
+    """A cuboid looks the same after half turns: four poses, as probable as each other, none of them sure."""
+    command = [
+        sys.executable,
+        "-m",
+        "vision_server",
+        "estimate",
+        "--model",
+        str(folder / "cuboid.cao"),
+        "--json",
+    ]
+    command += ["--camera", str(folder / "camera.toml"), str(folder / "a.png")]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    poses = [Pose.from_dict(one["pose"]) for one in result["poses"]]
+    assert sum(pose.error_to(POSE).within(0.5, 0.005) for pose in poses) == 1
+    probabilities = [one["probability"] for one in result["poses"]]
+    assert len(poses) == 4
+    assert probabilities == pytest.approx([probabilities[0]] * 4)
+    assert sum(probabilities) <= 1.0
+    assert result["score"] <= probabilities[0] + 1e-9
+    assert "free" not in result

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from geometry.model import Model
-from geometry.visibility import visible_samples
+from geometry.visibility import DENSEST_PX, visible_samples
 from tests.vision_server.synthetic import CAMERA, POSE
-from vision_server.pose.sampling import LEAST_SPACING_PX, MOST_SAMPLES, spacing_for, thinned
+from vision_server.pose.sampling import MOST_SAMPLES, spacing_for, thinned
 
 
 @pytest.mark.parametrize("most", [1, 5, 12, 1000])
@@ -30,5 +30,5 @@ def test_the_spacing_bounds_the_number_of_samples(model: Model) -> None:
     near = POSE.__class__(POSE.rotation_vector, 0.4 * POSE.translation)
     for pose in (POSE, near):
         spacing = spacing_for(model, CAMERA, pose)
-        assert spacing >= LEAST_SPACING_PX
+        assert spacing >= DENSEST_PX
         assert len(visible_samples(model, CAMERA, pose, spacing).line) < 1.1 * MOST_SAMPLES

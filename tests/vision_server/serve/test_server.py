@@ -1,6 +1,9 @@
 """The vision server on real sockets, with a replayed or simulated image server behind it."""
 
+import os
+import re
 import shutil
+import socket
 import tempfile
 import threading
 import time
@@ -8,19 +11,23 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
 from bridge.client import Client
-from bridge.errors import ServerError
+from bridge.errors import BridgeTimeout, ServerError
+from bridge.messages import IMAGE_OPERATIONS, Settings
 from bridge.serve import Server, Service
+from bridge.vision_messages import VISION_OPERATIONS, VisionCaptureResult
 from geometry.pose import Pose
 from image_server.replay import Replay
 from image_server.serve.server import ImageServer
 from image_server.simulator import Simulator
 from stack.read import load_stack, recorded_frames
 from stack.write import write_png
-from vision_server.serve.server import VisionServer
+from vision_server.serve.files import Files
+from vision_server.serve.server import MOST_SESSIONS, VisionServer
 
 SETTINGS: dict[str, Any] = {"lights": [5, 5, 5], "shutter_s": 1 / 60, "aperture": 4.0}
 
@@ -74,7 +81,10 @@ def test_a_session_from_start_to_best(
     vision: Client, images: Running, simulator: Simulator, tmp_path: Path
 ) -> None:
     started = asked(vision, "start", image_server=images.endpoint, seed=3, out=str(tmp_path))
-    assert started["model"] == {"name": "cube", "lines": 12, "faces": 6}
+    told = started["model"]
+    assert (told["name"], told["lines"], told["faces"], told["doubt"]) == ("cube", 12, 6, None)
+    assert told["diameter_m"] == pytest.approx(0.2 * 3**0.5)
+    assert 100 < told["picture_px"] < 600
     assert [light["name"] for light in started["describe"]["lights"]] == ["left", "right", "top"]
     assert asked(vision, "best")["pose"] is None
     captured = asked(vision, "capture", image="i1", settings=SETTINGS)
@@ -159,6 +169,71 @@ def test_a_restored_session_measures_where_the_best_pose_is(
     assert asked(vision, "parameters")["seed_pose"] != fix["pose"]
 
 
+def test_gains_are_foreseen_once_there_is_a_pose(vision: Client, images: Running) -> None:
+    asked(vision, "start", image_server=images.endpoint)
+    dark = SETTINGS | {"lights": [0, 0, 0], "shutter_s": 1 / 240}
+    assert asked(vision, "predict", settings=[SETTINGS]) == {"gains": None, "found": []}
+    asked(vision, "capture", image="i1", settings=SETTINGS)
+    assert asked(vision, "predict", settings=[SETTINGS]) == {"gains": None, "found": []}
+    asked(vision, "estimate", images=["i1"])
+    foreseen = asked(vision, "predict", settings=[dark, SETTINGS | {"lights": [7, 0, 7]}])["gains"]
+    assert foreseen[1]["bits"] > foreseen[0]["bits"] >= 0.0
+    assert 0 <= foreseen[1]["line"] < 12
+    assert asked(vision, "predict", settings=[dark, SETTINGS | {"lights": [7, 0, 7]}])["gains"] == foreseen
+    searched = asked(
+        vision, "predict", settings=[dark, SETTINGS | {"lights": [7, 0, 7]}], images=["i1"], search=8
+    )
+    found = searched["found"]
+    assert searched["gains"] == foreseen
+    assert len(found) == 8
+    assert found[0]["bits"] == max(one["bits"] for one in found) >= foreseen[1]["bits"]
+    assert all(one["settings"]["lights"][1] == 0 for one in found)  # off in all that were given
+    with pytest.raises(ServerError, match="i7"):
+        vision.request("predict", {"settings": [SETTINGS], "images": ["i7"]})
+    with pytest.raises(ServerError, match="Expected `array` of length >= 1"):
+        vision.request("predict", {"settings": []})
+
+
+def test_a_target_that_moved_is_told_with_the_image_where_something_was_foreseen(
+    vision: Client, images: Running, simulator: Simulator
+) -> None:
+    asked(vision, "start", image_server=images.endpoint)
+    told = [asked(vision, "capture", image=image, settings=SETTINGS)["surprise"] for image in ("i1", "i2")]
+    assert told == [None, None]
+    pixels = simulator.capture(msgspec.convert(SETTINGS, Settings)).pixels
+    shifted = np.roll(pixels, (5, 6), (0, 1))
+
+    def surprise(image: str, frame: np.ndarray) -> str | None:
+        told, _ = vision.request("add", {"image": image, "settings": SETTINGS}, arrays=[frame])
+        return msgspec.convert(told, VisionCaptureResult).surprise
+
+    asked(vision, "estimate", images=["i1", "i2"])
+    assert surprise("i3", shifted) is None  # nothing was foreseen
+    asked(vision, "discard", image="i3")
+    asked(vision, "predict", settings=[SETTINGS], images=["i1", "i2"])
+    assert surprise("i4", pixels) is None
+    assert surprise("i5", shifted) == "target_moved"
+    assert asked(vision, "best")["pose"] is None
+    assert surprise("i6", shifted) is None  # it is where it was when i5 was taken
+
+
+def test_fused_images_are_one_image_to_the_estimate(vision: Client, images: Running) -> None:
+    asked(vision, "start", image_server=images.endpoint)
+    for image, shutter in (("i1", 1 / 240), ("i2", 1 / 60)):
+        asked(vision, "capture", image=image, settings=SETTINGS | {"shutter_s": shutter})
+    apart = asked(vision, "estimate", images=["i1", "i2"])
+    assert asked(vision, "parameters", fusion=True)["fusion"] is True
+    fused = asked(vision, "estimate", images=["i1", "i2"])
+    assert {line["image"] for line in fused["lines"] if line["support"]} == {"i2"}
+    assert fused["pose"] != apart["pose"]
+    with pytest.raises(ServerError, match="true or false"):
+        asked(vision, "parameters", fusion="yes")
+    wants = [asked(vision, "appraise", image=image)["gamma"] for image in ("i1", "i2")]
+    assert wants[0] < wants[1]  # the shorter exposure wants more light
+    with pytest.raises(ServerError, match="i7"):
+        asked(vision, "appraise", image="i7")
+
+
 def test_parameters_are_checked_and_the_seed_pose_follows(vision: Client, images: Running) -> None:
     asked(vision, "start", image_server=images.endpoint)
     known = asked(vision, "parameters")
@@ -204,6 +279,189 @@ def test_nothing_works_before_start_and_bad_starts_are_named(
         asked(vision, "start", image_server=images.endpoint, out=str(tmp_path / "file"))
     with pytest.raises(ServerError):
         asked(vision, "best")
+
+
+def test_only_regular_files_under_the_roots_are_read_and_written(
+    sockets: Path, images: Running, tmp_path: Path
+) -> None:
+    allowed, elsewhere = tmp_path / "allowed", tmp_path / "elsewhere"
+    for folder in (allowed, elsewhere):
+        folder.mkdir()
+        (folder / "file.toml").write_text("x = 1")
+    (allowed / "link.toml").symlink_to(elsewhere / "file.toml")
+    os.mkfifo(allowed / "pipe.toml")
+    with (allowed / "large.toml").open("wb") as large:
+        large.truncate(1 << 30)
+    running = Running(VisionServer(files=Files((allowed,), images.endpoint)), f"ipc://{sockets}/rooted")
+    try:
+        with Client(running.endpoint, timeout_s=60) as client:
+            for args, said in (
+                ({"camera_file": str(elsewhere / "file.toml")}, "outside of the folders"),
+                ({"camera_file": str(allowed / ".." / "elsewhere" / "file.toml")}, "outside"),
+                ({"seed_pose_file": str(allowed / "link.toml")}, "outside"),
+                ({"model": str(elsewhere / "file.toml")}, "outside"),
+                ({"out": str(elsewhere)}, "outside"),
+                ({"out": str(allowed / "..")}, "outside"),
+                ({"camera_file": "/dev/zero"}, "outside"),
+                ({"out": str(allowed / ("[" * 2000))}, "cannot be a file"),
+                ({"camera_file": str(allowed / "pipe.toml")}, "not a regular file"),
+                ({"model": str(allowed / "large.toml")}, "at most"),
+            ):
+                with pytest.raises(ServerError, match=said):
+                    asked(client, "start", image_server=images.endpoint, **args)
+            with pytest.raises(ServerError, match="outside"):
+                asked(client, "restore", image_server=images.endpoint, out=str(elsewhere))
+            asked(client, "start", image_server=images.endpoint, out=str(allowed))
+            asked(client, "capture", image="i1", settings=SETTINGS)
+            with pytest.raises(ServerError, match="has frames already"):
+                asked(client, "start", image_server=images.endpoint, out=str(allowed))
+    finally:
+        running.stop()
+
+
+def test_a_model_is_read_wherever_only_the_servers_own_image_server_says_so(
+    sockets: Path, images: Running, tmp_path: Path
+) -> None:
+    running = Running(VisionServer(files=Files((tmp_path,), "ipc:///another")), f"ipc://{sockets}/rooted")
+    try:
+        with Client(running.endpoint, timeout_s=60) as client, pytest.raises(ServerError, match="outside"):
+            asked(client, "start", image_server=images.endpoint)
+    finally:
+        running.stop()
+
+
+def test_each_client_has_a_session_of_its_own(vision: Client, images: Running, tmp_path: Path) -> None:
+    asked(vision, "start", image_server=images.endpoint, seed=1)
+    asked(vision, "capture", image="i1", settings=SETTINGS)
+    with Client(vision.endpoint, timeout_s=60) as other:
+        with pytest.raises(ServerError, match="no session on this"):
+            asked(other, "estimate", images=["i1"])
+        asked(other, "start", image_server=images.endpoint, seed=2)
+        asked(other, "capture", image="i1", settings=SETTINGS)
+        assert asked(other, "parameters")["seed"] == 2
+    assert asked(vision, "parameters")["seed"] == 1
+    assert asked(vision, "estimate", images=["i1"])["pose"] is not None
+    asked(vision, "end")
+    with pytest.raises(ServerError, match="no session"):
+        asked(vision, "best")
+
+
+def test_a_session_that_has_to_go_is_told_why(vision: Client, images: Running, tmp_path: Path) -> None:
+    asked(vision, "start", image_server=images.endpoint, out=str(tmp_path))
+    with Client(vision.endpoint, timeout_s=60) as other:
+        asked(other, "restore", image_server=images.endpoint, out=str(tmp_path))
+        with pytest.raises(ServerError, match="another one writes to"):
+            asked(vision, "best")
+        asked(vision, "start", image_server=images.endpoint)
+        for _ in range(MOST_SESSIONS):
+            with Client(vision.endpoint, timeout_s=60) as one_more:
+                asked(one_more, "start", image_server=images.endpoint)
+        for gone in (vision, other):
+            with pytest.raises(ServerError, match="idle for longest"):
+                asked(gone, "best")
+
+
+def test_an_image_server_that_does_not_answer_holds_up_nobody_else(
+    vision: Client, images: Running, sockets: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One listens and never answers; another is the vision server itself."""
+    monkeypatch.setattr("vision_server.serve.server.IMAGE_SERVER_DEADLINE_S", 12.0)
+    with socket.socket(socket.AF_UNIX) as silent:
+        silent.bind(f"{sockets}/silent")
+        silent.listen()
+        with Client(vision.endpoint, timeout_s=0.5, retries=0) as stuck, pytest.raises(BridgeTimeout):
+            asked(stuck, "start", image_server=f"ipc://{sockets}/silent")
+        began = time.monotonic()
+        with pytest.raises(ServerError, match="describe"):
+            asked(vision, "start", image_server=vision.endpoint)
+        asked(vision, "start", image_server=images.endpoint)
+        assert time.monotonic() - began < 8
+
+
+def test_frames_can_be_given_as_arrays(
+    vision: Client, images: Running, simulator: Simulator, tmp_path: Path
+) -> None:
+    described = simulator.describe()
+    assert described.target is not None and described.camera is not None
+    values = msgspec.to_builtins({"camera": described.camera, "seed_pose": described.target.seed_pose})
+    pixels = simulator.capture(msgspec.convert(SETTINGS, Settings)).pixels
+    asked(vision, "start", model=described.target.model, **values, out=str(tmp_path))
+    told, _ = vision.request("add", {"image": "a", "settings": SETTINGS}, arrays=[pixels])
+    assert msgspec.convert(told, VisionCaptureResult).moved is None
+    pose = asked(vision, "estimate", images=["a"])["pose"]
+    assert Pose.from_dict(pose).error_to(simulator.true_pose).within(1.0, 0.01)
+    assert recorded_frames(tmp_path / "images")["a"].settings().shutter_s == pytest.approx(1 / 60)
+    for arrays, said in (
+        ([], "one array"),
+        ([pixels, pixels], "one array"),
+        ([pixels.astype(np.float32)], "one array"),
+        ([np.zeros((4, 4, 3), np.uint8)], "one array"),
+        ([np.zeros((4, 4), np.uint8)], "640"),
+    ):
+        with pytest.raises(ServerError, match=said):
+            vision.request("add", {"image": "b", "settings": SETTINGS}, arrays=arrays)
+    with pytest.raises(ServerError, match="taken by another image"):
+        vision.request("add", {"image": "a", "settings": SETTINGS}, arrays=[pixels])
+    for image, shift in (("same", 0), ("moved", 12)):
+        rolled = np.ascontiguousarray(np.roll(pixels, (shift, -shift), axis=(0, 1)))
+        told, _ = vision.request("add", {"image": image, "settings": SETTINGS}, arrays=[rolled])
+        moved = told["moved"]
+        assert (moved is not None) == (shift != 0)
+    assert np.allclose(moved["shift_px"], (-12, 12), atol=1.5)
+    with pytest.raises(ServerError, match="no image server"):
+        asked(vision, "capture", image="c", settings=SETTINGS)
+    with pytest.raises(ServerError, match="takes none"):
+        vision.request("best", arrays=[pixels])
+    with pytest.raises(ServerError, match="Both camera and camera_file"):
+        asked(vision, "start", model=described.target.model, **values, camera_file="x.toml")
+
+
+def test_the_example_of_given_frames_works(
+    vision: Client, simulator: Simulator, root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = (root / "docs" / "protocol.md").read_text()
+    example = next(e for e in re.findall(r"```python\n(.*?)```", page, re.S) if "arrays=[image]" in e)
+    described = msgspec.to_builtins(simulator.describe())
+    names: dict[str, Any] = {
+        "camera": described["camera"],
+        "seed_pose": described["target"]["seed_pose"],
+        "image": simulator.capture(msgspec.convert(SETTINGS, Settings)).pixels,
+    }
+    monkeypatch.chdir(root)
+    exec(example.replace("ipc:///tmp/vision", vision.endpoint), names)
+    pose = Pose.from_dict(names["estimate"]["pose"])
+    assert pose.error_to(simulator.true_pose).within(1.0, 0.01)
+
+
+def test_what_is_answered_is_what_the_types_say(vision: Client, images: Running, tmp_path: Path) -> None:
+    """Results of both servers, each operation once."""
+    given = {
+        "start": {"image_server": images.endpoint, "out": str(tmp_path)},
+        "capture": {"image": "i1", "settings": SETTINGS},
+        "estimate": {"images": ["i1"]},
+        "best": {},
+        "predict": {"settings": [SETTINGS]},
+        "appraise": {"image": "i1"},
+        "parameters": {},
+        "discard": {"image": "i1"},
+        "restore": {"image_server": images.endpoint, "out": str(tmp_path), "images": ["i1"]},
+        "health": {},
+        "hello": {},
+        "end": {},
+    }
+    for op, args in given.items():
+        msgspec.convert(asked(vision, op, **args), VISION_OPERATIONS[op].result)
+    pose = {"rotation_vector": [0, 0, 0], "translation": [0, 0, 1]}
+    asked_of_images: dict[str, dict[str, Any]] = {
+        "describe": {},
+        "capture": {"settings": SETTINGS},
+        "health": {},
+        "hello": {},
+        "score": {"pose": pose},
+    }
+    with Client(images.endpoint, timeout_s=60) as client:
+        for op, args in asked_of_images.items():
+            msgspec.convert(asked(client, op, **args), IMAGE_OPERATIONS[op].result)
 
 
 def test_a_refused_capture_leaves_the_set_as_it_was(vision: Client, images: Running) -> None:

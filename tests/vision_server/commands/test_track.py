@@ -1,0 +1,101 @@
+"""`python -m vision_server track` and `check`: JSON, exit statuses, films, and what is refused."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from geometry.pose import Pose
+from tests.vision_server.synthetic import CAMERA, POSE, cuboid
+from tests.vision_server.tracking.films import filmed, moving
+
+pytestmark = pytest.mark.slow
+
+COUNT = 5
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("track")
+    model = cuboid(path)
+    poses = moving(COUNT)
+    (path / "frames").mkdir()
+    size = (CAMERA.width, CAMERA.height)
+    video = cv2.VideoWriter(str(path / "film.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 25.0, size)
+    for number, frame in enumerate(filmed(model, list(poses))):
+        cv2.imwrite(str(path / "frames" / f"{number:03d}.png"), frame)
+        video.write(cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR))
+    video.release()
+    camera = CAMERA.to_dict()
+    (path / "camera.toml").write_text("[camera]\n" + "".join(f"{k} = {v}\n" for k, v in camera.items()))
+    cv2.imwrite(str(path / "small.png"), np.zeros((100, 100), np.uint8))
+    write_pose(path / "right.toml", poses[0])
+    write_pose(path / "wrong.toml", Pose(POSE.rotation_vector + np.array([0.15, 0.0, 0.1]), POSE.translation))
+    return path
+
+
+def write_pose(path: Path, pose: Pose) -> None:
+    values = pose.to_dict()
+    path.write_text("".join(f"{key} = {value}\n" for key, value in values.items()))
+
+
+def command(root: Path, folder: Path, name: str, *words: str) -> "subprocess.CompletedProcess[str]":
+    fixed = ["--model", str(folder / "cuboid.cao"), "--camera", str(folder / "camera.toml")]
+    line = [sys.executable, "-m", "vision_server", name, *fixed, *words]
+    return subprocess.run(line, cwd=root, capture_output=True, text=True, timeout=120, check=False)
+
+
+@pytest.mark.parametrize("source", ["frames", "film.avi"])
+def test_one_object_a_frame_and_a_film(root: Path, folder: Path, tmp_path: Path, source: str) -> None:
+    film = tmp_path / "out.mp4"
+    words = [str(folder / source), "--json", "--seed-pose", str(folder / "right.toml")]
+    done = command(root, folder, "track", *words, "--overlay", str(film))
+    assert done.returncode == 0, done.stderr
+    told = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [one["frame"] for one in told] == list(range(COUNT))
+    assert {"frame", "state", "pose", "covariance", "seconds"} == set(told[0])
+    assert {one["state"] for one in told} == {"sure"}
+    last = Pose.from_dict(told[-1]["pose"])
+    assert last.error_to(moving(COUNT)[-1]).within(0.5, 0.005)
+    video = cv2.VideoCapture(str(film))
+    assert int(video.get(cv2.CAP_PROP_FRAME_COUNT)) == COUNT
+
+
+def test_a_video_that_was_cut_off_is_said(root: Path, folder: Path, tmp_path: Path) -> None:
+    content = (folder / "film.avi").read_bytes()
+    seed = ["--seed-pose", str(folder / "right.toml"), "--json"]
+    (tmp_path / "cut.avi").write_bytes(content[: len(content) * 3 // 5])
+    done = command(root, folder, "track", str(tmp_path / "cut.avi"), *seed)
+    assert done.returncode in (0, 2)
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert "cut.avi" in done.stderr
+    (tmp_path / "none.mp4").write_bytes(content[:100])
+    done = command(root, folder, "track", str(tmp_path / "none.mp4"), *seed)
+    assert done.returncode == 2
+    assert "is no video or camera that can be read" in done.stderr
+
+
+def test_frames_of_another_size_end_in_a_message(root: Path, folder: Path) -> None:
+    frames = [str(folder / "frames" / "000.png"), str(folder / "small.png")]
+    done = command(root, folder, "track", *frames, "--seed-pose", str(folder / "right.toml"), "--json")
+    assert done.returncode == 2
+    assert len(done.stdout.splitlines()) == 1
+    assert "Frame 1 has 100x100 px of uint8, the camera 320x240" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_pose_is_judged(root: Path, folder: Path) -> None:
+    image = str(folder / "frames" / "000.png")
+    right = command(root, folder, "check", image, "--pose", str(folder / "right.toml"), "--json")
+    told = json.loads(right.stdout)
+    assert (right.returncode, told["state"], told["better"]) == (0, "ok", None)
+    assert told["probability"] > 0.9
+    wrong = command(root, folder, "check", image, "--pose", str(folder / "wrong.toml"), "--json")
+    told = json.loads(wrong.stdout)
+    assert (wrong.returncode, told["state"]) == (3, "lost")
+    assert Pose.from_dict(told["better"]).error_to(POSE).within(0.3, 0.003)
+    assert command(root, folder, "check", image, "--pose", "nothing.toml").returncode == 2

@@ -1,0 +1,180 @@
+"""Kinds of edges: each answers to the lights in its own way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bridge.errors import BadInput
+from tests.vision_server.edge_scenes import polygon_with_shadows, step
+from vision_server.channels.channel import ChannelStatistics, channel_statistics
+from vision_server.edges.kinds import (
+    BACKGROUND_SD,
+    CREASE,
+    FIXED,
+    HIGHLIGHT,
+    KINDS,
+    NOISE,
+    OUTLINE,
+    PRINT,
+    SHADOW,
+    edge_kinds,
+    fit_kinds,
+    likelihoods,
+    log_normal,
+    log_normal_of_one_mean,
+)
+from vision_server.edges.kinds_table import kinds_picture, kinds_table
+from vision_server.edges.merging import merge_channels
+from vision_server.edges.sides import Sides
+
+Floats = NDArray[np.float64]
+
+# Intensities on both sides in four lights, of which the last is dim.
+LEFT = np.array([120.0, 90.0, 150.0, 60.0])
+OF_KIND = {
+    OUTLINE: (LEFT, [2.0, 1.0, 2.0, 2.0]),
+    CREASE: (LEFT, [60.0, 110.0, 130.0, 30.0]),
+    PRINT: (LEFT, 0.4 * LEFT),
+    SHADOW: (LEFT, [120.0, 20.0, 150.0, 60.0]),
+    HIGHLIGHT: (LEFT, [120.0, 90.0, 400.0, 60.0]),
+    NOISE: (LEFT, LEFT + 1.0),
+}
+
+
+def sides(pairs: list[tuple[Floats, Floats]]) -> Sides:
+    near = np.array([[left, right] for left, right in pairs], np.float32).transpose(2, 1, 0)
+    return Sides(
+        near, near.copy(), np.full(near[:, 0].shape, 1.0, np.float32), np.ones(near[:, 0].shape, bool)
+    )
+
+
+def kinds_of(found: Sides) -> list[int]:
+    return [int(kind) for kind in likelihoods(found, 1.0).argmax(axis=0)]
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+@pytest.mark.parametrize("kind", OF_KIND)
+def test_each_kind_is_told_from_how_it_answers_to_the_lights(kind: int, swapped: bool) -> None:
+    left, right = (np.asarray(side) for side in OF_KIND[kind])
+    assert kinds_of(sides([(right, left) if swapped else (left, right)])) == [kind]
+
+
+def test_what_a_steady_light_leaves_out_is_its_shadow() -> None:
+    assert kinds_of(sides([(LEFT + 66.0, LEFT)])) == [SHADOW]
+
+
+def test_a_dark_groove_is_no_background() -> None:
+    outline = sides([(LEFT, np.full(4, 2.0))])
+    groove = outline._replace(brightest=np.array([[LEFT, LEFT]], np.float32).transpose(2, 1, 0))
+    assert kinds_of(outline) == [OUTLINE]
+    assert kinds_of(groove) != [OUTLINE]
+
+
+def test_a_clipped_or_black_channel_says_nothing() -> None:
+    for kind, (left, right) in OF_KIND.items():
+        good = sides([(np.asarray(left), np.asarray(right))])
+        for grey, known in ((255.0, False), (0.0, True)):
+            bad = sides([(np.r_[left, grey], np.r_[right, grey])])
+            bad.known[-1] = known
+            assert kinds_of(bad) == kinds_of(good) == [kind]
+
+
+def test_a_common_mean_is_integrated_out() -> None:
+    random = np.random.default_rng(0)
+    x, variance = random.normal(size=(3, 2)), random.uniform(0.1, 1.0, (3, 2))
+    means = np.linspace(-8.0, 8.0, 4001)
+    density = np.exp(log_normal(x[..., None] - means, variance[..., None]).sum(axis=0))
+    prior = np.exp(log_normal(means - 0.3, np.full(1, BACKGROUND_SD**2)))
+    expected = np.log(np.trapezoid(density * prior, means, axis=1))
+    np.testing.assert_allclose(log_normal_of_one_mean(x, variance, 0.3, BACKGROUND_SD), expected, rtol=1e-6)
+
+
+def test_em_finds_how_frequent_the_kinds_are() -> None:
+    random = np.random.default_rng(1)
+    truth = random.choice(len(KINDS), 4000, p=[0.4, 0.3, 0.2, 0.1, 0.0, 0.0])
+    likelihood = random.normal(0.0, 1.0, (len(KINDS), 4000))
+    likelihood[truth, np.arange(4000)] += 4.0
+    probability, share = fit_kinds(likelihood)
+    np.testing.assert_allclose(probability.sum(axis=0), 1.0)
+    np.testing.assert_allclose(share[:4], [0.4, 0.3, 0.2, 0.1], atol=0.03)
+    assert share[4:].max() < 0.03
+
+
+def channels(exposures: tuple[float, ...] = (1.0, 1.0, 1.0)) -> list[ChannelStatistics]:
+    images = polygon_with_shadows(3)
+    return [channel_statistics(image, exposure) for image, exposure in zip(images, exposures, strict=True)]
+
+
+def test_shadows_are_not_among_the_fixed_edges() -> None:
+    found = edge_kinds(channels())
+    fixed, shadow = found.of_kinds(FIXED), found.of_kinds([SHADOW])
+    likeliest = found.probability.argmax(axis=0)
+    of_light = likeliest == SHADOW
+    assert of_light.any()
+    assert np.median(fixed.strength[of_light]) < 0.05 * np.median(shadow.strength[of_light])
+
+
+def test_the_tables_columns_agree() -> None:
+    found = edge_kinds(channels())
+    table = kinds_table(found)
+    count = len(found.edges)
+    assert table["points"].shape == (count, 2)
+    assert table["probability"].shape == (count, len(KINDS))
+    assert table["step"].shape == table["significance"].shape == table["speaks"].shape == (count, 3)
+    np.testing.assert_allclose(table["probability"].sum(axis=1), 1.0, atol=1e-3)
+    assert np.all(table["place_sd_px"] > 0)
+    picture = kinds_picture(found)
+    assert picture.shape == (*found.edges.shape, 3)
+    assert picture.any()
+
+
+def test_the_place_is_as_sure_as_is_said() -> None:
+    random = np.random.default_rng(2)
+    clean = step(0.3, 0.25, 60, 140).astype(float)
+    errors, said = [], []
+    for _ in range(12):
+        pair = [
+            np.clip(clean * gain + random.normal(0.0, 4.0, clean.shape), 0, 255).round()
+            for gain in (0.9, 1.2)
+        ]
+        found = edge_kinds([channel_statistics(image.astype(np.uint8)) for image in pair])
+        strong = found.edges.mass > 0.5 * found.edges.mass.max()
+        points = found.edges.points[strong] - 0.5 * (np.array(clean.shape[::-1]) - 1)
+        errors.append(points @ np.array([np.cos(0.3), np.sin(0.3)]) - 0.25)
+        said.append(kinds_table(found)["place_sd_px"][strong])
+    assert 0.4 < np.std(np.concatenate(errors)) / np.mean(np.concatenate(said)) < 1.6
+
+
+def test_one_light_tells_no_kinds() -> None:
+    with pytest.raises(BadInput, match="kinds"):
+        edge_kinds(channels()[:1])
+
+
+def test_images_without_edges_have_none() -> None:
+    even = channel_statistics(np.full((40, 50), 90, np.uint8))
+    found = edge_kinds([even, replace(even)])
+    assert len(found.edges) == found.probability.shape[1] == 0
+    assert kinds_table(found)["points"].shape == (0, 2)
+
+
+@pytest.mark.parametrize("grey", [0, 255], ids=["black", "white"])
+def test_a_blank_image_among_good_ones_changes_nothing(grey: int) -> None:
+    good = channels()
+    blank = channel_statistics(np.full((120, 160), grey, np.uint8))
+    with_it, without = edge_kinds([good[0], blank, *good[1:]]), edge_kinds(good)
+    assert with_it.used == (0, 2, 3)
+    np.testing.assert_array_equal(with_it.probability, without.probability)
+    np.testing.assert_array_equal(with_it.of_kinds(FIXED).ridge, without.of_kinds(FIXED).ridge)
+    np.testing.assert_array_equal(merge_channels([*good, blank]).ridge, merge_channels(good).ridge)
+    assert len(merge_channels([blank])) == 0
+
+
+def test_a_saturated_image_among_good_ones_tells_no_kinds() -> None:
+    images = polygon_with_shadows(3)
+    good = [channel_statistics(image) for image in images]
+    bright = channel_statistics(np.clip(images[0].astype(int) * 6, 0, 255).astype(np.uint8))
+    np.testing.assert_array_equal(edge_kinds([*good, bright]).probability, edge_kinds(good).probability)

@@ -1,0 +1,57 @@
+"""Whether the images of a set show one scene."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.vision_server.edge_scenes import Image, polygon_with_shadows
+from vision_server.channels.channel import channel_statistics
+from vision_server.edges.moved import FEWEST_EDGELS, SureEdgels, moved_since, movement, sure_edgels
+
+
+def edgels(image: Image) -> SureEdgels:
+    return sure_edgels(channel_statistics(image))
+
+
+@pytest.fixture(scope="module")
+def lit() -> list[Image]:
+    return [np.repeat(np.repeat(image, 2, axis=0), 2, axis=1) for image in polygon_with_shadows(4)]
+
+
+def test_another_light_moves_nothing(lit: list[Image]) -> None:
+    seen = [edgels(image) for image in lit]
+    assert seen[0].at.sum() > FEWEST_EDGELS
+    assert all(movement(before, after) is None for before in seen for after in seen)
+
+
+@pytest.mark.parametrize("shift", [(6, -5), (-9, 14), (25, -20)])
+def test_what_moved_is_said_and_where(lit: list[Image], shift: tuple[int, int]) -> None:
+    moved = np.roll(lit[1], (shift[1], shift[0]), axis=(0, 1))
+    found = movement(edgels(lit[0]), edgels(moved))
+    assert found is not None
+    np.testing.assert_allclose(found.shift_px, shift, atol=5.0)
+    left, top, right, bottom = found.box_px
+    centre = 160 + shift[0], 120 + shift[1]
+    # the square, 120 x 100 px, and its shadow beside it, up to 28 px away
+    assert centre[0] - 90 < left < right < centre[0] + 90
+    assert centre[1] - 80 < top < bottom < centre[1] + 80
+
+
+def test_an_image_that_agrees_with_one_before_it_did_not_move(lit: list[Image]) -> None:
+    moved = edgels(np.roll(lit[1], (12, 12), axis=(0, 1)))
+    still = edgels(lit[0])
+    assert moved_since([still], moved) is not None
+    assert moved_since([still, edgels(np.roll(lit[2], (12, 12), axis=(0, 1)))], moved) is None
+    assert moved_since([], moved) is None
+
+
+def test_nothing_to_see_is_no_movement() -> None:
+    nothing = SureEdgels(np.zeros((240, 320), np.uint8), 1.0)
+    assert movement(nothing, nothing) is None
+
+
+def test_bands_that_blur_makes_of_edges_did_not_move(lit: list[Image]) -> None:
+    moved = edgels(np.roll(lit[1], (6, -5), axis=(0, 1)))
+    assert movement(edgels(lit[0]), moved) is not None
+    assert movement(edgels(lit[0]), moved._replace(blur_px=5.0)) is None

@@ -1,0 +1,51 @@
+"""A part that is not quite its model: a stretched model tells, and its pose is not believed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from geometry.model import Model
+from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
+from vision_server.pipeline import Estimate, estimate_pose
+from vision_server.pose.stretch import stretched
+from vision_server.pose.trust import WORTH_DOUBTING, Misfit, confidence
+
+TRUSTED = 0.93  # the merit is 1 there
+GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
+
+
+def estimated(part: Model, model: Model) -> Estimate:
+    picture = photographed(linear_picture(part, CAMERA, POSE, GREYS))
+    return estimate_pose(one_image(picture), ["i1"], model, CAMERA, POSE)
+
+
+def test_the_pose_of_a_true_model_is_believed(model: Model) -> None:
+    assert estimated(model, model).score > 0.95
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("percent", [3.0, 10.0])
+def test_the_pose_of_a_part_wider_than_its_model_is_not_believed(
+    model: Model, axis: int, percent: float
+) -> None:
+    wider = stretched(model, np.log(1.0 + percent / 100.0) * np.eye(3)[axis])
+    assert estimated(wider, model).score < TRUSTED - 0.1
+
+
+def test_a_part_of_another_size_is_the_same_part_at_another_range(model: Model) -> None:
+    larger = stretched(model, np.full(3, np.log(1.05)))
+    assert np.allclose(np.ptp(larger.vertices, axis=0), 1.05 * np.ptp(model.vertices, axis=0))
+    assert estimated(larger, model).score > WORTH_DOUBTING
+
+
+def test_a_stretched_model_that_fits_better_lowers_the_score(model: Model) -> None:
+    estimate = estimated(model, model)
+    support, spread = estimate.support, estimate.uncertainty
+    assert support is not None
+    assert spread is not None
+    plain = confidence(support, 0.0, spread)
+    none = Misfit(significance=0.0, gain=0.0, log_scale=(0.0, 0.0, 0.0))
+    assert confidence(support, 0.0, spread, none) == plain
+    for doubt in (replace(none, significance=100.0), replace(none, gain=1.0)):
+        assert confidence(support, 0.0, spread, doubt) < plain - 0.02

@@ -1,0 +1,73 @@
+"""The evidence of lines: what is seen speaks for a pose, what is missing hardly against it; rivals."""
+
+import math
+
+import numpy as np
+import pytest
+
+from geometry.visibility import Samples
+from vision_server.pose.support import HIDDEN, PoseSupport
+from vision_server.pose.trust import Misfit, ambiguity, confidence, odds
+
+SPACING_PX = 2.0
+
+
+def support(*shares: float, length_px: float = 40.0) -> PoseSupport:
+    """Of lines of one length, each seen along such a share of it."""
+    count = int(length_px / SPACING_PX)
+    line = np.repeat(np.arange(len(shares)), count)
+    seen = np.concatenate([np.arange(count) < round(share * count) for share in shares])
+    empty = np.zeros((len(line), 3))
+    fields = {name: empty for name in Samples._fields} | {"line": line, "px": np.full(len(line), SPACING_PX)}
+    return PoseSupport(
+        rms_px=1.0, supported_fraction=float(seen.mean()), strength=0.5, clipped_fraction=0.0, names=["i1"],
+        samples=Samples(**fields), distance=np.where(seen, 0.1, 4.0), supports=seen[None],
+        trust=np.ones((1, len(shares))),
+    )  # fmt: skip
+
+
+def test_a_line_that_is_not_seen_may_be_hidden() -> None:
+    assert support(1.0, 1.0).evidence - support(1.0, 1.0, 0.0).evidence == pytest.approx(HIDDEN)
+    assert support(1.0, 1.0).confirmed == support(1.0, 1.0, 0.0).confirmed
+    assert support(1.0, 1.0, 0.0, 0.0).missing == 0.5
+
+
+def test_edges_by_chance_are_no_evidence() -> None:
+    assert support(0.5, 0.5).confirmed == 0.0
+    assert support(0.9).confirmed > support(0.7).confirmed > 0.0
+
+
+def test_a_long_line_is_one_line() -> None:
+    assert support(1.0, length_px=400.0).confirmed == support(1.0).confirmed
+    assert support(1.0, 1.0).confirmed == pytest.approx(2.0 * support(1.0).confirmed)
+
+
+def test_a_rival_that_leaves_seen_lines_unexplained_is_none() -> None:
+    """A dial turned by one of its twelve parts hides its lug: it misses nothing, but explains less."""
+    right, turned = support(*[1.0] * 12, 0.9, 0.9, 0.9, 0.5), support(*[1.0] * 12)
+    assert turned.supported_fraction > right.supported_fraction
+    assert odds(right, turned) < 0.05
+    assert odds(turned, right) == 1.0
+    assert ambiguity(turned, [(right, 0.0)]) == 1.0
+    assert ambiguity(right, []) == 0.0
+
+
+def test_what_a_seed_pose_rules_out_must_explain_more() -> None:
+    own = support(*[1.0] * 6)
+    assert odds(own, own, 10.0) < 0.05 < odds(own, own) == 1.0
+
+
+def test_the_probability_falls_with_each_doubt() -> None:
+    good = support(*[0.9] * 8)
+    sure = confidence(good, 0.0, 0.001)
+    assert sure > 0.93
+    assert confidence(support(*[0.9] * 8, *[0.0] * 4), 0.0, 0.001) < sure
+    assert confidence(support(*[0.9] * 3), 0.0, 0.001) < sure
+    assert confidence(good, 0.0, 0.001, Misfit(30.0, 0.0, (0.0, 0.0, 0.0))) < sure - 0.02
+    assert confidence(good, 0.0, 0.001, Misfit(0.0, 1.0, (0.0, 0.0, 0.0))) < sure - 0.02
+    assert confidence(good, 1.0, 0.001) == pytest.approx(0.5 * sure)
+
+
+def test_a_pose_of_one_degree_is_right_in_half_of_the_cases_at_most() -> None:
+    within = math.erf(1.0 / (math.sqrt(2.0) * 1.3))
+    assert confidence(support(*[1.0] * 20), 0.0, 0.01) <= within

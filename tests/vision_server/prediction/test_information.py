@@ -1,0 +1,81 @@
+"""What settings are said to add, where the answer is plain."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.model import Model
+from geometry.pose import Pose
+from tests.vision_server.prediction.lit_scenes import POSITIONS, lit
+from tests.vision_server.synthetic import CAMERA, POSE
+from vision_server.prediction.information import Candidates, Forecast, Sensor, View, blur_inputs
+
+SENSOR = Sensor(full_scale_e=10000.0, read_noise_e=4.0, gamma=1.0)
+
+
+def candidates(rows: list[tuple[float, float, float]]) -> Candidates:
+    """Rows of exposure and two lights' outputs, all of the same shutter and aperture."""
+    table = np.array(rows)
+    shutter, aperture = np.full(len(rows), 1 / 60), np.full(len(rows), 4.0)
+    return Candidates(table[:, 0], table[:, 1:], blur_inputs(shutter, aperture, 4.0, 1 / 60))
+
+
+def gains(
+    model: Model,
+    taken: list[tuple[float, float, float]],
+    asked: list[tuple[float, float, float]],
+    support: NDArray[np.float64] | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    images = [lit(model, row[1:], row[0]) for row in taken]
+    view = View(model, CAMERA, POSE, np.ones(len(model.lines)) if support is None else support)
+    return Forecast(view, images, candidates(taken), POSITIONS, SENSOR).gains(candidates(asked))
+
+
+def test_darkness_adds_nothing_and_light_that_was_missing_much(model: Model) -> None:
+    bits, _ = gains(model, [(0.02, 1.0, 0.0)], [(0.001, 0.0, 0.0), (1.0, 0.0, 1.0)])
+    assert bits[0] < 0.3
+    assert bits[1] > 3.0
+
+
+def test_glare_adds_less_than_a_proper_exposure(model: Model) -> None:
+    bits, _ = gains(model, [(0.05, 1.0, 1.0)], [(30.0, 1.0, 1.0), (0.8, 1.0, 1.0)])
+    assert bits[0] < 0.5 * bits[1]
+
+
+def test_more_of_the_same_adds_less_each_time(model: Model) -> None:
+    row = (1.0, 1.0, 1.0)
+    once, _ = gains(model, [row], [row])
+    twice, _ = gains(model, [row, row], [row])
+    assert 0.0 < twice[0] < once[0]
+
+
+def test_light_that_may_show_unseen_lines_is_preferred_to_light_that_did_not(
+    model: Model,
+) -> None:
+    support = np.ones(len(model.lines))
+    support[::2] = 0.0
+    bits, line = gains(model, [(1.0, 1.0, 0.0)], [(1.0, 1.0, 0.0), (1.0, 0.0, 1.0)], support)
+    assert bits[1] > 2.0 * bits[0]
+    assert support[line[1]] == 0.0
+
+
+def test_a_line_is_placed_worse_in_the_dark_and_better_the_more_light_there_is(model: Model) -> None:
+    rows = [(1.0, 1.0, 1.0)]
+    view = View(model, CAMERA, POSE, np.ones(len(model.lines)))
+    known = Forecast(view, [lit(model, rows[0][1:])], candidates(rows), POSITIONS, SENSOR)
+    dark, dim, bright = known.line_sd(candidates([(1e-5, 1.0, 1.0), (0.02, 1.0, 1.0), (0.5, 1.0, 1.0)]))
+    visible = np.unique(known.samples.line)
+    hidden = np.setdiff1d(np.arange(len(model.lines)), visible)
+    assert np.isinf(bright[hidden]).all()
+    assert np.isinf(dark[visible]).mean() > 0.5
+    assert np.isfinite(bright[visible]).all()
+    assert (bright[visible] <= dim[visible]).all()
+
+
+def test_a_target_out_of_sight_gains_nothing(model: Model) -> None:
+    behind = Pose(np.zeros(3), np.array([0.0, 0.0, -1.0]))
+    view = View(model, CAMERA, behind, np.ones(len(model.lines)))
+    images = [lit(model, (1.0, 1.0))]
+    asked = candidates([(1.0, 1.0, 1.0)])
+    bits, line = Forecast(view, images, asked, POSITIONS, SENSOR).gains(asked)
+    assert bits.tolist() == [0.0]
+    assert line.tolist() == [-1]

@@ -1,0 +1,74 @@
+"""The example of docs/tracking.md against a vision server on a real socket."""
+
+import re
+import tempfile
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bridge.errors import ServerError
+from bridge.serve import Server
+from geometry.model import TARGETS, load_model
+from geometry.pose import Pose
+from tests.vision_server.synthetic import CAMERA, linear_picture, photographed
+from vision_server.client import Vision
+from vision_server.serve.server import VisionServer
+
+MODEL = load_model(TARGETS / "cube.cao")
+GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
+FIRST = Pose(np.array([0.5, 0.7, 0.1]), np.array([0.01, 0.0, 5.0 * MODEL.diameter]))
+STEP = np.array([0.0, 0.002, 0.003]) * MODEL.diameter
+
+
+@pytest.fixture
+def endpoint() -> Iterator[str]:
+    with tempfile.TemporaryDirectory(prefix="t") as folder:
+        server = Server(VisionServer(), f"ipc://{folder}/vision")
+        thread = threading.Thread(target=server.run)
+        thread.start()
+        yield f"ipc://{folder}/vision"
+        server.stop()
+        thread.join(20)
+
+
+def frames(count: int) -> tuple[list[Pose], list[Any]]:
+    poses = [Pose(FIRST.rotation_vector, FIRST.translation + k * STEP) for k in range(count)]
+    greys = np.resize(GREYS, len(MODEL.faces))
+    return poses, [
+        photographed(linear_picture(MODEL, CAMERA, pose, greys), 0.8, seed=k) for k, pose in enumerate(poses)
+    ]
+
+
+def test_the_example_of_the_docs_follows_a_target_and_judges_its_pose(endpoint: str, root: Path) -> None:
+    text = (root / "docs" / "tracking.md").read_text()
+    (example,) = (code for code in re.findall(r"```python\n(.*?)```", text, re.S) if "Vision(" in code)
+    assert example.index("    verdict") > 0
+    poses, shown = frames(4)
+    names: dict[str, Any] = {"camera": CAMERA.to_dict(), "seed_pose": FIRST.to_dict(), "frames": shown}
+    code = example.replace("ipc:///tmp/vision", endpoint).replace(
+        "targets/cube.cao", str(TARGETS / "cube.cao")
+    )
+    exec(code, names)
+    told, verdict = names["told"], names["verdict"]
+    assert told["frame"] == 3
+    assert told["state"] == "sure"
+    assert Pose.from_dict(told["pose"]).error_to(poses[-1]).within(0.3, 0.003)
+    assert verdict["state"] == "ok"
+    assert verdict["probability"] > 0.8
+
+
+def test_a_wrong_pose_is_not_ok_and_a_frame_of_another_size_is_refused(endpoint: str) -> None:
+    _, (frame,) = frames(1)
+    wrong = Pose(FIRST.rotation_vector + np.array([0.0, 0.12, 0.0]), FIRST.translation)
+    with Vision(endpoint, TARGETS / "cube.cao", CAMERA.to_dict(), FIRST.to_dict()) as vision:
+        verdict = vision.check(wrong.to_dict(), frame)
+        assert verdict["state"] != "ok"
+        assert verdict["better"] is not None
+        assert 5.0 < verdict["difference"]["rotation_deg"] < 9.0
+        with pytest.raises(ServerError, match="Frame 0 has 8x6 px"):
+            vision.track(np.zeros((6, 8), np.uint8))
+        assert vision.track(frame)["state"] == "sure"

@@ -1,0 +1,104 @@
+"""Poses on whole lines: what rounded edges do to them, and what lines that are off do to the covariance."""
+
+import numpy as np
+
+from benchmarks.printed_boxes import Box, sharp, taken
+from geometry.pose import Pose
+from geometry.rotation import matrix_of
+from tests.vision_server.synthetic import CAMERA, photographed
+from vision_server.channels.channel import Grey
+from vision_server.pose.observation import observe
+from vision_server.tracking.fitting import Habits, fitted
+from vision_server.tracking.frame import Tone, Window, problem_of
+from vision_server.tracking.lines import line_fits, rounding_shifts
+
+ALBEDO = (0.3, 0.8, 0.5, 0.9, 0.2, 0.7)
+TURNS = ([0.5, 0.6, 0.1], [2.4, 0.5, 0.3], [0.4, -2.2, 0.6], [-0.6, 0.5, 1.4])
+TONE = Tone.of(1.0, 0.01)
+SPACING_PX = 2.0
+
+
+def plain_box(radius_m: float) -> Box:
+    """Without print."""
+    prints = np.ones((6, 8, 8)) * np.reshape(ALBEDO, (6, 1, 1))
+    return Box(np.array([0.05, 0.04, 0.03]), radius_m, prints)
+
+
+def pictured(box: Box, pose: Pose, seed: int = 0) -> Grey:
+    lamp = np.array([0.4, -0.5, -1.0])
+    behind = np.full((CAMERA.height, CAMERA.width), 0.05)
+    return photographed(taken(box, [pose], CAMERA, lamp / np.linalg.norm(lamp), behind), 0.9, seed=seed)
+
+
+def seen_at(turn: list[float]) -> Pose:
+    return Pose.from_matrix(matrix_of(np.array(turn)), np.array([0.01, -0.01, 0.4]))
+
+
+def test_outlines_of_rounded_boxes_lie_where_the_shift_says() -> None:
+    radius, offsets, shifts = 0.005, [], []
+    box = plain_box(radius)
+    for turn in TURNS:
+        pose = seen_at(turn)
+        problem = problem_of(Window(pictured(box, pose), CAMERA), sharp(box), TONE)
+        seen = observe(problem, pose, 4.0, SPACING_PX)
+        shift, slack = rounding_shifts(problem, pose, seen)
+        held = np.isfinite(seen.offset[0]) & (slack == 0.0) & (seen.from_end > 6.0)
+        offsets.append(seen.offset[0, held])
+        shifts.append(radius * shift[held])
+    offset, shift = np.concatenate(offsets), np.concatenate(shifts)
+    assert np.abs(shift).max() > 1.5
+    assert np.median(np.abs(offset - shift)) < 0.2
+    assert np.median(np.abs(offset)) > 0.5
+
+
+def test_a_line_that_is_off_and_turned_is_told_so() -> None:
+    box = plain_box(0.0005)
+    pose = seen_at(TURNS[0])
+    problem = problem_of(Window(pictured(box, pose), CAMERA), sharp(box), TONE)
+    seen = observe(problem, pose, 3.0, SPACING_PX)
+    line = int(np.bincount(seen.samples.line).argmax())
+    moved = np.where(seen.samples.line == line, 0.7 + 0.4 * seen.along, 0.0)
+    zeros, base = np.zeros(len(moved)), np.isfinite(seen.offset).astype(float)
+    before = line_fits(seen, base, zeros, zeros)
+    after = line_fits(seen._replace(offset=seen.offset + moved), base, zeros, zeros)
+    change = after.value - before.value
+    assert np.abs(change[:, 0]).max() > 0.5
+    changed = np.abs(change).max(axis=1) > 1e-3
+    assert changed.sum() == 1
+    row = int(np.flatnonzero(changed)[0])
+    held = (seen.samples.line == line) & np.isfinite(seen.offset[0])
+    np.testing.assert_allclose(change[row, 0], np.mean(moved[held]), atol=0.05)
+    np.testing.assert_allclose(change[row, 1], 0.4, atol=0.05)
+
+
+def test_the_covariance_covers_the_errors_of_rounded_boxes_and_tells_when_lines_are_off() -> None:
+    squares, sharper = [], []
+    for number, turn in enumerate(TURNS):
+        pose = seen_at(turn)
+        spread = []
+        for radius in (0.0002, 0.002):
+            box = plain_box(radius)
+            problem = problem_of(Window(pictured(box, pose, number), CAMERA), sharp(box), TONE)
+            fit = fitted(problem, pose, 3.0, SPACING_PX, Habits.of(sharp(box)))
+            assert fit is not None
+            turned = pose.compose(fit.pose.inverse())
+            step = np.r_[turned.rotation_vector, pose.translation - turned.matrix @ fit.pose.translation]
+            squares.append(step @ np.linalg.solve(fit.covariance, step))
+            spread.append(fit.off_px2)
+        sharper.append(spread[0] < spread[1])
+    assert np.max(squares) < 16.81
+    assert all(sharper)
+
+
+def test_what_was_learnt_moves_slowly_to_what_frames_say() -> None:
+    box = plain_box(0.003)
+    pose = seen_at(TURNS[0])
+    problem = problem_of(Window(pictured(box, pose), CAMERA), sharp(box), TONE)
+    first = habits = Habits.of(sharp(box))
+    for _ in range(150):
+        fit = fitted(problem, pose, 3.0, SPACING_PX, habits)
+        assert fit is not None
+        habits = habits.after(fit)
+    assert habits.radius_sd_m < first.radius_sd_m
+    assert 0.0 <= habits.radius_m < 0.006
+    assert habits.seen > first.seen

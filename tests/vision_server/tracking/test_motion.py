@@ -1,0 +1,55 @@
+"""The filter: what it foresees, and what its innovations are worth."""
+
+import numpy as np
+import pytest
+
+from geometry.pose import Pose
+from geometry.rotation import matrix_of
+from vision_server.tracking.motion import Motion, about
+
+MIDDLE = np.array([0.1, -0.05, 0.2])
+SD = np.repeat([1e-3, 5e-4], 3)
+PERIOD_S = 1 / 30
+
+
+def moving(seconds: float) -> Pose:
+    """A target that turns about its middle at constant speed."""
+    turn = matrix_of(np.array([0.3, -0.5, 0.2]) * seconds)
+    centre = np.array([0.1, 0.0, 2.0]) + seconds * np.array([0.2, -0.1, 0.3])
+    return Pose.from_matrix(turn, centre - turn @ MIDDLE)
+
+
+def test_it_foresees_a_constant_velocity_and_is_surprised_as_much_as_it_says() -> None:
+    rng = np.random.default_rng(0)
+    motion, surprises = None, []
+    covariance = about(-moving(0.0).apply(MIDDLE[None])[0], np.diag(SD**2))
+    for k in range(200):
+        true = moving(k * PERIOD_S)
+        centre = true.apply(MIDDLE[None])[0]
+        covariance = about(-centre, np.diag(SD**2))
+        step = rng.normal(0, SD)
+        turn = matrix_of(step[:3]) @ true.matrix
+        measured = Pose.from_matrix(turn, centre + step[3:] - turn @ MIDDLE)
+        if motion is None:
+            motion = Motion.at_rest(measured, covariance, MIDDLE)
+            continue
+        motion = motion.after(PERIOD_S)
+        surprises.append(motion.surprise(measured, covariance, MIDDLE))
+        motion = motion.measured(measured, covariance, MIDDLE)
+    assert motion is not None
+    ahead = motion.after(PERIOD_S).pose(MIDDLE)
+    assert ahead.error_to(moving(200 * PERIOD_S)).within(0.2, 0.002)
+    assert 3.0 < np.mean(surprises[50:]) < 9.0  # 6 where it is honest
+    jumped = Pose(ahead.rotation_vector, ahead.translation + np.array([0.2, 0.0, 0.0]))
+    assert motion.after(PERIOD_S).surprise(jumped, covariance, MIDDLE) > 38.3
+
+
+def test_the_covariance_of_a_step_about_the_middle_and_about_the_camera() -> None:
+    centre = np.array([0.3, -0.2, 1.5])
+    covariance = np.diag(SD**2)
+    assert about(-centre, about(centre, covariance)) == pytest.approx(covariance)
+    pose = Pose(np.zeros(3), centre)
+    delta = np.array([0.01, 0.0, 0.0, 0.0, 0.0, 0.0])  # about the camera it moves what is far away
+    moved = pose.stepped(delta).translation - centre
+    spread = about(centre, np.outer(delta, delta))
+    assert np.sqrt(np.diag(spread)[3:]) == pytest.approx(np.abs(moved), rel=1e-2, abs=1e-4)

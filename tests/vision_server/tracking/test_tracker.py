@@ -1,0 +1,83 @@
+"""Following a cuboid: sure while it is right, lost when it is gone, found again; and odd frames."""
+
+import numpy as np
+import pytest
+
+from bridge.errors import BadInput
+from geometry.model import Model
+from geometry.pose import Pose, disturbed
+from tests.vision_server.synthetic import CAMERA, POSE
+from tests.vision_server.tracking.films import filmed, moving
+from vision_server.tracking.tracker import Tracked, Tracker
+
+NEAR = disturbed(POSE, np.random.default_rng(1), 10.0, 10.0, CAMERA.fx)
+
+
+def followed(model: Model, poses: list[Pose | None]) -> list[Tracked]:
+    tracker = Tracker(model, CAMERA, NEAR)
+    return [tracker.step(frame) for frame in filmed(model, poses)]
+
+
+def test_a_moving_target_is_followed_surely(model: Model) -> None:
+    poses = moving(20, still=3)
+    told = followed(model, list(poses))
+    for true, one in zip(poses, told, strict=True):
+        assert one.pose is not None
+        assert one.pose.error_to(true).within(0.3, 0.003)
+    states = [one.state for one in told]
+    assert states.count("sure") >= 18
+    assert [one.frame for one in told] == list(range(20))
+
+
+def test_covariances_are_honest(model: Model) -> None:
+    poses = moving(40, still=40)
+    squares = []
+    for one in followed(model, list(poses)):
+        assert one.pose is not None
+        turn = POSE.compose(one.pose.inverse())
+        step = np.r_[turn.rotation_vector, POSE.translation - turn.matrix @ one.pose.translation]
+        squares.append(step @ np.linalg.solve(one.covariance, step))
+    assert np.mean(np.array(squares) <= 16.81) >= 0.97
+
+
+def test_a_target_that_leaves_is_lost_at_once_and_found_again(model: Model) -> None:
+    poses: list[Pose | None] = [*moving(6), *[None] * 6, *moving(6)]
+    told = followed(model, poses)
+    assert {one.state for one in told[7:12]} == {"lost"}
+    assert told[8].pose is None
+    assert told[8].covariance is None
+    assert told[-1].state == "sure"
+    assert told[-1].pose is not None
+    assert poses[-1] is not None
+    assert told[-1].pose.error_to(poses[-1]).within(0.3, 0.003)
+
+
+def test_a_jump_that_no_motion_foresees_is_found(model: Model) -> None:
+    far = Pose(POSE.rotation_vector, POSE.translation + np.array([0.025, 0.01, 0.0]))  # 27 px
+    told = followed(model, [POSE, POSE, POSE, far, far, far])
+    for one in told[3:]:
+        assert one.pose is not None
+        assert one.pose.error_to(far).within(0.3, 0.003)
+    assert told[-1].state == "sure"
+
+
+def test_another_thing_is_never_sure(model: Model) -> None:
+    rng = np.random.default_rng(0)
+    tracker = Tracker(model, CAMERA, NEAR)
+    blocks = np.kron(rng.integers(20, 220, (6, 8)), np.ones((40, 40)))
+    for _ in range(6):
+        frame = np.clip(blocks + rng.normal(0, 2, blocks.shape), 0, 255).astype(np.uint8)
+        assert tracker.step(frame).state != "sure"
+
+
+def test_a_frozen_camera_and_a_clock_that_goes_back_are_said(model: Model) -> None:
+    frame = next(filmed(model, [POSE]))
+    tracker = Tracker(model, CAMERA, NEAR)
+    assert tracker.step(frame, 1.0).note == ""
+    assert "frozen" in tracker.step(frame, 1.1).note
+    assert "goes back" in tracker.step(next(filmed(model, [POSE], 0.7)), 0.5).note
+
+
+def test_a_frame_of_another_size_is_refused(model: Model) -> None:
+    with pytest.raises(BadInput, match="Frame 0 has 100x80 px of uint8, the camera 320x240"):
+        Tracker(model, CAMERA, NEAR).step(np.zeros((80, 100), np.uint8))

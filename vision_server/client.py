@@ -1,0 +1,83 @@
+"""The vision server from Python: frames in, poses out, and judgements of poses from elsewhere."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.client import Client
+
+Grey = NDArray[np.uint8]
+SETTINGS = {"lights": [], "shutter_s": 1 / 60, "aperture": 4.0}  # of images that are equally exposed
+
+
+class Vision:
+    """A session with one target and one camera on a running vision server; `with` ends it.
+
+    Parameters
+    ----------
+    endpoint : where `python -m vision_server serve --endpoint ...` listens.
+    model : the target's model file.
+    camera : a TOML file with [camera], or that table.
+    seed_pose : camera_T_target about where the target is: rotation_vector (rad) and translation (m).
+    unit : of the model file.
+    timeout_s : deadline of each request.
+
+    Raises
+    ------
+    ServerError : what the server says of bad input; so does each method.
+    BridgeTimeout : no answer in time; so does each method.
+    """
+
+    def __init__(
+        self,
+        endpoint: str,
+        model: str | Path,
+        camera: str | Path | Mapping[str, Any],
+        seed_pose: Mapping[str, Any],
+        unit: str = "m",
+        timeout_s: float = 20.0,
+    ) -> None:
+        args: dict[str, Any] = {"model": str(model), "unit": unit, "seed_pose": dict(seed_pose)}
+        if isinstance(camera, Mapping):
+            args["camera"] = dict(camera)
+        else:
+            args["camera_file"] = str(camera)
+        self._numbers = itertools.count(1)
+        self._client = Client(endpoint, timeout_s)
+        try:
+            self._client.request("start", args)
+        except BaseException:
+            self._client.close()
+            raise
+
+    def track(self, frame: Grey, time_s: float | None = None) -> dict[str, Any]:
+        """The pose in the next frame, uint8 (H, W): `frame`, `state`, `pose`, `covariance` and more."""
+        return self._client.request("track", {"time_s": time_s}, arrays=[np.ascontiguousarray(frame)])[0]
+
+    def check(self, pose: Mapping[str, Any], *images: Grey) -> dict[str, Any]:
+        """Whether a pose is right, by images of a still scene: `probability`, `state`, `better` and more."""
+        names = [f"check{next(self._numbers)}" for _ in images]
+        for name, image in zip(names, images, strict=True):
+            self._client.request(
+                "add", {"image": name, "settings": SETTINGS}, arrays=[np.ascontiguousarray(image)]
+            )
+        try:
+            return self._client.request("check", {"pose": dict(pose), "images": names})[0]
+        finally:
+            for name in names:
+                self._client.request("discard", {"image": name})
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        try:
+            self._client.request("end")
+        finally:
+            self._client.close()

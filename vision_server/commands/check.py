@@ -1,0 +1,88 @@
+"""`python -m vision_server check`: whether a pose from elsewhere is right."""
+
+from __future__ import annotations
+
+import json
+import sys
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import Any
+
+from bridge.command_line import number, whole_number
+from bridge.errors import EXIT_BAD_INPUT, BadInput, LightsAndCameraError
+from vision_server.commands.edges import add_exposures
+from vision_server.commands.estimate import add_model_and_camera, read_set
+
+EXITS = {"ok": 0, "doubtful": 1, "lost": 3}
+
+
+def add_options(parser: ArgumentParser) -> None:
+    """Options of the command."""
+    parser.description = f"{parser.description} Exit status: 0 ok, 1 doubtful, 3 lost, 2 bad input."
+    parser.add_argument(
+        "images", metavar="IMAGE", nargs="+", type=Path, help="Image files of one set, one size."
+    )
+    add_model_and_camera(parser)
+    parser.add_argument(
+        "--pose", required=True, type=Path, metavar="TOML",
+        help="File with rotation_vector (rad) and translation (m), camera_T_target.",
+    )  # fmt: skip
+    add_exposures(parser)
+    parser.add_argument("--json", action="store_true", help="One JSON object on stdout.")
+    parser.add_argument(
+        "--seed", type=whole_number(0), default=0, metavar="N",
+        help="Seed of the search's draws (default: %(default)s).",
+    )  # fmt: skip
+    parser.add_argument(
+        "--unit", default="m", help="Unit of the model file: m, cm, mm or in (default: %(default)s)."
+    )
+    parser.add_argument(
+        "--gamma", type=number(0.01, 100.0),
+        help="Tone curve to undo: linear = grey^gamma; else [camera] gamma, or what the files tell.",
+    )  # fmt: skip
+
+
+def run(options: Namespace) -> int:
+    """Judge and print; the exit status."""
+    try:
+        values = _judged(options)
+    except LightsAndCameraError as error:
+        print(f"vision_server: {error}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+    if options.json:
+        print(json.dumps(values, allow_nan=False))
+    else:
+        _print(values)
+    return EXITS[values["state"]]
+
+
+def _judged(options: Namespace) -> dict[str, Any]:
+    from geometry.errors import GeometryError
+    from vision_server.pipeline import PipelineSettings
+    from vision_server.serve.inputs import read_camera, read_model, read_seed_pose
+    from vision_server.serve.results import judgement_result
+    from vision_server.tracking.referee import judged
+
+    camera, table = read_camera(options.camera)
+    model = read_model(options.model, options.unit)
+    pose = read_seed_pose(options.pose, model)
+    images, names, tone_sd_px = read_set(options, camera, table)
+    settings = PipelineSettings(seed=options.seed, tone_sd_px=tone_sd_px)
+    try:
+        found = judged(images, names, model, camera, pose, settings)
+    except GeometryError as error:
+        raise BadInput(str(error)) from error
+    return judgement_result(pose, found)
+
+
+def _print(values: dict[str, Any]) -> None:
+    print(f"{values['state']}: right to 1 degree and 1 % with probability {values['probability']:.2f}")
+    if values["better"] is not None:
+        apart = values["difference"]
+        print(
+            f"A better pose is {apart['rotation_deg']:.2f} degrees and {1e3 * apart['translation_m']:.2f} mm "
+            f"away: rotation_vector = {values['better']['rotation_vector']}, "
+            f"translation = {values['better']['translation']}"
+        )
+    if values["disagreeing_lines"]:
+        print("Lines of the model that are not seen: " + ", ".join(map(str, values["disagreeing_lines"])))

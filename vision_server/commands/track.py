@@ -1,0 +1,119 @@
+"""`python -m vision_server track`: the pose of a moving target in every frame."""
+
+from __future__ import annotations
+
+import json
+import sys
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bridge.command_line import number, whole_number
+from bridge.errors import EXIT_BAD_INPUT, LightsAndCameraError
+from vision_server.commands.estimate import add_model_and_camera, started_at, told_gamma
+
+if TYPE_CHECKING:
+    from vision_server.tracking.tracker import Tracked, Tracker
+
+EXIT_NO_POSE = 3
+
+
+def add_options(parser: ArgumentParser) -> None:
+    """Options of the command."""
+    parser.description = f"{parser.description} Exit status: 0 found in some frame, 3 in none, 2 bad input."
+    parser.add_argument(
+        "frames", metavar="FRAME", nargs="+", type=Path,
+        help="Image files in order; or one folder of them, one video, one camera (/dev/video0).",
+    )  # fmt: skip
+    add_model_and_camera(parser)
+    parser.add_argument(
+        "--seed-pose", type=Path, metavar="TOML",
+        help="File with [target.seed_pose], where the target is at first; without it, anywhere.",
+    )  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="One JSON object a frame on stdout.")
+    parser.add_argument(
+        "--overlay", type=Path, metavar="OUT.mp4", help="A film of the frames with the model drawn."
+    )
+    parser.add_argument(
+        "--fps", type=number(0.01, 1e5), default=30.0, metavar="N",
+        help="Frames a second of image files (default: %(default)g).",
+    )  # fmt: skip
+    parser.add_argument(
+        "--seed", type=whole_number(0), default=0, metavar="N",
+        help="Seed of the searches' draws (default: %(default)s).",
+    )  # fmt: skip
+    parser.add_argument(
+        "--unit", default="m", help="Unit of the model file: m, cm, mm or in (default: %(default)s)."
+    )
+    parser.add_argument(
+        "--gamma", type=number(0.01, 100.0),
+        help="Tone curve to undo: linear = grey^gamma; else [camera] gamma, or what the files tell.",
+    )  # fmt: skip
+
+
+def run(options: Namespace) -> int:
+    """Track and print; the exit status."""
+    from report.errors import ReportError
+
+    try:
+        return _tracked(options)
+    except (LightsAndCameraError, ReportError) as error:
+        print(f"vision_server: {error}", file=sys.stderr)
+        return EXIT_BAD_INPUT
+
+
+def _tracked(options: Namespace) -> int:
+    from vision_server.tracking.sources import Source
+
+    source = Source(options.frames)
+    tracker = _tracker(options, source.gamma)
+    film = None
+    if options.overlay is not None:
+        from report.film import Film
+
+        film = Film(options.overlay, tracker.model, tracker.camera, options.fps)
+    found = 0
+    try:
+        for index, frame in enumerate(source):
+            told = tracker.step(frame.pixels, index / options.fps if frame.time_s is None else frame.time_s)
+            found += told.pose is not None
+            _show(told, frame.name, options.json)
+            if film is not None:
+                film.add(frame.pixels, told.pose, told.support, f"{told.frame} {told.state}")
+    finally:
+        if film is not None:
+            film.close()
+    if source.warning:
+        print(f"vision_server: {source.warning}", file=sys.stderr)
+    return 0 if found else EXIT_NO_POSE
+
+
+def _tracker(options: Namespace, file_gamma: float | None) -> Tracker:
+    from vision_server.channels.tone import KNOWN_TONE_SD_PX, NOMINAL_TONE_SD_PX
+    from vision_server.serve.inputs import read_camera, read_model
+    from vision_server.tracking.tracker import Tracker
+
+    camera, table = read_camera(options.camera)
+    model = read_model(options.model, options.unit)
+    start = started_at(options, model, camera)
+    given = told_gamma(options.gamma, table)
+    nominal = given is None and file_gamma is not None
+    gamma = given or file_gamma or 1.0
+    return Tracker(
+        model, camera, start, gamma, NOMINAL_TONE_SD_PX if nominal else KNOWN_TONE_SD_PX, options.seed
+    )
+
+
+def _show(told: Tracked, name: str, as_json: bool) -> None:
+    if told.note:
+        print(f"vision_server: {name}: {told.note}", file=sys.stderr)
+    if as_json:
+        from vision_server.serve.results import tracked_result
+
+        print(json.dumps(tracked_result(told), allow_nan=False), flush=True)
+        return
+    place = ""
+    if told.pose is not None:
+        x, y, z = told.pose.translation
+        place = f"  {x:+.4f} {y:+.4f} {z:+.4f} m"
+    print(f"{told.frame:6d}  {told.state:<6}{place}  {1e3 * told.seconds:.1f} ms", flush=True)

@@ -1,0 +1,301 @@
+"""First sight: where in the image, how far and how turned a target may be of which nothing is known.
+
+The target is drawn as it looks from directions all over the sphere, each at several turns about the line of
+sight and several sizes: a template is some points of its visible lines with their directions. A template is
+laid everywhere on the image at once, by adding up shifted maps of how near the next image edge of like
+direction is, as LINEMOD does with its response maps (S. Hinterstoisser et al., 2012), on maps that are the
+directional distance transforms of M.-Y. Liu et al. (2010). The best places become poses, which
+the matcher aligns.
+"""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.tracing import trace
+from geometry.visibility import MIN_LINE_PX
+from numerics.kernels import kernel
+from vision_server.matching.match import Anywhere
+from vision_server.matching.nearest_edges import BINS, CELL_PX, GAIN_REACH_PX, nearest_edges
+from vision_server.matching.views import UNBOUNDED_PX, frame_towards, sparse_solid
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Offsets = NDArray[np.int16]
+Bytes = NDArray[np.uint8]
+
+DIRECTIONS = 320  # on the sphere, 11 degrees apart ...
+ROLLS = 30  # ... each turned by 12 degrees about the line of sight
+LARGEST, SMALLEST = 1.3, 0.18  # the target's diameter, over the smaller side of the frame
+SIZE_STEP = 1.19
+SIZES_A_GRID = 4  # sizes that share one grid of cells
+CELLS_ACROSS = 40  # of the largest target of a grid
+REACH_CELLS = 3.0  # an edge this far from a template's point is worth nothing to it
+POINTS = 64  # of a template
+FEWEST_POINTS = 8
+VIEW_DEG = 50.0  # around a direction of view that is told
+
+
+class Templates(NamedTuple):
+    """Templates of one size; T of them, at most P points each.
+
+    Attributes
+    ----------
+    offset : (T, P, 2) int16, row and column of each point from the target's middle, cells.
+    bin : (T, P) int16, of the directions.
+    points : (T,) int64, how many.
+    length : (T,) float64, image length of the visible lines, cells.
+    """
+
+    offset: Offsets
+    bin: Offsets
+    points: Ints
+    length: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """Poses that are worth a look: (N, 3, 3), (N, 3), and what each scored, (N,)."""
+
+    rotations: Floats
+    translations: Floats
+    scores: Floats
+
+
+def directions_on_sphere(count: int) -> Floats:
+    """Unit vectors (N, 3), evenly: a Fibonacci lattice."""
+    number = np.arange(count) + 0.5
+    height = 1.0 - 2.0 * number / count
+    turn = math.pi * (3.0 - math.sqrt(5.0)) * number
+    across = np.sqrt(1.0 - height**2)
+    return np.column_stack([across * np.cos(turn), across * np.sin(turn), height])
+
+
+def sizes_px(camera: Camera, diameter: float, anywhere: Anywhere) -> list[Floats]:
+    """Diameters of the target in the image that are tried, px, largest first, those that share a grid."""
+    side = min(camera.width, camera.height)
+    largest, smallest = LARGEST * side, SMALLEST * side
+    if anywhere.range_m is not None:
+        largest, smallest = (diameter * camera.fx / range_m for range_m in anywhere.range_m)
+    count = 1 + math.ceil(math.log(largest / smallest) / math.log(SIZE_STEP))
+    sizes = largest / SIZE_STEP ** np.arange(count)
+    return np.split(sizes, range(SIZES_A_GRID, count, SIZES_A_GRID))
+
+
+def directions_of(anywhere: Anywhere) -> Floats:
+    """The directions (V, 3) from which the target may be seen, in its frame."""
+    directions = directions_on_sphere(DIRECTIONS)
+    if anywhere.view is None:
+        return directions
+    towards = np.array(anywhere.view) / np.linalg.norm(anywhere.view)
+    seen: Floats = directions[directions @ towards >= math.cos(math.radians(VIEW_DEG))]
+    return seen
+
+
+def candidates(
+    segments: Floats, model: Model, camera: Camera, sizes: Floats, most: int, directions: Floats
+) -> Candidates:
+    """The most promising poses anywhere in the frame, best first.
+
+    Parameters
+    ----------
+    segments : (N, 4), ideal px.
+    sizes : diameters of the target in the image, px, that share one grid of cells, largest first.
+    directions : (V, 3), unit, from which the target is looked at, in its frame.
+    """
+    frames = np.array([frame_towards(-one) for one in directions])
+    cell_px = sizes[0] / CELLS_ACROSS
+    gain = gains(segments, camera, cell_px)
+    views = _views(model, camera, frames, float(sizes[len(sizes) // 2]), cell_px)
+    with ThreadPoolExecutor(2) as cores:
+        found = list(
+            cores.map(lambda size: _at_size(gain, views, model, camera, frames, float(size), cell_px), sizes)
+        )
+    rotations, translations, scores = (
+        np.concatenate([getattr(one, name) for one in found])
+        for name in ("rotations", "translations", "scores")
+    )
+    best = np.argsort(-scores, kind="stable")[:most]
+    return Candidates(rotations[best], translations[best], scores[best])
+
+
+def gains(segments: Floats, camera: Camera, cell_px: float) -> Bytes:
+    """How near the next edge of like direction is, (BINS, h, w) uint8: 255 on it, 0 REACH_CELLS away."""
+    scale = CELL_PX / cell_px
+    small = Camera(
+        max(1, math.ceil(camera.width * scale)), max(1, math.ceil(camera.height * scale)), 1.0, 1.0, 0.0, 0.0
+    )
+    table = nearest_edges(scale * segments, small)
+    steps = GAIN_REACH_PX / CELL_PX / REACH_CELLS
+    return np.asarray(np.clip(255.0 - steps * (255.0 - table.gain), 0.0, 255.0).astype(np.uint8))
+
+
+def range_of(model: Model, camera: Camera, size_px: float) -> float:
+    """How far the middle of a target is that is so wide in the image, metres."""
+    return model.diameter * camera.fx / size_px
+
+
+def _views(
+    model: Model, camera: Camera, frames: Floats, size_px: float, cell_px: float
+) -> list[tuple[Floats, Floats, Floats]]:
+    """Points (N, 3) and directions (N, 3) about the middle, in the frame of each view, and their px (N,)."""
+    solid, middle = sparse_solid(model), model.middle
+    distance = range_of(model, camera, size_px)
+    bounds = np.array([-UNBOUNDED_PX, -UNBOUNDED_PX, UNBOUNDED_PX, UNBOUNDED_PX])
+
+    def seen(frame: Floats) -> tuple[Floats, Floats, Floats]:
+        translation = np.array([0.0, 0.0, distance]) - frame @ middle
+        found = trace(solid, frame, translation, camera.intrinsics, bounds, cell_px, cell_px, MIN_LINE_PX)
+        return (found.points - middle) @ frame.T, found.along @ frame.T, found.px
+
+    return [seen(np.ascontiguousarray(frame)) for frame in frames]
+
+
+def _at_size(
+    gain: Bytes,
+    views: list[tuple[Floats, Floats, Floats]],
+    model: Model,
+    camera: Camera,
+    frames: Floats,
+    size_px: float,
+    cell_px: float,
+) -> Candidates:
+    """The best place of each view and roll at one size, as poses."""
+    distance = range_of(model, camera, size_px)
+    made = templates(views, camera, distance, cell_px)
+    score, place = vote(gain, *made)
+    number = np.arange(len(score))
+    view, roll = number // ROLLS, number % ROLLS
+    pixels = (place[:, ::-1] + 0.5) * cell_px - 0.5
+    rotations, translations = _poses(frames[view], 2.0 * np.pi * roll / ROLLS, pixels, camera, distance)
+    return Candidates(rotations, translations - rotations @ model.middle, score)
+
+
+def templates(
+    views: list[tuple[Floats, Floats, Floats]], camera: Camera, distance: float, cell_px: float
+) -> Templates:
+    """Each view at each roll, as seen from a distance."""
+    total = len(views) * ROLLS
+    offset, bins = np.zeros((total, POINTS, 2), np.int16), np.zeros((total, POINTS), np.int16)
+    count, length = np.zeros(total, np.int64), np.zeros(total)
+    rolls = 2.0 * np.pi * np.arange(ROLLS) / ROLLS
+    cosine, sine = np.cos(rolls)[:, None], np.sin(rolls)[:, None]
+    scale = camera.fx / cell_px
+    for number, (points, along, px) in enumerate(views):
+        if len(px) < FEWEST_POINTS:
+            continue
+        some = _evenly(px, POINTS)
+        ahead = points[some]
+        depth = np.maximum(ahead[:, 2] + distance, 1e-3 * distance)
+        x, y = scale * ahead[:, 0] / depth, scale * ahead[:, 1] / depth
+        dx = along[some, 0] - ahead[:, 0] / depth * along[some, 2]
+        dy = along[some, 1] - ahead[:, 1] / depth * along[some, 2]
+        own = slice(number * ROLLS, (number + 1) * ROLLS)
+        kept = len(some)
+        offset[own, :kept, 0] = np.rint(sine * x + cosine * y)
+        offset[own, :kept, 1] = np.rint(cosine * x - sine * y)
+        angle = (np.arctan2(dy, dx)[None] + rolls[:, None]) % np.pi
+        bins[own, :kept] = np.minimum(angle * (BINS / np.pi), BINS - 1)
+        count[own], length[own] = kept, float(px.sum()) / cell_px
+    return Templates(offset, bins, count, length)
+
+
+def _evenly(px: Floats, most: int) -> Ints:
+    """Indices of at most so many samples, evenly along the image length they stand for."""
+    ends = np.cumsum(px)
+    kept = min(most, len(px))
+    return np.unique(np.searchsorted(ends, (np.arange(kept) + 0.5) * ends[-1] / kept))
+
+
+def _poses(
+    frames: Floats, rolls: Floats, pixels: Floats, camera: Camera, distance: float
+) -> tuple[Floats, Floats]:
+    """Rotations (N, 3, 3) and places (N, 3) of the middle: the view along the ray of each pixel."""
+    rays = np.column_stack(
+        [(pixels[:, 0] - camera.cx) / camera.fx, (pixels[:, 1] - camera.cy) / camera.fy, np.ones(len(pixels))]
+    )
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    cosine, sine, zero = np.cos(rolls), np.sin(rolls), np.zeros(len(rolls))
+    turn = np.stack([cosine, -sine, zero, sine, cosine, zero, zero, zero, zero + 1.0], axis=1)
+    x, y, z = rays.T  # the shortest turn from the optical axis to the ray
+    share = 1.0 / (1.0 + z)
+    across = -x * y * share
+    lean = np.stack([1.0 - x * x * share, across, x, across, 1.0 - y * y * share, y, -x, -y, z], axis=1)
+    return lean.reshape(-1, 3, 3) @ turn.reshape(-1, 3, 3) @ frames, distance * rays
+
+
+@kernel(nogil=True, boundscheck=False)
+def vote(gain: Bytes, offset: Offsets, bins: Offsets, count: Ints, length: Floats) -> tuple[Floats, Floats]:
+    """The best place of each template, every second row and column tried, and what it is worth there.
+
+    Worth: mean gain over what chance gives in these bins, times the root of the template's length.
+
+    Returns
+    -------
+    score (T,); place (T, 2), row and column of the target's middle, cells.
+    """
+    height, width = (gain.shape[1] + 1) // 2, (gain.shape[2] + 1) // 2
+    reach = 0
+    for t in range(len(count)):
+        for p in range(count[t]):
+            reach = max(reach, 1 + abs(offset[t, p, 0]) // 2, 1 + abs(offset[t, p, 1]) // 2)
+    # the cells of each parity apart, so that neighbours among the places are neighbours in memory; with so
+    # many empty columns after each row, and rows above and below, a shift is one number
+    stride = width + reach
+    before = reach * stride + reach
+    padded = np.zeros((len(gain), 4, before + height * stride + before), np.uint8)
+    chance = np.zeros(len(gain))
+    for b in range(len(gain)):
+        chance[b] = gain[b].mean()
+        for row in range(gain.shape[1]):
+            start = before + row // 2 * stride
+            for column in range(gain.shape[2]):
+                padded[b, row % 2 * 2 + column % 2, start + column // 2] = gain[b, row, column]
+    score, place = np.full(len(count), -np.inf), np.zeros((len(count), 2))
+    total = np.empty(height * stride, np.uint16)
+    for t in range(len(count)):
+        if count[t] == 0:
+            continue
+        total[:] = 0
+        expected = 0.0
+        for p in range(count[t]):
+            b, dy, dx = bins[t, p], offset[t, p, 0], offset[t, p, 1]
+            shift = before + (dy >> 1) * stride + (dx >> 1)
+            expected += chance[b]
+            _add(total, padded[b, (dy & 1) * 2 + (dx & 1), shift : shift + len(total)])
+        best, row, column = -1, 0, 0
+        for y in range(height):
+            most = _most(total[y * stride : y * stride + width])
+            if most > best:
+                best, row = most, y
+        for x in range(width):
+            if total[row * stride + x] == best:
+                column = x
+                break
+        score[t] = (best - expected) / count[t] / 255.0 * math.sqrt(length[t])
+        place[t, 0], place[t, 1] = 2 * row, 2 * column
+    return score, place
+
+
+@kernel(nogil=True)
+def _add(total: NDArray[np.uint16], some: Bytes) -> None:
+    """Add bytes to sums of two bytes; a loop of its own, which the compiler makes wide."""
+    for i in range(len(total)):
+        total[i] += some[i]
+
+
+@kernel(nogil=True)
+def _most(some: NDArray[np.uint16]) -> int:
+    """The largest of some sums."""
+    out = np.uint16(0)
+    for i in range(len(some)):
+        out = max(out, some[i])
+    return int(out)

@@ -1,0 +1,95 @@
+"""All poses that explain the images, with the chance of each: rivals, and turns that change nothing seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.pose import Pose
+from geometry.turns import Symmetry
+from vision_server.pose.trust import RIVAL_NATS
+
+Floats = NDArray[np.float64]
+
+SAME = (3.0, 0.03)  # degrees, share of the range: poses that are one, or images of one another by a symmetry
+LEAST_CHANCE = 0.01  # of a pose that is listed
+
+
+@dataclass(frozen=True, eq=False)
+class PoseChance:
+    """One of the poses that fit, and the probability that it is the right one."""
+
+    pose: Pose
+    probability: float
+
+
+def equivalent(one: Pose, other: Pose, symmetry: Symmetry) -> bool:
+    """Whether a symmetry of the target takes one pose to the other, within SAME."""
+    for turn in symmetry.turns:
+        turned = one.compose(turn)
+        if symmetry.free_axis is not None:
+            turned = turned_towards(turned, other, symmetry)
+        if turned.error_to(other).within(*SAME):
+            return True
+    return False
+
+
+def image_of(one: Pose, other: Pose, symmetry: Symmetry) -> bool:
+    """Whether a pose is another one turned by a symmetry, and so no rival of it."""
+    real = symmetry.turns if symmetry.free_axis is not None else symmetry.turns[1:]
+    return equivalent(one, other, replace(symmetry, turns=real))
+
+
+def turned_towards(pose: Pose, other: Pose, symmetry: Symmetry) -> Pose:
+    """The pose, turned about the free axis so that it is nearest to the other."""
+    axis, centre = symmetry.free_axis, symmetry.centre
+    assert axis is not None
+    between = pose.matrix.T @ other.matrix  # the turn Q about the axis that maximises trace(Q' between)
+    along = float(axis @ between @ axis)
+    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    cosine = float(np.trace(between)) - along
+    sine = -float(np.trace(cross @ between))
+    angle = np.arctan2(sine, cosine)
+    turn = Pose(angle * axis, np.zeros(3))
+    return pose.compose(Pose.from_matrix(turn.matrix, centre - turn.matrix @ centre))
+
+
+def chances(
+    found: Sequence[tuple[Pose, float]], symmetry: Symmetry, any_right: float
+) -> tuple[PoseChance, ...]:
+    """The distinct poses, most probable first, and the images of each by the target's symmetries.
+
+    Parameters
+    ----------
+    found
+        Poses and their evidence, nats, best first.
+    any_right
+        Probability that one of them is right.
+    """
+    distinct: list[tuple[Pose, float]] = []
+    for pose, evidence in found:
+        if not any(equivalent(pose, known, symmetry) for known, _ in distinct):
+            distinct.append((pose, evidence))
+    if not distinct:
+        return ()
+    nats = np.array([evidence for _, evidence in distinct]) / RIVAL_NATS
+    weights = np.exp(nats - nats.max())
+    shares = any_right * weights / weights.sum() / len(symmetry.turns)
+    return tuple(
+        PoseChance(pose.compose(turn), float(share))
+        for (pose, _), share in zip(distinct, shares, strict=True)
+        if share * len(symmetry.turns) >= LEAST_CHANCE
+        for turn in symmetry.turns
+    )
+
+
+def without_free_turn(covariance: Floats, pose: Pose, symmetry: Symmetry) -> Floats:
+    """The covariance (6, 6) of a pose whose turn about the free axis is taken for given."""
+    if symmetry.free_axis is None:
+        return covariance
+    held = np.r_[pose.matrix @ symmetry.free_axis, np.zeros(3)]
+    pull = covariance @ held
+    return np.asarray(covariance - np.outer(pull, pull) / (held @ pull))

@@ -1,0 +1,130 @@
+"""Is the model true? Stretched ones are fitted beside the best pose; one that fits clearly better says no.
+
+A part that is wider than its model still fits it along most lines, sharply and with a small uncertainty, at a
+pose that is off. No pose of the model tells; another model does. A scale of all axes together is the same as
+another range, so that two of the three scales can be seen at most.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.surface import face_normals
+from geometry.visibility import Samples
+from vision_server.pose.covariance import unknowns_of
+from vision_server.pose.hypotheses import edges_around, explained
+from vision_server.pose.ranking import COARSER, Refined, refined
+from vision_server.pose.refinement import Solution, prior_precision
+from vision_server.pose.steps import moved
+from vision_server.pose.trust import Misfit
+
+Floats = NDArray[np.float64]
+
+STRETCH_SD = 0.1  # of the logarithm of an axis' scale: what is still taken for the same part (chosen by hand)
+TOLERATED_SD = 0.003  # of it, for a model to be true: moves the pose by a third of what counts as wrong
+ENOUGH_SUPPORT = 0.95  # of the visible length, with which another model has nothing to explain
+LEAST_STRETCH = 0.01  # of an axis against another, for a fit to be of another part: what moves a pose by 1 %
+NEAR_PX = (4.0, 3.0)  # reaches
+SETTLED = 2  # steps of a fit towards its scales
+LARGEST = 0.3  # of a logarithm
+BANDS_PX = (1.5, 12.0, 40.0)  # around the lines, in which edges are looked for
+HELD = 0.6  # support of a line whose edge points hold the pose
+SCANNED = np.r_[-np.arange(2, 26), np.arange(2, 26)] * 0.01  # logarithms
+WORTH = 0.03  # of the visible length must be explained besides, for a fit
+BETWEEN_AXES = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])
+
+
+def misfit(best: Refined) -> Misfit:
+    """Look for a stretched model that fits better than a pose's own."""
+    step, covariance = _stretch(best.problem.model, best.solution)
+    between = BETWEEN_AXES @ step
+    covariance = covariance + TOLERATED_SD**2 * np.eye(3)
+    significance = float(between @ np.linalg.solve(BETWEEN_AXES @ covariance @ BETWEEN_AXES.T, between))
+    gain, scale = 0.0, step
+    starts = _scanned(best) if best.support.supported_fraction < ENOUGH_SUPPORT else []
+    itself = refined(best.problem, best.pose, NEAR_PX, best.spacing_px, COARSER) if starts else None
+    if itself is not None and itself.quality > 0.0:
+        for log_scale, quality in _followed(best, starts):
+            better = math.log2(max(quality, 1e-9) / itself.quality)
+            if better > gain and np.ptp(log_scale) >= LEAST_STRETCH:
+                gain, scale = better, log_scale
+    first, second, third = (float(x) for x in scale - scale.mean())
+    return Misfit(significance, gain, (first, second, third))
+
+
+def stretched(model: Model, log_scale: Floats) -> Model:
+    """The model with its axes scaled by exp(log_scale), (3,), about its middle."""
+    vertices = model.middle + (model.vertices - model.middle) * np.exp(log_scale)
+    return replace(model, vertices=vertices, face_normals=face_normals(vertices, model.faces))
+
+
+def _of_scales(samples: Samples, jacobian: Floats, model: Model, pose: Pose) -> Floats:
+    """Motion of samples along their normals, px per logarithm of the scale of each axis, (N, 3)."""
+    aside = samples.points - model.middle
+    return np.stack([(jacobian[:, 3:] @ pose.matrix[:, k]) * aside[:, k] for k in range(3)], axis=1)
+
+
+def _stretch(model: Model, solution: Solution) -> tuple[Floats, Floats]:
+    """Logarithms of the scales (3,) that bring the lines onto their edge points, with covariance (3, 3)."""
+    seen = solution.observation
+    rates = _of_scales(seen.samples, seen.jacobian, model, solution.pose)
+    step, covariance = unknowns_of(solution, rates, np.full(3, STRETCH_SD))
+    return step[-3:], covariance[-3:, -3:]
+
+
+def _scanned(best: Refined) -> list[tuple[Floats, Pose]]:
+    """Scales (3,) of one axis, with the poses at which lines that have an edge keep it and others get one."""
+    pose, model = best.pose, best.problem.model
+    near = edges_around(best.problem, pose, BANDS_PX)
+    if not near.offset.size:
+        return []
+    line, px, rows = near.samples.line, near.samples.px, near.jacobian
+    held = np.where((np.abs(near.offset) <= BANDS_PX[0]).any(axis=1), px, 0.0)
+    holds = np.zeros(len(model.lines), dtype=np.bool_)
+    holds[[one.line for one in best.support.lines if one.support >= HELD]] = True
+    held[~holds[line]] = 0.0
+    prior = prior_precision(float(np.linalg.norm(pose.translation)), 1.0)[:6]
+    rates = _of_scales(near.samples, rows, model, pose)
+    kept = -np.linalg.solve(
+        (rows * held[:, None]).T @ rows + np.diag(prior), rows.T @ (held[:, None] * rates)
+    )
+    rates = rates + rows @ kept
+    itself = explained(rows, near.offset, px, np.zeros(6))
+    out = []
+    for axis in range(3):
+        along = np.zeros_like(rows)
+        along[:, 0] = rates[:, axis]
+        gains = [explained(along, near.offset, px, np.r_[log, np.zeros(5)]) - itself for log in SCANNED]
+        most = int(np.argmax(gains))
+        if gains[most] > WORTH:
+            log = SCANNED[most]
+            out.append((gains[most], log * np.eye(3)[axis], moved(pose, log * kept[:, axis], near.centre)))
+    out.sort(key=lambda one: -one[0])
+    return [(scale, start) for _, scale, start in out]
+
+
+def _followed(best: Refined, starts: list[tuple[Floats, Pose]]) -> list[tuple[Floats, float]]:
+    """Scales (3,) and qualities of the fits that starts lead to."""
+    found = []
+    for first, start in starts:
+        scale, fit = first, _fitted(best, first, start)
+        for _ in range(SETTLED):
+            if fit is None:
+                break
+            found.append((scale, fit.quality))
+            scale = np.clip(scale + _stretch(fit.problem.model, fit.solution)[0], -LARGEST, LARGEST)
+            fit = _fitted(best, scale, fit.pose)
+        if fit is not None:
+            found.append((scale, fit.quality))
+    return found
+
+
+def _fitted(best: Refined, scale: Floats, start: Pose) -> Refined | None:
+    problem = replace(best.problem, model=stretched(best.problem.model, scale))
+    return refined(problem, start, NEAR_PX, best.spacing_px, COARSER)

@@ -1,0 +1,1 @@
+"""What images under other settings would show of a pose, line by line."""

@@ -1,0 +1,206 @@
+"""What an image under other settings would add to a pose: the expected gain of its information, in bits.
+
+Each sample of a visible line gets, in each image, the variance with which its edge would be placed there
+(the Cramer-Rao bound of a blurred step in the sensor's noise, and what is not noise); the set's images and
+the new one together fix the pose with the precision L = sum_i J_i J_i' / variance_i. The gain is log2 det L
+of both over that of the set.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.visibility import Samples, visible_samples
+from vision_server.channels.noise import QUANTISATION_SD_GREY
+from vision_server.pose.sampling import thinned
+from vision_server.pose.steps import step_jacobian, turning_point
+from vision_server.pose.weights import SYSTEMATIC_SD_PX
+from vision_server.prediction.response import LitImage, Response, learn_response
+
+Floats = NDArray[np.float64]
+
+MOST_SAMPLES, LEAST_OF_LINE = 200, 2  # of all visible lines together: more change no choice; chosen by hand
+# As in the controller's prediction of whole images (domain/reasoning/prediction.pl), which explains them.
+CROWDING, EDGE_CONTRAST = 0.05, 0.4
+SAFE_HIGHLIGHT, OVERSHOOT_POWER = 0.9, 4
+BLUR_PRIOR_PX2, BLUR_TRUST = np.array([1.0, 0.5, 0.5]), np.array([2.0, 0.002, 0.002])
+LEAST_BLUR_PX2 = 0.25
+UNPLACED_PX = 4.0  # a line that would be placed no better is not found: as far as its support is looked for
+DETECTED_SNR = 3.0  # a step under so many standard deviations of the noise is mostly not found; by hand
+SEARCH_SD = 0.17, 0.1  # of a pose before any image: rad, share of the range; about the search's own range
+
+
+class Sensor(NamedTuple):
+    """Noise of a camera: electrons at full scale, of read noise; gamma of its grey values."""
+
+    full_scale_e: float
+    read_noise_e: float
+    gamma: float
+
+    def variance(self, level: Floats) -> Floats:
+        """Of linear brightness 0..1: shot noise, read noise, rounding to whole greys."""
+        seen = np.clip(level, 1e-4, 1.0)
+        rounding = QUANTISATION_SD_GREY / 255.0 * self.gamma * seen ** (1.0 - 1.0 / self.gamma)
+        read = self.read_noise_e / self.full_scale_e
+        return np.asarray(seen / self.full_scale_e + read**2 + rounding**2)
+
+
+class Candidates(NamedTuple):
+    """M settings: relative exposure (M,), light outputs (M, L), what blurs (M, 3), see `blur_inputs`."""
+
+    exposure: Floats
+    lights: Floats
+    blur: Floats
+
+
+def blur_inputs(shutter: Floats, aperture: Floats, widest: float, reference_s: float) -> Floats:
+    """Terms of the squared blur, (M, 3): the lens, defocus with the aperture, motion with the shutter."""
+    return np.stack([np.ones_like(shutter), (widest / aperture) ** 2, (shutter / reference_s) ** 2], axis=1)
+
+
+class View(NamedTuple):
+    """A target before a camera, and the share of each model line that the set shows there, 0..1, (L,)."""
+
+    model: Model
+    camera: Camera
+    pose: Pose
+    support: Floats
+
+
+class Forecast:
+    """What the lines of a target would show under settings to come, learnt from a set of images.
+
+    Parameters
+    ----------
+    images, taken
+        The set, not empty, and the settings it was taken under.
+    positions
+        (3,) m of each light, camera frame, or None where it is not known.
+
+    Attributes
+    ----------
+    samples
+        Of the visible lines, perhaps none.
+    response
+        Brightness beside them.
+    """
+
+    def __init__(
+        self,
+        view: View,
+        images: Sequence[LitImage],
+        taken: Candidates,
+        positions: Sequence[Floats | None],
+        sensor: Sensor,
+    ) -> None:
+        model, camera, pose, support = view
+        self.view, self.taken, self.sensor = view, taken, sensor
+        self.samples = spread_samples(model, camera, pose)
+        if len(self.samples.line) == 0:
+            return
+        self.response = learn_response(self.samples, model, pose, images, positions)
+        self._blur = _blur_coefficients(taken.blur, np.array([image.blur_px for image in images]))
+        self._seen = support[self.samples.line]
+        precision, shared = self._placing(taken)
+        precision *= self._seen
+        self._known = precision.sum(axis=0)
+        self._common = (precision * shared).sum(axis=0)
+        self._weight = _weight(self.samples.px, self._known, self._common)
+        centre = turning_point(model, pose)
+        jacobian = step_jacobian(camera, pose.apply(self.samples.points), self.samples.normal, centre)
+        self._outer = (jacobian[:, :, None] * jacobian[:, None, :]).reshape(len(jacobian), 36)
+        range_m = float(np.linalg.norm(pose.translation))
+        self._prior = np.diag(np.repeat([1.0 / SEARCH_SD[0] ** 2, 1.0 / (SEARCH_SD[1] * range_m) ** 2], 3))
+        self._before = self._log_det(self._weight)
+
+    def gains(self, candidates: Candidates) -> tuple[Floats, NDArray[np.int64]]:
+        """Bits that each candidate adds, (M,), and the model line that gains most by it, (M,), or -1."""
+        if len(self.samples.line) == 0:
+            return np.zeros(len(candidates.exposure)), np.full(len(candidates.exposure), -1)
+        precision, shared = self._placing(candidates)
+        # under light not seen yet the exposure is a guess, and light like the set's shows nothing new
+        precision /= (1.0 + self.response.uncertainty(candidates.lights))[:, None] ** 2
+        precision *= 1.0 - np.outer(_likeness(self.response, self.taken, candidates), 1.0 - self._seen)
+        common = self._common + precision * shared
+        weights = _weight(self.samples.px, self._known + precision, common)
+        by_line = (weights - self._weight) @ (self.samples.line[:, None] == np.arange(len(self.view.support)))
+        bits = (self._log_det(weights) - self._before) / math.log(2.0)
+        return np.asarray(bits), np.argmax(by_line, axis=1)
+
+    def line_sd(self, candidates: Candidates) -> Floats:
+        """Standard deviation, px, with which each line's edge would be placed anywhere along it, (M, L).
+
+        Infinite where a line is not visible, or would not be found.
+        """
+        precision, shared = self._placing(candidates)
+        variance = 1.0 / np.maximum(precision, 1e-12) + shared
+        on_line = (self.samples.line[:, None] == np.arange(len(self.view.support))) * self.samples.px[:, None]
+        mean = (variance @ on_line) / np.maximum(on_line.sum(axis=0), 1e-12)
+        return np.where((mean > 0.0) & (mean < UNPLACED_PX**2), np.sqrt(mean), np.inf)
+
+    def _placing(self, settings: Candidates) -> tuple[Floats, Floats]:
+        """Precision, 1/px^2, with which noise lets each sample be placed, (M, N); variance that all share."""
+        blur = np.sqrt(np.maximum(settings.blur @ self._blur, LEAST_BLUR_PX2))
+        mean, variance = self.response.brightness(settings.exposure, settings.lights)
+        shared = SYSTEMATIC_SD_PX**2 + CROWDING * blur**3
+        return _placing(mean, variance, blur, self.sensor), shared[:, None]
+
+    def _log_det(self, weights: Floats) -> Floats:
+        precision = (weights @ self._outer).reshape(*weights.shape[:-1], 6, 6) + self._prior
+        return np.asarray(np.linalg.slogdet(precision)[1])
+
+
+def spread_samples(model: Model, camera: Camera, pose: Pose) -> Samples:
+    """Samples of all visible lines, evenly along each, about MOST_SAMPLES together."""
+    samples = visible_samples(model, camera, pose, 1.0)
+    lines = max(1, len(np.unique(samples.line)))
+    return thinned(samples, max(LEAST_OF_LINE, MOST_SAMPLES // lines))
+
+
+def _likeness(response: Response, taken: Candidates, candidates: Candidates) -> Floats:
+    """How like the light of each candidate is to one of the set, 0..1, (M,): it will not show more.
+
+    The squared cosine between the contributions of sun and lights to the mean brightness of the target.
+    """
+    directions = []
+    for lights in (taken.lights, candidates.lights):
+        light = np.hstack([np.ones((len(lights), 1)), lights]) * response.pooled
+        directions.append(light / np.maximum(np.linalg.norm(light, axis=1, keepdims=True), 1e-12))
+    return np.asarray((directions[1] @ directions[0].T).max(axis=1) ** 2)
+
+
+def _weight(px: Floats, precision: Floats, common: Floats) -> Floats:
+    """Precision of samples in all images together: noise averages out, what is not noise does not."""
+    total = np.maximum(precision, 1e-12)
+    return np.asarray(px / (common / total + 1.0 / total))
+
+
+def _placing(mean: Floats, variance: Floats, blur: Floats, sensor: Sensor) -> Floats:
+    """Precision, 1/px^2, that noise leaves the place of each sample's edge, (M, N); inputs (M, 2, N)."""
+    seen = np.minimum(mean, 1.0)
+    # two sides of which nothing is known, each uncertain by its brightness, differ by EDGE_CONTRAST of it
+    unknown2 = 0.5 * EDGE_CONTRAST**2 * variance.sum(axis=1) * (mean < 1.0).all(axis=1)
+    height2 = (seen[:, 0] - seen[:, 1]) ** 2 + unknown2
+    noise2 = sensor.variance(seen.mean(axis=1))
+    width = blur[:, None]
+    place2 = 2.0 * math.sqrt(math.pi) * width * noise2 / np.maximum(height2, 1e-12)
+    overshoot = np.maximum(1.0, mean.max(axis=1) / SAFE_HIGHLIGHT) ** OVERSHOOT_POWER
+    detected = 1.0 - np.exp(-height2 / (DETECTED_SNR**2 * noise2))
+    return np.asarray(detected / (place2 * overshoot))
+
+
+def _blur_coefficients(inputs: Floats, blur_px: Floats) -> Floats:
+    """Coefficients (3,) of the squared blur: least squares, relative, towards the prior; none negative."""
+    seen = blur_px > 0.0
+    rows = inputs[seen] / np.maximum(blur_px[seen, None] ** 2, LEAST_BLUR_PX2)
+    trust = BLUR_TRUST / BLUR_PRIOR_PX2**2
+    found = np.linalg.solve(rows.T @ rows + np.diag(trust), rows.sum(axis=0) + trust * BLUR_PRIOR_PX2)
+    return np.asarray(np.maximum(found, 0.0))

@@ -1,0 +1,138 @@
+"""What settings would add to a task's best pose: the set's images and the device put into numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.messages import CameraDescription, Settings
+from bridge.vision_messages import FoundSettings, Gain, PredictArgs, PredictResult
+from geometry.pose import Pose
+from stack.exposure import light_powers
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.support import support_at
+from vision_server.prediction.information import Candidates, Forecast, Sensor, View, blur_inputs
+from vision_server.prediction.response import LitImage
+from vision_server.prediction.search import Ints, climb
+from vision_server.prediction.surprise import moved_to
+from vision_server.serve.task import PoseTask
+
+SPACING_PX = 3.0  # of samples: a third of what an estimate looks at
+LEAST_SCORE = 0.5  # of a pose, for its prediction to be held against an image
+LIGHT_STEPS = 1 / 4, 1 / 8  # of a light's levels, that search turns it by; chosen by hand
+
+Floats = NDArray[np.float64]
+
+
+def predict(task: PoseTask, args: PredictArgs) -> PredictResult:
+    """Answer the operation `predict`."""
+    images = args.images or tuple(task.applied)
+    task.images.check(images)
+    found = task.estimate_of(images)
+    known = None if found is None or found.pose is None else forecast(task, images, found.pose)
+    task.expected = None if found is None or found.score < LEAST_SCORE else found.pose
+    if known is None:
+        return PredictResult(gains=None)
+    bits, lines = known.gains(numbers(task, args.settings))
+    gains = tuple(Gain(bits=b, line=max(n, 0)) for b, n in zip(bits.tolist(), lines.tolist(), strict=True))
+    more: tuple[FoundSettings, ...] = ()
+    if args.search:
+        more = _searched(task, known, args.settings, int(np.argmax(bits)))[: args.search]
+    return PredictResult(gains=gains, found=more)
+
+
+def forecast(task: PoseTask, images: Sequence[str], pose: Pose) -> Forecast:
+    """What these images (not none) tell of images to come."""
+    taken = numbers(task, [task.applied[name] for name in images])
+    lit = [lit_image(task, name, taken.exposure[row], taken.lights[row]) for row, name in enumerate(images)]
+    describe = task.describe
+    camera = describe.camera or CameraDescription(width=1, height=1, fx=1.0, fy=1.0, cx=0.0, cy=0.0)
+    sensor = Sensor(camera.full_well_e / task.gain, camera.read_noise_e, task.gamma)
+    positions = [None if light.position is None else np.array(light.position) for light in describe.lights]
+    view = View(task.model, task.camera, pose, _support(task, images, pose))
+    return Forecast(view, lit, taken, positions, sensor)
+
+
+def lit_image(task: PoseTask, name: str, exposure: float, lights: Floats) -> LitImage:
+    """An image of the set as readings of brightness; made once."""
+    if name not in task.lit:
+        channel = task.images.images[name].statistics
+        linear = channel.linear / np.float32(255.0)
+        task.lit[name] = LitImage(linear, exposure, lights, channel.blur_px)
+    return task.lit[name]
+
+
+def target_moved(task: PoseTask, image: str) -> bool:
+    """Whether the target has moved before this image, of which something was foreseen, was taken."""
+    if task.expected is None:
+        return False
+    problem = PoseProblem.at_scale(task.images.gradients([image]), task.model, task.camera)
+    if moved_to(problem, task.expected) is None:
+        return False
+    task.expected = task.best = None
+    return True
+
+
+def _searched(
+    task: PoseTask, known: Forecast, given: Sequence[Settings], best: int
+) -> tuple[FoundSettings, ...]:
+    """What search finds from the best of the given settings; a light that is off in all of them stays off."""
+    describe, start = task.describe, given[best]
+    shutters, apertures = sorted(describe.shutters_s), sorted(describe.apertures)
+    lit = [any(levels) for levels in zip(*(one.lights for one in given), strict=True)]
+    counts = [light.levels for light in describe.lights]
+    steps = [_steps(count) if on else () for count, on in zip(counts, lit, strict=True)]
+
+    def settings(knobs: Ints) -> Settings:
+        *levels, shutter, aperture = knobs.tolist()
+        return msgspec.structs.replace(
+            start, lights=tuple(levels), shutter_s=shutters[shutter], aperture=apertures[aperture]
+        )
+
+    def bits(knobs: Ints) -> Floats:
+        return known.gains(numbers(task, [settings(row) for row in knobs]))[0]
+
+    here = (_nearest(shutters, start.shutter_s), _nearest(apertures, start.aperture))
+    tops = [*(count - 1 for count in counts), len(shutters) - 1, len(apertures) - 1]
+    looked, _ = climb(bits, np.array([*start.lights, *here]), tops, [*steps, (-1, 1), (-1, 1)])
+    found = [settings(row) for row in looked]
+    gains, lines = known.gains(numbers(task, found))
+    return tuple(
+        FoundSettings(settings=one, bits=b, line=max(n, 0))
+        for one, b, n in zip(found, gains.tolist(), lines.tolist(), strict=True)
+    )
+
+
+def _steps(levels: int) -> tuple[int, ...]:
+    sizes = {max(1, round(share * levels)) for share in LIGHT_STEPS}
+    return tuple(sorted({sign * size for size in sizes for sign in (-1, 1)})) if levels > 1 else ()
+
+
+def _nearest(offered: Sequence[float], value: float) -> int:
+    return int(np.argmin(np.abs(np.array(offered) - value)))
+
+
+def _support(task: PoseTask, images: Sequence[str], pose: Pose) -> Floats:
+    """Share of each model line that the images show at a pose, (L,)."""
+    problem = PoseProblem.at_scale(task.images.gradients(images), task.model, task.camera)
+    found = support_at(problem, pose, SPACING_PX)
+    support = np.zeros(len(task.model.lines))
+    for line in () if found is None else found.lines:
+        support[line.line] = line.support
+    return support
+
+
+def numbers(task: PoseTask, settings: Sequence[Settings]) -> Candidates:
+    """Settings as exposures, light outputs and what blurs, on a task's device."""
+    describe = task.describe
+    shutter = np.array([one.shutter_s for one in settings])
+    aperture = np.array([one.aperture for one in settings])
+    lights = [light_powers(describe.lights, one.lights) for one in settings]
+    return Candidates(
+        exposure=np.array([task.exposure(one) for one in settings]),
+        lights=np.array(lights).reshape(len(settings), len(describe.lights)),
+        blur=blur_inputs(shutter, aperture, min(describe.apertures), describe.reference.shutter_s),
+    )

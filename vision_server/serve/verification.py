@@ -1,0 +1,200 @@
+"""Whether a run folder's pose is what its images show: inputs by their hashes, the estimate made again."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from msgspec import Struct
+
+from bridge.errors import BadInput
+from bridge.messages import PoseMessage
+from bridge.vision_messages import StartArgs
+from geometry.pose import Pose
+from stack.format import STACK_FILE
+from stack.read import FramesStack, describe_stack, load_stack
+from stack.write import file_sha256
+from vision_server.pipeline import Estimate
+from vision_server.serve.recorder import FOLDER
+from vision_server.serve.results import estimate_result
+from vision_server.serve.task import PoseTask, open_task
+
+SAME_SIGMAS = 0.01  # poses no more stated standard deviations apart are the same; chosen by hand
+SAME = 1e-3  # of other numbers, relative: another processor's arithmetic may differ; chosen by hand
+NUMBERS = ("score", "rms_px", "uncertainty", "supported_fraction", "ambiguity")
+
+
+class _Step(Struct, frozen=True):
+    image: str
+    decision: str = ""
+    set_size: int = 0
+    pose: PoseMessage | None = None
+
+
+class _EstimatedWith(Struct, frozen=True):
+    """What the vision server estimated with at the session's end; the SHA-256 of the list of its images."""
+
+    parameters: dict[str, Any]
+    stack_sha256: str | None = None
+
+
+class _Stated(Struct, frozen=True):
+    """What `result.json` states."""
+
+    pose: PoseMessage | None
+    covariance: list[list[float]] | None
+    steps: list[_Step]
+    score: float | None = None
+    rms_px: float | None = None
+    uncertainty: float | None = None
+    supported_fraction: float | None = None
+    ambiguity: float | None = None
+    estimated_with: _EstimatedWith | None = None
+    holds: list[Any] | None = None
+
+
+@dataclass(frozen=True)
+class Verified:
+    """What came of it.
+
+    Attributes
+    ----------
+    images : those that the stated pose is from.
+    differences : of inputs and numbers, in words; none where all is as stated.
+    """
+
+    images: tuple[str, ...]
+    differences: tuple[str, ...]
+    estimate: Estimate
+
+    @property
+    def as_stated(self) -> bool:
+        """Whether inputs and numbers are as the folder states."""
+        return not self.differences
+
+
+def verified(folder: Path) -> Verified:
+    """Make the estimate of a session again, from nothing but its run folder.
+
+    Raises
+    ------
+    BadInput
+        No run folder of a session that has ended, one without a pose, or one that does not say what its
+        pose was made with: of an earlier version, or of an approach.
+    """
+    stated = _stated(folder)
+    if stated.pose is None:
+        raise BadInput(f"{folder} states no pose.", "There is nothing to verify.")
+    if stated.holds is not None:
+        raise BadInput(
+            f"{folder} is an approach: its last pose has no seed pose on record.", "Verify single sessions."
+        )
+    if stated.estimated_with is None:
+        raise BadInput(
+            f"{folder}/result.json does not say what its pose was estimated with.",
+            "It is of an earlier version; run the session again.",
+        )
+    stack = load_stack(folder / FOLDER)
+    if not isinstance(stack, FramesStack):
+        raise BadInput(f"{folder / FOLDER} holds no frames of a session.")
+    changed = _changed_inputs(folder / FOLDER, stack, stated.estimated_with)
+    names = images_of(stated.pose, stated.steps)
+    task = _task(stack, stated.estimated_with, names)
+    estimate = task.estimate(names)
+    return Verified(names, (*changed, *_differences(stated, estimate)), estimate)
+
+
+def images_of(pose: PoseMessage, steps: list[_Step]) -> tuple[str, ...]:
+    """The images that a stated pose was estimated from.
+
+    Raises
+    ------
+    BadInput
+        No step has this pose.
+    """
+    kept: list[str] = []
+    found: tuple[str, ...] | None = None
+    for step in steps:
+        if step.pose == pose:
+            others = step.set_size - 1 if step.decision == "keep" else step.set_size
+            found = (*kept[len(kept) - others :], step.image)
+        if step.decision == "keep":
+            kept.append(step.image)
+    if found is None:
+        raise BadInput("result.json: no step has the stated pose.", "Was the file changed by hand?")
+    return found
+
+
+def _stated(folder: Path) -> _Stated:
+    file = folder / "result.json"
+    try:
+        return msgspec.json.decode(file.read_bytes(), type=_Stated)
+    except OSError as error:
+        raise BadInput(
+            f"{file} cannot be read: {error.strerror}.", "Give the run folder of a session that has ended."
+        ) from error
+    except msgspec.MsgspecError as error:
+        raise BadInput(f"{file}: {error}.", "Was the file changed by hand?") from error
+
+
+def _changed_inputs(folder: Path, stack: FramesStack, told: _EstimatedWith) -> list[str]:
+    hashes = [(folder / STACK_FILE, told.stack_sha256)]
+    hashes.append((folder / stack.table.target.model, stack.table.target.sha256))
+    hashes += [(folder / frame.image, frame.sha256) for frame in stack.table.frames]
+    return [
+        f"{file} {'has no SHA-256 on record' if told is None else 'is not the file that it was'}"
+        for file, told in hashes
+        if told is None or file_sha256(file) != told
+    ]
+
+
+def _task(stack: FramesStack, told: _EstimatedWith, names: tuple[str, ...]) -> PoseTask:
+    task = open_task(StartArgs(), describe_stack(stack, "run folder"))
+    task.set_parameters(told.parameters)
+    frames = {
+        Path(frame.image).stem: (frame, pixels)
+        for frame, pixels in zip(stack.table.frames, stack.images, strict=True)
+    }
+    for name in names:
+        if name not in frames:
+            raise BadInput(f"{stack.folder / STACK_FILE} lists no image {name}.", "Was it changed by hand?")
+        frame, pixels = frames[name]
+        task.add(name, pixels, frame.settings())
+    return task
+
+
+def _differences(stated: _Stated, found: Estimate) -> list[str]:
+    """How the estimate differs from what is stated, in words."""
+    assert stated.pose is not None
+    if found.pose is None or found.covariance is None or stated.covariance is None:
+        return ["the images show no pose"]
+    out = []
+    pose = Pose(np.array(stated.pose.rotation_vector), np.array(stated.pose.translation))
+    apart = pose.error_to(found.pose)
+    sigmas = np.sqrt(np.diag(np.array(stated.covariance)))
+    if (
+        math.radians(apart.rotation_deg) > SAME_SIGMAS * sigmas[:3].max()
+        or apart.translation_m > SAME_SIGMAS * sigmas[3:].max()
+    ):
+        out.append(
+            f"the pose is {apart.rotation_deg:.4f} degrees and {1e3 * apart.translation_m:.4f} mm"
+            " from the stated one"
+        )
+    if not _same_matrix(np.array(stated.covariance), found.covariance):
+        out.append("the covariance is another than stated")
+    told = estimate_result(found)
+    for name in NUMBERS:
+        said, value = getattr(stated, name), told[name]
+        if said is None or value is None or not math.isclose(said, value, rel_tol=SAME, abs_tol=SAME):
+            out.append(f"{name} is {value}, stated is {said}")
+    return out
+
+
+def _same_matrix(one: Any, other: Any) -> bool:
+    """Whether no entry differs by more than its share of the standard deviations it belongs to."""
+    scale = np.sqrt(np.outer(np.diag(one), np.diag(one)))
+    return bool(one.shape == other.shape and np.all(np.abs(one - other) <= SAME * scale))

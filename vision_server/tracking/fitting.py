@@ -1,0 +1,161 @@
+"""A pose on whole lines, each of which counts by what lines of this target are off.
+
+Noise hardly moves a line that has a hundred edge points; a rounded edge, print beside it, a shadow or a model
+that is not quite true moves it as a whole, or turns it. Lines are therefore the observations, two numbers
+each (`line_fits`), of a variance that their own residuals show, with a tail that lets some be another thing
+altogether; and the radius by which the target's edges are rounded is an unknown beside the pose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.rotation import cross_matrix
+from vision_server.pose.observation import Observation, PoseProblem, observe
+from vision_server.pose.refinement import ENOUGH_ROWS, prior_precision
+from vision_server.pose.steps import moved
+from vision_server.pose.weights import base_weights
+from vision_server.tracking.lines import LineFits, line_fits, rounding_shifts
+
+Floats = NDArray[np.float64]
+
+TAIL = 4.0  # degrees of freedom of Student's t, by which lines are off
+ITERATIONS = 8
+ROUNDING_SD = 0.01  # of the target's shorter lines, the radius of its edges before any was seen
+SHORTER = 25.0  # percent of the lines
+LEARNT = (
+    0.02  # share of a frame's lines and radius in what is known after it: its errors are those of the next
+)
+MOST_SEEN = 12.0  # lines that what was learnt counts as
+OFF_PX, SEEN_AS = 0.2, 4.0  # of lines of a target not seen yet, and how many lines that is worth
+LEAST_FREE = 0.2  # of a residual, that the fit does not take up
+LEAST_LINES = 4
+FEW = 25.0  # the covariance is 1 + this / (numbers that the variance is from) times what that says
+
+
+class Habits(NamedTuple):
+    """What is known of a target's lines before a frame.
+
+    Attributes
+    ----------
+    off_px2 : variance of what they are off; worth ``seen`` lines.
+    radius_m, radius_sd_m : of its edges.
+    """
+
+    off_px2: float
+    seen: float
+    radius_m: float
+    radius_sd_m: float
+
+    @classmethod
+    def of(cls, model: Model) -> Habits:
+        """Of a target that was not seen yet."""
+        lengths = np.linalg.norm(np.diff(model.vertices[model.lines], axis=1)[:, 0], axis=1)
+        return cls(OFF_PX**2, SEEN_AS, 0.0, ROUNDING_SD * float(np.percentile(lengths, SHORTER)))
+
+    def after(self, fit: Fit) -> Habits:
+        """With what one more frame said."""
+        seen = min(self.seen + LEARNT * fit.lines, MOST_SEEN)
+        share = LEARNT * fit.lines / seen
+        told = max(fit.radius_sd_m**-2.0 - self.radius_sd_m**-2.0, 0.0)  # by the frame alone
+        alone = fit.radius_m * fit.radius_sd_m**-2.0 - self.radius_m * self.radius_sd_m**-2.0
+        precision = self.radius_sd_m**-2.0 + LEARNT * told
+        radius = (self.radius_m * self.radius_sd_m**-2.0 + LEARNT * alone) / precision
+        return Habits(
+            self.off_px2 + share * (fit.off_px2 - self.off_px2), seen, max(radius, 0.0), precision**-0.5
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A pose on lines.
+
+    Attributes
+    ----------
+    covariance : (6, 6), of a left-multiplied step.
+    observation : edge points where the step started.
+    moved_px : how far it moved the lines, at most.
+    off_px2, lines : what the lines are off, this frame alone, and how many they are.
+    radius_m, radius_sd_m : of the edges, with what was known before.
+    """
+
+    pose: Pose
+    covariance: Floats
+    observation: Observation
+    moved_px: float
+    off_px2: float
+    lines: int
+    radius_m: float
+    radius_sd_m: float
+
+
+def fitted(
+    problem: PoseProblem, start: Pose, reach_px: float, spacing_px: float, habits: Habits
+) -> Fit | None:
+    """One step from a pose that is nearly there; None where too few lines are seen."""
+    seen = observe(problem, start, reach_px, spacing_px)
+    base = base_weights(seen)
+    if int((base > 0.0).sum()) < ENOUGH_ROWS:
+        return None
+    lines = line_fits(seen, base, *rounding_shifts(problem, start, seen))
+    if len(lines.value) < LEAST_LINES:
+        return None
+    range_m = float(np.linalg.norm(start.translation))
+    prior = np.r_[prior_precision(range_m, problem.tone_sd_px), habits.radius_sd_m**-2.0]
+    step, covariance, off_px2 = solved(lines, prior, habits)
+    if not np.isfinite(step).all():
+        return None
+    turn = np.eye(6)  # of steps about the turning point into steps about the camera
+    turn[3:, :3] = cross_matrix(seen.centre)
+    return Fit(
+        moved(start, step[:6], seen.centre),
+        np.asarray(turn @ covariance[:6, :6] @ turn.T),
+        seen,
+        float(np.abs(seen.jacobian @ step[:6]).max()),
+        off_px2,
+        len(lines.value),
+        float(step[8]),
+        float(np.sqrt(covariance[8, 8])),
+    )
+
+
+def solved(lines: LineFits, prior: Floats, habits: Habits) -> tuple[Floats, Floats, float]:
+    """Pose, nuisances and radius (9,), their covariance, and the variance of what lines are off, px^2.
+
+    Iteratively reweighted least squares: the weights are Student's, the variance is that of the residuals,
+    each divided by the share of it that the fit did not take up, beside what was known.
+    """
+    known = lines.variance.ravel() < np.inf
+    value, scatter = lines.value.ravel()[known], lines.variance.ravel()[known]
+    slack = np.repeat(lines.slack, 2)[known] ** 2 / 3.0
+    radius_m = habits.radius_m
+    rows = lines.rows.reshape(-1, 9)[known]
+    pulled = np.zeros(9)
+    pulled[8] = prior[8] * habits.radius_m
+    off_px2, factor, own, left = habits.off_px2, np.ones(len(value)), 0.0, 0.0
+    step: Floats = np.zeros(9)
+    covariance: Floats = np.eye(9)
+    for _ in range(ITERATIONS):
+        noise = scatter + slack * radius_m**2
+        variance = noise + off_px2
+        weighted = rows * (factor / variance)[:, None]
+        covariance = np.asarray(np.linalg.inv(weighted.T @ rows + np.diag(prior)))
+        step = covariance @ (weighted.T @ value + pulled)
+        radius_m = max(float(step[8]), 0.0)
+        residual = value - rows @ step
+        free = 1.0 - ((weighted @ covariance) * rows).sum(axis=1)
+        left = max(float(free.sum()), 0.0)
+        free = np.maximum(free, LEAST_FREE)
+        factor = (TAIL + 1.0) / (TAIL + residual**2 / variance)
+        share = off_px2 / variance
+        squares = float((share * np.maximum(factor * residual**2 / free - noise, 0.0)).sum())
+        own = squares / max(float(share.sum()), 1e-9)
+        off_px2 = (habits.seen * habits.off_px2 + squares) / (habits.seen + float(share.sum()))
+    covariance[:6, :6] *= 1.0 + FEW / (2.0 * habits.seen + left)
+    return step, covariance, own

@@ -1,0 +1,101 @@
+"""One frame as tracking sees it: the part around the target, at full, half and quarter size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from vision_server.channels.gradients import GradientChannel
+from vision_server.channels.noise import SATURATED_GREY, grey_noise
+from vision_server.pose.observation import PoseProblem
+
+Grey = NDArray[np.uint8]
+Floats = NDArray[np.float64]
+
+LEAST_SIDE_PX = 24  # of what is looked at
+NAME = "frame"
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """Part of a frame, and the camera that would have taken just this."""
+
+    pixels: Grey
+    camera: Camera
+
+    def smaller(self, factor: int) -> Window:
+        """The same at 1/factor of its size, each pixel the mean of those it covers."""
+        height, width = (side - side % factor for side in self.pixels.shape)
+        whole = self.pixels[:height, :width]
+        shape = (width // factor, height // factor)
+        pixels = np.asarray(cv2.resize(whole, shape, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        camera = self.camera
+        return Window(
+            pixels,
+            replace(
+                camera,
+                width=shape[0],
+                height=shape[1],
+                fx=camera.fx / factor,
+                fy=camera.fy / factor,
+                cx=(camera.cx + 0.5) / factor - 0.5,
+                cy=(camera.cy + 0.5) / factor - 0.5,
+            ),
+        )
+
+
+def window(pixels: Grey, model: Model, camera: Camera, pose: Pose, margin_px: float) -> Window | None:
+    """The part of a frame (H, W) around a target at a pose; None where it is out of sight."""
+    points = pose.apply(model.vertices)
+    seen = camera.project(points[points[:, 2] > 0.0])
+    if len(seen) < len(points):  # partly behind the camera: it may be anywhere
+        return Window(pixels, camera)
+    low = np.maximum(np.floor(seen.min(axis=0) - margin_px), 0).astype(int)
+    high = np.minimum(np.ceil(seen.max(axis=0) + margin_px) + 1, [camera.width, camera.height]).astype(int)
+    width, height = (high - low).tolist()
+    if min(width, height) < LEAST_SIDE_PX:
+        return None
+    part = np.ascontiguousarray(pixels[low[1] : high[1], low[0] : high[0]])
+    cut = replace(camera, width=width, height=height, cx=camera.cx - low[0], cy=camera.cy - low[1])
+    return Window(part, cut)
+
+
+def problem_of(seen: Window, model: Model, tone: Tone, scale: NDArray[np.int64] | None = None) -> PoseProblem:
+    """What a pose is refined on in a window; ``scale`` (1, L) of the filters where it is known."""
+    linear = tone.linear
+    noise = (grey_noise(seen.pixels) * np.gradient(linear.astype(np.float64))).astype(np.float32)
+    channel = GradientChannel(
+        NAME,
+        np.asarray(cv2.LUT(seen.pixels, linear), dtype=np.float32),
+        np.asarray(cv2.LUT(seen.pixels, noise), dtype=np.float32),
+        (seen.pixels >= SATURATED_GREY).astype(np.uint8),
+    )
+    problem = PoseProblem.at_scale([channel], model, seen.camera, 0, tone.sd_px)
+    return problem if scale is None else replace(problem, scale=scale)
+
+
+@dataclass(frozen=True, eq=False)
+class Tone:
+    """The tone curve of the frames.
+
+    Attributes
+    ----------
+    gamma : linear = grey^gamma.
+    sd_px : how well it is known, see refinement.
+    linear : (256,) float32, linear intensity of each grey, 0..255.
+    """
+
+    gamma: float
+    sd_px: float
+    linear: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, gamma: float, sd_px: float) -> Tone:
+        """From the exponent."""
+        return cls(gamma, sd_px, (255.0 * (np.arange(256.0) / 255.0) ** gamma).astype(np.float32))

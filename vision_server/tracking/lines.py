@@ -1,0 +1,174 @@
+"""Where each visible line of the model lies beside its edge points, and what rounded edges do to that."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.model import Model
+from geometry.pose import Pose
+from numerics.kernels import kernel
+from vision_server.pose.observation import Observation, PoseProblem
+from vision_server.pose.solver import SAMPLES_TOGETHER
+from vision_server.pose.weights import SCATTER_PX
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+FEWEST = 4  # edge points of a line that show where it lies and how it is turned
+FITS = 5  # of a line's straight course, reweighted
+OFF_PX = 0.5  # from that course, at which an edge point counts half
+LEAST_TURN = 0.05  # spread of a line's edge points, of 1/3 for even ones, that shows its turn
+FLAT = 0.05  # 1 + cosine between two faces' normals, under which no edge is between them
+
+
+class LineFits(NamedTuple):
+    """Two numbers for each of M lines that a channel sees: its offset and its turn, px at its ends.
+
+    Attributes
+    ----------
+    value, variance : (M, 2), and the variance by what scatters along the line, px^2.
+    rows : (M, 2, 9), what a step of the pose (6, see `Observation`), the two nuisances and a metre of edge
+        radius change.
+    slack : (M,), px per metre of radius, to either side, within which a rounded edge may be seen.
+    """
+
+    value: Floats
+    variance: Floats
+    rows: Floats
+    slack: Floats
+
+
+class Course(NamedTuple):
+    """A straight line through the edge points of a line: where it is in the middle, and px at the ends."""
+
+    middle: float
+    offset: float
+    turn: float
+    spread: float
+    scatter: float
+    total: float
+    squares: float
+
+
+@kernel(error_model="numpy")
+def _course(along: Floats, place: Floats, base: Floats, weight: Floats) -> Course:
+    """Robust, by reweighting; all (K,), ``weight`` is written to."""
+    middle, offset, turn, spread, scatter, total, squares = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for fit in range(FITS):
+        total, squares, sum_x, sum_d = 0.0, 0.0, 0.0, 0.0
+        for i in range(len(along)):
+            weight[i] = 0.0
+            if base[i] > 0.0:
+                off = place[i] - offset - turn * (along[i] - middle)
+                weight[i] = base[i] / (1.0 + ((off / OFF_PX) ** 2 if fit > 0 else 0.0))
+                total += weight[i]
+                squares += weight[i] ** 2
+                sum_x += weight[i] * along[i]
+                sum_d += weight[i] * place[i]
+        middle, offset = sum_x / total, sum_d / total
+        spread, product, scatter = 0.0, 0.0, 0.0
+        for i in range(len(along)):
+            if weight[i] > 0.0:
+                spread += weight[i] * (along[i] - middle) ** 2 / total
+                product += weight[i] * (along[i] - middle) * place[i] / total
+        turn = product / spread if spread > LEAST_TURN else 0.0
+        for i in range(len(along)):
+            if weight[i] > 0.0:
+                scatter += weight[i] * (place[i] - offset - turn * (along[i] - middle)) ** 2 / total
+    return Course(middle, offset, turn, spread, scatter, total, squares)
+
+
+@kernel(error_model="numpy")
+def line_fits(seen: Observation, base: Floats, rounding: Floats, slack: Floats) -> LineFits:
+    """Robust straight courses of the edge points along each line, in each channel.
+
+    Parameters
+    ----------
+    base : (C, N), weights of the edge points, 1/px^2.
+    rounding, slack : (N,), see `rounding_shifts`.
+    """
+    line, count = seen.samples.line, base.shape[1]
+    most = len(base) * seen.sigma.shape[1]
+    value, variance, rows = np.zeros((most, 2)), np.zeros((most, 2)), np.zeros((most, 2, 9))
+    weight, loose, found = np.zeros(count), np.zeros(most), 0
+    change = np.empty((count, 9))
+    change[:, :6], change[:, 8] = seen.jacobian, rounding
+    for c in range(len(base)):
+        change[:, 6:8] = seen.nuisance[c]
+        start = 0
+        while start < count:
+            end, points = start, 0
+            while end < count and line[end] == line[start]:
+                points += base[c, end] > 0.0
+                end += 1
+            if points >= FEWEST:
+                along = seen.along[start:end]
+                course = _course(along, seen.offset[c, start:end], base[c, start:end], weight[start:end])
+                share, turned = points / (end - start), course.spread > LEAST_TURN
+                doubt = (1.0 + course.scatter / SCATTER_PX**2) / (share * share)
+                noise = doubt * course.scatter * SAMPLES_TOGETHER * course.squares / course.total**2
+                value[found, 0], value[found, 1] = course.offset, course.turn
+                variance[found, 0] = noise
+                variance[found, 1] = noise / course.spread if turned else math.inf
+                for i in range(start, end):
+                    own = weight[i] / course.total
+                    across = own * (seen.along[i] - course.middle) / course.spread if turned else 0.0
+                    loose[found] += own * slack[i]
+                    for k in range(9):
+                        rows[found, 0, k] += own * change[i, k]
+                        rows[found, 1, k] += across * change[i, k]
+                found += 1
+            start = end
+    return LineFits(value[:found], variance[:found], rows[:found], loose[:found])
+
+
+def rounding_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tuple[Floats, Floats]:
+    """How far edges lie along their normals where the model's convex edges are rounded, px per m of radius.
+
+    Of an edge with the faces' normals n and m, the axis of the rounding lies at -r a from it, with a =
+    (n + m) / (1 + n.m). An outline is where the line of sight touches the rounding: off by r (1 - a.u) u,
+    where u points outwards across the line of sight. Of a crease between two faces in sight, the middle of
+    the rounding is taken; where on it brightness changes most is the light's affair.
+
+    Returns
+    -------
+    The shift (N,), and how far a crease may be from there to either side; 0 for lines of open, smooth or
+    hollow places.
+    """
+    model, camera, line = problem.model, problem.camera, seen.samples.line
+    normals = model.face_normals @ pose.matrix.T
+    one, two = (normals[model.line_faces[line, side]] for side in (0, 1))
+    points = pose.apply(seen.samples.points)
+    sight = points / np.linalg.norm(points, axis=1, keepdims=True)
+    both, apart = one + two, 1.0 + (one * two).sum(axis=1)
+    apex = both / np.maximum(apart, FLAT)[:, None]
+    outward = np.cross(sight, seen.samples.direction @ pose.matrix.T)
+    outward *= (np.sign((outward * both).sum(axis=1)) / np.linalg.norm(outward, axis=1))[:, None]
+    outline = (1.0 - (outward * apex).sum(axis=1))[:, None] * outward
+    crease = both / np.maximum(np.linalg.norm(both, axis=1), FLAT)[:, None] - apex
+    creased = ((one * sight).sum(axis=1) < 0.0) & ((two * sight).sum(axis=1) < 0.0)
+    shift = np.where(creased[:, None], crease, outline)
+    slack = np.where(creased[:, None], 0.5 * (one - two), 0.0)
+    rounds = _rounds(model)[line] & (apart > FLAT)
+    along = []
+    for change in (shift, slack):
+        image = (change[:, :2] - change[:, 2:] * points[:, :2] / points[:, 2:]) / points[:, 2:]
+        pixels = (image * [camera.fx, camera.fy] * seen.samples.normal).sum(axis=1)
+        along.append(np.where(rounds, pixels, 0.0))
+    return along[0], np.abs(along[1])
+
+
+@lru_cache(maxsize=8)
+def _rounds(model: Model) -> NDArray[np.bool_]:
+    """Which lines are sharp convex edges between two faces, (L,)."""
+    middles = np.array([model.vertices[face].mean(axis=0) for face in model.faces])
+    one, two = model.line_faces[:, 0], model.line_faces[:, 1]
+    place = model.vertices[model.lines].mean(axis=1)
+    behind = ((middles[two] - place) * model.face_normals[one]).sum(axis=1) < 0.0
+    closed = ~(model.two_sided[one] | model.two_sided[two])
+    return np.asarray(behind & closed & (one >= 0) & (two >= 0) & ~model.smooth)

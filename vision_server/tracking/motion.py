@@ -1,0 +1,120 @@
+"""Constant-velocity motion of the target: an error-state Kalman filter on poses that were measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.pose import Pose
+from geometry.rotation import cross_matrix, matrix_of, vector_of
+
+Floats = NDArray[np.float64]
+
+# How much the velocity changes in a second, one sd, at agility 1: 3 degrees and 1 % of the range (some 8 px)
+# from one frame to the next at 30 a second come to it from rest.
+TURN_RATE_CHANGE = 47.0  # rad/s^2
+SPEED_CHANGE = 9.0  # ranges/s^2
+LEAST_AGILITY, MOST_AGILITY = 0.02, 1.0
+CALMED, STARTLED = 0.15, 1.0  # powers with which agility follows smaller and larger innovations
+MOST_SURPRISE = 9.0  # times its expectation, that one innovation counts for at most
+FIRST_TURN_RATE, FIRST_SPEED = 2.0, 0.5  # rad/s and ranges/s, one sd, of a target that was just found
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Where a target is and how it moves.
+
+    Attributes
+    ----------
+    rotation : (3, 3), of camera_T_target.
+    centre : (3,), the target's middle in the camera frame, m.
+    velocity : (6,), turn rate rad/s and velocity of the middle m/s, camera frame.
+    covariance : (12, 12), of errors of rotation (left-multiplied, rad), middle (m) and both velocities.
+    agility : how much the velocity changes, as a share of the most that is expected.
+    """
+
+    rotation: Floats
+    centre: Floats
+    velocity: Floats
+    covariance: Floats
+    agility: float = MOST_AGILITY
+
+    @classmethod
+    def at_rest(cls, pose: Pose, covariance: Floats, middle: Floats) -> Motion:
+        """A target that was just found: its velocity is not known.
+
+        Parameters
+        ----------
+        covariance : (6, 6), of a left-multiplied step of the pose.
+        middle : (3,), of the target, in its own frame, m.
+        """
+        centre = pose.apply(middle[None])[0]
+        speed = FIRST_SPEED * float(np.linalg.norm(centre))
+        full = np.diag(np.repeat([0.0, FIRST_TURN_RATE**2, speed**2], [6, 3, 3]))
+        full[:6, :6] = about(centre, covariance)
+        return cls(pose.matrix, centre, np.zeros(6), full)
+
+    def pose(self, middle: Floats) -> Pose:
+        """camera_T_target, of a target with this middle (3,)."""
+        return Pose.from_matrix(self.rotation, self.centre - self.rotation @ middle)
+
+    @property
+    def pose_covariance(self) -> Floats:
+        """Covariance (6, 6) of a small left-multiplied step of the pose."""
+        return about(-self.centre, self.covariance[:6, :6])
+
+    def after(self, seconds: float) -> Motion:
+        """The target so much later, at the same velocity."""
+        step = self.velocity * seconds
+        carry = np.eye(12)
+        carry[:6, 6:] = seconds * np.eye(6)
+        range_m = float(np.linalg.norm(self.centre))
+        change = self.agility * np.repeat([TURN_RATE_CHANGE, SPEED_CHANGE * range_m], 3)
+        push = np.vstack([np.diag(0.5 * seconds**2 * change), np.diag(seconds * change)])
+        return replace(
+            self,
+            rotation=matrix_of(step[:3]) @ self.rotation,
+            centre=self.centre + step[3:],
+            covariance=carry @ self.covariance @ carry.T + push @ push.T,
+        )
+
+    def surprise(self, pose: Pose, covariance: Floats, middle: Floats) -> float:
+        """Squared innovation of a measured pose in units of its covariance: 6 on average (NIS)."""
+        step, spread = self._innovation(pose, covariance, middle)
+        return float(step @ np.linalg.solve(spread, step))
+
+    def measured(self, pose: Pose, covariance: Floats, middle: Floats) -> Motion:
+        """With a pose that was measured now, of this covariance (6, 6)."""
+        step, spread = self._innovation(pose, covariance, middle)
+        gain = np.linalg.solve(spread, self.covariance[:6]).T
+        correction = gain @ step
+        left = np.eye(12)
+        left[:, :6] -= gain
+        own = spread - self.covariance[:6, :6]
+        ratio = min(float(step @ np.linalg.solve(spread, step)) / 6.0, MOST_SURPRISE)
+        power = STARTLED if ratio > 1.0 else CALMED
+        agility = self.agility * max(ratio, 1.0 / MOST_SURPRISE) ** (0.5 * power)
+        return Motion(
+            matrix_of(correction[:3]) @ self.rotation,
+            self.centre + correction[3:6],
+            self.velocity + correction[6:],
+            left @ self.covariance @ left.T + gain @ own @ gain.T,
+            min(max(agility, LEAST_AGILITY), MOST_AGILITY),
+        )
+
+    def _innovation(self, pose: Pose, covariance: Floats, middle: Floats) -> tuple[Floats, Floats]:
+        centre = pose.apply(middle[None])[0]
+        step = np.r_[vector_of(pose.matrix @ self.rotation.T), centre - self.centre]
+        return step, self.covariance[:6, :6] + about(centre, covariance)
+
+
+def about(centre: Floats, covariance: Floats) -> Floats:
+    """Covariance (6, 6) of steps about the camera, of those about a centre (3,) in the camera frame.
+
+    A step about the camera turns a point at the centre by w and moves it by v + w x centre.
+    """
+    turn = np.eye(6)
+    turn[3:, :3] = -cross_matrix(centre)
+    return np.asarray(turn @ covariance @ turn.T)

@@ -1,0 +1,107 @@
+"""Frames from image files, a folder, a video or a camera, one at a time."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from bridge.errors import BadInput
+from vision_server.channels.image_files import read_grey
+from vision_server.channels.tone import file_gamma
+from vision_server.tracking.frame import Grey
+
+IMAGES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pgm", ".bmp"}
+DEVICE = "/dev/video"
+QUIET = "-8"  # of FFmpeg's levels
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One frame.
+
+    Attributes
+    ----------
+    name : of its file, or its number in the video.
+    pixels : uint8 grey, (H, W).
+    time_s : when it was taken; None where nothing tells.
+    """
+
+    name: str
+    pixels: Grey
+    time_s: float | None = None
+
+
+class Source:
+    """What the words of a command line stand for.
+
+    Parameters
+    ----------
+    words : image files, or one folder of them, one video, or one camera (/dev/videoN).
+
+    Attributes
+    ----------
+    gamma : what the files tell of their tone curve, linear = grey^gamma; None if nothing.
+    warning : after the last frame, what was wrong with the source; empty mostly.
+
+    Raises
+    ------
+    BadInput : nothing there, or nothing that can be read.
+    """
+
+    def __init__(self, words: Sequence[Path]) -> None:
+        self.warning = ""
+        self._files: list[Path] = []
+        self._video: Path | None = None
+        if len(words) == 1 and words[0].is_dir():
+            self._files = sorted(file for file in words[0].iterdir() if file.suffix.lower() in IMAGES)
+            if not self._files:
+                raise BadInput(f"{words[0]} holds no images.", f"Endings: {' '.join(sorted(IMAGES))}.")
+        elif all(word.suffix.lower() in IMAGES for word in words):
+            self._files = list(words)
+        elif len(words) == 1:
+            self._video = words[0]
+        else:
+            strange = next(word for word in words if word.suffix.lower() not in IMAGES)
+            raise BadInput(f"{strange} is no image file.", "Give images, or one folder, video or camera.")
+        told = file_gamma(self._files[0]) if self._files else 1.0
+        self.gamma = None if told == 1.0 else told
+
+    def __iter__(self) -> Iterator[Frame]:
+        if self._video is None:
+            return (Frame(str(file), read_grey(file)) for file in self._files)
+        return self._recorded(self._video)
+
+    def _recorded(self, place: Path) -> Iterator[Frame]:
+        live = str(place).startswith(DEVICE)
+        if not place.exists():
+            raise BadInput(f"There is no {place}.", "Check the path.")
+        os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", QUIET)  # what counts is said here
+        video = cv2.VideoCapture(str(place))
+        try:
+            if not video.isOpened():
+                raise BadInput(f"{place} is no video or camera that can be read.", "Is the file whole?")
+            rate, count = video.get(cv2.CAP_PROP_FPS), int(video.get(cv2.CAP_PROP_FRAME_COUNT))
+            number = 0
+            while True:
+                there, pixels = video.read()
+                if not there:
+                    break
+                passed = video.get(cv2.CAP_PROP_POS_MSEC) / 1e3
+                if live:
+                    passed = time.monotonic()
+                elif passed == 0.0 and number > 0 and rate > 0.0:
+                    passed = number / rate
+                grey = cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY) if pixels.ndim == 3 else pixels
+                yield Frame(f"{place} {number}", np.asarray(grey, dtype=np.uint8), passed)
+                number += 1
+            if live or number < count or number == 0:
+                end = f"of {count} frames" if count > 0 else "frames"
+                self.warning = f"{place} ends after {number} {end}."
+        finally:
+            video.release()

@@ -1,0 +1,276 @@
+"""The target's pose in every frame: followed while it can be, said to be lost when it cannot, found again."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import BadInput
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
+from vision_server.image_set import ImageSet
+from vision_server.matching.match import Anywhere
+from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
+from vision_server.pose.support import PoseSupport
+from vision_server.pose.trust import quality
+from vision_server.tracking.fitting import Habits
+from vision_server.tracking.following import Found, Sight
+from vision_server.tracking.frame import NAME, Grey, Tone
+from vision_server.tracking.motion import Motion
+
+Floats = NDArray[np.float64]
+State = Literal["sure", "unsure", "lost"]
+
+SURE = 0.9  # probability from which on a pose is called sure
+STAYS = 0.5  # and from which on it stays so, from one frame to the next
+HELD = 0.3  # and from which on it is still followed
+HELD_SHARE = 0.2  # of the lines' length, on lines seen whole: what an occluder leaves is followed, not surely
+WHOLE = 0.75  # of a line's length, seen
+MISSING = 0.3  # support of a line under which it is not seen
+SURPRISING = 38.3  # squared innovation that one pose in a million exceeds where the filter is honest
+AS_BEFORE = 0.5  # of the quality that sure frames have: below, the frame is looked at again ...
+LIKE_BEFORE = 0.25  # ... and below this nothing in it is sure
+REMEMBERED = 0.1  # share of the latest frame in that quality
+LOOKED_AT_ANEW = 5  # frames that are not sure in a row before everything is searched again
+EVERYWHERE = 6  # of so many searches that are not sure in a row, one looks without a pose to start from
+FARTHER = 1.6  # than when it was last seen, or nearer, it may be then
+PERIOD_S = 1.0 / 30.0  # between frames, where nothing tells
+LONGEST_S = 0.5  # without a pose, until velocity says nothing
+MOST_MISSING = 0.15  # of the visible length on lines not seen, to be sure of a target found again; by hand
+WIDENED, WIDEST = 1.25, 2.5  # the range of a search, with each frame that found nothing, and at most
+
+
+@dataclass(frozen=True, eq=False)
+class Tracked:
+    """What one frame says.
+
+    Attributes
+    ----------
+    pose, covariance : None when it is lost.
+    seconds : of processor time.
+    note : for people, what is strange about the frame; empty mostly.
+    support : share of each visible line that the frame supports.
+    """
+
+    frame: int
+    state: State
+    pose: Pose | None
+    covariance: Floats | None
+    seconds: float
+    note: str = ""
+    support: dict[int, float] | None = None
+
+
+class Tracker:
+    """Follows one target through frames.
+
+    Parameters
+    ----------
+    seed_pose : where the target is in the first frame, within the search range, or what is known without.
+    gamma, tone_sd_px : the frames' tone curve, see `estimate_pose`.
+    seed : of the searches' draws.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        camera: Camera,
+        seed_pose: Pose | Anywhere,
+        gamma: float = 1.0,
+        tone_sd_px: float = 0.01,
+        seed: int = 0,
+    ) -> None:
+        self._sight = Sight(model, camera, Tone.of(gamma, tone_sd_px))
+        self._settings = PipelineSettings(seed=seed, tone_sd_px=tone_sd_px)
+        self._around = self._trusted = seed_pose  # where a search looks: the last pose, or the last sure one
+        self._motion: Motion | None = None
+        self._habits = Habits.of(model)
+        self._ambiguity = 0.0
+        self._believed = False  # whether the last search that found something was sure of it
+        self._typical = 0.0  # quality of sure frames
+        self._was_sure = False
+        self._misses = 0
+        self._vain = 0  # searches that were not sure, in a row
+        self._since_s = 0.0  # the last pose
+        self._unsure = 0
+        self._frame = -1
+        self._time_s = 0.0
+        self._last: Grey | None = None
+
+    @property
+    def model(self) -> Model:
+        """What is followed."""
+        return self._sight.model
+
+    @property
+    def camera(self) -> Camera:
+        """What sees it."""
+        return self._sight.camera
+
+    def step(self, pixels: Grey, time_s: float | None = None) -> Tracked:
+        """Look at the next frame.
+
+        Parameters
+        ----------
+        pixels : uint8 grey, (H, W), of the camera's size.
+        time_s : when it was taken; without it, PERIOD_S after the one before.
+
+        Raises
+        ------
+        BadInput : another size or type.
+        """
+        began = time.process_time()
+        self._frame += 1
+        self._check(pixels)
+        note, seconds = self._passed(pixels, time_s)
+        state, pose, covariance, support = self._seen(pixels, seconds)
+        self._last = pixels
+        return Tracked(self._frame, state, pose, covariance, time.process_time() - began, note, support)
+
+    def _check(self, pixels: Grey) -> None:
+        camera = self._sight.camera
+        if pixels.dtype != np.uint8 or pixels.shape != (camera.height, camera.width):
+            shape = f"{'x'.join(map(str, pixels.shape[1::-1]))} px of {pixels.dtype}"
+            raise BadInput(
+                f"Frame {self._frame} has {shape}, the camera {camera.width}x{camera.height}.",
+                "Give grey frames of the camera's size.",
+            )
+
+    def _passed(self, pixels: Grey, time_s: float | None) -> tuple[str, float]:
+        """What is strange about the frame, and seconds since the one before."""
+        before, self._time_s = self._time_s, self._time_s + PERIOD_S if time_s is None else time_s
+        note = ""
+        if self._last is not None and np.array_equal(self._last, pixels):
+            note = "the same picture as the frame before: the camera may be frozen"
+        if self._frame > 0 and not self._time_s > before:
+            note = f"its time goes back, from {before:g} s to {self._time_s:g} s"
+            return note, PERIOD_S
+        return note, self._time_s - before
+
+    def _seen(
+        self, pixels: Grey, seconds: float
+    ) -> tuple[State, Pose | None, Floats | None, dict[int, float] | None]:
+        if self._motion is not None:
+            self._motion = self._motion.after(seconds)
+            self._since_s += seconds
+            found = self._followed(pixels, self._motion)
+            if found is not None and (self._unsure < LOOKED_AT_ANEW or self._is_sure(found)):
+                return self._taken(found)
+        return self._searched(pixels)
+
+    def _followed(self, pixels: Grey, expected: Motion) -> Found | None:
+        """The pose around the expected one, or where the target was, that a frame supports best."""
+        middle = self._sight.model.middle
+        start = expected.pose(middle)
+        near = self._sight.near(pixels, start, self._habits)
+        if near is not None and near.quality >= AS_BEFORE * self._typical and self._is_sure(near):
+            return near
+        starts = [start] if isinstance(self._around, Anywhere) else [start, self._around]
+        candidates = self._sight.far(pixels, starts, self._habits)
+        if near is not None:
+            candidates.append(near)
+        candidates.sort(key=lambda one: -one.quality)
+        for one in candidates:
+            if one.probability(0.0) >= HELD:
+                return one
+        for one in candidates if self._misses == 0 else ():
+            enough = whole_share(one.support) >= HELD_SHARE
+            if enough and expected.surprise(one.pose, one.covariance, middle) <= SURPRISING:
+                return one
+        return None
+
+    def _is_sure(self, found: Found) -> bool:
+        if not self._believed:  # nothing but a search weighs rivals and stretched models
+            return False
+        least = STAYS if self._was_sure else SURE
+        if found.quality < LIKE_BEFORE * self._typical or found.probability(self._ambiguity) < least:
+            return False
+        assert self._motion is not None
+        middle = self._sight.model.middle
+        return self._motion.surprise(found.pose, found.covariance, middle) <= SURPRISING
+
+    def _taken(self, found: Found) -> tuple[State, Pose, Floats, dict[int, float]]:
+        """A pose that was followed: the motion goes on from it."""
+        assert self._motion is not None
+        sure, middle = self._is_sure(found), self._sight.model.middle
+        if self._motion.surprise(found.pose, found.covariance, middle) <= SURPRISING:
+            self._motion = self._motion.measured(found.pose, found.covariance, middle)
+        else:
+            self._motion = Motion.at_rest(found.pose, found.covariance, middle)
+        self._held(found.pose, found.quality, sure)
+        if sure:
+            self._habits = self._habits.after(found.fit)
+        support = {line.line: line.support for line in found.support.lines}
+        return "sure" if sure else "unsure", found.pose, found.covariance, support
+
+    def _held(self, pose: Pose, quality: float, sure: bool) -> None:
+        self._around, self._misses, self._since_s, self._was_sure = pose, 0, 0.0, sure
+        self._unsure = 0 if sure else self._unsure + 1
+        self._trusted = pose if sure else self._trusted
+        if sure:
+            self._typical += (quality - self._typical) * (REMEMBERED if self._typical > 0.0 else 1.0)
+
+    def _searched(self, pixels: Grey) -> tuple[State, Pose | None, Floats | None, dict[int, float] | None]:
+        """Search everything around the last pose, farther with each frame that finds nothing."""
+        estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
+        self._unsure = 0
+        if estimate.pose is None or estimate.covariance is None or estimate.score < HELD:
+            self._misses, self._was_sure = self._misses + 1, False
+            if self._since_s > LONGEST_S:
+                self._motion = None
+            return "lost", None, None, None
+        assert estimate.support is not None
+        middle = self._sight.model.middle
+        self._motion = Motion.at_rest(estimate.pose, estimate.covariance, middle)
+        self._ambiguity = estimate.ambiguity
+        worth = quality(estimate.support)
+        sure = estimate.score >= SURE and worth >= LIKE_BEFORE * self._typical
+        if self._misses > 0:  # a wider search meets more that looks alike
+            sure = sure and missing_share(estimate.support) <= MOST_MISSING
+        self._believed = sure
+        self._held(estimate.pose, worth, sure)
+        support = {line.line: line.support for line in estimate.lines}
+        return "sure" if sure else "unsure", estimate.pose, estimate.covariance, support
+
+    def _estimate(self, pixels: Grey, widened: float) -> Estimate:
+        sight = self._sight
+        images = ImageSet(sight.camera.width, sight.camera.height)
+        images.add(NAME, pixels, 1.0, sight.tone.gamma)
+        settings = replace(
+            self._settings,
+            rotation_range_deg=widened * SEARCH_ROTATION_DEG,
+            translation_range_px=widened * SEARCH_TRANSLATION_PX,
+        )
+        around = self._trusted if self._misses % 2 else self._around
+        found = estimate_pose(images, [NAME], sight.model, sight.camera, around, settings)
+        self._vain = 0 if found.score >= SURE else self._vain + 1
+        if self._vain > 0 and self._vain % EVERYWHERE == 0 and isinstance(self._trusted, Pose):
+            range_m = float(np.linalg.norm(self._trusted.apply(sight.model.middle[None])[0]))
+            anywhere = Anywhere((range_m / FARTHER, range_m * FARTHER))
+            seen = estimate_pose(images, [NAME], sight.model, sight.camera, anywhere, self._settings)
+            alike = [one.pose for one in seen.poses] or ([] if seen.pose is None else [seen.pose])
+            if alike:  # of those that look alike, the one that it has turned least to
+                last = self._trusted
+                pose = min(alike, key=lambda one: one.error_to(last).rotation_deg)
+                other = estimate_pose(images, [NAME], sight.model, sight.camera, pose, self._settings)
+                found = max(found, other, key=lambda one: one.score)
+        return found
+
+
+def whole_share(support: PoseSupport) -> float:
+    """Share of the visible length that is on lines of which WHOLE is seen; clutter gives pieces."""
+    lines = support.lines
+    whole = sum(line.visible_px for line in lines if line.support >= WHOLE)
+    return whole / max(sum(line.visible_px for line in lines), 1e-9)
+
+
+def missing_share(support: PoseSupport) -> float:
+    """Share of the visible length that is on lines of which hardly anything is seen."""
+    lines = support.lines
+    missing = sum(line.visible_px for line in lines if line.support < MISSING)
+    return missing / max(sum(line.visible_px for line in lines), 1e-9)
