@@ -8,13 +8,16 @@
 :- use_module(reasoning/qualitative).
 :- use_module(reasoning/candidates).
 :- use_module(reasoning/image_set).
+:- use_module(reasoning/instead).
 :- use_module(reasoning/merit).
+:- use_module(reasoning/outlook).
 
 % ---------------------------------------------------------------- fluents
 
 fun_fluent(device).             % what camera and lights can do
 fun_fluent(threshold).          % merit, in px, under which a pose is trusted
-fun_fluent(max_iterations).     % images that may be taken
+fun_fluent(max_iterations).     % images that may be taken of one pose
+fun_fluent(allowed).            % images that may be taken in all by now, however often the target moves
 fun_fluent(settings).           % what the next image will be taken under
 fun_fluent(iteration).          % images taken so far
 fun_fluent(taken).              % images taken of this pose
@@ -29,6 +32,9 @@ fun_fluent(measured).           % the images of the last estimate
 fun_fluent(best).               % the estimate from the kept set
 fun_fluent(merit).              % of best, in px; lower is better
 fun_fluent(line_support(_)).    % how much of a model line the last estimate found, 0..1
+fun_fluent(outlook).            % adds(Bits, Settings, Line), best first: what was predicted last
+fun_fluent(richest_gamma).        % of the image appraised last: below 1 its gradients want more light
+fun_fluent(surprise).               % because(Image, Cause) when the last image was not as foreseen, or none
 fun_fluent(parameter(_)).       % what the vision server was told
 fun_fluent(working(_)).         % is this light alive?
 fun_fluent(range).              % commanded range of the target in m, or unknown
@@ -38,6 +44,7 @@ fun_fluent(steps).              % what happened to each image, newest first
 initially(device, unknown).
 initially(threshold, unknown).
 initially(max_iterations, unknown).
+initially(allowed, unknown).
 initially(settings, unknown).
 initially(iteration, 0).
 initially(taken, 0).
@@ -52,6 +59,9 @@ initially(measured, []).
 initially(best, none).
 initially(merit, Merit) :- worst_merit(Merit).
 initially(line_support(_), 0).
+initially(outlook, []).
+initially(richest_gamma, 1.0).
+initially(surprise, none).
 initially(parameter(_), default).
 initially(working(_), true).
 initially(range, unknown).
@@ -64,6 +74,8 @@ prim_action(connect).                   % learn what the device can do
 prim_action(choose(_)).                 % settings for the next image
 prim_action(capture(_, _)).             % take an image under settings
 prim_action(estimate(_)).               % the pose from these images together
+prim_action(predict(_, _, _)).          % what settings of this device would add to these images, but for these states
+prim_action(appraise(_)).               % under which tone curve an image's gradients would be richest
 prim_action(keep(_)).                   % the candidate joins the set
 prim_action(discard(_, _)).             % forget the candidate, for a reason
 prim_action(avoid(_)).                  % remember a state as unfavourable
@@ -76,11 +88,14 @@ exog_action(light_fault(_)).
 exog_action(camera_fault).
 exog_action(sun_changed).
 exog_action(target_moved).
+exog_action(surprise(_, _)).            % an image is not as foreseen, for this cause: target_moved
 
 poss(connect, true).
 poss(choose(S), and(neg(device = unknown), settings_in_range(device, S))).
-poss(capture(_, S), and([candidate = none, neg(S = unknown), settings = S, taken < max_iterations])).
+poss(capture(_, S), and([candidate = none, neg(S = unknown), settings = S, taken < max_iterations, iteration < allowed])).
 poss(estimate(Images), neg(Images = [])).
+poss(predict(D, _, _), and(device = D, neg(D = unknown))).
+poss(appraise(I), candidate = I).
 poss(keep(I), and([candidate = I, neg(I = none), member(I, measured)])).
 poss(discard(I, _), and(candidate = I, neg(I = none))).
 poss(avoid(_), true).
@@ -94,6 +109,7 @@ poss(hold_done(_), true).
 senses(connect, session(Device, _, _), device, Device, true).
 senses(connect, session(_, Px, _), threshold, Px, true).
 senses(connect, session(_, _, N), max_iterations, N, true).
+senses(connect, session(_, _, N), allowed, N, true).
 senses(capture(_, _), Statistics, statistics, Statistics, true).
 senses(capture(_, S), Statistics, readings, Readings,
        Readings = [reading(S, Statistics)|readings]).
@@ -101,9 +117,13 @@ senses(estimate(_), no_pose, fix, none, true).
 senses(estimate(_), fix(P, C, Q, L), fix, fix(P, C, Q, L), true).
 senses(estimate(_), fix(_, _, _, Lines), line_support(L), Support,
        member(line(L, _, Support, _), Lines)).
+senses(appraise(_), Gamma, richest_gamma, Gamma, true).
+senses(predict(_, _, _), Outlook, outlook, Outlook, true).
 
 % ---------------------------------------------------------------- effects
 
+causes_val(choose(_), settings, Lit, and(instead(iteration, device, S), lit_settings(device, S, Lit))).  % what if?
+causes_val(choose(_), surprise, none, true).
 causes_val(choose(S), settings, Lit, lit_settings(device, S, Lit)).
 
 causes_val(capture(_, _), iteration, N, N is iteration + 1).
@@ -117,7 +137,8 @@ causes_val(keep(I), image_set, Set,
            and(qualitative_state(device, settings, State), Set = [kept(I, State)|image_set])).
 causes_val(keep(_), best, Fix, Fix = fix).
 causes_val(keep(_), merit, Merit, merit(fix, Merit)).
-causes_val(keep(I), steps, Steps, step(I, keep, '', 1, Steps)).
+causes_val(keep(I), steps, Steps, and(remark(surprise, Why), step(I, keep, Why, 1, Steps))).
+causes_val(surprise(Image, Cause), surprise, because(Image, Cause), true).
 
 causes_val(discard(_, _), candidate, none, true).
 causes_val(discard(I, _), discarded, Images, Images = [I|discarded]).
@@ -143,11 +164,13 @@ causes_val(Event, unfavourable, [], true) :- new_scene(Event).
 % Another pose, or a fresh look at it: nothing is known of it yet.
 new_pose(advance(_)).
 new_pose(target_moved).
+new_pose(surprise(_, target_moved)).
 new_pose(start_over).
 causes_val(Event, taken, 0, true) :- new_pose(Event).
 causes_val(Event, best, none, true) :- new_pose(Event).
 causes_val(Event, merit, Merit, true) :- new_pose(Event), worst_merit(Merit).
 causes_val(advance(Range), range, Range, true).
+causes_val(advance(_), allowed, N, N is iteration + 2 * max_iterations).     % a look, and a fresh one
 causes_val(hold_done(Outcome), holds, Holds, Holds = [hold(range, Outcome, best)|holds]).
 
 causes_val(light_fault(Light), working(Light), false, true).

@@ -7,7 +7,7 @@
 proc(converged, and(neg(best = none), merit =< threshold)).
 
 % No more images may be taken.
-proc(exhausted, taken >= max_iterations).
+proc(exhausted, or(taken >= max_iterations, iteration >= allowed)).
 
 % Nothing more is to be done, or nothing more may be.
 proc(finished, or(converged, exhausted)).
@@ -22,6 +22,11 @@ proc(improved, improves(fix, merit)).
 % may hold what the others lack: only where there is a pose must one improve it.
 proc(worth_keeping, or(best = none, improved)).
 
+% The candidate takes nothing from the pose, as far as can be seen.
+proc(harmless, or(neg(likely), no_worse(fix, merit))).
+% The best pose is rather right than wrong. One that is not tells nothing to compare an image with, or to foresee one.
+proc(likely, and(neg(best = none), rather_right(merit))).
+
 % Settings s worth trying next, by search over qualitative states.
 proc(promising(S),
      and(kept_states(image_set, Kept),
@@ -31,11 +36,28 @@ proc(promising(S),
 proc(well_exposed(S),
      and(full_levels(device, Levels), best_exposure(device, readings, Levels, S))).
 
+% Settings s under which the gradients of the image appraised last should be richer; those of now when they are rich.
+proc(richer(S), relit(device, settings, richest_gamma, S)).
+
 % ---------------------------------------------------------------- settings
+
+% The settings that were predicted to add most, of those that no image of this scene was taken under.
+proc(foremost(S), and(member(adds(_, S, _), outlook), neg(member(reading(S, _), readings)))).
 
 proc(choose_random,    pi(s, [?(random_settings(device, s)), choose(s)])).
 proc(choose_reference, pi(s, [?(reference_settings(device, s)), choose(s)])).
 proc(choose_promising, pi(s, [?(promising(s)), choose(s)])).
+
+% The settings whose image is predicted to add most to the pose, line by line; promising ones while no pose is likely.
+proc(choose_informative,
+     if(neg(likely),
+        choose_promising,
+        [ look_ahead,
+          if(some(s, foremost(s)), pi(s, [?(foremost(s)), choose(s)]), choose_promising) ])).
+proc(look_ahead,
+     pi([d, u, images],
+        [ ?(and([device = d, unfavourable = u, image_names(none, image_set, images)])),
+          predict(d, u, images) ])).
 
 % ---------------------------------------------------------------- images
 

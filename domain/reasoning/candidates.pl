@@ -1,15 +1,18 @@
 :- module(domain_candidates,
           [ candidate/2,                % +Device, -Settings
+            unfavourable/3,             % +Device, +States, +Settings
             most_promising/4,           % +Device, +Experience, -Settings, -Why
             ranking/3,                  % +Device, +Experience, -Ranked
-            best_exposure/4             % +Device, +Readings, +Levels, -Settings
+            best_exposure/4,            % +Device, +Readings, +Levels, -Settings
+            bracket/2,                  % +Device, -Settings
+            relit/4                     % +Device, +Settings, +Gamma, -Relit
           ]).
 :- use_module(device).
 :- use_module(prediction).
 :- use_module(qualitative).
 :- use_module(library(aggregate), [aggregate_all/3]).
-:- use_module(library(apply), [exclude/3, maplist/3]).
-:- use_module(library(lists), [member/2, nth1/3]).
+:- use_module(library(apply), [exclude/3, maplist/3, maplist/4]).
+:- use_module(library(lists), [member/2, nth1/3, sum_list/2]).
 
 /** <module> Heuristic search over qualitative states
 
@@ -35,6 +38,10 @@ repetition(0.95).                       % states more alike than this are the sa
 resemblance(0.7).                       % states more alike than this share what is wrong with them
 metered_highlight(0.8).                 % of full scale: what an exposure program aims at
 least_highlight(1.0e-6).                % against the logarithm of zero
+rich(0.1).                              % a tone curve so near to none leaves an image as it is
+gradient_gain(1.0).                     % of light, for what the curve is from none; half of it for less light
+lights_first(0.2).                      % of its logarithm, that a turned shutter counts as missed light
+relighting(Share) :- member(Share, [0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0]).    % of all levels
 common_fraction(Fraction) :- member(Fraction, [0, 1/3, 2/3, 1]).    % of all lights together
 lone_fraction(Fraction) :- member(Fraction, [1/2, 1]).              % of one light alone
 
@@ -125,11 +132,23 @@ likelihood(State, Kept, Likelihood) :-
     Likelihood is 4 * S * (1 - S).
 
 tried(Kept, Unfavourable, ranked(_, _, why(State, _, _))) :-
-    (   greatest_similarity(State, Kept, S), repetition(Most)
-    ;   greatest_similarity(State, Unfavourable, S), resemblance(Most)
+    (   greatest_similarity(State, Kept, S), repetition(Most), S > Most
+    ;   resembles(Unfavourable, State)
     ),
-    S > Most,
     !.
+
+resembles(Unfavourable, State) :-
+    greatest_similarity(State, Unfavourable, S),
+    resemblance(Most),
+    S > Most.
+
+%!  unfavourable(+Device, +States, +Settings) is semidet.
+%
+%   Settings are of a state like one of these.
+
+unfavourable(Device, States, Settings) :-
+    qualitative_state(Device, Settings, State),
+    resembles(States, State).
 
 %!  best_exposure(+Device, +Readings, +Levels, -Settings) is det.
 %
@@ -151,3 +170,53 @@ candidate_exposure(Device, Levels, settings(Levels, Shutter, Aperture)) :-
     member(Shutter, Shutters),
     device_apertures(Device, Apertures),
     member(Aperture, Apertures).
+
+%!  bracket(+Device, -Settings) is det.
+%
+%   All lights full under every shutter, shortest first, at the aperture nearest to the reference exposure's.
+
+bracket(Device, Bracket) :-
+    full_levels(Device, Levels),
+    reference_settings(Device, settings(_, _, Aperture)),
+    device_shutters(Device, Shutters),
+    sort(0, @<, Shutters, Ascending),
+    findall(settings(Levels, Shutter, Aperture), member(Shutter, Ascending), Bracket).
+
+%!  relit(+Device, +Settings, +Gamma, -Relit) is det.
+%
+%   Settings with more light where the tone curve Gamma brightens, less where it darkens, as near as may be to
+%   1 + gradient_gain (1 - Gamma) times what it was (half the gain for less light): all lights alike, and the shutter
+%   where they do not reach.
+
+relit(_, Settings, Gamma, Relit), rich(Near), abs(Gamma - 1) =< Near =>
+    Relit = Settings.
+relit(Device, settings(Levels0, Shutter0, Aperture), Gamma, Relit) =>
+    gradient_gain(Gain),
+    ( Gamma < 1 -> Factor is 1 + Gain * (1 - Gamma) ; Factor is 1 + 0.5 * Gain * (1 - Gamma) ),
+    device_shutters(Device, Shutters),
+    light_of(Device, Levels0, Light0),
+    lights_first(Preference),
+    aggregate_all(min(Miss, settings(Levels, Shutter, Aperture)),
+                  ( relighting(Share),
+                    scaled(Device, Share, Levels0, Levels),
+                    light_of(Device, Levels, Light),
+                    member(Shutter, Shutters),
+                    Wrong is abs(log(Light * Shutter / (Light0 * Shutter0 * Factor))),
+                    Turned is abs(log(Shutter / Shutter0)),
+                    Miss is Wrong + Preference * Turned ),
+                  min(_, Relit)).
+
+%   One level keeps a light on, so that more can come of it.
+scaled(Device, Share, Levels0, Levels) :-
+    device_lights(Device, Lights),
+    maplist(scaled_level(Share), Lights, Levels0, Levels).
+
+scaled_level(_, light(_, dead), _, Level) =>
+    Level = 0.
+scaled_level(Share, light(_, N), Level0, Level) =>
+    Level is min(N - 1, max(min(1, Level0), round(Share * Level0))).
+
+light_of(Device, Levels, Light) :-
+    level_fractions(Device, Levels, Fractions),
+    sum_list(Fractions, Sum),
+    Light is max(Sum, 0.01).

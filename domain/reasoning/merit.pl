@@ -1,6 +1,8 @@
 :- module(domain_merit,
           [ merit/2,                    % +Fix, -MeritPx
             improves/2,                 % +Fix, +MeritPx
+            no_worse/2,                 % +Fix, +MeritPx
+            rather_right/1,             % +MeritPx
             fix_rms/2,                  % +Fix, -RmsPx
             worst_merit/1,              % -MeritPx
             default_threshold/1         % -MeritPx
@@ -31,26 +33,21 @@ worst_merit(100.0).
 
 default_threshold(1.0).
 
-%   What each part counts, and what is worth an image: docs/trust.md says how they were checked.
-weight(rms, 0.25).                      % px for a px of error
-weight(uncertainty, 200).               % a permille counts as 0.2 px
-weight(doubt, 10).                      % a percent counts as 0.1 px
+%   What doubt counts, and what is worth an image: docs/trust.md says how they were checked.
+weight(doubt, 15).                      % a percent counts as 0.15 px
 improvement(0.98).                      % of the merit: two percent less
+scatter(1.25).                          % of the merit from one image to the next that adds nothing
 
 %!  merit(+Fix, -MeritPx) is det.
 %
-%   The error of the fit joined with what the fit cannot know: its uncertainty (one
-%   standard deviation, 0.01 for 1 % of the range or 1 degree) and the chance that it
-%   is wrong altogether, so that neither an easy error nor a sharp wrong pose is enough.
+%   Doubt that the pose is right to 1 degree and 1 % of the range: 1.0 stands for a
+%   chance of 93 %.
 
 merit(none, Merit) :-
     worst_merit(Merit).
-merit(fix(_, _, quality(Rms, Uncertainty, _, Score, _), _), Merit) :-
-    worst_merit(Worst),
-    weight(rms, R),
-    weight(uncertainty, U),
+merit(fix(_, _, quality(_, _, _, Score, _), _), Merit) :-
     weight(doubt, D),
-    Merit is min(Worst, R * Rms + U * Uncertainty + D * (1 - Score)).
+    Merit is D * (1 - Score).
 
 %!  improves(+Fix, +MeritPx) is semidet.
 %
@@ -60,6 +57,23 @@ improves(Fix, Merit) :-
     merit(Fix, New),
     improvement(Share),
     New < Share * Merit.
+
+%!  rather_right(+MeritPx) is semidet.
+%
+%   A pose of this merit is rather right than wrong.
+
+rather_right(Merit) :-
+    weight(doubt, Doubt),
+    Merit =< 0.5 * Doubt.
+
+%!  no_worse(+Fix, +MeritPx) is semidet.
+%
+%   Fix is as good as Merit, but for what the scatter of estimates explains.
+
+no_worse(Fix, Merit) :-
+    merit(Fix, New),
+    scatter(Share),
+    New =< Share * Merit.
 
 %!  fix_rms(+Fix, -RmsPx) is semidet.
 

@@ -2,6 +2,7 @@
           [ qualitative_state/3,        % +Device, +Settings, -State
             state_words/2,              % +State, -Text
             settings_words/3,           % +Device, +Settings, -Text
+            shutter_words/2,            % +ShutterS, -Text
             similarity/3,               % +State1, +State2, -Similarity
             greatest_similarity/3,      % +State, +States, -Similarity
             image_quality/2             % +Statistics, -Quality
@@ -105,6 +106,8 @@ settings_words(Device, settings(Levels, Shutter, Aperture), Text) :-
 
 light_words(light(Name, _), Level, Words) :-
     format(atom(Words), "~w ~w", [Name, Level]).
+
+%!  shutter_words(+ShutterS, -Text) is det.
 
 shutter_words(Shutter, Words) :-
     longest_in_fractions_s(Longest),

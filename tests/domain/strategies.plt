@@ -2,9 +2,8 @@
 :- use_module(library(plunit)).
 :- use_module(library(apply)).
 :- use_module(library(lists)).
+:- use_module('../../domain/testing/simulated_world').
 :- use_module('../../indigolog/indigolog').
-:- use_module(fixtures).
-:- use_module(simulated_world).
 
 /** <module> The strategies of domain/controllers, the approach and the procedures, run in a world without images */
 
@@ -12,11 +11,6 @@ never(threshold(1.0e-6)).
 
 fluents(Situation, Names, Values) :-
     maplist([Name, Value]>>fluent_value(Name, Situation, Value), Names, Values).
-
-settings_taken(Situation, Settings) :-
-    situation_history(Situation, Newest),
-    findall(S, member(capture(_, S), Newest), Back),
-    reverse(Back, Settings).
 
 :- begin_tests(acquisition_strategies).
 
@@ -27,13 +21,13 @@ test(images_are_kept_while_there_is_no_pose, Images-Discarded == [i3, i2, i1]-[]
     findall(Image, member(kept(Image, _), Set), Images).
 
 test(each_finds_the_pose_in_mild_light,
-     [forall(member(Name, [simple, greedy, heuristic, auto_exposed])), nondet]) :-
+     [forall(member(Name, [simple, greedy, heuristic, informed, auto_exposed])), nondet]) :-
     in_world([seed(3)], Name, session, final, Situation),
     situation_holds(converged, Situation),
     fluent_value(taken, Situation, Taken),
     assertion(Taken =< 10).
 test(each_does_the_same_again,
-     [forall(member(Name, [simple, greedy, heuristic, auto_exposed, fixed]))]) :-
+     [forall(member(Name, [simple, greedy, heuristic, informed, auto_exposed, fixed, fused, gradient]))]) :-
     never(Never),
     in_world([Never, images(4), seed(5)], Name, session, final, First),
     in_world([Never, images(4), seed(5)], Name, session, final, Second),
@@ -41,7 +35,7 @@ test(each_does_the_same_again,
     situation_history(Second, Again),
     assertion(History == Again).
 test(each_stops_when_no_more_images_may_be_taken,
-     [forall(member(Name, [simple, greedy, heuristic])), true(Taken == 4)]) :-
+     [forall(member(Name, [simple, greedy, heuristic, informed])), true(Taken == 4)]) :-
     never(Never),
     in_world([Never, images(4)], Name, session, final, Situation),
     fluent_value(iteration, Situation, Taken).
@@ -92,6 +86,49 @@ test(heuristic_turns_to_light_after_a_dark_image) :-
 test(heuristic_turns_from_glare) :-
     in_world([sun(3.0), images(6)], heuristic, session, final, Situation),
     situation_holds(converged, Situation).
+test(informed_takes_what_is_foreseen_to_add_most, Settings == settings([7, 1, 0], 0.0166667, 4.0)) :-
+    never(Never),
+    in_world([Never, images(2)], informed, session, final, Situation),
+    settings_taken(Situation, [_, Settings]).
+test(informed_does_as_the_heuristic_where_nothing_is_foreseen, [true(Taken == 6), nondet]) :-
+    never(Never),
+    in_world([Never, images(6), nothing_foreseen], informed, session, final, Situation),
+    settings_taken(Situation, Settings),
+    sort(Settings, Distinct),
+    length(Distinct, Taken).
+test(informed_keeps_what_does_no_harm_and_avoids_what_does, Images-States == [i2, i1]-[]) :-
+    never(Never),
+    in_world([Never, images(2), useless], informed, session, final, Situation),
+    fluents(Situation, [image_set, unfavourable], [Set, States]),
+    findall(Image, member(kept(Image, _), Set), Images).
+test(informed_drops_an_image_that_harms, Discarded-States == [i2]-1) :-
+    never(Never),
+    in_world([Never, images(2), harmful], informed, session, final, Situation),
+    fluents(Situation, [discarded, unfavourable], [Discarded, Unfavourable]),
+    length(Unfavourable, States).
+test(fused_takes_every_shutter_with_all_lights_full, Bracket-Kept == [0.0041667, 0.0083333, 0.0166667, 0.0333333, 0.0666667]-5) :-
+    in_world([], fused, session, final, Situation),
+    settings_taken(Situation, Settings),
+    findall(Shutter, member(settings([7, 7, 7], Shutter, 4.0), Settings), Bracket),
+    fluent_value(image_set, Situation, Set),
+    length(Set, Kept).
+test(gradient_turns_lights_until_gradients_are_rich, [forall(member(Sun, [0.0, 0.2, 2.0]))]) :-
+    in_world([sun(Sun)], gradient, session, final, Situation),
+    fluents(Situation, [image_set, richest_gamma, settings], [[_], Gamma, settings(_, Shutter, _)]),
+    assertion(abs(Gamma - 1) < 0.5),
+    assertion(( Sun < 1 -> Shutter =:= 0.0166667 ; Shutter < 0.0166667 )).
+test(informed_begins_anew_when_a_target_moved_unannounced, Images-Reasons == [i5, i4, i3]-['', '', 'not as foreseen: the target has moved', '', '']) :-
+    never(Never),
+    in_world([Never, images(5), happens(surprise(i3, target_moved), i3)], informed, session, final, Situation),
+    fluents(Situation, [image_set, steps], [Set, Steps]),
+    findall(Image, member(kept(Image, _), Set), Images),
+    findall(Reason, member(step(_, _, _, _, keep, Reason, _, _, _), Steps), Reasons).
+test(informed_takes_no_settings_twice) :-
+    never(Never),
+    in_world([Never, images(6)], informed, session, final, Situation),
+    settings_taken(Situation, Settings),
+    sort(Settings, Distinct),
+    same_length(Settings, Distinct).
 test(fixed_takes_one_image_half_way_up, Settings == [settings([4, 4, 4], 0.0166667, 4.0)]) :-
     in_world([], fixed, session, final, Situation),
     settings_taken(Situation, Settings).
@@ -111,8 +148,13 @@ test(another_sun_begins_another_set, Images == [i4, i3, i2]) :-
     findall(Image, member(kept(Image, _), Set), Images).
 test(a_target_that_moved_has_another_pose, Taken == 2) :-
     never(Never),
-    in_world([Never, images(2), happens(target_moved, i2)], simple, session, final, Situation),
+    in_world([Never, images(4), happens(target_moved, i2)], simple, session, final, Situation),
     fluents(Situation, [taken, iteration], [Taken, 4]).
+test(a_target_that_moves_on_and_on_ends_the_session_as_well) :-
+    never(Never),
+    findall(happens(target_moved, Image), ( between(1, 40, N), atom_concat(i, N, Image) ), Moves),
+    in_world([Never, images(5)|Moves], heuristic, session, final, Situation),
+    fluents(Situation, [iteration], [5]).
 test(a_light_that_died_is_left_off) :-
     never(Never),
     in_world([Never, images(6), happens(light_fault(left), i2)], heuristic, session, final, Situation),

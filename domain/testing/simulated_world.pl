@@ -1,15 +1,16 @@
 :- module(simulated_world,
-          [ in_world/5,                 % +Options, +Controller, +Program, -Outcome, -Situation
+          [ in_world/5,                 % +Options, :Controller, +Program, -Outcome, -Situation
+            settings_taken/2,           % +Situation, -Settings
+            testbed/1,                  % -Device
             can_execute/1,              % +Action
             execute/2,                  % +Action, -Sensing
             exogenous/1                 % -Actions
           ]).
-:- use_module('../../domain/reasoning/device').
 :- use_module('../../indigolog/indigolog').
-:- use_module(fixtures).
+:- use_module('../reasoning/device').
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(apply), [maplist/3]).
-:- use_module(library(lists), [member/2]).
+:- use_module(library(lists), [append/3, member/2, reverse/2, sum_list/2]).
 :- use_module(library(option), [option/3]).
 
 /** <module> A small world for strategies: light adds up, and images that are neither dark nor glaring fix the pose
@@ -24,12 +25,15 @@ image tells as much as it is neither dark nor saturated; a set's errors fall wit
     range/1,                            % m
     pending/1.                          % Event to happen
 
-%!  in_world(+Options, +Controller, +Program, -Outcome, -Situation) is det.
+:- meta_predicate in_world(+, :, +, -, -).
+
+%!  in_world(+Options, :Controller, +Program, -Outcome, -Situation) is det.
 %
-%   Run Program of a controller, a name in domain/controllers, in a new world; Situation is the last one.  Options:
+%   Run Program of a controller in a new world; Situation is the last one.  Controller is a name in domain/controllers,
+%   or a file that ends in `.pl`, looked for beside the test that asks.  Options:
 %   sun(Brightness) at the reference exposure (0.02), images(Most) that may be taken (10), threshold(Px) (1.0),
 %   seed(N) (1), happens(Event, Image) when that image is taken, blind_below(RangeM): no pose nearer than that, and
-%   useless: every image after the first tells nothing.
+%   useless: every image after the first tells nothing; harmful: makes the pose worse; nothing_foreseen: no prediction.
 
 in_world(Options, Controller, Program, Outcome, Situation) :-
     maplist(retractall, [setting(_), image(_, _), range(_), pending(_)]),
@@ -41,14 +45,41 @@ in_world(Options, Controller, Program, Outcome, Situation) :-
               [ device(simulated_world), seed(Seed), outcome(Outcome), on_action(simulated_world:after_action) ]),
     nb_getval(world_situation, Situation).
 
-load(Controller) :-
+load(Test:Controller) :-
+    domain_folder(Domain),
+    (   file_name_extension(_, pl, Controller)
+    ->  ( module_property(Test, file(Asking)) -> file_directory_name(Asking, Beside) ; Beside = '.' ),
+        absolute_file_name(Controller, Strategy, [relative_to(Beside)])
+    ;   format(atom(Strategy), "~w/controllers/~w.pl", [Domain, Controller])
+    ),
+    findall(File, ( member(Name, [acquisition, procedures, approach]), format(atom(File), "~w/~w.pl", [Domain, Name]) ), Files),
+    append(Files, [Strategy], Theory),
+    load_theory(Theory).
+
+domain_folder(Domain) :-
     module_property(simulated_world, file(Here)),
-    file_directory_name(Here, Folder),
-    findall(File,
-            ( member(Name, [acquisition, procedures, approach, controllers/Controller]),
-              format(atom(File), "~w/../../domain/~w.pl", [Folder, Name]) ),
-            Files),
-    load_theory(Files).
+    file_directory_name(Here, Testing),
+    file_directory_name(Testing, Domain).
+
+%!  settings_taken(+Situation, -Settings) is det.
+%
+%   The settings of all images taken, oldest first.
+
+settings_taken(Situation, Settings) :-
+    situation_history(Situation, Newest),
+    findall(S, member(capture(_, S), Newest), Back),
+    reverse(Back, Settings).
+
+%!  testbed(-Device) is det.
+%
+%   The paper's: three lights of eight levels, five shutters, three apertures.
+
+testbed(device([light(left, 8), light(right, 8), light(top, 8)],
+               [0.0041667, 0.0083333, 0.0166667, 0.0333333, 0.0666667],
+               [2.8, 4.0, 5.6],
+               sensor(2.0, 6.0, 10000.0, 1.0),
+               exposure(0.0166667, 4.0),
+               0.001)).
 
 :- public after_action/2.
 
@@ -60,8 +91,12 @@ after_action(_, Situation) :-
                 *******************************/
 
 can_execute(connect).
+can_execute(set_parameter(_, _)).
 can_execute(capture(_, _)).
 can_execute(estimate(_)).
+can_execute(predict(_, _, _)).
+can_execute(appraise(_)).
+can_execute(set_parameter(_, _)).
 can_execute(discard(_, _)).
 can_execute(advance(_)).
 
@@ -76,7 +111,20 @@ execute(capture(Image, Settings), Statistics) :-
 execute(estimate(Images), Fix) :-
     aggregate_all(sum(Worth), ( member(Image, Images), worth(Image, Worth) ), Told),
     fix(Told, Fix).
+% Light from the left is what is foreseen to add most, while it is not known to be bad.
+execute(predict(_, States, [_|_]), [adds(2.5, settings([7, 1, 0], 0.0166667, 4.0), 3)]) :-
+    \+ setting(nothing_foreseen),
+    \+ member(state(_, from(left), _), States),
+    !.
+execute(predict(_, _, _), []).
+% Gradients are richest at a quarter of full scale.
+execute(appraise(Image), Gamma) :-
+    image(Image, Settings),
+    seen(Settings, statistics(P50, _, _, _, _)),
+    Gamma is max(0.53, min(1.9, (P50 / 0.25) ** 0.5)).
+execute(set_parameter(_, _), true).
 execute(discard(_, _), true).
+execute(set_parameter(_, _), true).
 execute(advance(Range), true) :-
     retractall(range(_)),
     assertz(range(Range)).
@@ -104,6 +152,10 @@ seen(Settings, statistics(P50, P95, Dark, Saturated, BlurPx)) :-
     Saturated is max(0.0, min(1.0, 1.8 * Brightness - 1)),
     BlurPx is sqrt(1 + (2.8 / Aperture) ** 2 + (Shutter * 60) ** 2).
 
+worth(Image, -0.3) :-
+    setting(harmful),
+    Image \== i1,
+    !.
 worth(Image, 0.0) :-
     setting(useless),
     Image \== i1,

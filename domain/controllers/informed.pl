@@ -1,0 +1,14 @@
+% Light where it matters: each image is taken under the settings that are predicted, line by line, to add most to
+% the pose.  What they added is its part of the evidence and kept, unless the pose got worse with it.  One image
+% alone is never believed.  A target that is seen to have moved (`surprise`) is another pose: the set begins anew.
+
+proc(control,
+     [ choose_promising, take_image, judge,
+       while(neg(or(and(converged, confirmed), exhausted)),
+             [choose_informative, take_image, judge]) ]).
+
+proc(judge,
+     [ measure,
+       if(harmless,
+          keep_image,
+          [mark_unfavourable, drop_image('the pose got worse')]) ]).

@@ -1,0 +1,41 @@
+:- module(test_strategies_to_copy, []).
+:- use_module(library(plunit)).
+:- use_module(library(lists)).
+:- use_module('../../domain/testing/simulated_world').
+:- use_module('../../indigolog/indigolog').
+
+/** <module> The strategies of examples/ do what they say */
+
+in_world_with(Options, Name, Situation) :-
+    atomic_list_concat(['../../examples/', Name, '.pl'], File),
+    in_world(Options, File, session, final, Situation).
+
+:- begin_tests(strategies_to_copy).
+
+test(each_finds_the_pose_in_mild_light,
+     [forall(member(Name, [one_light_at_a_time, bracket, rules, second_opinion])), nondet]) :-
+    in_world_with([], Name, Situation),
+    situation_holds(converged, Situation).
+test(each_ends_when_no_pose_can_be_had,
+     [forall(member(Name, [one_light_at_a_time, bracket, rules, second_opinion])), nondet]) :-
+    in_world_with([threshold(1.0e-6), images(4)], Name, Situation),
+    situation_holds(neg(converged), Situation),
+    fluent_value(iteration, Situation, Taken),
+    assertion(Taken =< 4).
+test(bracket_keeps_the_light_and_uses_every_shutter, Lights == [[7, 7, 7]]) :-
+    in_world_with([threshold(1.0e-6)], bracket, Situation),
+    settings_taken(Situation, Settings),
+    setof(Levels, S^A^member(settings(Levels, S, A), Settings), Lights),
+    setof(S, L^A^member(settings(L, S, A), Settings), Shutters),
+    assertion(length(Shutters, 5)).
+test(rules_go_on_when_the_sun_changes, nondet) :-
+    in_world_with([threshold(0.7), happens(sun_changed, i1)], rules, Situation),
+    situation_holds(converged, Situation),
+    situation_history(Situation, History),
+    assertion(memberchk(sun_changed, History)).
+test(second_opinion_measures_the_newest_image_alone, nondet) :-
+    in_world_with([], second_opinion, Situation),
+    situation_history(Situation, [_, estimate([Newest])|_]),
+    fluent_value(image_set, Situation, [kept(Newest, _), _|_]).
+
+:- end_tests(strategies_to_copy).
