@@ -24,6 +24,7 @@ user:prolog_load_file(Spec, _) :-
 
 main :-
     current_prolog_flag(argv, Argv),
+    ( getenv('NO_COLOR', No), No \== '' -> set_prolog_flag(color_term, false) ; true ),
     catch(session_options(Argv, Options), error(usage_error(Message), _), give_up(Message)),
     (   installation_complete
     ->  true

@@ -5,13 +5,20 @@
             execute/2,                  % +Action, -Sensing
             exogenous/1,                % -Actions
             resumed/1,                  % +Situation
-            score_pose/2                % +Pose, -Error
+            score_pose/3                % +Pose, +Where, -Error
           ]).
 :- use_module(connections).
+:- use_module(display, [show/2]).
 :- use_module(forms).
-:- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
+:- use_module(recovery).
+:- use_module(servers, [captures_taken/1, own_server/1]).
+:- use_module(strategy_file, [check_against_device/2, check_instead/2]).
+:- use_module('../indigolog/indigolog', [situation_history/2]).
 :- use_module('../domain/reasoning/merit', [default_threshold/1]).
-:- use_module(library(lists), [member/2, memberchk/2, nth1/3, reverse/2, subtract/3]).
+:- use_module('../domain/reasoning/outlook').
+:- use_module(library(apply), [maplist/3]).
+:- use_module(library(filesex), [directory_file_path/3]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3]).
 
 /** <module> The device that carries the controller's actions to the servers
@@ -25,6 +32,8 @@ results, events as exogenous actions.  Pixels stay on the other side.
 | connect            | start                | session(Device, Threshold, Limit)    |
 | capture(Image, S)  | capture              | statistics(P50, P95, Dark, Saturated, BlurPx) |
 | estimate(Images)   | estimate             | no_pose, or fix(...) as in merit.pl  |
+| predict(Device, States, Images) | predict            | the best adds(Bits, Settings, Line), best first |
+| appraise(Image)    | appraise             | the richest tone curve               |
 | discard(Image, _)  | discard              |                                      |
 | set_parameter(N,V) | parameters           |                                      |
 | advance(RangeM)    | move, parameters     |                                      |
@@ -32,24 +41,31 @@ results, events as exogenous actions.  Pixels stay on the other side.
 
 :- dynamic
     opened_with/1,                      % Options
-    own_move/0.                         % one for each move of ours that is not reported yet
+    own_move/0,                         % one for each move of ours that is not reported yet
+    surprised/1,                        % exogenous action that is not reported yet
+    told_others/0.                      % it was said that other settings are applied than are asked for
 
 %!  open_acquisition(+Options) is det.
 %
-%   Connect to the servers.  Options: those of open_connections/1, start(Args) for
-%   the request `start`, threshold(Px), max_iterations(N).
+%   Connect to the servers.  Options: image_server, vision_server, own and keys of open_connections/1, start(Args)
+%   for the request `start`, threshold(Px), max_iterations(N).
 
 open_acquisition(Options) :-
     close_acquisition,
     assertz(opened_with(Options)),
-    open_connections(Options).
+    option(start(Args), Options),
+    open_recovery(Options, Args),
+    open_connections([waiting(session_recovery:look_after), lost(session_recovery:brought_back)|Options]).
 
 %!  close_acquisition is det.
 
 close_acquisition :-
+    end_session,
     close_connections,
     retractall(opened_with(_)),
-    retractall(own_move).
+    retractall(own_move),
+    retractall(surprised(_)),
+    retractall(told_others).
 
                 /*******************************
                 *            ACTIONS           *
@@ -62,6 +78,8 @@ close_acquisition :-
 can_execute(connect).
 can_execute(capture(_, _)).
 can_execute(estimate(_)).
+can_execute(predict(_, _, _)).
+can_execute(appraise(_)).
 can_execute(discard(_, _)).
 can_execute(set_parameter(_, _)).
 can_execute(advance(_)).
@@ -70,83 +88,133 @@ can_execute(advance(_)).
 %
 %   @error error of bridge/prolog/client.pl when a server does not do it
 
-execute(connect, session(Device, Threshold, Limit)) :-
+execute(Action, Sensing) :-
+    begin_action,
+    carry_out(Action, Sensing),
+    end_action(Action).
+
+carry_out(connect, session(Device, Threshold, Limit)) :-
     opened_with(Options),
     option(start(Args), Options),
-    ask(vision_server, start, Args, Result),
+    begin(Args, Result),
+    server_started,
+    show(Options, model(Result.model)),
     device_term(Result.describe, Device),
+    option(controller_file(File), Options),
+    check_against_device(File, Device),
+    forall(option(instead(Words), Options), check_instead(Words, Device)),
     listen(Result.describe),
     default_threshold(Default),
     option(threshold(Threshold), Options, Default),
     option(max_iterations(Limit), Options).
-execute(capture(Image, Settings), Statistics) :-
+carry_out(capture(Image, Settings), Statistics) :-
     settings_dict(Settings, Dict),
-    ask(vision_server, capture, _{image:Image, settings:Dict}, Result),
+    (   own_server(image_server)        % whose captures are this session's: a frame is the same however often it is asked for
+    ->  captures_taken(Taken),
+        Number is Taken + 1,
+        Args = _{image:Image, settings:Dict, number:Number}
+    ;   Args = _{image:Image, settings:Dict}
+    ),
+    ask(vision_server, capture, Args, Result),
+    came_with(Result),
+    surprised_by(Image, Result),
+    told_of_others(Image, Settings, Result.applied),
     statistics_term(Result.statistics, Statistics).
-execute(estimate(Images), Fix) :-
+carry_out(estimate(Images), Fix) :-
     ask(vision_server, estimate, _{images:Images}, Result),
     fix_term(Result, Fix).
-execute(discard(Image, _), true) :-
+carry_out(predict(_, _, []), []) :-
+    !.
+carry_out(predict(Device, Unfavourable, Images), Outlook) :-
+    worth_predicting(Device, Unfavourable, Settings),
+    Settings = [_|_],
+    !,
+    maplist(settings_dict, Settings, Dicts),
+    settings_searched_for(Search),
+    ask(vision_server, predict, _{settings:Dicts, images:Images, search:Search}, Result),
+    maplist(outlook_term, Result.get(found, []), Foreseen),
+    best_outlook(Device, Unfavourable, Foreseen, Outlook).
+carry_out(predict(_, _, _), []).
+carry_out(appraise(Image), Gamma) :-
+    ask(vision_server, appraise, _{image:Image}, Result),
+    Gamma = Result.gamma.
+carry_out(discard(Image, _), true) :-
     ask(vision_server, discard, _{image:Image}, _).
-execute(set_parameter(Name, Value), true) :-
+carry_out(set_parameter(Name, Value), true) :-
     dict_pairs(Args, parameters, [Name-Value]),
     ask(vision_server, parameters, Args, _).
-execute(advance(RangeM), true) :-
-    ask(image_server, move, _{range_m:RangeM}, _),
+carry_out(advance(RangeM), true) :-
+    ask(image_server, move, _{range_m:RangeM}, Result),
+    came_with(Result),
     assertz(own_move),
     ask(vision_server, parameters, _{seed_pose:_{best_at_range_m:RangeM}}, _).
 
+settings_searched_for(32).             % the best may be of states to avoid
+
+outlook_term(Found, adds(Found.bits, Settings, Found.line)) :-
+    settings_dict(Settings, Found.settings).
+
 %!  resumed(+Situation) is det.
 %
-%   Take over a session that was interrupted in Situation: the vision server gets
-%   its images back, and with them what its best estimate, seed pose and parameters came
-%   from; an image server that has not moved its target as often as we asked does so.
+%   Take over a session that was interrupted in Situation.
 
 resumed(Situation) :-
     situation_history(Situation, Newest),
     memberchk(connect, Newest),
     !,
-    opened_with(Options),
-    option(start(Args), Options),
-    fluent_value(image_set, Situation, Kept),
-    fluent_value(candidate, Situation, Candidate),
-    findall(Image, ( member(kept(Image, _), Kept) ; Candidate \== none, Image = Candidate ), Newer),
-    reverse(Newer, Images),
-    findall(Image, member(capture(Image, _), Newest), Taken),
-    subtract(Taken, Images, Discarded),
-    reverse(Newest, Oldest),
-    findall(Step, ( member(Event, Oldest), told_step(Event, Step) ), Told),
-    ask(vision_server, restore, Args.put(_{images:Images, discarded:Discarded, told:Told}), Result),
-    findall(RangeM, member(advance(RangeM), Oldest), Ranges),
-    move_again(Ranges),
-    listen(Result.describe).            % only now: the events of these moves have been met
+    take_over(Situation),
+    ask(image_server, describe, _{}, Description),
+    listen(Description).                % only now: the events of moves that were done again have been met
 resumed(_).
 
-told_step(e(estimate(_), Fix), _{estimate:Estimate}) :-
-    Fix = fix(_, _, _, _),
-    fix_dict(Fix, Dict),
-    del_dict(lines, Dict, _, Estimate).
-told_step(set_parameter(Name, Value), _{parameters:Parameters}) :-
-    dict_pairs(Parameters, parameters, [Name-Value]).
-told_step(advance(RangeM), _{parameters:_{seed_pose:_{best_at_range_m:RangeM}}}).
+%   A session that is resumed and of which the journal has nothing may have frames: they are taken again, under the
+%   same names.
+begin(Args, Result) :-
+    opened_with(Options),
+    option(resume(_), Options),
+    directory_file_path(Args.out, 'images/stack.toml', Frames),
+    exists_file(Frames),
+    !,
+    ask(vision_server, restore, Args.put(_{images:[], discarded:[], told:[]}), Result).
+begin(Args, Result) :-
+    ask(vision_server, start, Args, Result).
 
-move_again([]) :-
-    !.
-move_again(Ranges) :-
-    ask(image_server, health, _{}, Health),
-    ( integer(Health.get(moves)) -> Done = Health.moves ; Done = 0 ),
-    forall(( nth1(N, Ranges, RangeM), N > Done ), ask(image_server, move, _{range_m:RangeM}, _)).
-
-%!  score_pose(+Pose, -Error) is semidet.
+%!  score_pose(+Pose, +Where, -Error) is semidet.
 %
-%   How far off a pose is, for the report; fails where the truth is not known.
+%   How far off a pose is, for the report; fails where the truth is not known.  Where is here, or after(N, All): where
+%   the target stood after N of All moves that this session asked for.
 
-score_pose(Pose, Error) :-
+score_pose(Pose, Where, Error) :-
     pose_dict(Pose, Dict),
-    catch(ask(image_server, score, _{pose:Dict}, Result),
+    stood(Where, Moves),
+    catch(ask(image_server, score, Moves.put(pose, Dict), Result),
           error(server_error(unsupported, _, _), _), fail),
     Error = Result.error,
     is_dict(Error).
+
+%   A server of the user's may have moved its target before this session.
+stood(here, _{}).
+stood(after(N, All), _{moves:Moves}) :-
+    (   own_server(image_server)
+    ->  Moves = N
+    ;   ask(image_server, health, _{}, Health),
+        integer(Health.get(moves)),
+        Moves is N + max(0, Health.moves - All)
+    ).
+
+%   An image under other settings than were asked for: a recorded frame, a light that died.  Said once.
+told_of_others(Image, settings(Levels, Shutter, Aperture), Applied) :-
+    \+ told_others,
+    \+ ( Applied.lights = Levels, close_to(Applied.shutter_s, Shutter), close_to(Applied.aperture, Aperture) ),
+    !,
+    assertz(told_others),
+    opened_with(Options),
+    show(Options, others_applied(Image, Applied)).
+told_of_others(_, _, _).
+
+%   Devices tell what they applied to a thousandth.
+close_to(Applied, Asked) :-
+    abs(Applied / Asked - 1) < 0.001.
 
                 /*******************************
                 *            EVENTS            *
@@ -157,8 +225,18 @@ score_pose(Pose, Error) :-
 %   What has happened since the last call, in order of arrival.
 
 exogenous(Actions) :-
-    arrived(Events),
-    findall(Action, ( member(Event, Events), event_action(Event, Action), \+ ours(Action) ), Actions).
+    new_events(Events),
+    findall(Action, ( member(Event, Events), event_action(Event, Action), \+ ours(Action) ), Told),
+    findall(Surprise, retract(surprised(Surprise)), Surprises),
+    append(Told, Surprises, Actions).
+
+%   An image that is not as it was foreseen, and what has most likely happened.
+surprised_by(Image, Result) :-
+    string(Result.get(surprise)),
+    !,
+    atom_string(Cause, Result.surprise),
+    assertz(surprised(surprise(Image, Cause))).
+surprised_by(_, _).
 
 % The target moved because it was told to: advance/1 has said so.
 ours(target_moved) :-

@@ -1,29 +1,42 @@
 :- module(session_connections,
           [ open_connections/1,         % +Options
+            end_session/0,
             close_connections/0,
             ask/4,                      % +Server, +Op, +Args, -Result
+            has_answered/1,             % +Server
             listen/1,                   % +Description
+            listen_again/0,
             arrived/1,                  % -Events
             seconds_spent/2             % -Waiting, -Parts
           ]).
 :- use_module('../bridge/prolog/client').
 :- use_module('../bridge/prolog/keys', [client_keys/4]).
 :- use_module(library(apply), [maplist/2]).
-:- use_module(library(lists), [append/3, member/2, sum_list/2]).
-:- use_module(library(option), [option/2, option/3]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2, sum_list/2]).
+:- use_module(library(option), [option/2]).
 
 /** <module> The session's connections: to both servers, and to the image server's events */
 
 :- dynamic
     connection/2,                       % image_server or vision_server, Client
     subscription/1,
+    answered/1,                         % Server
+    asked/3,                            % Server, Op, Since: what is waited for
+    listening/1,                        % Description of the device whose events are subscribed to
     opened_with/1,                      % Options
     spent/2.                            % Part, Seconds
 
+%   A request to a server that the user started is sent again as often: it may come back.
+again_s(2).                             % chosen by hand
+request_s(own, 240).                    % one of our own is known to live while it is slow
+request_s(named, 90).                   % more than a minute of overload or standstill
+first_s(30).                            % until one of the user's has answered for the first time; chosen by hand
+
 %!  open_connections(+Options) is det.
 %
-%   Options: image_server(Endpoint), vision_server(Endpoint), alive(:Goal) called while waiting, timeout(Seconds) of
-%   a request, keys(Folder) with CURVE keys.
+%   Options: image_server(Endpoint), vision_server(Endpoint), own(Names) of the servers that are this session's, keys(Folder)
+%   with CURVE keys, waiting(:Goal), called with Name, Op and the seconds so far while an answer is waited for,
+%   and lost(:Goal), called with Name, Op and Error where there is none: if it succeeds the request is made again.
 
 open_connections(Options) :-
     close_connections,
@@ -33,11 +46,27 @@ open_connections(Options) :-
 open_server(Name, Options) :-
     Option =.. [Name, Endpoint],
     option(Option, Options),
-    option(alive(Alive), Options, true),
-    option(timeout(Seconds), Options, 60),
+    option(own(Own), Options),
+    ( memberchk(Name, Own) -> Whose = own ; Whose = named ),
+    request_s(Whose, Seconds),
+    again_s(Again),
+    ( Whose == own -> Retries = 2 ; Retries is Seconds // Again ),
     curve(Name, Options, Curve),
-    client_open(Endpoint, Client, [alive(Alive), timeout(Seconds)|Curve]),
+    client_open(Endpoint, Client,
+                [server(Name), alive(session_connections:waiting(Name)), timeout(Seconds), retries(Retries)|Curve]),
     assertz(connection(Name, Client)).
+
+:- public waiting/1.
+
+waiting(Name) :-
+    (   opened_with(Options),
+        option(waiting(Goal), Options)
+    ->  ( asked(Name, Op, Since) -> true ; Op = subscribe, get_time(Since) ),
+        get_time(Now),
+        Seconds is Now - Since,
+        call(Goal, Name, Op, Seconds)
+    ;   true
+    ).
 
 curve(Server, Options, [Curve]) :-
     option(keys(Folder), Options),
@@ -45,11 +74,24 @@ curve(Server, Options, [Curve]) :-
     client_keys(Folder, controller, Server, Curve).
 curve(_, _, []).
 
+%!  end_session is det.
+%
+%   Tell the vision server that what it holds for this session is not needed any more, if it still hears.
+
+end_session :-
+    (   connection(vision_server, Client)
+    ->  catch(client_request(Client, end, _{}, _, [timeout(1)]), error(_, _), true)
+    ;   true
+    ).
+
 %!  close_connections is det.
 
 close_connections :-
     forall(retract(connection(_, Client)), client_close(Client)),
     forall(retract(subscription(Subscription)), events_close(Subscription)),
+    retractall(answered(_)),
+    retractall(asked(_, _, _)),
+    retractall(listening(_)),
     retractall(opened_with(_)),
     retractall(spent(_, _)).
 
@@ -59,12 +101,38 @@ close_connections :-
 
 ask(Server, Op, Args, Result) :-
     connection(Server, Client),
-    client_request(Client, Op, Args, Result, []),
-    (   get_dict(seconds, Result, Seconds)
-    ->  dict_pairs(Seconds, _, Pairs),
-        maplist(add_seconds, Pairs)
-    ;   true
+    get_time(Now),
+    asserta(asked(Server, Op, Now), Asked),
+    ( first_request(Server, Seconds) -> Options = [timeout(Seconds)] ; Options = [] ),
+    catch(client_request(Client, Op, Args, Result0, Options), Error, true),
+    erase(Asked),
+    (   nonvar(Error)
+    ->  opened_with(Opened),
+        option(lost(Goal), Opened),
+        (   call(Goal, Server, Op, Error)
+        ->  ask(Server, Op, Args, Result)
+        ;   throw(Error)
+        )
+    ;   Result = Result0,
+        ( answered(Server) -> true ; assertz(answered(Server)) ),
+        (   get_dict(seconds, Result, Seconds)
+        ->  dict_pairs(Seconds, _, Pairs),
+            maplist(add_seconds, Pairs)
+        ;   true
+        )
     ).
+
+first_request(Server, Seconds) :-
+    \+ answered(Server),
+    opened_with(Options),
+    option(own(Own), Options),
+    \+ memberchk(Server, Own),
+    first_s(Seconds).
+
+%!  has_answered(+Server) is semidet.
+
+has_answered(Server) :-
+    answered(Server).
 
 add_seconds(Part-Seconds) :-
     ( retract(spent(Part, Before)) -> true ; Before = 0.0 ),
@@ -87,13 +155,34 @@ seconds_spent(Waiting, Parts) :-
 listen(Description) :-
     string(Description.get(events)),
     !,
+    assertz(listening(Description)),
+    subscribe.
+listen(_).
+
+subscribe :-
+    listening(Description),
     opened_with(Options),
     option(image_server(Server), Options),
     reachable(Description.events, Server, Events),
     curve(image_server, Options, Curve),
-    events_open(Events, Subscription, Curve),
-    assertz(subscription(Subscription)).
-listen(_).
+    request_s(own, Seconds),
+    catch(events_open(Events, Subscription,
+                      [alive(session_connections:waiting(image_server)), timeout(Seconds)|Curve]),
+          Error, true),
+    (   nonvar(Error)
+    ->  option(lost(Goal), Options),
+        ( call(Goal, image_server, subscribe, Error) -> true ; throw(Error) ),
+        ( subscription(_) -> true ; subscribe )
+    ;   assertz(subscription(Subscription))
+    ).
+
+%!  listen_again is det.
+%
+%   Subscribe anew, where events are listened to: none that was sent before comes after this.
+
+listen_again :-
+    forall(retract(subscription(Subscription)), events_close(Subscription)),
+    ( listening(_) -> subscribe ; true ).
 
 %   A server that listens on every interface cannot know under which name it is called.
 reachable(Events, Server, Reachable) :-

@@ -1,14 +1,18 @@
 :- module(session_display,
           [ show/2,                     % +Options, +Message
+            show_outcome/2,             % +Options, +Result
             tell/3                      % +Options, +Action, +Situation
           ]).
-:- use_module('../domain/reasoning/candidates').
+:- use_module(outcome, [counted/3]).
+:- use_module(reasons, [decision_reason/3]).
+:- use_module(result, [print_result/1]).
+:- use_module(wrapping, [wrapped/3]).
 :- use_module('../domain/reasoning/device').
-:- use_module('../domain/reasoning/image_set').
+:- use_module('../domain/reasoning/outlook', [cause_words/2]).
 :- use_module('../domain/reasoning/merit').
 :- use_module('../domain/reasoning/qualitative').
 :- use_module('../indigolog/indigolog', [fluent_value/3]).
-:- use_module(library(apply), [maplist/3]).
+:- use_module(library(apply), [maplist/3, maplist/4]).
 :- use_module(library(lists), [memberchk/2]).
 :- use_module(library(option), [option/2]).
 
@@ -19,13 +23,34 @@ All text of a session, as messages: session(Term).
 
 %!  show(+Options, +Message) is det.
 %
-%   Live lines go to standard error, which leaves standard output to --json.
+%   Live lines go to standard error.
 
 show(Options, _) :-
     option(quiet(true), Options),
     !.
 show(_, Message) :-
     print_message(help, session(Message)).
+
+%!  show_outcome(+Options, +Result) is det.
+%
+%   The result goes to standard output, however quiet a session is to be; with --json that is what is printed there.
+
+show_outcome(Options, Result) :-
+    option(json(true), Options),
+    !,
+    (   option(quiet(true), Options)
+    ->  true
+    ;   outcome_lines(Options, user_error, Result)
+    ),
+    catch(print_result(Result), error(io_error(write, _), _), true).
+show_outcome(Options, Result) :-
+    outcome_lines(Options, user_output, Result).
+
+outcome_lines(Options, Stream, Result) :-
+    option(max_iterations(Limit), Options),
+    phrase(prolog:message(session_outcome(Result, Limit)), Lines),
+    wrapped(Stream, Lines, Wrapped),
+    catch(print_message_lines(Stream, '', Wrapped), error(io_error(write, _), _), true).       % nobody reads on
 
 %!  tell(+Options, +Action, +Situation) is det.
 %
@@ -49,24 +74,12 @@ shown(discard(_, _), Situation, step(Device, Step)) :-
 shown(advance(Range), _, hold(Range)).
 shown(hold_done(Outcome), _, hold_done(Outcome)).
 shown(Event, _, event(Event)) :-
-    memberchk(Event, [light_fault(_), camera_fault, sun_changed]).
+    memberchk(Event, [light_fault(_), camera_fault, sun_changed, surprise(_, _)]).
 
 %   What --explain adds: why these settings, what the image shows, what it changed.
-explained(choose(Settings), Situation, chosen(Device, Settings, Why)) :-
-    fluent_value(device, Situation, Device),
-    fluent_value(readings, Situation, Readings),
-    fluent_value(image_set, Situation, ImageSet),
-    fluent_value(unfavourable, Situation, Unfavourable),
-    kept_states(ImageSet, Kept),
-    ranking(Device, experience(Readings, Kept, Unfavourable), Ranked),
-    memberchk(ranked(_, Settings, Why), Ranked).
-explained(capture(_, _), Situation, seen(Statistics, Quality)) :-
-    fluent_value(statistics, Situation, Statistics),
-    image_quality(Statistics, Quality).
-explained(estimate(_), Situation, measured(Fix, New, Old)) :-
-    fluent_value(fix, Situation, Fix),
-    fluent_value(merit, Situation, Old),
-    merit(Fix, New).
+explained(Action, Situation, because(Device, Reason)) :-
+    decision_reason(Action, Situation, Reason),
+    fluent_value(device, Situation, Device).
 
 last_step(Situation, Device, Step) :-
     fluent_value(device, Situation, Device),
@@ -79,12 +92,14 @@ prolog:message(session(Term)) -->
 
 session_message(begin(Plan, Folder)) -->
     [ 'Session: ', ansi(bold, '~w', [Plan.controller]), ' on ', ansi(bold, '~w', [Plan.target]),
-      ', seed ~w'-[Plan.seed], nl, '  run folder ~w'-[Folder] ].
+      ', seed ~w'-[Plan.seed], nl, '  run folder ~w'-[Folder] ],
+    planned(Plan.program).
+session_message(model(Model)) -->
+    model_size(Model),
+    model_doubt(Model).
 session_message(connected(Device)) -->
-    { device_lights(Device, Lights), length(Lights, Count),
-      device_shutters(Device, Shutters), length(Shutters, ShutterCount),
-      device_apertures(Device, Apertures), length(Apertures, ApertureCount) },
-    [ '  ~d lights, ~d shutters, ~d apertures'-[Count, ShutterCount, ApertureCount] ].
+    { device_words(Device, Words) },
+    [ '  ~w'-[Words] ].
 session_message(step(Device, step(_, Image, Settings, State, Decision, Reason, SetSize, Fix, _))) -->
     { settings_words(Device, Settings, Words),
       state_words(State, StateWords),
@@ -94,11 +109,19 @@ session_message(step(Device, step(_, Image, Settings, State, Decision, Reason, S
     fix_words(Fix, Merit),
     [ '  set ~d'-[SetSize] ],
     reason(Reason).
-session_message(would_do(Plan)) -->
+session_message(would_do(Plan, Device)) -->
+    { device_words(Device, Words) },
     [ 'Would run the controller ', ansi(bold, '~w', [Plan.controller]), ' (~w)'-[Plan.controller_file], nl,
       '  on target ~w, seed ~w'-[Plan.target, Plan.seed], nl,
       '  program ~w'-[Plan.program], nl,
-      '  theory and controller load without complaint; nothing was started'-[] ].
+      '  on ~w'-[Words], nl,
+      '  theory and controller load without complaint, and the servers took what they were told; no image was taken' ].
+session_message(waiting(Name, Op)) -->
+    [ '  waiting for the ~w to answer "~w" ...'-[Name, Op] ].
+session_message(brought_back(Error, Times, Most)) -->
+    { what_happened(Error, What) },
+    [ ansi(fg(yellow), '  ~w: it is brought back, and the session goes on (~d of at most ~d times)',
+           [What, Times, Most]) ].
 session_message(hold_done(fixed)) -->
     [ ansi(fg(green), '  pose fixed: go on', []) ].
 session_message(hold_done(reached)) -->
@@ -109,38 +132,105 @@ session_message(no_report(Status)) -->
     [ 'report.html was not written (~w); try: .venv/bin/python -m report RUN_FOLDER'-[Status] ].
 session_message(hold(Range)) -->
     [ 'Hold point at ~w m'-[Range] ].
+session_message(others_applied(Image, Applied)) -->
+    { atomic_list_concat(Applied.lights, ' ', Levels) },
+    [ ansi(fg(yellow), '  ~w was taken under other settings than were asked for, and so may others: ', [Image]),
+      ansi(fg(yellow), 'light levels ~w, ~4g s, f/~w', [Levels, Applied.shutter_s, Applied.aperture]) ].
+session_message(event(surprise(Image, Cause))) -->
+    !,
+    { cause_words(Cause, Words) },
+    [ ansi(fg(yellow), '  ~w is not as foreseen: ~w', [Image, Words]) ].
 session_message(event(Action)) -->
     [ ansi(fg(yellow), '  event: ~w', [Action]) ].
-session_message(outcome(converged, Result)) -->
-    [ ansi([bold, fg(green)], 'Pose found', []) ],
-    outcome(Result).
-session_message(outcome(exhausted, Result)) -->
-    [ ansi([bold, fg(yellow)], 'Not trusted: the threshold was not reached', []) ],
-    outcome(Result).
-session_message(outcome(stopped, Result)) -->
-    [ ansi([bold, fg(red)], 'Stopped', []) ],
-    outcome(Result).
 session_message(limit(Limit)) -->
     [ ansi(fg(yellow), '  the strategy ends by --max-iterations ~d, not by itself', [Limit]) ].
 session_message(report(File)) -->
     [ '  report ~w'-[File] ].
-session_message(chosen(Device, Settings, why(_, Promise, prediction(Brightness, Highlight, Blur, _)))) -->
-    { settings_words(Device, Settings, Words),
-      Median is 100 * Brightness,
-      High is 100 * Highlight },
-    [ ansi(fg(cyan), '       chose ~w: expects median ~0f %, highlights ~0f %, edges ~1f px wide; promise ~2f',
-           [Words, Median, High, Blur, Promise]) ].
-session_message(seen(statistics(P50, P95, Dark, Saturated, _), Quality)) -->
+session_message(because(Device, chosen(Settings, why(_, Promise, Prediction), Best, Count, LeftOut))) -->
+    { settings_words(Device, Settings, Words) },
+    [ ansi(fg(cyan), '       chose ~w: expects ', [Words]) ],
+    expected(Prediction),
+    [ ansi(fg(cyan), '; promise ~2f', [Promise]) ],
+    others(Best, Settings, Device),
+    [ nl, ansi(fg(cyan), '       of ~d candidates ~d left out: too like a kept image or an unfavourable state',
+               [Count, LeftOut]) ].
+session_message(because(Device, chosen(Settings, adds(Bits, Line, Prediction), Best, Count, LeftOut))) -->
+    { settings_words(Device, Settings, Words) },
+    [ ansi(fg(cyan), '       chose ~w: adds ~2f bit, most to line ~w; expects ', [Words, Bits, Line]) ],
+    expected(Prediction),
+    others(Best, Settings, Device),
+    [ nl, ansi(fg(cyan), '       of ~d candidates ~d left out: like an unfavourable state; the rest adds less', [Count, LeftOut]) ].
+session_message(because(Device, chosen(Settings, none, _, _, _))) -->
+    { settings_words(Device, Settings, Words) },
+    [ ansi(fg(cyan), '       chose ~w: not by promise', [Words]) ].
+session_message(because(_, seen(statistics(P50, P95, Dark, Saturated, _), Quality, Prediction))) -->
     { Numbers = [P50, P95, Dark, Saturated], maplist(percent, Numbers, Percents) },
-    [ ansi(fg(cyan), '       saw a ~w image: median ~0f %, highlights ~0f %, dark ~0f %, saturated ~0f %',
-           [Quality|Percents]) ].
-session_message(measured(fix(_, _, quality(Rms, Uncertainty, Support, Score, Ambiguity), _), New, Old)) -->
+    [ ansi(fg(cyan), '       saw a ~w image: median ~0f %, highlights ~0f %, dark ~0f %, saturated ~0f %; expected were ',
+           [Quality|Percents]) ],
+    expected(Prediction).
+session_message(because(_, measured(fix(_, _, quality(Rms, Uncertainty, Support, Score, Ambiguity), _), New, Old))) -->
     { Permille is 1000 * Uncertainty, Percent is 100 * Support },
     [ ansi(fg(cyan), '       rms ~2f px, uncertainty ~2f permille, ~0f % of the lines found, score ~2f, ambiguity ~2f; ',
            [Rms, Permille, Percent, Score, Ambiguity]),
       ansi(fg(cyan), 'merit ~2f (was ~2f)', [New, Old]) ].
-session_message(measured(none, _, _)) -->
+session_message(because(_, measured(none, _, _))) -->
     [ ansi(fg(cyan), '       no pose in these images', []) ].
+
+planned(session(Ranges)) -->
+    !,
+    { atomic_list_concat(Ranges, ', ', Words) },
+    [ nl, '  hold points at ~w m'-[Words] ].
+planned(_) -->
+    [].
+
+%   A wrong unit shows in the size.
+model_size(Model) -->
+    { _{name:Name, diameter_m:Diameter, picture_px:Pixels} :< Model, number(Diameter), number(Pixels) },
+    !,
+    [ '  model ~w: ~3g m across, ~0f px in the image from the seed pose'-[Name, Diameter, Pixels] ].
+model_size(Model) -->
+    [ '  model ~w'-[Model.name] ].
+
+model_doubt(Model) -->
+    { string(Model.get(doubt)) },
+    !,
+    [ nl, ansi(fg(yellow), '  can that be? ~w', [Model.doubt]) ].
+model_doubt(_) -->
+    [].
+
+what_happened(error(server_died(Name, Status, _, _), _), What) =>
+    format(string(What), "the ~w ended by itself (~w)", [Name, Status]).
+what_happened(error(server_error(_, Message, _), _), What) =>
+    What = Message.
+
+expected(prediction(Brightness, Highlight, Blur, _)) -->
+    { maplist(percent, [Brightness, Highlight], Percents) },
+    [ ansi(fg(cyan), 'median ~0f %, highlights ~0f %', Percents),
+      ansi(fg(cyan), ', edges ~1f px wide', [Blur]) ].
+
+others([], _, _) -->
+    [].
+others([ranked(_, Settings, _)|Others], Settings, Device) -->
+    !,
+    others(Others, Settings, Device).
+others([ranked(_, Other, Why)|Others], Settings, Device) -->
+    { settings_words(Device, Other, Words), worth_words(Why, Worth, Prediction) },
+    [ nl, ansi(fg(cyan), '         rather than ~w~t~62|~w, ', [Words, Worth]) ],
+    expected(Prediction),
+    others(Others, Settings, Device).
+
+worth_words(why(_, Promise, Prediction), Words, Prediction) :-
+    format(atom(Words), "promise ~2f", [Promise]).
+worth_words(adds(Bits, Line, Prediction), Words, Prediction) :-
+    format(atom(Words), "adds ~2f bit, most to line ~w", [Bits, Line]).
+
+device_words(Device, Words) :-
+    device_lights(Device, Lights),
+    device_shutters(Device, Shutters),
+    device_apertures(Device, Apertures),
+    maplist(length, [Lights, Shutters, Apertures], Lengths),
+    maplist(counted, Lengths, [light, shutter, aperture], Counts),
+    atomic_list_concat(Counts, ', ', Words).
 
 decision(keep) -->
     [ ansi(fg(green), 'keep   ', []) ].
@@ -158,32 +248,6 @@ reason('') -->
 reason(Reason) -->
     { Reason \== '' },
     [ '  (~w)'-[Reason] ].
-
-outcome(Result) -->
-    { length(Result.kept, Kept) },
-    [ ' after ~d images, ~d kept, ~1f s'-[Result.iterations, Kept, Result.seconds.total] ],
-    pose_words(Result),
-    error_words(Result).
-
-pose_words(Result) -->
-    { is_dict(Result.pose) },
-    !,
-    { Result.pose.translation = [X, Y, Z],
-      Result.pose.rotation_vector = [A, B, C] },
-    [ nl, '  translation ~4f ~4f ~4f m'-[X, Y, Z], nl,
-      '  rotation    ~4f ~4f ~4f rad'-[A, B, C], nl,
-      '  rms ~2f px, merit ~2f px (threshold ~2f)'-[Result.rms_px, Result.merit_px, Result.threshold_px] ].
-pose_words(_) -->
-    [ nl, '  no pose' ].
-
-error_words(Result) -->
-    { Error = Result.get(error) },
-    !,
-    { Percent is 100 * Error.translation_fraction_of_range,
-      Millimetres is 1000 * Error.translation_m },
-    [ nl, '  true error ~3f deg, ~2f mm (~3f % of range)'-[Error.rotation_deg, Millimetres, Percent] ].
-error_words(_) -->
-    [].
 
 prolog:error_message(usage_error(Message)) -->
     [ '~s'-[Message] ].

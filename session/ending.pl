@@ -2,16 +2,18 @@
           [ end_session/3,              % +Session, +End, -Outcome
             exit_status/2               % +Outcome, -ExitStatus
           ]).
-:- use_module(acquisition_device, [score_pose/2]).
-:- use_module(connections, [seconds_spent/2]).
-:- use_module(display, [show/2]).
+:- use_module(acquisition_device, [score_pose/3]).
+:- use_module(connections, [ask/4, seconds_spent/2]).
+:- use_module(display, [show/2, show_outcome/2]).
 :- use_module(installation, [installation_python/1]).
 :- use_module(processes, [wait_until/3]).
 :- use_module(result).
 :- use_module(run_folder, [run_file/3]).
+:- use_module(session_file, [file_sha256/2]).
 :- use_module('../indigolog/indigolog').
 :- use_module(library(apply), [foldl/4]).
-:- use_module(library(lists), [member/2]).
+:- use_module(library(aggregate), [aggregate_all/3]).
+:- use_module(library(lists), [member/2, nth0/3]).
 :- use_module(library(option), [option/2]).
 :- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
 :- use_module(library(solution_sequences), [limit/2]).
@@ -42,11 +44,11 @@ end_session(Session, end(How, Situation), Outcome) :-
     true_errors(Situation, Errors),
     command_line(Command),
     session_result(Session.put(_{status:Status, seconds:Seconds, errors:Errors, command:Command}),
-                   Situation, Result),
+                   Situation, Result0),
+    with_estimated_with(How, Folder, Result0, Result),
     write_result(Result, Folder),
     call(Session.stop),
-    show(Options, outcome(Status, Result)),
-    ( option(json(true), Options) -> print_result(Result) ; true ),
+    show_outcome(Options, Result),
     report(Session).                    % last: who waits for the pose need not wait for its picture
 
 outcome(finished, Situation, Outcome) =>
@@ -66,11 +68,14 @@ trusted(Situation) :-
 trusted(Situation) :-
     situation_holds(converged, Situation).
 
-%   How far off the best pose is, and those of the steps since the target moved last, newest first; null where that
-%   is not known.
-true_errors(Situation, errors(Best, Steps)) :-
+%   How far off the best pose is, those of the steps since the target moved last, newest first, and those of the hold
+%   points, newest first; null where that is not known.
+true_errors(Situation, errors(Best, Steps, Holds)) :-
+    situation_history(Situation, History),
+    aggregate_all(count, member(advance(_), History), Moves),
+    ( Moves =:= 0 -> Last = here ; Last = after(Moves, Moves) ),
     fluent_value(best, Situation, Fix),
-    true_error(Fix, Best),
+    true_error(Last, Fix, Best),
     (   Best == null
     ->  Steps = []
     ;   fluent_value(taken, Situation, Taken),
@@ -78,14 +83,29 @@ true_errors(Situation, errors(Best, Steps)) :-
         ( Candidate == none -> Told = Taken ; Told is Taken - 1 ),
         fluent_value(steps, Situation, All),
         findall(Error,
-                ( limit(Told, member(step(_, _, _, _, _, _, _, Tried, _), All)), true_error(Tried, Error) ),
+                ( limit(Told, member(step(_, _, _, _, _, _, _, Tried, _), All)), true_error(Last, Tried, Error) ),
                 Steps)
-    ).
+    ),
+    fluent_value(holds, Situation, Newest),
+    length(Newest, Count),
+    findall(Error,
+            ( nth0(I, Newest, hold(_, _, Found)), N is Count - I, true_error(after(N, Moves), Found, Error) ),
+            Holds).
 
-true_error(fix(Pose, _, _, _), Error) :-
-    catch(score_pose(Pose, Error), error(_, _), fail),
+true_error(Where, fix(Pose, _, _, _), Error) :-
+    catch(score_pose(Pose, Where, Error), error(_, _), fail),
     !.
-true_error(_, null).
+true_error(_, _, null).
+
+%   What the pose was estimated with, so that it can be estimated again: a session that came to its end tells it.
+with_estimated_with(finished, Folder, Result0, Result) :-
+    catch(ask(vision_server, parameters, _{}, Parameters), error(_, _), fail),
+    run_file(Folder, 'images/stack.toml', Stack),
+    exists_file(Stack),                 % not where the vision server is on another machine
+    !,
+    file_sha256(Stack, Sha256),
+    Result = Result0.put(estimated_with, _{parameters:Parameters, stack_sha256:Sha256}).
+with_estimated_with(_, _, Result, Result).
 
 command_line(Command) :-
     current_prolog_flag(argv, Arguments),
@@ -148,8 +168,6 @@ exit_status(failed(Error), Status) =>
     print_message(error, Plain).
 
 % Where in the program it was tells something about a program's error, not a server's.
-plain(error(io_error(write, _), _), Plain) =>
-    Plain = error(usage_error("cannot write to the run folder any more; is there space, and is the folder there?"), _).
 plain(error(Formal, _), Plain), Formal \= golog(_) =>
     Plain = error(Formal, _).
 plain(Error, Plain) =>
@@ -158,6 +176,7 @@ plain(Error, Plain) =>
 error_status(error(usage_error(_), _), 2) :- !.
 error_status(error(io_error(_, _), _), 2) :- !.
 error_status(error(golog(_), _), 2) :- !.
+error_status(error(bridge_refused(_), _), 2) :- !.
 error_status(error(existence_error(source_sink, _), _), 2) :- !.
 error_status(error(server_died(_, exit(2), _, _), _), 2) :- !.
 error_status(error(server_error(bad_input, _, _), _), 2) :- !.

@@ -26,8 +26,12 @@ light_term(Dict, light(Name, Dict.levels)) :-
     atom_string(Name, Dict.name).
 
 %!  settings_dict(+Settings, -Dict) is det.
+%!  settings_dict(-Settings, +Dict) is det.
 
-settings_dict(settings(Levels, Shutter, Aperture), _{lights:Levels, shutter_s:Shutter, aperture:Aperture}).
+settings_dict(Settings, Dict), is_dict(Dict) =>
+    Settings = settings(Dict.lights, Dict.shutter_s, Dict.aperture).
+settings_dict(settings(Levels, Shutter, Aperture), Dict) =>
+    Dict = _{lights:Levels, shutter_s:Shutter, aperture:Aperture}.
 
 %!  statistics_term(+Dict, -Statistics) is det.
 %

@@ -15,8 +15,8 @@ are started first; the controller is loaded and checked meanwhile.
 
 %!  open_session(+Options, -Opened) is det.
 %
-%   Opened is opened(Plan, Folder, Servers), dry_run(Plan), or failed(Error): what
-%   is wrong is said by the session, which knows how.
+%   Opened is opened(Plan, Folder, Servers), or failed(Error): what is wrong is said by the session, which knows how.
+%   To check everything the servers are started, too; their folder is then one that will be removed.
 
 open_session(Options, Opened) :-
     catch(opened(Options, Opened), Error, Opened = failed(Error)).
@@ -24,9 +24,10 @@ open_session(Options, Opened) :-
 opened(Options, Opened) :-
     session_plan(Options, Plan),
     (   option(dry_run(true), Options)
-    ->  Opened = dry_run(Plan)
+    ->  tmp_file(dry_run, Folder),
+        make_directory(Folder)
     ;   make_run_folder(Options, Plan, Folder),
-        ( option(resume(_), Options) -> check_frames(Folder) ; true ),
-        start_servers(Options, Plan, Folder, Servers),
-        Opened = opened(Plan, Folder, Servers)
-    ).
+        ( option(resume(_), Options) -> check_frames(Folder) ; true )
+    ),
+    start_servers(Options, Plan, Folder, Servers),
+    Opened = opened(Plan, Folder, Servers).

@@ -3,8 +3,8 @@
           ]).
 :- use_module('../bridge/prolog/keys', [client_keys/4]).
 :- use_module(resumption, [resumed_options/3]).
-:- use_module(usage, [dashes/2, usage_error/2]).
-:- use_module(library(apply), [foldl/4]).
+:- use_module(usage, [dashes/2, did_you_mean/3, usage_error/2]).
+:- use_module(library(apply), [foldl/4, maplist/3]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(main), [argv_options/4, argv_usage/1]).
 :- use_module(library(memfile), [free_memory_file/1, memory_file_to_string/2, new_memory_file/1, open_memory_file/3]).
@@ -34,6 +34,7 @@ opt_type(matcher,        matcher,        oneof([search, genetic])).
 opt_type(threshold,      threshold,      number).
 opt_type(max_iterations, max_iterations, integer).
 opt_type(seed,           seed,           integer).
+opt_type(instead,        instead,        atom).
 opt_type(out,            out,            atom).
 opt_type(resume,         resume,         atom).
 opt_type(approach,       approach,       boolean).
@@ -41,6 +42,7 @@ opt_type(first_range,    first_range,    number).
 opt_type(contact_range,  contact_range,  number).
 opt_type(dry_run,        dry_run,        boolean).
 opt_type(explain,        explain,        boolean).
+opt_type(view,           view,           boolean).
 opt_type(report,         report,         boolean).
 opt_type(json,           json,           boolean).
 opt_type(quiet,          quiet,          boolean).
@@ -62,6 +64,7 @@ opt_meta(matcher,        'NAME').
 opt_meta(threshold,      'PX').
 opt_meta(max_iterations, 'N').
 opt_meta(seed,           'N').
+opt_meta(instead,        'SETTINGS').
 opt_meta(out,            'DIR').
 opt_meta(resume,         'DIR').
 opt_meta(first_range,    'M').
@@ -69,7 +72,7 @@ opt_meta(contact_range,  'M').
 
 opt_help(help(header), "\nOne session: find the pose of a docking target by choosing lights and camera.\n").
 opt_help(help(usage), " [options]").
-opt_help(controller,     "Strategy: heuristic (default), greedy, simple, auto_exposed, fixed, or a Golog file").
+opt_help(controller,     "Strategy: heuristic (default), informed, greedy, simple, auto_exposed, gradient, fused, fixed, or a Golog file").
 opt_help(target,         "cube (default; for --approach: fixture), fixture, satellite, or a model file (.cao .obj .stl .ply); --camera has no default").
 opt_help(unit,           "Unit of the numbers in the model file of --target: m (default), cm, mm or in").
 opt_help(scenario,       "Light conditions on the simulator, or a TOML file (default: nominal; for --approach: approach)").
@@ -87,6 +90,7 @@ opt_help(matcher,        "search (default) or genetic, the paper's").
 opt_help(threshold,      "Stop when the merit, in pixels, is under this (default: calibrated)").
 opt_help(max_iterations, "Stop after this many images (default: 10)").
 opt_help(seed,           "Seed of every random draw (default: 1)").
+opt_help(instead,        "What if: take one image under other settings, e.g. 'i3: left 7 top 0, 1/60 s, f/4'").
 opt_help(out,            "Run folder (default: runs/<time>-<controller>-<target>)").
 opt_help(resume,         "Go on with an interrupted session from its run folder").
 opt_help(approach,       "Dock: come closer by hold points, each on a trustworthy pose").
@@ -94,9 +98,10 @@ opt_help(first_range,    "First hold point of --approach, in metres (default: 1.
 opt_help(contact_range,  "Last hold point of --approach, in metres (default: 0.3)").
 opt_help(dry_run,        "Check everything, say what would be done, do nothing").
 opt_help(explain,        "Say why each setting is chosen and each image kept or discarded").
+opt_help(view,           "Show the session in a browser while it runs: open the address that is printed").
 opt_help(report,         "Write report.html at the end (default: true; --no-report leaves it out)").
 opt_help(json,           "Print result.json on standard output, and nothing else there").
-opt_help(quiet,          "No live lines").
+opt_help(quiet,          "No live lines; the result is printed all the same").
 opt_help(help(footer), "\nExit status: 0 pose found, 3 finished without reaching the threshold, 2 bad usage or input,\n4 a device or server failed for good, 130/143 stopped by Ctrl-C/SIGTERM.\n").
 
 %   An approach ends where a cube fills the frame: the fixture still shows edges there.
@@ -113,7 +118,7 @@ defaults(_, [target(cube), scenario(nominal)|Defaults]) :-
 
 defaults([ keep_servers(false), idle_s(600), controller(heuristic), matcher(search), max_iterations(10), seed(1),
            approach(false), first_range(1.5), contact_range(0.3), dry_run(false), explain(false),
-           report(true), json(false), quiet(false) ]).
+           view(false), report(true), json(false), quiet(false) ]).
 
 %!  session_options(+Argv, -Options) is det.
 %
@@ -134,6 +139,7 @@ session_options(Argv, Options) :-
     ->  usage_error("unexpected argument '~w'; options begin with -- (see --help)", [Word])
     ;   true
     ),
+    check_of_use(Given),
     begun_with(Given, Begun),
     defaults(Begun, Defaults),
     merge_options(Begun, Defaults, Options),
@@ -179,8 +185,10 @@ bad_usage(Error) :-
     throw(Error).
 
 usage_text(opt_error(unknown_option(_:Option)), Text) :-
-    dashes(Option, Dashed),
-    format(codes(Text), "unknown option --~w", [Dashed]).
+    findall(Name, opt_type(Name, _, _), Names),
+    maplist(dashes, [Option|Names], [Dashed|Known]),
+    did_you_mean(Dashed, Known, Hint),
+    format(codes(Text), "unknown option --~w.~w", [Dashed, Hint]).
 usage_text(opt_error(missing_value(Option, _)), Text) :-
     dashes(Option, Dashed),
     format(codes(Text), "--~w needs a value", [Dashed]).
@@ -195,6 +203,36 @@ type_words(boolean, "true or false").
 type_words(oneof(Names), Words) :-
     atomic_list_concat(Names, ', ', Joined),
     format(string(Words), "one of ~w", [Joined]).
+
+%   An option that would change nothing is refused: who gives it expects something of it.
+check_of_use(Given) :-
+    forall(( of_no_use(Given, Name, Why), \+ option(resume(_), Given) ),
+           ( dashes(Name, Dashed), usage_error("--~w ~w", [Dashed, Why]) )).
+
+of_no_use(Given, Name, 'is of --approach: give that too, or leave it away') :-
+    member(Name, [first_range, contact_range]),
+    given(Name, Given),
+    \+ option(approach(true), Given).
+of_no_use(Given, idle_s, 'is of --keep-servers: give that too, or leave it away') :-
+    given(idle_s, Given),
+    \+ option(keep_servers(true), Given).
+of_no_use(Given, keep_servers, 'has no server to keep: --image-server and --vision-server name both') :-
+    option(keep_servers(true), Given),
+    given(image_server, Given),
+    given(vision_server, Given).
+of_no_use(Given, scenario, Why) :-
+    given(scenario, Given),
+    member(Name, [stack, camera, image_server]),
+    given(Name, Given),
+    dashes(Name, Dashed),
+    format(atom(Why), "is of the simulator, and the images come from --~w: leave one of them away", [Dashed]).
+of_no_use(Given, explain, 'says what --quiet leaves out: give one of them') :-
+    option(explain(true), Given),
+    option(quiet(true), Given).
+
+given(Name, Given) :-
+    Option =.. [Name, _],
+    option(Option, Given).
 
 check(Options) :-
     forall(rule(Options, Format, Args), usage_error(Format, Args)).
@@ -249,6 +287,11 @@ rule(Options, "--~w: there is no '~w'", [Name, Device]) :-
     Option =.. [Name, Device],
     option(Option, Options),
     \+ access_file(Device, exist).
+rule(Options, "--keys: others can read ~w, which is a secret: chmod 600 ~w", [File, File]) :-
+    option(keys(Dir), Options), exists_directory(Dir),
+    catch(( client_keys(Dir, controller, vision_server, _), fail ), error(Error, _), true),
+    nonvar(Error),
+    Error = open_secret(File).
 rule(Options, "--keys: no ~w key in ~w; make keys with python -m bridge keys DIR", [Which, File]) :-
     option(keys(Dir), Options), exists_directory(Dir),
     member(Server, [image_server, vision_server]),

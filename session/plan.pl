@@ -3,7 +3,8 @@
             hold_ranges/3               % +FirstM, +ContactM, -RangesM
           ]).
 :- use_module(installation, [installation_root/1]).
-:- use_module(usage, [usage_error/2]).
+:- use_module(usage, [did_you_mean/3, usage_error/2]).
+:- use_module('../domain/reasoning/instead', [set_instead/1]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(lists), [append/3]).
 :- use_module(library(option), [option/2, option/3]).
@@ -12,7 +13,7 @@
 
 A plan is a dict with the files of the theory, the program, the names that go
 into result.json, and the arguments of the servers.  Names are resolved here, so
-that a wrong one is said at once.
+that a wrong one is said at once; --instead is told to the theory.
 */
 
 %!  session_plan(+Options, -Plan) is det.
@@ -29,6 +30,8 @@ session_plan(Options, Plan) :-
     target_name(Options, TargetName),
     program(Options, Program),
     option(seed(Seed), Options),
+    option(instead(Instead), Options, none),
+    set_instead(Instead),
     Plan = plan{ root:Root, theory:Files, program:Program, seed:Seed,
                  controller:ControllerName, controller_file:ControllerFile, target:TargetName, model:Model }.
 
@@ -65,7 +68,8 @@ named_file(Root, Option, Folder, Extension, Given, _) :-
     expand_file_name(Pattern, Files),
     maplist(base_name, Files, Names),
     atomic_list_concat(Names, ', ', Known),
-    usage_error("--~w: '~w' is neither a file nor one of ~w", [Option, Given, Known]).
+    did_you_mean(Given, Names, Hint),
+    usage_error("--~w: '~w' is neither a file nor one of ~w.~w", [Option, Given, Known, Hint]).
 
 base_name(File, Name) :-
     file_base_name(File, Base),

@@ -1,7 +1,8 @@
 :- module(session_processes,
-          [ start_server/4,             % +Name, +Arguments, +LogFile, -Process
+          [ start_server/5,             % +Name, +Arguments, +Redirection, +LogFile, -Process
             check_alive/1,              % +Process
             stop_processes/1,           % +Processes
+            kill_process/1,             % +Process
             wait_until/3                % +Deadline, +Pid, -Status
           ]).
 :- use_module(installation, [installation_python/1, installation_root/1]).
@@ -18,16 +19,17 @@ which then stops the servers in order.  Should the controller be killed outright
 they notice by themselves (`--parent`).
 */
 
-%!  start_server(+Name, +Arguments, +LogFile, -Process) is det.
+%!  start_server(+Name, +Arguments, +Redirection, +LogFile, -Process) is det.
 %
-%   Run `python -m Name Arguments`, all its output going to LogFile.  Process is
+%   Run `python -m Name Arguments`, all its output going to LogFile: Redirection is `>` or `>>`.  Process is
 %   process(Name, Pid, LogFile).
 
-start_server(Name, Arguments, LogFile, process(Name, Pid, LogFile)) :-
+start_server(Name, Arguments, Redirection, LogFile, process(Name, Pid, LogFile)) :-
     installation_root(Root),
     installation_python(Python),
     % the shell only redirects: exec leaves no process of its own
-    process_create(path(sh), ['-c', 'exec "$@" >"$LOG" 2>&1 </dev/null', sh, Python, '-m', Name|Arguments],
+    format(atom(Command), 'exec "$@" ~w"$LOG" 2>&1 </dev/null', [Redirection]),
+    process_create(path(sh), ['-c', Command, sh, Python, '-m', Name|Arguments],
                    [ process(Pid), detached(true), environment(['LOG'=LogFile, 'PYTHONPATH'=Root]) ]).
 
 %!  check_alive(+Process) is det.
@@ -82,6 +84,13 @@ ended_or_killed(Pid, Deadline) :-
         process_wait(Pid, _, [])
     ;   true
     ).
+
+%!  kill_process(+Process) is det.
+
+kill_process(Process) :-
+    ( Process = process(_, Pid, _) ; Process = kept(_, Pid, _) ),
+    !,
+    catch(process_kill(Pid, kill), error(_, _), true).
 
 %!  wait_until(+Deadline, +Pid, -Status) is det.
 %

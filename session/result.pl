@@ -32,11 +32,11 @@ covariance_order([rotation_x, rotation_y, rotation_z, translation_x, translation
 %!  session_result(+Session, +Situation, -Result) is det.
 %
 %   Session is a dict of what the fluents do not know: options and plan; status, command, seconds (a list of
-%   Part-Seconds), and errors(Best, Steps), how far off the best pose is and those of the last steps, newest first:
-%   dicts, or null.
+%   Part-Seconds), and errors(Best, Steps, Holds), how far off the best pose is and those of the last steps and of the
+%   hold points, newest first: dicts, or null.
 
 session_result(Session, Situation, Result) :-
-    _{options:Options, plan:Plan, errors:errors(Error, StepErrors)} :< Session,
+    _{options:Options, plan:Plan, errors:errors(Error, StepErrors, HoldErrors)} :< Session,
     fluent_value(best, Situation, Best),
     fix_dict(Best, Fix),
     fluent_value(merit, Situation, Merit),
@@ -58,7 +58,7 @@ session_result(Session, Situation, Result) :-
                      seed:Plan.seed, command:Session.command, iterations:Iterations, kept:Kept, discarded:Discarded,
                      merit_px:Merit, seconds:Seconds, steps:StepDicts}),
     number_or_null(Threshold, ThresholdPx),
-    with_holds(Situation, Told.put(threshold_px, ThresholdPx), WithHolds),
+    with_holds(Plan.program, Situation, HoldErrors, Told.put(threshold_px, ThresholdPx), WithHolds),
     with_error(Error, WithHolds, Result).
 
 number_or_null(Value, Number) :-
@@ -67,14 +67,18 @@ number_or_null(Value, Number) :-
 with_error(Error, Dict0, Dict) :-
     ( Error == null -> Dict = Dict0 ; Dict = Dict0.put(error, Error) ).
 
-with_holds(Situation, Dict0, Dict) :-
+%   Of an approach: the hold points that were planned, and those that were left behind or ended it.
+with_holds(session(Planned), Situation, Errors, Dict0, Dict) =>
     fluent_value(holds, Situation, Newest),
-    (   Newest == []
-    ->  Dict = Dict0
-    ;   reverse(Newest, Holds),
-        maplist(hold_dict, Holds, HoldDicts),
-        Dict = Dict0.put(holds, HoldDicts)
-    ).
+    findall(Hold,
+            ( nth1(N, Newest, Done),
+              hold_dict(Done, Hold0),
+              ( nth1(N, Errors, Error) -> with_error(Error, Hold0, Hold) ; Hold = Hold0 ) ),
+            NewestDicts),
+    reverse(NewestDicts, Holds),
+    Dict = Dict0.put(_{planned_holds_m:Planned, holds:Holds}).
+with_holds(_, _, _, Dict0, Dict) =>
+    Dict = Dict0.
 
 hold_dict(hold(Range, Outcome, Fix), Dict) :-
     fix_dict(Fix, FixDict),

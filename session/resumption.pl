@@ -1,14 +1,14 @@
 :- module(session_resumption,
           [ record_options/1,           % +Options
             resumed_options/3,          % +Given, +Folder, -Options
-            captures_taken/2,           % +Folder, -Count
+            journaled_action/2,         % +Folder, -Action
+            begun_options/2,            % +Folder, -Options
             check_frames/1              % +Folder
           ]).
 :- use_module('../indigolog/online/journal', [journal_entries/3]).
 :- use_module(run_folder, [run_file/3]).
 :- use_module(session_file).
 :- use_module(usage, [dashes/2, usage_error/2]).
-:- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(apply), [exclude/3, maplist/3, partition/4]).
 :- use_module(library(http/json), [json_read_dict/2]).
 :- use_module(library(lists), [append/3, last/2, member/2, select/3]).
@@ -26,6 +26,7 @@ images back from the folder, and the session goes on where it stopped.
 of_this_run(json(_)).
 of_this_run(quiet(_)).
 of_this_run(explain(_)).
+of_this_run(view(_)).
 of_this_run(report(_)).
 of_this_run(dry_run(_)).
 of_this_run(out(_)).
@@ -97,6 +98,14 @@ resumed_options(Given, Folder, Options) :-
     same_controller(Said, Folder, Recorded0, Recorded),
     append(Here0, Recorded, Options).
 
+%!  begun_options(+Folder, -Options) is det.
+%
+%   The options that a session was begun with whose controller may be looked at by running it, as in resumed_options/3.
+
+begun_options(Folder, Options) :-
+    read_session_file(Folder, Recorded),
+    same_controller([], Folder, Recorded, Options).
+
 % One of the project's by name, or the file of then: where that came with the folder, the user has to name it.
 same_controller(Said, Folder, Recorded0, Recorded) :-
     select(controller_sha256(Sha256), Recorded0, Recorded),
@@ -143,16 +152,14 @@ not_ended(Folder, Journal) :-
     usage_error("--resume: the session in ~w is finished; its outcome is in result.json there", [Folder]).
 not_ended(_, _).
 
-%!  captures_taken(+Folder, -Count) is det.
+%!  journaled_action(+Folder, -Action) is nondet.
 %
-%   How many images the session in Folder has taken.
+%   What the session in Folder has done, in order.
 
-captures_taken(Folder, Count) :-
+journaled_action(Folder, Action) :-
     run_file(Folder, 'history.pl', Journal),
     journal_entries(Journal, _, Entries),
-    !,
-    aggregate_all(count, member(executed(_, capture(_, _), _), Entries), Count).
-captures_taken(_, 0).
+    member(executed(_, Action, _), Entries).
 
 %!  check_frames(+Folder) is det.
 %

@@ -1,14 +1,20 @@
 :- module(session_run,
           [ run_session/3               % +Options, +Opened, -ExitStatus
           ]).
-:- use_module(acquisition_device, [close_acquisition/0, open_acquisition/1]).
+:- use_module(acquisition_device, [close_acquisition/0, execute/2, open_acquisition/1]).
 :- use_module(connections, [ask/4]).
 :- use_module(display, [show/2, tell/3]).
 :- use_module(ending, [end_session/3, exit_status/2]).
+:- use_module(holding, [forget_hold/1, wait_while_held/1]).
 :- use_module(resumption, [record_options/1]).
 :- use_module(run_folder, [leave_run_folder/1, run_file/3]).
-:- use_module(servers, [restarted_by/4, stop_servers/0]).
+:- use_module(servers, [image_server_past/1, own_server/1, served_before/1, stop_servers/0]).
+:- use_module(viewing, [start_view/2, stop_view/0]).
+:- use_module(strategy_file, [blocked/4, check_control/1]).
+:- use_module(usage, [usage_error/2]).
+:- use_module(usage, [usage_error/2]).
 :- use_module('../indigolog/tools/checks').
+:- use_module('../indigolog/tools/explain', [why/3]).
 :- use_module('../indigolog/indigolog').
 :- use_module(library(lists), [append/3, member/2]).
 :- use_module(library(option), [option/2]).
@@ -35,24 +41,47 @@ stop_by(Signal) :-
     throw(stopped(Signal)).
 
 session(failed(Error), _, failed(Error)).
-session(dry_run(Plan), _, checked) :-
-    check_controller(Plan),
-    show([], would_do(Plan)).
 session(opened(Plan, Folder, Servers), Options, Outcome) :-
     Session = session{options:Options, plan:Plan, folder:Folder, servers:Servers},
-    call_cleanup(served_session(Session, Outcome), stop_everything).
+    (   option(dry_run(true), Options)
+    ->  call_cleanup(checked_session(Session), ( stop_everything, leave_run_folder(Folder) )),
+        Outcome = checked
+    ;   call_cleanup(served_session(Session, Outcome), ( stop_everything, stop_view ))
+    ).
+
+%   All but what touches the world: the servers take what they are told, and know what the strategy names.
+checked_session(Session) :-
+    _{plan:Plan} :< Session,
+    check_controller(Plan),
+    open_servers(Session),
+    execute(connect, session(Device, _, _)),
+    show([], would_do(Plan, Device)).
 
 served_session(Session, Outcome) :-
     _{options:Options, plan:Plan, folder:Folder} :< Session,
-    catch(check_controller(Plan), Error, nothing_begun(Folder, Error)),
+    catch(check_controller(Plan), Error0, nothing_begun(Folder, Error0)),
     ( option(resume(_), Options) -> true ; record_options(Options) ),
     show(Options, begin(Plan, Folder)),
-    open_servers(Session),
-    run_program(Session, End, Situation),
-    end_session(Session.put(stop, session_run:stop_everything), end(End, Situation), Outcome).
+    forget_hold(Folder),
+    start_view(Options, Folder),
+    catch(open_servers(Session), Error1, nothing_begun(Folder, Error1)),
+    catch(( run_program(Session, End, Situation),
+            end_session(Session.put(stop, session_run:stop_everything), end(End, Situation), Outcome) ),
+          error(Formal, _), cannot_go_on(Formal, Folder)),
+    ( Situation == none -> stop_everything, leave_run_folder(Folder) ; true ).
+
+%   What is wrong with the run folder is said of the folder.
+cannot_go_on(_, Folder) :-
+    \+ exists_directory(Folder),
+    usage_error("the run folder ~w is not there any more", [Folder]).
+cannot_go_on(io_error(write, _), Folder) :-
+    usage_error("cannot write to the run folder: is there space? Then --resume ~w goes on", [Folder]).
+cannot_go_on(Formal, _) :-
+    throw(error(Formal, _)).
 
 check_controller(Plan) :-
     load_theory(Plan.theory),
+    check_control(Plan.controller_file),
     check_theory,
     check_program(Plan.program).
 
@@ -70,12 +99,14 @@ stop_everything :-
                 *******************************/
 
 open_servers(Session) :-
-    _{options:Options, plan:Plan, folder:Folder, servers:servers(ImageServer, VisionServer, Timeout)} :< Session,
+    _{options:Options, servers:servers(ImageServer, VisionServer)} :< Session,
     start_arguments(Session, ImageServer, Args),
-    open_acquisition([ image_server(ImageServer), vision_server(VisionServer),
-                       alive(session_servers:check_servers), timeout(Timeout), start(Args) | Options ]),
-    (   restarted_by(Options, Plan, Folder, Restart)
-    ->  ask(image_server, restart, Restart, _)
+    findall(Name, own_server(Name), Own),
+    open_acquisition([ image_server(ImageServer), vision_server(VisionServer), own(Own), start(Args),
+                       controller_file(Session.plan.controller_file) | Options ]),
+    (   served_before(image_server)
+    ->  image_server_past(Past),
+        ask(image_server, restart, Past, _)
     ;   true
     ).
 
@@ -88,7 +119,8 @@ start_arguments(Session, ImageServer, Args) :-
             Files),
     findall(unit-Unit, ( member(model-_, Files), option(unit(Unit), Options) ), Units),
     append(Files, Units, Given),
-    dict_pairs(Args, start, [image_server-ImageServer, matcher-Matcher, seed-(Plan.seed), out-Folder|Given]).
+    ( option(dry_run(true), Options) -> All = Given ; All = [out-Folder|Given] ),
+    dict_pairs(Args, start, [image_server-ImageServer, matcher-Matcher, seed-(Plan.seed)|All]).
 
 start_file(camera_file, Options, _, File) :-
     option(camera_model(File), Options).
@@ -113,10 +145,11 @@ run_program(Session, End, Situation) :-
     catch(( beginning(Options, Plan, Journal, Beginning),
             indigolog(Plan.program,
                       [ check(false), device(session_acquisition_device), journal(Journal), Beginning,
-                        on_action(session_run:after_action(Options)) ]),
+                        on_action(session_run:after_action(Options, Folder)) ]),
             End = finished ),
           Error,
-          ( nb_getval(session_situation, Last), ended_by(Error, Options, Last, End) )),
+          ( nb_getval(session_situation, Last), ended_by(Error, Session, Last, End) )),
+    forget_hold(Folder),
     nb_getval(session_situation, Situation).
 
 %   A session that goes on finds the seed of its draws in its journal.
@@ -141,18 +174,41 @@ seed_of_draws(Seed, Draws) :-
 ended_by(stopped(Signal), _, _, End) =>
     End = stopped(Signal).
 % A strategy that would go on for ever comes to its end by the limit.
-ended_by(error(golog(program_ended(failed, _, _)), _), Options, S, End),
+ended_by(error(golog(program_ended(failed, _, _)), _), Session, S, End),
         S \== none, \+ fluent_value(max_iterations, S, unknown), situation_holds(exhausted, S),
         fluent_value(candidate, S, none) =>
     fluent_value(max_iterations, S, Limit),
-    show(Options, limit(Limit)),
+    show(Session.options, limit(Limit)),
     End = finished.
+ended_by(error(golog(program_ended(failed, Rest, _)), _), Session, S, End),
+        S \== none, why(Rest, S, Whys), member(impossible(Action, _), Whys),
+        blocked(Session.plan.controller_file, Action, S, Message) =>
+    End = failed(error(usage_error(Message), _)).
 ended_by(Error, _, _, End) =>
     End = failed(Error).
 
-:- public after_action/3.
+:- public after_action/4.
 
 %   Called by the executive after each action and each exogenous one.
-after_action(Options, Action, Situation) :-
+after_action(Options, Folder, Action, Situation) :-
     nb_setval(session_situation, Situation),
-    tell(Options, Action, Situation).
+    tell(Options, Action, Situation),
+    wait_while_held(Folder),
+    check_images_come(Options, Action).
+
+%   A strategy that goes on for ever without an image meets no limit on images.
+most_actions_without_image(1000).       % chosen by hand: an image needs some five
+
+check_images_come(_, capture(_, _)) =>
+    nb_setval(session_idle_actions, 0).
+check_images_come(Options, _) =>
+    ( nb_current(session_idle_actions, Before) -> true ; Before = 0 ),
+    Idle is Before + 1,
+    nb_setval(session_idle_actions, Idle),
+    most_actions_without_image(Most),
+    (   Idle > Most
+    ->  option(controller(Controller), Options),
+        usage_error("~w: the strategy did ~d actions and took no image meanwhile; does one of its loops never end?",
+                    [Controller, Most])
+    ;   true
+    ).

@@ -44,7 +44,8 @@ unused_folder(Folder) :-
     usage_error("--out: ~w holds an interrupted session; go on with it by --resume, or name another folder", [Folder]).
 unused_folder(Folder) :-
     directory_files(Folder, Files),
-    subtract(Files, ['.', '..', 'session.pl'], Others),      % who has that one is asked by its lock
+    logs(Logs),                         % of a session that came to nothing
+    subtract(Files, ['.', '..', 'session.pl'|Logs], Others), % who has that one is asked by its lock
     (   Others = [Other|_]
     ->  usage_error("--out: ~w is in use for something else (it holds ~w); name a new folder", [Folder, Other])
     ;   true
@@ -90,15 +91,22 @@ cannot(Option, What, Folder) :-
 %   Take back make_run_folder/3 where no session came of it.
 
 leave_run_folder(Folder) :-
-    run_file(Folder, 'session.pl', Options),
-    (   exists_file(Options),
-        size_file(Options, Bytes),
-        Bytes > 0                       % one that was to be resumed
+    run_file(Folder, 'history.pl', Journal),
+    (   exists_file(Journal)            % one that was to be resumed
     ->  true
-    ;   forall(member(Log, ['session.pl', 'vision_server.log', 'image_server.log']),
-               ( run_file(Folder, Log, File), catch(delete_file(File), error(_, _), true) )),
+    ;   forall(( logs(Logs), member(Name, ['session.pl'|Logs]), run_file(Folder, Name, File), not_told(Name, File) ),
+               catch(delete_file(File), error(_, _), true)),
         catch(delete_directory(Folder), error(_, _), true)      % where nothing else is in it
     ).
+
+logs(['vision_server.log', 'image_server.log']).
+
+%   A log that says something has been named to the user.
+not_told('session.pl', _) :-
+    !.
+not_told(_, File) :-
+    exists_file(File),
+    size_file(File, 0).
 
 %!  run_file(+Folder, +Name, -File) is det.
 

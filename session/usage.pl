@@ -1,7 +1,10 @@
 :- module(session_usage,
           [ usage_error/2,              % +Format, +Arguments
-            dashes/2                    % +Name, -Dashed
+            dashes/2,                   % +Name, -Dashed
+            did_you_mean/3              % +Name, +Known, -Hint
           ]).
+
+:- use_module(library(lists), [member/2]).
 
 /** <module> What is wrong with how a session was asked for */
 
@@ -20,3 +23,14 @@ usage_error(Format, Arguments) :-
 dashes(Name, Dashed) :-
     atomic_list_concat(Words, '_', Name),
     atomic_list_concat(Words, -, Dashed).
+
+%!  did_you_mean(+Name, +Known, -Hint) is det.
+%
+%   Hint is a sentence with a blank before it where one of Known is spelt much like Name, else empty.
+
+did_you_mean(Name, Known, Hint) :-
+    (   member(Near, Known),
+        dwim_match(Name, Near)
+    ->  format(atom(Hint), " Did you mean ~w?", [Near])
+    ;   Hint = ''
+    ).

@@ -1,5 +1,6 @@
 """Running `swipl main.pl` in tests."""
 
+import json
 import os
 import subprocess
 import time
@@ -66,15 +67,26 @@ def running_session(out: Path) -> tuple[subprocess.Popen[str], dict[str, int]]:
     session = start_controller(
         "--out", out, "--threshold", "0.000001", "--max-iterations", "1000", "--no-report"
     )
-    deadline = time.monotonic() + 60
-    journal = out / "history.pl"
-    while not (journal.exists() and "capture" in journal.read_text()):
-        assert session.poll() is None, session.communicate()
-        assert time.monotonic() < deadline, "the session did not take an image"
-        time.sleep(0.05)
+    captured(session, out, "i1")
     servers = servers_of(session.pid)
     assert set(servers) == SERVERS
     return session, servers
+
+
+def captured(session: subprocess.Popen[str], out: Path, image: str) -> None:
+    """Wait until the session's journal has this image."""
+    deadline = time.monotonic() + 120
+    journal = out / "history.pl"
+    while not (journal.exists() and f"capture({image}," in journal.read_text()):
+        assert session.poll() is None, session.communicate()
+        assert time.monotonic() < deadline, f"the session did not take {image}"
+        time.sleep(0.02)
+
+
+def outcome(out: Path) -> dict[str, object]:
+    """All that a session came to, but for times and how it was called."""
+    result = json.loads((out / "result.json").read_text())
+    return {key: value for key, value in result.items() if key not in {"seconds", "command"}}
 
 
 def gone(pids: dict[str, int], within_s: float) -> bool:

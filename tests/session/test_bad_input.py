@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bridge.messages import MATCHERS
+from bridge.vision_messages import MATCHERS
 from tests.session.command import controller
 
 STACK = """
@@ -31,9 +31,9 @@ translation = [0.0, 0.0, 1.0]
 
 def refused(*options: str | Path) -> str:
     """Run with bad options; returns the message after checking that it is short and the status is 2."""
-    done = controller(*options, deadline_s=30)
+    done = controller(*options)
     assert done.returncode == 2, done.stderr
-    lines = done.stderr.strip().splitlines()
+    lines = [line for line in done.stderr.strip().splitlines() if "  waiting for the" not in line]
     assert 1 <= len(lines) <= 4, done.stderr
     assert "Traceback" not in done.stderr
     return done.stderr
@@ -65,6 +65,20 @@ def test_help_lists_the_options() -> None:
     ("options", "words"),
     [
         (["--colour"], ["unknown option --colour", "--help"]),
+        (["--scenari", "nominal"], ["unknown option --scenari", "Did you mean scenario?"]),
+        (["--max-iteration", "3"], ["unknown option --max-iteration", "Did you mean max-iterations?"]),
+        (["--controller", "heuristc"], ["Did you mean heuristic?"]),
+        (["--scenario", "nominl"], ["Did you mean nominal?"]),
+        (["--first-range", "2"], ["--first-range is of --approach"]),
+        (["--contact-range", "2"], ["--contact-range is of --approach"]),
+        (["--idle-s", "2"], ["--idle-s is of --keep-servers"]),
+        (
+            ["--keep-servers", "--image-server", "ipc:///a", "--vision-server", "ipc:///b"],
+            ["--keep-servers has no"],
+        ),
+        (["--stack", ".", "--scenario", "nominal"], ["--scenario is of the simulator", "--stack"]),
+        (["--image-server", "ipc:///a", "--scenario", "nominal"], ["--scenario is of the simulator"]),
+        (["--quiet", "--explain"], ["--explain says what --quiet leaves out"]),
         (["--threshold"], ["--threshold needs a value"]),
         (["--threshold", "low"], ["--threshold", "'low' is not a number"]),
         (["--threshold", "-1"], ["--threshold must be a positive number"]),
@@ -117,6 +131,59 @@ def test_controller_without_control(tmp_path: Path) -> None:
     message = refused("--controller", file, "--out", tmp_path / "run")
     assert "control" in message
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        (
+            "[choose_random,\n if(working(lft), take_image, [])]",
+            [":2: ", "no light lft", "Did you mean left?"],
+        ),
+        ("[choose(settings([7, 7], 1/60, 4))]", [":1: ", "2 light levels", "3 lights: left, right, top"]),
+        ("[choose(settings([7, 9, 7], 1/60, 4))]", [":1: ", "light right has no level 9", "0 to 7"]),
+        ("[choose(settings([7, 7, 7], 1/50, 4))]", [":1: ", "shutter of 1/50 s", "1/60 s"]),
+        ("[choose(settings([7, 7, 7], 1/60, 8))]", [":1: ", "aperture of 8", "2.8"]),
+    ],
+)
+def test_what_the_device_does_not_have_is_said_before_anything_is_done(
+    tmp_path: Path, body: str, words: list[str]
+) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text(f"proc(control, {body}).\n")
+    message = refused("--controller", file, "--dry-run")
+    for word in words:
+        assert word in message
+    assert "mine.pl" in message
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("[take_image, measure, keep_image]", ["without settings", "choose_random"]),
+        ("[choose_random,\n keep_image]", [":2: ", "no image to keep", "take_image"]),
+        ("[choose_random, take_image,\n\n keep_image]", [":3: ", "before it is measured"]),
+        ("[choose_random, take_image, take_image]", ["i1 is neither kept nor discarded"]),
+    ],
+)
+def test_what_is_not_possible_is_said_with_its_place(tmp_path: Path, body: str, words: list[str]) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text(f"proc(control, {body}).\n")
+    message = refused("--controller", file, "--out", tmp_path / "run", "--no-report", "--quiet")
+    for word in words:
+        assert word in message
+    assert "mine.pl" in message
+
+
+def test_a_dry_run_checks_what_a_session_needs(tmp_path: Path) -> None:
+    (tmp_path / "bad.toml").write_text("x = [")
+    assert "bad.toml" in refused("--scenario", tmp_path / "bad.toml", "--dry-run")
+    (tmp_path / "bad.cao").write_text("V1 garbage")
+    assert "bad.cao:1" in refused("--target", tmp_path / "bad.cao", "--dry-run")
+    done = controller("--dry-run", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "3 lights, 5 shutters, 3 apertures" in done.stderr
+    assert {file.name for file in tmp_path.iterdir()} == {"bad.toml", "bad.cao"}
 
 
 def test_stack_with_a_missing_image(tmp_path: Path) -> None:

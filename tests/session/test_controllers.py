@@ -7,8 +7,9 @@ from typing import Any
 import pytest
 
 from bridge.errors import ServerError
+from bridge.mock_session import mock_session
 from bridge.mocks import MockImageServer, MockVisionServer, mock_image_server, mock_vision_server
-from tests.session.command import ROOT, controller
+from tests.session.command import ROOT
 
 pytestmark = pytest.mark.slow
 
@@ -21,12 +22,8 @@ def run(
     vision: MockVisionServer, image: MockImageServer, out: Path, *options: str
 ) -> tuple[int, dict[str, Any], str]:
     """One session against the mocks; exit status, result.json, and what the terminal showed."""
-    done = controller(
-        "--vision-server", vision.endpoint, "--image-server", image.endpoint,
-        "--out", out, "--no-report", "--json", *options,
-    )  # fmt: skip
-    result = json.loads(done.stdout) if done.stdout else {}
-    return done.returncode, result, done.stderr
+    done = mock_session(vision, image, out, *options)
+    return done.status, done.result, done.shown
 
 
 def asked(vision: MockVisionServer, op: str) -> list[dict[str, Any]]:
@@ -146,7 +143,7 @@ def test_a_light_that_dies_is_left_out(
     def capture_and_fail(args: Any) -> Any:
         if args.image == "i2":
             mock_vision_server.publish("light_fault", {"light": "left"})
-        return mock_vision_server._capture(args)
+        return mock_vision_server.capture(args)
 
     mock_vision_server.answer("capture", capture_and_fail)
     _, _, shown = run(
@@ -155,6 +152,23 @@ def test_a_light_that_dies_is_left_out(
     assert "light_fault(left)" in shown
     later = [call["settings"]["lights"][0] for call in asked(mock_vision_server, "capture")[3:]]
     assert set(later) == {0}
+
+
+def test_a_target_that_moved_unannounced_is_told_and_the_set_begins_anew(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    def capture_elsewhere(args: Any) -> Any:
+        reply = mock_vision_server.capture(args)
+        if args.image == "i3":
+            reply.result["surprise"] = "target_moved"
+        return reply
+
+    mock_vision_server.answer("capture", capture_elsewhere)
+    words = "--controller", "informed", "--max-iterations", "4", "--threshold", NEVER
+    _, result, shown = run(mock_vision_server, mock_image_server, tmp_path, *words)
+    assert "i3 is not as foreseen: the target has moved" in shown
+    assert result["steps"][2]["reason"] == "not as foreseen: the target has moved"
+    assert asked(mock_vision_server, "estimate")[2]["images"] == ["i3"]
 
 
 def test_a_request_that_is_refused_ends_the_session(
@@ -184,7 +198,7 @@ def test_an_estimate_without_a_pose_replaces_the_one_before(
     mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
 ) -> None:
     def pose_only_from_the_first(args: Any) -> Any:
-        reply = mock_vision_server._estimate(args)
+        reply = mock_vision_server.estimate(args)
         if len(args.images) > 1:
             return {**reply.result, "pose": None, "covariance": None, "score": 0.0}
         return reply
@@ -196,3 +210,33 @@ def test_an_estimate_without_a_pose_replaces_the_one_before(
     )  # fmt: skip
     assert result["kept"] == ["i1"]
     assert [step["pose"] is None for step in result["steps"]] == [False, True, True]
+
+
+@pytest.mark.parametrize(
+    ("program", "status", "said"),
+    [
+        (
+            "while(true, [choose_random, take_image, measure, drop_image(again)])",
+            3,
+            "ends by --max-iterations 2",
+        ),
+        ("while(true, choose_random)", 2, "did 1000 actions and took no image meanwhile"),
+        ("while(true, ?(true))", 2, "100,000 steps without an action"),
+    ],
+)
+def test_a_strategy_that_never_ends_is_ended(
+    mock_vision_server: MockVisionServer,
+    mock_image_server: MockImageServer,
+    tmp_path: Path,
+    program: str,
+    status: int,
+    said: str,
+) -> None:
+    (tmp_path / "forever.pl").write_text(f"proc(control, {program}).\n")
+    ended, result, shown = run(
+        mock_vision_server, mock_image_server, tmp_path / "run",
+        "--controller", str(tmp_path / "forever.pl"), "--max-iterations", "2", "--threshold", NEVER,
+    )  # fmt: skip
+    assert ended == status
+    assert said in shown
+    assert result["status"] in ("exhausted", "stopped")

@@ -2,35 +2,208 @@
 
 import json
 import os
+import shutil
 import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tests.session.command import SERVERS, gone, running_session
+from tests.session.command import (
+    ROOT,
+    SERVERS,
+    captured,
+    controller,
+    gone,
+    outcome,
+    running_session,
+    servers_of,
+    start_controller,
+)
 
 pytestmark = pytest.mark.slow
+
+TURNING = ("--scenario", "turning-sun", "--threshold", "0.000001", "--max-iterations", "4", "--no-report")
+
 
 @pytest.mark.parametrize(("sent", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_stopped_by_signal(tmp_path: Path, sent: signal.Signals, status: int) -> None:
     session, servers = running_session(tmp_path)
     session.send_signal(sent)
-    _, messages = session.communicate(timeout=30)
+    said, _ = session.communicate(timeout=30)
     assert session.returncode == status
-    assert "Stopped" in messages
+    assert said.startswith("Stopped")
     assert gone(servers, 5)
     assert json.loads((tmp_path / "result.json").read_text())["status"] == "stopped"
 
 
+BLIND = """
+proc(control, if(range < 0.7, look_and_forget, [choose_reference, take_image, measure, keep_image])).
+proc(look_and_forget, while(neg(exhausted), [choose_reference, take_image, drop_image('a trial')])).
+"""
+
+
+def test_an_approach_that_is_stopped_between_hold_points_tells_where_it_was(tmp_path: Path) -> None:
+    strategy = tmp_path / "blind.pl"
+    strategy.write_text(BLIND)
+    out = tmp_path / "run"
+    session = start_controller(
+        "--approach", "--first-range", "0.8", "--contact-range", "0.65", "--threshold", "5", "--out", out,
+        "--controller", strategy, "--max-iterations", "1000", "--no-report",
+    )  # fmt: skip
+    captured(session, out, "i2")
+    session.send_signal(signal.SIGINT)
+    said, messages = session.communicate(timeout=30)
+    assert session.returncode == 130, messages
+    assert "hold points at 0.8, 0.65 m" in messages
+    result = json.loads((out / "result.json").read_text())
+    assert (result["pose"], result["planned_holds_m"]) == (None, [0.8, 0.65])
+    assert [hold["status"] for hold in result["holds"]] == ["fixed"]
+    assert result["holds"][0]["error"]["translation_fraction_of_range"] < 0.01
+    assert "pose fixed at 1 of 2 hold points" in said
+    ahead, fixed = said.split("the last pose that was fixed, at the hold point of 0.8 m:")
+    assert "no pose" in ahead
+    assert "translation" in fixed and "true error 0.0" in fixed
+
+
+def test_an_approach_that_aborts_says_what_may_help(tmp_path: Path) -> None:
+    done = controller(
+        "--approach", "--first-range", "0.6", "--contact-range", "0.5", "--threshold", "0.000001",
+        "--controller", "fixed", "--out", tmp_path / "run", "--no-report",
+    )  # fmt: skip
+    assert done.returncode == 3
+    assert "approach aborted" in done.stderr
+    helps = done.stdout.splitlines()[-1]
+    assert "what may help: a strategy that goes on (--controller heuristic" in helps
+    assert "a --threshold above" in helps
+
+
 @pytest.mark.parametrize("victim", sorted(SERVERS))
-def test_killed_server(tmp_path: Path, victim: str) -> None:
+def test_a_server_that_is_killed_comes_back_and_the_session_goes_on(tmp_path: Path, victim: str) -> None:
+    whole = tmp_path / "whole"
+    assert controller("--out", whole, *TURNING).returncode == 3
+    session = start_controller("--out", tmp_path / "run", *TURNING)
+    captured(session, tmp_path / "run", "i2")
+    os.kill(servers_of(session.pid)[victim], signal.SIGKILL)
+    _, messages = session.communicate(timeout=120)
+    assert session.returncode == 3, messages
+    assert f"the {victim} ended by itself (killed(9)): it is brought back" in messages
+    assert outcome(tmp_path / "run") == outcome(whole)
+
+
+def test_a_server_that_dies_again_and_again_ends_the_session(tmp_path: Path) -> None:
     session, servers = running_session(tmp_path)
-    os.kill(servers[victim], signal.SIGKILL)
+    times = []
+    while session.poll() is None:
+        now = servers_of(session.pid)
+        if "vision_server" in now and now["vision_server"] not in times:
+            times.append(now["vision_server"])
+            os.kill(times[-1], signal.SIGKILL)
+        time.sleep(0.02)
     _, messages = session.communicate(timeout=60)
     assert session.returncode == 4, messages
-    assert victim in messages
+    assert "(5 of at most 5 times)" in messages
+    assert "the vision_server ended by itself (killed(9))" in messages.splitlines()[-2]
+    assert len(times) == 6
     assert gone(servers, 5)
-    assert (tmp_path / "history.pl").exists()
+    assert list(Path(tempfile.gettempdir()).glob(f"lights-and-camera-{session.pid}-*")) == []
+
+
+@pytest.mark.parametrize("victim", sorted(SERVERS))
+def test_a_server_that_stands_still_is_not_dead(tmp_path: Path, victim: str) -> None:
+    session, servers = running_session(tmp_path)
+    os.kill(servers[victim], signal.SIGSTOP)
+    time.sleep(6)
+    taken = (tmp_path / "history.pl").read_text().count("capture(")
+    time.sleep(1)
+    assert (tmp_path / "history.pl").read_text().count("capture(") == taken
+    os.kill(servers[victim], signal.SIGCONT)
+    captured(session, tmp_path, f"i{taken + 2}")
+    assert servers_of(session.pid) == servers
+    session.terminate()
+    _, messages = session.communicate(timeout=30)
+    assert "waiting for the vision_server" in messages
+    assert "brought back" not in messages
+
+
+@pytest.mark.parametrize("victim", sorted(SERVERS))
+def test_a_server_of_the_user_s_may_come_back(tmp_path: Path, victim: str) -> None:
+    folder = Path(tempfile.mkdtemp(prefix="own-"))
+    endpoints = {name: f"ipc://{folder}/{name}" for name in SERVERS}
+    commands = {
+        "image_server": ["image_server", "simulator", "--target", "cube", "--seed", "1"],
+        "vision_server": ["vision_server", "serve", "--root", str(tmp_path), "--root", str(ROOT),
+                          "--image-server", endpoints["image_server"]],
+    }  # fmt: skip
+
+    def start(name: str) -> "subprocess.Popen[bytes]":
+        command = [sys.executable, "-m", *commands[name], "--endpoint", endpoints[name]]
+        return subprocess.Popen(command, cwd=ROOT, stderr=subprocess.DEVNULL)
+
+    servers = {name: start(name) for name in SERVERS}
+    try:
+        session = start_controller(
+            "--image-server", endpoints["image_server"], "--vision-server", endpoints["vision_server"],
+            "--out", tmp_path / "run", "--threshold", "0.000001", "--max-iterations", "6", "--no-report",
+        )  # fmt: skip
+        captured(session, tmp_path / "run", "i2")
+        servers[victim].kill()
+        servers[victim].wait()
+        time.sleep(3)
+        assert session.poll() is None
+        servers[victim] = start(victim)
+        said, messages = session.communicate(timeout=120)
+        assert session.returncode == 3, messages
+        assert "after 6 images" in said
+        assert "waiting for the" in messages
+    finally:
+        for server in servers.values():
+            server.terminate()
+            server.wait(30)
+        shutil.rmtree(folder)
+
+
+def test_a_folder_that_is_deleted_under_a_session_is_said(tmp_path: Path) -> None:
+    session, servers = running_session(tmp_path / "run")
+    while (tmp_path / "run").exists():
+        shutil.rmtree(tmp_path / "run", ignore_errors=True)
+    said, messages = session.communicate(timeout=60)
+    assert session.returncode == 2, messages
+    assert said == ""
+    assert messages.splitlines()[-1] == f"ERROR: the run folder {tmp_path / 'run'} is not there any more"
+    assert gone(servers, 5)
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A file system of 1 MB."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(folder)]
+    if subprocess.run(mount, capture_output=True, check=False).returncode != 0:
+        pytest.skip("a file system can be mounted by root only")
+    yield folder
+    subprocess.run(["umount", str(folder)], check=True)
+
+
+def test_a_session_whose_disk_is_full_is_resumed_when_there_is_space(
+    small_disk: Path, tmp_path: Path
+) -> None:
+    options = ("--seed", "3", "--threshold", "0.000001", "--max-iterations", "12", "--no-report")
+    whole = tmp_path / "whole"
+    assert controller("--out", whole, *options).returncode == 3
+    full = controller("--out", small_disk / "run", *options)
+    assert full.returncode == 2, full.stderr
+    last = full.stderr.splitlines()[-1]
+    assert last.startswith("ERROR: ")
+    assert f"--resume {small_disk / 'run'}" in last
+    subprocess.run(["mount", "-o", "remount,size=50m", str(small_disk)], check=True)
+    assert controller("--resume", small_disk / "run", "--no-report").returncode == 3
+    assert outcome(small_disk / "run") == outcome(whole)
 
 
 def test_killed_controller(tmp_path: Path) -> None:

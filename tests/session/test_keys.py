@@ -4,6 +4,7 @@ import json
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -59,6 +60,21 @@ def test_servers_on_a_network_serve_who_has_a_key(
     assert json.loads((out / "result.json").read_text())["status"] == "converged"
 
 
+def test_wrong_keys_are_said_and_not_waited_for(network: tuple[str, str], tmp_path: Path) -> None:
+    image, vision = network
+    others = tmp_path / "others"
+    make_keys(others)
+    for keys in (["--keys", others], []):
+        began = time.monotonic()
+        done = controller(
+            "--image-server", image, "--vision-server", vision, *keys, "--out", tmp_path / "run"
+        )
+        assert done.returncode == 2, done.stderr
+        assert "does not let this client in" in done.stderr
+        assert "--keys" in done.stderr
+        assert time.monotonic() - began < 25  # 30 is how long a server that is not there is waited for
+
+
 def test_a_session_gives_its_own_servers_the_keys(keys: Path, tmp_path: Path) -> None:
     done = controller("--keys", keys, "--out", tmp_path / "run", "--no-report", "--quiet")
     assert done.returncode == 0, done.stderr
@@ -80,3 +96,11 @@ def test_keys_that_are_missing_are_named(keys: Path, tmp_path: Path) -> None:
     assert done.returncode == 2
     assert f"{missing}" in done.stderr and "python -m bridge keys" in done.stderr
     assert "--keys: no folder" in controller("--keys", tmp_path / "none").stderr
+
+
+def test_a_secret_that_others_can_read_is_refused(keys: Path, tmp_path: Path) -> None:
+    secret = keys / "controller.key_secret"
+    secret.chmod(0o644)
+    done = controller("--keys", keys, "--out", tmp_path / "run")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert f"others can read {secret}, which is a secret: chmod 600" in done.stderr

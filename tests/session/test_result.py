@@ -22,9 +22,7 @@ def merit_px(estimate: dict[str, Any]) -> float:
     """The formula of docs/result.md."""
     if estimate["pose"] is None:
         return 100.0
-    return min(
-        100.0, 0.25 * estimate["rms_px"] + 200 * estimate["uncertainty"] + 10 * (1 - estimate["score"])
-    )
+    return float(15 * (1 - estimate["score"]))
 
 
 def checked(folder: Path) -> dict[str, Any]:
@@ -67,6 +65,8 @@ def test_an_approach(tmp_path: Path) -> None:
     )
     result = checked(tmp_path)
     assert [hold["status"] for hold in result["holds"]] == ["fixed", "reached"]
+    assert result["planned_holds_m"] == [hold["range_m"] for hold in result["holds"]] == [0.8, 0.65]
+    assert all(hold["error"]["translation_fraction_of_range"] < 0.01 for hold in result["holds"])
     assert {step["hold"] for step in result["steps"]} == {1, 2}
     assert all(("error" in step) == (step["hold"] == 2) for step in result["steps"])
 
@@ -78,7 +78,7 @@ def test_no_pose_and_a_light_that_died(
 
     def capture_and_fail(args: Any) -> Any:
         mock_vision_server.publish("light_fault", {"light": "left"})
-        return mock_vision_server._capture(args)
+        return mock_vision_server.capture(args)
 
     mock_vision_server.answer("capture", capture_and_fail)
     controller(

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.session.command import ROOT, controller, gone, running_session
+from tests.session.command import ROOT, controller, gone, outcome, running_session
 
 pytestmark = pytest.mark.slow
 
@@ -64,12 +64,6 @@ BLUR = (
     "--max-iterations", "4", "--no-report",
 )  # fmt: skip
 APPROACH = ("--approach", "--first-range", "0.6", "--seed", "2", "--no-report")
-
-
-def outcome(out: Path) -> dict[str, object]:
-    """All that a session came to, but for times and how it was called."""
-    result = json.loads((out / "result.json").read_text())
-    return {key: value for key, value in result.items() if key not in {"seconds", "command"}}
 
 
 def test_cut_after_every_line_it_comes_to_the_same_outcome(tmp_path: Path) -> None:

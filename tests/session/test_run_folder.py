@@ -45,3 +45,31 @@ def test_a_model_in_millimetres_gives_the_pose_in_metres(tmp_path: Path) -> None
     result = json.loads(part.stdout)
     assert 0.2 < result["pose"]["translation"][2] < 2.0
     assert result["error"]["translation_fraction_of_range"] < 0.01
+    taken_for_metres = controller(
+        "--target",
+        tmp_path / "part.cao",
+        "--max-iterations",
+        "1",
+        "--no-report",
+        "--out",
+        tmp_path / "metres",
+    )
+    assert "model part: 346 m across" in taken_for_metres.stderr
+    assert "can that be?" in taken_for_metres.stderr and "(--unit mm?)" in taken_for_metres.stderr
+    assert "--unit" in taken_for_metres.stdout  # among what may help
+
+
+def test_what_is_drawn_depends_on_the_seed_and_on_the_scene(tmp_path: Path) -> None:
+    drawn = []
+    for number, (target, seed) in enumerate(
+        [("cube", "1"), ("cube", "1"), ("satellite", "1"), ("cube", "2")]
+    ):
+        out = tmp_path / str(number)
+        controller(
+            "--target", target, "--seed", seed, "--controller", "simple", "--max-iterations", "2",
+            "--threshold", "0.000001", "--no-report", "--out", out,
+        )  # fmt: skip
+        steps = json.loads((out / "result.json").read_text())["steps"]
+        drawn.append(json.dumps([step["settings"] for step in steps]))
+    assert drawn[0] == drawn[1]
+    assert len(set(drawn)) == 3

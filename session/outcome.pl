@@ -1,0 +1,109 @@
+:- module(session_outcome,
+          [ counted/3                   % +Count, +Name, -Words
+          ]).
+:- use_module(library(aggregate), [aggregate_all/3]).
+:- use_module(library(lists), [member/2, reverse/2]).
+
+/** <module> What came of a session, in words: the last lines in the terminal
+
+Messages session_outcome(Result, Limit): the dict that result.json is made from, and how many images were allowed.
+*/
+
+%!  counted(+Count, +Name, -Words) is det.
+%
+%   So many, in the plural where they are not one.
+
+counted(Count, Name, Words) :-
+    ( Count =:= 1 -> Plural = '' ; Plural = s ),
+    format(atom(Words), "~d ~w~w", [Count, Name, Plural]).
+
+:- multifile prolog:message//1.
+
+prolog:message(session_outcome(Result, Limit)) -->
+    { length(Result.kept, Kept), counted(Result.iterations, image, Images) },
+    headline(Result.status),
+    [ ' after ~w, ~d kept, ~1f s'-[Images, Kept, Result.seconds.total] ],
+    hold_points(Result),
+    pose_words(Result),
+    error_words(Result),
+    last_fixed(Result),
+    what_may_help(Result, Limit).
+
+headline(converged) -->
+    [ ansi([bold, fg(green)], 'Pose found', []) ].
+headline(exhausted) -->
+    [ ansi([bold, fg(yellow)], 'Not trusted: the threshold was not reached', []) ].
+headline(stopped) -->
+    [ ansi([bold, fg(red)], 'Stopped', []) ].
+
+hold_points(Result) -->
+    { Planned = Result.get(planned_holds_m) },
+    !,
+    { length(Planned, Count),
+      aggregate_all(count, ( member(Hold, Result.holds), Hold.status \== aborted ), Fixed),
+      counted(Count, 'hold point', Points) },
+    [ nl, '  pose fixed at ~d of ~w'-[Fixed, Points] ].
+hold_points(_) -->
+    [].
+
+pose_words(Result) -->
+    { is_dict(Result.pose) },
+    !,
+    { Result.pose.translation = [X, Y, Z],
+      Result.pose.rotation_vector = [A, B, C] },
+    [ nl, '  translation ~4f ~4f ~4f m'-[X, Y, Z], nl,
+      '  rotation    ~4f ~4f ~4f rad'-[A, B, C], nl,
+      '  rms ~2f px, merit ~2f px (threshold ~2f)'-[Result.rms_px, Result.merit_px, Result.threshold_px] ].
+pose_words(_) -->
+    [ nl, '  no pose' ].
+
+error_words(Result) -->
+    { Error = Result.get(error) },
+    !,
+    { Percent is 100 * Error.translation_fraction_of_range,
+      Millimetres is 1000 * Error.translation_m },
+    [ nl, '  true error ~3f deg, ~2f mm (~3f % of range)'-[Error.rotation_deg, Millimetres, Percent] ].
+error_words(_) -->
+    [].
+
+%   An approach that did not come to its end has been somewhere.
+last_fixed(Result) -->
+    { Result.status \== converged,
+      fixed_hold(Result, Hold) },
+    !,
+    [ nl, '  the last pose that was fixed, at the hold point of ~w m:'-[Hold.range_m] ],
+    pose_words(Hold.put(_{threshold_px:Result.threshold_px, merit_px:Hold.merit})),
+    error_words(Hold).
+last_fixed(_) -->
+    [].
+
+%   The last one.
+fixed_hold(Result, Hold) :-
+    reverse(Result.get(holds), Newest),
+    member(Hold, Newest),
+    Hold.status == fixed,
+    !.
+
+%   What to try where the threshold was not reached.
+what_may_help(Result, Limit) -->
+    { Result.status == exhausted,
+      findall(Help, help(Result, Limit, Help), Helps) },
+    !,
+    { atomic_list_concat(Helps, '; ', Words) },
+    [ nl, '  what may help: ~w'-[Words] ].
+what_may_help(_, _) -->
+    [].
+
+help(Result, _, 'is the target in view, and its model of the right size (--unit)? --explain tells what was seen') :-
+    Result.pose == null.
+help(Result, Limit, Help) :-
+    (   Result.iterations >= Limit
+    ->  counted(Limit, image, Images),
+        format(atom(Help), "more than ~w (--max-iterations)", [Images])
+    ;   Help = 'a strategy that goes on (--controller heuristic or informed)'
+    ).
+help(Result, _, Help) :-
+    is_dict(Result.pose),
+    format(atom(Help), "a --threshold above ~2f, where that is good enough", [Result.merit_px]).
+help(Result, _, 'an end farther away (--contact-range)') :-
+    fixed_hold(Result, _).

@@ -1,0 +1,315 @@
+:- module(session_recovery,
+          [ open_recovery/2,            % +Options, +StartArgs
+            look_after/3,               % +Name, +Op, +Seconds
+            brought_back/3,             % +Name, +Op, +Error
+            server_started/0,
+            take_over/1,                % +Situation
+            begin_action/0,
+            end_action/1,               % +Action
+            came_with/1,                % +Result
+            new_events/1                % -Events
+          ]).
+:- use_module(connections).
+:- use_module(display, [show/2]).
+:- use_module(forms).
+:- use_module(servers).
+:- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2, nth1/3, reverse/2, selectchk/3, subtract/3]).
+
+/** <module> A server that dies, or does not answer, is brought back to where the session is
+
+The vision server gets its images from the run folder, and what it was told from the last situation, as when a session
+is resumed; an image server that draws is what it was by its seed and by what it has done so far.  Then the request
+is made again, and the session goes on as if nothing had been.
+*/
+
+most_times(5).                          % in a session; chosen by hand
+patience_s(1).                          % after which it is said what is waited for; chosen by hand
+
+:- dynamic
+    opened_with/2,                      % Options, StartArgs
+    times/1,                            % how often a server was brought back
+    started/0,                          % the vision server has answered `start` or `restore`
+    said/0,                             % what is waited for
+    renewed/0,                          % what the image server did in the present action may not be all it told
+    since/1,                            % Event that came since the present action began
+    told/1,                             % Event that the reply to the present action tells of
+    told_number/2,                      % Sequence, Name: of an event that a reply told of before it arrived
+    pending/1.                          % Event that is to be met
+
+%!  open_recovery(+Options, +StartArgs) is det.
+%
+%   StartArgs are those of the vision server's `start`.
+
+open_recovery(Options, StartArgs) :-
+    forall(member(Fact, [opened_with(_, _), times(_), started, said, renewed, since(_), told(_), told_number(_, _), pending(_)]),
+           retractall(Fact)),
+    assertz(opened_with(Options, StartArgs)),
+    assertz(times(0)).
+
+%!  server_started is det.
+%
+%   The vision server knows of the session.
+
+server_started :-
+    ( started -> true ; assertz(started) ).
+
+                /*******************************
+                *       WHILE ONE WAITS        *
+                *******************************/
+
+%!  look_after(+Name, +Op, +Seconds) is det.
+%
+%   Look after the servers while one waits for the answer of one of them.  An image server that dies while the vision
+%   server works is started again at once: who waits for it asks again.
+%
+%   @error server_died(Name, Status, LastLine, LogFile)
+
+look_after(Name, Op, Seconds) :-
+    check_server(Name),
+    (   Name == vision_server
+    ->  catch(check_server(image_server), Error, image_server_again(Error))
+    ;   true
+    ),
+    patience_s(Patience),
+    (   Seconds < Patience
+    ->  retractall(said)
+    ;   said                            % once: this is called ten times a second
+    ->  true
+    ;   assertz(said),
+        opened_with(Options, _),
+        show(Options, waiting(Name, Op))
+    ).
+
+image_server_again(Error) :-
+    ( died(Error, image_server) -> true ; throw(Error) ),
+    counted(Error),
+    start_again(image_server),
+    hold_back,
+    listen_again,
+    ( renewed -> true ; assertz(renewed) ).
+
+                /*******************************
+                *       NO ANSWER CAME         *
+                *******************************/
+
+%!  brought_back(+Name, +Op, +Error) is semidet.
+%
+%   Where a request to a server came to Error because that server, or the one behind it, died or did not answer:
+%   bring back what is lost, so that the request can be made again.
+%
+%   @error Error, where that has happened too often
+
+brought_back(Name, Op, Error) :-
+    lost(Error, Name, Lost),
+    counted(Error),
+    bring_back(Lost, Name, Op),
+    ( renewed -> true ; assertz(renewed) ).
+
+lost(Error, Name, died(Dead)) :-
+    died(Error, Dead),
+    memberchk(Name, [Dead, vision_server]),
+    !.
+lost(error(server_error(timeout, _, _), _), vision_server, slow) :-
+    started.
+lost(error(server_error(no_session, _, _), _), vision_server, forgotten) :-
+    started.
+
+%   One that ends with a complaint before it has ever served would do so again.
+died(error(server_died(Name, Status, _, _), _), Name) :-
+    Status \== exit(2),
+    (   Status = killed(_)
+    ;   Status == gone
+    ;   has_answered(Name)
+    ),
+    !.
+
+counted(Error) :-
+    retract(times(Times0)),
+    Times is Times0 + 1,
+    assertz(times(Times)),
+    most_times(Most),
+    (   Times > Most
+    ->  throw(Error)
+    ;   opened_with(Options, _),
+        show(Options, brought_back(Error, Times, Most))
+    ).
+
+bring_back(died(image_server), image_server, _) =>
+    start_again(image_server),
+    hold_back,
+    drop_changes,                       % of a move that is made again
+    listen_again.
+bring_back(died(Dead), vision_server, _) =>
+    (   Dead == image_server            % died again while it was started: let go of what waits for it
+    ->  start_again(image_server),
+        kill_server(vision_server)
+    ;   true
+    ),
+    start_again(vision_server),
+    restore_if_started,
+    image_server_as_before.
+bring_back(forgotten, _, _) =>
+    restore_if_started,
+    image_server_as_before.
+bring_back(slow, _, _) =>
+    ask(image_server, health, _{}, _),  % waits until it answers; and what was asked late is done then
+    image_server_as_before.
+
+restore_if_started :-
+    (   started
+    ->  nb_getval(session_situation, Situation),
+        restore(Situation)
+    ;   true
+    ).
+
+%   Without what the action that is made again has changed already.
+image_server_as_before :-
+    (   own_server(image_server),
+        asked_as_in_the_past(_)
+    ->  drop_changes,
+        listen_again
+    ;   true
+    ).
+
+%   Events are those that came with the last thing that it did; fails for a device that does not draw.
+asked_as_in_the_past(Events) :-
+    image_server_past(Args),
+    catch(ask(image_server, restart, Args, Result), error(server_error(unsupported, _, _), _), fail),
+    Events = Result.events.
+
+                /*******************************
+                *       ACTIONS, EVENTS        *
+                *******************************/
+
+%!  begin_action is det.
+%!  end_action(+Action) is det.
+%
+%   Between them the servers do an action of the session.
+
+begin_action :-
+    hold_back,
+    all_pending.
+
+end_action(Action) :-
+    add_to_past(Action),
+    (   retract(renewed)
+    ->  image_server_as_before
+    ;   true
+    ).
+
+%!  came_with(+Result) is det.
+%
+%   The events in a reply of the image server, which came with what was asked: they are published too, and may arrive
+%   later than the reply.
+
+came_with(Result) :-
+    (   is_list(Result.get(events))
+    ->  forall(member(Event, Result.events), assertz(told(Event)))
+    ;   true
+    ).
+
+%   Those that came unasked.
+hold_back :-
+    arrived(Events),
+    forall(( member(Event, Events), \+ told_already(Event) ), assertz(since(Event))).
+
+told_already(Event) :-
+    told_number(Event.sequence, Event.event).
+
+all_pending :-
+    forall(retract(told(Event)),
+           ( assertz(pending(Event)),
+             assertz(told_number(Event.sequence, Event.event)) )),
+    forall(( retract(since(Event)), \+ told_already(Event) ), assertz(pending(Event))).
+
+drop_changes :-
+    hold_back,
+    retractall(told_number(_, _)),      % another server may count anew
+    forall(( since(Event), change(Event) ), retract(since(Event))).
+
+change(Event) :-
+    memberchk(Event.event, ["sun_changed", "target_moved"]).
+
+%!  new_events(-Events) is det.
+%
+%   What has arrived since the last call, in order.
+
+new_events(Events) :-
+    hold_back,
+    all_pending,
+    findall(Event, retract(pending(Event)), Events).
+
+                /*******************************
+                *      A RESUMED SESSION       *
+                *******************************/
+
+%!  take_over(+Situation) is det.
+%
+%   Take over a session that was interrupted in Situation: the vision server gets its images back, and with them what
+%   its best estimate, seed pose and parameters came from; the image server is as it was, and what it said last
+%   is heard now where it is not in the journal.
+
+take_over(Situation) :-
+    restore(Situation),
+    situation_history(Situation, Newest),
+    (   own_server(image_server)
+    ->  (   asked_as_in_the_past(Told)
+        ->  missed(Newest, Told, Events),
+            forall(member(Event, Events), assertz(pending(Event)))
+        ;   true
+        )
+    ;   findall(RangeM, member(advance(RangeM), Newest), Ranges),
+        reverse(Ranges, Oldest),
+        move_again(Oldest)
+    ).
+
+missed([Action|Newer], Told0, Missed) :-
+    (   memberchk(Action, [sun_changed, target_moved])
+    ->  ( told_of(Action, Told0, Told) -> true ; Told = Told0 ),
+        missed(Newer, Told, Missed)
+    ;   memberchk(Action, [light_fault(_), camera_fault, surprise(_, _)])
+    ->  missed(Newer, Told0, Missed)
+    ;   Action = advance(_)
+    ->  ( told_of(target_moved, Told0, Missed) -> true ; Missed = Told0 )
+    ;   memberchk(Action, [capture(_, _), e(capture(_, _), _)])
+    ->  Missed = Told0
+    ;   Missed = []
+    ).
+
+told_of(Name, Told, Rest) :-
+    atom_string(Name, String),
+    member(Event, Told),
+    Event.event == String,
+    !,
+    selectchk(Event, Told, Rest).
+
+%   An image server of the user's that has not moved its target as often as it was asked to does so.
+move_again([]) :-
+    !.
+move_again(Ranges) :-
+    ask(image_server, health, _{}, Health),
+    ( integer(Health.get(moves)) -> Done = Health.moves ; Done = 0 ),
+    forall(( nth1(N, Ranges, RangeM), N > Done ), ask(image_server, move, _{range_m:RangeM}, _)).
+
+restore(Situation) :-
+    opened_with(_, StartArgs),
+    fluent_value(image_set, Situation, Kept),
+    fluent_value(candidate, Situation, Candidate),
+    findall(Image, ( member(kept(Image, _), Kept) ; Candidate \== none, Image = Candidate ), Newer),
+    reverse(Newer, Images),
+    situation_history(Situation, Newest),
+    findall(Image, member(capture(Image, _), Newest), Taken),
+    subtract(Taken, Images, Discarded),
+    reverse(Newest, Oldest),
+    findall(Step, ( member(Event, Oldest), told_step(Event, Step) ), Told),
+    ask(vision_server, restore, StartArgs.put(_{images:Images, discarded:Discarded, told:Told}), _),
+    server_started.
+
+told_step(e(estimate(_), Fix), _{estimate:Estimate}) :-
+    Fix = fix(_, _, _, _),
+    fix_dict(Fix, Dict),
+    del_dict(lines, Dict, _, Estimate).
+told_step(set_parameter(Name, Value), _{parameters:Parameters}) :-
+    dict_pairs(Parameters, parameters, [Name-Value]).
+told_step(advance(RangeM), _{parameters:_{seed_pose:_{best_at_range_m:RangeM}}}).

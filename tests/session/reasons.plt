@@ -1,0 +1,38 @@
+:- module(test_session_reasons, []).
+:- use_module(library(plunit)).
+:- use_module(library(lists)).
+:- use_module('../../domain/testing/simulated_world').
+:- use_module('../../indigolog/indigolog').
+:- use_module('../../session/reasons').
+
+/** <module> Reasons of decisions, as they follow from the situation */
+
+chosen(Options, Program, Reason, Dict) :-
+    in_world(Options, informed, [connect|Program], final, Situation),
+    situation_history(Situation, [choose(Settings)|_]),
+    decision_reason(choose(Settings), Situation, Reason),
+    fluent_value(device, Situation, Device),
+    reason_dict(Device, Reason, Dict).
+
+:- begin_tests(reasons).
+
+test(what_was_foreseen_to_add_most_is_the_reason, Settings-Bits-Line == settings([7, 1, 0], 0.0166667, 4.0)-2.5-3) :-
+    chosen([], [choose_promising, take_image, measure, keep_image, choose_informative],
+           chosen(Settings, adds(Bits, Line, _), _, 195, 0), Dict),
+    assertion(Dict.chosen.bits == 2.5),
+    assertion(\+ get_dict(promise, Dict.chosen, _)).
+test(states_like_unfavourable_ones_are_left_out) :-
+    chosen([], [ choose_promising, take_image, measure, keep_image, avoid(state(bright, even, 0)), choose_informative ],
+           chosen(_, adds(_, _, _), _, Count, LeftOut), _),
+    assertion(( LeftOut > 0, LeftOut < Count )).
+test(what_was_foreseen_before_an_image_is_no_reason_after_it) :-
+    chosen([], [ choose_promising, take_image, measure, keep_image, choose_informative, take_image, measure, keep_image,
+                 choose(settings([7, 1, 0], 0.0166667, 4.0)) ],
+           chosen(_, Why, _, _, _), _),
+    assertion(\+ Why = adds(_, _, _)).
+test(promise_is_the_reason_where_nothing_is_foreseen) :-
+    chosen([nothing_foreseen], [choose_promising, take_image, measure, keep_image, choose_informative],
+           chosen(_, why(_, Promise, _), _, _, _), Dict),
+    assertion(Dict.chosen.promise =:= Promise).
+
+:- end_tests(reasons).

@@ -1,0 +1,34 @@
+"""Sessions whose processes are killed come to what they would have come to; `kills` runs hundreds of them."""
+
+import random
+
+import pytest
+
+from tests.session.kills import BACK_S, CASES, VICTIMS, kill_library, killed_at, killed_once, scratch
+
+pytestmark = pytest.mark.slow
+
+DRAW = random.Random(7)
+KILLS = [
+    (case, VICTIMS[number % len(VICTIMS)], DRAW.random()) for number, case in enumerate([*CASES, "long"])
+]
+SLACK = 3.0  # of a machine that does other things beside
+
+
+@pytest.mark.parametrize(("case", "victim", "share"), KILLS)
+def test_killed_at_a_random_moment(case: str, victim: str, share: float) -> None:
+    found = killed_once(case, 1, victim, share)
+    assert found["same"], found
+    assert (found["lost"], found["twice"], found["strays"], found["sockets"]) == (0, 0, 0, 0), found
+    assert found["back_s"] is None or found["back_s"] < SLACK * BACK_S
+
+
+@pytest.mark.parametrize("victim", VICTIMS)
+def test_killed_in_the_middle_of_a_write(victim: str) -> None:
+    with scratch() as folder:
+        library = kill_library(folder)
+        places = killed_at("short", 1, victim, library, None)["places"]
+        for place in random.Random(victim).sample(range(1, places + 1), 2):
+            found = killed_at("short", 1, victim, library, place)
+            assert found["same"], found
+            assert (found["lost"], found["twice"], found["strays"], found["sockets"]) == (0, 0, 0, 0), found

@@ -1,0 +1,48 @@
+"""Sessions on a stack of recorded frames, none of which strategies ask for by their settings."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from stack.read import recorded_frames
+from tests.session.command import ROOT, controller
+from tests.session.test_resume import cut, steps_of
+
+pytestmark = pytest.mark.slow
+
+SAID = "was taken under other settings than were asked for"
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What `record` makes of the simulator when it is told to record frames of each light."""
+    out = tmp_path_factory.mktemp("recorded") / "stack"
+    words = ["record", str(out), "--kind", "frames", "--scenario", "nominal", "--settings", "each"]
+    subprocess.run([sys.executable, "-m", "image_server", *words], cwd=ROOT, check=True, capture_output=True)
+    return out
+
+
+@pytest.mark.parametrize("name", ["heuristic", "greedy", "simple", "auto_exposed", "fixed"])
+def test_every_strategy_is_served_and_it_is_said_once(recorded: Path, tmp_path: Path, name: str) -> None:
+    done = controller("--stack", recorded, "--controller", name, "--out", tmp_path / "run", "--no-report")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count(SAID) == 1
+    result = json.loads((tmp_path / "run" / "result.json").read_text())
+    assert result["status"] == "converged"
+    taken = recorded_frames(tmp_path / "run" / "images").values()
+    assert len({frame.sha256 for frame in taken}) == result["iterations"]  # no image twice
+
+
+def test_a_resumed_session_is_not_shown_the_same_frames_again(recorded: Path, tmp_path: Path) -> None:
+    never = ("--threshold", "0.000001", "--max-iterations", "5", "--no-report")
+    whole = controller("--stack", recorded, "--out", tmp_path, "--quiet", *never)
+    assert whole.returncode == 3, whole.stderr
+    expected = steps_of(tmp_path)
+    (tmp_path / "result.json").unlink()
+    cut(tmp_path / "history.pl", "keep(i2)")
+    resumed = controller("--resume", tmp_path, "--no-report", "--quiet")
+    assert resumed.returncode == 3, resumed.stderr
+    assert steps_of(tmp_path) == expected
