@@ -1,34 +1,75 @@
-"""`python -m report RUN_FOLDER`: write the folder's report.html and overlay pictures."""
+"""`python -m report RUN_FOLDER` writes its page; `live` shows it while it runs, `whatif` chooses anew."""
 
 import sys
+from argparse import Namespace
+from collections.abc import Callable
 from pathlib import Path
 
-from bridge.command_line import new_parser
+from bridge.command_line import new_parser, whole_number
 from bridge.lifeline import leave
 from numerics.memory import collect_rarely
 from report.errors import ReportError
 
+ABOUT = {
+    "": "Write RUN_FOLDER/report.html and overlay pictures of its images."
+    " `python -m report live RUN_FOLDER` shows a session in a browser while it runs;"
+    " `python -m report whatif RUN_FOLDER` takes one of its images under other settings.",
+    "live": "Show a session in a browser while it runs, or one that has ended.",
+    "whatif": "Do a session again with one image under other settings, and show both ways side by side.",
+}
+
 
 def main() -> int:
-    """Write RUN_FOLDER/report.html and RUN_FOLDER/images/<id>-overlay.png; the exit status."""
-    parser = new_parser(
-        "python -m report", "Write RUN_FOLDER/report.html and overlay pictures of its images."
-    )
-    parser.add_argument(
-        "run_folder", type=Path, metavar="RUN_FOLDER", help="Run folder of a session, with its result.json."
-    )
-    folder = parser.parse_args().run_folder
-
+    """Write the report, serve the live view or try another choice; the exit status."""
+    words = sys.argv[1:]
+    command = words[0] if words[:1] in (["live"], ["whatif"]) else ""
+    parser = new_parser(f"python -m report {command}".strip(), ABOUT[command])
+    parser.add_argument("run_folder", type=Path, metavar="RUN_FOLDER", help="Run folder of a session.")
+    if command == "live":
+        parser.add_argument(
+            "--port",
+            type=whole_number(0, 65535),
+            default=0,
+            help="Port on 127.0.0.1; 0 (the default): any free one.",
+        )
+        parser.add_argument(
+            "--parent", type=whole_number(), metavar="PID", help="Stop when this process ends."
+        )
+    elif command == "whatif":
+        parser.add_argument("--at", type=whole_number(1), required=True, metavar="N", help="Image, from 1.")
+        parser.add_argument(
+            "--settings", required=True, help="Such as 'left 7 right 0 top 0, 1/60 s, f/4'; others are off."
+        )
+        parser.add_argument("--out", type=Path, metavar="DIR", help="Run folder of the other way.")
+    options = parser.parse_args(words[1 if command else 0 :])
     collect_rarely()
-    from report.page import write_report  # late: --help must not wait for numba
-
+    does: dict[str, Callable[[Namespace], None]] = {"": _write, "live": _serve, "whatif": _try}
     try:
-        path = write_report(folder)
+        does[command](options)
     except ReportError as error:
         print(f"report: {error}", file=sys.stderr)
         return 2
-    print(path)
     return 0
+
+
+def _write(options: Namespace) -> None:
+    from report.page import write_report  # late: --help must not wait for numba
+
+    print(write_report(options.run_folder))
+
+
+def _serve(options: Namespace) -> None:
+    from report.live import serve_view
+
+    serve_view(options.run_folder, options.port, options.parent)
+
+
+def _try(options: Namespace) -> None:
+    from report.whatif import print_what_if, what_if, write_what_if
+
+    done = what_if(options.run_folder, options.at, options.settings, options.out)
+    print_what_if(done)
+    print(write_what_if(done))
 
 
 if __name__ == "__main__":

@@ -1,9 +1,11 @@
-"""Which plots a session gets, with their legends and what they say to those who cannot see them."""
+"""Which plots a session gets, with their legends and what they say to those who cannot see them.
+
+The plots' own file is imported where something is drawn: a live page is there before matplotlib is.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from report.plots import Rule, Series, bar_chart, line_chart
 from report.records import HoldRecord, Result, StepRecord
 from report.uncertainty import uncertainty_of
 from report.verdict import HOLD_PASSED, RIGHT_DEG, RIGHT_FRACTION
@@ -59,15 +61,17 @@ def was_kept(step: StepRecord) -> bool:
 
 
 def session_figures(result: Result) -> list[Figure]:
-    """Error, size of the image set and, where the truth is known, the true error over the iterations."""
+    """Error, certainty, size of the set and, where the truth is known, the true error over the iterations."""
     steps = result.steps
     if not steps:
         return []
-    figures = [_error_figure(result), _set_figure(steps), _truth_figure(steps)]
+    figures = [_error_figure(result), _certainty_figure(steps), _set_figure(steps), _truth_figure(steps)]
     return [figure for figure in figures if figure is not None]
 
 
 def _error_figure(result: Result) -> Figure | None:
+    from report.plots import Rule, Series, line_chart
+
     steps = result.steps
     marks = ["kept" if was_kept(step) else "discarded" for step in steps]
     rms = [step.rms_px for step in steps]
@@ -75,7 +79,7 @@ def _error_figure(result: Result) -> Figure | None:
     series, legend = [], []
     if any(value is not None for value in merit):
         series.append(Series("merit", 1, merit, marks))
-        legend.append(Legend("line", 1, "merit: what decides, RMS joined with uncertainty"))
+        legend.append(Legend("line", 1, "merit: what decides, the doubt that the pose is right"))
     if any(value is not None for value in rms):
         plain_marks = marks if not series else ["dot"] * len(marks)
         series.append(Series("RMS error", 2, rms, plain_marks, dashed=bool(series)))
@@ -90,7 +94,23 @@ def _error_figure(result: Result) -> Figure | None:
     return Figure("Error over the iterations", svg, tuple(legend))
 
 
+def _certainty_figure(steps: Sequence[StepRecord]) -> Figure | None:
+    from report.plots import Series, line_chart
+
+    values = [100 * step.uncertainty if step.uncertainty is not None else None for step in steps]
+    if all(value is None for value in values):
+        return None
+    marks = ["kept" if was_kept(step) else "discarded" for step in steps]
+    series = [Series("uncertainty", 4, values, marks)]
+    description = f"Standard deviation of the position over {len(steps)} iterations"
+    svg = line_chart(_numbers(steps), series, ("iteration", "% of range"), description)
+    legend = (Legend("line", 4, "largest standard deviation of the pose: 1 is 1 % of the range or 1°"),)
+    return Figure("Certainty over the iterations", svg, legend)
+
+
 def _set_figure(steps: Sequence[StepRecord]) -> Figure | None:
+    from report.plots import bar_chart
+
     if all(step.set_size is None for step in steps):
         return None
     kept = [was_kept(step) for step in steps]
@@ -101,6 +121,8 @@ def _set_figure(steps: Sequence[StepRecord]) -> Figure | None:
 
 
 def _truth_figure(steps: Sequence[StepRecord]) -> Figure | None:
+    from report.plots import Rule, Series, line_chart
+
     if all(step.error is None for step in steps):
         return None
     dots = ["kept" if was_kept(step) else "discarded" for step in steps]
@@ -116,6 +138,8 @@ def _truth_figure(steps: Sequence[StepRecord]) -> Figure | None:
 
 def approach_figure(holds: Sequence[HoldRecord]) -> Figure | None:
     """Uncertainty of the position against the range, over the hold points of an approach."""
+    from report.plots import Series, line_chart
+
     deviation: list[float | None] = []
     for hold in holds:
         known = uncertainty_of(hold.pose, hold.covariance)

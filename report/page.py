@@ -1,16 +1,20 @@
 """A run folder becomes one self-contained HTML page and its overlay pictures."""
 
 import shlex
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from bridge import __version__
 from report import words
 from report.errors import ReportError
 from report.figures import approach_figure, session_figures, time_figure, was_kept
+from report.following import Journal
+from report.fragments import environment
 from report.overlay import is_small
 from report.pictures import (
     Picture,
@@ -22,12 +26,13 @@ from report.pictures import (
     support_of,
     write_overlay,
 )
-from report.records import Result, StepRecord, read_result
-from report.scene import Scene, read_scene
+from report.records import HoldRecord, LightRecord, ReasonRecord, Result, StepRecord, read_result
+from report.scene import Scene, known_lights, read_scene
 from report.story import StepView, step_view
 from report.uncertainty import uncertainty_of
 from report.verdict import HOLD_PASSED, range_of, verdict_of
 
+Reasons = dict[str, tuple[ReasonRecord, ReasonRecord]]
 TEMPLATES = Path(__file__).resolve().parent
 CLOSE_UP_PX = 30  # width of an enlarged corner, in pixels of the image
 FILES = ("result.json", "history.pl")
@@ -59,7 +64,8 @@ def write_report(folder: Path) -> Path:
     ReportError : no such folder, no or broken result.json, a folder that cannot be written.
     """
     result = read_result(folder)
-    html = render(folder, result)
+    with ThreadPoolExecutor(1) as pool:  # the journal's reader works while pictures are read and drawn
+        html = render(folder, result, pool.submit(_reasons, folder))
     path = folder / "report.html"
     try:
         path.write_text(html, encoding="utf-8")
@@ -68,64 +74,115 @@ def write_report(folder: Path) -> Path:
     return path
 
 
-def render(folder: Path, result: Result) -> str:
-    """The page of a session; writes the overlay pictures on the way.
+def render(folder: Path, result: Result, asked: Future[Reasons]) -> str:
+    """The page of a session, with the reasons that were asked for; writes the overlay pictures on the way.
 
     Raises
     ------
     ReportError : an image id that is no file name, a picture that cannot be written.
     """
     scene = read_scene(folder)
-    lights = tuple(result.lights or scene.lights)
+    lights = known_lights(result, scene)
     pictures = [read_picture(folder, step.image, scene) for step in result.steps]
-    hero = _hero(result, scene, pictures)
+    verdict = verdict_of(result)
+    result, last_hold = _last_fixed(result)
+    hero = _hero(result, last_hold, scene, pictures)
     views: list[StepView] = []
     for number, (step, picture) in enumerate(zip(result.steps, pictures, strict=True), start=1):
         support = support_of(step.lines)
         write_overlay(folder, picture, scene, step.pose, support)
         strokes = strokes_of(scene, step.pose, support)
         views.append(step_view(step, number, picture, strokes, lights, result.steps))
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("page.html.j2").render(
-        style=Markup((TEMPLATES / "style.css").read_text(encoding="utf-8")),
-        result=result,
-        verdict=verdict_of(result),
-        words=words,
-        hero=hero,
-        steps=views,
-        sources=_sources(pictures, hero),
-        size=_size(scene, pictures),
-        notes=scene.notes,
-        missing=[picture.problem for picture in pictures if picture.problem],
-        lines_known=result.lines is not None or any(step.lines for step in result.steps),
-        kept=sum(was_kept(step) for step in result.steps),
-        figures=session_figures(result),
-        approach=approach_figure(result.holds) if result.holds else None,
-        holds=[(hold, uncertainty_of(hold.pose, hold.covariance)) for hold in result.holds or []],
-        hold_passed=HOLD_PASSED,
-        time=time_figure(result.seconds),
-        deviations=uncertainty_of(result.pose, result.covariance),
-        range_m=range_of(result.pose) if result.pose else None,
-        pose_json=msgspec.json.encode(result.pose).decode() if result.pose else "",
-        command=_command(result),
-        files=[name for name in FILES if (folder / name).is_file()],
-        close_up_px=CLOSE_UP_PX,
-        figure_svg=Markup,
+    figures = session_figures(result)
+    reasons = asked.result()
+    return (
+        environment()
+        .get_template("page.html.j2")
+        .render(
+            style=Markup((TEMPLATES / "style.css").read_text(encoding="utf-8")),
+            version=__version__,
+            result=result,
+            verdict=verdict,
+            words=words,
+            hero=hero,
+            steps=views,
+            sources=_sources(pictures, hero),
+            size=_size(scene, pictures),
+            notes=[*scene.notes, *_other_settings(result.steps, scene, lights)],
+            reasons=reasons,
+            missing=[picture.problem for picture in pictures if picture.problem],
+            lines_known=result.lines is not None or any(step.lines for step in result.steps),
+            kept=sum(was_kept(step) for step in result.steps),
+            figures=figures,
+            approach=approach_figure(result.holds) if result.holds else None,
+            holds=[(hold, uncertainty_of(hold.pose, hold.covariance)) for hold in result.holds or []],
+            strip=_strip(result, scene, pictures),
+            hold_passed=HOLD_PASSED,
+            time=time_figure(result.seconds),
+            deviations=uncertainty_of(result.pose, result.covariance),
+            range_m=range_of(result.pose) if result.pose else None,
+            pose_json=msgspec.json.encode(result.pose).decode() if result.pose else "",
+            command=_command(result),
+            files=[name for name in FILES if (folder / name).is_file()],
+            close_up_px=CLOSE_UP_PX,
+            figure_svg=Markup,
+        )
     )
 
 
-def _hero(result: Result, scene: Scene, pictures: list[Picture]) -> Hero | None:
+def _reasons(folder: Path) -> Reasons:
+    """Why each image was taken under its settings, and what it showed, by its name, as the journal tells."""
+    if not (folder / "history.pl").is_file():
+        return {}
+    journal = Journal(folder)
+    told = journal.ask()
+    journal.close()
+    reasons: Reasons = {}
+    chosen = None
+    for action in told.actions:
+        if action.reason is not None and action.reason.kind == "chosen":
+            chosen = action.reason
+        elif action.reason is not None and action.reason.kind == "seen" and chosen is not None:
+            reasons[action.text.removeprefix("capture(").partition(",")[0]] = (chosen, action.reason)
+    return reasons
+
+
+def _other_settings(steps: list[StepRecord], scene: Scene, lights: Sequence[LightRecord]) -> list[str]:
+    """A note where images were taken under other settings than were asked for."""
+    others = [
+        f"{step.image} ({words.settings_words(applied, lights)}, {words.shutter(applied.shutter_s)},"
+        f" {words.aperture(applied.aperture)})"
+        for step in steps
+        if (applied := scene.applied.get(step.image or "")) is not None
+        and step.settings is not None
+        and not words.same_settings(applied, step.settings)
+    ]
+    if not others:
+        return []
+    return [f"Taken under other settings than were asked for: {'; '.join(others)}."]
+
+
+def _last_fixed(result: Result) -> tuple[Result, int | None]:
+    """What the head of the page shows, and the hold point that it belongs to, from 1.
+
+    Where an approach ended between hold points that is what was fixed at the last one.
+    """
+    holds = list(enumerate(result.holds or [], start=1))
+    for number, hold in reversed(holds if result.pose is None else []):
+        if hold.pose is not None and hold.status in HOLD_PASSED:
+            fixed = {name: getattr(hold, name) for name in ("pose", "covariance", "rms_px", "error", "lines")}
+            shown = msgspec.structs.replace(
+                result, merit_px=hold.merit, uncertainty=hold.uncertainty, **fixed
+            )
+            return shown, number
+    return result, max((step.hold for step in result.steps if step.hold is not None), default=None)
+
+
+def _hero(result: Result, last_hold: int | None, scene: Scene, pictures: list[Picture]) -> Hero | None:
     """The image of the final set in which the target can be made out best."""
     support = support_of(result.lines) or _last_support(result.steps)
     strokes = strokes_of(scene, result.pose, support)
     bounds = strokes.bounds if strokes else None
-    last_hold = max((step.hold for step in result.steps if step.hold is not None), default=None)
     candidates = [
         (step, picture)
         for step, picture in zip(result.steps, pictures, strict=True)
@@ -142,6 +199,29 @@ def _hero(result: Result, scene: Scene, pictures: list[Picture]) -> Hero | None:
         view = (left - pad, top - pad, right - left + 2 * pad, bottom - top + 2 * pad)
     corners = strokes.corners if strokes else ()
     return Hero(picture, strokes, view, tuple(_close_up(corner, picture) for corner in corners))
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A hold point in the strip, with its last kept image; no `hold` where it was not come to."""
+
+    range_m: float
+    hold: HoldRecord | None
+    picture: Picture | None
+    strokes: Strokes | None
+
+
+def _strip(result: Result, scene: Scene, pictures: list[Picture]) -> list[Stop]:
+    """The hold points from the first to the last, those that were planned and not come to included."""
+    by_name = {picture.name: picture for picture in pictures if picture.pixels is not None}
+    stops = []
+    for number, hold in enumerate(result.holds or [], start=1):
+        names = [step.image or "" for step in result.steps if step.hold == number]
+        kept = [name for name in hold.kept or names if name in by_name] or [n for n in names if n in by_name]
+        picture = by_name[kept[-1]] if kept else None
+        stops.append(Stop(hold.range_m, hold, picture, strokes_of(scene, hold.pose, None)))
+    planned = result.planned_holds_m or []
+    return stops + [Stop(range_m, None, None, None) for range_m in planned[len(stops) :]]
 
 
 def _close_up(corner: tuple[float, float], picture: Picture) -> tuple[float, float]:
@@ -168,6 +248,8 @@ def _sources(pictures: list[Picture], hero: Hero | None) -> dict[str, str]:
             continue
         large = hero is not None and picture.name == hero.picture.name
         sources[picture.name] = data_uri(picture.pixels, large)
+        if picture.edges is not None:
+            sources[f"{picture.name}-edges"] = data_uri(picture.edges, True)
     return sources
 
 

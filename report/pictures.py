@@ -37,12 +37,14 @@ class Picture:
     ----------
     name : the image's id.
     pixels : grey, or None.
+    edges : edge map of the set with this image, or None.
     problem : what is wrong, in a sentence; empty when the image is there.
     """
 
     name: str
     pixels: Pixels | None
     problem: str = ""
+    edges: Pixels | None = None
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,12 @@ def read_picture(folder: Path, name: str | None, scene: Scene) -> Picture:
     if camera is not None and pixels.shape != (camera.height, camera.width):
         size = f"{pixels.shape[1]}×{pixels.shape[0]}"
         return Picture(name, None, f"images/{name}.png is {size}, its camera {camera.width}×{camera.height}.")
-    return Picture(name, np.asarray(pixels, dtype=np.uint8))
+    return Picture(name, np.asarray(pixels, dtype=np.uint8), edges=_edges(path.with_stem(f"{name}-edges")))
+
+
+def _edges(path: Path) -> Pixels | None:
+    edges = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) if path.is_file() else None
+    return None if edges is None else np.asarray(edges, dtype=np.uint8)
 
 
 def data_uri(pixels: Pixels, large: bool) -> str:

@@ -181,4 +181,6 @@ def _svg(text: str, description: str) -> str:
     for name, colour in COLOURS.items():
         body = body.replace(colour, f"var(--{name})")
     head = f'<svg class="plot" viewBox="0 0 {WIDTH_PX} {HEIGHT_PX}" role="img"'
-    return f'{head} aria-label="{escape(description)}" xmlns:xlink="http://www.w3.org/1999/xlink">{body}</svg>'
+    return (
+        f'{head} aria-label="{escape(description)}" xmlns:xlink="http://www.w3.org/1999/xlink">{body}</svg>'
+    )

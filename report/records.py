@@ -54,10 +54,51 @@ class LineRecord(Struct, frozen=True):
 
 
 class LightRecord(Struct, frozen=True):
-    """A light's name and its number of levels, off included."""
+    """A light's name, its number of levels, off included, and its place in the camera frame, m."""
 
     name: str | None = None
     levels: int | None = None
+    position: Triple | None = None
+
+
+class CandidateRecord(Struct, frozen=True):
+    """Settings that could be chosen, and what was predicted of an image under them.
+
+    Attributes
+    ----------
+    brightness, highlight : median and 95th percentile of the target, fractions of full scale.
+    information : of the place of an edge, bit; with the likelihood's part it makes the promise.
+    bits, line : what it was predicted to add to the pose, and to which model line most; or a promise.
+    """
+
+    words: str = ""
+    state: str | None = None
+    promise: float | None = None
+    likelihood: float | None = None
+    information: float | None = None
+    bits: float | None = None
+    line: int | None = None
+    brightness: float | None = None
+    highlight: float | None = None
+    blur_px: float | None = None
+    dark: float | None = None
+    saturated: float | None = None
+
+
+class ReasonRecord(Struct, frozen=True):
+    """Why the controller did something, as session/reasons.pl tells it: chosen, seen or measured."""
+
+    kind: str
+    chosen: CandidateRecord | None = None
+    best: list[CandidateRecord] = []
+    candidates: int = 0
+    left_out: int = 0
+    quality: str = ""
+    expected: CandidateRecord | None = None
+    seen: CandidateRecord | None = None
+    rms_px: float | None = None
+    merit: float | None = None
+    merit_before: float | None = None
 
 
 class StepRecord(Struct, frozen=True):
@@ -74,6 +115,7 @@ class StepRecord(Struct, frozen=True):
     rms_px: float | None = None
     merit: float | None = None
     supported_fraction: float | None = None
+    uncertainty: float | None = None
     pose: PoseRecord | None = None
     error: ErrorRecord | None = None
     lines: list[LineRecord] | None = None
@@ -91,6 +133,7 @@ class HoldRecord(Struct, frozen=True):
     covariance: Covariance | None = None
     uncertainty: float | None = None
     error: ErrorRecord | None = None
+    lines: list[LineRecord] | None = None
     iterations: int | None = None
     kept: list[str] | None = None
 
@@ -120,6 +163,7 @@ class Result(Struct, frozen=True):
     lines: list[LineRecord] | None = None
     lights: list[LightRecord] | None = None
     holds: list[HoldRecord] | None = None
+    planned_holds_m: list[float] | None = None
     command: str | list[str] | None = None
     message: str | None = None
 

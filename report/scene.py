@@ -1,14 +1,18 @@
 """What `images/stack.toml` of a run folder tells: camera, model and lights of the session."""
 
 import tomllib
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model, load_model
-from report.records import LightRecord
+from report.records import LightRecord, Result, SettingsRecord
 
 
 @dataclass(frozen=True)
@@ -19,12 +23,14 @@ class Scene:
     ----------
     lights : names and numbers of levels, in the order of the settings.
     notes : plain sentences on what is missing.
+    applied : what each image was taken under, by its name.
     """
 
     camera: Camera | None = None
     model: Model | None = None
     lights: tuple[LightRecord, ...] = ()
     notes: tuple[str, ...] = field(default=())
+    applied: Mapping[str, SettingsRecord] = field(default_factory=dict)
 
 
 def read_scene(folder: Path) -> Scene:
@@ -47,11 +53,28 @@ def read_scene(folder: Path) -> Scene:
         model = load_model(path.parent / str(target["model"]), str(target.get("unit", "m")))
     except (KeyError, GeometryError, TypeError, AttributeError) as error:
         notes.append(f"The target in images/stack.toml cannot be used ({_reason(error)}): no overlays.")
-    return Scene(camera, model, _lights(table.get("lights")), tuple(notes))
+    return Scene(camera, model, _lights(table.get("lights")), tuple(notes), _applied(table.get("frames")))
+
+
+def known_lights(result: Result, scene: Scene) -> tuple[LightRecord, ...]:
+    """The session's lights; where they are placed is told by the scene alone."""
+    told = tuple(result.lights or ())
+    same = len(told) == len(scene.lights) and all(
+        one.name == two.name for one, two in zip(told, scene.lights, strict=True)
+    )
+    return scene.lights if same or not told else told
 
 
 def _reason(error: Exception) -> str:
     return f"no {error}" if isinstance(error, KeyError) else str(error)
+
+
+def _applied(tables: Any) -> dict[str, SettingsRecord]:
+    applied = {}
+    for table in tables if isinstance(tables, list) else []:
+        with suppress(msgspec.ValidationError, KeyError, TypeError):
+            applied[Path(table["image"]).stem] = msgspec.convert(table, SettingsRecord)
+    return applied
 
 
 def _lights(tables: Any) -> tuple[LightRecord, ...]:
@@ -59,12 +82,8 @@ def _lights(tables: Any) -> tuple[LightRecord, ...]:
         return ()
     lights = []
     for table in tables:
-        name = table.get("name") if isinstance(table, dict) else None
-        levels = table.get("levels") if isinstance(table, dict) else None
-        lights.append(
-            LightRecord(
-                name if isinstance(name, str) else None,
-                levels if isinstance(levels, int) and levels > 0 else None,
-            )
-        )
+        try:
+            lights.append(msgspec.convert(table, LightRecord))
+        except msgspec.ValidationError:
+            lights.append(LightRecord())
     return tuple(lights)

@@ -5,6 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from markupsafe import Markup
+
+from report.lights import lights_svg
 from report.pictures import Picture, Strokes
 from report.records import LightRecord, SettingsRecord, StepRecord
 from report.words import (
@@ -52,6 +55,7 @@ class StepView:
     strokes: Strokes | None
     has_pose: bool
     hold: int | None
+    rig: Markup
 
 
 def step_view(
@@ -83,6 +87,7 @@ def step_view(
         strokes=strokes,
         has_pose=step.pose is not None,
         hold=step.hold,
+        rig=Markup(lights_svg(step.settings, lights)),
     )
 
 

@@ -33,6 +33,10 @@ def verdict_of(result: Result) -> Verdict:
     images = count(len(result.steps) or result.iterations or 0, "image")
     if result.holds:
         return _approach(result, result.holds)
+    if result.planned_holds_m and result.status == "stopped":
+        points = count(len(result.planned_holds_m), "hold point")
+        detail = f"None of {points} was passed; the first is at {result.planned_holds_m[0]:g} m."
+        return Verdict("warn", "stopped", "Approach stopped early", detail)
     if result.pose is None:
         return _no_pose(result, images)
     right = is_right(result)
@@ -42,9 +46,8 @@ def verdict_of(result: Result) -> Verdict:
             return Verdict("bad", "wrong", "A wrong pose was taken for right", checked)
         return Verdict("good", "converged", "Pose found", checked or f"Certain enough after {images}.")
     if result.status == "exhausted":
-        detail = (
-            f"All {images} were used and the error stayed above the threshold. This is the best estimate."
-        )
+        used = f"All {images} were used" if len(result.steps) != 1 else "Its one image was used"
+        detail = f"{used} and the error stayed above the threshold. This is the best estimate."
         return Verdict("warn", "exhausted", "No certain pose", f"{detail} {checked}".strip())
     if result.status == "stopped":
         detail = f"Stopped after {images}, before the session had ended. This is the best estimate so far."
@@ -86,11 +89,12 @@ def _no_pose(result: Result, images: str) -> Verdict:
 def _approach(result: Result, holds: list[HoldRecord]) -> Verdict:
     passed = sum(hold.status in HOLD_PASSED for hold in holds)
     last = holds[-1]
-    points = f"{passed} of {count(len(holds), 'hold point')} passed"
+    points = f"{passed} of {count(len(result.planned_holds_m or holds), 'hold point')} passed"
     if result.status == "stopped":
-        return Verdict(
-            "warn", "stopped", "Approach stopped early", f"{points}; the last was at {last.range_m:g} m."
-        )
+        detail = f"{points}; the last was at {last.range_m:g} m."
+        if result.pose is None:
+            detail += " What is shown was fixed there: no pose was found since."
+        return Verdict("warn", "stopped", "Approach stopped early", detail)
     if passed == len(holds):
         checked = _checked(result)
         if is_right(result) is False:

@@ -106,3 +106,11 @@ def settings_words(settings: SettingsRecord | None, lights: Sequence[LightRecord
 def count(number: int, noun: str) -> str:
     """`1 image`, `2 images`."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def same_settings(one: SettingsRecord, other: SettingsRecord) -> bool:
+    """Whether two records say the same, to the thousandth that devices tell."""
+    return one.lights == other.lights and all(
+        a is None or b is None or math.isclose(a, b, rel_tol=1e-3)
+        for a, b in ((one.shutter_s, other.shutter_s), (one.aperture, other.aperture))
+    )

@@ -9,6 +9,7 @@ from typing import Any
 import cv2
 import pytest
 
+from bridge import __version__
 from report.errors import ReportError
 from report.page import write_report
 from tests.report.run_folders import RunMaker
@@ -255,6 +256,29 @@ def test_an_approach_has_its_table(make_run: RunMaker, bench: Any) -> None:
     assert "Approach reached 0.8 m" in page.text
 
 
+def test_an_approach_that_stopped_between_hold_points_shows_what_was_fixed(
+    make_run: RunMaker, bench: Any
+) -> None:
+    folder = make_run()
+    steps = json.loads((folder / "result.json").read_text())["steps"]
+    fixed = {
+        "range_m": 1.5, "status": "fixed", "rms_px": 0.5, "merit": 0.7, "pose": bench.pose.to_dict(),
+        "error": {"rotation_deg": 0.1, "translation_m": 3e-4, "translation_fraction_of_range": 2e-4},
+    }  # fmt: skip
+    for step, hold in zip(steps, (1, 1, 2), strict=True):
+        step["hold"] = hold
+    steps[2]["pose"] = None
+    here = {"pose": None, "covariance": None, "rms_px": None, "merit_px": 100.0, "error": None, "lines": []}
+    changed(folder, status="stopped", steps=steps, holds=[fixed], planned_holds_m=[1.5, 1.0, 0.7], **here)
+    page = page_of(folder)
+    assert "1 of 3 hold points passed; the last was at 1.5 m." in page.text
+    assert "Best estimate over image i1" in page.text
+    assert "no pose was found since" in page.text
+    assert page.text.count("0.30 mm") == 2  # in its tile and in the approach's table
+    changed(folder, holds=[], planned_holds_m=[1.5, 1.0, 0.7])
+    assert "None of 3 hold points was passed; the first is at 1.5 m." in page_of(folder).text
+
+
 def test_many_steps_and_lights(make_run: RunMaker) -> None:
     folder = make_run(steps=40)
     steps = json.loads((folder / "result.json").read_text())["steps"]
@@ -283,3 +307,20 @@ def test_an_image_id_that_leaves_the_folder_is_refused(make_run: RunMaker) -> No
     changed(folder, steps=steps)
     with pytest.raises(ReportError, match="plain file name"):
         write_report(folder)
+
+
+def test_other_settings_than_were_asked_for_are_noted(make_run: RunMaker) -> None:
+    folder = make_run()
+    stack = folder / "images" / "stack.toml"
+    frames = "".join(
+        f'[[frames]]\nimage = "i{number}.png"\nlights = {lights}\nshutter_s = 0.0166667\naperture = 4.0\n'
+        for number, lights in ((1, [1, 0, 7]), (2, [7, 0, 0]), (3, [3, 0, 7]))
+    )
+    stack.write_text(stack.read_text() + frames)
+    page = " ".join(Page(write_report(folder).read_text()).words)
+    others = "i2 (left full, right off, top off, 1/60 s, f/4)"
+    assert f"Taken under other settings than were asked for: {others}." in page
+
+
+def test_the_version_is_in_the_head(make_run: RunMaker) -> None:
+    assert f"version {__version__}" in write_report(make_run()).read_text()

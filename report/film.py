@@ -1,0 +1,49 @@
+"""A film of frames with the target's model drawn over each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import cv2
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from report.errors import ReportError
+from report.overlay import FRAME, HALO, Pixels, draw_overlay
+
+CODEC = "mp4v"  # OpenCV's own, in every build
+TEXT_AT, TEXT_SIZE, FONT = (10, 24), 0.6, cv2.FONT_HERSHEY_SIMPLEX
+
+
+class Film:
+    """A video file that grows frame by frame.
+
+    Parameters
+    ----------
+    path : ending in .mp4.
+    rate : frames a second.
+
+    Raises
+    ------
+    ReportError : it cannot be written.
+    """
+
+    def __init__(self, path: Path, model: Model, camera: Camera, rate: float) -> None:
+        self._model, self._camera = model, camera
+        code = cv2.VideoWriter.fourcc(*CODEC)
+        self._video = cv2.VideoWriter(str(path), code, rate, (camera.width, camera.height))
+        if not self._video.isOpened():
+            raise ReportError(f"cannot write the film {path}; give a .mp4 in a folder that exists")
+
+    def add(self, pixels: Pixels, pose: Pose | None, support: Mapping[int, float] | None, words: str) -> None:
+        """One frame (H, W), with the model at a pose as in `draw_overlay`, and some words on it."""
+        drawn = draw_overlay(pixels, self._model, self._camera, pose, support, inset=False)
+        for colour, width in ((HALO, 3), (FRAME, 1)):
+            cv2.putText(drawn, words, TEXT_AT, FONT, TEXT_SIZE, colour, width, cv2.LINE_AA)
+        self._video.write(drawn)
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._video.release()

@@ -1,0 +1,223 @@
+"""What a run folder tells at this moment, of a session that runs or has ended."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import select
+import struct
+import subprocess
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from report.errors import ReportError
+from report.records import ReasonRecord, Result, read_result
+
+TELLING = Path(__file__).resolve().parent.parent / "session" / "telling.pl"
+ANSWER_S = 30.0  # of the journal's reader; chosen by hand, for a session of thousands of images
+NICENESS = 10  # of the view: the session goes first
+LOCK = "hhqqi"  # struct flock of fcntl(2): type, whence, start, length, process
+
+
+class Action(msgspec.Struct, frozen=True):
+    """An action of the journal, or what happened meanwhile, and the reason for it where there is one."""
+
+    name: str
+    text: str
+    reason: ReasonRecord | None = None
+
+
+class Told(msgspec.Struct, frozen=True):
+    """What the controller knows, by its journal; with a `problem`, nothing else."""
+
+    result: Result | None = None
+    actions: list[Action] = []
+    left: str = ""
+    controller_file: str | None = None
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class State:
+    """A session at one moment.
+
+    Attributes
+    ----------
+    result : so far, or the final one.
+    status : running, paused, interrupted or that of the result.
+    told : what the journal tells.
+    age_s : since the session began; None where that is not known.
+    """
+
+    result: Result
+    status: str
+    told: Told = field(default_factory=Told)
+    age_s: float | None = None
+
+    @property
+    def runs(self) -> bool:
+        """Whether the session can still be told to do something."""
+        return self.status in ("running", "paused")
+
+
+class Journal:
+    """The reader of a folder's journal, a process of its own: the controller's theory is Prolog."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def ask(self) -> Told:
+        """What the journal tells now; a reader that cannot be used is a problem told, not an error."""
+        try:
+            return self._answer()
+        except (OSError, ValueError, msgspec.MsgspecError) as error:
+            self.close()
+            return Told(problem=f"The journal cannot be followed ({error}).")
+
+    def close(self) -> None:
+        """End the reader; may be called twice."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.communicate()
+
+    def _answer(self) -> Told:
+        if self._process is None:
+            self._process = subprocess.Popen(
+                ["swipl", str(TELLING), str(self._folder)],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            )  # fmt: skip
+            os.setpriority(os.PRIO_PROCESS, self._process.pid, NICENESS)
+        asked, answers = self._process.stdin, self._process.stdout
+        assert asked is not None and answers is not None
+        asked.write(b"\n")
+        asked.flush()
+        deadline = time.monotonic() + ANSWER_S
+        line = b""
+        while not line.endswith(b"\n"):
+            if not select.select([answers], [], [], max(0.0, deadline - time.monotonic()))[0]:
+                raise ValueError(f"its reader has not answered within {ANSWER_S:g} s")
+            part = os.read(answers.fileno(), 1 << 20)
+            if not part:
+                raise ValueError("its reader has ended; is swipl installed?")
+            line += part
+        return msgspec.json.decode(line, type=Told)
+
+
+class Follower:
+    """A run folder that is looked at again and again.
+
+    Raises
+    ------
+    ReportError : no such folder, or none of a session.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        if not folder.is_dir():
+            raise ReportError(
+                f"{folder}: no such folder; give the run folder of a session (--out of main.pl)"
+            )
+        if not any((folder / name).is_file() for name in ("session.pl", "history.pl", "result.json")):
+            raise ReportError(
+                f"{folder}: no session was begun here (no session.pl, history.pl or result.json in it)"
+            )
+        self.folder = folder
+        self._journal = Journal(folder)
+        self._seen: Any = None
+
+    def look(self) -> State | None:
+        """The session as it is now; None where nothing has changed since the last look."""
+        seen = self._signature()
+        if seen == self._seen:
+            return None
+        self._seen = seen
+        told = Told() if not (self.folder / "history.pl").is_file() else self._journal.ask()
+        if self._has_result():
+            try:
+                result = read_result(self.folder)
+            except ReportError as error:
+                return State(Result("broken", message=str(error)), "broken", told)
+            return State(result, result.status, told)
+        result = told.result or Result("running")
+        status = "paused" if held(self.folder) == "pause" else "running"
+        if session_process(self.folder) is None:
+            status = "interrupted"
+        return State(msgspec.structs.replace(result, status=status), status, told, self._age_s())
+
+    def close(self) -> None:
+        """End what was started; may be called twice."""
+        self._journal.close()
+
+    def _signature(self) -> Any:
+        """What changes when there is something new to see."""
+        files = [self.folder / name for name in ("history.pl", "result.json", "hold", "session.pl")]
+        files += sorted((self.folder / "images").glob("*.png"))
+        stats = [(file.name, *_changed(file)) for file in files]
+        return stats, session_process(self.folder)
+
+    def _has_result(self) -> bool:
+        """Whether there is a result, and not one from before the session was resumed."""
+        written, size = _changed(self.folder / "result.json")
+        old = session_process(self.folder) is not None and written < _changed(self.folder / "history.pl")[0]
+        return size > 0 and not old
+
+    def _age_s(self) -> float | None:
+        changed, _ = _changed(self.folder / "session.pl")
+        return time.time() - changed if changed else None
+
+
+def session_process(folder: Path) -> int | None:
+    """The process of the session that works in this folder: it holds the lock of session.pl.
+
+    A process on another machine that shares the folder counts as 0.
+    """
+    try:
+        with (folder / "session.pl").open("rb") as file:
+            asked = struct.pack(LOCK, fcntl.F_RDLCK, os.SEEK_SET, 0, 0, 0)
+            kind, *_, process = struct.unpack(LOCK, fcntl.fcntl(file, fcntl.F_GETLK, asked))
+    except OSError:
+        return None
+    return None if kind == fcntl.F_UNLCK else max(0, process)
+
+
+def held(folder: Path) -> str:
+    """What the session was told to do after its present action: pause, step, stop, or nothing."""
+    try:
+        return (folder / "hold").read_text().strip()
+    except OSError:
+        return ""
+
+
+def hold(folder: Path, word: str) -> None:
+    """Tell the session to pause, step, stop, or go on (docs/result.md).
+
+    Raises
+    ------
+    ReportError : a word that is none of these, a session that has ended, a folder that cannot be written.
+    """
+    if word not in ("pause", "step", "stop", "go"):
+        raise ReportError(f"a session cannot be told to {word!r}; it knows pause, step, stop and go")
+    if session_process(folder) is None:
+        raise ReportError("the session has ended: it cannot be told anything any more")
+    try:
+        if word == "go":
+            (folder / "hold").unlink(missing_ok=True)
+        else:
+            new = folder / "hold.new"
+            new.write_text(f"{word}\n")
+            new.replace(folder / "hold")
+    except OSError as error:
+        raise ReportError(f"{folder / 'hold'}: cannot be written ({error.strerror})") from error
+
+
+def _changed(file: Path) -> tuple[float, int]:
+    try:
+        stat = file.stat()
+    except OSError:
+        return 0.0, 0
+    return stat.st_mtime, stat.st_size

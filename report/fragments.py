@@ -1,0 +1,160 @@
+"""The parts of the live page, each as HTML of its own, so that only what has changed is sent."""
+
+from __future__ import annotations
+
+import re
+import time
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup, escape
+
+from report import words
+from report.ellipsoid import ellipsoid_svg
+from report.figures import Figure, session_figures, time_figure, was_kept
+from report.following import State
+from report.pictures import Picture, strokes_of, support_of
+from report.records import LightRecord, ReasonRecord, StepRecord
+from report.scene import known_lights, read_scene
+from report.story import step_view
+from report.uncertainty import uncertainty_of
+
+HERE = Path(__file__).resolve().parent
+PARTS = ("status", "now", "choice", "set", "course", "pose", "program", "events", "time")
+MOST_EVENTS = 40  # the newest of them
+PLOTS_SHARE = 0.02  # of the processor, for plots of a session that runs; python -m benchmarks.view_overhead
+FIRST_PLOTS_S = 0.7  # what the first plots take, matplotlib's import included
+WORD = re.compile(r"[a-z]\w*")
+
+
+@cache
+def environment() -> Environment:
+    """Templates of the pages: escaped, and strict about what they name."""
+    return Environment(
+        loader=FileSystemLoader(HERE),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def live_page(token: str) -> str:
+    """The page into which the parts are put."""
+    return (
+        environment()
+        .get_template("live.html.j2")
+        .render(
+            style=Markup((HERE / "style.css").read_text(encoding="utf-8")),
+            more_style=Markup((HERE / "live.css").read_text(encoding="utf-8")),
+            script=Markup((HERE / "live.js").read_text(encoding="utf-8")),
+            token=token,
+        )
+    )
+
+
+def fragments(folder: Path, state: State, token: str, course: Course) -> dict[str, str]:
+    """HTML of every part of the page.
+
+    Parameters
+    ----------
+    folder : the run folder, for images, camera and model.
+    state : of the session.
+    token : that images are asked for with.
+    course : the plots so far.
+    """
+    result, told = state.result, state.told
+    scene = read_scene(folder)
+    lights = known_lights(result, scene)
+    images = sorted(
+        (file.stem for file in (folder / "images").glob("*.png") if "-" not in file.stem), key=_number
+    )
+    newest = images[-1] if images else ""
+    last = result.steps[-1] if result.steps else None
+    support = support_of(result.lines) or (support_of(last.lines) if last else None)
+    values: dict[str, Any] = {
+        "state": state,
+        "result": result,
+        "words": words,
+        "token": token,
+        "size": (scene.camera.width, scene.camera.height) if scene.camera else (4, 3),
+        "newest": newest,
+        "edges": next((name for name in reversed(images) if _drawn(folder, name)), ""),
+        "strokes": strokes_of(scene, result.pose, support),
+        "notes": scene.notes if images else (),
+        "steps": [_view(step, number, result.steps, lights) for number, step in enumerate(result.steps, 1)],
+        "kept": sum(was_kept(step) for step in result.steps),
+        "choice": _last(state, "chosen"),
+        "seen": _last(state, "seen"),
+        "figures": course.figures(state),
+        "time": time_figure(result.seconds) if result.seconds else None,
+        "deviations": uncertainty_of(result.pose, result.covariance),
+        "ellipsoid": Markup(ellipsoid_svg(result.pose, result.covariance)),
+        "source": program_source(told.controller_file, told.left),
+        "events": told.actions[-MOST_EVENTS:][::-1],
+        "svg": Markup,
+    }
+    module = environment().get_template("live_parts.html.j2").make_module(values)
+    return {name: str(getattr(module, f"part_{name}")()) for name in PARTS}
+
+
+def program_source(file: str | None, left: str) -> Markup:
+    """The controller's text; the first of its words that is left to do is marked."""
+    if file is None:
+        return Markup("")
+    try:
+        text = Path(file).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return Markup("")
+    code = "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("%"))
+    body = code.partition(",")[2] if code.lstrip().startswith("proc(") else code
+    known = set(WORD.findall(body))
+    here = next((word for word in WORD.findall(left) if word in known), None)
+    marked = escape(code.strip())
+    if here is None:
+        return marked
+    return Markup(re.sub(rf"\b{here}\b", f"<mark>{here}</mark>", str(marked)))
+
+
+class Course:
+    """The plots, drawn anew as their share of the processor allows, and when the session has paused or ended.
+
+    They take longer than all the rest of the page together.
+    """
+
+    def __init__(self) -> None:
+        self._began = time.monotonic()
+        self._spent_s, self._cost_s = 0.0, FIRST_PLOTS_S
+        self._told: Any = None
+        self._figures: list[Figure] = []
+
+    def figures(self, state: State) -> list[Figure]:
+        """The plots of a session, or those drawn last."""
+        told = (state.result.status, state.result.threshold_px, len(state.result.steps))
+        due = self._spent_s + self._cost_s <= PLOTS_SHARE * (time.monotonic() - self._began)
+        if told != self._told and (due or state.status != "running"):
+            began = time.process_time()
+            self._figures, self._told = session_figures(state.result), told
+            self._cost_s = time.process_time() - began
+            self._spent_s += self._cost_s
+        return self._figures
+
+
+def _view(step: StepRecord, number: int, steps: list[StepRecord], lights: tuple[LightRecord, ...]) -> Any:
+    return step_view(step, number, Picture(step.image or "", None), None, lights, steps)
+
+
+def _last(state: State, kind: str) -> ReasonRecord | None:
+    reasons = (action.reason for action in reversed(state.told.actions))
+    return next((reason for reason in reasons if reason is not None and reason.kind == kind), None)
+
+
+def _drawn(folder: Path, name: str) -> bool:
+    return (folder / "images" / f"{name}-edges.png").is_file()
+
+
+def _number(name: str) -> tuple[int, str]:
+    digits = re.sub(r"\D", "", name)
+    return int(digits or 0), name

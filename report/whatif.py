@@ -1,0 +1,266 @@
+"""What if one image had been taken under other settings: the session again, both ways side by side."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+
+from markupsafe import Markup
+
+from report import words
+from report.errors import ReportError
+from report.records import Result, StepRecord, read_result
+
+MAIN = Path(__file__).resolve().parent.parent / "main.pl"
+OPTION = re.compile(r"^(\w+)\((?:'((?:[^'\\]|\\.)*)'|(.*))\)\.$")
+NOT_OPTIONS = frozenset({"version", "sha256", "controller_sha256", "instead"})
+OF_APPROACHES = frozenset({"first_range", "contact_range"})
+ENDED = (0, 3)  # exit statuses of a session that came to its end
+LONGER = 20.0  # times as long as the session itself, and at least:
+LEAST_S = 120.0
+SAME_PX = 1e-6  # errors of the same images, px: sums may differ in their last bits
+
+
+@dataclass(frozen=True)
+class WhatIf:
+    """A session and its other way.
+
+    Attributes
+    ----------
+    at : number of the image that was taken under other settings, from 1.
+    folders, results : of the session as it was, and of the other.
+    """
+
+    at: int
+    folders: tuple[Path, Path]
+    results: tuple[Result, Result]
+
+    def rows(self) -> list[tuple[str, StepRecord | None, StepRecord | None]]:
+        """Each image from the decision on, as it was and as it would have been."""
+        was, other = (result.steps[self.at - 1 :] for result in self.results)
+        return [
+            (
+                f"i{self.at + number}",
+                was[number] if number < len(was) else None,
+                other[number] if number < len(other) else None,
+            )
+            for number in range(max(len(was), len(other)))
+        ]
+
+    def ends(self) -> list[tuple[str, str, str]]:
+        """What each way came to, by name."""
+        was, other = (_end(result) for result in self.results)
+        return [(name, was[name], other[name]) for name in was]
+
+
+def what_if(folder: Path, at: int, settings: str, out: Path | None) -> WhatIf:
+    """Do a session again up to an image, take that under other settings, and let the strategy go on.
+
+    Parameters
+    ----------
+    folder : run folder of a session on the simulator or on recorded stacks, which do the same again.
+    at : number of the image, from 1.
+    settings : as a session shows them, such as `left 7 right 0 top 0, 1/60 s, f/4`; lights not named are off.
+    out : run folder of the other way; by default beside the first.
+
+    Raises
+    ------
+    ReportError : a folder, image or settings that cannot be used, or a session that does not go the same way.
+    """
+    was = read_result(folder)
+    if not 1 <= at <= len(was.steps):
+        raise ReportError(
+            f"{folder}: --at {at}: there is no such image; it took {words.count(len(was.steps), 'image')}"
+        )
+    options = session_options(folder, was)
+    out = out or folder.with_name(f"{folder.resolve().name}-whatif-{at}")
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise ReportError(f"{out}: is there already; remove it, or name another folder with --out")
+    there = out.exists()
+    try:
+        _run([*options, "--instead", f"i{at}: {settings}", "--out", str(out)], was.seconds.get("total"))
+    except ReportError:
+        if not there:
+            shutil.rmtree(out, ignore_errors=True)
+        raise
+    done = WhatIf(at, (folder, out), (was, read_result(out)))
+    _check_same_way(done)
+    return done
+
+
+def session_options(folder: Path, result: Result) -> list[str]:
+    """The command line that a session is done again with, from its session.pl.
+
+    Raises
+    ------
+    ReportError : no session.pl, or of another version; a camera or servers that cannot do the same again; a
+        controller that has changed.
+    """
+    file = folder / "session.pl"
+    try:
+        text = file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ReportError(f"{file}: cannot be read; what the session was asked to do is not known") from error
+    body = text.partition("\nsha256(")[0] + "\n"
+    matches = filter(None, map(OPTION.match, text.splitlines()))
+    told = {m[1]: m[3] if m[2] is None else re.sub(r"\\(.)", r"\1", m[2]) for m in matches}
+    if told.get("version") != "1" or told.get("sha256") != sha256(body.encode()).hexdigest():
+        raise ReportError(f"{file}: cut, changed, or of another version; do the session again")
+    command = result.command if isinstance(result.command, list) else (result.command or "").split()
+    for word in ("--camera", "--image-server", "--vision-server"):
+        if word in command or word[2:] in told:
+            raise ReportError(
+                f"{folder}: the session used {word}, which cannot do the same again;"
+                " what if is for sessions on the simulator and on stacks"
+            )
+    if "controller_sha256" in told:
+        controller = Path(told["controller"])
+        if (
+            not controller.is_file()
+            or sha256(controller.read_bytes()).hexdigest() != told["controller_sha256"]
+        ):
+            raise ReportError(f"{controller}: not the file any more that the session was begun with")
+    options = []
+    left_out = NOT_OPTIONS if told.get("approach") == "true" else NOT_OPTIONS | OF_APPROACHES
+    for name, value in told.items():
+        option = f"--{name.replace('_', '-')}"
+        if value == "true":
+            options.append(option)
+        elif name not in left_out and value != "false":
+            options += [option, value]
+    return options
+
+
+def _run(options: list[str], seconds: float | None) -> None:
+    deadline_s = max(LEAST_S, LONGER * (seconds or 0.0))
+    try:
+        done = subprocess.run(
+            ["swipl", str(MAIN), *options, "--quiet"],
+            env=os.environ | {"LIGHTS_AND_CAMERA_PYTHON": sys.executable},
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+            text=True, timeout=deadline_s, check=False,
+        )  # fmt: skip
+    except FileNotFoundError as error:
+        raise ReportError("there is no `swipl` on the PATH; install SWI-Prolog 9.0.4 or newer") from error
+    except subprocess.TimeoutExpired as error:
+        raise ReportError(f"the other way has not ended within {deadline_s:.0f} s; it was ended") from error
+    if done.returncode not in ENDED:
+        said = [line for line in done.stderr.splitlines() if line.strip()]
+        problem = said[-1].removeprefix("ERROR: ").removeprefix("main.pl: ") if said else "no reason was told"
+        raise ReportError(problem.replace("--instead", "--settings"))
+
+
+def _check_same_way(done: WhatIf) -> None:
+    was, other = (result.steps for result in done.results)
+    for number, (one, two) in enumerate(zip(was[: done.at - 1], other, strict=False), start=1):
+        if not _same(one, two):
+            raise ReportError(
+                f"{done.folders[1]}: it went another way already at i{number}: the session was of another"
+                " version, or its scene has changed; do it again first"
+            )
+    if len(other) < done.at:
+        raise ReportError(f"{done.folders[1]}: it ended before i{done.at}; do the session again first")
+
+
+def _same(one: StepRecord, two: StepRecord) -> bool:
+    if one.settings is None or two.settings is None:
+        return one.settings is two.settings
+    errors = one.rms_px is two.rms_px is None or math.isclose(
+        one.rms_px or 0.0, two.rms_px or 0.0, abs_tol=SAME_PX
+    )
+    return words.same_settings(one.settings, two.settings) and one.decision == two.decision and errors
+
+
+def _end(result: Result) -> dict[str, str]:
+    error = result.error
+    return {
+        "status": result.status,
+        "images": f"{len(result.steps)}, {len(result.kept)} kept",
+        "merit": words.pixels(result.merit_px) if result.pose else words.NONE,
+        "RMS error": words.pixels(result.rms_px),
+        "true error": f"{words.length(error.translation_m)}, {words.angle(error.rotation_deg)}"
+        if error
+        else words.NONE,
+    }
+
+
+def print_what_if(done: WhatIf) -> None:
+    """The table for a terminal."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=f"What if i{done.at} had been taken otherwise?", title_justify="left")
+    table.add_column("")
+    table.add_column("as it was", ratio=1)
+    table.add_column("what if", ratio=1)
+    for image, *steps in done.rows():
+        table.add_row(image, *(_cell(step) for step in steps), end_section=True)
+    for name, *values in done.ends():
+        table.add_row(name, *values)
+    Console().print(table)
+
+
+def _cell(step: StepRecord | None) -> str:
+    if step is None:
+        return words.NONE
+    merit = f"merit {words.pixels(step.merit)}" if step.pose else "no pose"
+    return f"{step.settings_words}\n{step.decision}, {merit}"
+
+
+def write_what_if(done: WhatIf) -> Path:
+    """Write whatif.html into the other way's folder; its path.
+
+    Raises
+    ------
+    ReportError : it cannot be written.
+    """
+    from report.fragments import HERE, environment
+    from report.pictures import data_uri, read_picture, strokes_of, support_of
+    from report.scene import known_lights, read_scene
+    from report.story import step_view
+
+    scenes = [read_scene(folder) for folder in done.folders]
+
+    def view(side: int, step: StepRecord | None) -> object:
+        if step is None:
+            return None
+        folder, result, scene = done.folders[side], done.results[side], scenes[side]
+        picture = read_picture(folder, step.image, scene)
+        strokes = strokes_of(scene, step.pose, support_of(step.lines))
+        uri = "" if picture.pixels is None else data_uri(picture.pixels, False)
+        lights = known_lights(result, scene)
+        return step_view(step, done.at, picture, strokes, lights, result.steps), uri, step.merit
+
+    camera = scenes[0].camera
+    html = (
+        environment()
+        .get_template("whatif.html.j2")
+        .render(
+            style=Markup((HERE / "style.css").read_text(encoding="utf-8")),
+            more_style=Markup((HERE / "live.css").read_text(encoding="utf-8")),
+            done=done,
+            rows=[
+                (image, [view(side, step) for side, step in enumerate(steps)])
+                for image, *steps in done.rows()
+            ],
+            size=(camera.width, camera.height) if camera else (4, 3),
+            words=words,
+            reports=[
+                os.path.relpath(file, done.folders[1]) if file.is_file() else ""
+                for file in (folder / "report.html" for folder in done.folders)
+            ],
+        )
+    )
+    path = done.folders[1] / "whatif.html"
+    try:
+        path.write_text(html, encoding="utf-8")
+    except OSError as error:
+        raise ReportError(f"{path}: cannot be written ({error.strerror})") from error
+    return path

@@ -1,0 +1,81 @@
+"""Draw the docs' pictures of pages as headless Chromium shows them: `python -m tests.report.pictures`."""
+
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import cv2
+
+from tests.report.browser import Browser
+from tests.session.command import ROOT, controller
+
+IMAGES = ROOT / "docs" / "images"
+WIDE, PHONE = 1200, 390
+SHRINK = 0.6  # of a wide page
+
+
+def session(folder: Path, *options: str) -> Path:
+    """A session with its report; its run folder."""
+    done = controller("--out", folder, "--quiet", *options)
+    assert done.returncode in (0, 3), done.stderr
+    return folder
+
+
+@contextmanager
+def live(folder: Path) -> Iterator[str]:
+    """The address of a folder's live view."""
+    command = [sys.executable, "-m", "report", "live", str(folder)]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as view:
+        assert view.stdout is not None
+        try:
+            yield re.findall(r"http\S+", view.stdout.readline())[0]
+        finally:
+            view.terminate()
+
+
+def picture(
+    out: Path, address: str, width: int, rows: slice, ready: str = "true", dark: bool = False
+) -> None:
+    """Rows of a page as a small PNG."""
+    with Browser(width, 900, dark) as page:
+        page.open(address)
+        page.until(ready)
+        page.picture(out)
+    drawn = cv2.imread(str(out))
+    assert drawn is not None
+    scale = SHRINK if width == WIDE else 1.0
+    drawn = cv2.resize(drawn[rows], None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    assert cv2.imwrite(str(out), drawn, [cv2.IMWRITE_PNG_COMPRESSION, 9])
+
+
+def main(out: Path) -> None:
+    """Run the sessions, draw their pages."""
+    with tempfile.TemporaryDirectory() as folder:
+        informed = session(
+            Path(folder, "informed"), "--controller", "informed", "--target", "satellite",
+            "--scenario", "grazing", "--threshold", "0.01", "--max-iterations", "5",
+        )  # fmt: skip
+        with live(informed) as address:
+            loaded = (
+                'performance.getEntriesByType("resource").filter(one => one.name.includes("images/")).length'
+            )
+            drawn = f'document.querySelectorAll("#course svg").length > 2 && {loaded} >= 6'
+            picture(out / "live.png", address, WIDE, slice(0, 1750), drawn, dark=True)
+        approach = session(Path(folder, "approach"), "--approach", "--seed", "3")
+        report = (approach / "report.html").as_uri()
+        picture(out / "report-approach.png", report, WIDE, slice(1240, 1900))
+        picture(out / "report-phone.png", (informed / "report.html").as_uri(), PHONE, slice(0, 1500))
+        subprocess.run(
+            [sys.executable, "-m", "report", "whatif", str(informed), "--at", "2",
+             "--settings", "left 7 right 7 top 7, 1/15 s, f/2.8", "--out", str(Path(folder, "other"))],
+            cwd=ROOT, check=True, stdout=subprocess.DEVNULL,
+        )  # fmt: skip
+        picture(out / "whatif.png", Path(folder, "other", "whatif.html").as_uri(), WIDE, slice(0, 1500))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if sys.argv[1:] else IMAGES)

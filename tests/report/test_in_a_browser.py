@@ -1,0 +1,51 @@
+"""The report of a real session as a browser shows it: wide, on a phone, in the dark."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.report.browser import Browser
+from tests.session.command import controller
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Run folder of a short session."""
+    out = tmp_path_factory.mktemp("session") / "run"
+    done = controller(
+        "--out", out, "--threshold", "0.000001", "--max-iterations", "3", "--seed", "2", "--quiet"
+    )
+    assert done.returncode == 3, done.stderr
+    return out
+
+
+@pytest.mark.parametrize(("width", "dark"), [(1200, False), (390, False), (390, True)])
+def test_nothing_is_cut_off_and_nothing_overlaps(run: Path, width: int, dark: bool) -> None:
+    with Browser(width, 900, dark) as page:
+        page.open((run / "report.html").as_uri())
+        page.value('document.querySelectorAll("details").forEach(one => one.open = true)')
+        assert page.value("document.documentElement.scrollWidth <= window.innerWidth")
+        boxes = "[...document.querySelectorAll('.told h3, .settings, .dial, .numbers div')]"
+        overlapping = f"""{boxes}.some((one, i, all) => all.slice(i + 1).some(other => {{
+            const [a, b] = [one, other].map(each => each.getBoundingClientRect())
+            const beside = a.left >= b.right - 1 || b.left >= a.right - 1
+            return !(beside || a.top >= b.bottom - 1 || b.top >= a.bottom - 1)
+        }}))"""
+        assert page.value(overlapping) is False
+        dark_there = "getComputedStyle(document.body).backgroundColor.match(/\\d+/g)[0] < 60"
+        assert page.value(dark_there) is dark
+
+
+def test_each_image_has_its_edges_and_its_reasons(run: Path) -> None:
+    with Browser() as page:
+        page.open((run / "report.html").as_uri())
+        for number in (1, 2, 3):
+            step = f'document.querySelectorAll(".step")[{number - 1}]'
+            assert page.value(f'{step}.querySelector("[href=\\"#image-i{number}-edges\\"]") != null')
+            page.value(f'{step}.querySelector("details").open = true')
+            why = page.value(f'{step}.querySelector("details").innerText')
+            assert "expected" in why and "seen" in why and "The five best of" in why
+            assert page.value(f'{step}.querySelectorAll(".why tbody tr").length') == 5 + 2
+        assert "Unfavourable" in page.value('document.querySelector(".glossary").textContent')

@@ -1,0 +1,75 @@
+"""The lights of an image as a diagram, and an approach as a strip of hold points."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from report.lights import lights_svg
+from report.page import write_report
+from report.records import LightRecord, SettingsRecord
+from tests.report.run_folders import RunMaker
+
+PLACED = (
+    LightRecord("left", 8, [-0.35, 0.0, 0.0]),
+    LightRecord("top", 8, [0.0, -0.35, 0.0]),
+    LightRecord("lamp", 1, [0.35, 0.1, 0.0]),
+)
+
+
+def test_each_light_is_at_its_place_and_as_bright_as_it_was() -> None:
+    svg = lights_svg(SettingsRecord(lights=[7, 0, 0]), PLACED)
+    opacity = [float(value) for value in re.findall(r'fill-opacity="([\d.]+)"', svg)]
+    assert opacity == [1.0, 0.0, 1.0]  # a light with one level is on
+    (left, right, lamp) = [
+        (float(x), float(y)) for x, y in re.findall(r"translate\(([-\d.]+) ([-\d.]+)\)", svg)
+    ]
+    assert left[0] < 0 and left[1] == 0
+    assert right[0] == 0 and right[1] < 0
+    assert lamp[0] > 0 and lamp[1] > 0
+    assert "<title>left: 7 of 7</title>" in svg
+
+
+def test_nothing_leaves_the_frame() -> None:
+    far = (LightRecord("a", 2, [3.0, 0.01, 0.0]), LightRecord("b", 2, [-0.01, 0.02, 0.0]))
+    svg = lights_svg(SettingsRecord(lights=[1, 1]), far)
+    for x, y in re.findall(r"translate\(([-\d.]+) ([-\d.]+)\)", svg):
+        assert abs(float(x)) <= 60 - 9
+        assert abs(float(y)) <= 42 - 9
+
+
+@pytest.mark.parametrize(
+    ("levels", "lights"),
+    [
+        ([1.0], ()),
+        ([1.0], (LightRecord("left", 8),)),
+        ([1.0, 2.0], PLACED),
+        ([1.0], (LightRecord("l", 8, [0.0, 0.0, 0.5]),)),
+    ],
+)
+def test_there_is_none_where_a_place_is_not_known(
+    levels: list[float], lights: tuple[LightRecord, ...]
+) -> None:
+    assert lights_svg(SettingsRecord(lights=levels), lights) == ""
+
+
+def test_an_approach_is_a_strip_of_all_planned_hold_points(make_run: RunMaker) -> None:
+    folder: Path = make_run(steps=3)
+    result = json.loads((folder / "result.json").read_text())
+    for number, step in enumerate(result["steps"]):
+        step["hold"] = 1 + number // 2
+    pose = result["steps"][0]["pose"]
+    result["holds"] = [
+        {"range_m": 1.5, "status": "fixed", "pose": pose, "merit": 0.4},
+        {"range_m": 0.8, "status": "aborted", "pose": None, "merit": 3.0},
+    ]
+    result["planned_holds_m"] = [1.5, 0.8, 0.3]
+    (folder / "result.json").write_text(json.dumps(result))
+    page = write_report(folder).read_text()
+    strip = page.split('class="strip"')[1].split("</ol>")[0]
+    stops = strip.split("<li")[1:]
+    assert len(stops) == 3
+    assert "#image-i2" in stops[0] and "1.5 m" in stops[0] and "wire" in stops[0]
+    assert "#image-i3" in stops[1] and "aborted" in stops[1] and "wire" not in stops[1]
+    assert "not come to" in stops[2] and "0.3 m" in stops[2]

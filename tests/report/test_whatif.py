@@ -1,0 +1,106 @@
+"""`python -m report whatif`: a session again with another choice, and what it refuses."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from report.records import read_result
+from tests.session.command import controller
+
+pytestmark = pytest.mark.slow
+
+OTHER = "left 7 top 0, 1/15 s, f/2.8"
+
+
+def what_if(root: Path, *words: str | Path) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [sys.executable, "-m", "report", "whatif", *map(str, words)],
+        cwd=root, env=os.environ | {"COLUMNS": "80"},
+        capture_output=True, text=True, timeout=240, check=False,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sessions") / "run"
+    done = controller("--out", folder, "--threshold", "0.000001", "--max-iterations", "3", "--no-report")
+    assert done.returncode == 3, done.stderr
+    return folder
+
+
+@pytest.fixture
+def copy(session: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(session, tmp_path / "run"))
+
+
+def test_both_ways_are_the_same_up_to_the_choice(session: Path, root: Path, tmp_path: Path) -> None:
+    done = what_if(root, session, "--at", "2", "--settings", OTHER, "--out", tmp_path / "other")
+    assert done.returncode == 0, done.stderr
+    was, other = read_result(session), read_result(tmp_path / "other")
+    assert other.steps[0] == was.steps[0]
+    assert other.steps[1].settings_words == "left 7 right 0 top 0, 1/15 s, f/2.8"
+    assert was.steps[1].settings_words != other.steps[1].settings_words
+    assert len(other.steps) == 3
+    for words in ("as it was", "what if", "merit", "true error"):
+        assert words in done.stdout
+    assert max(map(len, done.stdout.splitlines()[:-1])) <= 80
+    page = (tmp_path / "other" / "whatif.html").read_text()
+    assert page.count("<image ") == 4
+    assert str(done.stdout.splitlines()[-1]) == str(tmp_path / "other" / "whatif.html")
+
+
+def test_the_same_settings_change_nothing(session: Path, root: Path, tmp_path: Path) -> None:
+    chosen = json.loads((session / "result.json").read_text())["steps"][1]["settings_words"]
+    done = what_if(root, session, "--at", "2", "--settings", chosen, "--out", tmp_path / "same")
+    assert done.returncode == 0, done.stderr
+    assert read_result(tmp_path / "same").steps == read_result(session).steps
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--at", "4", "--settings", OTHER), "--at 4: there is no such image; it took 3 images"),
+        (("--at", "2", "--settings", "left 8, 1/60 s, f/4"), "--settings: light left has no level 8"),
+        (("--at", "2", "--settings", "bright"), "is not an image and its settings on this device"),
+    ],
+)
+def test_a_choice_that_cannot_be_made_leaves_nothing(
+    copy: Path, root: Path, words: tuple[str, ...], said: str
+) -> None:
+    done = what_if(root, copy, *words)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert said in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert list(copy.parent.iterdir()) == [copy]
+
+
+def test_a_folder_that_cannot_be_done_again_is_refused(copy: Path, root: Path) -> None:
+    def refused() -> str:
+        done = what_if(root, copy, "--at", "1", "--settings", OTHER)
+        assert done.returncode == 2
+        assert done.stderr.count("\n") == 1
+        return done.stderr
+
+    told = (copy / "session.pl").read_text()
+    (copy / "session.pl").write_text(told[:40])
+    assert "cut, changed, or of another version" in refused()
+    (copy / "session.pl").write_text(told.replace("version(1).", "version(2)."))
+    assert "cut, changed, or of another version" in refused()
+    (copy / "session.pl").write_text(told.replace("seed(1).", "seed(2)."))
+    assert "cut, changed, or of another version" in refused()
+    (copy / "session.pl").write_text(told)
+    result = json.loads((copy / "result.json").read_text())
+    result["steps"][0]["rms_px"] += 0.01
+    (copy / "result.json").write_text(json.dumps(result))
+    assert "another way already at i1" in what_if(root, copy, "--at", "2", "--settings", OTHER).stderr
+    shutil.rmtree(copy.with_name("run-whatif-2"))
+    result["command"] = ["swipl", "main.pl", "--image-server", "ipc:///tmp/x"]
+    (copy / "result.json").write_text(json.dumps(result))
+    assert "--image-server, which cannot do the same again" in refused()
+    (copy / "session.pl").unlink()
+    assert "session.pl: cannot be read" in refused()
