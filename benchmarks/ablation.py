@@ -51,7 +51,7 @@ Patch = tuple[object, str, Any]
 RANGE = SearchRange()
 LOOSE, TIGHT = (1.0, 0.01), (0.2, 0.002)  # degrees, share of the range
 TIGHT_TRACK_MM_DEG = (2.5, 1.3)  # how far apart the two trackers are on the real frames, median
-TRUSTED = 0.8  # score, see docs/pose.md
+TRUSTED = 0.93  # score, see docs/trust.md
 RESAMPLED = 1000
 
 

@@ -29,13 +29,13 @@ from scipy.special import owens_t
 from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.pose import Pose, disturbed
+from geometry.visibility import DENSEST_PX
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.image_set import ImageSet
 from vision_server.pose.covariance import pose_covariance
 from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.refinement import Solution, refine, solve
-from vision_server.pose.sampling import LEAST_SPACING_PX
 from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
 
@@ -192,7 +192,7 @@ def _clean_observation() -> Observation:
     images = ImageSet(CAMERA.width, CAMERA.height)
     images.add("i1", pixels, 1.0, 1.0)
     channels = images.gradients(["i1"])
-    seen = observe(PoseProblem.at_scale(channels, cuboid(), CAMERA), POSE, 3.0, LEAST_SPACING_PX)
+    seen = observe(PoseProblem.at_scale(channels, cuboid(), CAMERA), POSE, 3.0, DENSEST_PX)
     return seen._replace(strength=np.ones_like(seen.strength), nuisance=np.zeros_like(seen.nuisance))
 
 

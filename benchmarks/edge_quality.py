@@ -23,13 +23,14 @@ from benchmarks.lines import show
 from experiments.edge_metrics import EdgeQuality, edge_quality, outline_of
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.image_files import read_grey
+from vision_server.edges.kinds import FIXED, edge_kinds
 from vision_server.edges.merging import merge_channels
 from vision_server.rivals.merge_rules import comparison_edges
 
 Image = NDArray[np.uint8]
 Results = dict[str, dict[str, dict[str, float]]]  # set of images -> rule -> measure
 COMPARED = ("mean", "max-image", "max-gradient", "di-zenzo", "mertens")
-METHODS = ("em", "em without weights", *COMPARED)
+METHODS = ("em", "em, fixed kinds", "em without weights", *COMPARED, "lsd, first image", "lsd, united")
 TRIPLES = ((1, 5, 9), (2, 6, 10), (3, 7, 11), (4, 8, 12))
 REPEATS = 7
 CANNY_THRESHOLDS = (50, 150)
@@ -39,9 +40,29 @@ def ridges(images: Sequence[Image], method: str) -> NDArray[np.float32]:
     """Merged magnitude on its ridges."""
     if method == "em":
         return merge_channels([channel_statistics(image) for image in images]).ridge
+    if method == "em, fixed kinds":
+        return edge_kinds([channel_statistics(image) for image in images]).of_kinds(FIXED).ridge
     if method == "em without weights":
         return merge_channels([channel_statistics(image, weight_exponent=0.0) for image in images]).ridge
+    if method.startswith("lsd"):
+        return segments_drawn(images if method == "lsd, united" else images[:1])
     return comparison_edges(images, method).ridge  # type: ignore[arg-type]
+
+
+def segments_drawn(images: Sequence[Image]) -> NDArray[np.float32]:
+    """LSD's segments of all images, as strong as they are unlikely by chance: -log10 of the false alarms."""
+    detector = cv2.createLineSegmentDetector(cv2.LSD_REFINE_ADV)
+    drawn = np.zeros(images[0].shape, np.float32)
+    for image in images:
+        ends, _, _, alarms = detector.detect(image)
+        if ends is None:
+            continue
+        for at in np.argsort(alarms.ravel()):
+            x0, y0, x1, y1 = (round(float(place)) for place in ends.reshape(-1, 4)[at])
+            line = np.zeros_like(drawn)
+            cv2.line(line, (x0, y0), (x1, y1), max(float(alarms.ravel()[at]), 1e-3), 1)
+            drawn = np.maximum(drawn, line)
+    return drawn
 
 
 def leaf_shadows(folder: Path, results: Results) -> None:

@@ -153,8 +153,7 @@ def main() -> None:
                     for way, found in ways(images):
                         for ends in found:
                             poses = [
-                                match_search(ends, model, camera, start, seed, reach)
-                                for start in starts
+                                match_search(ends, model, camera, start, seed, reach) for start in starts
                             ]
                             errors = [m[0].pose.error_to(true) for m in poses if m]
                             right = sum(

@@ -14,9 +14,10 @@ from benchmarks.lines import Show
 from bridge.messages import Settings
 from image_server.simulator import Simulator
 from vision_server.channels.channel import channel_statistics
+from vision_server.edges.kinds import FIXED, edge_kinds
 from vision_server.edges.merging import ImageSetStatistics, merge_channels
-from vision_server.edges.suppression import hysteresis
-from vision_server.segments.extraction import edgel_thresholds, extract_segments
+from vision_server.edges.suppression import edgel_thresholds, hysteresis
+from vision_server.segments.extraction import extract_segments
 
 Image = NDArray[np.uint8]
 
@@ -62,16 +63,21 @@ def simulated(target: str) -> list[Image]:
 
 
 def edge_times(show: Show, name: str, images: Sequence[Image], exposure: float = 1.0) -> None:
-    """Edge map, hysteresis and segments of all images, beside the peers on the same images."""
+    """Edge map, hysteresis, kinds and segments of all images, beside the peers on the same images."""
 
     def whole() -> None:
         edges = merge_channels([channel_statistics(image, exposure) for image in images])
         hysteresis(edges, *edgel_thresholds(edges))
 
+    def with_kinds() -> None:
+        edges = edge_kinds([channel_statistics(image, exposure) for image in images]).of_kinds(FIXED)
+        hysteresis(edges, *edgel_thresholds(edges))
+
     detector = cv2.createLineSegmentDetector()
     edges = merge_channels([channel_statistics(image, exposure) for image in images])
-    ours, grouping, canny, lsd = alternately(
+    ours, kinds, grouping, canny, lsd = alternately(
         lambda: timed(whole),
+        lambda: timed(with_kinds),
         lambda: timed(lambda: extract_segments(edges)),
         lambda: timed(lambda: [cv2.Canny(image, *CANNY_THRESHOLDS) for image in images]),
         lambda: timed(lambda: [detector.detect(image) for image in images]),
@@ -79,6 +85,7 @@ def edge_times(show: Show, name: str, images: Sequence[Image], exposure: float =
     show(
         f"edges/{len(images)} channels, {name}", ours.wall, "ms",
         canny_ms=canny.wall, ratio=ours.wall / canny.wall, cpu_ratio=ours.cpu / canny.cpu,
+        kinds_ms=kinds.wall, kinds_cpu_ratio=kinds.cpu / canny.cpu,
         segments_ms=grouping.wall, lsd_ms=lsd.wall, cpu_ratio_to_lsd=(ours.cpu + grouping.cpu) / lsd.cpu,
     )  # fmt: skip
 

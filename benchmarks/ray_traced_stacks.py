@@ -1,6 +1,6 @@
 """Light stacks of scenes no one has seen, by POV-Ray: any wireframe, textured, lit by three lamps and a sun.
 
-    .venv/bin/python -m benchmarks.ray_traced_stacks OUT [MODEL...] [--count 6] [--seed 1]
+    .venv/bin/python -m benchmarks.ray_traced_stacks OUT [MODEL...] [--count 6] [--seed 1] [--hard]
 
 Writes OUT/<model>-<number>, stack folders for `swipl main.pl --stack` and for `experiments run`.
 Pose, textures, sun and what stands behind the target are drawn from the seed. Odd numbers are in black
@@ -12,7 +12,6 @@ apt-get install povray).
 import math
 import sys
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 from zlib import crc32
@@ -23,7 +22,8 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from benchmarks import povray
+from benchmarks import hard_scenes, povray
+from benchmarks.hard_scenes import Conditions
 from bridge.messages import CameraDescription, Describe, LightDescription, PoseMessage, TargetDescription
 from geometry.camera import Camera
 from geometry.model import Model, find_target, load_model
@@ -43,24 +43,16 @@ LEVELS = 8
 SHARE_OF_FRAME = (0.6, 1.1)  # the target's diameter over the frame's height
 TILT_DEG = (10.0, 55.0)
 SUN_ANGLE_DEG = (20.0, 100.0)
+GRAZING_DEG = (60.0, 86.0)
 LAMP_RADIANCE = 0.3  # of a white face turned to a lamp, at full level
 SUN_RADIANCE = 0.05  # of a white face turned to the sun
 BEAM_DEG = 30.0  # half angle at which a lamp's beam ends
 SAMPLES = 3
 MOST_SKINS = 3
 MOST_CONTRAST = 0.5
+WALLS = 0.5  # of the hard scenes without a wall of lines have another
+RANDOM_PART = "part"  # this name is another part for each number
 SKINS = ("granite", "bozo", "wrinkles", "marble turbulence 0.7", "agate", "crackle")
-
-
-@dataclass(frozen=True)
-class Conditions:
-    """The sun's strength, the lamps' power, and blur at the widest aperture."""
-
-    sun: float
-    power: float = 1.0
-    defocus_px: float = 0.0
-    motion_px_per_s: float = 0.0
-
 
 CONDITIONS = (
     Conditions(sun=8.0, power=0.25, defocus_px=4.0, motion_px_per_s=260.0),
@@ -71,8 +63,8 @@ CONDITIONS = (
 )
 
 
-def drawn_stack(file: Path, number: int, seed: int, folder: Path) -> None:
-    """Draw, render and write one stack.
+def drawn_stack(file: Path, number: int, seed: int, folder: Path, hard: bool = False) -> None:
+    """Draw, render and write one stack; a hard one is of the kind that its number says, see `hard_scenes`.
 
     Raises
     ------
@@ -82,14 +74,17 @@ def drawn_stack(file: Path, number: int, seed: int, folder: Path) -> None:
     new_folder(folder)
     rng = np.random.default_rng([seed, number, crc32(file.stem.encode())])
     model = load_model(file)
-    before_wall = number % 2 == 0
+    kind = hard_scenes.KINDS[(number - 1) % len(hard_scenes.KINDS)] if hard else ""
+    before_wall = number % 2 == 0 or hard
     share = rng.uniform(*SHARE_OF_FRAME)
     distance = model.diameter * CAMERA.fy / (share * CAMERA.height)
     draw = PoseDraw(range_m=(distance, distance), tilt_deg=TILT_DEG, roll_deg=180.0, inside_fraction=0.9)
     pose = drawn_pose(draw, model, np.array([0.0, 0.0, -1.0]), CAMERA, rng)
-    sun = drawn_sun(Sun(angle_deg=SUN_ANGLE_DEG), model, pose, rng)
-    things = _target(model, pose, rng)
-    if before_wall:
+    sun = drawn_sun(Sun(angle_deg=GRAZING_DEG if kind in ("B", "E") else SUN_ANGLE_DEG), model, pose, rng)
+    things = [] if kind == "N" else _target(model, pose, rng)
+    if hard:
+        things += _hard(kind, model, pose, sun, rng)
+    elif before_wall:
         things += _behind(model, pose, rng)
     lights = {name: _lamp(np.array(place), pose) for name, place in LAMPS.items()}
     lights["sun"] = povray.far_light(sun, SUN_RADIANCE)
@@ -108,7 +103,7 @@ def drawn_stack(file: Path, number: int, seed: int, folder: Path) -> None:
             model=str(file), seed_pose=_message(seed_pose_of(pose, load_model(file), CAMERA, fraction, rng))
         ),
     )
-    conditions = CONDITIONS[number % len(CONDITIONS)]
+    conditions = hard_scenes.conditions(kind, rng) if hard else CONDITIONS[number % len(CONDITIONS)]
     table: dict[str, Any] = {"kind": "basis", "ambient": "sun.png", "ambient_scale": conditions.sun}
     table |= described(folder, describe)
     table["camera"]["defocus_sigma_px"] = conditions.defocus_px
@@ -159,6 +154,20 @@ def _target(model: Model, pose: Pose, rng: np.random.Generator) -> list[str]:
     ]
 
 
+def _hard(kind: str, model: Model, pose: Pose, sun: Floats, rng: np.random.Generator) -> list[str]:
+    """What stands around the target in a hard scene."""
+    things: list[str] = []
+    if kind in "AEN":
+        things.append(hard_scenes.lines_behind(model, pose, rng))
+    elif rng.random() < WALLS:
+        things += _behind(model, pose, rng)
+    if kind in "CE":
+        things.append(hard_scenes.arm(model, pose, _look(model.diameter, rng), rng))
+    if kind in "BE":
+        things += hard_scenes.shadowing(model, pose, sun, _look(model.diameter, rng), rng)
+    return things
+
+
 def _behind(model: Model, pose: Pose, rng: np.random.Generator) -> list[str]:
     """A wall behind the target and boxes beside it."""
     size = povray.MM * model.diameter
@@ -189,6 +198,7 @@ def main(
     ] = None,
     count: Annotated[int, typer.Option(min=1, help="Stacks of each model.")] = 6,
     seed: Annotated[int, typer.Option(min=0)] = 1,
+    hard: Annotated[bool, typer.Option("--hard", help="Scenes that hurt.")] = False,
 ) -> None:
     """Render light stacks of scenes no one has seen."""
     if not povray.available():
@@ -196,10 +206,16 @@ def main(
             "povray is not installed (Debian: apt-get install povray); nothing was rendered.", file=sys.stderr
         )
         raise typer.Exit(2)
-    for file in map(find_target, models or TARGETS):
+    for name in models or TARGETS:
         for number in range(1, count + 1):
-            folder = out / f"{file.stem}-{number}"
-            drawn_stack(file, number, seed, folder)
+            with tempfile.TemporaryDirectory() as scratch:
+                if name == RANDOM_PART:
+                    file = Path(scratch) / f"{RANDOM_PART}.cao"
+                    hard_scenes.write_part(file, np.random.default_rng([seed, number]))
+                else:
+                    file = find_target(name)
+                folder = out / f"{file.stem}-{number}"
+                drawn_stack(file, number, seed, folder, hard)
             print(folder, flush=True)
 
 

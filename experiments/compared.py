@@ -23,6 +23,7 @@ from experiments.comparison import (
 from experiments.deciding import deciding_grid, deciding_rows, make_reports
 from experiments.outcomes import outcomes_of
 from experiments.plots import draw_all
+from experiments.renewed import renew
 from experiments.table import read_description, read_rows
 
 MARKDOWN = "comparison.md"
@@ -30,8 +31,13 @@ WIDTH = 170  # characters, where there is no terminal
 SHOWN_HERE = ("Strategies", "Paired differences", "Scores")  # on the terminal; all are in the file
 
 
-def compare_table(folder: Path, out: Path, reports: int = 0) -> None:
+def compare_table(folder: Path, out: Path, reports: int = 0, page: Path | None = None) -> None:
     """Write comparison.md and the pictures, and show the tables that answer most.
+
+    Parameters
+    ----------
+    reports : so many cells that decide are run again with their reports.
+    page : a page whose tables and pictures of this plan are renewed, see `renew`.
 
     Raises
     ------
@@ -61,6 +67,8 @@ def compare_table(folder: Path, out: Path, reports: int = 0) -> None:
         (out / MARKDOWN).write_text(text, encoding="utf-8")
     except OSError as error:
         raise DeviceError(f"Cannot write to {out}: {error.strerror}.") from None
+    if page is not None:
+        renew(page, description["plan"], grids, caption, out)
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
     console.print(caption, highlight=False)
     for grid in grids:

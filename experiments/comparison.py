@@ -42,12 +42,14 @@ class Grid:
     rows: Sequence[Sequence[str]]
     note: str = ""
 
+    def table(self) -> str:
+        """Headings and rows as Markdown."""
+        lines = ["| " + " | ".join(self.headings) + " |", "|" + " --- |" * len(self.headings)]
+        return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in self.rows)])
+
     def markdown(self) -> str:
-        """As Markdown."""
-        lines = [f"## {self.title}", "", "| " + " | ".join(self.headings) + " |"]
-        lines.append("|" + " --- |" * len(self.headings))
-        lines += ["| " + " | ".join(row) + " |" for row in self.rows]
-        return "\n".join([*lines, "", *([self.note, ""] if self.note else [])])
+        """Title, table and note as Markdown."""
+        return "\n".join([f"## {self.title}", "", self.table(), "", *([self.note, ""] if self.note else [])])
 
 
 def measure(outcomes: Outcomes, strategy: int, name: str) -> Floats:

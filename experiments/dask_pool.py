@@ -145,7 +145,10 @@ class DaskPool:
         if not count.isdecimal() or int(count) < 1:
             raise BadInput(f"--cluster {LOCAL}{count} says no number of processes.", "Write local:4.")
         self._cluster = self._distributed.LocalCluster(
-            n_workers=int(count), threads_per_worker=1, processes=True, dashboard_address=":0",
+            n_workers=int(count),
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=":0",
             silence_logs=logging.CRITICAL,
         )
         return str(self._cluster.scheduler_address)

@@ -231,11 +231,9 @@ def _plan(file: Path, given: _File, stacks: Sequence[Path], seeds: str | None) -
     kind = KINDS[given.kind]
     here = file.resolve().parent
     if given.scenarios and not given.targets:
-        raise BadInput("it has scenarios but no targets.", "Add targets = [\"cube\"], or leave them away.")
+        raise BadInput("it has scenarios but no targets.", 'Add targets = ["cube"], or leave them away.')
     drawn_by = numbers("seeds", seeds if seeds is not None else given.seeds)
-    settings = Settings(
-        given.kind, given.max_iterations, given.threshold, given.matcher, given.deadline_s
-    )
+    settings = Settings(given.kind, given.max_iterations, given.threshold, given.matcher, given.deadline_s)
     scenes = _scenes(given, stack_folders(_words(given.stacks), here) + _checked_folders(stacks), here)
     if kind.simulated and any(scene.stack is not None for scene in scenes):
         raise BadInput(f"cells of kind {given.kind!r} need the simulator, not stacks.", "Give targets.")

@@ -16,11 +16,14 @@ def add_options(parser: ArgumentParser) -> None:
         "--reports", type=whole_number(least=0), default=0, metavar="N",
         help="Run the N cells that decide most again, and link their reports.",
     )  # fmt: skip
+    parser.add_argument(
+        "--renew", type=Path, metavar="PAGE.md", help="Renew this plan's tables and pictures in a page."
+    )
 
 
 def run(options: Namespace) -> int:
     """Compare; the exit status."""
     from experiments.compared import compare_table
 
-    compare_table(options.table, options.out, options.reports)
+    compare_table(options.table, options.out, options.reports, options.renew)
     return 0

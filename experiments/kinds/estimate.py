@@ -4,25 +4,27 @@ from __future__ import annotations
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
-from bridge.messages import Describe, PoseMessage, Settings, StartArgs
+from bridge.messages import Describe, PoseMessage, Settings
+from bridge.vision_messages import StartArgs
 from experiments.kinds import Row
 from experiments.plan import Cell
 from experiments.worker import Worker
 from geometry.pose import Pose
 from image_server.simulator import Simulator
-from vision_server.pipeline import Estimate
 from vision_server.serve.task import open_task
 
+Floats = NDArray[np.float64]
+
 RANDOM = "random"
-HERE = "inproc://cell"  # where no server is asked
 
 
 def run(cell: Cell, worker: Worker) -> Row:
     """Photograph a scene and estimate its pose once."""
     device = worker.device(cell)
     description = device.describe()
-    arguments = {"image_server": HERE, "matcher": cell.settings.matcher, "seed": cell.seed}
+    arguments = {"matcher": cell.settings.matcher, "seed": cell.seed}
     task = open_task(msgspec.convert(arguments, StartArgs), description)
     lights, _, count = cell.controller_source.partition("-")
     rng = np.random.default_rng(cell.seed)
@@ -50,7 +52,8 @@ def run(cell: Cell, worker: Worker) -> Row:
             "translation_fraction": error.translation_fraction_of_range,
         }
     if isinstance(device, Simulator):
-        row["normalised_error_squared"] = normalised_error_squared(found, device.true_pose)
+        squared = normalised_error_squared(found.pose, found.covariance, device.true_pose)
+        row["normalised_error_squared"] = squared
     return row
 
 
@@ -78,10 +81,9 @@ def _first(offered: tuple[float, ...] | None) -> float | None:
     return offered[0] if offered else None
 
 
-def normalised_error_squared(estimate: Estimate, true: Pose) -> float:
+def normalised_error_squared(pose: Pose, covariance: Floats | None, true: Pose) -> float:
     """Squared error of a pose in units of its covariance; 6 on average where that is honest."""
-    assert estimate.pose is not None
-    assert estimate.covariance is not None
-    turn = true.compose(estimate.pose.inverse())
-    step = np.r_[turn.rotation_vector, true.translation - turn.matrix @ estimate.pose.translation]
-    return float(step @ np.linalg.solve(estimate.covariance, step))
+    assert covariance is not None
+    turn = true.compose(pose.inverse())
+    step = np.r_[turn.rotation_vector, true.translation - turn.matrix @ pose.translation]
+    return float(step @ np.linalg.solve(covariance, step))

@@ -91,4 +91,3 @@ def outcome(done: subprocess.CompletedProcess[str] | None) -> Row:
         **{f"{part}_s": result["seconds"].get(part) for part in TIMES},
         "holds": result.get("holds"),
     }
-

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.synthetic_parts import estimated, random_part, random_view, rendered
+from benchmarks.synthetic_parts import error_of, estimated, part_of, random_part, random_view, rendered
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose, disturbed
+from geometry.turns import symmetry_of
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 
@@ -29,3 +30,17 @@ def test_a_part_is_found_however_intricate_and_wherever_its_origin(lines: int, a
     assert estimate.pose is not None
     assert estimate.pose.compose(to_origin.inverse()).error_to(true).within(0.1, 0.001)
     assert estimate.score > 0.8
+
+
+@pytest.mark.parametrize(
+    ("shape", "segments"),
+    [("cylinder", 256), ("cylinder", 1024), ("ring", 256), ("body", 32), ("machined", 96)],
+)
+def test_a_round_part_is_found_however_fine_its_mesh(shape: str, segments: int) -> None:
+    rng = np.random.default_rng((segments, 0))
+    model = Model.of_surface(shape, part_of(shape, segments, rng))
+    true = random_view(rng, model, CAMERA)
+    pixels = rendered(model, CAMERA, true, rng)
+    estimate = estimated(pixels, model, CAMERA, disturbed(true, rng, 25.0, 40.0, CAMERA.fx))
+    assert estimate.pose is not None
+    assert error_of(estimate.pose, true, symmetry_of(model)).within(0.3, 0.001)

@@ -16,6 +16,9 @@ pytest.importorskip("distributed")
 pytestmark = pytest.mark.slow
 
 SLOW = EMPTY.format(last=150) + "threshold = 0.02\n"  # a cell of this test takes 0.02 s
+SESSIONS = (
+    'controllers = ["heuristic", "auto_exposed"]\ntargets = ["cube"]\nseeds = "1-8"\nmax_iterations = 3\n'
+)
 
 
 class Cluster:
@@ -28,7 +31,8 @@ class Cluster:
             "import experiments.computing as computing\n"
             "row_of = computing.row_of\n"
             "def slow(cell, keep=None):\n"
-            "    time.sleep(cell.settings.threshold or 0.0)\n"
+            "    if cell.settings.kind == 'empty':\n"
+            "        time.sleep(cell.settings.threshold or 0.0)\n"
             "    return row_of(cell, keep)\n"
             "computing.row_of = slow\n"
         )
@@ -89,15 +93,16 @@ def wait_for_rows(out: Path, count: int) -> None:
         time.sleep(0.02)
 
 
+@pytest.mark.parametrize(("text", "first", "second", "cells"), [(SLOW, 20, 60, 300), (SESSIONS, 3, 7, 16)])
 def test_a_worker_killed_and_the_scheduler_restarted_give_the_same_table(
-    tmp_path: Path, cluster: Cluster
+    tmp_path: Path, cluster: Cluster, text: str, first: int, second: int, cells: int
 ) -> None:
-    plan, out = plan_file(tmp_path, SLOW), tmp_path / "out"
+    plan, out = plan_file(tmp_path, text), tmp_path / "out"
     workers = [cluster.start_worker(), cluster.start_worker()]
     process = started(plan, out, "--cluster", cluster.address)
-    wait_for_rows(out, 20)
+    wait_for_rows(out, first)
     workers[0].send_signal(signal.SIGKILL)
-    wait_for_rows(out, 60)
+    wait_for_rows(out, second)
     cluster.scheduler.kill()
     cluster.scheduler.wait()
     workers[1].kill()
@@ -109,8 +114,16 @@ def test_a_worker_killed_and_the_scheduler_restarted_give_the_same_table(
     assert "dashboard" in errors
     alone = run(plan, tmp_path / "alone", "--workers", "1")
     assert alone.returncode == 0, alone.stderr
-    assert len(rows(out)) == 300
-    assert rows(out) == rows(tmp_path / "alone")
+    assert len(rows(out)) == cells
+    for row, expected in zip(rows(out), rows(tmp_path / "alone"), strict=True):
+        assert row == {
+            key: approx(value) if isinstance(value, float) else value for key, value in expected.items()
+        }
+
+
+def approx(value: float) -> object:
+    """To the last bits of a sum, which depend on where in memory an array lies."""
+    return pytest.approx(value, rel=1e-8, abs=1e-12)
 
 
 def test_processes_of_this_machine_as_a_cluster(tmp_path: Path) -> None:

@@ -1,9 +1,11 @@
 """Kinds of cells beside sessions, and comparisons of each."""
 
+import re
 from pathlib import Path
 
 import pytest
 
+from bridge.errors import BadInput
 from experiments.compared import compare_table
 from experiments.computing import rows_of
 from experiments.page import write_page
@@ -116,6 +118,32 @@ def test_a_comparison_says_who_is_better_where_and_how_sure(
     assert "heuristic − simple" in capsys.readouterr().out
 
 
+def test_a_page_has_its_tables_and_pictures_renewed(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(
+        "Before.\n<!-- plan: Strategies -->\nSTALE\n<!-- end -->\n![it](plan-success.png)\n"
+        "<!-- plan: Paired differences, nobody -->\n<!-- end -->\n"
+        "<!-- other: Strategies -->\nkept\n<!-- end -->\n"
+    )
+    out = made_up(tmp_path)
+    for _ in range(2):  # renewed again, it is the same page
+        compare_table(out, tmp_path / "compared", page=page)
+        text = page.read_text()
+        assert "STALE" not in text
+        assert "kept" in text
+        assert "| heuristic | 30 |" in text
+        assert text.count(f"code {code_version()}") == 2
+        assert "heuristic − simple" not in text
+        assert text.startswith("Before.")
+    assert (tmp_path / "plan-success.png").stat().st_size > 1000
+    page.write_text("<!-- plan: Nothing -->\n<!-- end -->\n")
+    with pytest.raises(BadInput, match="asks for a table 'Nothing'"):
+        compare_table(out, tmp_path / "compared", page=page)
+    page.write_text("no place\n")
+    with pytest.raises(BadInput, match="no place for tables of plan"):
+        compare_table(out, tmp_path / "compared", page=page)
+
+
 def test_the_page_holds_every_row_and_refreshes_itself_while_it_runs(tmp_path: Path) -> None:
     out = made_up(tmp_path)
     running = write_page(out, running=True).read_text()
@@ -130,3 +158,20 @@ def test_a_row_tells_how_to_run_its_cell_again(tmp_path: Path) -> None:
     out = made_up(tmp_path)
     for row in read_rows(out).to_pylist():
         assert cell_of(row, read_description(out)).key == row["key"]
+
+
+@pytest.mark.slow
+def test_reports_of_the_cells_that_decide_are_made_and_linked(tmp_path: Path) -> None:
+    text = (
+        'controllers = ["auto_exposed", "fixed"]\ntargets = ["cube"]\nscenarios = ["eclipse"]\nseeds = "1"\n'
+        'max_iterations = 2\n[[conditions]]\nname = "dark"\nambient_scale = 0.0\nlight_power = 0.003\n'
+    )
+    out = table_of(tmp_path, text)
+    assert [row["rotation_deg"] is None for row in read_rows(out).to_pylist()] == [False, True]
+    compare_table(out, tmp_path / "compared", reports=1)
+    written = (tmp_path / "compared" / "comparison.md").read_text()
+    links = re.findall(r"\[report\]\((.*?)\)", written[written.index("## Cells that decide") :])
+    pages = [(tmp_path / "compared" / link).read_text() for link in links]
+    assert "auto_exposed" in pages[0]
+    assert "fixed" in pages[1]
+    assert len(pages) == 2

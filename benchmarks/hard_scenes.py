@@ -1,0 +1,135 @@
+"""What makes a scene hard: shadows of bars, an arm in the way, walls of lines, an empty frame; random parts.
+
+    .venv/bin/python -m benchmarks.ray_traced_stacks OUT --hard [--count 6] [--seed 1] [MODEL...]
+
+Numbers go through the kinds A (weak light, blur, a wall of lines), B (grazing sun, shadows of bars), C (an
+arm in the way, blur), E (all of it) and N (nothing there). The model `part` is another random one for each
+number.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks import povray
+from geometry.model import Model
+from geometry.pose import Pose
+
+Floats = NDArray[np.float64]
+
+KINDS = "ABCEN"
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The sun's strength, the lamps' power, and blur at the widest aperture."""
+
+    sun: float
+    power: float = 1.0
+    defocus_px: float = 0.0
+    motion_px_per_s: float = 0.0
+
+
+def conditions(kind: str, rng: np.random.Generator) -> Conditions:
+    """Light and blur of a kind of scene."""
+    blur = {"defocus_px": rng.uniform(2.0, 4.5), "motion_px_per_s": rng.uniform(150.0, 300.0)}
+    weak = float(rng.choice([1.0, 0.25, 0.25, 0.0625]))
+    return {
+        "A": Conditions(0.0, 0.25, **blur),
+        "B": Conditions(float(rng.choice([8.0, 20.0, 60.0])), weak),
+        "C": Conditions(8.0, 0.25, **blur),
+        "E": Conditions(20.0, weak, **blur),
+        "N": Conditions(float(rng.choice([0.0, 1.0, 8.0])), 1.0),
+    }[kind]
+
+
+def bar(ends: Floats, width_m: float, look: str) -> str:
+    """A round bar between two points (2, 3), metres in the camera frame."""
+    start, end = (povray.vector(povray.MM * point) for point in ends)
+    return f"cylinder {{ {start}, {end}, {povray.MM * 0.5 * width_m:.6g} {look} }}"
+
+
+def arm(model: Model, pose: Pose, look: str, rng: np.random.Generator) -> str:
+    """A bar in front of the target, right across it, as wide as a tenth to a quarter of its diameter."""
+    middle = pose.apply(model.middle[None])[0]
+    nearer = rng.uniform(0.55, 0.8)
+    centre = nearer * middle + nearer * np.r_[rng.uniform(-0.2, 0.2, 2) * model.diameter, 0.0]
+    angle = rng.uniform(0.0, math.pi)
+    along = np.array([math.cos(angle), math.sin(angle), rng.uniform(-0.3, 0.3)]) * 3.0 * model.diameter
+    start = centre - along * (
+        1.0 if rng.random() < 0.5 else rng.uniform(0.02, 0.1)
+    )  # ends there, or does not
+    return bar(np.stack([start, centre + along]), nearer * rng.uniform(0.1, 0.25) * model.diameter, look)
+
+
+def shadowing(model: Model, pose: Pose, sun: Floats, look: str, rng: np.random.Generator) -> list[str]:
+    """Thin bars between the sun and the target, out of the camera's sight where that can be."""
+    middle = pose.apply(model.middle[None])[0]
+    out = []
+    for _ in range(rng.integers(1, 4)):
+        across = np.cross(sun, rng.normal(size=3))
+        across /= np.linalg.norm(across)
+        centre = middle + rng.uniform(1.2, 2.0) * model.diameter * sun
+        centre = centre + rng.uniform(-0.25, 0.25) * model.diameter * np.cross(across, sun)
+        ends = np.stack([centre - model.diameter * across, centre + model.diameter * across])
+        out.append(bar(ends, rng.uniform(0.02, 0.06) * model.diameter, look))
+    return out
+
+
+def lines_behind(model: Model, pose: Pose, rng: np.random.Generator) -> str:
+    """A wall of stripes that run along one of the target's lines as it is seen."""
+    ends = pose.apply(model.vertices[model.lines[rng.integers(len(model.lines))]])
+    seen = ends[:, :2] / ends[:, 2:]
+    angle = math.degrees(math.atan2(*(seen[1] - seen[0])[::-1]))
+    dark, light = sorted(rng.uniform(0.1, 0.9, 2))
+    share = rng.uniform(0.2, 0.6)
+    depth = povray.MM * (pose.translation[2] + rng.uniform(0.7, 1.3) * model.diameter)
+    period = povray.MM * model.diameter * rng.uniform(0.06, 0.2)
+    return (
+        "plane { <0, 0, -1>, 0 pigment { gradient y color_map {"
+        f" [0 rgb {dark:.3f}] [{share:.3f} rgb {dark:.3f}] [{share:.3f} rgb {light:.3f}]"
+        f" [1 rgb {light:.3f}] }}"
+        f" scale {period:.4g} rotate <0, 0, {-angle:.2f}> }}"
+        f" finish {{ ambient 0 diffuse 0.8 }} translate <0, 0, {depth:.4g}> }}"
+    )
+
+
+def random_outline(rng: np.random.Generator) -> Floats:
+    """Corners (K, 2) of a polygon around its middle: a star of drawn radii, or a stair of right angles."""
+    if rng.random() < 0.5:
+        corners = int(rng.integers(5, 11))
+        angle = 2.0 * np.pi * (np.arange(corners) + rng.uniform(-0.3, 0.3, corners)) / corners
+        radius = rng.uniform(0.4, 1.0, corners)
+        return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+    steps = int(rng.integers(2, 5))
+    across, up = np.cumsum(rng.uniform(0.2, 0.8, steps)), np.cumsum(rng.uniform(0.2, 0.8, steps))[::-1]
+    stair = [(0.0, 0.0), (across[-1], 0.0)]
+    for k in range(steps - 1, -1, -1):
+        stair.append((across[k], up[k]))
+        if k > 0:
+            stair.append((across[k - 1], up[k]))
+    stair.append((0.0, up[0]))
+    return np.array(stair) - 0.5 * np.array([across[-1], up[0]])
+
+
+def write_part(file: Path, rng: np.random.Generator) -> None:
+    """A prism of a random outline, 0.15 to 0.3 m wide, as a .cao file."""
+    outline = random_outline(rng)
+    outline *= rng.uniform(0.15, 0.3) / np.ptp(outline, axis=0).max()
+    high = np.ptp(outline, axis=0).max() * rng.uniform(0.15, 0.7)
+    count = len(outline)
+    area = float(
+        np.sum(outline[:, 0] * np.roll(outline[:, 1], -1) - outline[:, 1] * np.roll(outline[:, 0], -1))
+    )
+    ring = outline if area > 0 else outline[::-1]
+    points = np.vstack([np.c_[ring, np.full(count, z)] for z in (-0.5 * high, 0.5 * high)])
+    faces = [list(range(count))[::-1], list(range(count, 2 * count))]
+    faces += [[i, (i + 1) % count, count + (i + 1) % count, count + i] for i in range(count)]
+    text = ["V1", str(len(points)), *(" ".join(f"{x:.6f}" for x in point) for point in points), "0", "0"]
+    text += [str(len(faces)), *(" ".join(map(str, [len(face), *face])) for face in faces), "0", "0"]
+    file.write_text("\n".join(text) + "\n")

@@ -1,0 +1,188 @@
+"""Predicted against seen: how well each line is placed, and how bright both its sides are.
+
+    .venv/bin/python -m benchmarks.predictions [SCENE...] [--seeds 2] [--images 5] [--figure PNG]
+    .venv/bin/python -m benchmarks.predictions --times
+
+Scenes and the choice of images are those of `benchmarks.surprises`. Before each image but the first, the
+prediction says with which standard deviation the edge of each line will be placed; in the image, the edge
+points' distances from the line at the true pose say how it was. One JSON object a scene: lines, the quartiles
+of predicted over measured standard deviation, and those of predicted over seen brightness.
+With --times, the vision server's processor time for one question, with rings of more and more lights. With
+--figure, of the first scene's last image: brightness foreseen and seen, and the candidates' ranking.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import matplotlib
+import msgspec
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from benchmarks.surprises import SCENES, candidates, opened
+from bridge.messages import Settings
+from bridge.vision_messages import PredictArgs, StartArgs
+from geometry.pose import Pose
+from image_server.serve.device import Device
+from image_server.simulator import Simulator
+from image_server.simulator.light import Light
+from image_server.simulator.scenario import load_scenario
+from stack.exposure import in_words
+from stack.read import load_stack
+from vision_server.channels.noise import MAD_TO_SD
+from vision_server.pose.observation import PoseProblem, observe
+from vision_server.prediction.information import Forecast
+from vision_server.prediction.response import read_beside
+from vision_server.serve.prediction import forecast, lit_image, numbers, predict
+from vision_server.serve.task import PoseTask, open_task
+
+Floats = NDArray[np.float64]
+
+REACH_PX, SPACING_PX = 4.0, 2.0
+FOUND, ENOUGH = 0.5, 8  # share of a line's samples, and how many, for its scatter to be measured
+RIGHT = (1.0, 0.01)  # degrees, share of the range: of other poses nothing is predicted that could be right
+
+
+class Seen(NamedTuple):
+    """An image with what was foreseen of it."""
+
+    task: PoseTask
+    known: Forecast
+    settings: Settings
+    name: str
+
+
+def true_pose(scene: str, device: Device) -> Pose:
+    """For measurements only."""
+    if isinstance(device, Simulator):
+        return device.true_pose
+    told = load_stack(Path(scene)).table.target.true_pose
+    if told is None:
+        raise typer.BadParameter(f"{scene} does not know its true pose.")
+    return Pose(np.array(told.rotation_vector), np.array(told.translation))
+
+
+def placed(seen: Seen, true: Pose) -> Floats:
+    """Predicted over measured standard deviation of each line that was found, (n,)."""
+    task = seen.task
+    foreseen = seen.known.line_sd(numbers(task, [seen.settings]))[0]
+    problem = PoseProblem.at_scale(task.images.gradients([seen.name]), task.model, task.camera)
+    edges = observe(problem, true, REACH_PX, SPACING_PX)
+    out = []
+    for line in np.unique(edges.samples.line).tolist():
+        offsets = edges.offset[0, edges.samples.line == line]
+        found = offsets[np.isfinite(offsets)]
+        if len(found) >= max(ENOUGH, FOUND * len(offsets)) and np.isfinite(foreseen[line]):
+            out.append(foreseen[line] / max(MAD_TO_SD * np.median(np.abs(found)), 0.02))
+    return np.array(out)
+
+
+def lit(seen: Seen) -> tuple[Floats, Floats]:
+    """Brightness foreseen and seen beside each sample, both sides, shares of full scale, (2, N) each."""
+    asked = numbers(seen.task, [seen.settings])
+    mean, _ = seen.known.response.brightness(asked.exposure, asked.lights)
+    image = lit_image(seen.task, seen.name, asked.exposure[0], asked.lights[0])
+    values, sd, clipped = read_beside(seen.known.samples, [image])
+    usable = np.isfinite(sd[0]) & ~clipped[0]
+    return np.clip(mean[0], 0.0, 1.0), np.where(usable, values[0] * image.exposure, np.nan)
+
+
+def play(scene: str, seed: int, images: int) -> list[tuple[Seen, Floats]]:
+    """A session; each image that something was foreseen of, with `placed`."""
+    device, _ = opened(scene, seed)
+    task = open_task(msgspec.convert({"seed": seed}, StartArgs), device.describe())
+    true, rng, out = true_pose(scene, device), np.random.default_rng(seed), []
+    asked = candidates(task.describe)
+    for number in range(1, images + 1):
+        settings, known = asked[rng.integers(len(asked))], None
+        found = task.estimate(tuple(task.applied)) if task.applied else None
+        if found is not None and found.pose is not None:
+            known = forecast(task, tuple(task.applied), found.pose)
+            settings = asked[int(np.argmax(known.gains(numbers(task, asked))[0]))]
+        frame = device.capture(settings)
+        task.add(f"i{number}", frame.pixels, frame.applied)
+        if known is not None and known.view.pose.error_to(true).within(*RIGHT):
+            seen = Seen(task, known, settings, f"i{number}")
+            out.append((seen, placed(seen, true)))
+    return out
+
+
+def figure(seen: Seen, file: Path) -> None:
+    """Brightness foreseen and seen beside the lines, and what the candidates were said to add."""
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    asked = candidates(seen.task.describe)
+    bits = seen.known.gains(numbers(seen.task, asked))[0]
+    best = np.argsort(-bits)[:12][::-1]
+    panels, axes = pyplot.subplots(1, 3, figsize=(15, 4.2), layout="constrained")
+    places = seen.known.samples.image + np.array([[[-4.0]], [[4.0]]]) * seen.known.samples.normal
+    scale = {"cmap": "gray", "vmin": 0.0, "vmax": max(0.1, float(np.nanmax(lit(seen)[1]))), "s": 14}
+    for axis, values, title in zip(axes, lit(seen), ("foreseen", "seen"), strict=False):
+        axis.scatter(*places.reshape(-1, 2).T, c=values.ravel(), **scale)
+        axis.set(title=f"brightness beside the lines, {title}", xticks=[], yticks=[], facecolor="#3050a0")
+        axis.invert_yaxis()
+        axis.set_aspect("equal")
+    axes[2].barh([in_words(asked[index]) for index in best], bits[best], color="#3070b0")
+    axes[2].set(title=f"the best of {len(asked)} candidates", xlabel="bits that the image would add")
+    panels.savefig(file, dpi=90)
+
+
+def times() -> None:
+    """One question about all candidates and a search, after four random images."""
+    for count in (3, 8, 24):
+        angles = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+        ring = [(0.4 * float(np.cos(angle)), 0.4 * float(np.sin(angle)), 0.0) for angle in angles]
+        lights = tuple(Light(f"l{n}", place, 8, 3.0 / count) for n, place in enumerate(ring))
+        device = Simulator("cube", msgspec.structs.replace(load_scenario("nominal"), lights=lights), 1)
+        task = open_task(StartArgs(), device.describe())
+        asked, rng = candidates(task.describe), np.random.default_rng(1)
+        for number in range(1, 5):
+            frame = device.capture(asked[rng.integers(len(asked))])
+            task.add(f"i{number}", frame.pixels, frame.applied)
+        task.estimate(tuple(task.applied))
+        question = PredictArgs(settings=asked, search=32)
+        predict(task, question)
+        began = time.process_time()
+        for _ in range(5):
+            task.lit.clear()
+            predict(task, question)
+        milliseconds = 200.0 * (time.process_time() - began)
+        row = {"name": "prediction-time", "lights": count, "candidates": len(asked)}
+        print(json.dumps({**row, "value": round(milliseconds, 1), "unit": "ms"}))
+
+
+def main(
+    scenes: Annotated[list[str] | None, typer.Argument(metavar="SCENE...")] = None,
+    seeds: Annotated[int, typer.Option(min=1)] = 2,
+    images: Annotated[int, typer.Option(min=2)] = 5,
+    figure_file: Annotated[Path | None, typer.Option("--figure")] = None,
+    only_times: Annotated[bool, typer.Option("--times")] = False,
+) -> None:
+    """Compare what was predicted with what was seen."""
+    if only_times:
+        times()
+        return
+    for scene in scenes or SCENES:
+        told = [one for seed in range(1, seeds + 1) for one in play(scene, seed, images)]
+        if not told:
+            continue
+        if figure_file is not None:
+            figure(told[-1][0], figure_file)
+            figure_file = None
+        ratio = np.concatenate([ratios for _, ratios in told])
+        pairs = [lit(seen) for seen, _ in told]
+        shown = np.concatenate([(mean / np.maximum(real, 0.01)).ravel() for mean, real in pairs])
+        row = {"name": "prediction", "scene": Path(scene).name, "images": len(told), "lines": len(ratio)}
+        for name, values in (("sd_ratio", ratio), ("brightness_ratio", shown[np.isfinite(shown)])):
+            row[name] = [round(float(one), 2) for one in np.quantile(values, [0.25, 0.5, 0.75])]
+        print(json.dumps(row), flush=True)
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,35 @@
+"""`python -m benchmarks` measures only what it is asked for, and nothing when it is asked how."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.parametrize(
+    ("command", "status", "said"),
+    [
+        ([sys.executable, "-m", "benchmarks", "--help"], 0, "edges, poses, golog, simulator, transport"),
+        ([sys.executable, "-m", "benchmarks", "edgs"], 2, "no part 'edgs'"),
+        (["swipl", "benchmarks/golog.pl", "--help"], 0, "usage"),
+        (["swipl", "benchmarks/golog.pl", "memory"], 2, "usage"),
+    ],
+)
+def test_it_says_how_and_measures_nothing(command: list[str], status: int, said: str) -> None:
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == status, done.stderr
+    assert said in done.stdout + done.stderr
+    assert '"value"' not in done.stdout
+
+
+def test_only_the_part_that_is_named_is_measured() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "benchmarks", "transport"], cwd=ROOT, capture_output=True, text=True,
+        timeout=120, check=True,
+    )  # fmt: skip
+    lines = done.stdout.splitlines()
+    assert lines
+    assert all('"name": "transport/' in line for line in lines), lines
