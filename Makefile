@@ -4,12 +4,13 @@ PYTHON ?= python3
 export PYTHON
 VENV    = .venv/bin/python
 PYTEST  = $(VENV) -m pytest -n 2 --dist loadfile
-PROLOG  = $(shell find main.pl bridge domain indigolog session -name '*.pl' | xargs grep -l '^:- module' | \
-            xargs grep -L '^:- initialization')
+# What a session loads.
+PROLOG  = $(shell find main.pl bridge domain indigolog session -name '*.pl' ! -path 'domain/testing/*' | \
+            xargs grep -l '^:- module' | xargs grep -L '^:- initialization')
 ROOMS   = bridge geometry numerics session stack vision_server image_server report
 SOURCES = $(shell find $(ROOMS) -name '*.py')
 
-.PHONY: dock test test-quick coverage api test-v4l2 bench setup check clean help
+.PHONY: dock test test-quick coverage api docs test-v4l2 bench setup check clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -18,6 +19,7 @@ help:
 	@echo "make test-v4l2  the camera against a real kernel driver, in a guest (a few minutes)"
 	@echo "make bench   measure; one JSON object a line"
 	@echo "make api     pages from docstrings and PlDoc, into build/api"
+	@echo "make docs    the documentation as a site, into build/site"
 	@echo "make check   ruff, mypy, and Prolog loading without warnings"
 	@echo "make setup   what the others do first"
 
@@ -67,9 +69,15 @@ coverage: setup
 
 api: setup
 	@echo "api: pages from docstrings (pdoc) and from PlDoc, into build/api"
-	@$(VENV) -c 'import pdoc' 2>/dev/null || $(VENV) -m pip install --quiet --disable-pip-version-check -e '.[docs]'
-	@$(VENV) -m pdoc --no-show-source --docformat numpy -o build/api/python $(ROOMS) '!bridge.door'
+	@$(VENV) -c 'import pdoc, zensical' 2>/dev/null || $(VENV) -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+	@$(VENV) -m pdoc --no-show-source --docformat numpy -o build/api/python $(ROOMS) '!bridge.door' '!bridge.zmq4pl'
 	@swipl setup/prolog-pages.pl build/api/prolog
+
+# A warning ends it: a link or an anchor that leads nowhere.
+docs: api
+	@echo "docs: the site, into build/site"
+	@$(VENV) -m zensical build --clean --strict
+	@cp -r build/api build/site/api
 
 test-v4l2: setup
 	@setup/test-v4l2

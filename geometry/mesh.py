@@ -12,7 +12,7 @@ SHARP_DEG = 30.0  # edges bent by more are lines of the wireframe
 
 
 def read_mesh(path: Path) -> Surface:
-    """Read a mesh with trimesh; vertices at the same place become one, triangles without area go.
+    """Read a mesh with trimesh; vertices at one place become one; doubles, and triangles without area, go.
 
     Raises
     ------
@@ -27,7 +27,7 @@ def read_mesh(path: Path) -> Surface:
         finite = np.isfinite(mesh.vertices).all()
         mesh.process()  # which leaves out what is not finite
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
-        mesh.update_faces(mesh.nondegenerate_faces())
+        mesh.update_faces(mesh.nondegenerate_faces() & mesh.unique_faces())
         vertices = np.array(mesh.vertices, dtype=np.float64)
         faces = np.array(mesh.faces, dtype=np.int64)
     except Exception as error:  # trimesh's readers raise whatever their format stumbles on

@@ -17,12 +17,16 @@ TILES_PER_SIDE = 32  # ... so many tiles across the lines' part of the image and
 
 
 class Solid(NamedTuple):
-    """A model as the kernels take it; see Model for the meanings."""
+    """A model as the kernels take it; see Model for the meanings, `chains` for the lines' chains and arcs."""
 
     vertices: Floats
     lines: Ints
     line_faces: Ints
     smooth: Flags
+    chain: Ints
+    leader: Ints
+    place: Ints
+    backwards: Flags
     triangles: Ints
     triangle_face: Ints
     face_point: Floats
@@ -180,4 +184,66 @@ def near_line(tiles: Tiles, box: Floats, stamp: Ints, number: int, out: Ints) ->
                     stamp[k] = number
                     out[count] = k
                     count += 1
+    return count
+
+
+class Hiders(NamedTuple):
+    """What may hide lines, and room to work in.
+
+    Attributes
+    ----------
+    tiles, planes, boxes : see `tiled` and `occluders`.
+    stamp, listed : (K,), for `near_line`.
+    hidden : (K, 2), for the intervals of a line that are hidden.
+    """
+
+    tiles: Tiles
+    planes: Floats
+    boxes: Floats
+    stamp: Ints
+    listed: Ints
+    hidden: Floats
+
+
+@kernel()
+def hiders_of(
+    solid: Solid, towards: Flags, points: Floats, near: float, intrinsics: Floats, low: Floats, high: Floats
+) -> Hiders:
+    """What may hide lines that lie between ``low`` and ``high`` (2,) in the image; see `occluders`."""
+    planes, boxes = occluders(solid, towards, points, near, intrinsics)
+    count = len(planes)
+    return Hiders(
+        tiled(boxes, low, high),
+        planes,
+        boxes,
+        np.full(count, -1, dtype=np.int64),
+        np.empty(count, dtype=np.int64),
+        np.empty((count, 2)),
+    )
+
+
+@kernel()
+def hidden_parts(hiders: Hiders, ends: Floats, ends3: Floats, touch: float, number: int) -> int:
+    """How many intervals of a line are hidden, which are then in ``hiders.hidden``.
+
+    Parameters
+    ----------
+    ends, ends3 : (4,) px and (2, 3) metres, in the image and in the camera frame.
+    number : of the line, another one for each.
+    """
+    span = np.array(
+        [min(ends[0], ends[2]), min(ends[1], ends[3]), max(ends[0], ends[2]), max(ends[1], ends[3])]
+    )
+    farthest, count = max(ends3[0, 2], ends3[1, 2]), 0
+    for m in range(near_line(hiders.tiles, span, hiders.stamp, number, hiders.listed)):
+        k = hiders.listed[m]
+        box = hiders.boxes[k]
+        if hiders.planes[k, 13] > farthest or box[0] > span[2] or box[2] < span[0]:
+            continue
+        if box[1] > span[3] or box[3] < span[1]:
+            continue
+        low, high = hidden_part(hiders.planes[k], ends3[0], ends3[1], touch)
+        if low <= high:
+            hiders.hidden[count, 0], hiders.hidden[count, 1] = low, high
+            count += 1
     return count

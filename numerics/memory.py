@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import gc
 
-M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # of mallopt(3)
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8  # of mallopt(3)
 KEPT_BYTES = 1 << 28  # free at the end of the heap, before any of it is given back
 LARGEST_BYTES = 1 << 25  # of an array that comes from the heap; glibc allows no more
 OBJECTS_BETWEEN_COLLECTIONS = 50_000  # Python's 700 take 0.07 s of 0.86 s to start and measure a first pose
@@ -22,6 +22,7 @@ def keep_freed_memory() -> None:
     if mallopt is not None:
         mallopt(M_TRIM_THRESHOLD, KEPT_BYTES)
         mallopt(M_MMAP_THRESHOLD, LARGEST_BYTES)
+        mallopt(M_ARENA_MAX, 1)  # arrays of every thread: others keep less, and not for each other
 
 
 def collect_rarely() -> None:

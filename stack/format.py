@@ -76,9 +76,10 @@ class BasisLight(FramesLight, frozen=True, kw_only=True):
 
 
 class TargetTable(TargetDescription, frozen=True, kw_only=True):
-    """`[target]`."""
+    """`[target]`; ``sha256`` is that of the model file, where the folder tells it."""
 
     true_pose: PoseMessage | None = None
+    sha256: str | None = None
 
 
 class FrameTable(Settings, frozen=True, kw_only=True):
@@ -117,6 +118,7 @@ class FramesTable(Table, frozen=True):
 
 
 class FrameList(msgspec.Struct, frozen=True):
-    """The frames of a stack file, whatever else it holds, and be there none yet."""
+    """Frames and target of a stack file, whatever else it holds, and be there no frame yet."""
 
     frames: tuple[FrameTable, ...] = ()
+    target: TargetTable | None = None

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
-from bridge.messages import Describe, LightDescription, TargetDescription
+from bridge.messages import Describe, LightDescription, PoseMessage, TargetDescription
 from stack.exposure import FULL_SCALE_16
 from stack.format import STACK_FILE, BasisTable, FrameList, FramesLight, FramesTable, FrameTable
 from stack.tables import as_table, read_toml
@@ -67,12 +67,21 @@ def recorded_frames(folder: Path) -> dict[str, FrameTable]:
     BadInput
         No readable stack file there.
     """
+    return {Path(frame.image).stem: frame for frame in _recorded(folder).frames}
+
+
+def recorded_seed_pose(folder: Path) -> PoseMessage | None:
+    """The seed pose that an earlier session began with; raises as `recorded_frames`."""
+    target = _recorded(folder).target
+    return None if target is None else target.seed_pose
+
+
+def _recorded(folder: Path) -> FrameList:
     file = folder / STACK_FILE
     try:
-        listed = as_table(read_toml(file, "stack file"), FrameList, file)
+        return as_table(read_toml(file, "stack file"), FrameList, file)
     except BadInput as error:
         raise BadInput(error.message, "Resume from the folder of an earlier run.") from error
-    return {Path(frame.image).stem: frame for frame in listed.frames}
 
 
 def describe_stack(stack: BasisStack | FramesStack, name: str) -> Describe:

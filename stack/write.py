@@ -1,5 +1,6 @@
 """Writing stack folders that `stack.read.load_stack` reads."""
 
+import hashlib
 import os
 import shutil
 from collections.abc import Mapping, Sequence
@@ -57,8 +58,14 @@ def described(folder: Path, describe: Describe) -> dict[str, Any]:
         shutil.copyfile(model, copy)
     table = msgspec.to_builtins({key: getattr(describe, key) for key in ("camera", "lights", "target")})
     table["camera"] |= {"shutters_s": list(describe.shutters_s), "apertures": list(describe.apertures)}
-    table["target"]["model"] = model.name
+    table["target"] |= {"model": model.name, "sha256": file_sha256(copy)}
     return dict(table)
+
+
+def file_sha256(file: Path) -> str:
+    """SHA-256 of a file, in hexadecimal."""
+    with file.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def write_frames(

@@ -134,6 +134,15 @@ def test_meshes_give_their_sharp_edges(tmp_path: Path, kind: str) -> None:
     assert not model.two_sided.any()
 
 
+@pytest.mark.parametrize("flipped", [False, True])
+def test_faces_that_are_there_twice_count_once(tmp_path: Path, flipped: bool) -> None:
+    box = trimesh.creation.box((0.1, 0.2, 0.3))
+    again = box.faces[:, ::-1] if flipped else box.faces
+    file = tmp_path / "box.ply"
+    trimesh.Trimesh(box.vertices, np.vstack([box.faces, again]), process=False).export(file)
+    assert len(load_model(file).lines) == 12
+
+
 def test_a_round_mesh_has_only_outlines(tmp_path: Path) -> None:
     file = tmp_path / "ball.ply"
     trimesh.creation.icosphere(subdivisions=3, radius=0.1).export(file)

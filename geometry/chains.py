@@ -1,0 +1,136 @@
+"""Lines that continue each other: the facets of a rim, of a hole, of a curved surface's outline."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.model import Model
+
+Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+Run = list[tuple[int, bool]]  # lines that follow each other, and which of them run backwards
+
+BEND_COSINE = float(np.cos(np.radians(46.0)))  # sharp lines that bend less are a curve: of eight facets on
+CURVE_DEG = 20.0  # by which an arc may bend and still be seen as one line: its edge is nearly straight
+SHORT, SHORT_CURVE_DEG = 0.06, 90.0  # of the model's diameter: arcs of a small hole may bend by more
+
+
+@dataclass(frozen=True, eq=False)
+class Arcs:
+    """Sharp lines that follow each other with little bend, as if they were one line.
+
+    Attributes
+    ----------
+    leader : (L,) int64, of each line the first line of its arc; its own index where it is alone.
+    place : (L,) int64, of each line in its arc, in the order in which they follow each other.
+    backwards : (L,) bool, lines that run against that order.
+    """
+
+    leader: Ints
+    place: Ints
+    backwards: Flags
+
+
+def chains(model: Model) -> Ints:
+    """Chain (L,) of each line, the index of one of its lines; a line that nothing continues has its own.
+
+    Sharp lines are chained where just two of them meet and bend little, lines of curved surfaces wherever
+    they meet: which of them are the outline depends on the view.
+    """
+    parent = list(range(len(model.lines)))
+
+    def root(line: int) -> int:
+        while parent[line] != line:
+            parent[line] = parent[parent[line]]
+            line = parent[line]
+        return line
+
+    for one, other in _followers(model):
+        parent[root(other)] = root(one)
+    own = np.flatnonzero(model.smooth)
+    ends = model.lines[own].ravel()
+    order = np.argsort(ends, kind="stable")
+    for meeting in np.split(order, np.flatnonzero(np.diff(ends[order])) + 1):
+        lines = own[meeting // 2].tolist()
+        for other in lines[1:]:
+            parent[root(other)] = root(lines[0])
+    return np.array([root(line) for line in range(len(parent))], dtype=np.int64)
+
+
+def arcs(model: Model) -> Arcs:
+    """Cut the chains of sharp lines into arcs that bend by less than CURVE_DEG."""
+    count = len(model.lines)
+    out = Arcs(np.arange(count), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=bool))
+    for run in runs(model, CURVE_DEG):
+        first = min(line for line, _ in run)
+        for place, (line, backwards) in enumerate(run):
+            out.leader[line], out.place[line], out.backwards[line] = first, place, backwards
+    return out
+
+
+def runs(model: Model, bend_deg: float) -> Iterator[Run]:
+    """Sharp lines that follow each other and bend by less than that from first to last, two or more."""
+    beside: dict[int, list[int]] = {}
+    for one, other in _followers(model):
+        beside.setdefault(one, []).append(other)
+        beside.setdefault(other, []).append(one)
+    steps = model.vertices[model.lines[:, 1]] - model.vertices[model.lines[:, 0]]
+    length = np.linalg.norm(steps, axis=1)
+    unit, ends = steps / length[:, None], model.lines.tolist()
+    straight, bent = np.cos(np.radians([bend_deg, max(bend_deg, SHORT_CURVE_DEG)])).tolist()
+    short, seen = SHORT * model.diameter, set()
+    for start in sorted(beside, key=lambda line: len(beside[line])):  # ends of open chains first
+        if start in seen:
+            continue
+        run: Run = []
+        line, last = start, _loose_end(ends, start, beside[start])
+        total, first = 0.0, unit[start]
+        while True:
+            seen.add(line)
+            backwards = ends[line][1] == last
+            along = -unit[line] if backwards else unit[line]
+            if not run:
+                first, total = along, 0.0
+            cosine = float(along @ first)
+            if run and cosine < (bent if total + length[line] < short else straight):
+                if len(run) > 1:
+                    yield run
+                run, first, total = [], along, 0.0
+            run.append((line, backwards))
+            total += float(length[line])
+            last = ends[line][0] if backwards else ends[line][1]
+            onward = [other for other in beside[line] if other not in seen and last in ends[other]]
+            if not onward:
+                break
+            line = onward[0]
+        if len(run) > 1:
+            yield run
+
+
+def _loose_end(ends: list[list[int]], line: int, beside: list[int]) -> int:
+    """The vertex of a line from which to walk along its chain: one that nothing continues, if there is."""
+    a, b = ends[line]
+    return a if not any(a in ends[other] for other in beside) or len(beside) > 1 else b
+
+
+def _followers(model: Model) -> Iterator[tuple[int, int]]:
+    """Pairs of sharp lines that continue each other: just two meet, and they bend little."""
+    own = np.flatnonzero(~model.smooth)
+    ends = model.lines[own].ravel()
+    order = np.argsort(ends, kind="stable")
+    starts = np.flatnonzero(np.r_[True, np.diff(ends[order]) != 0, True])
+    pairs = starts[:-1][np.diff(starts) == 2]
+    one, other = own[order[pairs] // 2], own[order[pairs + 1] // 2]
+    corner = ends[order[pairs]]
+    steps = []
+    for line in (one, other):
+        a, b = model.lines[line].T
+        step = model.vertices[np.where(a == corner, b, a)] - model.vertices[corner]
+        steps.append(step / np.linalg.norm(step, axis=1, keepdims=True))
+    cosine = (steps[0] * steps[1]).sum(axis=1)
+    good = (cosine <= -BEND_COSINE) & (one != other)
+    yield from zip(one[good].tolist(), other[good].tolist(), strict=True)

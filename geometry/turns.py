@@ -1,0 +1,202 @@
+"""Turns that change nothing one could see of a target: its exact symmetries, and the axis of a round one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.rotation import matrix_of
+from geometry.symmetry import EXACT, TOLERANCE
+from numerics.kernels import kernel
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+SPACING = 0.004  # of the points that a turned body is held against, share of the diameter
+MOST_POINTS = 20000  # of them, and ...
+HELD = 400  # ... so many of these are turned
+SAME_PLACE = 1e-3  # share of the diameter: corners as far from the middle may be each other's images
+ODD_ANGLES_RAD = (0.37, 1.13, 2.2)  # by which only a body of revolution may be turned about its axis
+MOST_TRIED = 20000  # turns; a target with more corners alike than that is asked about half turns only
+
+
+@dataclass(frozen=True, eq=False)
+class Symmetry:
+    """What turns leave a target as it looks.
+
+    Attributes
+    ----------
+    turns : target_T_target, the identity first; of a body of revolution one of each that the free axis
+        does not lead to.
+    free_axis : (3,), unit, about which the target may be turned by any angle, or None.
+    centre : (3,), metres, what all of them leave in its place.
+    """
+
+    turns: tuple[Pose, ...]
+    free_axis: Floats | None
+    centre: Floats
+
+
+ASYMMETRIC = Symmetry((Pose(np.zeros(3), np.zeros(3)),), None, np.zeros(3))
+
+
+@lru_cache(maxsize=8)
+def symmetry_of(model: Model) -> Symmetry:
+    """The exact symmetries of a model's sharp lines; of its surface where it has none."""
+    body = _Body.of_model(model)
+    for axis in body.axes:
+        if all(body.comes_back(matrix_of(angle * axis)) for angle in ODD_ANGLES_RAD):
+            across = np.linalg.svd(axis[None])[2][1]
+            half = [matrix_of(np.pi * across)]
+            turns = body.poses([turn for turn in half if body.comes_back(turn)])
+            return Symmetry(turns, _named(axis), body.centre)
+    kept: list[Floats] = []
+    for turn in body.candidates():
+        if not any(np.abs(turn - known).max() < 0.05 for known in kept) and body.comes_back(turn):
+            kept.append(turn)
+    return Symmetry(body.poses(kept), None, body.centre)
+
+
+@dataclass(frozen=True, eq=False)
+class _Body:
+    """Points of a model about its middle, as the turns are tried on them.
+
+    Attributes
+    ----------
+    centre : (3,), what every symmetry leaves in its place.
+    cloud : (N, 3), dense, about the centre; ``held`` (M, 3) of them are turned.
+    corners : (C, 3), ends of sharp lines, about the centre.
+    axes : (3, 3), principal axes, in rows.
+    diameter : metres.
+    """
+
+    centre: Floats
+    cloud: Floats
+    held: Floats
+    corners: Floats
+    axes: Floats
+    diameter: float
+
+    @classmethod
+    def of_model(cls, model: Model) -> _Body:
+        sharp = model.lines[~model.smooth]
+        if len(sharp):
+            start, step = model.vertices[sharp[:, 0]], np.diff(model.vertices[sharp], axis=1)[:, 0]
+            points, weights = _along(start, step, np.linalg.norm(step, axis=1), SPACING * model.diameter)
+        else:
+            corners = model.vertices[model.triangles]
+            points = corners.mean(axis=1)
+            weights = np.linalg.norm(
+                np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+            )
+        centre = weights @ points / weights.sum()
+        points = points - centre
+        moments = (points * weights[:, None]).T @ points
+        rng = np.random.default_rng(0)
+        some = rng.choice(len(points), min(len(points), HELD), replace=False, p=weights / weights.sum())
+        held = points[some]
+        if len(points) > MOST_POINTS:
+            points = points[rng.choice(len(points), MOST_POINTS, replace=False)]
+        corners = model.vertices[np.unique(sharp)] - centre
+        axes = np.linalg.eigh(moments)[1].T
+        return cls(centre, points, held, corners, axes, model.diameter)
+
+    def comes_back(self, turn: Floats) -> bool:
+        """Whether a turn (3, 3) about the centre leaves the body as it is."""
+        turned = np.ascontiguousarray(self.held @ turn.T)
+        astray = int((1.0 - EXACT) * len(turned))
+        return bool(all_near(turned, self.cloud, TOLERANCE * self.diameter, astray))
+
+    def candidates(self) -> list[Floats]:
+        """Turns (3, 3) that bring two corners to where corners are, or half turns about the axes."""
+        radius = np.linalg.norm(self.corners, axis=1) / self.diameter
+        classes = _classes(radius)
+        halves = [matrix_of(np.pi * axis) for axis in self.axes]
+        for first, second in combinations([*classes, *classes[:1]], 2):
+            pair = _apart(self.corners, first, second)
+            if pair is None or len(first) * len(second) > MOST_TRIED:
+                continue
+            return halves + _turns_of_pairs(self.corners, pair, first, second, self.diameter)
+        return halves
+
+    def poses(self, turns: list[Floats]) -> tuple[Pose, ...]:
+        """The identity and these turns about the centre, each once."""
+        others = [turn for turn in turns if np.abs(turn - np.eye(3)).max() >= 0.05]
+        return (
+            Pose(np.zeros(3), np.zeros(3)),
+            *(Pose.from_matrix(turn, self.centre - turn @ self.centre) for turn in others),
+        )
+
+
+@kernel(error_model="numpy")
+def all_near(points: Floats, cloud: Floats, reach: float, astray: int) -> bool:
+    """Whether points (N, 3), but for so many at most, have one of the cloud (M, 3) within reach."""
+    for i in range(len(points)):
+        near = False
+        for k in range(len(cloud)):
+            x, y, z = points[i, 0] - cloud[k, 0], points[i, 1] - cloud[k, 1], points[i, 2] - cloud[k, 2]
+            if x * x + y * y + z * z <= reach * reach:
+                near = True
+                break
+        if not near:
+            astray -= 1
+            if astray < 0:
+                return False
+    return True
+
+
+def _named(axis: Floats) -> Floats:
+    """The axis as one would write it: rounded, its largest part positive."""
+    rounded = np.round(axis, 9) + 0.0
+    return np.asarray(rounded * np.sign(rounded[np.argmax(np.abs(rounded))]))
+
+
+def _along(start: Floats, step: Floats, length: Floats, spacing: float) -> tuple[Floats, Floats]:
+    """Points (N, 3) along segments and the length (N,) that each stands for."""
+    counts = np.maximum(1, np.rint(length / max(spacing, length.sum() / MOST_POINTS))).astype(np.int64)
+    line = np.repeat(np.arange(len(counts)), counts)
+    share = (np.arange(len(line)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[line]
+    return start[line] + share[:, None] * step[line], (length / counts)[line]
+
+
+def _classes(radius: Floats) -> list[Ints]:
+    """Corners (C,) by their distance from the centre, the smallest class first; none in the centre itself."""
+    order = np.argsort(radius, kind="stable")
+    breaks = np.flatnonzero(np.diff(radius[order]) > SAME_PLACE) + 1
+    classes = [part for part in np.split(order, breaks) if len(part) and radius[part[0]] > 10 * SAME_PLACE]
+    return sorted(classes, key=len)
+
+
+def _apart(corners: Floats, first: Ints, second: Ints) -> tuple[int, int] | None:
+    """A corner of each class that are not on one line with the centre."""
+    a = corners[first[0]] / np.linalg.norm(corners[first[0]])
+    others = corners[second] / np.linalg.norm(corners[second], axis=1, keepdims=True)
+    good = np.flatnonzero(np.abs(others @ a) < 0.95)
+    return (int(first[0]), int(second[good[0]])) if len(good) else None
+
+
+def _turns_of_pairs(
+    corners: Floats, pair: tuple[int, int], first: Ints, second: Ints, diameter: float
+) -> list[Floats]:
+    """Turns that bring a pair of corners onto pairs of the same classes that are as far apart."""
+
+    def frame(a: Floats, b: Floats) -> Floats:
+        x = a / np.linalg.norm(a)
+        z = np.cross(a, b)
+        z /= np.linalg.norm(z)
+        return np.stack([x, np.cross(z, x), z], axis=1)
+
+    a, b = corners[pair[0]], corners[pair[1]]
+    apart = np.linalg.norm(a - b)
+    gaps = np.linalg.norm(corners[first][:, None] - corners[second][None], axis=2)
+    own = frame(a, b)
+    return [
+        frame(corners[first[i]], corners[second[j]]) @ own.T
+        for i, j in np.argwhere(np.abs(gaps - apart) < 2.0 * SAME_PLACE * diameter)
+    ]

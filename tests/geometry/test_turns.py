@@ -1,0 +1,43 @@
+"""Turns that leave a target as it looks: none, a few, or all about an axis."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from geometry.model import find_target, load_model
+from geometry.rotation import matrix_of
+from geometry.turns import symmetry_of
+from tests.geometry.test_symmetry import box
+
+
+@pytest.mark.parametrize(
+    ("sides", "count"), [((0.3, 0.2, 0.1), 4), ((0.2, 0.2, 0.1), 8), ((0.2, 0.2, 0.2), 24)]
+)
+def test_a_box_has_the_turns_of_its_sides(tmp_path: Path, sides: tuple[float, ...], count: int) -> None:
+    model = box(tmp_path, *sides)
+    found = symmetry_of(model)
+    assert len(found.turns) == count
+    assert found.free_axis is None
+    for turn in found.turns:  # corners come to corners
+        distance = np.linalg.norm(turn.apply(model.vertices)[:, None] - model.vertices, axis=2)
+        assert distance.min(axis=1).max() < 0.01 * model.diameter
+
+
+def test_a_slanted_side_or_a_mark_leaves_none(tmp_path: Path) -> None:
+    assert len(symmetry_of(box(tmp_path, 0.3, 0.2, 0.1, slant=0.05)).turns) == 1
+    for name in ("satellite", "fixture"):
+        assert len(symmetry_of(load_model(find_target(name))).turns) == 1
+
+
+@pytest.mark.parametrize("segments", [16, 64, 512])
+def test_a_cylinder_may_be_turned_about_its_axis_and_upside_down(tmp_path: Path, segments: int) -> None:
+    file = tmp_path / "cylinder.stl"
+    turned = np.eye(4)
+    turned[:3, :3] = matrix_of(np.array([0.7, 0.0, 0.0]))
+    trimesh.creation.cylinder(0.03, 0.1, sections=segments, transform=turned).export(file)
+    found = symmetry_of(load_model(file))
+    assert found.free_axis is not None
+    assert abs(found.free_axis @ turned[:3, 2]) > 0.9999
+    assert len(found.turns) == 2
