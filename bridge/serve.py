@@ -129,6 +129,7 @@ class Server:
                         break
                     self._tidy()
                 if self._sockets.wake_fileno in ready:
+                    self._sockets.woken()
                     self._sockets.send_events()
                     self._send_done()
                 if self._sockets.events in ready:

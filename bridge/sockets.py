@@ -129,6 +129,11 @@ class ServerSockets:
         with suppress(OSError):  # a full pipe wakes as well; a closed one nobody
             os.write(self._wake, b"!")
 
+    def woken(self) -> None:
+        """Make `wake_fileno` unreadable; only by who then looks after all that others may have woken it for."""
+        with suppress(BlockingIOError):
+            os.read(self.wake_fileno, 65536)
+
     def publish(self, event: str, args: object) -> int:
         """Publish an event, from any thread; returns its sequence number, 0 where events go nowhere."""
         with self._publishing:
@@ -142,8 +147,6 @@ class ServerSockets:
 
     def send_events(self) -> None:
         """Send what was published; by the thread that serves, since a ZeroMQ socket belongs to one."""
-        with suppress(BlockingIOError):
-            os.read(self.wake_fileno, 65536)
         while self.events is not None and not self._unsent.empty():
             self.events.send(self._unsent.get())
 

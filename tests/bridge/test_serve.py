@@ -1,4 +1,5 @@
 import json
+import select
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +11,8 @@ import zmq
 from bridge.client import Client
 from bridge.envelope import MAX_HEADER_BYTES
 from bridge.errors import ServerError
-from bridge.serve import Server
+from bridge.messages import NoArgs
+from bridge.serve import Reply, Server
 
 from .conftest import Counter, Running, wait_until
 
@@ -169,6 +171,29 @@ def test_shutdown_is_answered_and_ends_the_loop(counter: Running, folder: Path) 
     counter.thread.join(20)
     assert counter.status == 0
     assert counter.service.closed == 1
+
+
+def test_a_reply_that_is_ready_while_another_is_sent_leaves_at_once(folder: Path) -> None:
+    class Late(Server):
+        """Its `hello` is answered when the work that waits is done, and has woken the loop."""
+
+        def _hello(self, args: NoArgs) -> Reply:
+            service.released.set()
+            assert select.select([self._sockets.wake_fileno], [], [], 20)[0]
+            return super()._hello(args)
+
+    service = Counter()
+    running = Running(service, Late(service, f"ipc://{folder}/s"))
+    waiting, asking = Raw(running.endpoint), Raw(running.endpoint)
+    try:
+        waiting.socket.send(request("wait"))
+        assert wait_until(lambda: service.count == 1)
+        assert asking.ask(request("hello", 2))["ok"]
+        assert waiting.socket.poll(20_000), "the reply waits for somebody's next request"
+    finally:
+        for bare in (waiting, asking):
+            bare.context.destroy(linger=0)
+        running.stop()
 
 
 def test_many_clients_at_once(counter: Running) -> None:
