@@ -130,7 +130,7 @@ class ServerSockets:
             os.write(self._wake, b"!")
 
     def woken(self) -> None:
-        """Make `wake_fileno` unreadable; only by who then looks after all that others may have woken it for."""
+        """Make `wake_fileno` unreadable; only by who then looks after all that it may have been woken for."""
         with suppress(BlockingIOError):
             os.read(self.wake_fileno, 65536)
 

@@ -22,6 +22,13 @@ counted :-
     ;   fail                            % failure is no sign of anything
     ).
 
+:- public answers/1.
+answers(Thread) :-
+    (   thread_property(Thread, status(running))
+    ->  true
+    ;   throw(impostor_gone)
+    ).
+
 settings(_{lights:[7, 7, 7], shutter_s:0.0166667, aperture:4.0}).
 
 :- begin_tests(client_and_server).
@@ -61,7 +68,7 @@ test(lost_replies_are_asked_for_again_and_nothing_is_done_twice, Count == 1) :-
     with_mock(vision, _{capture:_{drop:2}}, Endpoint,
               with_client(Endpoint, [timeout(60), retries(60)], Client, (
         client_request(Client, hello, _{}, _, []),
-        client_request(Client, capture, _{image:i1, settings:Settings}, _, [timeout(3), retries(2)]),
+        client_request(Client, capture, _{image:i1, settings:Settings}, _, []),
         client_request(Client, health, _{}, Health, []),
         Count = Health.requests.capture
     ))).
@@ -100,19 +107,20 @@ test(a_retry_has_the_same_id_and_a_fresh_socket, Ids == [Id, Id, Id]) :-
     socket_endpoint(Endpoint),
     nb_setval(seen, 0),
     impostor(Endpoint, silent(3), Thread),
-    with_client(Endpoint, [timeout(0.6), retries(2)], Client,
-                catch(client_request(Client, hello, _{}, _, []), error(bridge_timeout(_, _, _), _), true)),
+    with_client(Endpoint, [timeout(60), retries(300), alive(test_client:answers(Thread))], Client,
+                catch(client_request(Client, hello, _{}, _, []), impostor_gone, true)),
     thread_join(Thread, exited(Ids)),
     Ids = [Id|_].
 test(requests_count_up_and_clients_differ, true) :-
     socket_endpoint(Endpoint),
     impostor(Endpoint, obedient(4), Thread),
-    with_client(Endpoint, [], A,
-                with_client(Endpoint, [], B,
+    Options = [timeout(60), alive(test_client:answers(Thread))],
+    with_client(Endpoint, Options, A,
+                with_client(Endpoint, Options, B,
                             ( client_request(A, hello, _{}, _, []),
                               client_request(A, hello, _{}, _, []),
                               client_request(B, hello, _{}, _, []),
-                              catch(client_request(B, hello, _{}, _, [timeout(0.1)]), _, true)
+                              catch(client_request(B, hello, _{}, _, []), impostor_gone, true)
                             ))),
     thread_join(Thread, exited(Ids)),
     length(Ids, Total),
@@ -140,7 +148,7 @@ test(null_true_and_text, [A, B, C] == [null, true, "true"]) :-
 answered(Replies, Result) :-
     socket_endpoint(Endpoint),
     impostor(Endpoint, replies(Replies), Thread),
-    call_cleanup(with_client(Endpoint, [timeout(20)], Client,
+    call_cleanup(with_client(Endpoint, [timeout(60)], Client,
                              client_request(Client, hello, _{}, Result, [])),
                  stop(Thread)).
 
@@ -250,7 +258,7 @@ test(closing_twice) :-
     zmq_socket(xpub, Pub, [xpub_welcome_msg("{\"v\":1,\"event\":\"welcome\",\"args\":{},\"sequence\":0}")]),
     zmq_bind(Pub, Endpoint),
     thread_create(events_open(Endpoint, _), Thread),
-    zmq_receive(Pub, _, 10, octet),
+    zmq_receive(Pub, _, 60, octet),
     thread_join(Thread, true).
 
 collected(Subscription, Wanted, Events) :-
@@ -271,7 +279,7 @@ collected(Subscription, Wanted, Before, Events) :-
 
 test(the_right_keys, A == 1) :-
     zmq_curve_keypair(ServerPublic, ServerSecret),
-    curve_asked(ServerPublic, ServerSecret, ServerPublic, 20, Result),
+    curve_asked(ServerPublic, ServerSecret, ServerPublic, 60, Result),
     A = Result.a.
 test(the_wrong_key, error(bridge_refused(_))) :-
     zmq_curve_keypair(ServerPublic, ServerSecret),
@@ -283,7 +291,7 @@ curve_asked(ServerPublic, ServerSecret, ServerKey, Timeout, Result) :-
     thread_create(curve_server(Me, ServerPublic, ServerSecret), Thread),
     thread_get_message(listening(Endpoint)),
     zmq_curve_keypair(Public, Secret),
-    call_cleanup(with_client(Endpoint, [timeout(Timeout), curve(Public, Secret, ServerKey)], Client,
+    call_cleanup(with_client(Endpoint, [timeout(Timeout), retries(20), curve(Public, Secret, ServerKey)], Client,
                              client_request(Client, hello, _{}, Result, [])),
                  ( thread_signal(Thread, throw(stop)),
                    thread_join(Thread, _)

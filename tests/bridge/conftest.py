@@ -52,7 +52,7 @@ class Counter(Service):
 
     def _wait(self, _: NoArgs) -> Reply:
         self.count += 1
-        self.released.wait(10)
+        self.released.wait(120)
         return Reply({"count": self.count})
 
     def _capture(self, args: ImageCaptureArgs) -> Reply:
@@ -106,7 +106,7 @@ def counter(folder: Path) -> Iterator[Running]:
     running.stop()
 
 
-def wait_until(condition, deadline_s: float = 20.0) -> bool:  # type: ignore[no-untyped-def]
+def wait_until(condition, deadline_s: float = 60.0) -> bool:  # type: ignore[no-untyped-def]
     """Poll a condition; whether it came true before the (generous) deadline."""
     end = time.monotonic() + deadline_s
     while time.monotonic() < end:

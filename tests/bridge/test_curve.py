@@ -28,7 +28,7 @@ def test_only_clients_with_a_known_key_get_in() -> None:
     running = Running(service, Server(service, "tcp://127.0.0.1:*", curve=curve))
     try:
         with Client(
-            running.endpoint, timeout_s=20, curve=CurveClient(public, secret, server_public)
+            running.endpoint, timeout_s=60, curve=CurveClient(public, secret, server_public)
         ) as client:
             assert client.request("count")[0] == {"count": 1}
         strangers = [
@@ -37,7 +37,7 @@ def test_only_clients_with_a_known_key_get_in() -> None:
             None,
         ]
         for stranger, refused_first in itertools.product(strangers, (False, True)):
-            client = Client(running.endpoint, timeout_s=0.5, curve=stranger)
+            client = Client(running.endpoint, timeout_s=0.5, retries=20, curve=stranger)
             if refused_first:  # then there is no way left to send on, and that must not block
                 client._connected()
                 time.sleep(0.2)
@@ -54,7 +54,7 @@ def test_one_with_keys_is_refused_where_there_are_none_and_one_that_stands_still
     running = Running(service, Server(service, "tcp://127.0.0.1:*"))
     try:
         curve = CurveClient(public, secret, keys()[0])
-        client = Client(running.endpoint, timeout_s=0.5, curve=curve)
+        client = Client(running.endpoint, timeout_s=0.5, retries=20, curve=curve)
         with client, pytest.raises(BridgeRefused):
             client.request("count")
     finally:
@@ -80,7 +80,7 @@ def test_events_want_the_key_too(folder: Path) -> None:
                 sub.linger = 0
                 sub.subscribe(b"")
                 sub.connect(f"ipc://{folder}/e")
-            assert known.poll(20_000)
+            assert known.poll(60_000)
             assert known.recv_json()["event"] == "welcome"
             assert not stranger.poll(200)
     finally:

@@ -56,5 +56,5 @@ def test_the_script_example_works(text: str) -> None:
     block = text[text.index('    {"capture":') : text.index("`health` then tells")]
     with MockVisionServer() as mock:
         apply_script(mock, json.loads(block))
-        with Client(mock.endpoint, timeout_s=20) as client:
+        with Client(mock.endpoint, timeout_s=60) as client:
             assert client.request("best")[0] == {"pose": None}

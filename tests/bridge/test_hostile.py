@@ -2,12 +2,11 @@
 
 import pytest
 
-from .hostile import COMMANDS, attack
+from .hostile import BACK_MB, COMMANDS, attack
 
 MESSAGES = 3000
-MEMORY_MB = 20.0
-WAIT_S = 30.0
-"""Of a client that behaves: no reply of its is lost. How long it waits the command says, on a machine at rest."""
+WAIT_S = 50.0
+"""Of a client that behaves: no reply of its is lost. How long it waits at rest, the command says."""
 
 
 @pytest.mark.slow
@@ -19,4 +18,4 @@ def test_a_hostile_crowd_leaves_a_server_as_it_was(kind: str) -> None:
     assert told["internal"] == {}
     assert told["tracebacks"] == 0
     assert told["longest_wait_s"] < WAIT_S
-    assert told["memory_mb"]["after"] - told["memory_mb"]["before"] < MEMORY_MB
+    assert told["memory_mb"]["after"] - told["memory_mb"]["before"] < BACK_MB

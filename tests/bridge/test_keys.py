@@ -31,10 +31,13 @@ def test_the_programs_of_a_folder_reach_each_other_and_nobody_else_does(keys: Pa
     make_keys(tmp_path / "others")
     try:
         for name in ("vision_server", "controller"):
-            with Client(endpoint, timeout_s=20, curve=client_keys(keys, name, "image_server")) as client:
+            with Client(endpoint, timeout_s=60, curve=client_keys(keys, name, "image_server")) as client:
                 client.request("count")
         stranger = client_keys(tmp_path / "others", "controller", "image_server")
-        with Client(endpoint, timeout_s=0.5, curve=stranger) as client, pytest.raises(BridgeRefused):
+        with (
+            Client(endpoint, timeout_s=0.5, retries=20, curve=stranger) as client,
+            pytest.raises(BridgeRefused),
+        ):
             client.request("count")
         assert service.count == 2
     finally:
@@ -69,7 +72,7 @@ def test_the_command_makes_them_once(tmp_path: Path) -> None:
     def run() -> "subprocess.CompletedProcess[str]":
         return subprocess.run(
             [sys.executable, "-m", "bridge", "keys", str(tmp_path / "keys")],
-            capture_output=True, text=True, check=False, timeout=60,
+            capture_output=True, text=True, check=False, timeout=240,
         )  # fmt: skip
 
     made = run()

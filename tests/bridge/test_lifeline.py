@@ -34,7 +34,7 @@ import subprocess, sys, os, time
 subprocess.Popen([sys.executable, "-c", sys.argv[1], sys.argv[2], str(os.getpid())])
 time.sleep(600)
 """
-DEADLINE_S = 60
+DEADLINE_S = 120
 
 Start = Callable[..., "subprocess.Popen[str]"]
 

@@ -20,11 +20,11 @@ def test_it_is_loaded_from_another_folder(tmp_path: Path, compiled: bool) -> Non
     shutil.copytree(ROOT / "bridge" / "prolog", folder, ignore=shutil.ignore_patterns("*.qlf"))
     if compiled:
         goal = f"qcompile('{folder}/zmq'), qcompile('{folder}/client')"
-        subprocess.run(["swipl", "-g", goal, "-t", "halt"], check=True, timeout=60)
+        subprocess.run(["swipl", "-g", goal, "-t", "halt"], check=True, timeout=240)
         assert (folder / "zmq.qlf").exists()
     program = tmp_path / "mine.pl"
     program.write_text(PROGRAM.format(folder=folder))
     done = subprocess.run(
-        ["swipl", program.name], cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False
+        ["swipl", program.name], cwd=tmp_path, capture_output=True, text=True, timeout=240, check=False
     )
     assert (done.stdout, done.stderr, done.returncode) == ("loaded\n", "", 0)

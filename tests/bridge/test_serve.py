@@ -30,7 +30,7 @@ class Raw:
 
     def ask(self, *frames: bytes) -> dict[str, Any]:
         self.socket.send_multipart(frames)
-        assert self.socket.poll(20_000), "no reply"
+        assert self.socket.poll(60_000), "no reply"
         answer = self.socket.recv_multipart()
         return dict(json.loads(answer[-1]))
 
@@ -168,7 +168,7 @@ def test_every_server_says_who_it_is_and_how_it_is(counter: Running) -> None:
 def test_shutdown_is_answered_and_ends_the_loop(counter: Running, folder: Path) -> None:
     with Client(counter.endpoint) as client:
         assert client.request("shutdown")[0] == {}
-    counter.thread.join(20)
+    counter.thread.join(60)
     assert counter.status == 0
     assert counter.service.closed == 1
 
@@ -179,7 +179,7 @@ def test_a_reply_that_is_ready_while_another_is_sent_leaves_at_once(folder: Path
 
         def _hello(self, args: NoArgs) -> Reply:
             service.released.set()
-            assert select.select([self._sockets.wake_fileno], [], [], 20)[0]
+            assert select.select([self._sockets.wake_fileno], [], [], 60)[0]
             return super()._hello(args)
 
     service = Counter()
@@ -189,7 +189,7 @@ def test_a_reply_that_is_ready_while_another_is_sent_leaves_at_once(folder: Path
         waiting.socket.send(request("wait"))
         assert wait_until(lambda: service.count == 1)
         assert asking.ask(request("hello", 2))["ok"]
-        assert waiting.socket.poll(20_000), "the reply waits for somebody's next request"
+        assert waiting.socket.poll(60_000), "the reply waits for somebody's next request"
     finally:
         for bare in (waiting, asking):
             bare.context.destroy(linger=0)
@@ -216,13 +216,13 @@ class TestEvents:
             sub.linger = 0
             sub.subscribe(b"")
             sub.connect(f"ipc://{folder}/e")
-            assert sub.poll(20_000)
+            assert sub.poll(60_000)
             assert sub.recv_json()["event"] == "welcome"
             with Client(counter.endpoint) as client:
                 for _ in range(3):
                     client.request("count")
             counter.service.emit("camera_fault", {"from": "another thread"})
-            events = [sub.recv_json() for _ in range(4) if sub.poll(20_000)]
+            events = [sub.recv_json() for _ in range(4) if sub.poll(60_000)]
         assert [event["sequence"] for event in events] == [1, 2, 3, 4]
         assert events[2] == {"v": 1, "event": "sun_changed", "args": {"count": 3}, "sequence": 3}
         assert events[3]["event"] == "camera_fault"

@@ -18,20 +18,20 @@ pair_of_sockets(Router, Dealer) :-
 test(multipart_there_and_back, Back == ["é→𝄞", "", "b"]) :-
     pair_of_sockets(Router, Dealer),
     zmq_send(Dealer, ["é→𝄞", '', [0'b]], 1),
-    zmq_receive(Router, [Route|Frames], 10, octet),
+    zmq_receive(Router, [Route|Frames], 60, octet),
     zmq_send(Router, [Route|Frames], 1, octet),
-    zmq_receive(Dealer, Back, 10).
+    zmq_receive(Dealer, Back, 60).
 test(octets_are_bytes, Codes == [0, 255, 10]) :-
     pair_of_sockets(Router, Dealer),
     zmq_send(Dealer, [[0, 255, 10]], 1, octet),
-    zmq_receive(Router, [_, Frame], 10, octet),
+    zmq_receive(Router, [_, Frame], 60, octet),
     string_codes(Frame, Codes).
 test(header_leaves_pixels_alone, Frames == ["{}"]) :-
     pair_of_sockets(Router, Dealer),
     zmq_send(Dealer, ["x"], 1),
-    zmq_receive(Router, [Route, _], 10, octet),
+    zmq_receive(Router, [Route, _], 60, octet),
     zmq_send(Router, [Route, "{}", [255, 254]], 1, octet),
-    zmq_receive(Dealer, Frames, 10, header).
+    zmq_receive(Dealer, Frames, 60, header).
 test(a_frame_that_is_not_utf8, error(domain_error(utf8_frame, 0))) :-
     not_utf8([0'a, 0xc3]).
 test(overlong_utf8, error(domain_error(utf8_frame, 0))) :-
@@ -71,9 +71,9 @@ not_utf8(Codes) :-
     pair_of_sockets(Router, Dealer),
     zmq_set(Router, router_mandatory, true),
     zmq_send(Dealer, ["x"], 1),
-    zmq_receive(Router, [Route, _], 10, octet),
+    zmq_receive(Router, [Route, _], 60, octet),
     zmq_send(Router, [Route, Codes], 1, octet),
-    zmq_receive(Dealer, _, 10).
+    zmq_receive(Dealer, _, 60).
 
 :- end_tests(zmq_messages).
 
@@ -153,7 +153,7 @@ test(what_is_in_use_is_not_collected, Text == "x") :-
     pair_of_sockets(Router, Dealer),
     in_thread(garbage_collect_atoms, _),
     zmq_send(Dealer, ["x"], 1),
-    zmq_receive(Router, [_, Text], 10, octet).
+    zmq_receive(Router, [_, Text], 60, octet).
 test(other_threads_keep_off, error(permission_error(use_in_other_thread, zmq_socket, S))) :-
     zmq_socket(dealer, S, []),
     in_thread(catch(zmq_send(S, ["x"], 0), Error, true), Error),
@@ -182,7 +182,7 @@ sum_by_messages(Sum) :-
             ( between(1, 100, I),
               number_string(I, Text),
               zmq_send(Dealer, [Text], 1),
-              zmq_receive(Router, [_, Back], 10, octet),
+              zmq_receive(Router, [_, Back], 60, octet),
               number_string(N, Back)
             ),
             Ns),
@@ -213,7 +213,7 @@ test(a_signal_that_does_nothing_does_not, Status == true) :-
     thread_signal(Thread, true),
     zmq_socket(push, Push, []),
     zmq_connect(Push, Endpoint),
-    zmq_send(Push, ["x"], 10),
+    zmq_send(Push, ["x"], 60),
     thread_join(Thread, Status).
 test(ctrl_c_while_waiting, Status == exit(130)) :-
     child_ended_by(int,
@@ -233,13 +233,13 @@ test(halt_while_another_thread_waits, Status == exit(0)) :-
             zmq_receive(S,_,infinite)),_),thread_get_message(here),sleep(0.1),halt(0))', Status).
 
 child(Goal, Status) :-
-    with_child(Goal, Process, _, process_wait(Process, Status, [timeout(60)])).
+    with_child(Goal, Process, _, process_wait(Process, Status, [timeout(240)])).
 
 child_ended_by(Signal, Goal, Status) :-
     with_child(Goal, Process, Out,
                ( read_line_to_string(Out, "ready"),
                  process_kill(Process, Signal),
-                 process_wait(Process, Status, [timeout(60)])
+                 process_wait(Process, Status, [timeout(240)])
                )).
 
 :- end_tests(zmq_interrupts).
@@ -247,7 +247,7 @@ child_ended_by(Signal, Goal, Status) :-
 :- begin_tests(zmq_curve).
 
 test(the_right_keys, Text == "secret") :-
-    curve_talk(ServerPublic, ServerPublic, 10, Text).
+    curve_talk(ServerPublic, ServerPublic, 60, Text).
 test(the_wrong_server_key, fail) :-
     zmq_curve_keypair(Other, _),
     curve_talk(_, Other, 0.3, _).

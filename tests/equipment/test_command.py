@@ -13,7 +13,7 @@ from tests.image_server.lights.lights_files import until
 
 pytestmark = pytest.mark.slow
 
-DEADLINE_S = 30.0
+DEADLINE_S = 120.0
 
 
 def emulate(*arguments: str | Path) -> "subprocess.Popen[str]":

@@ -24,7 +24,7 @@ def test_the_calls_run_at_the_same_time() -> None:
     meet = threading.Barrier(2)
 
     def met() -> int:
-        meet.wait(20.0)  # breaks unless the other one comes too
+        meet.wait(60.0)  # breaks unless the other one comes too
         return threading.get_ident()
 
     here, there = both(met, met)
@@ -68,7 +68,7 @@ def test_calls_inside_calls_and_from_other_threads_end() -> None:
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(20.0)
+        thread.join(60.0)
     assert results == [(1, 2)] * 8
 
 

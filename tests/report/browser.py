@@ -62,10 +62,10 @@ class Browser:
         os.close(self._to)  # then it ends by itself, its children too
         os.close(self._from)
         try:
-            self._process.wait(10)
+            self._process.wait(60)
         except subprocess.TimeoutExpired:
             self._process.kill()
-            self._process.wait(10)
+            self._process.wait(60)
         self._folder.cleanup()
 
     def call(self, method: str, **params: Any) -> dict[str, Any]:

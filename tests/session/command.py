@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-DEADLINE_S = 120.0
+DEADLINE_S = 240.0
 SERVERS = {"image_server", "vision_server"}
 
 
@@ -75,7 +75,7 @@ def running_session(out: Path) -> tuple[subprocess.Popen[str], dict[str, int]]:
 
 def captured(session: subprocess.Popen[str], out: Path, image: str) -> None:
     """Wait until the session's journal has this image."""
-    deadline = time.monotonic() + 120
+    deadline = time.monotonic() + DEADLINE_S
     journal = out / "history.pl"
     while not (journal.exists() and f"capture({image}," in journal.read_text()):
         assert session.poll() is None, session.communicate()
@@ -89,7 +89,7 @@ def outcome(out: Path) -> dict[str, object]:
     return {key: value for key, value in result.items() if key not in {"seconds", "command"}}
 
 
-def gone(pids: dict[str, int], within_s: float) -> bool:
+def gone(pids: dict[str, int], within_s: float = DEADLINE_S) -> bool:
     """Do all these processes end within the time?"""
     deadline = time.monotonic() + within_s
     while any(alive(pid) for pid in pids.values()):

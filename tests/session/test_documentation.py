@@ -72,7 +72,7 @@ def test_python_commands_take_the_options_that_are_shown(page: str, line: str) -
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=240,
         env={**os.environ, "COLUMNS": "200"},
         check=False,
     )
@@ -99,7 +99,7 @@ def test_agents_that_are_shown_run(page: str, line: str) -> None:
         input="quit\n",
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=240,
         check=False,
     )
     assert done.returncode == 0, (page, done.stderr)

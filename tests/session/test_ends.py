@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from tests.session.command import (
+    DEADLINE_S,
     ROOT,
     SERVERS,
     captured,
@@ -34,10 +35,10 @@ TURNING = ("--scenario", "turning-sun", "--threshold", "0.000001", "--max-iterat
 def test_stopped_by_signal(tmp_path: Path, sent: signal.Signals, status: int) -> None:
     session, servers = running_session(tmp_path)
     session.send_signal(sent)
-    said, _ = session.communicate(timeout=30)
+    said, _ = session.communicate(timeout=DEADLINE_S)
     assert session.returncode == status
     assert said.startswith("Stopped")
-    assert gone(servers, 5)
+    assert gone(servers)
     assert json.loads((tmp_path / "result.json").read_text())["status"] == "stopped"
 
 
@@ -57,7 +58,7 @@ def test_an_approach_that_is_stopped_between_hold_points_tells_where_it_was(tmp_
     )  # fmt: skip
     captured(session, out, "i2")
     session.send_signal(signal.SIGINT)
-    said, messages = session.communicate(timeout=30)
+    said, messages = session.communicate(timeout=DEADLINE_S)
     assert session.returncode == 130, messages
     assert "hold points at 0.8, 0.65 m" in messages
     result = json.loads((out / "result.json").read_text())
@@ -89,7 +90,7 @@ def test_a_server_that_is_killed_comes_back_and_the_session_goes_on(tmp_path: Pa
     session = start_controller("--out", tmp_path / "run", *TURNING)
     captured(session, tmp_path / "run", "i2")
     os.kill(servers_of(session.pid)[victim], signal.SIGKILL)
-    _, messages = session.communicate(timeout=120)
+    _, messages = session.communicate(timeout=DEADLINE_S)
     assert session.returncode == 3, messages
     assert f"the {victim} ended by itself (killed(9)): it is brought back" in messages
     assert outcome(tmp_path / "run") == outcome(whole)
@@ -104,12 +105,12 @@ def test_a_server_that_dies_again_and_again_ends_the_session(tmp_path: Path) -> 
             times.append(now["vision_server"])
             os.kill(times[-1], signal.SIGKILL)
         time.sleep(0.02)
-    _, messages = session.communicate(timeout=60)
+    _, messages = session.communicate(timeout=DEADLINE_S)
     assert session.returncode == 4, messages
     assert "(5 of at most 5 times)" in messages
     assert "the vision_server ended by itself (killed(9))" in messages.splitlines()[-2]
     assert len(times) == 6
-    assert gone(servers, 5)
+    assert gone(servers)
     assert list(Path(tempfile.gettempdir()).glob(f"lights-and-camera-{session.pid}-*")) == []
 
 
@@ -125,7 +126,7 @@ def test_a_server_that_stands_still_is_not_dead(tmp_path: Path, victim: str) -> 
     captured(session, tmp_path, f"i{taken + 2}")
     assert servers_of(session.pid) == servers
     session.terminate()
-    _, messages = session.communicate(timeout=30)
+    _, messages = session.communicate(timeout=DEADLINE_S)
     assert "waiting for the vision_server" in messages
     assert "brought back" not in messages
 
@@ -156,14 +157,14 @@ def test_a_server_of_the_user_s_may_come_back(tmp_path: Path, victim: str) -> No
         time.sleep(3)
         assert session.poll() is None
         servers[victim] = start(victim)
-        said, messages = session.communicate(timeout=120)
+        said, messages = session.communicate(timeout=DEADLINE_S)
         assert session.returncode == 3, messages
         assert "after 6 images" in said
         assert "waiting for the" in messages
     finally:
         for server in servers.values():
             server.terminate()
-            server.wait(30)
+            server.wait(DEADLINE_S)
         shutil.rmtree(folder)
 
 
@@ -171,11 +172,11 @@ def test_a_folder_that_is_deleted_under_a_session_is_said(tmp_path: Path) -> Non
     session, servers = running_session(tmp_path / "run")
     while (tmp_path / "run").exists():
         shutil.rmtree(tmp_path / "run", ignore_errors=True)
-    said, messages = session.communicate(timeout=60)
+    said, messages = session.communicate(timeout=DEADLINE_S)
     assert session.returncode == 2, messages
     assert said == ""
     assert messages.splitlines()[-1] == f"ERROR: the run folder {tmp_path / 'run'} is not there any more"
-    assert gone(servers, 5)
+    assert gone(servers)
 
 
 @pytest.fixture
@@ -209,5 +210,5 @@ def test_a_session_whose_disk_is_full_is_resumed_when_there_is_space(
 def test_killed_controller(tmp_path: Path) -> None:
     session, servers = running_session(tmp_path)
     session.kill()
-    session.communicate(timeout=10)
-    assert gone(servers, 5)
+    session.communicate(timeout=DEADLINE_S)
+    assert gone(servers)

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from tests.session.command import controller, gone, start_controller
+from tests.session.command import DEADLINE_S, controller, gone, start_controller
 from tests.session.cuts import kept, kept_servers
 
 IDLE_S = 20.0
@@ -73,7 +73,7 @@ def test_two_sessions_do_not_share_servers_and_one_that_is_killed_frees_its_own(
 def test_servers_that_nobody_asks_end(runtime: Path, tmp_path: Path) -> None:
     session(tmp_path / "one", "--max-iterations", "1", idle_s=5)
     running = kept(runtime)
-    assert running and gone(running, 20)
+    assert running and gone(running)
     session(tmp_path / "two", "--max-iterations", "1", idle_s=5)
     assert kept(runtime) and not set(kept(runtime).values()) & set(running.values())
 
@@ -96,7 +96,7 @@ def test_a_kept_server_that_is_killed_comes_back(runtime: Path, tmp_path: Path, 
         assert endless.poll() is None, endless.communicate()
         time.sleep(0.05)
     endless.terminate()
-    _, messages = endless.communicate(timeout=60)
+    _, messages = endless.communicate(timeout=DEADLINE_S)
     assert f"the {victim} ended by itself" in messages
     assert len(kept(runtime)) == 2
 

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from tests.session.kills import BACK_S, CASES, VICTIMS, kill_library, killed_at, killed_once, scratch
+from tests.session.kills import CASES, VICTIMS, kill_library, killed_at, killed_once, scratch
 
 pytestmark = pytest.mark.slow
 
@@ -12,7 +12,6 @@ DRAW = random.Random(7)
 KILLS = [
     (case, VICTIMS[number % len(VICTIMS)], DRAW.random()) for number, case in enumerate([*CASES, "long"])
 ]
-SLACK = 3.0  # of a machine that does other things beside
 
 
 @pytest.mark.parametrize(("case", "victim", "share"), KILLS)
@@ -20,7 +19,6 @@ def test_killed_at_a_random_moment(case: str, victim: str, share: float) -> None
     found = killed_once(case, 1, victim, share)
     assert found["same"], found
     assert (found["lost"], found["twice"], found["strays"], found["sockets"]) == (0, 0, 0, 0), found
-    assert found["back_s"] is None or found["back_s"] < SLACK * BACK_S
 
 
 @pytest.mark.parametrize("victim", VICTIMS)

@@ -32,7 +32,7 @@ def endpoint() -> Iterator[str]:
         thread.start()
         yield f"ipc://{folder}/vision"
         server.stop()
-        thread.join(20)
+        thread.join(60)
 
 
 def frames(count: int) -> tuple[list[Pose], list[Any]]:

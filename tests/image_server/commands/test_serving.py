@@ -18,7 +18,7 @@ from image_server.commands import record
 from image_server.commands.options import add_conditions, given_conditions
 from tests.stack.stack_folders import BASIS, basis_stack
 
-DEADLINE_S = 60.0
+DEADLINE_S = 120.0
 REPLAY = ("replay", "--stack", "s", "--endpoint", "ipc:///e")
 SETTINGS = {"lights": [4, 4, 4], "shutter_s": 1 / 60, "aperture": 4.0}
 

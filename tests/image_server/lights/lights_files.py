@@ -27,7 +27,7 @@ def lights_file(folder: Path, device: str, protocol: str, dark_after_s: float = 
     return file
 
 
-def until(condition: object, within_s: float = 10.0) -> bool:
+def until(condition: object, within_s: float = 60.0) -> bool:
     """Whether a condition (a callable) becomes true in time."""
     import time
 
