@@ -7,7 +7,7 @@ PYTEST  = $(VENV) -m pytest -n 2 --dist loadfile
 # What a session loads.
 PROLOG  = $(shell find main.pl bridge domain indigolog session -name '*.pl' ! -path 'domain/testing/*' | \
             xargs grep -l '^:- module' | xargs grep -L '^:- initialization')
-ROOMS   = bridge geometry numerics session stack vision_server image_server report
+ROOMS   = bridge experiments geometry numerics session stack vision_server image_server report
 SOURCES = $(shell find $(ROOMS) -name '*.py')
 
 .PHONY: dock test test-quick coverage api docs test-v4l2 bench setup check clean help

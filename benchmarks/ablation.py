@@ -35,8 +35,8 @@ from benchmarks.photographs import Photograph, image_set, stack_studio
 from benchmarks.pose_accuracy import TRACK_LIMITS_MM_DEG, true_poses
 from geometry.camera import Camera
 from geometry.model import Model, load_model
+from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose, disturbed
-from geometry.symmetry import near_symmetries
 from vision_server.channels.image_files import read_grey
 from vision_server.channels.tone import file_tone
 from vision_server.image_set import ImageSet

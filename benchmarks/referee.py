@@ -30,9 +30,9 @@ from bridge.errors import BadInput
 from bridge.messages import Settings
 from geometry.camera import Camera
 from geometry.model import Model
+from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from geometry.symmetry import near_symmetries
 from image_server.simulator import Simulator
 from vision_server.image_set import ImageSet
 from vision_server.pose.observation import PoseProblem

@@ -29,7 +29,7 @@ from geometry.model import Model
 from geometry.pose import SEARCH_TRANSLATION_PX, Pose, PoseError, disturbed
 from geometry.rotation import matrix_of
 from geometry.surface import Surface
-from geometry.turns import Symmetry, symmetry_of
+from geometry.symmetries import Symmetry, symmetry_of
 from numerics.kernels import kernel
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose

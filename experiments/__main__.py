@@ -3,7 +3,7 @@
 import sys
 
 from bridge.command_line import run_command
-from bridge.errors import LightsAndCameraError
+from bridge.errors import EXIT_BAD_INPUT, LightsAndCameraError
 from bridge.lifeline import leave
 
 COMMANDS = {
@@ -21,6 +21,12 @@ def main() -> int:
     except LightsAndCameraError as error:
         print(f"experiments: {' '.join(str(error).split())}", file=sys.stderr)
         return error.exit_status
+    except ModuleNotFoundError as error:
+        if error.name != "pyarrow":  # the table is written with it
+            raise
+        needed = "needs the package pyarrow; install it: pip install 'lights-and-camera[experiments]'"
+        print(f"experiments: the table of results {needed}", file=sys.stderr)
+        return EXIT_BAD_INPUT
 
 
 if __name__ == "__main__":

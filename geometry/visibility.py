@@ -12,7 +12,7 @@ from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
-from geometry.tracing import trace
+from geometry.visible_samples import trace
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -6,6 +6,8 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import tomllib
+import zipfile
 from importlib.metadata import version
 from pathlib import Path
 
@@ -16,6 +18,7 @@ import bridge
 pytestmark = pytest.mark.slow
 
 DEADLINE_S = 300.0
+PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check")
 NOT_SOURCES = shutil.ignore_patterns(
     ".*", "__pycache__", "build", "runs", "tests", "benchmarks", "docs", "*.so", "*.qlf", "*.egg-info"
 )
@@ -37,23 +40,35 @@ def done(*words: str | Path, cwd: Path, **more: str) -> subprocess.CompletedProc
     )
 
 
+def copied_source(root: Path, folder: Path) -> Path:
+    """A copy of what is built from."""
+    shutil.copytree(root, folder / "source", ignore=NOT_SOURCES)
+    return folder / "source"
+
+
+def built_wheel(source: Path, folder: Path) -> Path:
+    """The wheel of a folder, or of an archive of sources."""
+    isolated = int(version("setuptools").split(".")[0]) < 77  # what pyproject.toml needs to be understood
+    how = [] if isolated else ["--no-build-isolation"]
+    built = done(*PIP, "wheel", "--no-deps", *how, "-w", folder, source, cwd=folder)
+    assert built.returncode == 0, built.stderr
+    return next(folder.glob("*.whl"))
+
+
 @pytest.fixture(scope="module")
 def scripts(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The `bin` of an environment with the wheel in it; dependencies come from the tests' own."""
     folder = tmp_path_factory.mktemp("installed")
-    shutil.copytree(root, folder / "source", ignore=NOT_SOURCES)
-    isolated = int(version("setuptools").split(".")[0]) < 77  # what pyproject.toml needs to be understood
-    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
-    how = [] if isolated else ["--no-build-isolation"]
-    built = done(*pip, "wheel", "--no-deps", *how, "-w", folder, folder / "source", cwd=folder)
-    assert built.returncode == 0, built.stderr
-    shutil.rmtree(folder / "source")
+    source = copied_source(root, folder)
+    packed = done(sys.executable, "setup.py", "-q", "sdist", "-d", folder, cwd=source)
+    assert packed.returncode == 0, packed.stderr
+    wheel = built_wheel(next(folder.glob("*.tar.gz")), folder)
+    shutil.rmtree(source)
     assert done(sys.executable, "-m", "venv", "--without-pip", folder / "venv", cwd=folder).returncode == 0
     python = folder / "venv" / "bin" / "python"
     where = done(python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))", cwd=folder)
     site = Path(where.stdout.strip())
-    wheel = next(folder.glob("*.whl"))
-    installed = done(*pip, "--python", python, "install", "--no-deps", "--no-index", wheel, cwd=folder)
+    installed = done(*PIP, "--python", python, "install", "--no-deps", "--no-index", wheel, cwd=folder)
     assert installed.returncode == 0, installed.stderr
     (site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")
     return python.parent
@@ -72,12 +87,30 @@ def session(scripts: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_files_are_the_installed_ones(scripts: Path, tmp_path: Path) -> None:
-    rooms = "bridge, geometry, image_server, numerics, report, session, stack, vision_server"
+    rooms = "bridge, experiments, geometry, image_server, numerics, report, session, stack, vision_server"
     program = f"import {rooms}; print({rooms.replace(', ', '.__file__, ')}.__file__)"
     told = done(scripts / "python", "-c", program, cwd=tmp_path)
     assert told.returncode == 0, told.stderr
     assert all(Path(file).is_relative_to(scripts.parent) for file in told.stdout.split())
     assert all(Path(file).with_name("py.typed").exists() for file in told.stdout.split())
+
+
+def test_a_wheel_has_what_the_rooms_have_and_nothing_of_an_older_build(root: Path, tmp_path: Path) -> None:
+    source = copied_source(root, tmp_path)
+    gone = source / "build" / "lib" / "geometry" / "gone.py"
+    gone.parent.mkdir(parents=True)
+    gone.touch()
+    held = set(zipfile.ZipFile(built_wheel(source, tmp_path)).namelist())
+    assert "geometry/gone.py" not in held
+    packaging = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]
+    rooms = packaging["packages"]["find"]["include"]
+    listed = subprocess.run(
+        ["git", "ls-files", "--", "main.pl", *(room.strip("*") for room in rooms)],
+        cwd=root, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    if listed.returncode != 0:
+        pytest.skip("no git here that lists the sources")
+    assert set(listed.stdout.split()) - held == set()
 
 
 @pytest.mark.parametrize("command", ["vision-server", "image-server"])
@@ -109,6 +142,14 @@ def test_a_report_is_written_again(scripts: Path, session: Path) -> None:
     ran = done(scripts / "python", "-m", "report", session, cwd=session)
     assert ran.returncode == 0, ran.stderr
     assert (session / "report.html").is_file()
+
+
+def test_a_strategy_of_ones_own_is_begun(scripts: Path, tmp_path: Path) -> None:
+    ran = done(scripts / "python", "-m", "bridge", "new-controller", "mine", cwd=tmp_path)
+    assert ran.returncode == 0, ran.stderr
+    assert "lights-and-camera --controller mine/mine.pl" in ran.stdout
+    tested = done("swipl", "-g", "run_tests", "-t", "halt", "mine/mine.plt", cwd=tmp_path)
+    assert tested.returncode == 0, tested.stderr
 
 
 def test_the_interpreter_runs_an_example(scripts: Path, root: Path, tmp_path: Path) -> None:

@@ -180,3 +180,9 @@ def test_contracts_are_cited_where_they_are() -> None:
         assert "DESIGN" not in text, f"{file.relative_to(ROOT)} cites a page that is not here"
         missing = [page for page in cited.findall(text) if not (ROOT / "docs" / page).is_file()]
         assert missing == [], f"{file.relative_to(ROOT)} cites {missing}"
+
+
+def test_no_test_file_lends_to_another() -> None:
+    """What several files of tests need has a file of its own, which is not called `test_`."""
+    lent = re.compile(r"^(?:from|import) tests\.\S*\btest_\w+", re.MULTILINE)
+    assert [str(file) for file in (ROOT / "tests").rglob("*.py") if lent.search(file.read_text())] == []

@@ -14,7 +14,7 @@ from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model, about_pivot
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
-from geometry.turns import ASYMMETRIC, Symmetry, symmetry_of
+from geometry.symmetries import ASYMMETRIC, Symmetry, symmetry_of
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.edges.edge_map import EdgeMap

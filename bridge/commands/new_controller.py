@@ -33,8 +33,9 @@ def run(options: Namespace) -> int:
         print(f"bridge: {error}", file=sys.stderr)
         return error.exit_status
     made = folder.name
+    session = "swipl main.pl" if Path("main.pl").exists() else "lights-and-camera"
     told = {
-        f"{made}.pl": f"the strategy:  swipl main.pl --controller {made}/{made}.pl",
+        f"{made}.pl": f"the strategy:  {session} --controller {made}/{made}.pl",
         f"{made}.plt": f"in a simulated world:  swipl -g run_tests -t halt {made}/{made}.plt",
         f"test_{made}.py": f"against mock servers:  python -m pytest {made}",
         "plan.toml": f"beside others:  python -m experiments run {made}/plan.toml --out {made}/results",

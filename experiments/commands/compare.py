@@ -23,7 +23,7 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Compare; the exit status."""
-    from experiments.compared import compare_table
+    from experiments.comparison_folder import compare_table
 
     compare_table(options.table, options.out, options.reports, options.renew)
     return 0

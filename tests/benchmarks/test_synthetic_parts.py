@@ -9,7 +9,7 @@ from benchmarks.synthetic_parts import error_of, estimated, part_of, random_part
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose, disturbed
-from geometry.turns import symmetry_of
+from geometry.symmetries import symmetry_of
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from bridge.errors import BadInput
-from experiments.compared import compare_table
+from experiments.comparison_folder import compare_table
 from experiments.computing import rows_of
 from experiments.page import write_page
 from experiments.plan import Cell, read_plan

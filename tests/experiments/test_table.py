@@ -2,6 +2,8 @@
 
 import json
 import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -121,3 +123,17 @@ def test_a_full_disk_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert read_rows(tmp_path / "out").num_rows == 5
     table.append(rows[5:])
     assert read_rows(tmp_path / "out").num_rows == 10
+
+
+def test_a_missing_package_is_said_with_its_remedy() -> None:
+    program = (
+        "import sys; sys.modules['pyarrow'] = None;"
+        "sys.argv = ['experiments', 'run', 'plan.toml', '--out', 'x'];"
+        "from experiments.__main__ import main; sys.exit(main())"
+    )
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert ran.returncode == 2
+    assert ran.stderr == (
+        "experiments: the table of results needs the package pyarrow; "
+        "install it: pip install 'lights-and-camera[experiments]'\n"
+    )

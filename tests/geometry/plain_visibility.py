@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.tracing import TOUCH
+from geometry.visible_samples import TOUCH
 
 Floats = NDArray[np.float64]
 

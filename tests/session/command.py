@@ -1,4 +1,4 @@
-"""Running `swipl main.pl` in tests."""
+"""Running `swipl main.pl` in tests, and what is asked of its run folder."""
 
 import json
 import os
@@ -87,6 +87,19 @@ def outcome(out: Path) -> dict[str, object]:
     """All that a session came to, but for times and how it was called."""
     result = json.loads((out / "result.json").read_text())
     return {key: value for key, value in result.items() if key not in {"seconds", "command"}}
+
+
+def steps_of(out: Path) -> list[tuple[object, ...]]:
+    """What the session did and found, image by image."""
+    steps = json.loads((out / "result.json").read_text())["steps"]
+    return [(s["image"], str(s["settings"]), s["decision"], s["set_size"], s["rms_px"]) for s in steps]
+
+
+def cut(journal: Path, after: str) -> None:
+    """Keep the journal up to and with the first line that holds this."""
+    lines = journal.read_text().splitlines(keepends=True)
+    last = next(number for number, line in enumerate(lines) if after in line)
+    journal.write_text("".join(lines[: last + 1]))
 
 
 def gone(pids: dict[str, int], within_s: float = DEADLINE_S) -> bool:

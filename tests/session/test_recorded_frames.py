@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from stack.read import recorded_frames
-from tests.session.command import ROOT, controller
-from tests.session.test_resume import cut, steps_of
+from tests.session.command import ROOT, controller, cut, steps_of
 
 pytestmark = pytest.mark.slow
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.session.command import DEADLINE_S, ROOT, controller, gone, outcome, running_session
+from tests.session.command import DEADLINE_S, ROOT, controller, cut, gone, outcome, running_session, steps_of
 
 pytestmark = pytest.mark.slow
 
@@ -24,19 +24,6 @@ OPTIONS = (
     "4",
     "--no-report",
 )
-
-
-def steps_of(out: Path) -> list[tuple[object, ...]]:
-    """What the session did and found, image by image."""
-    steps = json.loads((out / "result.json").read_text())["steps"]
-    return [(s["image"], str(s["settings"]), s["decision"], s["set_size"], s["rms_px"]) for s in steps]
-
-
-def cut(journal: Path, after: str) -> None:
-    """Keep the journal up to and with the first line that begins like this."""
-    lines = journal.read_text().splitlines(keepends=True)
-    last = next(number for number, line in enumerate(lines) if after in line)
-    journal.write_text("".join(lines[: last + 1]))
 
 
 def limit(journal: Path, images: int) -> None:

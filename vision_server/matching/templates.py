@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
-from geometry.tracing import trace
 from geometry.visibility import MIN_LINE_PX
+from geometry.visible_samples import trace
 from numerics.kernels import kernel
 from vision_server.matching.match import Anywhere
 from vision_server.matching.nearest_edges import BINS, CELL_PX, GAIN_REACH_PX, nearest_edges

@@ -18,8 +18,8 @@ from geometry.chains import runs
 from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
-from geometry.tracing import Trace, trace
 from geometry.visibility import MIN_LINE_PX, solid_of
+from geometry.visible_samples import Trace, trace
 from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.pose import Pose
-from geometry.turns import Symmetry
+from geometry.symmetries import Symmetry
 from vision_server.pose.trust import RIVAL_NATS
 
 Floats = NDArray[np.float64]

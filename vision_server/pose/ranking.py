@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
-from geometry.symmetry import near_symmetries
 from vision_server.pose.hypotheses import edges_around, hypotheses_beside
 from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import PoseProblem

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
+from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
-from geometry.symmetry import near_symmetries
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.pose.covariance import pose_covariance, uncertainty

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from benchmarks.photographs import image_set, simulated
 from geometry.errors import GeometryError
 from geometry.model import Model, find_target, load_model
+from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose, disturbed
-from geometry.symmetry import near_symmetries
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server.matching import MATCHERS
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose

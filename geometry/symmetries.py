@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.model import Model
+from geometry.near_symmetries import EXACT, TOLERANCE
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from geometry.symmetry import EXACT, TOLERANCE
 from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]

@@ -8,8 +8,8 @@ import trimesh
 
 from geometry.model import find_target, load_model
 from geometry.rotation import matrix_of
-from geometry.turns import symmetry_of
-from tests.geometry.test_symmetry import box
+from geometry.symmetries import symmetry_of
+from tests.geometry.boxes import box
 
 
 @pytest.mark.parametrize(
