@@ -6,6 +6,7 @@ python -m benchmarks.story_figure [OUT.png]
 from __future__ import annotations
 
 import sys
+from functools import cache
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +15,7 @@ import numpy as np
 import typer
 
 from benchmarks.edge_figure import LIT_GREY, Picture, captioned, drawn
+from bridge.door import Prolog
 from bridge.messages import Settings
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
@@ -22,7 +24,9 @@ from stack.exposure import relative_exposure
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import Estimate, estimate_pose
 
-DEFAULT = Path(__file__).resolve().parent.parent / "docs" / "images" / "story.png"
+ROOT = Path(__file__).resolve().parent.parent
+DEFAULT = ROOT / "docs" / "images" / "story.png"
+MERIT = ROOT / "domain" / "reasoning" / "merit.pl"
 TARGET, SCENARIO, SEED = "satellite", "harsh", 2
 SETTINGS = (
     Settings(lights=(0, 0, 0), shutter_s=1 / 240, aperture=5.6),
@@ -34,17 +38,29 @@ MARGIN_PX = 20
 PANEL_PX = 256  # width of a small panel; a large one has two
 
 
+@cache
+def controller() -> Prolog:
+    """What the controller knows of merit (docs/trust.md)."""
+    door = Prolog()
+    door.use_module(MERIT)
+    return door
+
+
 def merit_px(estimate: Estimate) -> float:
-    """What decides whether a pose is trusted (docs/trust.md), px; under 1 it is."""
-    return 15 * (1 - estimate.score)
+    """What decides whether a pose is trusted, px."""
+    quality = f"quality({estimate.rms_px}, {estimate.uncertainty}, 0, {estimate.score}, {estimate.ambiguity})"
+    answer = controller().first(f"merit(fix(none, none, {quality}, []), Merit)")
+    assert answer is not None
+    return float(answer["Merit"])
 
 
 def said(estimate: Estimate) -> str:
     """Whether it is trusted, in words."""
-    merit = merit_px(estimate)
     if estimate.pose is None:
         return "alone: no pose"
-    return f"alone: merit {merit:.1f} px, {'trusted' if merit <= 1 else 'not trusted'}"
+    merit = merit_px(estimate)
+    trusted = controller().holds(f"default_threshold(Threshold), {merit} =< Threshold")
+    return f"alone: merit {merit:.1f} px, {'trusted' if trusted else 'not trusted'}"
 
 
 def panel(picture: Picture, text: str, width: int) -> Picture:

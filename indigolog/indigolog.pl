@@ -144,6 +144,9 @@ situation_holds(Formula, Situation) :-
 %     * journal(File)        append a fact for each event
 %     * resume(File)         replay that journal first
 %     * replay(File)         replay that journal and nothing more: no device is called
+%     * follow(:Closure)     with replay(File): called with the program that is left and the
+%       situation when the journal has been replayed; where it succeeds, what was added to
+%       the journal meanwhile is replayed, too, and it is called again
 %     * seed(Integer)        of random choices
 %     * max_actions(N)       stop with outcome `limit`
 %     * max_silent(N)        an error after N steps without an action

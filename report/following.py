@@ -20,6 +20,7 @@ from report.records import ReasonRecord, Result, read_result
 TELLING = Path(__file__).resolve().parent.parent / "session" / "telling.pl"
 ANSWER_S = 30.0  # of the journal's reader; chosen by hand, for a session of thousands of images
 NICENESS = 10  # of the view: the session goes first
+WORK_NICENESS = 19  # of what follows and draws; the page answers sooner
 LOCK = "hhqqi"  # struct flock of fcntl(2): type, whence, start, length, process
 
 
@@ -35,6 +36,7 @@ class Told(msgspec.Struct, frozen=True):
     """What the controller knows, by its journal; with a `problem`, nothing else."""
 
     result: Result | None = None
+    first: int = 0  # number of the first of these actions, from 0
     actions: list[Action] = []
     left: str = ""
     controller_file: str | None = None
@@ -70,6 +72,7 @@ class Journal:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._process: subprocess.Popen[bytes] | None = None
+        self._actions: list[Action] = []
 
     def ask(self) -> Told:
         """What the journal tells now; a reader that cannot be used is a problem told, not an error."""
@@ -92,7 +95,7 @@ class Journal:
                 ["swipl", str(TELLING), str(self._folder)],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
             )  # fmt: skip
-            os.setpriority(os.PRIO_PROCESS, self._process.pid, NICENESS)
+            os.setpriority(os.PRIO_PROCESS, self._process.pid, WORK_NICENESS)
         asked, answers = self._process.stdin, self._process.stdout
         assert asked is not None and answers is not None
         asked.write(b"\n")
@@ -106,7 +109,9 @@ class Journal:
             if not part:
                 raise ValueError("its reader has ended; is swipl installed?")
             line += part
-        return msgspec.json.decode(line, type=Told)
+        told = msgspec.json.decode(line, type=Told)
+        self._actions = [*self._actions[: told.first], *told.actions]
+        return msgspec.structs.replace(told, first=0, actions=self._actions)
 
 
 class Follower:

@@ -1,197 +1,53 @@
-"""The live view: a page on loopback that follows a session, and can pause, step and stop it."""
+"""The live view's server: an address at once, all the rest when somebody opens it."""
 
 from __future__ import annotations
 
-import asyncio
-import contextlib
-import json
 import os
-import re
 import secrets
+import select
 import socket
-import time
-from collections.abc import AsyncIterator
-from html import escape
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bridge.lifeline import Lifeline
 from report.errors import ReportError
-from report.following import NICENESS, Follower, hold
+from report.following import NICENESS, Follower
 
 if TYPE_CHECKING:
-    from report.fragments import Course
+    from report.live_view import LiveView
 
-IMAGE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*\.png")
 HOST = "127.0.0.1"
-LOOK_S = 0.25  # between two looks at the folder; chosen by hand
-SHARE = 0.1  # of a processor that looks may take; python -m benchmarks.view_overhead
-LONGEST_PAUSE_S = 2.0  # between looks, after one that took long; chosen by hand
-KEEP_ALIVE_S = 10.0  # a browser that went away is noticed when it is written to
-LAST_WORDS_S = 3.0  # for the last state to reach the browsers
-
-
-class LiveView:
-    """The page's server: one follower, any number of browsers.
-
-    Parameters
-    ----------
-    folder : run folder of a session that runs or has ended.
-    token : what the page's address must have; who does not have it sees and does nothing.
-    """
-
-    def __init__(self, folder: Path, token: str | None = None) -> None:
-        self._follower = Follower(folder)
-        self._folder = folder
-        self.token = token or secrets.token_urlsafe(16)
-        self._course: Course | None = None
-        self._parts: dict[str, str] = {}
-        self._version = 0
-        self._viewers = 0
-        self._ending = False
-        self._looking = asyncio.Lock()
-
-    def app(self) -> Any:
-        """The page as an ASGI application."""
-        from starlette.applications import Starlette
-        from starlette.routing import Route
-
-        return Starlette(
-            routes=[
-                Route("/", self._page),
-                Route("/events", self._events),
-                Route("/images/{name}", self._image),
-                Route("/control", self._control, methods=["POST"]),
-            ]
-        )
-
-    async def follow(self) -> None:
-        """Look at the folder while somebody watches, until the view ends; the last look is told, too."""
-        while not self._ending:
-            began = time.process_time()
-            if self._viewers:
-                await self._look()
-            took = time.process_time() - began
-            await asyncio.sleep(min(max(LOOK_S, took / SHARE), LONGEST_PAUSE_S))
-
-    async def end(self) -> None:
-        """Tell the browsers how it ended, and no more."""
-        if self._viewers:
-            await self._look()
-        self._ending = True
-        deadline = time.monotonic() + LAST_WORDS_S
-        while self._viewers and time.monotonic() < deadline:
-            await asyncio.sleep(LOOK_S / 5)
-        self._follower.close()
-
-    async def _look(self) -> None:
-        async with self._looking:
-            parts = await asyncio.to_thread(self._drawn)
-            if parts is not None:
-                self._parts = parts
-                self._version += 1
-
-    def _drawn(self) -> dict[str, str] | None:
-        from report.fragments import Course, fragments  # late: the page is there before numba is
-
-        self._course = self._course or Course()
-        try:
-            state = self._follower.look()
-            return None if state is None else fragments(self._folder, state, self.token, self._course)
-        except (ReportError, OSError, ValueError) as error:
-            return {"status": f'<p class="detail">{escape(f"This cannot be shown: {error}")}</p>'}
-
-    # --- what a browser asks for ---
-
-    def _refused(self, request: Any, token: str | None) -> Any:
-        from starlette.responses import PlainTextResponse
-
-        host = request.headers.get("host", "").rpartition(":")[0]
-        if host not in (HOST, "localhost"):  # a page of elsewhere whose name leads here
-            return PlainTextResponse(f"This page is at {HOST} and localhost only.\n", 403)
-        if token is None or not secrets.compare_digest(token.encode(), self.token.encode()):
-            return PlainTextResponse(
-                "The token is missing or wrong: use the whole address that the view has printed.\n",
-                403,
-            )
-        return None
-
-    async def _page(self, request: Any) -> Any:
-        from starlette.responses import HTMLResponse
-
-        from report.fragments import live_page
-
-        refused = self._refused(request, request.query_params.get("token"))
-        return refused or HTMLResponse(live_page(self.token), headers={"Referrer-Policy": "no-referrer"})
-
-    async def _image(self, request: Any) -> Any:
-        from starlette.responses import FileResponse, PlainTextResponse
-
-        refused = self._refused(request, request.query_params.get("token"))
-        name = request.path_params["name"]
-        file = self._folder / "images" / name
-        if refused is None and not (IMAGE.fullmatch(name) and file.is_file()):
-            refused = PlainTextResponse(f"There is no image {name}.\n", 404)
-        return refused or FileResponse(file)
-
-    async def _control(self, request: Any) -> Any:
-        from starlette.responses import PlainTextResponse
-
-        refused = self._refused(request, request.headers.get("x-token"))
-        if refused is not None:
-            return refused
-        try:
-            await asyncio.to_thread(hold, self._folder, (await request.body())[:20].decode(errors="replace"))
-        except ReportError as error:
-            return PlainTextResponse(f"{error}\n", 409)
-        return PlainTextResponse("")
-
-    async def _events(self, request: Any) -> Any:
-        from starlette.responses import StreamingResponse
-
-        refused = self._refused(request, request.query_params.get("token"))
-        return refused or StreamingResponse(self._stream(), media_type="text/event-stream")
-
-    async def _stream(self) -> AsyncIterator[str]:
-        """Parts of the page that have changed since this browser was told last."""
-        told: dict[str, str] = {}
-        version, spoke = 0, time.monotonic()
-        self._viewers += 1
-        try:
-            while True:
-                ending = self._ending
-                if self._version != version:
-                    version = self._version
-                    changed = {name: html for name, html in self._parts.items() if told.get(name) != html}
-                    told = self._parts
-                    spoke = time.monotonic()
-                    yield f"data: {json.dumps(changed)}\n\n"
-                elif time.monotonic() - spoke > KEEP_ALIVE_S:
-                    spoke = time.monotonic()
-                    yield ": still here\n\n"
-                if ending:
-                    yield "event: end\ndata: {}\n\n"
-                    return
-                await asyncio.sleep(LOOK_S)
-        finally:
-            self._viewers -= 1
+LAST_LOOK_S = 8.0  # for the last state to be drawn and sent; chosen by hand, it takes one or two
+NEEDED = ("starlette", "uvicorn")
 
 
 def serve_view(folder: Path, port: int = 0, parent: int | None = None) -> None:
     """Serve the page until Ctrl-C, SIGTERM or the parent's end; its address is printed first.
 
+    Until a browser asks for the page, nothing is loaded, read or drawn.
+
     Raises
     ------
     ReportError : a folder without a session, a port that is taken, packages that are not installed.
     """
-    try:
-        import starlette  # noqa: F401
-        import uvicorn
-    except ImportError as error:
-        raise ReportError(
-            f"the live view needs the package {error.name}; install it: pip install 'lights-and-camera[view]'"
-        ) from error
-    view = LiveView(folder)
+    for package in NEEDED:
+        if find_spec(package) is None:
+            raise ReportError(
+                f"the live view needs the package {package};"
+                " install it: pip install 'lights-and-camera[view]'"
+            )
+    follower = Follower(folder)
+    token = secrets.token_urlsafe(16)
+    with _listening(port) as listening:
+        lifeline = Lifeline(parent, signals=True)
+        print(f"Open http://{HOST}:{listening.getsockname()[1]}/?token={token}", flush=True)
+        os.nice(NICENESS)
+        if _somebody_came(listening, lifeline):
+            _serve(follower, token, listening, lifeline)
+
+
+def _listening(port: int) -> socket.socket:
     listening = socket.socket()
     try:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -202,20 +58,37 @@ def serve_view(folder: Path, port: int = 0, parent: int | None = None) -> None:
         raise ReportError(
             f"port {port} of {HOST} cannot be used ({error.strerror}); choose another"
         ) from error
-    server = uvicorn.Server(
-        uvicorn.Config(view.app(), log_level="error", lifespan="off", timeout_graceful_shutdown=1)
-    )
-    print(f"Open http://{HOST}:{listening.getsockname()[1]}/?token={view.token}", flush=True)
-    os.nice(NICENESS)
-    with listening:
-        asyncio.run(_served(view, server, listening, Lifeline(parent, signals=True)))
+    return listening
 
 
-async def _served(view: LiveView, server: Any, listening: socket.socket, lifeline: Lifeline) -> None:
+def _somebody_came(listening: socket.socket, lifeline: Lifeline) -> bool:
+    """Wait for the first browser; false where the view is to end before."""
+    poll = select.poll()
+    for descriptor in (listening.fileno(), *lifeline.filenos()):
+        poll.register(descriptor, select.POLLIN)
+    return {descriptor for descriptor, _ in poll.poll()} == {listening.fileno()}
+
+
+def _serve(follower: Follower, token: str, listening: socket.socket, lifeline: Lifeline) -> None:
+    import asyncio  # late, as all that only a page needs
+
+    from report.live_view import LiveView
+
+    asyncio.run(_served(LiveView(follower, token), listening, lifeline))
+
+
+async def _served(view: LiveView, listening: socket.socket, lifeline: Lifeline) -> None:
+    import asyncio
+    from contextlib import nullcontext
+
+    import uvicorn
+
+    config = uvicorn.Config(view.app(), log_level="error", lifespan="off", timeout_graceful_shutdown=1)
+    server: Any = uvicorn.Server(config)
     stop = asyncio.Event()
     for descriptor in lifeline.filenos():
         asyncio.get_running_loop().add_reader(descriptor, stop.set)
-    server.capture_signals = contextlib.nullcontext  # a signal ends the view first, then its server
+    server.capture_signals = nullcontext  # a signal ends the view first, then its server
     serving = asyncio.create_task(server.serve(sockets=[listening]))
     following = asyncio.create_task(view.follow())
     for task in (serving, following):

@@ -22,6 +22,7 @@ MAIN = Path(__file__).resolve().parent.parent / "main.pl"
 OPTION = re.compile(r"^(\w+)\((?:'((?:[^'\\]|\\.)*)'|(.*))\)\.$")
 NOT_OPTIONS = frozenset({"version", "sha256", "controller_sha256", "instead"})
 OF_APPROACHES = frozenset({"first_range", "contact_range"})
+OF_SIMULATOR = frozenset({"scenario"})
 ENDED = (0, 3)  # exit statuses of a session that came to its end
 LONGER = 20.0  # times as long as the session itself, and at least:
 LEAST_S = 120.0
@@ -128,7 +129,11 @@ def session_options(folder: Path, result: Result) -> list[str]:
         ):
             raise ReportError(f"{controller}: not the file any more that the session was begun with")
     options = []
-    left_out = NOT_OPTIONS if told.get("approach") == "true" else NOT_OPTIONS | OF_APPROACHES
+    left_out = NOT_OPTIONS
+    if told.get("approach") != "true":
+        left_out |= OF_APPROACHES
+    if "stack" in told:
+        left_out |= OF_SIMULATOR
     for name, value in told.items():
         option = f"--{name.replace('_', '-')}"
         if value == "true":

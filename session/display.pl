@@ -1,11 +1,15 @@
 :- module(session_display,
           [ show/2,                     % +Options, +Message
+            show_address/0,
             show_outcome/2,             % +Options, +Result
             tell/3                      % +Options, +Action, +Situation
           ]).
+:- use_module(explanation, [explanation//2]).
+:- use_module(live_table, [note_action/2, table_head//1, table_is_live/0, table_row//2]).
 :- use_module(outcome, [counted/3]).
 :- use_module(reasons, [decision_reason/3]).
 :- use_module(result, [print_result/1]).
+:- use_module(viewing, [view_address/1]).
 :- use_module(wrapping, [wrapped/3]).
 :- use_module('../domain/reasoning/device').
 :- use_module('../domain/reasoning/outlook', [cause_words/2]).
@@ -30,6 +34,13 @@ show(Options, _) :-
     !.
 show(_, Message) :-
     print_message(help, session(Message)).
+
+%!  show_address is det.
+%
+%   Where the session can be watched, as soon as its view has said so, however quiet the session is to be.
+
+show_address :-
+    forall(view_address(Line), print_message(help, session(view(Line)))).
 
 %!  show_outcome(+Options, +Result) is det.
 %
@@ -57,6 +68,7 @@ outcome_lines(Options, Stream, Result) :-
 %   What is to be seen of an action that led to Situation.
 
 tell(Options, Action, Situation) :-
+    note_action(Action, Situation),
     forall(told(Options, Action, Situation, Message), show(Options, Message)).
 
 told(_, Action, Situation, Message) :-
@@ -99,7 +111,12 @@ session_message(model(Model)) -->
     model_doubt(Model).
 session_message(connected(Device)) -->
     { device_words(Device, Words) },
-    [ '  ~w'-[Words] ].
+    [ '  ~w'-[Words] ],
+    head(Device).
+session_message(step(Device, Step)) -->
+    { table_is_live },
+    !,
+    table_row(Device, Step).
 session_message(step(Device, step(_, Image, Settings, State, Decision, Reason, SetSize, Fix, _))) -->
     { settings_words(Device, Settings, Words),
       state_words(State, StateWords),
@@ -118,6 +135,8 @@ session_message(would_do(Plan, Device)) -->
       '  theory and controller load without complaint, and the servers took what they were told; no image was taken' ].
 session_message(waiting(Name, Op)) -->
     [ '  waiting for the ~w to answer "~w" ...'-[Name, Op] ].
+session_message(view(Line)) -->
+    [ '~w'-[Line] ].
 session_message(brought_back(Error, Times, Most)) -->
     { what_happened(Error, What) },
     [ ansi(fg(yellow), '  ~w: it is brought back, and the session goes on (~d of at most ~d times)',
@@ -146,35 +165,16 @@ session_message(limit(Limit)) -->
     [ ansi(fg(yellow), '  the strategy ends by --max-iterations ~d, not by itself', [Limit]) ].
 session_message(report(File)) -->
     [ '  report ~w'-[File] ].
-session_message(because(Device, chosen(Settings, why(_, Promise, Prediction), Best, Count, LeftOut))) -->
-    { settings_words(Device, Settings, Words) },
-    [ ansi(fg(cyan), '       chose ~w: expects ', [Words]) ],
-    expected(Prediction),
-    [ ansi(fg(cyan), '; promise ~2f', [Promise]) ],
-    others(Best, Settings, Device),
-    [ nl, ansi(fg(cyan), '       of ~d candidates ~d left out: too like a kept image or an unfavourable state',
-               [Count, LeftOut]) ].
-session_message(because(Device, chosen(Settings, adds(Bits, Line, Prediction), Best, Count, LeftOut))) -->
-    { settings_words(Device, Settings, Words) },
-    [ ansi(fg(cyan), '       chose ~w: adds ~2f bit, most to line ~w; expects ', [Words, Bits, Line]) ],
-    expected(Prediction),
-    others(Best, Settings, Device),
-    [ nl, ansi(fg(cyan), '       of ~d candidates ~d left out: like an unfavourable state; the rest adds less', [Count, LeftOut]) ].
-session_message(because(Device, chosen(Settings, none, _, _, _))) -->
-    { settings_words(Device, Settings, Words) },
-    [ ansi(fg(cyan), '       chose ~w: not by promise', [Words]) ].
-session_message(because(_, seen(statistics(P50, P95, Dark, Saturated, _), Quality, Prediction))) -->
-    { Numbers = [P50, P95, Dark, Saturated], maplist(percent, Numbers, Percents) },
-    [ ansi(fg(cyan), '       saw a ~w image: median ~0f %, highlights ~0f %, dark ~0f %, saturated ~0f %; expected were ',
-           [Quality|Percents]) ],
-    expected(Prediction).
-session_message(because(_, measured(fix(_, _, quality(Rms, Uncertainty, Support, Score, Ambiguity), _), New, Old))) -->
-    { Permille is 1000 * Uncertainty, Percent is 100 * Support },
-    [ ansi(fg(cyan), '       rms ~2f px, uncertainty ~2f permille, ~0f % of the lines found, score ~2f, ambiguity ~2f; ',
-           [Rms, Permille, Percent, Score, Ambiguity]),
-      ansi(fg(cyan), 'merit ~2f (was ~2f)', [New, Old]) ].
-session_message(because(_, measured(none, _, _))) -->
-    [ ansi(fg(cyan), '       no pose in these images', []) ].
+session_message(because(Device, Reason)) -->
+    explanation(Device, Reason).
+
+head(Device) -->
+    { table_is_live },
+    !,
+    [ nl ],
+    table_head(Device).
+head(_) -->
+    [].
 
 planned(session(Ranges)) -->
     !,
@@ -202,27 +202,6 @@ what_happened(error(server_died(Name, Status, _, _), _), What) =>
     format(string(What), "the ~w ended by itself (~w)", [Name, Status]).
 what_happened(error(server_error(_, Message, _), _), What) =>
     What = Message.
-
-expected(prediction(Brightness, Highlight, Blur, _)) -->
-    { maplist(percent, [Brightness, Highlight], Percents) },
-    [ ansi(fg(cyan), 'median ~0f %, highlights ~0f %', Percents),
-      ansi(fg(cyan), ', edges ~1f px wide', [Blur]) ].
-
-others([], _, _) -->
-    [].
-others([ranked(_, Settings, _)|Others], Settings, Device) -->
-    !,
-    others(Others, Settings, Device).
-others([ranked(_, Other, Why)|Others], Settings, Device) -->
-    { settings_words(Device, Other, Words), worth_words(Why, Worth, Prediction) },
-    [ nl, ansi(fg(cyan), '         rather than ~w~t~62|~w, ', [Words, Worth]) ],
-    expected(Prediction),
-    others(Others, Settings, Device).
-
-worth_words(why(_, Promise, Prediction), Words, Prediction) :-
-    format(atom(Words), "promise ~2f", [Promise]).
-worth_words(adds(Bits, Line, Prediction), Words, Prediction) :-
-    format(atom(Words), "adds ~2f bit, most to line ~w", [Bits, Line]).
 
 device_words(Device, Words) :-
     device_lights(Device, Lights),
@@ -261,6 +240,3 @@ last_words("") -->
 last_words(Line) -->
     { Line \== "" },
     [ ': ~w'-[Line] ].
-
-percent(Fraction, Percent) :-
-    Percent is 100 * Fraction.

@@ -25,15 +25,15 @@ most_shown(5).
 %
 %   Reason is one of
 %
-%     * chosen(Settings, Why, Best, Count, LeftOut): Why is of the settings, or `none` where they are no candidate
-%       (drawn at random, or fixed); Best are the most promising candidates of Count, as ranking/3 gives them, and
-%       LeftOut of them were not considered, because they are too like a kept image or an unfavourable state.  Where
-%       settings were chosen for what they were predicted to add, Why is adds(Bits, Line, Prediction), Best are those
-%       that add most, and the states of those left out are like unfavourable ones
+%     * chosen(Settings, Why, Best, Count, left_out(Alike, Unfavourable)): Why is of the settings, or `none` where they
+%       are no candidate (drawn at random, or fixed); Best are the most promising candidates of Count, as ranking/3
+%       gives them; so many were not considered because their states are too like a kept image's, or like an
+%       unfavourable one.  Where settings were chosen for what they were predicted to add, Why is
+%       adds(Bits, Line, Prediction), Best are those that add most, and Alike is 0
 %     * seen(Statistics, Quality, Prediction): an image, and what was expected of it before
 %     * measured(Fix, Merit, MeritBefore)
 
-decision_reason(choose(Settings), Situation, chosen(Settings, Why, Best, Count, LeftOut)) :-
+decision_reason(choose(Settings), Situation, chosen(Settings, Why, Best, Count, left_out(0, LeftOut))) :-
     foreseen_now(Situation, Outlook),
     memberchk(adds(_, Settings, _), Outlook),
     !,
@@ -43,8 +43,8 @@ decision_reason(choose(Settings), Situation, chosen(Settings, Why, Best, Count, 
     maplist(foreseen(Device, Readings), Outlook, Best),
     memberchk(ranked(_, Settings, Why), Best),
     aggregate_all(count, candidate(Device, _), Count),
-    aggregate_all(count, ( candidate(Device, S), unfavourable(Device, Unfavourable, S) ), LeftOut).
-decision_reason(choose(Settings), Situation, chosen(Settings, Why, Best, Count, LeftOut)) :-
+    like_unfavourable(Device, Unfavourable, LeftOut).
+decision_reason(choose(Settings), Situation, chosen(Settings, Why, Best, Count, left_out(Alike, Resembling))) :-
     fluent_value(device, Situation, Device),
     fluent_value(readings, Situation, Readings),
     fluent_value(image_set, Situation, ImageSet),
@@ -57,7 +57,12 @@ decision_reason(choose(Settings), Situation, chosen(Settings, Why, Best, Count, 
     ( append(Shown, _, Ranked) -> Best = Shown ; Best = Ranked ),
     aggregate_all(count, candidate(Device, _), Count),
     length(Ranked, Considered),
-    LeftOut is Count - Considered.
+    (   Considered =:= Count            % none, or all of them: then they are all considered
+    ->  Alike = 0,
+        Resembling = 0
+    ;   like_unfavourable(Device, Unfavourable, Resembling),
+        Alike is Count - Considered - Resembling
+    ).
 decision_reason(capture(_, Settings), Situation, seen(Statistics, Quality, Prediction)) :-
     fluent_value(device, Situation, Device),
     fluent_value(statistics, Situation, Statistics),
@@ -68,6 +73,9 @@ decision_reason(estimate(_), Situation, measured(Fix, New, Old)) :-
     fluent_value(fix, Situation, Fix),
     fluent_value(merit, Situation, Old),
     merit(Fix, New).
+
+like_unfavourable(Device, Unfavourable, Count) :-
+    aggregate_all(count, ( candidate(Device, Settings), unfavourable(Device, Unfavourable, Settings) ), Count).
 
 %   What was predicted since the last image.
 foreseen_now(Situation, Outlook) :-
@@ -83,10 +91,11 @@ foreseen(Device, Readings, adds(Bits, Settings, Line), ranked(Bits, Settings, ad
 %
 %   For JSON; brightness in fractions of full scale, blur in px, information in bit.
 
-reason_dict(Device, chosen(Settings, Why, Best, Count, LeftOut), Dict) =>
+reason_dict(Device, chosen(Settings, Why, Best, Count, left_out(Alike, Unfavourable)), Dict) =>
     candidate_dict(Device, ranked(_, Settings, Why), Chosen),
     maplist(candidate_dict(Device), Best, BestDicts),
-    Dict = _{kind:chosen, chosen:Chosen, best:BestDicts, candidates:Count, left_out:LeftOut}.
+    Dict = _{kind:chosen, chosen:Chosen, best:BestDicts, candidates:Count, left_out_alike:Alike,
+             left_out_unfavourable:Unfavourable}.
 reason_dict(_, seen(statistics(P50, P95, Dark, Saturated, Blur), Quality, Prediction), Dict) =>
     prediction_dict(Prediction, Expected),
     ( number(Blur) -> BlurPx = Blur ; BlurPx = null ),
@@ -115,4 +124,4 @@ candidate_dict(Device, ranked(_, Settings, Why), Dict) :-
 
 prediction_dict(prediction(Brightness, Highlight, Blur, Variance),
                 _{brightness:Brightness, highlight:Highlight, blur_px:Blur, information:Information}) :-
-    Information is -log(Variance) / log(2).
+    information(prediction(Brightness, Highlight, Blur, Variance), Information).

@@ -10,8 +10,9 @@
             new_events/1                % -Events
           ]).
 :- use_module(connections).
-:- use_module(display, [show/2]).
+:- use_module(display, [show/2, show_address/0]).
 :- use_module(forms).
+:- use_module(live_table, [pulse/2, table_is_live/0]).
 :- use_module(servers).
 :- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2, nth1/3, reverse/2, selectchk/3, subtract/3]).
@@ -71,13 +72,17 @@ look_after(Name, Op, Seconds) :-
     ->  catch(check_server(image_server), Error, image_server_again(Error))
     ;   true
     ),
+    opened_with(Options, _),
+    show_address,
+    pulse(Op, Seconds),
     patience_s(Patience),
     (   Seconds < Patience
     ->  retractall(said)
+    ;   table_is_live                   % it says so itself
+    ->  true
     ;   said                            % once: this is called ten times a second
     ->  true
     ;   assertz(said),
-        opened_with(Options, _),
         show(Options, waiting(Name, Op))
     ).
 

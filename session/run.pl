@@ -3,15 +3,15 @@
           ]).
 :- use_module(acquisition_device, [close_acquisition/0, execute/2, open_acquisition/1]).
 :- use_module(connections, [ask/4]).
-:- use_module(display, [show/2, tell/3]).
+:- use_module(display, [show/2, show_address/0, tell/3]).
 :- use_module(ending, [end_session/3, exit_status/2]).
 :- use_module(holding, [forget_hold/1, wait_while_held/1]).
 :- use_module(resumption, [record_options/1]).
 :- use_module(run_folder, [leave_run_folder/1, run_file/3]).
 :- use_module(servers, [image_server_past/1, own_server/1, served_before/1, stop_servers/0]).
-:- use_module(viewing, [start_view/2, stop_view/0]).
+:- use_module(live_table, [begin_table/2, end_table/0]).
+:- use_module(viewing, [start_view/2]).
 :- use_module(strategy_file, [blocked/4, check_control/1]).
-:- use_module(usage, [usage_error/2]).
 :- use_module(usage, [usage_error/2]).
 :- use_module('../indigolog/tools/checks').
 :- use_module('../indigolog/tools/explain', [why/3]).
@@ -46,7 +46,7 @@ session(opened(Plan, Folder, Servers), Options, Outcome) :-
     (   option(dry_run(true), Options)
     ->  call_cleanup(checked_session(Session), ( stop_everything, leave_run_folder(Folder) )),
         Outcome = checked
-    ;   call_cleanup(served_session(Session, Outcome), ( stop_everything, stop_view ))
+    ;   call_cleanup(served_session(Session, Outcome), stop_everything)
     ).
 
 %   All but what touches the world: the servers take what they are told, and know what the strategy names.
@@ -64,6 +64,7 @@ served_session(Session, Outcome) :-
     show(Options, begin(Plan, Folder)),
     forget_hold(Folder),
     start_view(Options, Folder),
+    begin_table(Options, Plan),
     catch(open_servers(Session), Error1, nothing_begun(Folder, Error1)),
     catch(( run_program(Session, End, Situation),
             end_session(Session.put(stop, session_run:stop_everything), end(End, Situation), Outcome) ),
@@ -86,6 +87,7 @@ check_controller(Plan) :-
     check_program(Plan.program).
 
 nothing_begun(Folder, Error) :-
+    end_table,
     stop_everything,
     leave_run_folder(Folder),
     throw(Error).
@@ -149,6 +151,7 @@ run_program(Session, End, Situation) :-
             End = finished ),
           Error,
           ( nb_getval(session_situation, Last), ended_by(Error, Session, Last, End) )),
+    end_table,
     forget_hold(Folder),
     nb_getval(session_situation, Situation).
 
@@ -192,6 +195,7 @@ ended_by(Error, _, _, End) =>
 %   Called by the executive after each action and each exogenous one.
 after_action(Options, Folder, Action, Situation) :-
     nb_setval(session_situation, Situation),
+    show_address,
     tell(Options, Action, Situation),
     wait_while_held(Folder),
     check_images_come(Options, Action).

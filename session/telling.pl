@@ -11,71 +11,81 @@
 :- use_module(library(pprint), [print_term/2]).
 :- use_module(library(readutil), [read_line_to_string/2]).
 
-:- dynamic
-    known/3.                            % Number, Action, Dict
-
 /** <module> What the journal of a session tells, running or ended
 
     swipl session/telling.pl RUN_FOLDER
 
-Each line on standard input asks once, and is answered by one JSON object on a line.  The journal is followed by
-the session's own program, without devices, so that what is told is what the controller knows: the result so far,
-the reason of each decision, and the program that is left.  A controller from the folder itself is not run.
+Each line on standard input asks once, and is answered by one JSON object on a line: the result so far, the program
+that is left, and the actions that no answer has told yet (from the one numbered `first`), with the reason of each decision.  The journal is followed
+by the session's own program, without devices, so that what is told is what the controller knows; each action of it
+is met once, however often is asked.  A controller from the folder itself is not run.
 */
 
 :- initialization(tell, main).
 
 tell :-
     current_prolog_flag(argv, [Folder]),
-    catch(( begun_options(Folder, Options),
-            session_plan(Options, Plan),
-            load_theory(Plan.theory),
-            Ready = ready(Options, Plan) ),
-          Error, Ready = failed(Error)),
-    answers(Ready, Folder).
+    ( asked -> told(Folder) ; true ).
 
-answers(Ready, Folder) :-
-    read_line_to_string(user_input, Line),
-    (   Line == end_of_file
-    ->  true
-    ;   catch(told(Ready, Folder, Told), Error, told(failed(Error), Folder, Told)),
-        json_write_dict(user_output, Told, [width(0)]),
-        nl,
-        flush_output,
-        answers(Ready, Folder)
+%   After a problem from the beginning: it may have been one of that moment.
+told(Folder) :-
+    catch(follow(Folder), Error, true),
+    (   nonvar(Error),
+        problem(Error, Problem),
+        answer(_{problem:Problem}),
+        asked
+    ->  told(Folder)
+    ;   true
     ).
 
-told(failed(Error), _, _{problem:Problem}) :-
+follow(Folder) :-
+    begun_options(Folder, Options),
+    session_plan(Options, Plan),
+    load_theory(Plan.theory),
+    run_file(Folder, 'history.pl', Journal),
+    nb_setval(telling_actions, []),
+    nb_setval(telling_first, 0),
+    indigolog(Plan.program,
+              [ check(false), replay(Journal), on_action(session_telling:note),
+                follow(session_telling:answered(Options, Plan)), outcome(_) ]).
+
+%   Somebody wants to know; fails where nobody will ask any more.
+asked :-
+    read_line_to_string(user_input, Line),
+    Line \== end_of_file.
+
+answer(Told) :-
+    json_write_dict(user_output, Told, [width(0)]),
+    nl,
+    flush_output.
+
+problem(Error, Problem) :-
     '$messages':translate_message(Error, Lines, []),
     with_output_to(string(Text), print_message_lines(current_output, '', Lines)),
     split_string(Text, "\n", " \n", Lines1),
     atomic_list_concat(Lines1, ' ', Line),
     ( atom_concat('--resume: ', Problem, Line) -> true ; Problem = Line ).      % the folder is read as one that goes on
-told(ready(Options, Plan), Folder, Told) :-
-    run_file(Folder, 'history.pl', Journal),
-    nb_setval(telling_actions, []),
-    indigolog(Plan.program,
-              [ check(false), replay(Journal), on_action(session_telling:note),
-                situation(Situation), rest(Rest), outcome(_) ]),
+
+:- public answered/4, note/2.
+
+%   The journal has been followed: that is told, and the next question waited for.
+answered(Options, Plan, Rest, Situation) :-
     Session = session{options:Options, plan:Plan, status:running, seconds:[], errors:errors(null, [], []), command:""},
     session_result(Session, Situation, Result),
     left(Rest, Left),
     nb_getval(telling_actions, Newest),
+    nb_getval(telling_first, First),
     reverse(Newest, Actions),
-    Told = _{result:Result, actions:Actions, left:Left, controller_file:Plan.controller_file}.
+    answer(_{result:Result, first:First, actions:Actions, left:Left, controller_file:Plan.controller_file}),
+    length(Actions, Count),
+    Next is First + Count,
+    nb_setval(telling_first, Next),
+    nb_setval(telling_actions, []),
+    asked.
 
-:- public note/2.
-
-%   What is known already of an action that an earlier question met is not found anew.
 note(Action, Situation) :-
+    action_dict(Action, Situation, Dict),
     nb_getval(telling_actions, Before),
-    length(Before, N),
-    (   known(N, Action, Dict)
-    ->  true
-    ;   action_dict(Action, Situation, Dict),
-        retractall(known(N, _, _)),
-        assertz(known(N, Action, Dict))
-    ),
     nb_setval(telling_actions, [Dict|Before]).
 
 action_dict(Action, Situation, Dict) :-

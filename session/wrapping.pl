@@ -1,6 +1,7 @@
 :- module(session_wrapping,
           [ wrapped/3                   % +Stream, +Lines, -Wrapped
           ]).
+:- use_module(terminal, [clear_below/0, terminal_width/1]).
 :- use_module(library(apply), [foldl/4]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2]).
 :- use_module(library(pairs), [pairs_keys/2]).
@@ -12,6 +13,10 @@ prefixed(9).                            % columns of "Warning: "
 
 :- multifile user:message_hook/3.
 
+user:message_hook(_, Kind, [_|_]) :-
+    Kind \== silent,
+    clear_below,
+    fail.
 user:message_hook(_, Kind, Lines) :-
     memberchk(Kind-Room, [help-0, error-Prefixed, warning-Prefixed]),
     prefixed(Prefixed),
@@ -40,12 +45,6 @@ wrapped(Stream, Room, Lines, Wrapped) :-
     foldl(broken(Width), Oldest, [], Reversed),
     reverse(Reversed, [nl|Wrapped]).
 wrapped(_, _, Lines, Lines).
-
-terminal_width(Width) :-
-    catch(tty_size(_, Width), error(_, _), fail),
-    Width >= 40,
-    !.
-terminal_width(80).
 
                 /*******************************
                 *   LINES AS LISTS OF CELLS    *

@@ -118,10 +118,11 @@ ranking(Device, experience(Readings, Kept, Unfavourable), Ranked) :-
     (   Fresh == [] -> Eligible = All ; Eligible = Fresh ),
     sort(1, @=<, Eligible, Ranked).
 
-promise(prediction(_, _, _, Variance), State, Kept, Promise) :-
+promise(Prediction, State, Kept, Promise) :-
     likelihood(State, Kept, Likelihood),
     likelihood_weight(Weight),
-    Promise is -log(Variance) / log(2) + Weight * Likelihood.
+    information(Prediction, Bits),
+    Promise is Bits + Weight * Likelihood.
 
 %   The likelihood that an image in State shares information with the kept ones
 %   and adds to it.

@@ -1,7 +1,8 @@
 :- module(domain_prediction,
           [ predict/4,                  % +Device, +Readings, +Settings, -Prediction
             fit/3,                      % +Device, +Readings, -Response
-            predict_with/4              % +Device, +Response, +Settings, -Prediction
+            predict_with/4,             % +Device, +Response, +Settings, -Prediction
+            information/2               % +Prediction, -Bits
           ]).
 :- use_module(device).
 :- use_module(library(apply), [foldl/4, maplist/2, maplist/3]).
@@ -81,6 +82,13 @@ fit(Device, Readings, response(Middle, Highlight, Blur)) :-
     non_negative_least_squares(Middles, MiddlePrior, Middle),
     non_negative_least_squares(Highlights, HighlightPrior, Highlight),
     non_negative_least_squares(Blurs, BlurPrior, Blur).
+
+%!  information(+Prediction, -Bits) is det.
+%
+%   What an image tells of the place of an edge, against a variance of 1 px^2.
+
+information(prediction(_, _, _, Variance), Bits) :-
+    Bits is -log(Variance) / log(2).
 
 %!  predict_with(+Device, +Response, +Settings, -Prediction) is det.
 

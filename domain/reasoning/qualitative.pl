@@ -3,6 +3,7 @@
             state_words/2,              % +State, -Text
             settings_words/3,           % +Device, +Settings, -Text
             shutter_words/2,            % +ShutterS, -Text
+            shutter_words/2,            % +ShutterS, -Text
             similarity/3,               % +State1, +State2, -Similarity
             greatest_similarity/3,      % +State, +States, -Similarity
             image_quality/2             % +Statistics, -Quality

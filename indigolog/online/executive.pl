@@ -28,10 +28,10 @@ run(Program, Options0) :-
 
 run(Program, Options, Run) :-
     renewed_theory(Theory),
-    past(Options, Program, Seed, Entries, Mode),
+    past(Options, Program, Seed, Entries, Mode, Follow),
     while_used(Theory,
                with_seed(Seed,
-                         run_on(Program, Options, Run, Theory, past(Seed, Entries, Mode), Last, Outcome))),
+                         run_on(Program, Options, Run, Theory, past(Seed, Entries, Mode, Follow), Last, Outcome))),
     turn_situation(Last, S),
     turn_program(Last, Rest),
     situation_history(S, History),
@@ -42,7 +42,7 @@ run(Program, Options, Run) :-
 
 % run_on(+Program, +Options, +Run, +Theory, +Past, -Last, -Outcome): to the Last turn.
 
-run_on(Program, Options, Run, Theory, past(Seed, Entries, Mode), Last, Outcome) :-
+run_on(Program, Options, Run, Theory, past(Seed, Entries, Mode, Follow), Last, Outcome) :-
     initial_situation(Theory, S0),
     option(journal(File), Options, none),
     option(on_action(OnAction), Options, none),
@@ -54,7 +54,7 @@ run_on(Program, Options, Run, Theory, past(Seed, Entries, Mode), Last, Outcome) 
         opened(Mode, Options, Theory, Run, File, Devices, Journal),
         ( begin(Skip, Journal, begun(Program, Seed)),
           make_setting([ run(Run), devices(Devices), journal(Journal), on_action(OnAction), on_fact(OnFact),
-                         max(Max), max_wait(MaxWait), mode(Mode) ], X),
+                         max(Max), max_wait(MaxWait), mode(Mode), follow(Follow) ], X),
           first_turn(Program, S0, Entries, Skip, First),
           option(max_silent(Silent), Options, default),
           catch(with_patience(Silent,
@@ -65,6 +65,7 @@ run_on(Program, Options, Run, Theory, past(Seed, Entries, Mode), Last, Outcome) 
         closed(Devices, Journal)).
 
 is_meta(on_action).
+is_meta(follow).
 is_meta(on_fact).
 
 known_options(Options) :-
@@ -79,7 +80,7 @@ known_option(Option) :-
               [ check/1, theory/1,        % done by indigolog/2
                 run/1,
                 device/1, device/2, deadline/1, journal/1, resume/1, replay/1, seed/1,
-                max_actions/1, max_wait/1, max_silent/1, on_action/1, on_fact/1,
+                max_actions/1, max_wait/1, max_silent/1, on_action/1, on_fact/1, follow/1,
                 history/1, situation/1, rest/1, outcome/1 ]).
 
 opened(replay, _, Theory, Run, _, Devices, Journal) =>
@@ -106,23 +107,27 @@ ended_by(Error, Journal) :-
     journal_write(Journal, ended(error(Error))),
     throw(Error).
 
-% past(+Options, +Program, -Seed, -Entries, -Mode): what a resumed run has behind it.
-past(Options, Program, Seed, Entries, Mode) :-
+% past(+Options, +Program, -Seed, -Entries, -Mode, -Follow): what a resumed run has behind it, and what is called for
+% what a journal that is replayed gets meanwhile: follow(Goal, File, Bytes) or `none`.
+past(Options, Program, Seed, Entries, Mode, Follow) :-
     (   option(resume(File), Options)
     ->  Mode = live,
-        followed(File, Program, Seed, Entries)
+        Follow = none,
+        followed(File, Program, Seed, Entries, _)
     ;   option(replay(File), Options)
     ->  Mode = replay,
-        followed(File, Program, Seed, Entries)
+        followed(File, Program, Seed, Entries, Bytes),
+        ( option(follow(Goal), Options) -> Follow = follow(Goal, File, Bytes) ; Follow = none )
     ;   Mode = live,
+        Follow = none,
         Entries = [],
         option(seed(Seed0), Options, none),
         ( Seed0 == none -> Seed is random(1_000_000_000) ; Seed = Seed0 )
     ).
 
-followed(File, Program, Seed, Entries) :-
+followed(File, Program, Seed, Entries, Bytes) :-
     (   exists_file(File),
-        journal_entries(File, begun(Program0, Seed), Entries)
+        journal_entries(File, begun(Program0, Seed), Entries, Bytes)
     ->  true
     ;   throw(error(golog(no_journal(File)), _))
     ),

@@ -2,7 +2,9 @@
           [ journal_open/2,           % +File, -Journal
             journal_write/2,          % +Journal, +Fact
             journal_close/1,          % +Journal
-            journal_entries/3         % +File, -Begun, -Entries
+            journal_entries/3,        % +File, -Begun, -Entries
+            journal_entries/4,        % +File, -Begun, -Entries, -Bytes
+            journal_added/4           % +File, +Byte0, -Byte, -Entries
           ]).
 :- use_module(library(apply), [partition/4, include/3]).
 
@@ -55,8 +57,13 @@ drop_unfinished(File) :-
 
 % The bytes up to the end of the last line that is finished.
 whole_lines(File, Bytes) :-
+    whole_lines(File, 0, Bytes).
+
+% The same, where the first Bytes0 are known to end with a line.
+whole_lines(File, Bytes0, Bytes) :-
     setup_call_cleanup(open(File, read, Stream, [type(binary)]),
-                       last_line_end(Stream, 0, Bytes),
+                       ( seek(Stream, Bytes0, bof, _),
+                         last_line_end(Stream, Bytes0, Bytes) ),
                        close(Stream)).
 
 last_line_end(Stream, Bytes0, Bytes) :-
@@ -85,19 +92,38 @@ journal_close(Journal) =>
     close(Journal).
 
 %!  journal_entries(+File, -Begun, -Entries) is semidet.
+%!  journal_entries(+File, -Begun, -Entries, -Bytes) is semidet.
 %
-%   What was begun, and what happened, in order.  Fails if File tells of no run.
+%   What was begun, and what happened, in order, in the first Bytes of File: those of whole lines.  Fails if File
+%   tells of no run.
 %
 %   @error golog(journal(File, Line)) if a line, except an unfinished last one, is
 %          not a fact
 
 journal_entries(File, Begun, Entries) :-
+    journal_entries(File, Begun, Entries, _).
+
+journal_entries(File, Begun, Entries, Bytes) :-
     whole_lines(File, Bytes),
     setup_call_cleanup(open(File, read, Stream, [encoding(utf8)]),
                        facts(Stream, File, Bytes, Facts),
                        close(Stream)),
     partition(is_begun, Facts, [Begun|_], Events),
     include(is_event, Events, Entries).
+
+%!  journal_added(+File, +Byte0, -Byte, -Entries) is det.
+%
+%   What has happened after the first Byte0 bytes of File, up to Byte, the end of its last line that is finished.
+%
+%   @error golog(journal(File, Line)) as of journal_entries/3; lines are counted from Byte0
+
+journal_added(File, Byte0, Byte, Entries) :-
+    whole_lines(File, Byte0, Byte),
+    setup_call_cleanup(open(File, read, Stream, [encoding(utf8)]),
+                       ( seek(Stream, Byte0, bof, _),
+                         facts(Stream, File, Byte, Facts) ),
+                       close(Stream)),
+    include(is_event, Facts, Entries).
 
 facts(Stream, File, Bytes, Facts) :-
     byte_count(Stream, Here),

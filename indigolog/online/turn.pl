@@ -35,7 +35,7 @@ is `live`, or `replay` where only a journal is followed.
 */
 
 :- record turn(program, situation, number=0, count=0, silent=0, entries=[], skip=0).
-:- record setting(run, devices, journal, on_action, on_fact, max, max_wait, mode).
+:- record setting(run, devices, journal, on_action, on_fact, max, max_wait, mode, follow).
 
 record_goal(Goal) :-
     functor(Goal, Name, Arity),
@@ -66,14 +66,21 @@ turn(T0, X, T, Outcome) :-
         Outcome = aborted
     ;   Entries0 == [],
         setting_mode(X, replay)
-    ->  T = T0,
-        Outcome = replayed
+    ->  (   more(X, T0, Entries)
+        ->  set_entries_of_turn(Entries, T0, T1),
+            turn(T1, X, T, Outcome)
+        ;   T = T0,
+            Outcome = replayed
+        )
     ;   take_in(X, T0, T1),
-        turn_entries(T1, Entries),
+        turn_entries(T1, Left),
         resumed_if_last(Entries0, X, T1),
-        (   next(T1, E, S)
+        (   Left == [],
+            setting_mode(X, replay)
+        ->  turn(T1, X, T, Outcome)     % the journal's last event was exogenous
+        ;   next(T1, E, S)
         ->  stepped(T1, E, S, X, T, Outcome)
-        ;   Entries = [Entry|_]
+        ;   Left = [Entry|_]
         ->  turn_program(T1, E),
             throw(error(golog(journal_differs(Entry, E)), _))
         ;   T = T1,
@@ -86,6 +93,16 @@ may_end(T) :-
     turn_situation(T, S),
     top_context(C),
     final(E, S, C).
+
+% more(+Setting, +Turn, -Entries): what a journal that is followed has got since it was read last.
+more(X, T, Entries) :-
+    setting_follow(X, Follow),
+    Follow = follow(Goal, File, Bytes0),
+    turn_program(T, E),
+    turn_situation(T, S),
+    \+ \+ call(Goal, E, S),
+    journal_added(File, Bytes0, Bytes, Entries),
+    nb_setarg(3, Follow, Bytes).
 
 % stepped(+Turn, +E, +S, +Setting, -Last, -Outcome): the step of Turn leads to E and S.
 stepped(T0, E, S, X, T, Outcome) :-

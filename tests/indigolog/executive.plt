@@ -270,6 +270,30 @@ test(replay_calls_no_device, [setup(tmp_file(journal, File)), cleanup(delete_fil
     read_file_to_string(File, After, []),
     ( Before == After -> Same = true ; Same = false ).
 
+% Whatever is there when a follower looks, and half a line at a time.
+test(a_journal_that_grows_is_followed, [forall(between(1, 6, N)), setup(tmp_file(journal, File)),
+                                        cleanup(delete_file(File)), Followed-Outcome == Whole-replayed]) :-
+    program(Program),
+    written(File),
+    read_file_to_string(File, Text, []),
+    trace(Program, [replay(File)], Whole),
+    cut(File, N, ""),
+    size_file(File, Bytes),
+    sub_string(Text, Bytes, _, 0, Rest),
+    nb_setval(test_to_come, Rest),
+    context_module(Here),
+    trace(Program, [replay(File), follow(Here:grown(File)), outcome(Outcome)], Followed).
+
+grown(File, _, _) :-
+    nb_getval(test_to_come, Rest),
+    Rest \== "",
+    string_length(Rest, Length),
+    Part is min(Length, 17),
+    sub_string(Rest, 0, Part, _, Now),
+    sub_string(Rest, Part, _, 0, Later),
+    nb_setval(test_to_come, Later),
+    setup_call_cleanup(open(File, append, Out), write(Out, Now), close(Out)).
+
 test(another_program, [setup(tmp_file(journal, File)), cleanup(delete_file(File)), error(golog(other_program(File, _)))]) :-
     written(File),
     trace(inc, [device(worker), resume(File)], _).

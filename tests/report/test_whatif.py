@@ -11,6 +11,7 @@ import pytest
 
 from report.records import read_result
 from tests.session.command import controller
+from tests.session.kills import stack
 
 pytestmark = pytest.mark.slow
 
@@ -52,6 +53,30 @@ def test_both_ways_are_the_same_up_to_the_choice(session: Path, root: Path, tmp_
     page = (tmp_path / "other" / "whatif.html").read_text()
     assert page.count("<image ") == 4
     assert str(done.stdout.splitlines()[-1]) == str(tmp_path / "other" / "whatif.html")
+
+
+@pytest.mark.parametrize("kind", ["basis recorded from the simulator", "basis beside the project", "frames"])
+def test_a_stack_is_replayed_with_another_choice(
+    kind: str, session: Path, root: Path, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    if kind == "frames":
+        replayed = Path(shutil.copytree(session / "images", tmp_path / "stack"))
+        other = "i1", read_result(session).steps[1].settings_words
+    else:
+        beside = "beside" in kind
+        replayed = request.getfixturevalue("shared_data") / "stacks" / "satellite-1" if beside else stack()
+        other = "i2", "left 7, 1/15 s, f/4"
+    never = ("--threshold", "0.000001", "--max-iterations", "3", "--no-report")
+    assert controller("--stack", replayed, "--out", tmp_path / "was", *never).returncode == 3
+    at = other[0].removeprefix("i")
+    done = what_if(root, tmp_path / "was", "--at", at, "--settings", str(other[1]), "--out", tmp_path / "new")
+    assert done.returncode == 0, done.stderr
+    was, new = read_result(tmp_path / "was"), read_result(tmp_path / "new")
+    number = int(at)
+    assert new.steps[: number - 1] == was.steps[: number - 1]
+    assert new.steps[number - 1].settings != was.steps[number - 1].settings
+    assert new.stack == was.stack == str(replayed)
+    assert (tmp_path / "new" / "whatif.html").read_text().count("<image ") == 2 * (4 - number)
 
 
 def test_the_same_settings_change_nothing(session: Path, root: Path, tmp_path: Path) -> None:

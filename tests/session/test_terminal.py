@@ -16,7 +16,8 @@ from tests.session.command import DEADLINE_S, ROOT, controller
 pytestmark = pytest.mark.slow
 
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
-PASSING = re.compile(r"wide|narrow|\d+\.\d s|waiting for the \w+ to answer \"\w+\" \.\.\.")
+PASSING = re.compile(r"wide|narrow|\d+\.\d s")
+CLEARED = re.compile(r"\r(?:\x1b\[(\d+)A)?\x1b\[J")
 
 
 def in_a_terminal(columns: int, *options: str | Path, **environment: str) -> str:
@@ -39,16 +40,68 @@ def in_a_terminal(columns: int, *options: str | Path, **environment: str) -> str
     return written.decode().replace("\r\n", "\n")
 
 
+def shown(written: str) -> tuple[list[str], list[list[str]]]:
+    """The lines that stay on the terminal, and what stood below them and was cleared, without colours."""
+    stay: list[str] = [""]
+    below: list[list[str]] = []
+    at = 0
+    text = COLOUR.sub("", written)
+    for clear in [*CLEARED.finditer(text), None]:
+        first, *others = text[at : clear.start() if clear else len(text)].split("\n")
+        stay[-1] += first
+        stay += others
+        if clear:
+            lines = int(clear[1] or 0) + 1
+            below.append(stay[-lines:])
+            stay[-lines:] = [""]
+            at = clear.end()
+    return stay, below
+
+
 def test_no_word_is_broken_on_a_narrow_terminal(tmp_path: Path) -> None:
     options = ("--seed", "3", "--threshold", "0.001", "--max-iterations", "2", "--explain", "--no-report")
     wide = in_a_terminal(300, *options, "--out", tmp_path / "wide")
     narrow = in_a_terminal(80, *options, "--out", tmp_path / "narrow")
     assert COLOUR.search(wide) and COLOUR.search(narrow)
-    lines = {name: COLOUR.sub("", text).splitlines() for name, text in (("wide", wide), ("narrow", narrow))}
+    lines = {name: shown(text)[0] for name, text in (("wide", wide), ("narrow", narrow))}
     assert max(map(len, lines["wide"])) > 110
     assert all(len(line) <= 80 or len(line.split()) == 1 for line in lines["narrow"])  # a path stays whole
     words = [re.sub(PASSING, "", " ".join(lines[name])).split() for name in lines]
     assert words[0] == words[1]
+
+
+def test_a_session_is_a_table_with_what_is_done_now_below_it(tmp_path: Path) -> None:
+    written = in_a_terminal(80, "--threshold", "0.000001", "--max-iterations", "4", "--no-report",
+                            "--out", tmp_path / "run")  # fmt: skip
+    stay, below = shown(written)
+    head = next(number for number, line in enumerate(stay) if line.startswith(" image left right top"))
+    rows = [line for line in stay[head:] if re.match(r" i\d ", line)]
+    assert [row.split()[0] for row in rows] == ["i1", "i2", "i3", "i4"]
+    assert all({"keep", "discard"} & set(row.split()) for row in rows)
+    assert len({re.search(r"keep|discard", row).start() for row in rows}) == 1  # type: ignore[union-attr]
+    assert all(len(line) < 80 for line in stay[head:] if line.startswith(" "))
+    assert all(len(block) == 2 and max(map(len, block)) < 80 for block in below)
+    doing = [" ".join(block) for block in below]
+    assert any("starting the image server" in words for words in doing)
+    assert any(re.search(r" i4 .*\d s, at most \d+ s left$", words) for words in doing)
+    assert not any(line.endswith(" left") or "waiting for" in line for line in stay)  # nothing of it stays
+
+
+def test_after_a_second_it_is_said_what_is_waited_for(tmp_path: Path) -> None:
+    endpoint = f"ipc://{tmp_path / 'nobody'}"
+    session = in_a_terminal(80, "--image-server", endpoint, "--out", tmp_path / "run")
+    assert any("waiting for the image server to start, 2 s" in " ".join(block) for block in shown(session)[1])
+
+
+def test_no_table_where_the_cursor_cannot_move_or_nothing_is_wanted(tmp_path: Path) -> None:
+    options = ("--seed", "3", "--no-report", "--out")
+    dumb = in_a_terminal(80, *options, tmp_path / "dumb", TERM="dumb")
+    quiet = in_a_terminal(80, *options, tmp_path / "quiet", "--quiet")
+    for written in (dumb, quiet):
+        assert not re.search(r"\x1b\[\d*[AJ]", written)
+        assert "Pose found" in written
+    assert "merit" in dumb.partition("Pose found")[0]  # lines, as in a file
+    assert not quiet.partition("Pose found")[0].strip("\x1b[]0123456789m;\n ")
 
 
 def test_errors_are_broken_between_words_too() -> None:
@@ -57,9 +110,11 @@ def test_errors_are_broken_between_words_too() -> None:
     assert "is neither a file nor one of auto_exposed, " in " ".join(said.replace("ERROR:", "").split())
 
 
-def test_no_colour_where_none_is_wanted() -> None:
+def test_no_colour_where_none_is_wanted(tmp_path: Path) -> None:
     assert COLOUR.search(in_a_terminal(80, "--dry-run"))
     assert "\x1b" not in in_a_terminal(80, "--dry-run", NO_COLOR="1")
+    session = in_a_terminal(80, "--seed", "3", "--no-report", "--out", str(tmp_path / "run"), NO_COLOR="1")
+    assert CLEARED.search(session) and not COLOUR.search(session)
 
 
 def test_the_result_is_on_standard_output_however_quiet(tmp_path: Path) -> None:

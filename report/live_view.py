@@ -1,0 +1,178 @@
+"""The live view's page: what it shows of a session, and what its buttons do."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import re
+import secrets
+import threading
+import time
+from collections.abc import AsyncIterator
+from contextlib import suppress
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from report.errors import ReportError
+from report.following import WORK_NICENESS, Follower, hold
+from report.live import HOST, LAST_LOOK_S
+
+if TYPE_CHECKING:
+    from report.fragments import Course
+
+IMAGE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*\.png")
+LOOK_S = 0.25  # between two looks at the folder; chosen by hand
+SHARE = 0.1  # of a processor that looks may take; python -m benchmarks.view_overhead
+LONGEST_PAUSE_S = 2.0  # between looks, after one that took long; chosen by hand
+KEEP_ALIVE_S = 10.0  # a browser that went away is noticed when it is written to
+LAST_WORDS_S = 3.0  # for the last state to reach the browsers
+
+
+class LiveView:
+    """The page's server: one follower, any number of browsers.
+
+    Parameters
+    ----------
+    follower : of the run folder of a session that runs or has ended.
+    token : what the page's address must have; who does not have it sees and does nothing.
+    """
+
+    def __init__(self, follower: Follower, token: str) -> None:
+        self._follower = follower
+        self._folder = follower.folder
+        self.token = token
+        self._course: Course | None = None
+        self._parts: dict[str, str] = {}
+        self._version = 0
+        self._viewers = 0
+        self._ending = False
+        self._looking = asyncio.Lock()
+
+    def app(self) -> Any:
+        """The page as an ASGI application."""
+        from starlette.applications import Starlette
+        from starlette.routing import Route
+
+        return Starlette(
+            routes=[
+                Route("/", self._page),
+                Route("/events", self._events),
+                Route("/images/{name}", self._image),
+                Route("/control", self._control, methods=["POST"]),
+            ]
+        )
+
+    async def follow(self) -> None:
+        """Look at the folder while somebody watches, until the view ends; the last look is told, too."""
+        while not self._ending:
+            began = time.process_time()
+            if self._viewers:
+                await self._look()
+            took = time.process_time() - began
+            await asyncio.sleep(min(max(LOOK_S, took / SHARE), LONGEST_PAUSE_S))
+
+    async def end(self) -> None:
+        """Tell the browsers how it ended, and no more."""
+        if self._viewers:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(LAST_LOOK_S):
+                    await self._look()
+        self._ending = True
+        deadline = time.monotonic() + LAST_WORDS_S
+        while self._viewers and time.monotonic() < deadline:
+            await asyncio.sleep(LOOK_S / 5)
+        self._follower.close()
+
+    async def _look(self) -> None:
+        async with self._looking:
+            parts = await asyncio.to_thread(self._drawn)
+            if parts is not None:
+                self._parts = parts
+                self._version += 1
+
+    def _drawn(self) -> dict[str, str] | None:
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), WORK_NICENESS)  # of this thread alone
+        from report.fragments import Course, fragments  # late: the page is there before numba is
+
+        self._course = self._course or Course()
+        try:
+            state = self._follower.look()
+            return None if state is None else fragments(self._folder, state, self.token, self._course)
+        except (ReportError, OSError, ValueError) as error:
+            return {"status": f'<p class="detail">{escape(f"This cannot be shown: {error}")}</p>'}
+
+    # --- what a browser asks for ---
+
+    def _refused(self, request: Any, token: str | None) -> Any:
+        from starlette.responses import PlainTextResponse
+
+        host = request.headers.get("host", "").rpartition(":")[0]
+        if host not in (HOST, "localhost"):  # a page of elsewhere whose name leads here
+            return PlainTextResponse(f"This page is at {HOST} and localhost only.\n", 403)
+        if token is None or not secrets.compare_digest(token.encode(), self.token.encode()):
+            return PlainTextResponse(
+                "The token is missing or wrong: use the whole address that the view has printed.\n",
+                403,
+            )
+        return None
+
+    async def _page(self, request: Any) -> Any:
+        from starlette.responses import HTMLResponse
+
+        from report.fragments import live_page
+
+        refused = self._refused(request, request.query_params.get("token"))
+        return refused or HTMLResponse(live_page(self.token), headers={"Referrer-Policy": "no-referrer"})
+
+    async def _image(self, request: Any) -> Any:
+        from starlette.responses import FileResponse, PlainTextResponse
+
+        refused = self._refused(request, request.query_params.get("token"))
+        name = request.path_params["name"]
+        file = self._folder / "images" / name
+        if refused is None and not (IMAGE.fullmatch(name) and file.is_file()):
+            refused = PlainTextResponse(f"There is no image {name}.\n", 404)
+        return refused or FileResponse(file)
+
+    async def _control(self, request: Any) -> Any:
+        from starlette.responses import PlainTextResponse
+
+        refused = self._refused(request, request.headers.get("x-token"))
+        if refused is not None:
+            return refused
+        try:
+            await asyncio.to_thread(hold, self._folder, (await request.body())[:20].decode(errors="replace"))
+        except ReportError as error:
+            return PlainTextResponse(f"{error}\n", 409)
+        return PlainTextResponse("")
+
+    async def _events(self, request: Any) -> Any:
+        from starlette.responses import StreamingResponse
+
+        refused = self._refused(request, request.query_params.get("token"))
+        return refused or StreamingResponse(self._stream(), media_type="text/event-stream")
+
+    async def _stream(self) -> AsyncIterator[str]:
+        """Parts of the page that have changed since this browser was told last."""
+        told: dict[str, str] = {}
+        version, spoke = 0, time.monotonic()
+        self._viewers += 1
+        try:
+            while True:
+                ending = self._ending
+                if self._version != version:
+                    version = self._version
+                    changed = {name: html for name, html in self._parts.items() if told.get(name) != html}
+                    told = self._parts
+                    spoke = time.monotonic()
+                    yield f"data: {json.dumps(changed)}\n\n"
+                elif time.monotonic() - spoke > KEEP_ALIVE_S:
+                    spoke = time.monotonic()
+                    yield ": still here\n\n"
+                if ending:
+                    yield "event: end\ndata: {}\n\n"
+                    return
+                await asyncio.sleep(LOOK_S)
+        finally:
+            self._viewers -= 1
