@@ -10,6 +10,7 @@ from pathlib import Path
 from benchmarks.edge_times import all_edge_times
 from benchmarks.lines import show
 from benchmarks.pose_times import pose_times
+from benchmarks.progress import measuring
 from benchmarks.simulator_times import simulator
 from benchmarks.transport import transport
 from bridge.command_line import new_parser
@@ -22,7 +23,15 @@ def golog() -> None:
     """Steps of Golog programs; memory of a long run."""
     script = ROOT / "benchmarks" / "golog.pl"
     for words in ([], ["memory", "offline"], ["memory", "online"]):
-        subprocess.run(["swipl", str(script), *words], check=True, stdin=subprocess.DEVNULL)
+        command = ["swipl", str(script), *words]
+        with subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True
+        ) as measured:
+            assert measured.stdout is not None
+            for line in measured.stdout:
+                print(line, end="", flush=True)  # above what is shown of the progress
+        if measured.returncode != 0:
+            raise subprocess.CalledProcessError(measured.returncode, command)
 
 
 PARTS: dict[str, Callable[[], None]] = {
@@ -40,6 +49,8 @@ if __name__ == "__main__":
     if unknown := [part for part in named if part not in PARTS]:
         parser.error(f"no part {unknown[0]!r}; there are {', '.join(PARTS)}")
     keep_freed_memory()  # as the servers do
-    for name, measure in PARTS.items():
-        if not named or name in named:
-            measure()
+    names = [name for name in PARTS if not named or name in named]
+    with measuring(names) as begin:
+        for name in names:
+            begin(name)
+            PARTS[name]()

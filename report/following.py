@@ -41,6 +41,7 @@ class Told(msgspec.Struct, frozen=True):
     left: str = ""
     controller_file: str | None = None
     problem: str = ""
+    spent_s: float = 0.0  # of the processor, by the journal's reader since it began
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,7 @@ class Journal:
         self._folder = folder
         self._process: subprocess.Popen[bytes] | None = None
         self._actions: list[Action] = []
+        self.spent_s = 0.0
 
     def ask(self) -> Told:
         """What the journal tells now; a reader that cannot be used is a problem told, not an error."""
@@ -111,6 +113,7 @@ class Journal:
             line += part
         told = msgspec.json.decode(line, type=Told)
         self._actions = [*self._actions[: told.first], *told.actions]
+        self.spent_s = max(self.spent_s, told.spent_s)
         return msgspec.structs.replace(told, first=0, actions=self._actions)
 
 
@@ -153,6 +156,11 @@ class Follower:
         if session_process(self.folder) is None:
             status = "interrupted"
         return State(msgspec.structs.replace(result, status=status), status, told, self._age_s())
+
+    @property
+    def spent_s(self) -> float:
+        """Seconds of the processor that reading the journal took so far."""
+        return self._journal.spent_s
 
     def close(self) -> None:
         """End what was started; may be called twice."""

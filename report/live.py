@@ -18,7 +18,12 @@ if TYPE_CHECKING:
     from report.live_view import LiveView
 
 HOST = "127.0.0.1"
-LAST_LOOK_S = 8.0  # for the last state to be drawn and sent; chosen by hand, it takes one or two
+TOLD_TO_END_S = (
+    8.0  # for the last state to be drawn and sent when somebody waits for the view's end; chosen by hand
+)
+ALONE_S = (
+    60.0  # the same when the session has ended, and nobody waits; it takes one or two, more on a busy machine
+)
 NEEDED = ("starlette", "uvicorn")
 
 
@@ -43,8 +48,20 @@ def serve_view(folder: Path, port: int = 0, parent: int | None = None) -> None:
         lifeline = Lifeline(parent, signals=True)
         print(f"Open http://{HOST}:{listening.getsockname()[1]}/?token={token}", flush=True)
         os.nice(NICENESS)
+        if parent is not None:
+            _write_to(Path(os.devnull))  # who reads what the session writes need not wait for its view
         if _somebody_came(listening, lifeline):
+            if parent is not None:
+                _write_to(folder / "view.log")
             _serve(follower, token, listening, lifeline)
+
+
+def _write_to(file: Path) -> None:
+    """From now on standard output and error go there."""
+    descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+    for standard in (1, 2):
+        os.dup2(descriptor, standard)
+    os.close(descriptor)
 
 
 def _listening(port: int) -> socket.socket:
@@ -86,14 +103,17 @@ async def _served(view: LiveView, listening: socket.socket, lifeline: Lifeline) 
     config = uvicorn.Config(view.app(), log_level="error", lifespan="off", timeout_graceful_shutdown=1)
     server: Any = uvicorn.Server(config)
     stop = asyncio.Event()
+    loop = asyncio.get_running_loop()
     for descriptor in lifeline.filenos():
-        asyncio.get_running_loop().add_reader(descriptor, stop.set)
+        loop.add_reader(descriptor, stop.set)
     server.capture_signals = nullcontext  # a signal ends the view first, then its server
     serving = asyncio.create_task(server.serve(sockets=[listening]))
     following = asyncio.create_task(view.follow())
     for task in (serving, following):
         task.add_done_callback(lambda _: stop.set())
     await stop.wait()
-    await view.end()
+    for descriptor in lifeline.filenos():
+        loop.remove_reader(descriptor)  # it stays readable, and would be told again and again
+    await view.end(TOLD_TO_END_S if lifeline.status else ALONE_S)
     server.should_exit = True
     await asyncio.gather(serving, following)

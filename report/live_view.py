@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any
 
 from report.errors import ReportError
 from report.following import WORK_NICENESS, Follower, hold
-from report.live import HOST, LAST_LOOK_S
+from report.live import HOST
 
 if TYPE_CHECKING:
     from report.fragments import Course
 
 IMAGE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*\.png")
 LOOK_S = 0.25  # between two looks at the folder; chosen by hand
-SHARE = 0.1  # of a processor that looks may take; python -m benchmarks.view_overhead
+SHARE = 0.05  # of a processor that looks may take; python -m benchmarks.view_overhead
 LONGEST_PAUSE_S = 2.0  # between looks, after one that took long; chosen by hand
 KEEP_ALIVE_S = 10.0  # a browser that went away is noticed when it is written to
 LAST_WORDS_S = 3.0  # for the last state to reach the browsers
@@ -48,6 +48,7 @@ class LiveView:
         self._viewers = 0
         self._ending = False
         self._looking = asyncio.Lock()
+        self._wanted = asyncio.Event()  # a look at once
 
     def app(self) -> Any:
         """The page as an ASGI application."""
@@ -64,19 +65,28 @@ class LiveView:
         )
 
     async def follow(self) -> None:
-        """Look at the folder while somebody watches, until the view ends; the last look is told, too."""
+        """Look at the folder while somebody watches, until the view ends; the last look is told, too.
+
+        The pause between looks is as long as their share of the processor asks for, but for what is pressed.
+        """
         while not self._ending:
-            began = time.process_time()
+            before = self._spent_s()
+            self._wanted.clear()
             if self._viewers:
                 await self._look()
-            took = time.process_time() - began
-            await asyncio.sleep(min(max(LOOK_S, took / SHARE), LONGEST_PAUSE_S))
+            pause_s = min(max(LOOK_S, (self._spent_s() - before) / SHARE), LONGEST_PAUSE_S)
+            with suppress(TimeoutError):
+                async with asyncio.timeout(pause_s):
+                    await self._wanted.wait()
 
-    async def end(self) -> None:
-        """Tell the browsers how it ended, and no more."""
+    def _spent_s(self) -> float:
+        return time.process_time() + self._follower.spent_s
+
+    async def end(self, within_s: float) -> None:
+        """Tell the browsers how it ended, as far as that can be drawn in this time, and no more."""
         if self._viewers:
             with suppress(TimeoutError):
-                async with asyncio.timeout(LAST_LOOK_S):
+                async with asyncio.timeout(within_s):
                     await self._look()
         self._ending = True
         deadline = time.monotonic() + LAST_WORDS_S
@@ -145,6 +155,7 @@ class LiveView:
             await asyncio.to_thread(hold, self._folder, (await request.body())[:20].decode(errors="replace"))
         except ReportError as error:
             return PlainTextResponse(f"{error}\n", 409)
+        self._wanted.set()
         return PlainTextResponse("")
 
     async def _events(self, request: Any) -> Any:
@@ -158,6 +169,7 @@ class LiveView:
         told: dict[str, str] = {}
         version, spoke = 0, time.monotonic()
         self._viewers += 1
+        self._wanted.set()
         try:
             while True:
                 ending = self._ending

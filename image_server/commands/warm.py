@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 
 from numerics.stale_kernels import remove_stale_kernels
+from numerics.warming import warming
 
 WARMING = ("earth-limb", "camera")
 """Scenarios that between them use every kernel but that of folds: sky, blooming."""
@@ -17,7 +18,8 @@ def add_options(_: ArgumentParser) -> None:
 def run(_: Namespace) -> int:
     """Compile what has changed, so that the first session does not wait for it; the exit status."""
     remove_stale_kernels()
-    take_frames()
+    with warming("simulator", "numerics", "geometry", "stack", "image_server"):
+        take_frames()
     return 0
 
 

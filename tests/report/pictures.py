@@ -64,17 +64,17 @@ def main(out: Path) -> None:
                 'performance.getEntriesByType("resource").filter(one => one.name.includes("images/")).length'
             )
             drawn = f'document.querySelectorAll("#course svg").length > 2 && {loaded} >= 6'
-            picture(out / "live.png", address, WIDE, slice(0, 1750), drawn, dark=True)
+            picture(out / "live.png", address, WIDE, slice(0, 1800), drawn, dark=True)
         approach = session(Path(folder, "approach"), "--approach", "--seed", "3")
         report = (approach / "report.html").as_uri()
-        picture(out / "report-approach.png", report, WIDE, slice(1240, 1900))
+        picture(out / "report-approach.png", report, WIDE, slice(1240, 1925))
         picture(out / "report-phone.png", (informed / "report.html").as_uri(), PHONE, slice(0, 1500))
         subprocess.run(
             [sys.executable, "-m", "report", "whatif", str(informed), "--at", "2",
              "--settings", "left 7 right 7 top 7, 1/15 s, f/2.8", "--out", str(Path(folder, "other"))],
             cwd=ROOT, check=True, stdout=subprocess.DEVNULL,
         )  # fmt: skip
-        picture(out / "whatif.png", Path(folder, "other", "whatif.html").as_uri(), WIDE, slice(0, 1500))
+        picture(out / "whatif.png", Path(folder, "other", "whatif.html").as_uri(), WIDE, slice(0, 1070))
 
 
 if __name__ == "__main__":

@@ -148,9 +148,7 @@ def test_a_session_that_is_told_to_stop_ends_as_by_sigterm_and_its_view_with_it(
     )
     assert session.stderr is not None
     address = next(found[1] for line in session.stderr if (found := ADDRESS.match(line)))
-    viewers = [
-        int(name.name) for name in Path("/proc").iterdir() if name.name.isdigit() and is_view(name, tmp_path)
-    ]
+    viewers = [int(view.name) for view in views_of(tmp_path)]
     while not (tmp_path / "history.pl").exists():
         time.sleep(0.05)
     assert told(address, "stop") == (200, "")
@@ -158,6 +156,52 @@ def test_a_session_that_is_told_to_stop_ends_as_by_sigterm_and_its_view_with_it(
     assert session.returncode == 143
     assert json.loads((tmp_path / "result.json").read_text())["status"] == "stopped"
     assert len(viewers) == 1 and gone({"view": viewers[0]})
+
+
+def views_of(folder: Path) -> list[Path]:
+    """The processes that serve a folder's page, under /proc."""
+    return [name for name in Path("/proc").iterdir() if name.name.isdigit() and is_view(name, folder)]
+
+
+def test_a_view_that_nobody_opens_loads_and_draws_nothing(make_run: RunMaker) -> None:
+    folder = make_run()
+
+    def loaded(package: str) -> bool:
+        (view,) = views_of(folder)
+        return f"/{package}/" in (view / "maps").read_text()
+
+    with view_of(folder) as address:
+        time.sleep(1.0)
+        assert not any(loaded(package) for package in ("numpy", "cv2", "llvmlite"))
+        listening(address)[0].close()
+        assert loaded("numpy")
+
+
+def test_one_of_two_browsers_goes_away_in_the_middle_and_the_other_sees_the_end(tmp_path: Path) -> None:
+    session = start_controller(
+        "--view", "--out", tmp_path, "--threshold", "0.000001", "--max-iterations", "4", "--no-report"
+    )
+    assert session.stderr is not None
+    try:
+        address = next(found[1] for line in session.stderr if (found := ADDRESS.match(line)))
+        hold_soon(tmp_path)
+        with Browser() as stays:
+            stays.open(address)
+            with Browser() as leaves:
+                leaves.open(address)
+                for page in (stays, leaves):
+                    page.until('document.querySelector("#status .badge")?.innerText == "paused"')
+                stays.value('document.querySelector("[data-word=go]").click()')
+                leaves.until('document.querySelectorAll("#set .step").length >= 1')
+            stays.until('document.getElementById("link").innerText.includes("has ended")')
+            assert stays.value('document.querySelectorAll("#set .step").length') == 4
+            assert stays.value('document.querySelector("#status .badge").innerText') == "exhausted"
+        session.communicate()
+        assert session.returncode == 3
+    finally:
+        session.kill()
+        session.communicate()
+    assert gone({view.name: int(view.name) for view in views_of(tmp_path)})
 
 
 def is_view(process: Path, folder: Path) -> bool:

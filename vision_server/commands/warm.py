@@ -6,6 +6,7 @@ from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
 from numerics.stale_kernels import remove_stale_kernels
+from numerics.warming import warming
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,7 +23,8 @@ def add_options(_: ArgumentParser) -> None:
 def run(_: Namespace) -> int:
     """Compile what has changed; the exit status."""
     remove_stale_kernels()
-    warm_up()
+    with warming("vision server", "numerics", "geometry", "vision_server"):
+        warm_up()
     return 0
 
 
