@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from experiments.plan import Cell
 from experiments.scratch import new_scratch
 from numerics.memory import collect_rarely, keep_freed_memory
+from numerics.two_cores import use_one_core
 
 if TYPE_CHECKING:
     from experiments.warm_servers import Served
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 class Worker:
     """What cells need and should not pay for: one vision server, loaded stacks, a folder for scratch.
 
+    It computes on one core: the others have workers of their own.
+
     Parameters
     ----------
     keep : folder in which each cell leaves its run folder; None leaves none.
@@ -31,6 +34,7 @@ class Worker:
     def __init__(self, keep: Path | None = None) -> None:
         keep_freed_memory()
         collect_rarely()
+        use_one_core()
         self._keep = keep
         self._scratch = new_scratch()
         atexit.register(shutil.rmtree, self._scratch, ignore_errors=True)

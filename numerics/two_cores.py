@@ -3,13 +3,16 @@
 Meant for compiled kernels, which let go of the interpreter's lock. Handing a call over and back takes some
 50 us, so it pays for calls of several times that, and the second should rather be the shorter one. On a
 machine with one core, and while the second thread works for somebody else, the calls run one after the other.
+So they do in a process that was told to use one core, since others compute on the rest.
 """
 
 from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from queue import SimpleQueue
 from typing import Any, TypeVar
 
@@ -46,6 +49,43 @@ class _Worker:
 
 
 _worker = _Worker()
+_alone = False
+
+
+def use_one_core() -> None:
+    """From now on this process computes in the thread that asks, whatever the machine has."""
+    import cv2  # it has threads of its own, and takes 50 ms to load
+
+    global _alone  # noqa: PLW0603
+    _alone = True
+    cv2.setNumThreads(1)
+
+
+def cores() -> int:
+    """How many this process may compute on."""
+    return 1 if _alone else len(os.sched_getaffinity(0))
+
+
+class _AtOnce(Executor):
+    """Does what it is given before it returns."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        done: Future[Any] = Future()
+        try:
+            done.set_result(fn(*args, **kwargs))
+        except BaseException as error:
+            done.set_exception(error)
+        return done
+
+
+@contextmanager
+def beside() -> Iterator[Executor]:
+    """One more thread, for calls in the order in which they are given; this one where there is one core."""
+    if cores() == 1:
+        yield _AtOnce()
+    else:
+        with ThreadPoolExecutor(1) as second:
+            yield second
 
 
 def _forget_worker() -> None:
@@ -67,7 +107,7 @@ def both(first: Callable[[], First], second: Callable[[], Second]) -> tuple[Firs
     Whatever one of the calls raises, the first one's before the second one's.
     """
     worker = _worker
-    if len(os.sched_getaffinity(0)) < 2 or not worker.free.acquire(blocking=False):
+    if cores() == 1 or not worker.free.acquire(blocking=False):
         return first(), second()
     try:
         answer = worker.begin(second)

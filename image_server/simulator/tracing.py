@@ -5,7 +5,7 @@ traced again at 16 places that no row or column of a 16×16 grid shares, so the 
 to 1/32 px whatever its direction; elsewhere only the texture is averaged over the pixel.
 """
 
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import cv2
@@ -27,6 +27,7 @@ from image_server.simulator.sampling import DISC_STEP, RIM_VIEWS, SAMPLES, disc_
 from image_server.simulator.scene import Scene
 from image_server.simulator.shading import Samples, shade
 from image_server.simulator.sky import irradiance
+from numerics.two_cores import beside
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -68,7 +69,7 @@ def traced(scene: Scene, camera: Camera, light: Illumination) -> Traced:
         return Traced(images, coverage, inverse_depth, part)
     step = max(1, BAND_PIXELS // (right - left))
     columns = np.arange(left, right)
-    with ThreadPoolExecutor(1) as shading:  # shades one lot of samples while the next is cast
+    with beside() as shading:  # shades one lot of samples while the next is cast
         tracer = _Tracer(scene, camera, light, shading)
         for first in range(top, bottom, step):
             rows = np.arange(first, min(first + step, bottom))

@@ -9,7 +9,7 @@ import threading
 
 import pytest
 
-from numerics.two_cores import both
+from numerics.two_cores import beside, both
 
 MANY_CORES = pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one core: calls run in turn")
 
@@ -72,6 +72,42 @@ def test_calls_inside_calls_and_from_other_threads_end() -> None:
     assert results == [(1, 2)] * 8
 
 
+@pytest.mark.parametrize("told", [False, True])
+def test_what_is_given_beside_comes_back_in_order(told: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails() -> None:
+        raise ValueError("no such row")
+
+    monkeypatch.setattr("numerics.two_cores._alone", told)
+    with beside() as second:
+        given = [second.submit(lambda n=number: (n, threading.get_ident())) for number in range(5)]
+        bad = second.submit(fails)
+    numbers, threads = zip(*(one.result() for one in given), strict=True)
+    assert numbers == (0, 1, 2, 3, 4)
+    assert (set(threads) == {threading.get_ident()}) == (told or len(os.sched_getaffinity(0)) == 1)
+    with pytest.raises(ValueError, match="no such row"):
+        bad.result()
+
+
+ONE_CORE = """
+import threading
+from numerics.two_cores import beside, both, cores, use_one_core
+assert both(lambda: 1, lambda: 2) == (1, 2)
+before = threading.active_count()
+use_one_core()
+import cv2
+assert (cores(), cv2.getNumThreads()) == (1, 1)
+me = threading.get_ident()
+assert both(threading.get_ident, threading.get_ident) == (me, me)
+with beside() as second:
+    assert second.submit(threading.get_ident).result() == me
+assert threading.active_count() == before
+"""
+
+
+def test_a_process_that_is_told_so_uses_one_core() -> None:
+    assert subprocess.run([sys.executable, "-c", ONE_CORE], timeout=240, check=False).returncode == 0
+
+
 FORK = """import os, sys
 child = os.fork()
 if child:
@@ -93,4 +129,4 @@ def test_a_process_that_used_it_ends(program: str) -> None:
             "assert both(lambda: 3, lambda: 4) == (3, 4)",
         ]
     )
-    assert subprocess.run([sys.executable, "-c", text], timeout=60, check=False).returncode == 0
+    assert subprocess.run([sys.executable, "-c", text], timeout=240, check=False).returncode == 0

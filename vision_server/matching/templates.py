@@ -23,6 +23,7 @@ from geometry.model import Model
 from geometry.visibility import MIN_LINE_PX
 from geometry.visible_samples import trace
 from numerics.kernels import kernel
+from numerics.two_cores import cores
 from vision_server.matching.match import Anywhere
 from vision_server.matching.nearest_edges import BINS, CELL_PX, GAIN_REACH_PX, nearest_edges
 from vision_server.matching.views import UNBOUNDED_PX, frame_towards, sparse_solid
@@ -115,9 +116,11 @@ def candidates(
     cell_px = sizes[0] / CELLS_ACROSS
     gain = gains(segments, camera, cell_px)
     views = _views(model, camera, frames, float(sizes[len(sizes) // 2]), cell_px)
-    with ThreadPoolExecutor(2) as cores:
+    with ThreadPoolExecutor(min(2, cores())) as threads:
         found = list(
-            cores.map(lambda size: _at_size(gain, views, model, camera, frames, float(size), cell_px), sizes)
+            threads.map(
+                lambda size: _at_size(gain, views, model, camera, frames, float(size), cell_px), sizes
+            )
         )
     rotations, translations, scores = (
         np.concatenate([getattr(one, name) for one in found])
