@@ -1,10 +1,14 @@
-"""Work of many callers side by side: one thing at a time for each of them, in the order it came."""
+"""Work of many callers side by side: one thing at a time for each of them, in the order it came.
+
+What must not run side by side takes turns.
+"""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from threading import Condition, Thread
+from threading import Condition, Lock, Thread
+from types import TracebackType
 
 MAX_WAITING = 16
 """Pieces of work of one caller that may wait, the one under way included; a client has one at a time."""
@@ -61,3 +65,34 @@ class Lanes:
                     del self._lanes[caller]
                     self._changed.notify_all()
                     return
+
+
+class Turns:
+    """A lock that is had in the order in which it was asked for.
+
+    One that has work upon work would have a plain lock again before another, who waits, has woken up.
+    """
+
+    def __init__(self) -> None:
+        self._guard = Lock()
+        self._taken = False
+        self._waiting: deque[Lock] = deque()
+
+    def __enter__(self) -> None:
+        with self._guard:
+            if not self._taken:
+                self._taken = True
+                return
+            turn = Lock()
+            turn.acquire()
+            self._waiting.append(turn)
+        turn.acquire()  # until the one before passes it on
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with self._guard:
+            if self._waiting:
+                self._waiting.popleft().release()
+            else:
+                self._taken = False

@@ -7,7 +7,6 @@ import os
 import traceback
 from collections.abc import Mapping
 from contextlib import nullcontext
-from threading import Lock
 from typing import Any
 
 import msgspec
@@ -16,6 +15,7 @@ import zmq
 from bridge.arrays import pack, unpack
 from bridge.envelope import MAX_HEADER_BYTES, Request, decode_request, encode_error, encode_reply
 from bridge.errors import LightsAndCameraError, ProtocolError
+from bridge.lanes import Turns
 from bridge.service import ARRAYS, CALLER, Handler, Reply, Service
 
 log = logging.getLogger("bridge.serve")
@@ -26,7 +26,7 @@ class Operations:
 
     def __init__(self, service: Service, operations: Mapping[str, tuple[Any, Handler]]) -> None:
         self._service = service
-        self._one_at_a_time = Lock() if service.exclusive else nullcontext()
+        self._one_at_a_time = Turns() if service.exclusive else nullcontext()
         self._operations: dict[str, tuple[msgspec.json.Decoder[Any], Any, Handler]] = {
             op: (msgspec.json.Decoder(args), args, handler) for op, (args, handler) in operations.items()
         }
@@ -101,7 +101,8 @@ class Operations:
                 f"Operation {request.op!r} of the {self._service.name} cannot take these arguments: {error}.",
                 _fields_of(args_type),
             ) from None
-        with self._one_at_a_time if request.op in self._service.operations else nullcontext():
+        alone = request.op in self._service.operations and request.op not in self._service.prompt
+        with self._one_at_a_time if alone else nullcontext():
             return handler(args)
 
 

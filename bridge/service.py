@@ -36,6 +36,8 @@ class Service:
     ----------
     exclusive
         Whether one handler runs at a time, whoever asks. If not, one for each client that is connected.
+    prompt
+        Operations of an exclusive service that only tell: they wait for none that is under way.
     with_arrays
         Operations that take arrays, which their handlers find in `arrays`.
     emit
@@ -47,6 +49,7 @@ class Service:
 
     name: str = "service"
     exclusive: bool = True
+    prompt: frozenset[str] = frozenset()
     with_arrays: frozenset[str] = frozenset()
     operations: Mapping[str, tuple[Any, Handler]]
     events_endpoint: str | None = None

@@ -158,7 +158,7 @@ bring_back(forgotten, _, _) =>
     restore_if_started,
     image_server_as_before.
 bring_back(slow, _, _) =>
-    ask(image_server, health, _{}, _),  % waits until it answers; and what was asked late is done then
+    ask(image_server, describe, _{}, _),        % waits until what was asked before is done
     image_server_as_before.
 
 restore_if_started :-
@@ -293,6 +293,7 @@ told_of(Name, Told, Rest) :-
 move_again([]) :-
     !.
 move_again(Ranges) :-
+    ask(image_server, describe, _{}, _),        % as above
     ask(image_server, health, _{}, Health),
     ( integer(Health.get(moves)) -> Done = Health.moves ; Done = 0 ),
     forall(( nth1(N, Ranges, RangeM), N > Done ), ask(image_server, move, _{range_m:RangeM}, _)).

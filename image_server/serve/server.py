@@ -20,6 +20,7 @@ class ImageServer(Service):
     """Operations of an image server over one device; what happens to the scene is published."""
 
     name = "image_server"
+    prompt = frozenset({"health"})
 
     def __init__(self, device: Device) -> None:
         self._device = device

@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import copy
 import json
+import math
 import os
 import random
 import shutil
@@ -148,13 +149,21 @@ class Mutator:
 class Crowd:
     """Attackers on one server, and one client that behaves."""
 
-    def __init__(self, endpoint: str, requests: dict[str, dict[str, Any]], messages: int, seed: int) -> None:
+    def __init__(
+        self,
+        endpoint: str,
+        requests: dict[str, dict[str, Any]],
+        messages: int,
+        seed: int,
+        seconds: float = math.inf,
+    ) -> None:
         self.codes: Counter[str] = Counter()
         self.internal: dict[str, str] = {}
         self.sent = 0
         self.cut_bytes = 0
         self.longest_wait_s = 0.0
         self._endpoint, self._requests, self._messages, self._seed = endpoint, requests, messages, seed
+        self._until = time.monotonic() + seconds
         self._over = threading.Event()
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
 
@@ -181,6 +190,8 @@ class Crowd:
         mutator = Mutator(self._requests, seed)
         sock, waiting, busy = self._dealer(), 0, 0
         for _ in range(messages):
+            if time.monotonic() > self._until:
+                break
             if self.codes["busy"] > busy:  # what it asked for takes its time: somebody else asks now
                 busy = self.codes["busy"]
                 sock.close(linger=0)
@@ -305,7 +316,7 @@ def given_back(pid: int, before: float, within_s: float = 30.0) -> None:
             time.sleep(0.1)
 
 
-def attack(kind: str, messages: int, seed: int = 1) -> dict[str, Any]:
+def attack(kind: str, messages: int, seed: int = 1, seconds: float = math.inf) -> dict[str, Any]:
     """Start a server, let the crowd loose, and tell what came of it."""
     folder = Path(tempfile.mkdtemp(prefix="h"))
     images, endpoint = f"ipc://{folder}/images", f"ipc://{folder}/server"
@@ -332,7 +343,7 @@ def attack(kind: str, messages: int, seed: int = 1) -> dict[str, Any]:
                     continue
         time.sleep(1.0)
         before = most = memory_mb(server.pid)
-        crowd = Crowd(endpoint, requests, messages, seed)
+        crowd = Crowd(endpoint, requests, messages, seed, seconds)
         began = time.monotonic()
         thread = threading.Thread(target=crowd.run)
         thread.start()
@@ -376,5 +387,6 @@ if __name__ == "__main__":
     parser.add_argument("kind", choices=COMMANDS)
     parser.add_argument("--messages", type=int, default=1_000_000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seconds", type=float, default=math.inf, help="At most for so long.")
     given = parser.parse_args()
-    print(json.dumps(attack(given.kind, given.messages, given.seed)))
+    print(json.dumps(attack(given.kind, given.messages, given.seed, given.seconds)))

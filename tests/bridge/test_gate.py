@@ -17,7 +17,7 @@ from bridge.client import Client
 from bridge.envelope import MAX_FRAMES, MAX_MESSAGE_BYTES
 from bridge.errors import BadInput
 from bridge.gate import FrameMeter, TooMuchError
-from bridge.lanes import MAX_WAITING, Lanes
+from bridge.lanes import MAX_WAITING, Lanes, Turns
 from bridge.serve import Server
 
 from .conftest import Counter, Running, wait_until
@@ -175,6 +175,18 @@ def test_a_slow_request_holds_up_nobody_else(counter: Running) -> None:
         waiting.join()
 
 
+def test_what_only_tells_waits_for_nothing_that_is_under_way(counter: Running) -> None:
+    counter.service.prompt = frozenset({"count"})
+    with Client(counter.endpoint, timeout_s=60) as slow, Client(counter.endpoint, timeout_s=60) as other:
+        waiting = threading.Thread(target=slow.request, args=("wait",))
+        waiting.start()
+        assert wait_until(lambda: counter.service.count == 1)
+        assert other.request("count")[0] == {"count": 2}
+        assert waiting.is_alive()
+        counter.service.released.set()
+        waiting.join()
+
+
 def test_work_of_one_caller_is_done_in_order_and_of_others_meanwhile() -> None:
     lanes, done, gate_open = Lanes(), [], threading.Event()
     assert lanes.put(b"a", lambda: (gate_open.wait(60), done.append(1)), 0)  # type: ignore[func-returns-value]
@@ -186,6 +198,32 @@ def test_work_of_one_caller_is_done_in_order_and_of_others_meanwhile() -> None:
     gate_open.set()
     lanes.join()
     assert done == list(range(MAX_WAITING + 1))
+
+
+def test_turns_are_had_in_the_order_in_which_they_are_asked_for() -> None:
+    turns, had = Turns(), []
+
+    def busy() -> None:
+        for _ in range(20):  # work upon work
+            with turns:
+                had.append("busy")
+                assert len(had) > 1 or wait_until(lambda: len(turns._waiting) == 1)
+
+    def other() -> None:
+        with turns:
+            had.append("other")
+
+    threads = [threading.Thread(target=busy), threading.Thread(target=other)]
+    threads[0].start()
+    assert wait_until(lambda: bool(had))
+    threads[1].start()
+    for thread in threads:
+        thread.join()
+    assert had == ["busy", "other"] + ["busy"] * 19
+    with pytest.raises(ValueError, match="inside"), turns:
+        raise ValueError("inside")
+    with turns:
+        assert not turns._waiting
 
 
 def test_two_servers_started_together_do_not_share_a_socket(folder: Path) -> None:
