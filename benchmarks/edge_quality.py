@@ -23,6 +23,8 @@ from benchmarks.lines import show
 from experiments.edge_metrics import EdgeQuality, edge_quality, outline_of
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.image_files import read_grey
+from vision_server.channels.lighting import WEIGHT_EXPONENT
+from vision_server.channels.overexposure import overexposures
 from vision_server.edges.kinds import FIXED, edge_kinds
 from vision_server.edges.merging import merge_channels
 from vision_server.rivals.merge_rules import comparison_edges
@@ -32,21 +34,26 @@ Results = dict[str, dict[str, dict[str, float]]]  # set of images -> rule -> mea
 COMPARED = ("mean", "max-image", "max-gradient", "di-zenzo", "mertens")
 METHODS = ("em", "em, fixed kinds", "em without weights", *COMPARED, "lsd, first image", "lsd, united")
 TRIPLES = ((1, 5, 9), (2, 6, 10), (3, 7, 11), (4, 8, 12))
+SATURATED = (4.0, 12.0)  # times that an image among good ones is overexposed
 REPEATS = 7
 CANNY_THRESHOLDS = (50, 150)
 
 
 def ridges(images: Sequence[Image], method: str) -> NDArray[np.float32]:
-    """Merged magnitude on its ridges."""
-    if method == "em":
-        return merge_channels([channel_statistics(image) for image in images]).ridge
-    if method == "em, fixed kinds":
-        return edge_kinds([channel_statistics(image) for image in images]).of_kinds(FIXED).ridge
-    if method == "em without weights":
-        return merge_channels([channel_statistics(image, weight_exponent=0.0) for image in images]).ridge
+    """Merged magnitude on its ridges; exposures are what the images show of them, as in `edges`."""
     if method.startswith("lsd"):
         return segments_drawn(images if method == "lsd, united" else images[:1])
-    return comparison_edges(images, method).ridge  # type: ignore[arg-type]
+    times = overexposures(images, [1.0] * len(images))
+    if method in COMPARED:
+        return comparison_edges(images, method, times).ridge  # type: ignore[arg-type]
+    exponent = 0.0 if method == "em without weights" else WEIGHT_EXPONENT
+    channels = [
+        channel_statistics(image, time, weight_exponent=exponent)
+        for image, time in zip(images, times, strict=True)
+    ]
+    if method == "em, fixed kinds":
+        return edge_kinds(channels).of_kinds(FIXED).ridge
+    return merge_channels(channels).ridge
 
 
 def segments_drawn(images: Sequence[Image]) -> NDArray[np.float32]:
@@ -79,6 +86,12 @@ def leaf_shadows(folder: Path, results: Results) -> None:
         three = [measured(triple, method) for triple in TRIPLES]
         report(results, "leaf shadows, 3 of 12 lights", method, three)
         report(results, "leaf shadows, 12 lights", method, [measured(range(1, 13), method)])
+    for times in SATURATED:
+        for triple in TRIPLES:
+            number = triple[0] % 12 + 1
+            images[-number] = cv2.convertScaleAbs(images[number], alpha=times)
+        fourth = [measured((*triple, -(triple[0] % 12 + 1)), "em") for triple in TRIPLES]
+        report({}, f"leaf shadows, 3 lights and one overexposed {times:.0f} times", "em", fourth)
 
 
 def report(results: Results, name: str, method: str, found: Sequence[EdgeQuality]) -> None:

@@ -7,6 +7,7 @@ import json
 import math
 import sys
 from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,6 +49,31 @@ def parse_exposures(text: str | None, count: int) -> list[float]:
     if not all(math.isfinite(e) and e > 0.0 for e in exposures):
         raise BadInput(f"--exposures {text!r} must be positive numbers.")
     return exposures
+
+
+def exposures_of(
+    options: Namespace, pixels: Sequence[NDArray[np.uint8]], gamma: Sequence[float]
+) -> list[float]:
+    """Relative exposures of ``images``: as told, or where an image shows it by itself, which is said.
+
+    Raises
+    ------
+    BadInput
+        As in `parse_exposures`.
+    """
+    from vision_server.channels.overexposure import overexposures
+
+    if options.exposures is not None or len(pixels) < 2:
+        return parse_exposures(options.exposures, len(pixels))
+    found = overexposures(pixels, gamma)
+    for image, exposure in zip(options.images, found, strict=True):
+        if exposure > 1.0:
+            print(
+                f"vision_server: {image} is brighter than all others and counts as exposed"
+                f" {exposure:.1f} times as long. Give --exposures where they are known.",
+                file=sys.stderr,
+            )
+    return found
 
 
 def parse_levels(text: str | None, count: int) -> NDArray[np.float64] | None:
@@ -100,11 +126,11 @@ def _write(options: Namespace) -> None:
     from vision_server.rivals.merge_rules import comparison_edges
 
     pixels = read_image_set(options.images)
-    times = parse_exposures(options.exposures, len(pixels))
     levels = parse_levels(options.levels, len(pixels))
     gamma = options.gamma
     if not (math.isfinite(gamma) and gamma > 0.0):
         raise BadInput(f"--gamma must be a positive number, not {gamma}.")
+    times = exposures_of(options, pixels, [gamma] * len(pixels))
     asked = [name for name in ("kind", "kinds", "npz", "json") if getattr(options, name)]
     if asked and options.method != "em":
         raise BadInput(
@@ -237,7 +263,9 @@ def add_options(parser: ArgumentParser) -> None:
 def add_exposures(parser: ArgumentParser) -> None:
     """The option of `parse_exposures`."""
     parser.add_argument(
-        "--exposures", metavar="E,...", help="Relative exposure of each image; 1 each when left out."
+        "--exposures",
+        metavar="E,...",
+        help="Relative exposure of each image; when left out, 1 each but of images brighter than all others.",
     )
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from bridge.command_line import whole_number
 from bridge.errors import EXIT_BAD_INPUT, BadInput, LightsAndCameraError
 from bridge.vision_messages import MATCHERS
-from vision_server.commands.edges import add_exposures, parse_exposures, warn_of_movement
+from vision_server.commands.edges import add_exposures, exposures_of, warn_of_movement
 
 if TYPE_CHECKING:
     from geometry.camera import Camera
@@ -36,7 +36,6 @@ def read_set(options: Namespace, camera: Camera, table: dict[str, Any]) -> tuple
     from vision_server.image_set import ImageSet
 
     pixels = read_image_set(options.images)
-    times = parse_exposures(options.exposures, len(pixels))
     gammas, tone_sd_px = file_tone(options.images, told_gamma(options.gamma, table))
     height, width = pixels[0].shape
     if (width, height) != (camera.width, camera.height):
@@ -44,6 +43,7 @@ def read_set(options: Namespace, camera: Camera, table: dict[str, Any]) -> tuple
             f"{options.images[0]} has {width}x{height} px, the camera {camera.width}x{camera.height}.",
             "Give the camera model of the image's size.",
         )
+    times = exposures_of(options, pixels, gammas)
     image_set = ImageSet(camera.width, camera.height)
     names = [f"i{number}" for number in range(1, len(pixels) + 1)]
     for name, grey, exposure, curve in zip(names, pixels, times, gammas, strict=True):

@@ -10,8 +10,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from tests.vision_server.edge_scenes import polygon_with_shadows
+from tests.vision_server.edge_scenes import polygon_with_shadows, square_outline
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.image_files import read_grey
 from vision_server.commands.edges import SELECTABLE_KINDS
@@ -55,6 +56,26 @@ def test_one_image_has_its_own_ridge(root: Path, images: list[Path], tmp_path: P
     assert (done.returncode, done.stderr) == (0, "")
     expected = merge_channels([channel_statistics(read_grey(images[0]))]).ridge
     np.testing.assert_array_equal(np.load(tmp_path / "m.npy"), expected)
+
+
+def test_a_saturated_image_among_good_ones_is_said_and_hides_nothing(
+    root: Path, images: list[Path], tmp_path: Path
+) -> None:
+    saturated, out = tmp_path / "saturated.png", tmp_path / "m.npy"
+    cv2.imwrite(str(saturated), cv2.convertScaleAbs(polygon_with_shadows(4)[3], alpha=4.0))
+    asked = ("--out", tmp_path / "e.png", "--magnitude", out)
+    assert edges(root, *images, *asked).returncode == 0
+    without = outline_kept(np.load(out))
+    done = edges(root, *images, saturated, *asked)
+    assert (done.returncode, str(saturated) in done.stderr, "--exposures" in done.stderr) == (0, True, True)
+    assert outline_kept(np.load(out)) > 0.9 * without
+    done = edges(root, *images, saturated, *asked, "--exposures", "1,1,1,1")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def outline_kept(magnitude: NDArray[np.float32]) -> float:
+    """Strength that four of five edgels of the square's outline have."""
+    return float(np.quantile(magnitude[square_outline() & (magnitude > 0)], 0.2))
 
 
 def test_kinds_come_as_picture_and_tables(root: Path, images: list[Path], tmp_path: Path) -> None:
