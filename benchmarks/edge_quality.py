@@ -89,7 +89,7 @@ def leaf_shadows(folder: Path, results: Results) -> None:
     for times in SATURATED:
         for triple in TRIPLES:
             number = triple[0] % 12 + 1
-            images[-number] = cv2.convertScaleAbs(images[number], alpha=times)
+            images[-number] = np.asarray(cv2.convertScaleAbs(images[number], alpha=times), np.uint8)
         fourth = [measured((*triple, -(triple[0] % 12 + 1)), "em") for triple in TRIPLES]
         report({}, f"leaf shadows, 3 lights and one overexposed {times:.0f} times", "em", fourth)
 

@@ -21,7 +21,7 @@ from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.refinement import ENOUGH_ROWS, prior_precision
 from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
-from vision_server.tracking.lines import LineFits, line_fits, rounding_shifts
+from vision_server.tracking.lines import LineFits, line_fits, rounding_shifts, united
 
 Floats = NDArray[np.float64]
 
@@ -96,14 +96,28 @@ class Fit:
 
 
 def fitted(
-    problem: PoseProblem, start: Pose, reach_px: float, spacing_px: float, habits: Habits
+    problem: PoseProblem,
+    start: Pose,
+    reach_px: float,
+    spacing_px: float,
+    habits: Habits,
+    beside_px2: Floats | None = None,
 ) -> Fit | None:
-    """One step from a pose that is nearly there; None where too few lines are seen."""
+    """One step from a pose that is nearly there; None where too few lines are seen.
+
+    Parameters
+    ----------
+    beside_px2 : (L,), variance of each line of the model for what runs beside it, see `beside`.
+    """
     seen = observe(problem, start, reach_px, spacing_px)
     base = base_weights(seen)
     if int((base > 0.0).sum()) < ENOUGH_ROWS:
         return None
     lines = line_fits(seen, base, *rounding_shifts(problem, start, seen))
+    if len(problem.channels) > 1:
+        lines = united(lines)
+    if beside_px2 is not None:
+        lines = lines._replace(variance=lines.variance + beside_px2[lines.line][:, None])
     if len(lines.value) < LEAST_LINES:
         return None
     range_m = float(np.linalg.norm(start.translation))

@@ -18,6 +18,7 @@ from vision_server.pose.refinement import EXACT_REACH_PX, refine
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.support import PoseSupport, support_of
 from vision_server.pose.trust import TAILS, confidence, quality
+from vision_server.tracking.beside import beside_px2
 from vision_server.tracking.fitting import Fit, Habits, fitted
 from vision_server.tracking.frame import NAME, Grey, Tone, problem_of, window
 
@@ -77,9 +78,9 @@ class Sight:
         first = refine(problem, expected, NEAR_REACHES_PX, spacing)
         if first is None:
             return None
-        fit, pose = None, first.pose
+        fit, pose, beside = None, first.pose, beside_px2(problem, first.pose)
         for _ in range(PASSES):
-            fit = fitted(problem, pose, EXACT_REACH_PX, spacing, habits)
+            fit = fitted(problem, pose, EXACT_REACH_PX, spacing, habits, beside)
             if fit is None:
                 return None
             pose = fit.pose

@@ -23,6 +23,7 @@ FEWEST = 4  # edge points of a line that show where it lies and how it is turned
 FITS = 5  # of a line's straight course, reweighted
 OFF_PX = 0.5  # from that course, at which an edge point counts half
 LEAST_TURN = 0.05  # spread of a line's edge points, of 1/3 for even ones, that shows its turn
+LEAST_VARIANCE_PX2 = 1e-6  # of a line in one channel
 FLAT = 0.05  # 1 + cosine between two faces' normals, under which no edge is between them
 
 
@@ -35,12 +36,14 @@ class LineFits(NamedTuple):
     rows : (M, 2, 9), what a step of the pose (6, see `Observation`), the two nuisances and a metre of edge
         radius change.
     slack : (M,), px per metre of radius, to either side, within which a rounded edge may be seen.
+    line : (M,), of the model.
     """
 
     value: Floats
     variance: Floats
     rows: Floats
     slack: Floats
+    line: Ints
 
 
 class Course(NamedTuple):
@@ -96,6 +99,7 @@ def line_fits(seen: Observation, base: Floats, rounding: Floats, slack: Floats) 
     most = len(base) * seen.sigma.shape[1]
     value, variance, rows = np.zeros((most, 2)), np.zeros((most, 2)), np.zeros((most, 2, 9))
     weight, loose, found = np.zeros(count), np.zeros(most), 0
+    number = np.zeros(most, dtype=np.int64)
     change = np.empty((count, 9))
     change[:, :6], change[:, 8] = seen.jacobian, rounding
     for c in range(len(base)):
@@ -115,6 +119,7 @@ def line_fits(seen: Observation, base: Floats, rounding: Floats, slack: Floats) 
                 value[found, 0], value[found, 1] = course.offset, course.turn
                 variance[found, 0] = noise
                 variance[found, 1] = noise / course.spread if turned else math.inf
+                number[found] = line[start]
                 for i in range(start, end):
                     own = weight[i] / course.total
                     across = own * (seen.along[i] - course.middle) / course.spread if turned else 0.0
@@ -124,7 +129,21 @@ def line_fits(seen: Observation, base: Floats, rounding: Floats, slack: Floats) 
                         rows[found, 1, k] += across * change[i, k]
                 found += 1
             start = end
-    return LineFits(value[:found], variance[:found], rows[:found], loose[:found])
+    return LineFits(value[:found], variance[:found], rows[:found], loose[:found], number[:found])
+
+
+def united(lines: LineFits) -> LineFits:
+    """One of each line, whatever channels see it: what it is off, it is off in all of them."""
+    _, first, number = np.unique(lines.line, return_index=True, return_inverse=True)
+    count, precision = len(first), 1.0 / np.maximum(lines.variance, LEAST_VARIANCE_PX2)
+    total = np.stack([np.bincount(number, precision[:, k], count) for k in range(2)], axis=1)
+    share = precision / np.where(total > 0.0, total, 1.0)[number]
+    value, rows, slack = np.zeros((count, 2)), np.zeros((count, 2, 9)), np.zeros(count)
+    np.add.at(value, number, share * lines.value)
+    np.add.at(rows, number, share[:, :, None] * lines.rows)
+    np.add.at(slack, number, share[:, 0] * lines.slack)
+    variance = np.where(total > 0.0, 1.0 / np.where(total > 0.0, total, 1.0), np.inf)
+    return LineFits(value, variance, rows, slack, lines.line[first])
 
 
 def rounding_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tuple[Floats, Floats]:

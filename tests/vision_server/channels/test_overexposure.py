@@ -24,9 +24,8 @@ def outline_strength(images: list[Image], exposures: list[float]) -> float:
         channel_statistics(image, exposure) for image, exposure in zip(images, exposures, strict=True)
     ]
     ridge, outline = merge_channels(channels).ridge, square_outline()
-    return float(
-        np.quantile(ridge[outline & (ridge > 0)], 0.2) / max(np.quantile(ridge[~outline], 0.999), 1.0)
-    )
+    kept = float(np.quantile(ridge[outline & (ridge > 0)], 0.2))
+    return kept / max(float(np.quantile(ridge[~outline], 0.999)), 1.0)
 
 
 def test_images_of_single_lights_and_of_all_are_as_they_should() -> None:
