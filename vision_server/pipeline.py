@@ -54,7 +54,7 @@ class PipelineSettings:
     edge_contrast_grey
         Segments of less mean contrast, grey at reference exposure, are left out of the matching.
     refinement_scale_px
-        Smallest filter scale of refinement, one of SCALES_PX.
+        Least softness that edges are taken for in refinement, one of SCALES_PX.
     tone_sd_px
         How well the images' tone curve is known, see refinement.
     fusion

@@ -74,7 +74,7 @@ def edges_around(
 ) -> EdgesAround:
     """Look for edges beside the lines; of each band between two bounds, ascending, the clearest few."""
     samples = thinned(visible_samples(problem.model, problem.camera, pose, SPACING_PX), MOST_SAMPLES)
-    normal, scale = samples.normal, np.take(problem.scale, samples.line, axis=1)
+    normal, scale = samples.normal, np.take(problem.filters, samples.line, axis=1)
     found: list[Floats] = []
     bands = [(-bounds_px[0], bounds_px[0])]
     for low, high in pairwise(bounds_px):

@@ -1,4 +1,9 @@
-"""How soft the edges of each model line are in each channel, and so which filter suits them."""
+"""How soft the edges of each model line are in each channel, and so how well they tell where they are.
+
+One image is blurred alike. A line that seems sharper than most is beside another edge: of two opposite steps
+nearer than their blur, the maxima are narrow, and pushed apart. Such a line is taken for as soft as half of
+the visible length is.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +30,7 @@ MOST_SAMPLES = 20  # of a line
 
 
 def line_scales(problem: PoseProblem, pose: Pose, reach_px: float = REACH_PX) -> Ints:
-    """Filter scale that suits the blur of each line in each channel, (C, L), indices into SCALES_PX.
+    """Softness of each line in each channel, (C, L), indices into SCALES_PX.
 
     An edge of blur b answers a Gaussian derivative of scale s with a peak proportional to (b^2 + s^2)^-1/2;
     the ratio of the peaks at 2s and s therefore tells b/s, whatever the contrast. The scales of ``problem``
@@ -48,7 +53,18 @@ def line_scales(problem: PoseProblem, pose: Pose, reach_px: float = REACH_PX) ->
             out[index, softer] = scale
             if not softer.any():
                 break
+    _raise_to_median(out, np.bincount(samples.line, samples.px, out.shape[1]))
     return out
+
+
+def _raise_to_median(scale: Ints, visible_px: Floats) -> None:
+    """Let no line be sharper than half of the visible length (L,) is; (C, L), changed in place."""
+    if not visible_px.any():
+        return
+    for own in scale:
+        order = np.argsort(own, kind="stable")
+        reached = np.cumsum(visible_px[order])
+        np.maximum(own, own[order][np.searchsorted(reached, 0.5 * reached[-1])], out=own)
 
 
 @kernel(error_model="numpy")
