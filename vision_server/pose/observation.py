@@ -28,8 +28,8 @@ Ints = NDArray[np.int64]
 
 VOTE_WIDTH_PX = 1.0  # tolerance of a line's vote for a sharp edge
 STRONG_SHARE = 0.8  # of the edge points of a channel are weaker than its strong ones
-# Index into SCALES_PX of the filter, for each softness: half of the blur and no more than 2 px. A wider one takes
-# in what lies beside an edge (on 18 hard stacks its right poses were 1.16 times as far off).
+# Index into SCALES_PX of the filter, for each softness: half of the blur and no more than 2 px. A wider one
+# takes in what lies beside an edge; on 18 hard stacks right poses were 1.17 times as far off with it.
 FILTER_OF = np.array([0, 0, 1, 1])
 QUALITY_SNR_SHARE = 0.5  # an edge point this many times as strong as its channel's strong ones counts half
 BLUR_REACH = 1.5  # search at least this many times the softness to either side

@@ -103,7 +103,9 @@ def base_weights(seen: Observation, exact_ends: bool = True) -> Floats:
     """Weight of each edge point before its residual is known, (C, N), 1/px^2.
 
     Its length in the image times its strength and the trust in its line, over its variance: by noise, by what
-    no noise explains, and by the other lines where lines meet.
+    no noise explains, and by the other lines where lines meet. All are scaled so that a sample counts, beside
+    the priors, as much as its best channel alone: what moves an edge in one image moves it in most, so that
+    many images know no more of a tone curve or of a line's bias than one does.
 
     Parameters
     ----------
@@ -135,4 +137,17 @@ def base_weights(seen: Observation, exact_ends: bool = True) -> Floats:
             variance = seen.sd[c, i] ** 2 + (SYSTEMATIC_SD_PX**2 + near_end**2) * own**2
             share = min(1.0, abs(seen.strength[c, i]) / strong)
             out[c, i] = samples.px[i] * share * trust[c, samples.line[i]] / variance
-    return out
+    return out * _share_of_best(out)
+
+
+@kernel(error_model="numpy")
+def _share_of_best(weight: Floats) -> float:
+    """Sum over the samples of the largest weight of any channel, over the sum of all (C, N)."""
+    best, total = 0.0, 0.0
+    for i in range(weight.shape[1]):
+        largest = 0.0
+        for c in range(len(weight)):
+            largest = max(largest, weight[c, i])
+            total += weight[c, i]
+        best += largest
+    return best / total if total > 0.0 else 1.0

@@ -1,3 +1,4 @@
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -5,8 +6,10 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose, disturbed
+from geometry.visibility import visible_samples
 from tests.vision_server.refined_poses import channels_of, refined
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
+from vision_server.channels.gradients import SCALES_PX
 from vision_server.channels.tone import NOMINAL_TONE_SD_PX
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.pose.line_scales import line_scales
@@ -37,8 +40,6 @@ def test_a_distorted_lens_costs_nothing(model: Model) -> None:
     straight = linear_picture(model, CAMERA, POSE, blur_px=0.5)
     y, x = np.mgrid[0:240, 0:320]
     places = camera.undistort_points(np.stack([x.ravel(), y.ravel()], axis=1).astype(float))
-    import cv2
-
     across, down = (places[:, k].reshape(240, 320).astype(np.float32) for k in (0, 1))
     bent = cv2.remap(
         straight.astype(np.float32), across, down, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
@@ -152,3 +153,47 @@ def test_noise_makes_the_pose_less_certain(model: Model) -> None:
     found = [refined(photographed(linear, noise_sd_grey=sd), model, POSE) for sd in (0.5, 12.0)]
     clear, noisy = (uncertainty(pose_covariance(one), one.pose.translation) for one in found)
     assert noisy > 1.5 * clear
+
+
+def beside_stripe(model: Model, line: int, blur_px: float) -> NDArray[np.uint8]:
+    """A blurred picture with a bright stripe that runs 4 px outside of one of the model's lines."""
+    samples = visible_samples(model, CAMERA, POSE, 2.0)
+    own = samples.line == line
+    ends, along = samples.image[own][[0, -1]], samples.image_direction[own][0]
+    across = np.array([-along[1], along[0]])
+    middle = CAMERA.project(POSE.apply(model.middle[None]))[0]
+    outside = across if (ends[0] - middle) @ across > 0.0 else -across
+    finer = 4
+    sharp = linear_picture(model, CAMERA, POSE, blur_px=0.01).astype(np.float32)
+    large = cv2.resize(sharp, None, fx=finer, fy=finer, interpolation=cv2.INTER_NEAREST)
+    first, last = np.rint((ends + 4.0 * outside + 0.5) * finer - 0.5).astype(int).tolist()
+    cv2.line(large, first, last, 0.9, 3 * finer)
+    small = cv2.resize(large, None, fx=1.0 / finer, fy=1.0 / finer, interpolation=cv2.INTER_AREA)
+    return photographed(np.asarray(cv2.GaussianBlur(small, (0, 0), blur_px), dtype=np.float64))
+
+
+@pytest.mark.parametrize("line", [4, 9])
+def test_a_stripe_beside_a_blurred_line_does_not_make_it_count_as_sharp(model: Model, line: int) -> None:
+    pixels = beside_stripe(model, line, 2.5)
+    softness = line_scales(PoseProblem.at_scale(channels_of(pixels), model, CAMERA), POSE)[0]
+    assert softness[line] == np.median(softness[np.unique(visible_samples(model, CAMERA, POSE, 2.0).line)])
+    start = disturbed(POSE, np.random.default_rng(2), 1.0, 1.0, CAMERA.fx)
+    error = refined(pixels, model, start).pose.error_to(POSE)
+    assert error.within(0.1, 0.001)  # 0.8 and 1.1 degrees off, before
+
+
+def test_blurred_edges_are_placed_with_a_filter_of_half_their_blur(model: Model) -> None:
+    channels = channels_of(photographed(linear_picture(model, CAMERA, POSE, blur_px=4.0)))
+    soft = [PoseProblem.at_scale(channels, model, CAMERA, index) for index in range(len(SCALES_PX))]
+    strongest = [np.nanmax(np.abs(observe(one, POSE, 4.0, 2.0).strength)) for one in soft]
+    assert strongest[0] == strongest[1] > strongest[2] == strongest[3]
+
+
+def test_the_same_image_many_times_says_no_more_than_once(model: Model) -> None:
+    pixels = photographed(linear_picture(model, CAMERA, POSE, background=0.02), gamma=1.1)
+    (channel,) = channels_of(pixels)
+    start = disturbed(POSE, np.random.default_rng(5), 1.0, 1.0, CAMERA.fx)
+    one, many = (refine(PoseProblem.at_scale(count * [channel], model, CAMERA), start) for count in (1, 24))
+    assert one is not None and many is not None
+    apart = one.pose.error_to(many.pose)
+    assert apart.within(1e-3, 1e-5)  # the tone curve's prior was outvoted before, and the range moved
