@@ -53,7 +53,8 @@ def line_scales(problem: PoseProblem, pose: Pose, reach_px: float = REACH_PX) ->
             out[index, softer] = scale
             if not softer.any():
                 break
-    _raise_to_median(out, np.bincount(samples.line, samples.px, out.shape[1]))
+    visible_px = np.asarray(np.bincount(samples.line, samples.px, out.shape[1]), dtype=np.float64)
+    _raise_to_median(out, visible_px)
     return out
 
 
