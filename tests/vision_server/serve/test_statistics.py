@@ -71,3 +71,11 @@ def test_a_sharp_frame_is_told_from_a_blurred_one(model: Model) -> None:
 
 def test_without_edges_blur_is_unknown(model: Model) -> None:
     assert blur_told(model, np.full((CAMERA.height, CAMERA.width), 90, np.uint8)) is None
+
+
+def test_blur_is_unknown_where_much_is_saturated(model: Model) -> None:
+    region = target_region(model, CAMERA, POSE)
+    linear = linear_picture(model, CAMERA, POSE, blur_px=3.0)
+    pixels = photographed(linear, 2.0 / float(np.median(linear[region])), noise_sd_grey=0.7)
+    assert (pixels[region] >= 250).mean() > 0.5
+    assert blur_told(model, pixels) is None
