@@ -111,9 +111,10 @@ class Forecast:
         self._seen = support[self.samples.line]
         precision, shared = self._placing(taken)
         precision *= self._seen
-        self._known = precision.sum(axis=0)
-        self._common = (precision * shared).sum(axis=0)
-        self._weight = _weight(self.samples.px, self._known, self._common)
+        counted = _counted(precision, shared)
+        self._known, self._counted = precision.sum(axis=0), counted.sum(axis=0)
+        self._common = (counted * shared).sum(axis=0)
+        self._weight = _weight(self.samples.px, self._known, self._common / np.maximum(self._counted, 1e-12))
         centre = turning_point(model, pose)
         jacobian = step_jacobian(camera, pose.apply(self.samples.points), self.samples.normal, centre)
         self._outer = (jacobian[:, :, None] * jacobian[:, None, :]).reshape(len(jacobian), 36)
@@ -129,7 +130,8 @@ class Forecast:
         # under light not seen yet the exposure is a guess, and light like the set's shows nothing new
         precision /= (1.0 + self.response.uncertainty(candidates.lights))[:, None] ** 2
         precision *= 1.0 - np.outer(_likeness(self.response, self.taken, candidates), 1.0 - self._seen)
-        common = self._common + precision * shared
+        counted = _counted(precision, shared)
+        common = (self._common + counted * shared) / np.maximum(self._counted + counted, 1e-12)
         weights = _weight(self.samples.px, self._known + precision, common)
         by_line = (weights - self._weight) @ (self.samples.line[:, None] == np.arange(len(self.view.support)))
         bits = (self._log_det(weights) - self._before) / math.log(2.0)
@@ -177,10 +179,14 @@ def _likeness(response: Response, taken: Candidates, candidates: Candidates) -> 
     return np.asarray((directions[1] @ directions[0].T).max(axis=1) ** 2)
 
 
+def _counted(precision: Floats, shared: Floats) -> Floats:
+    """What an image's samples count beside other images': the inverse of all of their variance."""
+    return np.asarray(precision / (1.0 + precision * shared))
+
+
 def _weight(px: Floats, precision: Floats, common: Floats) -> Floats:
     """Precision of samples in all images together: noise averages out, what is not noise does not."""
-    total = np.maximum(precision, 1e-12)
-    return np.asarray(px / (common / total + 1.0 / total))
+    return np.asarray(px / (common + 1.0 / np.maximum(precision, 1e-12)))
 
 
 def _placing(mean: Floats, variance: Floats, blur: Floats, sensor: Sensor) -> Floats:

@@ -1,5 +1,7 @@
 """What settings are said to add, where the answer is plain."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,6 +48,17 @@ def test_more_of_the_same_adds_less_each_time(model: Model) -> None:
     once, _ = gains(model, [row], [row])
     twice, _ = gains(model, [row, row], [row])
     assert 0.0 < twice[0] < once[0]
+
+
+def test_a_sharp_image_adds_more_to_a_blurred_one_than_a_brighter_blurred_one_does(model: Model) -> None:
+    shutter, aperture = np.array([1 / 60, 1 / 60, 1 / 1200]), np.full(3, 4.0)
+    light = np.ones((3, 2))
+    rows = Candidates(np.array([1.0, 1.0, 0.05]), light, blur_inputs(shutter, aperture, 4.0, 1 / 60))
+    blurred = replace(lit(model, (1.0, 1.0)), blur_px=4.0)
+    view = View(model, CAMERA, POSE, np.ones(len(model.lines)))
+    known = Forecast(view, [blurred], Candidates(*(part[:1] for part in rows)), POSITIONS, SENSOR)
+    bits, _ = known.gains(rows)
+    assert bits[2] > 2.0 * bits[1]
 
 
 def test_light_that_may_show_unseen_lines_is_preferred_to_light_that_did_not(
