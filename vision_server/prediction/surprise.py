@@ -14,12 +14,13 @@ import numpy as np
 from geometry.pose import Pose
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import Refined, refined
-from vision_server.pose.support import support_at
+from vision_server.pose.support import PoseSupport, support_at
 from vision_server.pose.trust import quality
 
 # How they were chosen: benchmarks/surprises.py counts moves that are told, and false alarms.
 MISSING = 0.45  # supported share of the lines from which on they are where they were
 FOUND, CLEARLY = 0.35, 4.0  # supported share at the new place, and how many times the old one's quality
+CLEARLY_NATS = 20.0  # and how much more evidence: of an image that shows little both qualities are small
 REACHES_PX, SPACING_PX = (16.0, 8.0, 4.0), 4.0
 MOVED_PX = 2.0  # of the target's middle, or as much turned: less is no move
 ASIDE_PX = 8.0  # other starts, where the first finds nothing
@@ -42,16 +43,18 @@ def moved_to(problem: PoseProblem, pose: Pose) -> Pose | None:
     for step in np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]) * aside:
         start = Pose(pose.rotation_vector, pose.translation + step)
         found = refined(problem, start, REACHES_PX, SPACING_PX)
-        if found is not None and _clearly_elsewhere(found, pose, quality(here)):
+        if found is not None and clearly_elsewhere(found, pose, here):
             return found.pose
     return None
 
 
-def _clearly_elsewhere(found: Refined, pose: Pose, quality_there: float) -> bool:
+def clearly_elsewhere(found: Refined, pose: Pose, here: PoseSupport) -> bool:
+    """Whether a target is where it was found rather than at a pose, which has this support in the image."""
     model, camera = found.problem.model, found.problem.camera
     middles = np.stack([one.apply(model.middle[None])[0] for one in (pose, found.pose)])
     moved_px = float(np.linalg.norm(np.diff(camera.project(middles), axis=0)))
     px_per_m = camera.fx / float(np.linalg.norm(pose.translation))
     turned_px = 0.5 * model.diameter * px_per_m * math.radians(found.pose.error_to(pose).rotation_deg)
-    clear = found.quality >= CLEARLY * quality_there and found.support.supported_fraction >= FOUND
-    return clear and max(moved_px, turned_px) >= MOVED_PX
+    better = found.quality >= CLEARLY * quality(here) and found.support.supported_fraction >= FOUND
+    clear = found.support.evidence >= here.evidence + CLEARLY_NATS
+    return better and clear and max(moved_px, turned_px) >= MOVED_PX

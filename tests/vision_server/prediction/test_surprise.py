@@ -1,5 +1,7 @@
 """A target that is elsewhere, in pictures that are drawn where it is."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from geometry.model import Model
@@ -8,7 +10,9 @@ from tests.vision_server.synthetic import CAMERA, POSE, linear_picture
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.gradients import gradient_channel
 from vision_server.pose.observation import PoseProblem
-from vision_server.prediction.surprise import moved_to
+from vision_server.pose.ranking import refined
+from vision_server.pose.support import support_at
+from vision_server.prediction.surprise import REACHES_PX, SPACING_PX, clearly_elsewhere, moved_to
 
 GREYS = (0.2, 0.8, 0.4, 0.6, 0.3, 0.7)
 
@@ -35,3 +39,13 @@ def test_a_target_that_moved_by_a_hundredth_of_the_range_is_found_where_it_is(mo
 def test_nothing_is_said_of_a_target_that_stayed_or_cannot_be_seen(model: Model) -> None:
     assert moved_to(problem(model, POSE), POSE) is None
     assert moved_to(problem(model, None), POSE) is None
+
+
+def test_a_place_without_more_evidence_is_no_other_place(model: Model) -> None:
+    there = Pose(POSE.rotation_vector, POSE.translation + np.array([0.01, 0.0, 0.0]))
+    shown = problem(model, there)
+    found, here = refined(shown, there, REACHES_PX, SPACING_PX), support_at(shown, POSE, SPACING_PX)
+    assert found is not None
+    assert here is not None
+    assert clearly_elsewhere(found, POSE, here)
+    assert not clearly_elsewhere(found, POSE, replace(found.support, strength=0.0))
