@@ -4,9 +4,10 @@
 
 In each round the same settings are on offer, drawn at random from those of `benchmarks.surprises`, which also
 names the scenes. `next` takes the image with which the set's pose errs least, `single` one image alone, the
-best of all on offer, `foreseen` what is predicted to add most (the first while there is no pose), `random`
-the first. All keep every image. One JSON object a scene and rule: images until the pose is right (1 degree,
-1 % of the range) and tight (a fifth of it), null for never, and the last error, as a share of what is right.
+best of all on offer, `foreseen` what is predicted to add most (the least exposed as first image, the first
+on offer while there is no pose), `random` the first. All keep every image. One JSON object a scene and rule:
+images until the pose is right (1 degree, 1 % of the range) and tight (a fifth of it), null for never, and the
+last error, as a share of what is right.
 """
 
 from __future__ import annotations
@@ -78,6 +79,8 @@ def chosen(trial: Trial, rule: str, offered: list[Settings]) -> Settings:
         gains = predict(trial.task, PredictArgs(settings=tuple(offered))).gains
         if gains is not None:
             return offered[int(np.argmax([gain.bits for gain in gains]))]
+    if rule == "foreseen" and not kept:
+        return min(offered, key=trial.task.exposure)
     return offered[0]
 
 

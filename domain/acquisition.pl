@@ -31,6 +31,8 @@ fun_fluent(fix).                % the last estimate, from the set with the candi
 fun_fluent(measured).           % the images of the last estimate
 fun_fluent(best).               % the estimate from the kept set
 fun_fluent(merit).              % of best, in px; lower is better
+fun_fluent(least_merit).        % of any estimate of this pose
+fun_fluent(fruitless).          % images since the pose came nearer to being trusted
 fun_fluent(line_support(_)).    % how much of a model line the last estimate found, 0..1
 fun_fluent(outlook).            % adds(Bits, Settings, Line), best first: what was predicted last
 fun_fluent(richest_gamma).        % of the image appraised last: below 1 its gradients want more light
@@ -58,6 +60,8 @@ initially(fix, none).
 initially(measured, []).
 initially(best, none).
 initially(merit, Merit) :- worst_merit(Merit).
+initially(least_merit, Merit) :- worst_merit(Merit).
+initially(fruitless, 0).
 initially(line_support(_), 0).
 initially(outlook, []).
 initially(richest_gamma, 1.0).
@@ -140,6 +144,12 @@ causes_val(keep(_), merit, Merit, merit(fix, Merit)).
 causes_val(keep(I), steps, Steps, and(remark(surprise, Why), step(I, keep, Why, 1, Steps))).
 causes_val(surprise(Image, Cause), surprise, because(Image, Cause), true).
 
+causes_val(Judged, least_merit, Merit, and(improves(fix, least_merit), merit(fix, Merit))) :- judged(Judged).
+causes_val(Judged, fruitless, 0, improves(fix, least_merit)) :- judged(Judged).
+causes_val(Judged, fruitless, N, N is fruitless + 1) :- judged(Judged).
+judged(keep(_)).
+judged(discard(_, _)).
+
 causes_val(discard(_, _), candidate, none, true).
 causes_val(discard(I, _), discarded, Images, Images = [I|discarded]).
 causes_val(discard(I, Why), steps, Steps, step(I, discard, Why, 0, Steps)).
@@ -169,6 +179,8 @@ new_pose(start_over).
 causes_val(Event, taken, 0, true) :- new_pose(Event).
 causes_val(Event, best, none, true) :- new_pose(Event).
 causes_val(Event, merit, Merit, true) :- new_pose(Event), worst_merit(Merit).
+causes_val(Event, least_merit, Merit, true) :- new_pose(Event), worst_merit(Merit).
+causes_val(Event, fruitless, 0, true) :- new_pose(Event).
 causes_val(advance(Range), range, Range, true).
 causes_val(advance(_), allowed, N, N is iteration + 2 * max_iterations).     % a look, and a fresh one
 causes_val(hold_done(Outcome), holds, Holds, Holds = [hold(range, Outcome, best)|holds]).

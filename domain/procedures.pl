@@ -9,6 +9,9 @@ proc(converged, and(neg(best = none), merit =< threshold)).
 % No more images may be taken.
 proc(exhausted, or(taken >= max_iterations, iteration >= allowed)).
 
+% More images would hardly help: five of them show no likely pose, or the last five brought it no nearer to being trusted.
+proc(spent, or(and(taken >= 5, neg(likely)), fruitless >= 5)).
+
 % Nothing more is to be done, or nothing more may be.
 proc(finished, or(converged, exhausted)).
 
@@ -22,8 +25,8 @@ proc(improved, improves(fix, merit)).
 % may hold what the others lack: only where there is a pose must one improve it.
 proc(worth_keeping, or(best = none, improved)).
 
-% The candidate takes nothing from the pose, as far as can be seen.
-proc(harmless, or(neg(likely), no_worse(fix, merit))).
+% The candidate takes nothing from the pose, as far as can be seen; nothing that counts, where it is trusted with it.
+proc(harmless, or([neg(likely), no_worse(fix, merit), and([merit(fix, With), With =< threshold])])).
 % The best pose is rather right than wrong. One that is not tells nothing to compare an image with, or to foresee one.
 proc(likely, and(neg(best = none), rather_right(merit))).
 
@@ -46,6 +49,7 @@ proc(foremost(S), and(member(adds(_, S, _), outlook), neg(member(reading(S, _), 
 
 proc(choose_random,    pi(s, [?(random_settings(device, s)), choose(s)])).
 proc(choose_reference, pi(s, [?(reference_settings(device, s)), choose(s)])).
+proc(choose_safe,      pi(s, [?(safest(device, s)), choose(s)])).
 proc(choose_promising, pi(s, [?(promising(s)), choose(s)])).
 
 % The settings whose image is predicted to add most to the pose, line by line; promising ones while no pose is likely.

@@ -3,8 +3,8 @@
 % alone is never believed.  A target that is seen to have moved (`surprise`) is another pose: the set begins anew.
 
 proc(control,
-     [ choose_promising, take_image, judge,
-       while(neg(or(and(converged, confirmed), exhausted)),
+     [ choose_safe, take_image, judge,
+       while(neg(or([and(converged, confirmed), exhausted, spent])),
              [choose_informative, take_image, judge]) ]).
 
 proc(judge,

@@ -2,6 +2,7 @@
           [ candidate/2,                % +Device, -Settings
             unfavourable/3,             % +Device, +States, +Settings
             most_promising/4,           % +Device, +Experience, -Settings, -Why
+            safest/2,                   % +Device, -Settings
             ranking/3,                  % +Device, +Experience, -Ranked
             best_exposure/4,            % +Device, +Readings, +Levels, -Settings
             bracket/2,                  % +Device, -Settings
@@ -36,6 +37,7 @@ Experience is experience(Readings, KeptStates, UnfavourableStates).
 likelihood_weight(1.5).                 % likelihood 1 is worth as much as a precision 2.8 times as high
 repetition(0.95).                       % states more alike than this are the same again
 resemblance(0.7).                       % states more alike than this share what is wrong with them
+unmet_light(Factor) :- member(Factor, [1/16, 1/4, 1, 4, 16]).     % times what is expected of a scene no one has seen
 metered_highlight(0.8).                 % of full scale: what an exposure program aims at
 least_highlight(1.0e-6).                % against the logarithm of zero
 rich(0.1).                              % a tone curve so near to none leaves an image as it is
@@ -117,6 +119,29 @@ ranking(Device, experience(Readings, Kept, Unfavourable), Ranked) :-
     exclude(tried(Kept, Unfavourable), All, Fresh),
     (   Fresh == [] -> Eligible = All ; Eligible = Fresh ),
     sort(1, @=<, Eligible, Ranked).
+
+%!  safest(+Device, -Settings) is det.
+%
+%   The settings whose image is worth most on average while nothing is known of the light: it may be any of
+%   unmet_light/1.  What is too bright is lost, and says "at least"; what is too dark says how dark it is.
+
+safest(Device, Settings) :-
+    fit(Device, [], Response),
+    aggregate_all(max(Worth, S),
+                  ( candidate(Device, S), mean_worth(Device, Response, S, Worth) ),
+                  max(_, Settings)).
+
+mean_worth(Device, response(Middle, Highlight, Blur), Settings, Worth) :-
+    aggregate_all(sum(Bits),
+                  ( unmet_light(Factor),
+                    maplist(times(Factor), Middle, Middle1),
+                    maplist(times(Factor), Highlight, Highlight1),
+                    predict_with(Device, response(Middle1, Highlight1, Blur), Settings, Prediction),
+                    information(Prediction, Bits) ),
+                  Worth).
+
+times(Factor, X, Y) :-
+    Y is Factor * X.
 
 promise(Prediction, State, Kept, Promise) :-
     likelihood(State, Kept, Likelihood),

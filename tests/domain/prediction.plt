@@ -111,6 +111,19 @@ test(unfavourable_is_avoided) :-
     most_promising(Device, experience(Readings, [], [State]), _, why(Other, _, _)),
     domain_qualitative:similarity(State, Other, S),
     S =< 0.7.
+test(what_is_safest_is_lit_and_short, Settings == settings([7, 7, 7], 0.0041667, 5.6)) :-
+    testbed(Device),
+    safest(Device, Settings).
+test(what_is_safest_shows_something_under_any_light, [forall(member(Times, [1/16, 1, 16]))]) :-
+    testbed(Device),
+    safest(Device, Settings),
+    fit(Device, [], response(_, Highlight, Blur)),
+    maplist([X, Y]>>(Y is Times * X), Highlight, Brighter),
+    predict_with(Device, response(Brighter, Brighter, Blur), Settings, prediction(_, Seen, _, _)),
+    assertion(( Seen > 0.002, Seen < 2.0 )).
+test(what_is_safest_of_one_setting_is_that) :-
+    ring(Device),
+    safest(Device, settings(_, 0.01, 8.0)).
 test(exposure_program) :-
     testbed(Device),
     readings(Device, [settings([7, 7, 7], 0.0041667, 5.6), settings([7, 7, 7], 0.0166667, 4.0)], Readings),

@@ -2,6 +2,7 @@
 :- use_module(library(plunit)).
 :- use_module(library(apply)).
 :- use_module(library(lists)).
+:- use_module('../../domain/reasoning/merit', [worst_merit/1]).
 :- use_module('../../domain/testing/simulated_world').
 :- use_module('../../indigolog/indigolog').
 
@@ -106,6 +107,9 @@ test(informed_drops_an_image_that_harms, Discarded-States == [i2]-1) :-
     in_world([Never, images(2), harmful], informed, session, final, Situation),
     fluents(Situation, [discarded, unfavourable], [Discarded, Unfavourable]),
     length(Unfavourable, States).
+test(informed_keeps_an_image_with_which_the_pose_is_trusted_all_the_same, Taken == 2) :-
+    in_world([threshold(99.0), harmful], informed, session, final, Situation),
+    fluent_value(taken, Situation, Taken).
 test(fused_takes_every_shutter_with_all_lights_full, Bracket-Kept == [0.0041667, 0.0083333, 0.0166667, 0.0333333, 0.0666667]-5) :-
     in_world([], fused, session, final, Situation),
     settings_taken(Situation, Settings),
@@ -123,6 +127,19 @@ test(informed_begins_anew_when_a_target_moved_unannounced, Images-Reasons == [i5
     fluents(Situation, [image_set, steps], [Set, Steps]),
     findall(Image, member(kept(Image, _), Set), Images),
     findall(Reason, member(step(_, _, _, _, keep, Reason, _, _, _), Steps), Reasons).
+test(informed_ends_when_five_images_have_brought_nothing, Taken == 6) :-
+    never(Never),
+    in_world([Never, images(10), useless], informed, session, final, Situation),
+    fluent_value(taken, Situation, Taken).
+test(informed_ends_when_five_images_show_no_likely_pose, Taken == 5) :-
+    never(Never),
+    in_world([Never, images(10), blind_below(1000)], informed, [connect, advance(1), control], final, Situation),
+    fluent_value(taken, Situation, Taken).
+test(a_pose_that_is_looked_for_anew_has_all_its_images_before_it, Fruitless-Merit == 0-Worst) :-
+    never(Never),
+    worst_merit(Worst),
+    in_world([Never, images(10), useless], informed, [connect, control, start_over], final, Situation),
+    fluents(Situation, [fruitless, least_merit], [Fruitless, Merit]).
 test(informed_takes_no_settings_twice) :-
     never(Never),
     in_world([Never, images(6)], informed, session, final, Situation),
