@@ -44,7 +44,8 @@ prior_trust(light, 0.002).              % weight of a prior beside a reading's 1
 prior_trust(lens, 2.0).                 % lens and filter are known well enough: what is wider comes from
 prior_trust(blur, 0.002).               %   aperture or shutter
 prior_blur(lens, 1.0).                  % px^2: an edge of one pixel
-prior_blur(blur, 0.5).                  % px^2, at the widest aperture, and at the reference shutter
+prior_blur(blur, 3.0).                  % px^2, at the widest aperture, and at the reference shutter: lenses that are wide
+                                        %   and cameras that move blur by up to 4 px, and what is sharp is soon seen to be
 sun_share(0.5).                         % prior: the sun is like one light half on
 least_blur_px2(0.25).                   % half a pixel: no lens and pixel do better
 edge_contrast(0.4).                     % of a typical model edge, as a fraction of the brightness

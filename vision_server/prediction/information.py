@@ -31,7 +31,7 @@ MOST_SAMPLES, LEAST_OF_LINE = 200, 2  # of all visible lines together: more chan
 # As in the controller's prediction of whole images (domain/reasoning/prediction.pl), which explains them.
 CROWDING, EDGE_CONTRAST = 0.05, 0.4
 SAFE_HIGHLIGHT, OVERSHOOT_POWER = 0.9, 4
-BLUR_PRIOR_PX2, BLUR_TRUST = np.array([1.0, 0.5, 0.5]), np.array([2.0, 0.002, 0.002])
+BLUR_PRIOR_PX2, BLUR_TRUST = np.array([1.0, 3.0, 3.0]), np.array([2.0, 0.002, 0.002])
 LEAST_BLUR_PX2 = 0.25
 UNPLACED_PX = 4.0  # a line that would be placed no better is not found: as far as its support is looked for
 DETECTED_SNR = 3.0  # a step under so many standard deviations of the noise is mostly not found; by hand
