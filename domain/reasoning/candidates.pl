@@ -127,16 +127,19 @@ ranking(Device, experience(Readings, Kept, Unfavourable), Ranked) :-
 
 safest(Device, Settings) :-
     fit(Device, [], Response),
+    findall(Lit, ( unmet_light(Factor), lit_by(Factor, Response, Lit) ), Responses),
     aggregate_all(max(Worth, S),
-                  ( candidate(Device, S), mean_worth(Device, Response, S, Worth) ),
+                  ( candidate(Device, S), total_worth(Device, Responses, S, Worth) ),
                   max(_, Settings)).
 
-mean_worth(Device, response(Middle, Highlight, Blur), Settings, Worth) :-
+lit_by(Factor, response(Middle0, Highlight0, Blur), response(Middle, Highlight, Blur)) :-
+    maplist(times(Factor), Middle0, Middle),
+    maplist(times(Factor), Highlight0, Highlight).
+
+total_worth(Device, Responses, Settings, Worth) :-
     aggregate_all(sum(Bits),
-                  ( unmet_light(Factor),
-                    maplist(times(Factor), Middle, Middle1),
-                    maplist(times(Factor), Highlight, Highlight1),
-                    predict_with(Device, response(Middle1, Highlight1, Blur), Settings, Prediction),
+                  ( member(Response, Responses),
+                    predict_with(Device, Response, Settings, Prediction),
                     information(Prediction, Bits) ),
                   Worth).
 
