@@ -70,7 +70,7 @@ coverage: setup
 api: setup
 	@echo "api: pages from docstrings (pdoc) and from PlDoc, into build/api"
 	@$(VENV) -c 'import pdoc, zensical' 2>/dev/null || $(VENV) -m pip install --quiet --disable-pip-version-check -e '.[docs]'
-	@$(VENV) -m pdoc --no-show-source --docformat numpy -o build/api/python $(ROOMS) '!bridge.door' '!bridge.zmq4pl'
+	@$(VENV) setup/python-pages.py build/api/python $(ROOMS)
 	@swipl setup/prolog-pages.pl build/api/prolog
 
 # A warning ends it: a link or an anchor that leads nowhere.

@@ -94,7 +94,7 @@ def test_nothing_is_fetched_from_elsewhere(site: Path) -> None:
 def test_the_code_that_the_api_page_links_to_is_made_into_pages() -> None:
     makefile = (ROOT / "Makefile").read_text()
     rooms = set(re.search(r"^ROOMS *= (.*)$", makefile, re.MULTILINE)[1].split())  # type: ignore[index]
-    assert "-o build/api/python $(ROOMS)" in makefile
+    assert "setup/python-pages.py build/api/python $(ROOMS)" in makefile
     assert {"bridge", "geometry", "report", "session", "vision_server"} <= rooms
     made = re.findall(
         r"^room\('?([\w/]+)'?\)\.", (ROOT / "setup" / "prolog-pages.pl").read_text(), re.MULTILINE
