@@ -1,14 +1,17 @@
 """Calibration of `vision_server check`: poses that are right and wrong, judged on simulated frames.
 
-    .venv/bin/python -m benchmarks.referee [--scenes 250] [--first 0] [--fit] [--plot OUT.png]
+    .venv/bin/python -m benchmarks.referee [--scenes 250] [--first 0] [--rows FILE] [--fit] [--plot OUT.png]
+    .venv/bin/python -m benchmarks.referee --stacks STACK_FOLDER [--stacks ...]
 
 Each scene is a target of the project under a scenario drawn from the simulator's, or a frame of a simulated
-film before clutter, seen in one to three images. Of each, poses are judged that are off by 0.02 to 30
-degrees and as much of the image, and poses as programs get them wrong: refined from a start too far away,
-and turned onto a near symmetry. One JSON object: the expected error of the probability (the mean distance
-between it and the share that is right, in ten bins of equal count), Brier score, and shares of states.
-``--fit`` also prints the coefficients that a logistic regression gives on even scenes, and what these are
-worth on odd ones.
+film before clutter, half of these of printed boxes with rounded edges, seen in one to three images; or three
+sets of images of each light stack (``--stacks``, once for each). Of each, poses are judged that are off by
+0.02 to 30 degrees and as much of the image, and poses as programs get them wrong: refined from a start too
+far away, and turned onto a near symmetry. One JSON object: the expected error of the probability (the mean
+distance between it and the share that is right, in ten bins of equal count), Brier score, and shares of
+states. With ``--rows`` poses that were judged are kept, and not judged again. ``--fit`` prints the two
+coefficients by maximum likelihood, and what they are worth: each fifth of the scenes judged by a fit to
+the others, which is also what is plotted.
 """
 
 from __future__ import annotations
@@ -16,16 +19,20 @@ from __future__ import annotations
 import json
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from itertools import islice
+from functools import partial
 from pathlib import Path
 from typing import Annotated
+from zlib import crc32
 
+import msgspec
 import numpy as np
 import typer
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from benchmarks.films import CAMERA, film
+from benchmarks.photographs import image_set, stack_studio
+from benchmarks.trust_fit import SETS, drawn_set
 from bridge.errors import BadInput
 from bridge.messages import Settings
 from geometry.camera import Camera
@@ -37,8 +44,9 @@ from image_server.simulator import Simulator
 from vision_server.image_set import ImageSet
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import refine
+from vision_server.segments.extraction import extract_segments
 from vision_server.tracking import referee
-from vision_server.tracking.referee import LIMITS, Evidence, judged, terms
+from vision_server.tracking.referee import LIMITS, Chances, judged, probability
 
 Floats = NDArray[np.float64]
 
@@ -46,16 +54,17 @@ POSES = 8  # of a scene
 SCENARIOS = ("nominal", "textured", "harsh", "eclipse", "grazing", "back-lit", "blur", "glint")
 BINS = 10
 RIDGE = 1e-3
+LEAST_LIKELY = 1e-6
+FOLDS = 5
 
 
 @dataclass(frozen=True)
 class Row:
     """One judged pose."""
 
-    scene: int
+    scene: str
     right: bool
-    probability: float
-    evidence: Evidence | None
+    chances: Chances
     rotation_deg: float
 
 
@@ -63,11 +72,11 @@ def scene(number: int) -> tuple[ImageSet, Model, Camera, Pose]:
     """A scene by number: images, and the true pose."""
     rng = np.random.default_rng([number, 77])
     if number % 3 == 0:
-        model, shown = film(number, "lights", 3)
-        frames = list(islice(shown, int(rng.integers(1, 2))))
+        model, shown = film(number, "printed" if number % 2 else "lights", 3)
+        frame = next(shown)
         images = ImageSet(CAMERA.width, CAMERA.height)
-        images.add("i1", frames[0].pixels, 1.0, 1.0)
-        return images, model, CAMERA, frames[0].pose
+        images.add("i1", frame.pixels, 1.0, 1.0)
+        return images, model, CAMERA, frame.pose
     target = ("cube", "fixture", "satellite")[int(rng.integers(3))]
     device = Simulator(target, str(rng.choice(SCENARIOS)), number)
     told = device.describe()
@@ -112,17 +121,58 @@ def _off(rng: np.random.Generator, model: Model, pose: Pose, degrees: float) -> 
     return Pose.from_matrix(turn @ pose.matrix, centre + shift + turn @ (pose.translation - centre))
 
 
-def rows_of(number: int) -> list[Row]:
-    """Judge the poses of one scene."""
-    try:
-        images, model, camera, true = scene(number)
-    except BadInput:
-        return []  # the scenario has no light or sun there
-    rows = []
+def judged_poses(
+    number: int, name: str, images: ImageSet, model: Model, camera: Camera, true: Pose
+) -> list[Row]:
+    """Judge poses of one scene."""
+    rows, names = [], list(images.images)
+    endpoints = extract_segments(images.edge_map(names)).endpoints
     for pose in given_poses(number, images, model, camera, true):
         error = pose.error_to(true)
-        found = judged(images, list(images.images), model, camera, pose)
-        rows.append(Row(number, error.within(*LIMITS), found.probability, found.evidence, error.rotation_deg))
+        found = judged(images, names, model, camera, pose, endpoints=endpoints)
+        right = error.within(*LIMITS)
+        rows.append(Row(name, right, found.chances, error.rotation_deg))
+    return rows
+
+
+def simulated_rows(number: int) -> list[Row]:
+    """Judge the poses of one scene by number."""
+    try:
+        return judged_poses(number, str(number), *scene(number))
+    except BadInput:
+        return []  # the scenario has no light or sun there
+
+
+def stack_rows(first: int, folder: Path) -> list[Row]:
+    """Judge poses of a light stack in three image sets."""
+    studio, rows = stack_studio(folder), []
+    rng = np.random.default_rng([first, crc32(folder.name.encode())])
+    for kind, count in SETS:
+        images = image_set(drawn_set(studio, kind, count, rng))
+        number = int(rng.integers(2**31))
+        rows += judged_poses(number, folder.name, images, studio.model, studio.camera, studio.true)
+    return rows
+
+
+def every_row(scenes: int, first: int, stacks: list[Path], workers: int, kept: Path | None) -> list[Row]:
+    """All rows; those in the file ``kept`` are taken from there, the others are added to it."""
+    known: dict[str, list[Row]] = {}
+    if kept is not None and kept.exists():
+        for row in map(partial(msgspec.json.decode, type=Row), kept.read_bytes().splitlines()):
+            known.setdefault(row.scene, []).append(row)
+    names = [folder.name for folder in stacks] or [str(first + k) for k in range(scenes)]
+    rows = [row for name in names for row in known.get(name, [])]
+    with ProcessPoolExecutor(workers) as pool:
+        if stacks:
+            left = [folder for folder in stacks if folder.name not in known]
+            found = pool.map(partial(stack_rows, first), left)
+        else:
+            found = pool.map(simulated_rows, [int(name) for name in names if name not in known])
+        for some in found:
+            rows += some
+            if kept is not None:
+                with kept.open("ab") as file:
+                    file.writelines(msgspec.json.encode(row) + b"\n" for row in some)
     return rows
 
 
@@ -133,14 +183,16 @@ def expected_error(probability: Floats, right: NDArray[np.bool_]) -> float:
     return float(np.average(gaps, weights=[len(part) for part in order]))
 
 
-def fitted(features: Floats, right: NDArray[np.bool_]) -> Floats:
-    """Coefficients of a logistic regression."""
+def fitted(rows: list[Row]) -> Floats:
+    """Bias and factor of the log odds, by maximum likelihood."""
 
     def loss(beta: Floats) -> float:
-        logit = features @ beta
-        return float(np.logaddexp(0.0, logit).sum() - logit[right].sum() + RIDGE * beta @ beta)
+        stated = np.array([probability(row.chances, *beta) for row in rows])
+        right = np.array([row.right for row in rows])
+        likely = np.log(np.maximum(np.where(right, stated, 1.0 - stated), LEAST_LIKELY))
+        return float(RIDGE * beta @ beta - likely.sum())
 
-    return np.asarray(minimize(loss, np.zeros(features.shape[1])).x)
+    return np.asarray(minimize(loss, np.array([0.0, 1.0]), method="Nelder-Mead").x)
 
 
 def plotted(probability: Floats, right: NDArray[np.bool_], out: Path) -> None:
@@ -165,39 +217,48 @@ def plotted(probability: Floats, right: NDArray[np.bool_], out: Path) -> None:
     figure.savefig(out, dpi=120)
 
 
+def cross_validated(rows: list[Row]) -> tuple[Floats, Floats]:
+    """The coefficients, and the probability of each row by a fit to the other folds of scenes."""
+    fold = np.array([crc32(row.scene.encode()) % FOLDS for row in rows])
+    stated = np.zeros(len(rows))
+    for number in range(FOLDS):
+        beta = fitted([row for row, own in zip(rows, fold, strict=True) if own != number])
+        for k in np.flatnonzero(fold == number):
+            stated[k] = probability(rows[k].chances, *beta)
+    return fitted(rows), stated
+
+
+def said(name: str, stated: Floats, right: NDArray[np.bool_]) -> dict[str, object]:
+    """What is printed of probabilities."""
+    states = np.where(stated >= referee.OK, "ok", np.where(stated < referee.LOST, "lost", "doubtful"))
+    return {
+        "name": name, "value": expected_error(stated, right), "unit": "expected error",
+        "poses": len(right), "right": float(right.mean()), "brier": float(np.mean((stated - right) ** 2)),
+        **{state: int((states == state).sum()) for state in ("ok", "doubtful", "lost")},
+        "ok_and_wrong": int(((states == "ok") & ~right).sum()),
+        "lost_and_right": int(((states == "lost") & right).sum()),
+    }  # fmt: skip
+
+
 def main(
     scenes: int = 250,
     first: int = 0,
     workers: int = 2,
+    stacks: Annotated[list[Path] | None, typer.Option(help="Light stacks instead; may be repeated.")] = None,
+    rows: Annotated[Path | None, typer.Option(help="Keep what was judged here.")] = None,
     fit: Annotated[bool, typer.Option(help="Fit the coefficients, too.")] = False,
     plot: Path | None = None,
 ) -> None:
     """Judge, and print."""
-    with ProcessPoolExecutor(workers) as pool:
-        rows = [row for part in pool.map(rows_of, range(first, first + scenes), chunksize=2) for row in part]
-    right = np.array([row.right for row in rows])
-    stated = np.array([row.probability for row in rows])
-    states = np.where(stated >= referee.OK, "ok", np.where(stated < referee.LOST, "lost", "doubtful"))
-    print(json.dumps({
-        "name": "referee", "value": expected_error(stated, right), "unit": "expected error",
-        "poses": len(rows), "right": float(right.mean()), "brier": float(np.mean((stated - right) ** 2)),
-        **{state: int((states == state).sum()) for state in ("ok", "doubtful", "lost")},
-        "ok_and_wrong": int(((states == "ok") & ~right).sum()),
-        "lost_and_right": int(((states == "lost") & right).sum()),
-    }))  # fmt: skip
+    found = every_row(scenes, first, stacks or [], workers, rows)
+    right = np.array([row.right for row in found])
+    stated = np.array([probability(row.chances) for row in found])
+    print(json.dumps(said("referee", stated, right)))
+    if fit:
+        beta, stated = cross_validated(found)
+        print(json.dumps(said("referee, cross-validated", stated, right) | {"fit": beta.round(3).tolist()}))
     if plot is not None:
         plotted(stated, right, plot)
-    if fit:
-        known = [row for row in rows if row.evidence is not None]
-        features = np.array([terms(row.evidence) for row in known if row.evidence is not None])
-        truth = np.array([row.right for row in known])
-        even = np.array([row.scene % 2 == 0 for row in known])
-        beta = fitted(features[even], truth[even])
-        held_out = 1.0 / (1.0 + np.exp(-features[~even] @ beta))
-        print(json.dumps({
-            "name": "fit", "value": expected_error(held_out, truth[~even]), "unit": "expected error",
-            "even_scenes": beta.round(3).tolist(), "all_scenes": fitted(features, truth).round(3).tolist(),
-        }))  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -14,49 +14,38 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
+from geometry.rotation import vector_of
 from vision_server.image_set import ImageSet
-from vision_server.pipeline import PipelineSettings, estimate_pose
+from vision_server.pipeline import Estimate, PipelineSettings, pose_of_segments
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import FINE_REACHES_PX, refined
-from vision_server.pose.refinement import REACHES_PX
+from vision_server.pose.ranking import FINE_REACHES_PX, NEAR, refined
+from vision_server.pose.refinement import EXACT_REACH_PX, REACHES_PX
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.support import PoseSupport, support_at
-from vision_server.pose.trust import confidence, quality
+from vision_server.pose.trust import RIVAL_NATS, TAILS, confidence, quality
+from vision_server.segments.extraction import extract_segments
+from vision_server.tracking.beside import beside_px2
+from vision_server.tracking.fitting import Habits, fitted
+from vision_server.tracking.following import PASSES, SETTLED_PX
 
 Floats = NDArray[np.float64]
 Verdict = Literal["ok", "doubtful", "lost"]
+Chances = tuple[tuple[float, float], ...]
+"""Of each pose around a given one: its share by likelihood, and the chance, were it alone, that the given one
+is right: that its lines are where they seem, times how much of its covariance is within LIMITS."""
 
 OK, LOST = 0.8, 0.2  # probabilities from which on, and below which
 LIMITS = (1.0, 0.01)  # degrees, share of the range: a pose is right within them
-DRAWS = 400  # of the better pose from its covariance
+DRAWS = 400  # of a pose from its covariance
 BOUND_99 = 16.81  # of a squared difference of six dimensions in units of its covariance
 LEAST_ODDS = 1e-4  # probabilities are never taken for surer than this
-# Logistic regression on simulated frames, poses right and wrong: python -m benchmarks.referee --fit
-WEIGHTS = (-2.45, 0.34, 0.53, -0.13)
-EVEN_AMBIGUITY = 0.6  # share of the quality of a turned pose, from which on it is a rival
-MOST_HALVINGS = 6.0  # of the quality, beyond which nothing more is told
+# By maximum likelihood on simulated frames, poses right and wrong: python -m benchmarks.referee --fit
+BIAS, PER_LOG_ODDS = 2.25, 0.85
+WORTH_REFINING = 20.0  # nats that a turned pose may lack before it is refined: odds of e^-7 after that
+MOST_TURNED = 4  # turns that are refined
 DISAGREES = 0.25  # a line with less of its visible length supported
-
-
-@dataclass(frozen=True, eq=False)
-class Evidence:
-    """What the images say of a pose and of the best one around it.
-
-    Attributes
-    ----------
-    believed : probability that the best pose is right, were there no other given.
-    within : probability that the given pose is right if the best one is, by its covariance.
-    worth : quality of the given pose as a share of the best one's.
-    turned : quality of the best turn onto a near symmetry of the target as a share of the best pose's; 0
-        where the target has none.
-    """
-
-    believed: float
-    within: float
-    worth: float
-    turned: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,13 +58,14 @@ class Judgement:
     better : the pose that explains the images best, where the given one differs from it by more than its
         covariance (6, 6) allows; None where it does not, or where nothing can be believed.
     disagreeing : model lines that should be seen and are not.
+    chances : what the probability is of.
     """
 
     probability: float
     better: Pose | None
     covariance: Floats | None
     disagreeing: tuple[int, ...]
-    evidence: Evidence | None
+    chances: Chances
 
     @property
     def state(self) -> Verdict:
@@ -86,11 +76,12 @@ class Judgement:
 
 
 @dataclass(frozen=True, eq=False)
-class _Best:
-    """The best pose around a given one."""
+class Around:
+    """A pose that may be the right one: covariance (6, 6), evidence in nats, and how far it is believed."""
 
     pose: Pose
     covariance: Floats
+    nats: float
     quality: float
     believed: float
 
@@ -102,10 +93,12 @@ def judged(
     camera: Camera,
     pose: Pose,
     settings: PipelineSettings = PipelineSettings(),
+    endpoints: Floats | None = None,
 ) -> Judgement:
-    """Judge a pose by images of one set.
+    """Judge a pose by images of one set; ``endpoints`` (N, 4) px of its segments spare finding them again.
 
-    The pose is compared with what refinement makes of it, and with the best pose in the search range around.
+    The pose is compared with what refinement makes of it, with what a search around it finds, and with turns
+    of that onto near symmetries of the target.
 
     Raises
     ------
@@ -117,69 +110,129 @@ def judged(
     images.check(names)
     problem = PoseProblem.at_scale(images.gradients(names), model, camera, 0, settings.tone_sd_px)
     problem = replace(problem, scale=line_scales(problem, pose))
-    spacing = spacing_for(model, camera, pose)
-    given = support_at(problem, pose, spacing)
-    best = _best(problem, images, names, pose, settings)
+    given = support_at(problem, pose, spacing_for(model, camera, pose))
     missing = () if given is None else _disagreeing(given)
-    if given is None or best is None:
-        return Judgement(0.0, None, None, missing, None)
-    worth = min(1.0, quality(given) / best.quality)
-    evidence = Evidence(best.believed, _within(best, pose), worth, _turned(problem, best, spacing))
+    if endpoints is None:
+        endpoints = extract_segments(images.edge_map(names)).endpoints
+    wide = pose_of_segments(endpoints, problem.channels, model, camera, pose, settings)
+    around = _poses_around(problem, wide, pose)
+    if given is None or not around:
+        return Judgement(0.0, None, None, missing, ())
+    best = around[0]
+    chances = chances_of(around, pose)
     differs = squared_difference(pose, best.pose, best.covariance) > BOUND_99
     better = best.pose if differs and best.believed > LOST else None
-    return Judgement(probability(evidence), better, best.covariance, missing, evidence)
+    return Judgement(probability(chances), better, best.covariance, missing, chances)
 
 
-def terms(evidence: Evidence) -> tuple[float, ...]:
-    """What the probability is a logistic function of, see WEIGHTS."""
-    worth = math.log2(max(evidence.worth, 2.0**-MOST_HALVINGS))
-    return 1.0, _odds(evidence.believed), _odds(evidence.within), worth
+def probability(chances: Chances, bias: float = BIAS, per_log_odds: float = PER_LOG_ODDS) -> float:
+    """Of being right: of each pose around its share, times the calibrated chance that it speaks for."""
+    return sum(
+        share / (1.0 + math.exp(-bias - per_log_odds * log_odds(believed))) for share, believed in chances
+    )
 
 
-def probability(evidence: Evidence) -> float:
-    """Of being right, calibrated; where a turned target would look much alike, one of two at most."""
-    logit = sum(weight * term for weight, term in zip(WEIGHTS, terms(evidence), strict=True))
-    alike = max(0.0, min(evidence.turned, 1.0) - EVEN_AMBIGUITY) / (1.0 - EVEN_AMBIGUITY)
-    return min(1.0 / (1.0 + math.exp(-logit)), (1.0 - 0.5 * alike) / max(1.0, evidence.turned))
+def log_odds(believed: float) -> float:
+    """Logarithm of the odds; nothing is believed more than LEAST_ODDS leaves."""
+    believed = min(max(believed, LEAST_ODDS), 1.0 - LEAST_ODDS)
+    return math.log(believed / (1.0 - believed))
 
 
-def _odds(value: float) -> float:
-    """Logarithm of the odds."""
-    value = min(max(value, LEAST_ODDS), 1.0 - LEAST_ODDS)
-    return math.log(value / (1.0 - value))
+def _poses_around(problem: PoseProblem, wide: Estimate, pose: Pose) -> list[Around]:
+    """All poses that the given one may be mistaken for or is, the likeliest first; none twice.
 
-
-def _best(
-    problem: PoseProblem, images: ImageSet, names: Sequence[str], pose: Pose, settings: PipelineSettings
-) -> _Best | None:
-    """What refinement makes of the pose, or what a search around it finds: what explains more."""
-    found = []
-    wide = estimate_pose(images, names, problem.model, problem.camera, pose, settings)
+    ``wide`` is what a search around the given pose finds.
+    """
+    found: list[Around] = []
     if wide.pose is not None and wide.support is not None and wide.covariance is not None:
-        found.append(_Best(wide.pose, wide.covariance, quality(wide.support), wide.score))
-    spacing = spacing_for(problem.model, problem.camera, pose)
-    near = refined(problem, pose, (*REACHES_PX, *FINE_REACHES_PX), spacing)
-    if near is not None:
-        covariance = pose_covariance(near.solution)
-        spread = uncertainty(covariance, near.pose.translation)
-        believed = confidence(near.support, wide.ambiguity, spread)
-        found.append(_Best(near.pose, covariance, near.quality, believed))
-    held = [one for one in found if one.quality > 0.0]
-    return max(held, key=lambda one: one.quality, default=None)
+        believed = wide.score * (1.0 + wide.ambiguity)
+        own = wide.support.evidence
+        found.append(Around(wide.pose, wide.covariance, own, quality(wide.support), believed))
+        for rival in wide.rivals:
+            nats = own + RIVAL_NATS * math.log(max(rival.share, LEAST_ODDS))
+            found.append(Around(rival.pose, wide.covariance, nats, 0.0, believed))
+    found += _refined(problem, [pose])
+    if found:
+        found += _turned(problem, max(found, key=lambda one: one.nats))
+    distinct: list[Around] = []
+    for one in sorted(found, key=lambda one: -one.quality):
+        if not any(one.pose.error_to(other.pose).within(*NEAR) for other in distinct):
+            distinct.append(one)
+    distinct.sort(key=lambda one: -one.nats)
+    worth = [one for one in distinct if one.nats > distinct[0].nats + RIVAL_NATS * math.log(LEAST_ODDS)]
+    return [_on_lines(problem, one) for one in worth]
 
 
-def _turned(problem: PoseProblem, best: _Best, spacing_px: float) -> float:
-    """How well the images bear a turn of the target onto a near symmetry, beside the best pose."""
-    poses = (best.pose.compose(turn) for turn in near_symmetries(problem.model))
-    supports = (support_at(problem, pose, spacing_px) for pose in poses)
-    return max((quality(one) for one in supports if one is not None), default=0.0) / best.quality
+def _refined(problem: PoseProblem, poses: Sequence[Pose]) -> list[Around]:
+    """What refinement makes of poses."""
+    found = []
+    for pose in poses:
+        spacing = spacing_for(problem.model, problem.camera, pose)
+        near = refined(problem, pose, (*REACHES_PX, *FINE_REACHES_PX), spacing)
+        if near is not None:
+            covariance = pose_covariance(near.solution)
+            spread = uncertainty(covariance, near.pose.translation)
+            believed = confidence(near.support, 0.0, spread)
+            found.append(Around(near.pose, covariance, near.support.evidence, near.quality, believed))
+    return found
 
 
-def _within(best: _Best, pose: Pose) -> float:
-    """Share of the poses that the best one may stand for, of which the given one is within LIMITS."""
+def _on_lines(problem: PoseProblem, one: Around) -> Around:
+    """The pose fitted to whole lines, whose covariance knows what they are off by more than noise.
+
+    Where too few are seen for that, the covariance is that of edge points, and its tails.
+    """
+    habits = Habits.of(problem.model)
+    problem = replace(problem, scale=line_scales(problem, one.pose))
+    spacing = spacing_for(problem.model, problem.camera, one.pose)
+    beside = beside_px2(problem, one.pose)
+    one = replace(one, covariance=TAILS**2 * one.covariance)
+    for _ in range(PASSES):
+        fit = fitted(problem, one.pose, EXACT_REACH_PX, spacing, habits, beside)
+        if fit is None:
+            break
+        one = replace(one, pose=fit.pose, covariance=fit.covariance)
+        if fit.moved_px < SETTLED_PX:
+            break
+    return one
+
+
+def _turned(problem: PoseProblem, best: Around) -> list[Around]:
+    """The best pose turned onto near symmetries of the target, refined where that may be as likely."""
+    spacing = spacing_for(problem.model, problem.camera, best.pose)
+    promising = []
+    for turn in near_symmetries(problem.model):
+        pose = best.pose.compose(turn)
+        support = support_at(problem, pose, spacing)
+        if support is not None and support.evidence > best.nats - WORTH_REFINING:
+            promising.append((-support.evidence, pose))
+    promising.sort(key=lambda one: one[0])
+    return _refined(problem, [pose for _, pose in promising[:MOST_TURNED]])
+
+
+def chances_of(around: Sequence[Around], pose: Pose) -> Chances:
+    """What speaks for a pose: of each pose around, by its likelihood and covariance."""
+    nats = np.array([one.nats for one in around]) / RIVAL_NATS
+    shares = np.exp(nats - nats.max())
+    shares /= shares.sum()
+    return tuple(
+        (float(share), one.believed * share_within(one.pose, one.covariance, pose))
+        for share, one in zip(shares, around, strict=True)
+    )
+
+
+def share_within(one: Pose, covariance: Floats, given: Pose) -> float:
+    """Share of the poses that one may stand for by its covariance (6, 6), that the given one is right for."""
     rng = np.random.default_rng(0)
-    steps = rng.multivariate_normal(np.zeros(6), best.covariance, DRAWS, method="eigh")
-    near = sum(pose.error_to(best.pose.stepped(step)).within(*LIMITS) for step in steps)
+    steps = rng.multivariate_normal(np.zeros(6), covariance, DRAWS, method="eigh")
+    turn, shift, angle = steps[:, :3], steps[:, 3:], np.linalg.norm(steps[:, :3], axis=1)[:, None]
+    across = np.cross(turn, one.translation)  # Rodrigues' formula
+    moved = one.translation + np.sinc(angle / np.pi) * across
+    moved += 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * np.cross(turn, across) + shift
+    between = vector_of(given.matrix @ one.matrix.T)  # of small turns; larger ones are not within LIMITS
+    degrees = np.degrees(np.linalg.norm(between - turn, axis=1))
+    apart = np.linalg.norm(given.translation - moved, axis=1) / np.linalg.norm(moved, axis=1)
+    near = int(((degrees < LIMITS[0]) & (apart < LIMITS[1])).sum())
     return (near + 0.5) / (DRAWS + 1)
 
 
