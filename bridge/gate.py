@@ -27,6 +27,8 @@ MAX_COMMAND_BYTES = 4096
 """Of one ZMTP command: the handshake's metadata is the largest, with an identity of 255 bytes."""
 STALLED_S = 10
 """A client that sends nothing amid a message, or takes nothing of a reply, for so long is cut off."""
+LAST_WORDS_S = 1.0
+"""How long a gate that closes waits for replies to be passed on; chosen by hand."""
 CHUNK_BYTES = 128 * 1024
 GREETING_BYTES = 64
 MORE, LONG, COMMAND = 1, 2, 4  # flags of a frame
@@ -140,7 +142,7 @@ class Gate:
         self._thread.start()
 
     def close(self) -> None:
-        """Accept nobody any more, and end what is connected."""
+        """Accept nobody any more, and end what is connected, once what libzmq has sent is passed on."""
         self._closed = True
         with suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)
@@ -148,6 +150,9 @@ class Gate:
         self._listener.close()
         with self._lock:
             open_now = list(self._connections)
+        deadline = time.monotonic() + LAST_WORDS_S
+        for connection in open_now:
+            connection.drain(deadline)
         for connection in open_now:
             connection.cut()
         for connection in open_now:
@@ -228,6 +233,10 @@ class _Connection:
     def join(self) -> None:
         for thread in self._threads:
             thread.join()
+
+    def drain(self, deadline: float) -> None:
+        """Wait until all is passed on that the socket behind the gate, which has closed, sent."""
+        self._threads[1].join(max(0.0, deadline - time.monotonic()))
 
     def cut(self) -> None:
         """End both directions."""

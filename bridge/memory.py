@@ -1,5 +1,9 @@
-"""A server's memory of its last replies, so that a repeated request is answered, not done twice."""
+"""A server's memory of its last replies, so that a repeated request is answered, not done twice.
 
+And memory that was freed, which goes back to the system.
+"""
+
+import ctypes
 from collections import OrderedDict
 from dataclasses import dataclass
 from typing import Any
@@ -7,6 +11,10 @@ from typing import Any
 MAX_CLIENTS = 64
 MAX_REPLIES_PER_CLIENT = 32
 MAX_BYTES = 16 * 1024 * 1024
+TIDY_MS = 500
+"""Quiet time after a large message or a client's end before freed memory is given back; chosen by hand."""
+LARGE_BYTES = 4 * 1024 * 1024
+"""A message of this size leaves a gap in memory that is worth giving back."""
 
 
 @dataclass(frozen=True)
@@ -69,3 +77,10 @@ class ReplyMemory:
     def _forget_oldest(self, replies: OrderedDict[str, Remembered]) -> None:
         _, forgotten = replies.popitem(last=False)
         self.bytes -= forgotten.size
+
+
+def give_back_freed() -> None:
+    """Give freed memory back to the system, which the C library would keep for the next image."""
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)

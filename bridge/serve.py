@@ -4,7 +4,6 @@ A request that breaks the protocol gets an error reply, and so does one whose ha
 client sends ends a server, except `shutdown`. Handlers run beside the loop: a slow one holds up nobody else.
 """
 
-import ctypes
 import logging
 import os
 import time
@@ -21,7 +20,7 @@ from bridge.envelope import Request, encode_error
 from bridge.errors import ProtocolError
 from bridge.lanes import Lanes
 from bridge.lifeline import Lifeline
-from bridge.memory import ReplyMemory
+from bridge.memory import LARGE_BYTES, TIDY_MS, ReplyMemory, give_back_freed
 from bridge.messages import PROTOCOL, NoArgs
 from bridge.operations import Operations
 from bridge.service import Handler, Reply, Service
@@ -31,10 +30,6 @@ __all__ = ["Handler", "Reply", "Server", "Service", "serve"]
 
 BURST = 16
 """Requests served between two looks at signals and the parent; chosen by hand."""
-TIDY_MS = 500
-"""Quiet time after a large message or a client's end before freed memory is given back; chosen by hand."""
-LARGE_BYTES = 4 * 1024 * 1024
-"""A message of this size leaves a gap in memory that is worth giving back."""
 
 log = logging.getLogger("bridge.serve")
 
@@ -91,8 +86,7 @@ class Server:
         self._lanes = Lanes()
         self._jobs: dict[str, _Job] = {}
         self._done: SimpleQueue[_Job] = SimpleQueue()
-        self._untidy = False
-        self._cuts = 0
+        self._untidy, self._cuts = False, 0
         try:
             self._sockets = ServerSockets(endpoint, events, curve)
         except BaseException:
@@ -156,10 +150,8 @@ class Server:
         return min(waits, default=None)
 
     def _tidy(self) -> None:
-        """Give freed memory back, which the C library would keep for the next image."""
-        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-        if self._untidy and trim is not None:
-            trim(0)
+        if self._untidy:
+            give_back_freed()
         self._untidy, self._cuts = False, self._sockets.cuts
 
     def _end(self) -> None:

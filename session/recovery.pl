@@ -12,10 +12,11 @@
 :- use_module(connections).
 :- use_module(display, [show/2, show_address/0]).
 :- use_module(forms).
+:- use_module(resumption, [missed_events/3]).
 :- use_module(live_table, [pulse/2, table_is_live/0]).
 :- use_module(servers).
 :- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
-:- use_module(library(lists), [append/3, member/2, memberchk/2, nth1/3, reverse/2, selectchk/3, subtract/3]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2, nth1/3, reverse/2, subtract/3]).
 
 /** <module> A server that dies, or does not answer, is brought back to where the session is
 
@@ -198,10 +199,7 @@ begin_action :-
 
 end_action(Action) :-
     add_to_past(Action),
-    (   retract(renewed)
-    ->  image_server_as_before
-    ;   true
-    ).
+    ( retract(renewed) -> image_server_as_before ; true ).
 
 %!  came_with(+Result) is det.
 %
@@ -260,7 +258,7 @@ take_over(Situation) :-
     situation_history(Situation, Newest),
     (   own_server(image_server)
     ->  (   asked_as_in_the_past(Told)
-        ->  missed(Newest, Told, Events),
+        ->  missed_events(Newest, Told, Events),
             forall(member(Event, Events), assertz(pending(Event)))
         ;   true
         )
@@ -268,26 +266,6 @@ take_over(Situation) :-
         reverse(Ranges, Oldest),
         move_again(Oldest)
     ).
-
-missed([Action|Newer], Told0, Missed) :-
-    (   memberchk(Action, [sun_changed, target_moved])
-    ->  ( told_of(Action, Told0, Told) -> true ; Told = Told0 ),
-        missed(Newer, Told, Missed)
-    ;   memberchk(Action, [light_fault(_), camera_fault, surprise(_, _)])
-    ->  missed(Newer, Told0, Missed)
-    ;   Action = advance(_)
-    ->  ( told_of(target_moved, Told0, Missed) -> true ; Missed = Told0 )
-    ;   memberchk(Action, [capture(_, _), e(capture(_, _), _)])
-    ->  Missed = Told0
-    ;   Missed = []
-    ).
-
-told_of(Name, Told, Rest) :-
-    atom_string(Name, String),
-    member(Event, Told),
-    Event.event == String,
-    !,
-    selectchk(Event, Told, Rest).
 
 %   An image server of the user's that has not moved its target as often as it was asked to does so.
 move_again([]) :-

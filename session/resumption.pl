@@ -3,7 +3,8 @@
             resumed_options/3,          % +Given, +Folder, -Options
             journaled_action/2,         % +Folder, -Action
             begun_options/2,            % +Folder, -Options
-            check_frames/1              % +Folder
+            check_frames/1,             % +Folder
+            missed_events/3             % +Actions, +Told, -Missed
           ]).
 :- use_module('../indigolog/online/journal', [journal_entries/3]).
 :- use_module(run_folder, [run_file/3]).
@@ -11,7 +12,7 @@
 :- use_module(usage, [dashes/2, usage_error/2]).
 :- use_module(library(apply), [exclude/3, maplist/3, partition/4]).
 :- use_module(library(http/json), [json_read_dict/2]).
-:- use_module(library(lists), [append/3, last/2, member/2, select/3]).
+:- use_module(library(lists), [append/3, last/2, member/2, memberchk/2, select/3, selectchk/3]).
 :- use_module(library(option), [option/2]).
 :- use_module(library(readutil), [read_file_to_string/3, read_file_to_terms/3]).
 
@@ -213,3 +214,28 @@ end_journal_before(Journal, Image) :-
     atom_concat(Journal, '.new', New),
     setup_call_cleanup(open(New, write, Stream, [encoding(utf8)]), format(Stream, "~w~n", [Kept]), close(Stream)),
     rename_file(New, Journal).
+
+%!  missed_events(+Actions, +Told, -Missed) is det.
+%
+%   Of the events that an image server told with the last thing that it did: those that the journal, newest action
+%   first, does not have.
+
+missed_events([Action|Newer], Told0, Missed) :-
+    (   memberchk(Action, [sun_changed, target_moved])
+    ->  ( told_of(Action, Told0, Told) -> true ; Told = Told0 ),
+        missed_events(Newer, Told, Missed)
+    ;   memberchk(Action, [light_fault(_), camera_fault, surprise(_, _)])
+    ->  missed_events(Newer, Told0, Missed)
+    ;   Action = advance(_)
+    ->  ( told_of(target_moved, Told0, Missed) -> true ; Missed = Told0 )
+    ;   memberchk(Action, [capture(_, _), e(capture(_, _), _)])
+    ->  Missed = Told0
+    ;   Missed = []
+    ).
+
+told_of(Name, Told, Rest) :-
+    atom_string(Name, String),
+    member(Event, Told),
+    Event.event == String,
+    !,
+    selectchk(Event, Told, Rest).

@@ -9,6 +9,7 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -224,6 +225,38 @@ def test_turns_are_had_in_the_order_in_which_they_are_asked_for() -> None:
         raise ValueError("inside")
     with turns:
         assert not turns._waiting
+
+
+class Late:
+    """A socket that is slow to give what it has received."""
+
+    def __init__(self, sock: socket.socket) -> None:
+        self._sock = sock
+
+    def recv_into(self, buffer: memoryview) -> int:
+        count = self._sock.recv_into(buffer)
+        time.sleep(0.3)
+        return count
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._sock, name)
+
+
+def test_the_last_reply_leaves_however_late_the_gate_is(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    outward = gate._Connection._outward
+
+    def late(connection: gate._Connection) -> None:
+        connection._inner = Late(connection._inner)  # type: ignore[assignment]
+        outward(connection)
+
+    monkeypatch.setattr(gate._Connection, "_outward", late)
+    service = Counter()
+    running = Running(service, Server(service, f"ipc://{folder}/s"))
+    with Client(running.endpoint, timeout_s=20) as client:
+        assert client.request("shutdown")[0] == {}
+    running.thread.join()
 
 
 def test_two_servers_started_together_do_not_share_a_socket(folder: Path) -> None:
