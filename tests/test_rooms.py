@@ -172,6 +172,13 @@ def test_a_ring_is_found() -> None:
     assert cycles({first: {second}, second: {first, third}, third: set()}) == [["a", "b"]]
 
 
+def test_files_that_the_page_names_are_there() -> None:
+    path = re.compile(rf"`((?:[\w-]+/)+[\w-]+\.(?:py|pl|md|json)|(?:{'|'.join(TOP)})/[\w/]*)`")
+    named = path.findall(PAGE.read_text())
+    assert len(named) > 30
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
 def test_contracts_are_cited_where_they_are() -> None:
     """No source cites a page that the repository does not hold."""
     cited = re.compile(r"docs/([\w-]+\.md)")
