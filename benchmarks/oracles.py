@@ -23,7 +23,8 @@ import typer
 from benchmarks.predictions import true_pose
 from benchmarks.surprises import SCENES, candidates, opened
 from bridge.messages import Settings
-from bridge.vision_messages import PredictArgs, StartArgs
+from bridge.start_messages import StartArgs
+from bridge.vision_messages import PredictArgs
 from geometry.pose import Pose
 from image_server.serve.device import Device
 from vision_server.serve.prediction import predict

@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 
 from benchmarks.surprises import SCENES, candidates, opened
 from bridge.messages import Settings
-from bridge.vision_messages import PredictArgs, StartArgs
+from bridge.start_messages import StartArgs
+from bridge.vision_messages import PredictArgs
 from geometry.pose import Pose
 from image_server.serve.device import Device
 from image_server.simulator import Simulator

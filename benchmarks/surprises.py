@@ -26,7 +26,8 @@ import typer
 from numpy.typing import NDArray
 
 from bridge.messages import Describe, Settings
-from bridge.vision_messages import PredictArgs, StartArgs
+from bridge.start_messages import StartArgs
+from bridge.vision_messages import PredictArgs
 from image_server.replay import Replay
 from image_server.serve.device import Device
 from image_server.simulator import Simulator

@@ -149,11 +149,6 @@ class MockServer:
         """End without a reply when ``op`` is asked for, as if killed; `start` brings the server back."""
         self._script(op).deadly = True
 
-    def reset(self) -> None:
-        """Forget all scripts and recorded requests."""
-        self._scripts.clear()
-        self.requests.clear()
-
     def publish(self, event: str, args: Mapping[str, Any] | None = None) -> int:
         """Publish an event; returns its sequence number, 0 when the server does not run."""
         return 0 if self._server is None else self._server.service.emit(event, args)

@@ -24,10 +24,12 @@ import pytest
 from bridge import mock_physics
 from bridge.arrays import array_sha256
 from bridge.errors import BadInput, LightsAndCameraError, ServerError
+from bridge.image_messages import ImageCaptureArgs, MoveArgs, RestartArgs, ScoreArgs
 from bridge.lifeline import Lifeline
-from bridge.messages import ImageCaptureArgs, MoveArgs, NoArgs, RestartArgs, ScoreArgs, Settings
+from bridge.messages import NoArgs, Settings
 from bridge.mock_server import MockServer, RecordedRequest
 from bridge.serve import Reply
+from bridge.start_messages import RestoreArgs, StartArgs
 from bridge.vision_messages import (
     AddArgs,
     AppraiseArgs,
@@ -35,8 +37,6 @@ from bridge.vision_messages import (
     EstimateArgs,
     ParametersArgs,
     PredictArgs,
-    RestoreArgs,
-    StartArgs,
     VisionCaptureArgs,
 )
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 
 from bridge.serve import Reply, Server
-from bridge.vision_messages import StartArgs
+from bridge.start_messages import StartArgs
 from experiments.plan import Cell, Scene
 from image_server.replay import Replay
 from image_server.serve.device import Device

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.chains import arcs, chains
 from geometry.errors import GeometryError
+from geometry.hidden_lines import trace
 from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
-from geometry.visible_samples import trace
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput, Unsupported
-from bridge.messages import Describe, MoveDone, PoseErrorMessage, PoseMessage, Settings
+from bridge.image_messages import MoveDone, PoseErrorMessage
+from bridge.messages import Describe, PoseMessage, Settings
 from image_server.serve.device import Change, Device, Frame, checked_settings, sure_frame
 from stack.exposure import in_words, level_fraction, light_powers, same_value
 from stack.format import FrameTable

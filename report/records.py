@@ -99,7 +99,6 @@ class ReasonRecord(Struct, frozen=True):
     seen: CandidateRecord | None = None
     rms_px: float | None = None
     merit: float | None = None
-    merit_before: float | None = None
 
 
 class StepRecord(Struct, frozen=True):

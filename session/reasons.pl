@@ -101,9 +101,9 @@ reason_dict(_, seen(statistics(P50, P95, Dark, Saturated, Blur), Quality, Predic
     ( number(Blur) -> BlurPx = Blur ; BlurPx = null ),
     Dict = _{kind:seen, quality:Quality, expected:Expected,
              seen:_{brightness:P50, highlight:P95, blur_px:BlurPx, dark:Dark, saturated:Saturated}}.
-reason_dict(_, measured(Fix, New, Old), Dict) =>
+reason_dict(_, measured(Fix, New, _), Dict) =>
     ( Fix == none -> Rms = null ; fix_rms(Fix, Rms) ),
-    Dict = _{kind:measured, rms_px:Rms, merit:New, merit_before:Old}.
+    Dict = _{kind:measured, rms_px:Rms, merit:New}.
 
 candidate_dict(Device, ranked(_, Settings, Why), Dict) :-
     settings_words(Device, Settings, Words),

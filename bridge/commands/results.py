@@ -8,7 +8,8 @@ from typing import Any
 
 from msgspec import Struct, inspect
 
-from bridge.messages import IMAGE_OPERATIONS, Operation
+from bridge.image_messages import IMAGE_OPERATIONS
+from bridge.messages import Operation
 from bridge.vision_messages import VISION_OPERATIONS
 
 HEAD = """\
@@ -19,7 +20,7 @@ HEAD = """\
 
 /** <module> The types of the servers' results
 
-Written by `python -m bridge results` from bridge/messages.py and bridge/vision_messages.py.
+Written by `python -m bridge results` from what bridge/image_messages.py and bridge/vision_messages.py state.
 What the types mean is said by check_type/3 of bridge/prolog/types.pl.
 */
 """

@@ -5,7 +5,7 @@
 
 /** <module> The types of the servers' results
 
-Written by `python -m bridge results` from bridge/messages.py and bridge/vision_messages.py.
+Written by `python -m bridge results` from what bridge/image_messages.py and bridge/vision_messages.py state.
 What the types mean is said by check_type/3 of bridge/prolog/types.pl.
 */
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.messages import Describe, PoseMessage, Settings
-from bridge.vision_messages import StartArgs
+from bridge.start_messages import StartArgs
 from experiments.kinds import Row
 from experiments.plan import Cell
 from experiments.worker import Worker

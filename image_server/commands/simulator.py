@@ -53,7 +53,7 @@ def run(options: Namespace) -> int:
 
 def simulated_device(options: Namespace, conditions: Conditions = AS_IN_THE_FILE) -> Simulator:
     """The simulator of a scene under other conditions."""
-    from bridge.messages import MoveDone
+    from bridge.image_messages import MoveDone
     from image_server.simulator import Simulator
     from image_server.simulator.scenario import load_scenario, with_conditions
 

@@ -22,10 +22,6 @@ BAUD = 57600  # a virtual serial port: the widget does not care
 ANSWER_DEADLINE_S = 0.5  # chosen by hand: an answer takes some ms
 
 
-class MalformedMessageError(ValueError):
-    """Bytes that are no message of the widget."""
-
-
 def message(label: int, payload: bytes = b"") -> bytes:
     """One message to or from the widget."""
     return bytes([START, label, len(payload) & 0xFF, len(payload) >> 8]) + payload + bytes([END])

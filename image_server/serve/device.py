@@ -10,15 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput, Unsupported
-from bridge.messages import (
-    Describe,
-    EventName,
-    MoveDone,
-    PoseErrorMessage,
-    PoseMessage,
-    SettingRange,
-    Settings,
-)
+from bridge.image_messages import MoveDone, PoseErrorMessage
+from bridge.messages import Describe, EventName, PoseMessage, SettingRange, Settings
 from stack.exposure import same_value
 
 

@@ -7,7 +7,8 @@ from typing import Any
 import msgspec
 
 from bridge.errors import BadInput
-from bridge.messages import Describe, MoveDone, PoseErrorMessage, PoseMessage, Settings
+from bridge.image_messages import MoveDone, PoseErrorMessage
+from bridge.messages import Describe, PoseMessage, Settings
 from image_server.serve.device import Change, Device, Frame, checked_settings
 
 

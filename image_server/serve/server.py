@@ -3,15 +3,8 @@
 import msgspec
 
 from bridge.arrays import array_sha256
-from bridge.messages import (
-    EventTold,
-    ImageCaptureArgs,
-    ImageCaptureResult,
-    MoveArgs,
-    NoArgs,
-    RestartArgs,
-    ScoreArgs,
-)
+from bridge.image_messages import ImageCaptureArgs, ImageCaptureResult, MoveArgs, RestartArgs, ScoreArgs
+from bridge.messages import EventTold, NoArgs
 from bridge.serve import Reply, Service
 from image_server.serve.device import Change, Device, setting_ranges
 

@@ -1,4 +1,4 @@
-"""The lens: defocus by distance, vignetting, and the light it scatters over the frame.
+"""The lens: zoom, defocus by distance, vignetting, and the light it scatters over the frame.
 
 A thin lens of focal length f and f-number N, focused at s, images a point at depth d as a disc. On the
 sensor, in px, its diameter is
@@ -9,6 +9,8 @@ sensor, in px, its diameter is
 """
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -37,6 +39,14 @@ def nearest_around(inverse_depth: Image, reach_px: int) -> Image:
     size = 2 * reach_px + 1
     window = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     return np.asarray(cv2.dilate(inverse_depth, window), dtype=np.float32)
+
+
+def zoomed(camera: Camera, focals_mm: Sequence[float] | None, focal_mm: float | None) -> Camera:
+    """The camera, which is one at the first of these focal lengths, at another: fx and fy grow with it."""
+    if focal_mm is None or not focals_mm:
+        return camera
+    factor = focal_mm / focals_mm[0]
+    return replace(camera, fx=camera.fx * factor, fy=camera.fy * factor)
 
 
 def focused(radiance: Image, inverse_depth: Image, fx: float, aperture_m: float, focus_m: float) -> Image:

@@ -2,7 +2,6 @@
 
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
-from bridge.messages import Describe, MoveDone, PoseErrorMessage, PoseMessage, Settings
+from bridge.image_messages import MoveDone, PoseErrorMessage
+from bridge.messages import Describe, PoseMessage, Settings
 from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model, find_target, load_model
@@ -21,7 +21,7 @@ from image_server.serve.device import Change, Device, Frame, checked_settings, s
 from image_server.simulator import placement
 from image_server.simulator.description import described, pose_message
 from image_server.simulator.drift import Drift
-from image_server.simulator.lens import focused
+from image_server.simulator.lens import focused, zoomed
 from image_server.simulator.material import load_appearance
 from image_server.simulator.scenario import Scenario, load_scenario
 from image_server.simulator.scene import Scene, background_parts, joined, target_part
@@ -131,7 +131,7 @@ class Simulator(Device):
     @property
     def camera(self) -> Camera:
         """The camera at the focal length in use."""
-        return self._zoomed(self._focal_mm)
+        return zoomed(self._camera, self._scenario.camera.focal_lengths_mm, self._focal_mm)
 
     @property
     def sensor(self) -> CameraTable:
@@ -289,14 +289,6 @@ class Simulator(Device):
             scenario.background, self.camera, self._true, self._model.diameter, self._random(BACKGROUND)
         )
         return joined(parts)
-
-    def _zoomed(self, focal_mm: float | None) -> Camera:
-        """The camera at a focal length; fx and fy grow in proportion to it."""
-        focals = self._scenario.camera.focal_lengths_mm
-        if focal_mm is None or not focals:
-            return self._camera
-        factor = focal_mm / focals[0]
-        return replace(self._camera, fx=self._camera.fx * factor, fy=self._camera.fy * factor)
 
     def _random(self, *stream: int) -> np.random.Generator:
         return np.random.default_rng([self._seed, *stream])

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from bridge.errors import BadInput, DeviceError
-from bridge.messages import ImageCaptureArgs, NoArgs
+from bridge.image_messages import ImageCaptureArgs
+from bridge.messages import NoArgs
 from bridge.mocks import mock_image_server, mock_vision_server
 from bridge.serve import Reply, Server, Service
 from bridge.vision_messages import ParametersArgs

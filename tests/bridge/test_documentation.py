@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from bridge.client import Client
-from bridge.messages import IMAGE_OPERATIONS
+from bridge.image_messages import IMAGE_OPERATIONS
 from bridge.mocks import MockImageServer, MockVisionServer, apply_script
 from bridge.vision_messages import VISION_OPERATIONS
 
@@ -30,10 +30,11 @@ def test_every_operation_and_field_is_described(text: str) -> None:
 
 
 def test_every_error_code_is_described(text: str, root: Path) -> None:
-    sources = "".join(path.read_text() for path in (root / "bridge").glob("*.py"))
+    rooms = ("bridge", "image_server", "vision_server")
+    sources = "".join(path.read_text() for room in rooms for path in (root / room).rglob("*.py"))
     raised = set(re.findall(r'ProtocolError\(\s*"(\w+)"', sources)) - {"bad_reply"}
     assert len(raised) > 5
-    for code in raised | {"bad_input", "device_error", "unsupported"}:
+    for code in raised | {"bad_input", "device_error", "unsupported", "timeout", "refused"}:
         assert f"| `{code}` |" in text
 
 

@@ -5,7 +5,9 @@ from typing import Any
 import msgspec
 import pytest
 
+from bridge import image_messages as i
 from bridge import messages as m
+from bridge import start_messages as s
 from bridge import vision_messages as v
 from bridge.commands.results import prolog_results
 
@@ -42,14 +44,14 @@ GOOD: list[tuple[Any, dict[str, Any]]] = [
     (m.TargetDescription, {"model": "/m/cube.cao"}),
     (m.Describe, DESCRIBE),
     (m.Event, {"event": "sun_changed", "sequence": 1, "args": {"x": [1.0]}}),
-    (m.ImageCaptureArgs, {"settings": SETTINGS}),
-    (m.ImageCaptureResult, CAPTURED),
-    (m.MoveArgs, {"range_m": 0.5}),
-    (m.ScoreArgs, {"pose": POSE}),
-    (m.PoseErrorMessage, {"rotation_deg": 0, "translation_m": 0, "translation_fraction_of_range": 0}),
-    (v.StartArgs, START),
-    (v.StartArgs, {**START, "matcher": "genetic", "unit": "mm", "seed": 3, "out": "runs/a"}),
-    (v.RestoreArgs, {**START, "out": "runs/a", "images": ["i1", "i2"], "discarded": ["i3"]}),
+    (i.ImageCaptureArgs, {"settings": SETTINGS}),
+    (i.ImageCaptureResult, CAPTURED),
+    (i.MoveArgs, {"range_m": 0.5}),
+    (i.ScoreArgs, {"pose": POSE}),
+    (i.PoseErrorMessage, {"rotation_deg": 0, "translation_m": 0, "translation_fraction_of_range": 0}),
+    (s.StartArgs, START),
+    (s.StartArgs, {**START, "matcher": "genetic", "unit": "mm", "seed": 3, "out": "runs/a"}),
+    (s.RestoreArgs, {**START, "out": "runs/a", "images": ["i1", "i2"], "discarded": ["i3"]}),
     (v.VisionCaptureArgs, {"image": "i1", "settings": SETTINGS}),
     (v.EstimateArgs, {"images": ["i1", "i2"]}),
     (v.DiscardArgs, {"image": "i1"}),
@@ -79,24 +81,24 @@ BAD: list[tuple[Any, dict[str, Any], str]] = [
     (m.Event, {"event": "sun_changed", "sequence": 0}, "sequence"),
     (m.Event, {"v": 2, "event": "sun_changed", "sequence": 1}, "v"),
     (m.PoseMessage, {**POSE, "translation": [0, 0, 1e300]}, "translation"),
-    (m.RestartArgs, {"captures_taken": 10**18}, "captures_taken"),
-    (m.ImageCaptureArgs, {}, "settings"),
-    (m.ImageCaptureResult, {**CAPTURED, "sha256": "zz"}, "sha256"),
-    (m.MoveArgs, {"range_m": 0}, "range_m"),
-    (m.ScoreArgs, {"pose": None}, "pose"),
-    (v.StartArgs, {"image_server": "nowhere"}, "image_server"),
-    (v.StartArgs, {**START, "matcher": "lucky"}, "matcher"),
-    (v.StartArgs, {**START, "seed": -1}, "seed"),
-    (v.RestoreArgs, START, "out"),
+    (i.RestartArgs, {"captures_taken": 10**18}, "captures_taken"),
+    (i.ImageCaptureArgs, {}, "settings"),
+    (i.ImageCaptureResult, {**CAPTURED, "sha256": "zz"}, "sha256"),
+    (i.MoveArgs, {"range_m": 0}, "range_m"),
+    (i.ScoreArgs, {"pose": None}, "pose"),
+    (s.StartArgs, {"image_server": "nowhere"}, "image_server"),
+    (s.StartArgs, {**START, "matcher": "lucky"}, "matcher"),
+    (s.StartArgs, {**START, "seed": -1}, "seed"),
+    (s.RestoreArgs, START, "out"),
     (v.VisionCaptureArgs, {"image": "../etc", "settings": SETTINGS}, "image"),
     (v.VisionCaptureArgs, {"image": "", "settings": SETTINGS}, "image"),
     (v.EstimateArgs, {"images": []}, "images"),
     (v.EstimateArgs, {"images": ["i1"] * 257}, "images"),
     (v.DiscardArgs, {"image": "a b"}, "image"),
     (v.DiscardArgs, {"image": "i1\n"}, "image"),
-    (v.StartArgs, {**START, "out": "runs/a\0b"}, "out"),
-    (v.StartArgs, {"image_server": "ipc:///a b"}, "image_server"),
-    (v.StartArgs, {"image_server": "inproc://a"}, "image_server"),
+    (s.StartArgs, {**START, "out": "runs/a\0b"}, "out"),
+    (s.StartArgs, {"image_server": "ipc:///a b"}, "image_server"),
+    (s.StartArgs, {"image_server": "inproc://a"}, "image_server"),
     (v.ParametersArgs, {"x": [1]}, "got `array`"),
 ]
 
@@ -136,7 +138,7 @@ def test_settings_can_be_compared_and_kept_in_sets() -> None:
 
 
 def test_every_operation_of_the_protocol_has_a_type() -> None:
-    assert set(m.IMAGE_OPERATIONS) == {
+    assert set(i.IMAGE_OPERATIONS) == {
         "hello",
         "describe",
         "capture",

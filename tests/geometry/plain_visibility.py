@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.hidden_lines import TOUCH
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.visible_samples import TOUCH
 
 Floats = NDArray[np.float64]
 

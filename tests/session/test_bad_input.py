@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bridge.vision_messages import MATCHERS
+from bridge.start_messages import MATCHERS
 from tests.session.command import controller
 
 STACK = """

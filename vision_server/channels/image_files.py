@@ -79,18 +79,6 @@ def read_grey(path: str | Path) -> NDArray[np.uint8]:
     return _grey(pixels, _full_scale(pixels))
 
 
-def read_linear(path: str | Path) -> NDArray[np.float32]:
-    """An image file as float32 grey in 0..1, (H, W), at its full depth; colour by BT.601.
-
-    Raises
-    ------
-    BadInput
-        As `read_grey`.
-    """
-    pixels = _decoded(Path(path))
-    return pixels.astype(np.float32) / np.float32(_full_scale(pixels))
-
-
 def read_image_set(paths: Sequence[str | Path]) -> list[NDArray[np.uint8]]:
     """Several files as uint8 grey images of one size.
 

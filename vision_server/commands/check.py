@@ -8,10 +8,9 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
-from bridge.command_line import number, whole_number
 from bridge.errors import EXIT_BAD_INPUT, BadInput, LightsAndCameraError
-from vision_server.commands.edges import add_exposures
-from vision_server.commands.estimate import add_model_and_camera, read_set
+from vision_server.commands.estimate import read_set
+from vision_server.commands.options import add_exposures, add_gamma, add_model_and_camera, add_seed
 
 EXITS = {"ok": 0, "doubtful": 1, "lost": 3}
 
@@ -29,17 +28,8 @@ def add_options(parser: ArgumentParser) -> None:
     )  # fmt: skip
     add_exposures(parser)
     parser.add_argument("--json", action="store_true", help="One JSON object on stdout.")
-    parser.add_argument(
-        "--seed", type=whole_number(0), default=0, metavar="N",
-        help="Seed of the search's draws (default: %(default)s).",
-    )  # fmt: skip
-    parser.add_argument(
-        "--unit", default="m", help="Unit of the model file: m, cm, mm or in (default: %(default)s)."
-    )
-    parser.add_argument(
-        "--gamma", type=number(0.01, 100.0),
-        help="Tone curve to undo: linear = grey^gamma; else [camera] gamma, or what the files tell.",
-    )  # fmt: skip
+    add_seed(parser)
+    add_gamma(parser)
 
 
 def run(options: Namespace) -> int:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bridge.errors import EXIT_BAD_INPUT, BadInput
+from vision_server.commands.options import add_exposures, parse_exposures
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,31 +25,6 @@ if TYPE_CHECKING:
 METHODS = ("em", "mean", "max-image", "max-gradient", "di-zenzo", "mertens")
 """Rules by which several images become one edge map."""
 SELECTABLE_KINDS = ("outline", "crease", "print", "shadow", "highlight")
-
-
-def parse_exposures(text: str | None, count: int) -> list[float]:
-    """Relative exposures from "E,E,…", one for each image; 1 each when not given.
-
-    Raises
-    ------
-    BadInput
-        Not numbers, not positive, or not as many as images.
-    """
-    if text is None:
-        return [1.0] * count
-    try:
-        exposures = [float(part) for part in text.split(",")]
-    except ValueError:
-        raise BadInput(
-            f"--exposures {text!r} is not a list of numbers.", "Write e.g. --exposures 1,0.5,2."
-        ) from None
-    if len(exposures) != count:
-        raise BadInput(
-            f"--exposures names {len(exposures)} numbers for {count} images.", "Give one for each."
-        )
-    if not all(math.isfinite(e) and e > 0.0 for e in exposures):
-        raise BadInput(f"--exposures {text!r} must be positive numbers.")
-    return exposures
 
 
 def exposures_of(
@@ -257,15 +233,6 @@ def add_options(parser: ArgumentParser) -> None:
         type=float,
         default=1.0,
         help="Tone curve of the files to undo: linear = grey^gamma (default: %(default)s).",
-    )
-
-
-def add_exposures(parser: ArgumentParser) -> None:
-    """The option of `parse_exposures`."""
-    parser.add_argument(
-        "--exposures",
-        metavar="E,...",
-        help="Relative exposure of each image; when left out, 1 each but of images brighter than all others.",
     )
 
 

@@ -9,10 +9,16 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bridge.command_line import whole_number
 from bridge.errors import EXIT_BAD_INPUT, BadInput, LightsAndCameraError
-from bridge.vision_messages import MATCHERS
-from vision_server.commands.edges import add_exposures, exposures_of, warn_of_movement
+from bridge.start_messages import MATCHERS
+from vision_server.commands.edges import exposures_of, warn_of_movement
+from vision_server.commands.options import (
+    add_exposures,
+    add_gamma,
+    add_model_and_camera,
+    add_seed,
+    told_gamma,
+)
 
 if TYPE_CHECKING:
     from geometry.camera import Camera
@@ -51,20 +57,6 @@ def read_set(options: Namespace, camera: Camera, table: dict[str, Any]) -> tuple
         if (moved := image_set.moved(name)) is not None:
             warn_of_movement(options.images[len(image_set.images) - 1], moved)
     return image_set, names, tone_sd_px
-
-
-def told_gamma(option: float | None, table: dict[str, Any]) -> float | None:
-    """What the command line or [camera] says of the tone curve, None if nothing.
-
-    Raises
-    ------
-    BadInput
-        It is no positive number.
-    """
-    given = table.get("gamma") if option is None else option
-    if given is not None and not (isinstance(given, (int, float)) and 0.0 < given < math.inf):
-        raise BadInput(f"The value of gamma must be a positive number, not {given!r}.")
-    return None if given is None else float(given)
 
 
 def started_at(options: Namespace, model: Model, camera: Camera) -> Pose | Anywhere:
@@ -185,14 +177,6 @@ def _print(result: dict[str, Any]) -> None:
     )
 
 
-def add_model_and_camera(parser: ArgumentParser) -> None:
-    """Options ``model`` and ``camera``, of every command that looks for a target."""
-    parser.add_argument(
-        "--model", required=True, type=Path, metavar="FILE", help="Model file: .cao, OBJ, STL or PLY."
-    )
-    parser.add_argument("--camera", required=True, type=Path, metavar="TOML", help="File with [camera].")
-
-
 def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
     parser.description = f"{parser.description} Exit status: 0 pose, 3 no pose, 2 bad input."
@@ -213,13 +197,7 @@ def add_options(parser: ArgumentParser) -> None:
         default="search",
         help="How the pose is found before it is refined (default: %(default)s).",
     )
-    parser.add_argument(
-        "--seed",
-        type=whole_number(0),
-        default=0,
-        metavar="N",
-        help="Seed of the matcher's draws (default: %(default)s).",
-    )
+    add_seed(parser)
     parser.add_argument(
         "--rotation-range-deg",
         type=float,
@@ -240,14 +218,7 @@ def add_options(parser: ArgumentParser) -> None:
         help="Draw the model at its pose (or its seed pose, where none was found) over the first image: "
         "supported lines blue, the others orange.",
     )
-    parser.add_argument(
-        "--unit", default="m", help="Unit of the model file: m, cm, mm or in (default: %(default)s)."
-    )
-    parser.add_argument(
-        "--gamma",
-        type=float,
-        help="Tone curve to undo: linear = grey^gamma; else [camera] gamma, or what the files tell.",
-    )
+    add_gamma(parser)
 
 
 def run(options: Namespace) -> int:

@@ -8,9 +8,10 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bridge.command_line import number, whole_number
+from bridge.command_line import number
 from bridge.errors import EXIT_BAD_INPUT, LightsAndCameraError
-from vision_server.commands.estimate import add_model_and_camera, started_at, told_gamma
+from vision_server.commands.estimate import started_at
+from vision_server.commands.options import add_gamma, add_model_and_camera, add_seed, told_gamma
 
 if TYPE_CHECKING:
     from vision_server.tracking.tracker import Tracked, Tracker
@@ -38,17 +39,8 @@ def add_options(parser: ArgumentParser) -> None:
         "--fps", type=number(0.01, 1e5), default=30.0, metavar="N",
         help="Frames a second of image files (default: %(default)g).",
     )  # fmt: skip
-    parser.add_argument(
-        "--seed", type=whole_number(0), default=0, metavar="N",
-        help="Seed of the searches' draws (default: %(default)s).",
-    )  # fmt: skip
-    parser.add_argument(
-        "--unit", default="m", help="Unit of the model file: m, cm, mm or in (default: %(default)s)."
-    )
-    parser.add_argument(
-        "--gamma", type=number(0.01, 100.0),
-        help="Tone curve to undo: linear = grey^gamma; else [camera] gamma, or what the files tell.",
-    )  # fmt: skip
+    add_seed(parser)
+    add_gamma(parser)
 
 
 def run(options: Namespace) -> int:

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.hidden_lines import trace
 from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
 from geometry.visibility import MIN_LINE_PX, image_bounds
-from geometry.visible_samples import trace
 from numerics.kernels import kernel
 from vision_server.matching.draws import even_numbers, in_range, poses_around
 from vision_server.matching.icp import Lookup, align, align_poses, score_pose, score_poses

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.hidden_lines import trace
 from geometry.model import Model
 from geometry.visibility import MIN_LINE_PX
-from geometry.visible_samples import trace
 from numerics.kernels import kernel
 from numerics.two_cores import cores
 from vision_server.matching.match import Anywhere

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.chains import runs
+from geometry.hidden_lines import Trace, trace
 from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
 from geometry.visibility import MIN_LINE_PX, solid_of
-from geometry.visible_samples import Trace, trace
 from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from bridge.errors import BadInput
 from bridge.messages import Describe
-from bridge.vision_messages import StartArgs
+from bridge.start_messages import StartArgs
 from stack.format import STACK_FILE
 from stack.read import recorded_frames
 from vision_server.serve.inputs import read_toml

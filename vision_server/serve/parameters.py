@@ -12,7 +12,7 @@ import numpy as np
 
 from bridge.errors import BadInput
 from bridge.messages import PoseMessage
-from bridge.vision_messages import MATCHERS
+from bridge.start_messages import MATCHERS
 from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import Pose

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bridge.vision_messages import EstimateTold
+from bridge.start_messages import EstimateTold
 from geometry.pose import Pose
 from vision_server.pipeline import Estimate
 

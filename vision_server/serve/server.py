@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections import OrderedDict
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from threading import Lock
 from typing import Any
 
 import msgspec
@@ -16,21 +13,19 @@ from numpy.typing import NDArray
 
 from bridge.client import Client
 from bridge.endpoints import CurveClient
-from bridge.errors import BadInput, DeviceError, ProtocolError
-from bridge.messages import Describe, ImageCaptureResult, NoArgs, PoseMessage, Settings
+from bridge.errors import BadInput, DeviceError
+from bridge.image_messages import ImageCaptureResult
+from bridge.messages import Describe, NoArgs, PoseMessage, Settings
 from bridge.serve import Reply, Service
+from bridge.start_messages import ModelTold, RestoreArgs, StartArgs, StartResult
 from bridge.vision_messages import (
     AddArgs,
     AppraiseArgs,
     CheckArgs,
     DiscardArgs,
     EstimateArgs,
-    ModelTold,
     ParametersArgs,
     PredictArgs,
-    RestoreArgs,
-    StartArgs,
-    StartResult,
     TrackArgs,
     VisionCaptureArgs,
 )
@@ -43,13 +38,11 @@ from vision_server.serve.files import ANY_FILES, Files
 from vision_server.serve.inputs import picture_px, size_warning
 from vision_server.serve.recorder import FOLDER
 from vision_server.serve.results import estimate_result, restored_estimate
+from vision_server.serve.sessions import Session, Sessions
 from vision_server.serve.task import GIVEN_FRAMES, PoseTask, given_values, open_task
 
 IMAGE_SERVER_DEADLINE_S = 30.0  # of one capture: a long shutter, and a camera that has to wake up
 RETRIES = 29  # about one a second: an image server that died may be there again, and answers nothing twice
-MOST_SESSIONS = 4  # at a time; each holds its images, some 10 MB for one of 640 x 480
-TAKEN = "another one writes to its folder now"
-REMEMBERED_ENDS = 256  # sessions whose clients can be told why they have none any more
 
 
 class VisionServer(Service):
@@ -69,9 +62,7 @@ class VisionServer(Service):
 
     def __init__(self, curve: CurveClient | None = None, files: Files = ANY_FILES) -> None:
         self._curve, self._files = curve, files
-        self._guard = Lock()  # of the next two
-        self._sessions: OrderedDict[str, _Session] = OrderedDict()  # by client, longest idle first
-        self._ends: OrderedDict[str, str] = OrderedDict()  # by client: why it has no session any more
+        self._sessions = Sessions()
         self.operations = {
             "start": (StartArgs, self._on_start),
             "capture": (VisionCaptureArgs, self._on_capture),
@@ -90,41 +81,15 @@ class VisionServer(Service):
 
     def close(self) -> None:
         """Write the frames that are not on the disk yet, and let go of the image servers."""
-        for client in list(self._sessions):
-            self._end(client, "")
-
-    def _end(self, client: str, why: str) -> None:
-        with self._guard:
-            session = self._sessions.pop(client, None)
-            if session is None:
-                return
-            self._ends[client] = why
-            if len(self._ends) > REMEMBERED_ENDS:
-                self._ends.popitem(last=False)
-        with session.lock:
-            session.close()
-
-    def _make_room(self, out: str | None) -> None:
-        """End the caller's own session, those that write to the same folder, and the longest idle of many."""
-        self._end(self.caller, "")
-        with self._guard:
-            here = [client for client, session in self._sessions.items() if out and session.writes_to(out)]
-            idle = [client for client, session in self._sessions.items() if not session.lock.locked()]
-            full = len(self._sessions) - len(here) >= MOST_SESSIONS
-        if full and not idle:
-            raise BadInput("All sessions of this vision server are at work.", "Ask again later.")
-        for client in here:
-            self._end(client, TAKEN)
-        if full:
-            self._end(idle[0], f"of {MOST_SESSIONS} sessions it was idle for longest")
+        self._sessions.end_all()
 
     def _open(
         self,
         args: StartArgs,
         recorded: Mapping[str, FrameTable] | None = None,
         seed_pose: PoseMessage | None = None,
-    ) -> _Session:
-        self._make_room(args.out)
+    ) -> Session:
+        self._sessions.make_room(self.caller, args.out)
         client = None
         if args.image_server is not None:
             client = Client(args.image_server, IMAGE_SERVER_DEADLINE_S, RETRIES, self._curve)
@@ -135,15 +100,12 @@ class VisionServer(Service):
                 describe = msgspec.structs.replace(describe, target=target)
             describe = given_values(args, describe)
             self._files.check(args, describe)
-            session = _Session(open_task(args, describe, recorded), client)
+            session = Session(open_task(args, describe, recorded), client)
         except BaseException:
             if client is not None:
                 client.close()
             raise
-        self._end(self.caller, "")
-        with self._guard:
-            self._sessions[self.caller] = session
-            self._ends.pop(self.caller, None)
+        self._sessions.begin(self.caller, session)
         return session
 
     def _on_start(self, args: StartArgs) -> Reply:
@@ -153,7 +115,7 @@ class VisionServer(Service):
 
     def _on_restore(self, args: RestoreArgs) -> Reply:
         self._files.check_folder(args.out)
-        self._make_room(args.out)  # what it has to write is on the disk now
+        self._sessions.make_room(self.caller, args.out)  # what it has to write is on the disk now
         out = Path(args.out)
         frames = recorded_frames(out / FOLDER)
         missing = [image for image in args.images if image not in frames]
@@ -174,7 +136,7 @@ class VisionServer(Service):
         return _started(task)
 
     def _on_capture(self, args: VisionCaptureArgs) -> Reply:
-        with self._session() as session:
+        with self._sessions.of(self.caller) as session:
             client = session.client
             if client is None:
                 raise BadInput("This session has no image server.", "Give its frames: add.")
@@ -191,7 +153,7 @@ class VisionServer(Service):
 
     def _on_add(self, args: AddArgs) -> Reply:
         pixels = self._given_frame()
-        with self._session() as session:
+        with self._sessions.of(self.caller) as session:
             session.task.check_name(args.image)
             return Reply(_taken(session.task, args.image, args.settings, pixels, True, 0.0))
 
@@ -204,92 +166,49 @@ class VisionServer(Service):
         from vision_server.serve.tracking import tracked
 
         pixels = self._given_frame()
-        with self._session() as session:
+        with self._sessions.of(self.caller) as session:
             return Reply(tracked(session.task, pixels, args.time_s))
 
     def _on_check(self, args: CheckArgs) -> Reply:
         from vision_server.serve.tracking import checked
 
-        with self._session() as session:
+        with self._sessions.of(self.caller) as session:
             return Reply(checked(session.task, args))
 
     def _on_estimate(self, args: EstimateArgs) -> Reply:
-        with self._session() as session:
+        with self._sessions.of(self.caller) as session:
             return Reply(estimate_result(session.task.estimate(args.images)))
 
     def _on_discard(self, args: DiscardArgs) -> Reply:
-        with self._session() as session:
+        with self._sessions.of(self.caller) as session:
             session.task.discard(args.image)
             return Reply({"image": args.image, "images": list(session.task.images.images)})
 
     def _on_best(self, _: NoArgs) -> Reply:
-        with self._session() as session:
+        with self._sessions.of(self.caller) as session:
             return Reply({**estimate_result(session.task.best or Estimate()), "seconds": {}})
 
     def _on_predict(self, args: PredictArgs) -> Reply:
         from vision_server.serve.prediction import predict  # only strategies that ask pay for it
 
-        with self._session() as session:
+        with self._sessions.of(self.caller) as session:
             return Reply(msgspec.to_builtins(predict(session.task, args)))
 
     def _on_appraise(self, args: AppraiseArgs) -> Reply:
         from vision_server.rivals.exposures import richest_gamma
 
-        with self._session() as session:
+        with self._sessions.of(self.caller) as session:
             images = session.task.images
             images.check([args.image])
             return Reply({"gamma": richest_gamma(images.images[args.image].pixels)})
 
     def _on_parameters(self, values: dict[str, Any]) -> Reply:
-        with self._session() as session:
+        with self._sessions.of(self.caller) as session:
             return Reply(session.task.set_parameters(values))
 
     def _on_end(self, _: NoArgs) -> Reply:
-        self._end(self.caller, "")
+        self._sessions.end(self.caller, "")
         return Reply({})
-
-    @contextmanager
-    def _session(self) -> Iterator[_Session]:
-        """The caller's session, for itself."""
-        with self._guard:
-            session = self._sessions.get(self.caller)
-            if session is not None:
-                self._sessions.move_to_end(self.caller)
-            why = self._ends.get(self.caller, "")
-        if session is not None:
-            with session.lock:
-                if not session.over:
-                    yield session
-                    return
-        if why == TAKEN:
-            raise BadInput(f"This client has no session any more: {why}.", "Stop one of the two.")
-        raise ProtocolError(
-            "no_session",
-            f"This client has no session on this vision server{why and ': ' + why}.",
-            "Send start first, or restore.",
-        )
-
-
-class _Session:
-    """The task of one client, and its image server; used by who holds ``lock``."""
-
-    def __init__(self, task: PoseTask, client: Client | None) -> None:
-        self.task, self.client = task, client
-        self.lock = Lock()
-        self.over = False
-
-    def writes_to(self, out: str) -> bool:
-        """Whether this session records into the same folder."""
-        recorder = self.task.recorder
-        return recorder is not None and recorder.out.resolve() == Path(out).resolve()
-
-    def close(self) -> None:
-        """Write what is left, and let go of the image server."""
-        self.over = True
-        if self.task.recorder is not None:
-            self.task.recorder.close()
-        if self.client is not None:
-            self.client.close()
 
 
 def _taken(

@@ -13,7 +13,7 @@ import numpy as np
 
 from bridge.errors import BadInput
 from bridge.messages import CameraDescription, Describe, Settings, TargetDescription, Unit
-from bridge.vision_messages import StartArgs
+from bridge.start_messages import StartArgs
 from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model

@@ -13,7 +13,7 @@ from msgspec import Struct
 
 from bridge.errors import BadInput
 from bridge.messages import PoseMessage
-from bridge.vision_messages import StartArgs
+from bridge.start_messages import StartArgs
 from geometry.pose import Pose
 from stack.format import STACK_FILE
 from stack.read import FramesStack, describe_stack, load_stack

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from bridge.errors import BadInput
-from bridge.messages import MoveDone, Settings
+from bridge.image_messages import MoveDone
+from bridge.messages import Settings
 from geometry.rotation import vector_of
 from image_server.serve.device import Change
 from image_server.simulator import Simulator

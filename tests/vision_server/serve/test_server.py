@@ -18,7 +18,8 @@ import pytest
 
 from bridge.client import Client
 from bridge.errors import ServerError
-from bridge.messages import IMAGE_OPERATIONS, Settings
+from bridge.image_messages import IMAGE_OPERATIONS
+from bridge.messages import Settings
 from bridge.serve import Server, Service
 from bridge.vision_messages import VISION_OPERATIONS, VisionCaptureResult
 from geometry.pose import Pose
@@ -28,7 +29,8 @@ from image_server.simulator import Simulator
 from stack.read import load_stack, recorded_frames
 from stack.write import write_png
 from vision_server.serve.files import Files
-from vision_server.serve.server import MOST_SESSIONS, VisionServer
+from vision_server.serve.server import VisionServer
+from vision_server.serve.sessions import MOST_SESSIONS
 
 SETTINGS: dict[str, Any] = {"lights": [5, 5, 5], "shutter_s": 1 / 60, "aperture": 4.0}
 

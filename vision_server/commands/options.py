@@ -1,0 +1,86 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import math
+from argparse import ArgumentParser
+from pathlib import Path
+from typing import Any
+
+from bridge.command_line import number, whole_number
+from bridge.errors import BadInput
+
+
+def add_model_and_camera(parser: ArgumentParser) -> None:
+    """The target and the camera, of every command that looks for a target."""
+    parser.add_argument(
+        "--model", required=True, type=Path, metavar="FILE", help="Model file: .cao, OBJ, STL or PLY."
+    )
+    parser.add_argument("--camera", required=True, type=Path, metavar="TOML", help="File with [camera].")
+    parser.add_argument(
+        "--unit", default="m", help="Unit of the model file: m, cm, mm or in (default: %(default)s)."
+    )
+
+
+def add_seed(parser: ArgumentParser) -> None:
+    """Where random draws come from."""
+    parser.add_argument(
+        "--seed", type=whole_number(0), default=0, metavar="N",
+        help="Seed of the search's draws (default: %(default)s).",
+    )  # fmt: skip
+
+
+def add_gamma(parser: ArgumentParser) -> None:
+    """The tone curve of the images."""
+    parser.add_argument(
+        "--gamma", type=number(0.01, 100.0),
+        help="Tone curve to undo: linear = grey^gamma; else [camera] gamma, or what the files tell.",
+    )  # fmt: skip
+
+
+def told_gamma(option: float | None, table: dict[str, Any]) -> float | None:
+    """What the command line or [camera] says of the tone curve, None if nothing.
+
+    Raises
+    ------
+    BadInput
+        It is no positive number.
+    """
+    given = table.get("gamma") if option is None else option
+    if given is not None and not (isinstance(given, (int, float)) and 0.0 < given < math.inf):
+        raise BadInput(f"The value of gamma must be a positive number, not {given!r}.")
+    return None if given is None else float(given)
+
+
+def add_exposures(parser: ArgumentParser) -> None:
+    """The option of `parse_exposures`."""
+    parser.add_argument(
+        "--exposures",
+        metavar="E,...",
+        help="Relative exposure of each image; when left out, 1 each but of images brighter than all others.",
+    )
+
+
+def parse_exposures(text: str | None, count: int) -> list[float]:
+    """Relative exposures from "E,E,…", one for each image; 1 each when not given.
+
+    Raises
+    ------
+    BadInput
+        Not numbers, not positive, or not as many as images.
+    """
+    if text is None:
+        return [1.0] * count
+    try:
+        exposures = [float(part) for part in text.split(",")]
+    except ValueError:
+        raise BadInput(
+            f"--exposures {text!r} is not a list of numbers.", "Write e.g. --exposures 1,0.5,2."
+        ) from None
+    if len(exposures) != count:
+        raise BadInput(
+            f"--exposures names {len(exposures)} numbers for {count} images.", "Give one for each."
+        )
+    if not all(math.isfinite(e) and e > 0.0 for e in exposures):
+        raise BadInput(f"--exposures {text!r} must be positive numbers.")
+    return exposures
