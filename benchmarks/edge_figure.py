@@ -20,11 +20,11 @@ from image_server.simulator.scenario import load_scenario, with_conditions
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels
-from vision_server.rivals.merge_rules import ComparisonMethod, comparison_edges
+from vision_server.rivals import MERGE_RULES
+from vision_server.rivals.merge_rules import comparison_edges
 from vision_server.segments.extraction import extract_segments
 
 DEFAULT = Path(__file__).resolve().parent.parent / "docs" / "images" / "merged-edges.png"
-COMPARED: tuple[ComparisonMethod, ...] = ("mean", "max-image", "max-gradient", "di-zenzo", "mertens")
 LIGHTS = ((7, 0, 0), (0, 7, 0), (0, 0, 7))
 SHUTTER_S, APERTURE = 1 / 15, 4.0
 STRONGEST = 0.05  # share of the pixels drawn: every rule gets as many
@@ -73,7 +73,7 @@ def main(out: Annotated[Path, typer.Argument(help="The picture.")] = DEFAULT) ->
     for x0, y0, x1, y1 in np.round(8.0 * extract_segments(merged).endpoints).astype(int):
         cv2.line(lines, (x0, y0), (x1, y1), (170, 60, 0), 1, cv2.LINE_AA, 3)
     panels = [captioned(image, f"light {number}") for number, image in enumerate(images, start=1)]
-    panels += [captioned(drawn(comparison_edges(images, rule)), rule) for rule in COMPARED]
+    panels += [captioned(drawn(comparison_edges(images, rule)), rule) for rule in MERGE_RULES]
     panels += [captioned(drawn(unweighted), "em, unweighted"), captioned(drawn(merged), "em")]
     panels += [captioned(lines, "em: segments")]
     panels.insert(3, captioned(np.max(images, axis=0), "brightest of the three"))

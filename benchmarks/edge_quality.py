@@ -27,12 +27,12 @@ from vision_server.channels.lighting import WEIGHT_EXPONENT
 from vision_server.channels.overexposure import overexposures
 from vision_server.edges.kinds import FIXED, edge_kinds
 from vision_server.edges.merging import merge_channels
+from vision_server.rivals import MERGE_RULES
 from vision_server.rivals.merge_rules import comparison_edges
 
 Image = NDArray[np.uint8]
 Results = dict[str, dict[str, dict[str, float]]]  # set of images -> rule -> measure
-COMPARED = ("mean", "max-image", "max-gradient", "di-zenzo", "mertens")
-METHODS = ("em", "em, fixed kinds", "em without weights", *COMPARED, "lsd, first image", "lsd, united")
+METHODS = ("em", "em, fixed kinds", "em without weights", *MERGE_RULES, "lsd, first image", "lsd, united")
 TRIPLES = ((1, 5, 9), (2, 6, 10), (3, 7, 11), (4, 8, 12))
 SATURATED = (4.0, 12.0)  # times that an image among good ones is overexposed
 REPEATS = 7

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.messages import Settings
-from geometry.pose import disturbed
+from geometry.pose import RIGHT, disturbed
 from geometry.visibility import visible_samples
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario, with_conditions
@@ -43,7 +43,7 @@ APERTURE = 4.0
 CLIPPED_GREY, MOST_CLIPPED = 250, 0.002
 LEAST_LSD_PX = 14.0  # shorter segments of LSD do the matcher harm
 NEAR_PX, NEAR_RAD = 1.5, np.deg2rad(5.0)
-RIGHT_DEG, RIGHT_SHARE = 1.0, 0.01
+RIGHT_DEG, RIGHT_SHARE = RIGHT
 
 
 @dataclass(frozen=True)

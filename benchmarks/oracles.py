@@ -25,13 +25,13 @@ from benchmarks.surprises import SCENES, candidates, opened
 from bridge.messages import Settings
 from bridge.start_messages import StartArgs
 from bridge.vision_messages import PredictArgs
-from geometry.pose import Pose
+from geometry.pose import RIGHT, Pose
 from image_server.serve.device import Device
 from vision_server.serve.prediction import predict
 from vision_server.serve.task import PoseTask, open_task
 
 RULES = ("next", "single", "foreseen", "random")
-RIGHT_DEG, RIGHT_SHARE = 1.0, 0.01
+RIGHT_DEG, RIGHT_SHARE = RIGHT
 TIGHT = 0.2  # of what is right
 
 

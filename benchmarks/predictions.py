@@ -28,7 +28,7 @@ from benchmarks.surprises import SCENES, candidates, opened
 from bridge.messages import Settings
 from bridge.start_messages import StartArgs
 from bridge.vision_messages import PredictArgs
-from geometry.pose import Pose
+from geometry.pose import RIGHT, Pose
 from image_server.serve.device import Device
 from image_server.simulator import Simulator
 from image_server.simulator.light import Light
@@ -46,7 +46,6 @@ Floats = NDArray[np.float64]
 
 REACH_PX, SPACING_PX = 4.0, 2.0
 FOUND, ENOUGH = 0.5, 8  # share of a line's samples, and how many, for its scatter to be measured
-RIGHT = (1.0, 0.01)  # degrees, share of the range: of other poses nothing is predicted that could be right
 
 
 class Seen(NamedTuple):

@@ -13,7 +13,7 @@ from bridge.errors import ProtocolError
 
 DTYPES = frozenset({"bool", "uint8", "uint16", "int32", "int64", "float32", "float64"})
 """Element types that may be sent; bytes are little-endian, in C order."""
-MAX_DIMENSIONS = 4
+MAX_DIMENSIONS = 4  # chosen by hand: images need two
 
 
 class ArrayDescription(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -23,6 +23,7 @@ RECONNECT_MS = 10
 PROBE_S = 0.6
 """For a handshake to succeed or fail twice; chosen by hand, it takes milliseconds."""
 PROBE_AGAIN_MS = 100
+"""Between its tries; chosen by hand."""
 
 
 class Client:

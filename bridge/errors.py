@@ -8,6 +8,8 @@ from typing import ClassVar
 
 EXIT_BAD_INPUT = 2
 """Exit status of a command that was given something it cannot work with."""
+EXIT_NO_POSE = 3
+"""Exit status of a command that did what it was asked to, and found no pose."""
 EXIT_DEVICE = 4
 """Exit status of a command whose device or server failed for good."""
 

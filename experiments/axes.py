@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from experiments.kinds import Kind
 
 CONTROLLERS = ROOT / "domain" / "controllers"
-MOST_NUMBERS = 10_000_000
+MOST_NUMBERS = 10_000_000  # of an axis, chosen by hand: more is a slip of the pen
 
 
 def numbers(axis: str, given: Sequence[int] | int | str) -> list[int]:

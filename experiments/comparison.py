@@ -30,7 +30,7 @@ WHAT_IS_SHOWN = (
     " false: trusted and not right. Shares with an interval that resamples scenes and seeds [·] and the exact"
     " one of independent cells (·); means with the first."
 )
-SCORES = (0.5, 0.8, 0.9, 0.95)
+SCORES = (0.5, 0.8, 0.9, 0.95)  # thresholds that are shown, chosen by hand
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,10 @@ from experiments.feed import Feed
 from experiments.kinds import Row
 from experiments.plan import Cell
 
-CONNECT_S = 10.0
-PATIENCE_S = 300.0  # for a scheduler that went away, and for a first worker
-POLL_S = 0.5
-AHEAD = 2  # batches for each thread of a worker
+CONNECT_S = 10.0  # for a scheduler to answer at first; chosen by hand
+PATIENCE_S = 300.0  # for a scheduler that went away, and for a first worker; chosen by hand
+POLL_S = 0.5  # between two looks at what is done, or at whether it is back; chosen by hand
+AHEAD = 2  # batches for each thread of a worker: one is computed, one waits
 LOCAL = "local:"
 
 

@@ -16,7 +16,7 @@ from experiments.computing import row_of
 from experiments.outcomes import Outcomes
 from experiments.plan import Cell, Condition, Scene, Settings
 
-SHOWN = 20
+SHOWN = 20  # cells in the list, chosen by hand
 CELLS = "cells"
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from experiments.plan import Cell
 
 BATCH_S = 0.25  # a batch's time: long against a message, short against a progress bar
-MOST_CELLS = 500
+MOST_CELLS = 500  # of a batch, however short they are: what a dead worker gives back; chosen by hand
 TRIES = 2  # deaths of a worker over a cell that was alone in its batch
 
 

@@ -12,12 +12,11 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from experiments.kinds import KINDS
+from geometry.pose import RIGHT, TIGHT
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-RIGHT = (1.0, 0.01)  # degrees and share of the range, under which a pose is right
-TIGHT = (0.2, 0.002)
 SCENE = ("stack", "target", "scenario", "condition", "pose")
 TRUSTED = "converged"
 

@@ -17,11 +17,11 @@ from scipy import stats
 
 Floats = NDArray[np.float64]
 
-LEVEL = 0.95
+LEVEL = 0.95  # of all intervals, by custom
 REPLICATES = 4000  # the ends of a 95 % interval are then known to a twentieth of its width
 LEAST_SCENES = 6  # fewer cannot differ in sign by chance in less than 5 % of cases (2 / 2^n)
 MOST_RESAMPLED = 2000  # outcomes; of more, the same variance is computed in closed form
-POWER = 0.8
+POWER = 0.8  # by custom
 POINTS = 0.05  # the difference that a plan should see
 
 

@@ -11,7 +11,7 @@ from geometry.errors import GeometryError
 
 Array = NDArray[np.float64]
 
-UNDISTORT_ITERATIONS = 30
+UNDISTORT_ITERATIONS = 30  # at most, chosen by hand: it ends at the tolerance
 UNDISTORT_TOLERANCE = 1e-12  # in normalised image coordinates
 
 

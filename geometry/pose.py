@@ -14,6 +14,10 @@ from geometry.rotation import cross_matrix, euler_matrix, matrix_of, vector_of
 
 Array = NDArray[np.float64]
 
+RIGHT = (1.0, 0.01)
+"""A pose is called right within so many degrees and this share of the range (docs/architecture.md)."""
+TIGHT = (0.2, 0.002)
+"""The same for a pose that is right and fine, in tables of results."""
 SEARCH_ROTATION_DEG = 25.0
 """How far each rotation of the pose may be from the seed pose: the paper's range."""
 SEARCH_TRANSLATION_PX = 40.0

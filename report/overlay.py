@@ -15,7 +15,8 @@ from report.wireframe import Run, bounds_of, visible_runs
 Pixels = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 
-# Okabe and Ito's colour-blind-safe sky blue and orange, brightened for thin lines on dark images (BGR).
+# Sizes and colours are chosen by hand; these two are Okabe and Ito's colour-blind-safe sky blue and orange,
+# brightened for thin lines on dark images (BGR).
 SUPPORTED: Colour = (255, 190, 70)
 UNSUPPORTED: Colour = (30, 150, 255)
 HALO: Colour = (20, 14, 10)

@@ -21,9 +21,8 @@ from report.wireframe import Run, bounds_of, visible_runs
 
 Pixels = NDArray[np.uint8]
 
-STEP_WIDTH_PX = 640
-HERO_WIDTH_PX = 1600
-STEP_QUALITY = 80
+STEP_WIDTH_PX, HERO_WIDTH_PX = 640, 1600  # chosen by hand, with the quality: a page of some hundred KB
+STEP_QUALITY = 80  # of JPEG, per cent
 BORDER_PX = 6  # line ends nearer to the border than this are where the image cuts them
 PNG_FASTEST = [cv2.IMWRITE_PNG_COMPRESSION, 1]
 SAFE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")

@@ -3,11 +3,11 @@
 import math
 from dataclasses import dataclass
 
+from geometry.pose import RIGHT
 from report.records import HoldRecord, PoseRecord, Result
 from report.words import angle, count, length, percent
 
-RIGHT_DEG = 1.0  # a pose within both of these of the true one is right (docs/architecture.md)
-RIGHT_FRACTION = 0.01
+RIGHT_DEG, RIGHT_FRACTION = RIGHT
 HOLD_PASSED = frozenset({"converged", "fixed", "reached"})
 
 

@@ -24,7 +24,7 @@ NOT_OPTIONS = frozenset({"version", "sha256", "controller_sha256", "instead"})
 OF_APPROACHES = frozenset({"first_range", "contact_range"})
 OF_SIMULATOR = frozenset({"scenario"})
 ENDED = (0, 3)  # exit statuses of a session that came to its end
-LONGER = 20.0  # times as long as the session itself, and at least:
+LONGER = 20.0  # the other way may take so many times as long as the session (chosen by hand), and at least:
 LEAST_S = 120.0
 SAME_PX = 1e-6  # errors of the same images, px: sums may differ in their last bits
 

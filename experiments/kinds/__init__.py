@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from vision_server.rivals import MERGE_RULES
+
 if TYPE_CHECKING:
     from experiments.plan import Cell
     from experiments.worker import Worker
@@ -75,7 +77,7 @@ def _random_or_middle(word: str) -> bool:
     return lights in ("random", "middle") and count.isdecimal() and int(count) > 0
 
 
-RULES = ("em", "em-unweighted", "mean", "max-image", "max-gradient", "di-zenzo", "mertens")
+RULES = ("em", "em-unweighted", *MERGE_RULES)
 _session_times = {f"{part}_s": float for part in TIMES}
 
 KINDS: Mapping[str, Kind] = {

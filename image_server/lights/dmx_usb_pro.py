@@ -14,8 +14,8 @@ from bridge.errors import DeviceError
 from image_server.lights.driver import LightDriver, Status
 from image_server.lights.port import Port
 
-START, END = 0x7E, 0xE7
-GET_PARAMETERS, SEND_DMX, GET_SERIAL = 3, 6, 10
+START, END = 0x7E, 0xE7  # of a message (the API)
+GET_PARAMETERS, SEND_DMX, GET_SERIAL = 3, 6, 10  # labels (the API)
 LEAST_CHANNELS, MOST_CHANNELS = 24, 512  # of a packet (the API)
 MOST_PAYLOAD = 600  # the API's limit
 BAUD = 57600  # a virtual serial port: the widget does not care

@@ -20,7 +20,7 @@ from bridge.errors import DeviceError
 from image_server.lights.driver import LightDriver, Status
 from image_server.lights.port import Port
 
-BAUD = 115200
+BAUD = 115200  # docs/hardware.md
 ANSWER_DEADLINE_S = 0.5  # chosen by hand: an answer takes some ms
 MOST_LINE = 4096  # bytes; 512 channels of five digits fit
 IDENTITY = re.compile(r"ID (\S+) (\S+) channels=(\d+) full=(\d+) serial=(\S+)")

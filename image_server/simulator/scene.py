@@ -18,6 +18,7 @@ from image_server.simulator.scenario import Background
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# Of the background; chosen by hand: duller and coarser than targets are.
 WALL_MATERIAL = Material(
     albedo=0.3, texture="noise", size_m=0.12, contrast=0.6, grain=0.1, specular=0.02, roughness=0.7
 )

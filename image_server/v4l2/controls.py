@@ -13,7 +13,7 @@ from image_server.v4l2.kernel import REQUESTS
 
 USER = int(v4l2.V4L2_CID_BASE)
 CAMERA = int(v4l2.V4L2_CID_CAMERA_CLASS_BASE)
-IMAGE_SOURCE = 0x009E0900
+IMAGE_SOURCE = 0x009E0900  # V4L2_CID_IMAGE_SOURCE_CLASS_BASE
 
 EXPOSURE_UNIT_S = 1e-4
 """Step of `exposure_absolute`: the kernel defines it as 100 µs."""
@@ -45,7 +45,7 @@ NAMES = {
 UNITS = {"exposure_absolute": "100 µs", "white_balance_temperature": "K"}
 
 KINDS = {1: "integer", 2: "boolean", 3: "menu", 4: "button", 5: "integer64", 7: "string", 8: "bitmask"}
-INTEGER_MENU = 9
+INTEGER_MENU = 9  # as the kinds above, of enum v4l2_ctrl_type
 READ_ONLY = int(v4l2.V4L2_CTRL_FLAG_READ_ONLY)
 INACTIVE = int(v4l2.V4L2_CTRL_FLAG_INACTIVE)
 DISABLED = int(v4l2.V4L2_CTRL_FLAG_DISABLED)

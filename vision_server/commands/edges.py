@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from bridge.errors import EXIT_BAD_INPUT, BadInput
 from vision_server.commands.options import add_exposures, parse_exposures
+from vision_server.rivals import MERGE_RULES
 
 if TYPE_CHECKING:
     import numpy as np
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from vision_server.edges.moved import Movement
 
 
-METHODS = ("em", "mean", "max-image", "max-gradient", "di-zenzo", "mertens")
+METHODS = ("em", *MERGE_RULES)
 """Rules by which several images become one edge map."""
 SELECTABLE_KINDS = ("outline", "crease", "print", "shadow", "highlight")
 

@@ -9,7 +9,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bridge.errors import EXIT_BAD_INPUT, BadInput, LightsAndCameraError
+from bridge.errors import EXIT_BAD_INPUT, EXIT_NO_POSE, BadInput, LightsAndCameraError
 from bridge.start_messages import MATCHERS
 from vision_server.commands.edges import exposures_of, warn_of_movement
 from vision_server.commands.options import (
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from geometry.pose import Pose
     from vision_server.image_set import ImageSet
     from vision_server.matching.match import Anywhere
-
-EXIT_NO_POSE = 3
 
 
 def read_set(options: Namespace, camera: Camera, table: dict[str, Any]) -> tuple[ImageSet, list[str], float]:

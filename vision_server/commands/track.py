@@ -9,14 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bridge.command_line import number
-from bridge.errors import EXIT_BAD_INPUT, LightsAndCameraError
+from bridge.errors import EXIT_BAD_INPUT, EXIT_NO_POSE, LightsAndCameraError
 from vision_server.commands.estimate import started_at
 from vision_server.commands.options import add_gamma, add_model_and_camera, add_seed, told_gamma
 
 if TYPE_CHECKING:
     from vision_server.tracking.tracker import Tracked, Tracker
-
-EXIT_NO_POSE = 3
 
 
 def add_options(parser: ArgumentParser) -> None:

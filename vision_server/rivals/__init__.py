@@ -4,3 +4,9 @@
 `linking`, `splitting`: the paper's grouping of edgels (`extract_segments(grouping="splitting")`).
 `genetic`: the paper's matcher (`--matcher genetic`).
 """
+
+from typing import Literal, get_args
+
+MergeRule = Literal["mean", "max-image", "max-gradient", "di-zenzo", "mertens"]
+MERGE_RULES: tuple[MergeRule, ...] = get_args(MergeRule)
+"""Names of the rules that `merge_rules` has."""

@@ -7,7 +7,6 @@ exposure fusion is for), use the same Gaussian derivative and the same non-maxim
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, get_args
 
 import cv2
 import numpy as np
@@ -19,13 +18,12 @@ from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient,
 from vision_server.channels.noise import grey_noise
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import suppress_non_maxima
-
-ComparisonMethod = Literal["mean", "max-image", "max-gradient", "di-zenzo", "mertens"]
+from vision_server.rivals import MERGE_RULES, MergeRule
 
 
 def comparison_edges(
     images: Sequence[NDArray[np.uint8]],
-    method: ComparisonMethod,
+    method: MergeRule,
     exposures: Sequence[float] | None = None,
     gamma: float = 1.0,
     *,
@@ -56,10 +54,8 @@ def comparison_edges(
     BadInput
         Unknown method, no images, sizes or numbers that do not agree.
     """
-    if method not in get_args(ComparisonMethod):
-        raise BadInput(
-            f"Unknown edge method {method!r}.", f"Known: em, {', '.join(get_args(ComparisonMethod))}."
-        )
+    if method not in MERGE_RULES:
+        raise BadInput(f"Unknown edge method {method!r}.", f"Known: em, {', '.join(MERGE_RULES)}.")
     if not images:
         raise BadInput("No images to take edges of.")
     times = [1.0] * len(images) if exposures is None else list(exposures)
@@ -79,7 +75,7 @@ def comparison_edges(
 
 
 def _merged_gradient(
-    images: Sequence[NDArray[np.uint8]], linear: Sequence[Field], method: ComparisonMethod, sigma_px: float
+    images: Sequence[NDArray[np.uint8]], linear: Sequence[Field], method: MergeRule, sigma_px: float
 ) -> Field:
     """Gradient along x and y, (2, H, W), by one of the rules that have one."""
     if method == "max-gradient":

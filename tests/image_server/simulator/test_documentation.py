@@ -30,6 +30,24 @@ def test_the_examples_can_be_read(text: str) -> None:
     msgspec.convert(appearance, Appearance)
 
 
+CHOSEN = {"description", "lights", "earth", "target"}
+CHOSEN_FOR_CAMERA = {"focal_lengths_mm", "focuses_m"}
+
+
+def test_the_numbers_of_a_scenario_are_the_defaults(text: str) -> None:
+    scenario, _ = examples(text)
+    defaults = msgspec.json.decode(msgspec.json.encode(Scenario()))
+    for name, table in scenario.items():
+        if name in CHOSEN:
+            continue
+        if not isinstance(table, dict):
+            assert table == defaults[name], name
+            continue
+        for key, value in table.items():
+            if key not in CHOSEN_FOR_CAMERA and key != "material":
+                assert value == defaults[name][key], key
+
+
 def keys(table: type[Table]) -> set[str]:
     """Names of a table's keys, and of those of the tables in it."""
     found: set[str] = set()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import get_args
 
 import cv2
 import numpy as np
@@ -15,7 +14,8 @@ from tests.vision_server.edge_scenes import step
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.image_files import read_image_set
 from vision_server.edges.merging import merge_channels
-from vision_server.rivals.merge_rules import ComparisonMethod, comparison_edges
+from vision_server.rivals import MERGE_RULES
+from vision_server.rivals.merge_rules import comparison_edges
 from vision_server.segments.extraction import extract_segments
 
 NOTHING_TO_SEE = {
@@ -35,7 +35,7 @@ def test_where_there_is_nothing_nothing_is_found(image: NDArray[np.uint8]) -> No
         assert len(edges) == 0
         assert edges.ridge.shape == image.shape
         assert len(extract_segments(edges)) == 0
-    for method in get_args(ComparisonMethod):
+    for method in MERGE_RULES:
         assert not comparison_edges([image, image], method).ridge.any()
 
 

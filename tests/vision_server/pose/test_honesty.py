@@ -11,14 +11,13 @@ from benchmarks.photographs import image_set, simulated
 from geometry.errors import GeometryError
 from geometry.model import Model, find_target, load_model
 from geometry.near_symmetries import near_symmetries
-from geometry.pose import Pose, disturbed
+from geometry.pose import RIGHT, Pose, disturbed
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server.matching import MATCHERS
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
 
 pytestmark = pytest.mark.slow
 
-RIGHT = (1.0, 0.01)  # degrees, share of the range
 DOUBT = 0.8  # scores under this are not believed
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 
