@@ -1,6 +1,8 @@
 """The tables of `stack.toml` (docs/architecture.md, "Stack folder"), with their defaults and bounds."""
 
-from typing import Annotated, Literal, Self
+from collections.abc import Mapping
+from difflib import get_close_matches
+from typing import Annotated, Any, Literal, Self
 
 import msgspec
 from msgspec import Meta
@@ -61,6 +63,19 @@ class CameraTable(CameraDescription, frozen=True, kw_only=True):
     def description(self) -> CameraDescription:
         """What `describe` says of this camera."""
         return msgspec.convert(self, CameraDescription, from_attributes=True)
+
+
+LENS_KEYS = {"focal_lengths_mm", "pixel_um", "focuses_m", "vignetting", "glare"}  # of a scenario's camera
+CAMERA_KEYS = {*CameraTable.__struct_fields__, *LENS_KEYS}
+
+
+def unknown_camera_key(table: Mapping[str, Any]) -> str | None:
+    """What to say of a key that no [camera] has, wherever it comes from; None where all are known."""
+    strange = [key for key in table if key not in CAMERA_KEYS and not isinstance(table[key], dict)]
+    if not strange:
+        return None
+    near = get_close_matches(strange[0], CAMERA_KEYS, 1, 0.0)[0]
+    return f"[camera] has an unknown key {strange[0]}; did you mean {near}?"
 
 
 class FramesLight(LightDescription, frozen=True, kw_only=True):

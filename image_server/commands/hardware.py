@@ -66,10 +66,14 @@ def laboratory_device(options: Namespace) -> Hardware:
 
 def _camera_model(file: Path) -> CameraDescription:
     from bridge.messages import CameraDescription
+    from stack.format import unknown_camera_key
     from stack.tables import as_table, read_toml
 
     values = read_toml(file, "camera model")
     table = dict(values.get("camera", values))
+    strange = unknown_camera_key(table)
+    if strange is not None:
+        raise BadInput(f"{file}: {strange}")
     known = CameraDescription.__struct_fields__
     return as_table({key: value for key, value in table.items() if key in known}, CameraDescription, file)
 

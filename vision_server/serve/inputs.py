@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +11,9 @@ from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model, load_model
 from geometry.pose import Pose
-from stack.format import CameraTable
+from stack.format import unknown_camera_key
 from vision_server.matching.match import Anywhere
 
-LENS_KEYS = {"focal_lengths_mm", "pixel_um", "focuses_m", "vignetting", "glare"}  # of a scenario's camera
-CAMERA_KEYS = {*CameraTable.__struct_fields__, *LENS_KEYS}
 MOST_TOML_BYTES = 1024 * 1024  # a recorded stack of 5000 frames has as many
 SIZES_SEEN = (0.02, 20.0)  # of a part, over the frame's width: beyond, unit or seed pose are wrong
 
@@ -48,10 +45,9 @@ def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:
     try:
         if not isinstance(table, dict):
             raise GeometryError("camera is not a table")
-        strange = [key for key in table if key not in CAMERA_KEYS and not isinstance(table[key], dict)]
-        if strange:
-            known = get_close_matches(strange[0], CAMERA_KEYS, 1, 0.0)
-            raise GeometryError(f"[camera] has an unknown key {strange[0]}; did you mean {known[0]}?")
+        strange = unknown_camera_key(table)
+        if strange is not None:
+            raise GeometryError(strange)
         return Camera.from_dict(table), table
     except GeometryError as error:
         raise BadInput(
