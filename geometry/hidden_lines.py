@@ -80,22 +80,7 @@ def trace(
     bounds : (4,), the part of the image plane to fill: least x, least y, greatest x, greatest y, px.
     """
     near = NEAR * solid.diameter
-    points = np.empty_like(solid.vertices)
-    for i in range(len(points)):
-        for k in range(3):
-            points[i, k] = (
-                rotation[k, 0] * solid.vertices[i, 0]
-                + rotation[k, 1] * solid.vertices[i, 1]
-                + rotation[k, 2] * solid.vertices[i, 2]
-                + translation[k]
-            )
-    centre = np.empty(3)
-    for k in range(3):
-        centre[k] = -(
-            rotation[0, k] * translation[0]
-            + rotation[1, k] * translation[1]
-            + rotation[2, k] * translation[2]
-        )
+    points, centre = _in_camera_frame(solid, rotation, translation)
     towards = faces_towards(solid, centre)
     seen = long_enough(solid, lines_in_view(solid, towards, points, intrinsics, bounds, near), min_line_px)
     course, outline = _courses(solid, seen, rotation, intrinsics, min_line_px)
@@ -118,12 +103,7 @@ def trace(
         for k in range(number):
             along = (k + 0.5) / number if sign > 0.0 else 1.0 - (k + 0.5) / number
             at = along * inverse_b / (inverse_a + along * (inverse_b - inverse_a))
-            covered = False
-            for m in range(count):
-                if hiders.hidden[m, 0] <= at <= hiders.hidden[m, 1]:
-                    covered = True
-                    break
-            if covered:
+            if _within_any(hiders.hidden, count, at):
                 continue
             line[written], own[written], of_outline[written] = leader[j], i, outline[j]
             stands[written] = px[j]
@@ -141,15 +121,40 @@ def trace(
                 line_direction(solid, i, sign, along3[written])
             written += 1
     return Trace(
-        line[:written],
-        out[:written],
-        along3[:written],
-        image[:written],
-        direction[:written],
-        stands[:written],
-        own[:written],
-        of_outline[:written],
-    )
+        line[:written], out[:written], along3[:written], image[:written], direction[:written],
+        stands[:written], own[:written], of_outline[:written],
+    )  # fmt: skip
+
+
+@kernel()
+def _in_camera_frame(solid: Solid, rotation: Floats, translation: Floats) -> tuple[Floats, Floats]:
+    """The vertices in the camera frame, (V, 3), and the camera's centre in the target's, (3,)."""
+    points = np.empty_like(solid.vertices)
+    for i in range(len(points)):
+        for k in range(3):
+            points[i, k] = (
+                rotation[k, 0] * solid.vertices[i, 0]
+                + rotation[k, 1] * solid.vertices[i, 1]
+                + rotation[k, 2] * solid.vertices[i, 2]
+                + translation[k]
+            )
+    centre = np.empty(3)
+    for k in range(3):
+        centre[k] = -(
+            rotation[0, k] * translation[0]
+            + rotation[1, k] * translation[1]
+            + rotation[2, k] * translation[2]
+        )
+    return points, centre
+
+
+@kernel()
+def _within_any(intervals: Floats, count: int, at: float) -> bool:
+    """Whether one of the first intervals, (count, 2), holds a number."""
+    for m in range(count):  # noqa: SIM110  # kernels have no generators
+        if intervals[m, 0] <= at <= intervals[m, 1]:
+            return True
+    return False
 
 
 @kernel()
