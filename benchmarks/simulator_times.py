@@ -11,10 +11,10 @@ from benchmarks.lines import Show
 from bridge.messages import Describe, Settings
 from image_server.simulator import Simulator
 from image_server.simulator.rays import Caster, pixel_rays
-from image_server.simulator.scenario import Camera, Scenario, load_scenario
+from image_server.simulator.scenario import Scenario, ScenarioCamera, load_scenario
 
 MIDDLE = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
-LARGE = Camera(width=4096, height=3072, fx=5120.0, fy=5120.0, cx=2047.5, cy=1535.5)
+LARGE = ScenarioCamera(width=4096, height=3072, fx=5120.0, fy=5120.0, cx=2047.5, cy=1535.5)
 FIRST_SEEDS = (1, 2, 3)
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 TARGETS = ("cube", "fixture", "satellite")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from experiments.outcomes import Floats, Outcomes
-from experiments.statistics import Estimate, cells_needed, exact_interval, mcnemar, paired, resampled
+from experiments.statistics import IntervalEstimate, cells_needed, exact_interval, mcnemar, paired, resampled
 
 SHARES = ("right", "tight", "trusted", "false")
 SESSION = (*SHARES, "images", "images to trust", "seconds to trust")
@@ -190,7 +190,7 @@ def pairs(outcomes: Outcomes) -> Iterable[tuple[int, int]]:
     return combinations(range(len(outcomes.strategies)), 2)
 
 
-def share_words(matrix: Floats, estimate: Estimate) -> str:
+def share_words(matrix: Floats, estimate: IntervalEstimate) -> str:
     """A share in percent with both intervals."""
     if estimate.n == 0:
         return "-"
@@ -200,7 +200,7 @@ def share_words(matrix: Floats, estimate: Estimate) -> str:
     return f"{100 * estimate.value:.1f}{both} ({100 * low:.0f}–{100 * high:.0f})"
 
 
-def mean_words(estimate: Estimate) -> str:
+def mean_words(estimate: IntervalEstimate) -> str:
     """A mean with its interval."""
     if estimate.n == 0:
         return "-"
@@ -214,7 +214,7 @@ def number_words(value: float) -> str:
     return f"{value:.2f}" if abs(value) >= 0.1 or value == 0.0 else f"{value:.3g}"
 
 
-def difference_words(found: Estimate, share: bool) -> str:
+def difference_words(found: IntervalEstimate, share: bool) -> str:
     """A difference with its interval; shares in percentage points."""
     ends = [found.value, found.low, found.high]
     if share:
@@ -224,7 +224,7 @@ def difference_words(found: Estimate, share: bool) -> str:
     return value if math.isnan(found.low) else f"{value} [{low}, {high}]"
 
 
-def verdict(found: Estimate) -> str:
+def verdict(found: IntervalEstimate) -> str:
     """Whether a difference is one."""
     if math.isnan(found.low):
         return "too few scenes"

@@ -14,7 +14,7 @@ from bridge.errors import BadInput
 from experiments.comparison import Grid
 from experiments.computing import row_of
 from experiments.outcomes import Outcomes
-from experiments.plan import Cell, Condition, Scene, Settings
+from experiments.plan import Cell, Condition, PlanScene, PlanSettings
 
 SHOWN = 20  # cells in the list, chosen by hand
 CELLS = "cells"
@@ -89,8 +89,8 @@ def cell_of(row: dict[str, Any], description: dict[str, Any]) -> Cell:
         controller = sources["controllers"][row["controller"]]
     except KeyError as error:
         raise BadInput(f"The table does not say what {error} was.", "Was its plan.json changed?") from None
-    scene = Scene(row["stack"], row["target"], row["scenario"], place, condition, row["pose"])
-    settings = msgspec.convert(description["settings"], Settings)
+    scene = PlanScene(row["stack"], row["target"], row["scenario"], place, condition, row["pose"])
+    settings = msgspec.convert(description["settings"], PlanSettings)
     return Cell(scene, row["controller"], controller, row["seed"], settings)
 
 

@@ -10,7 +10,7 @@ from experiments.feed import Feed
 from experiments.kinds import Row
 from experiments.plan import Plan
 from experiments.scratch import sweep
-from experiments.table import Table
+from experiments.table import ResultsTable
 from experiments.version import code_version
 
 
@@ -62,7 +62,7 @@ def run_plan(
     DeviceError : the disk or the workers failed for good; rows so far are safe.
     """
     version = code_version()
-    table = Table(out, plan.description, version)
+    table = ResultsTable(out, plan.description, version)
     try:
         finished = table.finished(without_failed=again)
         missing = sum(cell.key not in finished for cell in plan.cells())

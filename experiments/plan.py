@@ -48,7 +48,7 @@ class Condition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return self.ambient_scale, self.light_power, self.defocus_sigma_px, self.motion_px_per_s
 
 
-class Settings(msgspec.Struct, frozen=True):
+class PlanSettings(msgspec.Struct, frozen=True):
     """What is the same for all cells of a plan.
 
     Attributes
@@ -83,7 +83,7 @@ class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 @dataclass(frozen=True)
-class Scene:
+class PlanScene:
     """What is photographed: a stack, or a target of the simulator under a scenario.
 
     Attributes
@@ -111,11 +111,11 @@ class Cell:
     controller_source : what the name stands for, as the kind takes it.
     """
 
-    scene: Scene
+    scene: PlanScene
     controller: str
     controller_source: str
     seed: int
-    settings: Settings
+    settings: PlanSettings
 
     @property
     def pose(self) -> int | None:
@@ -150,8 +150,8 @@ class Plan:
     """Axes whose product is cells. The controllers of one scene and seed follow each other."""
 
     name: str
-    settings: Settings
-    scenes: Sequence[Scene]
+    settings: PlanSettings
+    scenes: Sequence[PlanScene]
     controllers: Sequence[tuple[str, str]]
     seeds: Sequence[int]
 
@@ -233,7 +233,9 @@ def _plan(file: Path, given: _File, stacks: Sequence[Path], seeds: str | None) -
     if given.scenarios and not given.targets:
         raise BadInput("it has scenarios but no targets.", 'Add targets = ["cube"], or leave them away.')
     drawn_by = numbers("seeds", seeds if seeds is not None else given.seeds)
-    settings = Settings(given.kind, given.max_iterations, given.threshold, given.matcher, given.deadline_s)
+    settings = PlanSettings(
+        given.kind, given.max_iterations, given.threshold, given.matcher, given.deadline_s
+    )
     scenes = _scenes(given, stack_folders(_words(given.stacks), here) + _checked_folders(stacks), here)
     if kind.simulated and any(scene.stack is not None for scene in scenes):
         raise BadInput(f"cells of kind {given.kind!r} need the simulator, not stacks.", "Give targets.")
@@ -255,7 +257,7 @@ def _checked_folders(stacks: Sequence[Path]) -> list[Path]:
     return [folder.resolve() for folder in stacks]
 
 
-def _scenes(given: _File, folders: list[Path], here: Path) -> list[Scene]:
+def _scenes(given: _File, folders: list[Path], here: Path) -> list[PlanScene]:
     places = [(stack, None, None, (str(folder),)) for stack, folder in unique_names("stack", folders)]
     scenarios = _named(_words(given.scenarios) or ["nominal"], here, "scenario", load_scenario)
     targets = _named(_words(given.targets), here, "target", find_target)
@@ -263,9 +265,9 @@ def _scenes(given: _File, folders: list[Path], here: Path) -> list[Scene]:
     if len({condition.name for condition in given.conditions}) < len(given.conditions):
         raise BadInput("two conditions have the same name.")
     poses = [None] if given.poses is None else numbers("poses", given.poses)
-    scenes = [Scene(*place, condition) for place in places for condition in conditions]
+    scenes = [PlanScene(*place, condition) for place in places for condition in conditions]
     return scenes + [
-        Scene(None, target, scenario, (target_source, scenario_source), condition, pose)
+        PlanScene(None, target, scenario, (target_source, scenario_source), condition, pose)
         for pose in poses
         for condition in conditions
         for scenario, scenario_source in scenarios

@@ -26,7 +26,7 @@ POINTS = 0.05  # the difference that a plan should see
 
 
 @dataclass(frozen=True)
-class Estimate:
+class IntervalEstimate:
     """A mean and its interval, of `n` cells in `scenes` scenes.
 
     The interval is NaN where there are too few scenes to say anything.
@@ -55,7 +55,7 @@ def exact_interval(successes: int, n: int, level: float = LEVEL) -> tuple[float,
     return low, high
 
 
-def resampled(outcomes: Floats, seed: int = 0, level: float = LEVEL) -> Estimate:
+def resampled(outcomes: Floats, seed: int = 0, level: float = LEVEL) -> IntervalEstimate:
     """Mean of a matrix of outcomes and the interval that scenes and seeds leave it.
 
     Parameters
@@ -67,7 +67,7 @@ def resampled(outcomes: Floats, seed: int = 0, level: float = LEVEL) -> Estimate
 
     Returns
     -------
-    Estimate
+    IntervalEstimate
         With a percentile interval, or the normal one of the same variance where there are very many
         outcomes; NaN where fewer than LEAST_SCENES scenes have one.
     """
@@ -75,17 +75,17 @@ def resampled(outcomes: Floats, seed: int = 0, level: float = LEVEL) -> Estimate
     outcomes, there = outcomes[there.any(axis=1)], there[there.any(axis=1)]
     n, scenes = int(there.sum()), len(outcomes)
     if n == 0:
-        return Estimate(math.nan, math.nan, math.nan, 0, 0)
+        return IntervalEstimate(math.nan, math.nan, math.nan, 0, 0)
     values = np.where(there, outcomes, 0.0)
     mean = float(values.sum() / n)
     if scenes < LEAST_SCENES:
-        return Estimate(mean, math.nan, math.nan, n, scenes)
+        return IntervalEstimate(mean, math.nan, math.nan, n, scenes)
     if (there.sum(axis=1) <= 1).all():  # each scene has the seed that drew it
         values, there = values.sum(axis=1, keepdims=True), there.sum(axis=1, keepdims=True) > 0
     if values.size > MOST_RESAMPLED:
         error = _standard_error(values - mean * there, values.shape[1] > 1) / n
         reach = error * float(stats.norm.ppf((1.0 + level) / 2.0))
-        return Estimate(mean, mean - reach, mean + reach, n, scenes, error)
+        return IntervalEstimate(mean, mean - reach, mean + reach, n, scenes, error)
     rng = np.random.default_rng(seed)
     rows = rng.multinomial(scenes, np.full(scenes, 1.0 / scenes), REPLICATES).astype(np.float64)
     seeds = values.shape[1]
@@ -94,7 +94,7 @@ def resampled(outcomes: Floats, seed: int = 0, level: float = LEVEL) -> Estimate
     total = ((rows @ values) * columns).sum(axis=1)
     means = total[weight > 0] / weight[weight > 0]
     low, high = np.quantile(means, [(1.0 - level) / 2.0, (1.0 + level) / 2.0])
-    return Estimate(mean, float(low), float(high), n, scenes, float(means.std(ddof=1)))
+    return IntervalEstimate(mean, float(low), float(high), n, scenes, float(means.std(ddof=1)))
 
 
 def _standard_error(residuals: Floats, with_seeds: bool) -> float:
@@ -108,7 +108,7 @@ def _standard_error(residuals: Floats, with_seeds: bool) -> float:
     return math.sqrt(variance)
 
 
-def paired(ours: Floats, theirs: Floats, seed: int = 0) -> Estimate:
+def paired(ours: Floats, theirs: Floats, seed: int = 0) -> IntervalEstimate:
     """Mean difference over the cells that both have; the interval as of `resampled`."""
     return resampled(ours - theirs, seed)
 
@@ -125,7 +125,7 @@ def mcnemar(ours: Floats, theirs: Floats) -> tuple[int, int, float]:
     return won, lost, chance
 
 
-def cells_needed(difference: Estimate, points: float = POINTS) -> int | None:
+def cells_needed(difference: IntervalEstimate, points: float = POINTS) -> int | None:
     """Pairs of cells, as those of `difference` are spread over scenes and seeds, that would show `points`.
 
     With POWER at the 5 % level; the standard error falls with the root of the number of scenes.

@@ -36,7 +36,7 @@ def schema_of(kind: str) -> pa.Schema:
     return pa.schema([(name, TYPES[type_]) for name, type_ in {**COLUMNS, **KINDS[kind].columns}.items()])
 
 
-class Table:
+class ResultsTable:
     """The table of a folder, written by one process at a time.
 
     Parameters

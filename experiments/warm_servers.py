@@ -10,7 +10,7 @@ import msgspec
 
 from bridge.serve import Reply, Server
 from bridge.start_messages import StartArgs
-from experiments.plan import Cell, Scene
+from experiments.plan import Cell, PlanScene
 from image_server.replay import Replay
 from image_server.serve.device import Device
 from image_server.serve.server import ImageServer
@@ -86,7 +86,7 @@ def simulator_of(cell: Cell) -> Simulator:
 
 
 @lru_cache(KEPT_STACKS)
-def _stack(scene: Scene) -> BasisStack | FramesStack:
+def _stack(scene: PlanScene) -> BasisStack | FramesStack:
     loaded = load_stack(Path(scene.source[0]))
     if scene.condition is not None and isinstance(loaded, BasisStack):
         return stack_under(loaded, *scene.condition.values())

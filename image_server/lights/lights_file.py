@@ -17,7 +17,7 @@ DEFAULT_LEVELS = 8  # the paper's testbed
 DEFAULT_DARK_AFTER_S = 60.0  # chosen by hand: many times a session's longest pause
 
 
-class Light(LightDescription, frozen=True, kw_only=True):
+class LightChannels(LightDescription, frozen=True, kw_only=True):
     """One of `[[lights]]`: its channels, and the value that they get for each level."""
 
     channels: Annotated[tuple[Annotated[int, Meta(ge=1, le=512)], ...], Meta(min_length=1)]
@@ -47,7 +47,7 @@ class LightsFile(Table, frozen=True):
 
     device: str
     protocol: Protocol
-    lights: Annotated[tuple[Light, ...], Meta(min_length=1)]
+    lights: Annotated[tuple[LightChannels, ...], Meta(min_length=1)]
     settle_s: Annotated[float, Meta(ge=0, le=60)] = 0.05
     dark_after_s: Annotated[float, Meta(ge=0, le=86400)] = DEFAULT_DARK_AFTER_S
     hold_off_s: Annotated[float, Meta(ge=0, le=600)] = 2.0

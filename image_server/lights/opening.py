@@ -7,7 +7,7 @@ import msgspec
 from bridge.errors import DeviceError
 from image_server.lights.dmx_usb_pro import DmxUsbPro
 from image_server.lights.driver import LightDriver
-from image_server.lights.lights_file import Light, LightsFile, is_device, load_lights_file
+from image_server.lights.lights_file import LightChannels, LightsFile, is_device, load_lights_file
 from image_server.lights.line_protocol import LineDriver
 from image_server.lights.port import PortGoneError
 from image_server.lights.rig import LightRig
@@ -43,8 +43,10 @@ def _found(device: str) -> tuple[LightsFile, LightDriver]:
         if isinstance(error, PortGoneError) or "busy" in error.message:
             raise
     else:
-        lights = tuple(Light(name=name, channels=(i,)) for i, name in enumerate(("left", "right", "top"), 1))
+        lights = tuple(
+            LightChannels(name=name, channels=(i,)) for i, name in enumerate(("left", "right", "top"), 1)
+        )
         return LightsFile(device=device, protocol="dmx_usb_pro", lights=lights), widget
     driver = LineDriver(device)
-    lights = tuple(Light(name=f"light{i}", channels=(i,)) for i in range(1, driver.channels + 1))
+    lights = tuple(LightChannels(name=f"light{i}", channels=(i,)) for i in range(1, driver.channels + 1))
     return LightsFile(device=device, protocol="line", lights=lights), driver

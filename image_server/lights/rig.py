@@ -11,7 +11,7 @@ import msgspec
 from bridge.errors import DeviceError
 from bridge.messages import LightDescription
 from image_server.lights.driver import LightDriver, Status
-from image_server.lights.lights_file import Light, LightsFile, check_channels
+from image_server.lights.lights_file import LightChannels, LightsFile, check_channels
 from image_server.lights.port import PortGoneError
 from image_server.lights.watchdog import Watchdog
 
@@ -227,7 +227,7 @@ class LightRig:
         lights = zip(self.file.lights, levels, strict=True)
         return tuple(0 if light.name in self._dead else level for light, level in lights)
 
-    def _dies(self, light: Light, why: str) -> None:
+    def _dies(self, light: LightChannels, why: str) -> None:
         if light.name not in self._dead:
             self._dead[light.name] = why
             self._lit_as_asked = False

@@ -21,7 +21,7 @@ HalfTurn = Annotated[float, Meta(ge=0, le=180)]
 Vector3 = tuple[float, float, float]
 
 
-class Camera(CameraTable, frozen=True):
+class ScenarioCamera(CameraTable, frozen=True):
     """`[camera]`: the keys of a stack's, all with defaults, and the lens.
 
     Attributes
@@ -82,7 +82,7 @@ class Sun(Table, frozen=True):
     earthshine: Fraction = 0.02
 
 
-class Earth(Table, frozen=True):
+class ScenarioEarth(Table, frozen=True):
     """`[earth]`: the Earth, seen as a disc with clouds and air, and the light it sends back.
 
     Attributes
@@ -200,10 +200,10 @@ class Scenario(Table, frozen=True):
     description: str = ""
     ambient_scale: NotNegative = 1.0
     light_power: NotNegative = 1.0
-    camera: Camera = Camera()
+    camera: ScenarioCamera = ScenarioCamera()
     lights: Annotated[tuple[Light, ...], Meta(min_length=1)] = DEFAULT_LIGHTS
     sun: Sun = Sun()
-    earth: Earth | None = None
+    earth: ScenarioEarth | None = None
     background: Background = Background()
     pose: PoseDraw = PoseDraw()
     move: Move = Move()

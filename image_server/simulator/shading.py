@@ -24,7 +24,7 @@ LEAST_MIRRORED = 1e-3  # share of the light; less is not worth the time
 SUBPIXEL = 0.25  # the texture is averaged at 2×2 places this far from the pixel's centre
 
 
-class Samples(NamedTuple):
+class SurfaceSamples(NamedTuple):
     """Points that are seen, and what light gets there.
 
     Attributes
@@ -149,7 +149,9 @@ def _scattered(
 
 
 @kernel(nogil=True)
-def shade(samples: Samples, pixel: Floats, scene: Scene, light: Illumination, even_light: Floats) -> Single:
+def shade(
+    samples: SurfaceSamples, pixel: Floats, scene: Scene, light: Illumination, even_light: Floats
+) -> Single:
     """Radiance (N, L + 1) float32 of samples under each light, and under the sun with the sky.
 
     Parameters

@@ -25,7 +25,7 @@ from image_server.simulator.lens import focused, zoomed
 from image_server.simulator.material import load_appearance
 from image_server.simulator.scenario import Scenario, load_scenario
 from image_server.simulator.scene import Scene, background_parts, joined, target_part
-from image_server.simulator.view import Radiances, View, rendered, sky_of
+from image_server.simulator.view import Radiances, TracedView, rendered, sky_of
 from stack.exposure import level_fraction
 from stack.format import CameraTable
 from stack.sensor import exposed, mixed
@@ -121,7 +121,7 @@ class Simulator(Device):
         self._captures = 0
         self._moves: list[MoveDone] = []
         self._left: list[Pose] = []  # true poses that moves ended
-        self._traced: OrderedDict[float | None, View] = OrderedDict()
+        self._traced: OrderedDict[float | None, TracedView] = OrderedDict()
 
     @property
     def model(self) -> Model:
@@ -199,7 +199,7 @@ class Simulator(Device):
         """Radiance images of this geometry: each light alone (full, power 1), then sun, Earth and stars."""
         return self._view().images
 
-    def _view(self) -> View:
+    def _view(self) -> TracedView:
         view = self._traced.get(self._focal_mm)
         if view is None:
             view = rendered(self._scenario, self._scene(), self.camera, self._sun, self._random(STARS))

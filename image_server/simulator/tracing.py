@@ -25,7 +25,7 @@ from image_server.simulator.rays import (
 )
 from image_server.simulator.sampling import DISC_STEP, RIM_VIEWS, SAMPLES, disc_directions, pixel_places
 from image_server.simulator.scene import Scene
-from image_server.simulator.shading import Samples, shade
+from image_server.simulator.shading import SurfaceSamples, shade
 from image_server.simulator.sky import irradiance
 from numerics.two_cores import beside
 
@@ -209,7 +209,7 @@ class _Tracer:
         self, triangle: NDArray[np.int32], directions: Rays, distance: Rays, reach: Rays, pixel: Floats
     ) -> Image:
         """Radiance (N, L + 1) of samples."""
-        samples = Samples(triangle, directions, distance, reach)
+        samples = SurfaceSamples(triangle, directions, distance, reach)
         return shade(samples, pixel, self._scene, self._light, self._sky)
 
 

@@ -20,7 +20,7 @@ Radiances = list[NDArray[np.float32]]
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class TracedView:
     """Linear images of one geometry.
 
     Attributes
@@ -35,7 +35,9 @@ class View:
     target_depth: NDArray[np.float32]
 
 
-def rendered(scenario: Scenario, scene: Scene, camera: Camera, sun: Floats, rng: np.random.Generator) -> View:
+def rendered(
+    scenario: Scenario, scene: Scene, camera: Camera, sun: Floats, rng: np.random.Generator
+) -> TracedView:
     """Trace the scene, put the sky behind it, and let the lens darken and scatter it.
 
     `sun` (3,) is the unit vector towards it; the generator draws the stars.
@@ -53,7 +55,7 @@ def rendered(scenario: Scenario, scene: Scene, camera: Camera, sun: Floats, rng:
             cv2.multiply(image, factor, dst=image)
     if lens.glare > 0:
         images = [glared(image, lens.glare) for image in images]
-    return View(
+    return TracedView(
         images, trace.inverse_depth, np.where(trace.part == TARGET, trace.inverse_depth, np.float32(0))
     )
 

@@ -10,7 +10,7 @@ from experiments.comparison_folder import compare_table
 from experiments.computing import rows_of
 from experiments.page import write_page
 from experiments.plan import Cell, read_plan
-from experiments.table import Table, read_description, read_rows
+from experiments.table import ResultsTable, read_description, read_rows
 from experiments.version import code_version
 from tests.experiments.experiment import plan_file
 
@@ -21,7 +21,7 @@ def cells(folder: Path, text: str) -> list[Cell]:
 
 def table_of(folder: Path, text: str) -> Path:
     plan = read_plan(plan_file(folder, text))
-    table = Table(folder / "out", plan.description, code_version())
+    table = ResultsTable(folder / "out", plan.description, code_version())
     table.append(rows_of(list(plan.cells()), code_version()))
     table.merge()
     table.close()
@@ -93,7 +93,7 @@ def made_up(folder: Path) -> Path:
                 "translation_fraction": 0.001, "merit": 0.5, "seconds": 1.0,
             }
         )  # fmt: skip
-    table = Table(folder / "out", plan.description, code_version())
+    table = ResultsTable(folder / "out", plan.description, code_version())
     table.append(rows)
     table.close()
     return folder / "out"

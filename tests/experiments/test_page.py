@@ -12,7 +12,7 @@ import pytest
 
 from experiments.page import write_page
 from experiments.plan import read_plan
-from experiments.table import Table, read_rows
+from experiments.table import ResultsTable, read_rows
 from experiments.version import code_version
 from tests.experiments.experiment import plan_file
 
@@ -27,7 +27,7 @@ def test_a_hundred_thousand_rows_are_drawn(tmp_path: Path) -> None:
     plan = read_plan(plan_file(tmp_path, text))
     rng = np.random.default_rng(1)
     errors, images = rng.lognormal(-3.0, 1.5, len(plan)), rng.integers(1, 11, len(plan))
-    table = Table(tmp_path / "out", plan.description, code_version())
+    table = ResultsTable(tmp_path / "out", plan.description, code_version())
     table.append(
         [
             {

@@ -11,12 +11,12 @@ import pytest
 
 from bridge.errors import BadInput, DeviceError
 from experiments.plan import read_plan
-from experiments.table import DESCRIPTION, JOURNAL, RESULTS, Table, read_rows
+from experiments.table import DESCRIPTION, JOURNAL, RESULTS, ResultsTable, read_rows
 from tests.experiments.experiment import EMPTY, plan_file
 
 
-def opened(folder: Path, version: str = "v", text: str = EMPTY.format(last=20)) -> Table:
-    return Table(folder / "out", read_plan(plan_file(folder, text)).description, version)
+def opened(folder: Path, version: str = "v", text: str = EMPTY.format(last=20)) -> ResultsTable:
+    return ResultsTable(folder / "out", read_plan(plan_file(folder, text)).description, version)
 
 
 def some_rows(folder: Path, count: int = 10) -> list[dict[str, Any]]:

@@ -16,10 +16,10 @@ from image_server.simulator.description import pose_message
 from image_server.simulator.placement import faces_shown, fraction_inside
 from image_server.simulator.scenario import (
     SCENARIOS,
-    Camera,
-    Earth,
     PoseDraw,
     Scenario,
+    ScenarioCamera,
+    ScenarioEarth,
     Sun,
     Time,
     load_scenario,
@@ -27,7 +27,7 @@ from image_server.simulator.scenario import (
 )
 
 MIDDLE = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
-SMALL = Camera(width=160, height=120, fx=200.0, fy=200.0, cx=79.5, cy=59.5)
+SMALL = ScenarioCamera(width=160, height=120, fx=200.0, fy=200.0, cx=79.5, cy=59.5)
 
 
 ONE_LIGHT = "[[lights]]\nname = 'a'\nposition = [0.0, 0.0, 0.0]\n"
@@ -130,7 +130,9 @@ def test_no_description_holds_the_true_pose() -> None:
 
 
 def test_a_zoom_lens_scales_what_it_describes() -> None:
-    zoom = Camera(width=160, height=120, fx=200.0, fy=200.0, cx=79.5, cy=59.5, focal_lengths_mm=(8.0, 12.0))
+    zoom = ScenarioCamera(
+        width=160, height=120, fx=200.0, fy=200.0, cx=79.5, cy=59.5, focal_lengths_mm=(8.0, 12.0)
+    )
     sim = Simulator("cube", Scenario(camera=zoom), 1)
     wide = sim.capture(Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0, focal_length_mm=8.0))
     near = sim.capture(Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0, focal_length_mm=12.0))
@@ -202,12 +204,12 @@ def test_a_drift_blurs_the_image_as_long_as_the_shutter_is_open() -> None:
 
 def test_a_sun_behind_the_earth_is_an_error() -> None:
     with pytest.raises(BadInput, match="sun stands behind its Earth"):
-        Simulator("cube", Scenario(sun=Sun(direction=(0, 0, 1)), earth=Earth(direction=(0, 0, 1))))
+        Simulator("cube", Scenario(sun=Sun(direction=(0, 0, 1)), earth=ScenarioEarth(direction=(0, 0, 1))))
 
 
 @pytest.mark.slow
 def test_large_frames_come_too() -> None:
-    large = Camera(width=4096, height=3072, fx=5120.0, fy=5120.0, cx=2047.5, cy=1535.5)
+    large = ScenarioCamera(width=4096, height=3072, fx=5120.0, fy=5120.0, cx=2047.5, cy=1535.5)
     far = PoseDraw(range_m=(1.6, 1.6))
     frame = Simulator("cube", Scenario(camera=large, pose=far), 1).capture(MIDDLE).pixels
     small_one = Simulator("cube", Scenario(pose=far), 1).capture(MIDDLE).pixels
