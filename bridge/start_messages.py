@@ -18,7 +18,7 @@ from bridge.messages import (
 )
 
 Matcher = Literal["search", "genetic"]
-MATCHERS: tuple[str, ...] = get_args(Matcher)
+MATCHER_NAMES: tuple[str, ...] = get_args(Matcher)
 """Names of the matchers: the project's own search, and the paper's genetic algorithm."""
 NotNegative = Annotated[float, Meta(ge=0)]
 Covariance = tuple[tuple[float, float, float, float, float, float], ...]

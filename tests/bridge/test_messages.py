@@ -10,6 +10,7 @@ from bridge import messages as m
 from bridge import start_messages as s
 from bridge import vision_messages as v
 from bridge.commands.results import prolog_results
+from vision_server.matching import MATCHERS
 
 SETTINGS: dict[str, Any] = {"lights": [0, 7, 3], "shutter_s": 0.01667, "aperture": 4.0}
 POSE = {"rotation_vector": [0.1, 0.2, 0.3], "translation": [0, 0, 1]}
@@ -170,3 +171,7 @@ def test_every_operation_of_the_protocol_has_a_type() -> None:
 
 def test_the_types_that_the_controller_checks_replies_by_are_these(root: Path) -> None:
     assert (root / "bridge" / "prolog" / "results.pl").read_text() == prolog_results()
+
+
+def test_the_matchers_that_are_named_are_those_there_are() -> None:
+    assert set(s.MATCHER_NAMES) == set(MATCHERS)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bridge.start_messages import MATCHERS
+from bridge.start_messages import MATCHER_NAMES
 from tests.session.command import controller
 
 STACK = """
@@ -40,7 +40,7 @@ def refused(*options: str | Path) -> str:
 
 
 def test_the_matchers_are_those_of_the_messages() -> None:
-    assert f"--matcher: 'best' is not one of {', '.join(MATCHERS)}" in refused("--matcher", "best")
+    assert f"--matcher: 'best' is not one of {', '.join(MATCHER_NAMES)}" in refused("--matcher", "best")
 
 
 def test_a_controller_s_file_may_be_the_first_option(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bridge.errors import EXIT_BAD_INPUT, EXIT_NO_POSE, BadInput, LightsAndCameraError
-from bridge.start_messages import MATCHERS
+from bridge.start_messages import MATCHER_NAMES
 from vision_server.commands.edges import exposures_of, warn_of_movement
 from vision_server.commands.options import (
     add_exposures,
@@ -191,7 +191,7 @@ def add_options(parser: ArgumentParser) -> None:
     add_exposures(parser)
     parser.add_argument(
         "--matcher",
-        choices=MATCHERS,
+        choices=MATCHER_NAMES,
         default="search",
         help="How the pose is found before it is refined (default: %(default)s).",
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 from bridge.errors import BadInput
 from bridge.messages import PoseMessage
-from bridge.start_messages import MATCHERS
+from bridge.start_messages import MATCHER_NAMES
 from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import Pose
@@ -54,7 +54,7 @@ def _flag(name: str) -> Callable[[Any], Any]:
 
 
 CHECKS: dict[str, Callable[[Any], Any]] = {
-    "matcher": _one_of("matcher", MATCHERS),
+    "matcher": _one_of("matcher", MATCHER_NAMES),
     "seed": _number("seed", 0, 2**63 - 1, whole=True),
     "rotation_range_deg": _number("rotation_range_deg", 0.0, 180.0),
     "translation_range_px": _number("translation_range_px", 0.0, 2000.0),
