@@ -44,8 +44,8 @@ def ridges(images: Sequence[Image], method: str) -> NDArray[np.float32]:
     if method.startswith("lsd"):
         return segments_drawn(images if method == "lsd, united" else images[:1])
     times = overexposures(images, [1.0] * len(images))
-    if method in COMPARED:
-        return comparison_edges(images, method, times).ridge  # type: ignore[arg-type]
+    if method in MERGE_RULES:
+        return comparison_edges(images, method, times).ridge
     exponent = 0.0 if method == "em without weights" else WEIGHT_EXPONENT
     channels = [
         channel_statistics(image, time, weight_exponent=exponent)
