@@ -22,6 +22,8 @@ Turn counts the steps of the program, those without an action too, so that a
 resumed run meets each exogenous action where it was met.
 */
 
+:- dynamic in_use/2.                    % Journal, File
+
 %!  journal_open(+File, -Journal) is det.
 %
 %   Append to File; File may be `none`.  A last line that was not finished, as a
@@ -34,11 +36,12 @@ journal_open(none, Journal) =>
 journal_open(File, Journal) =>
     with_mutex(indigolog_journal,
                ( ( exists_file(File) -> not_in_use(File), drop_unfinished(File) ; true ),
-                 open(File, append, Journal, [encoding(utf8)]) )).
+                 open(File, append, Journal, [encoding(utf8)]),
+                 assertz(in_use(Journal, File)) )).
 
+%   Kept here, since looking through all streams fails where another thread closes one meanwhile.
 not_in_use(File) :-
-    (   stream_property(Stream, mode(append)),
-        stream_property(Stream, file_name(Other)),
+    (   in_use(_, Other),
         same_file(File, Other)
     ->  throw(error(golog(journal_in_use(File)), _))
     ;   true
@@ -89,6 +92,7 @@ journal_write(Journal, Fact) =>
 journal_close(none) =>
     true.
 journal_close(Journal) =>
+    retractall(in_use(Journal, _)),
     close(Journal).
 
 %!  journal_entries(+File, -Begun, -Entries) is semidet.

@@ -5,6 +5,7 @@
 :- use_module(library(random), [random_member/2]).
 :- use_module(library(readutil), [read_file_to_terms/3]).
 :- use_module('../../indigolog/indigolog').
+:- use_module('../../indigolog/online/journal', [journal_close/1, journal_open/2]).
 :- use_module(theory_text).
 
 /** <module> Many agents in one process, one after the other, in threads, interleaved, and inside one another
@@ -211,6 +212,18 @@ test(same_journal, [setup(tmp_file(journal, File)), cleanup(delete_file(File)), 
 
 again_to(File, _, _) :-
     indigolog(a, [journal(File), device(agents_recorder)]).
+
+% A journal is opened while other threads close streams of theirs.
+test(journals_of_many_threads, [true(Ends == Expected)]) :-
+    numlist(1, 8, Is),
+    maplist([_, T]>>thread_create(many_journals(300), T), Is, Ts),
+    maplist([T, End]>>thread_join(T, End), Ts, Ends),
+    maplist([_, true]>>true, Is, Expected).
+
+many_journals(N) :-
+    tmp_file_stream(File, Stream, [encoding(utf8)]),
+    close(Stream),
+    call_cleanup(forall(between(1, N, _), ( journal_open(File, Journal), journal_close(Journal) )), delete_file(File)).
 
 % Which of two is meant?
 test(several_runs, error(golog(several_runs(bump)))) :-
