@@ -27,8 +27,9 @@ from bridge.start_messages import StartArgs
 from bridge.vision_messages import PredictArgs
 from geometry.pose import RIGHT, Pose
 from image_server.serve.device import Device
+from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import predict
-from vision_server.serve.task import PoseTask, open_task
+from vision_server.serve.task import PoseTask
 
 RULES = ("next", "single", "foreseen", "random")
 RIGHT_DEG, RIGHT_SHARE = RIGHT

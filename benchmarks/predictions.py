@@ -39,8 +39,9 @@ from vision_server.channels.noise import MAD_TO_SD
 from vision_server.pose.observation import PoseProblem, observe
 from vision_server.prediction.information import Forecast
 from vision_server.prediction.response import read_beside
+from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import forecast, lit_image, numbers, predict
-from vision_server.serve.task import PoseTask, open_task
+from vision_server.serve.task import PoseTask
 
 Floats = NDArray[np.float64]
 

@@ -37,8 +37,9 @@ from stack.read import BasisStack, load_stack
 from stack.read import with_conditions as stack_with
 from vision_server.pose.observation import PoseProblem
 from vision_server.prediction.surprise import moved_to
+from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import predict
-from vision_server.serve.task import PoseTask, open_task
+from vision_server.serve.task import PoseTask
 
 Grey = NDArray[np.uint8]
 

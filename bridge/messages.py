@@ -153,11 +153,20 @@ class ReferenceExposure(Message, frozen=True):
 
 
 class TargetDescription(Message, frozen=True):
-    """The docking target: its model file (absolute path), the file's unit, and where it may be."""
+    """The docking target: its model file (absolute path), the file's unit, and where it may be.
+
+    Attributes
+    ----------
+    range_m, view
+        What narrows the search where there is no seed pose: least and greatest distance of the target's
+        middle, metres; the direction from there to the camera in the target's frame, roughly.
+    """
 
     model: FileName
     unit: Unit = "m"
     seed_pose: PoseMessage | None = None
+    range_m: tuple[Length, Length] | None = None
+    view: Vector3 | None = None
 
 
 class SettingRange(Message, frozen=True):

@@ -38,6 +38,8 @@ class StartArgs(Message, frozen=True):
         TOML files with ``[camera]`` and ``[target.seed_pose]``.
     camera, seed_pose
         The same as values; not beside the files.
+    first_sight
+        Look for the target everywhere, whatever seed pose `describe` knows.
     matcher
         ``search`` or the paper's ``genetic``.
     seed
@@ -53,6 +55,7 @@ class StartArgs(Message, frozen=True):
     seed_pose_file: FileName | None = None
     camera: CameraDescription | None = None
     seed_pose: PoseMessage | None = None
+    first_sight: bool = False
     matcher: Matcher = "search"
     seed: Seed = 0
     out: FileName | None = None
@@ -98,7 +101,7 @@ class ModelTold(Message, frozen=True):
     faces: Number
     diameter_m: NotNegative | None = None
     picture_px: NotNegative | None = None
-    """How large it would be in the image from the seed pose."""
+    """How large it would be in the image from the seed pose; without one, ``None``."""
     doubt: str | None = None
     """Where that cannot be: what is to be checked."""
 

@@ -16,6 +16,7 @@ from bridge.messages import (
     Operation,
     PoseMessage,
     Settings,
+    Vector3,
 )
 from bridge.start_messages import Covariance, NotNegative, RestoreArgs, StartArgs, StartResult
 
@@ -104,6 +105,13 @@ class RivalTold(Message, frozen=True):
     share: NotNegative
 
 
+class PoseTold(Message, frozen=True):
+    """One of the poses that fit, and the probability that it is the right one."""
+
+    pose: PoseMessage
+    probability: Fraction
+
+
 class EstimateResult(Message, frozen=True):
     """Result of `estimate` and `best`; docs/pose.md explains each key."""
 
@@ -116,6 +124,8 @@ class EstimateResult(Message, frozen=True):
     ambiguity: float
     lines: tuple[LineTold, ...]
     rivals: tuple[RivalTold, ...] = ()
+    poses: tuple[PoseTold, ...] = ()
+    free: tuple[Vector3, ...] = ()
     segments: Number = 0
     seconds: Seconds = field(default_factory=dict)
 

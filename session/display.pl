@@ -189,6 +189,10 @@ model_size(Model) -->
     !,
     [ '  model ~w: ~3g m across, ~0f px in the image from the seed pose'-[Name, Diameter, Pixels] ].
 model_size(Model) -->
+    { _{name:Name, diameter_m:Diameter} :< Model, number(Diameter) },
+    !,
+    [ '  model ~w: ~3g m across, looked for everywhere (no seed pose)'-[Name, Diameter] ].
+model_size(Model) -->
     [ '  model ~w'-[Model.name] ].
 
 model_doubt(Model) -->

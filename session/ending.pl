@@ -5,6 +5,7 @@
 :- use_module(acquisition_device, [score_pose/3]).
 :- use_module(connections, [ask/4, seconds_spent/2]).
 :- use_module(display, [show/2, show_outcome/2]).
+:- use_module(forms, [fix_term/2]).
 :- use_module(installation, [installation_python/1]).
 :- use_module(processes, [wait_until/3]).
 :- use_module(result).
@@ -13,7 +14,7 @@
 :- use_module('../indigolog/indigolog').
 :- use_module(library(apply), [foldl/4]).
 :- use_module(library(aggregate), [aggregate_all/3]).
-:- use_module(library(lists), [member/2, nth0/3]).
+:- use_module(library(lists), [member/2, memberchk/2, nth0/3]).
 :- use_module(library(option), [option/2]).
 :- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
 :- use_module(library(solution_sequences), [limit/2]).
@@ -45,7 +46,8 @@ end_session(Session, end(How, Situation), Outcome) :-
     command_line(Command),
     session_result(Session.put(_{status:Status, seconds:Seconds, errors:Errors, command:Command}),
                    Situation, Result0),
-    with_estimated_with(How, Folder, Result0, Result),
+    with_other_poses(How, Situation, Result0, Result1),
+    with_estimated_with(How, Folder, Result1, Result),
     write_result(Result, Folder),
     call(Session.stop),
     show_outcome(Options, Result),
@@ -96,6 +98,21 @@ true_error(Where, fix(Pose, _, _, _), Error) :-
     catch(score_pose(Pose, Where, Error), error(_, _), fail),
     !.
 true_error(_, _, null).
+
+%   All poses that fit as the stated one does, and what no image can tell of it, where there are such: from the
+%   estimate that stated it, of images that are still in the set.
+with_other_poses(finished, Situation, Result0, Result) :-
+    situation_history(Situation, Newest),
+    fluent_value(best, Situation, Best),
+    memberchk(e(estimate(Images), Best), Newest),
+    catch(ask(vision_server, estimate, _{images:Images}, Found), error(_, _), fail),
+    fix_term(Found, Again),
+    Again == Best,
+    !,
+    findall(Key-Value, ( member(Key, [poses, free]), Value = Found.get(Key), Value \== [] ), Pairs),
+    dict_pairs(More, more, Pairs),
+    Result = Result0.put(More).
+with_other_poses(_, _, Result, Result).
 
 %   What the pose was estimated with, so that it can be estimated again: a session that came to its end tells it.
 with_estimated_with(finished, Folder, Result0, Result) :-

@@ -25,6 +25,7 @@ opt_type(camera,         camera,         atom).
 opt_type(lights,         lights,         atom).
 opt_type(camera_model,   camera_model,   atom).
 opt_type(seed_pose,      seed_pose,      atom).
+opt_type(first_sight,    first_sight,    boolean).
 opt_type(image_server,   image_server,   atom).
 opt_type(vision_server,  vision_server,  atom).
 opt_type(keys,           keys,           atom).
@@ -81,6 +82,7 @@ opt_help(camera,         "Use a V4L2 camera: its device, such as /dev/video0, or
 opt_help(lights,         "With --camera: serial device of the lights, such as /dev/ttyUSB0, or their TOML file").
 opt_help(camera_model,   "TOML file with [camera], where the image server has none").
 opt_help(seed_pose,      "TOML file with [target.seed_pose], where the image server has none").
+opt_help(first_sight,    "Look for the target everywhere, whatever seed pose is known").
 opt_help(image_server,   "Use a running image server, e.g. tcp://127.0.0.1:5555").
 opt_help(vision_server,  "Use a running vision server").
 opt_help(keys,           "CURVE keys of the servers and of the controller, for servers on a network").
@@ -117,7 +119,7 @@ defaults(_, [target(cube), scenario(nominal)|Defaults]) :-
     defaults(Defaults).
 
 defaults([ keep_servers(false), idle_s(600), controller(heuristic), matcher(search), max_iterations(10), seed(1),
-           approach(false), first_range(1.5), contact_range(0.3), dry_run(false), explain(false),
+           first_sight(false), approach(false), first_range(1.5), contact_range(0.3), dry_run(false), explain(false),
            view(false), report(true), json(false), quiet(false) ]).
 
 %!  session_options(+Argv, -Options) is det.
@@ -226,6 +228,9 @@ of_no_use(Given, scenario, Why) :-
     given(Name, Given),
     dashes(Name, Dashed),
     format(atom(Why), "is of the simulator, and the images come from --~w: leave one of them away", [Dashed]).
+of_no_use(Given, seed_pose, 'says where to look, and --first-sight looks everywhere: leave one of them away') :-
+    given(seed_pose, Given),
+    option(first_sight(true), Given).
 of_no_use(Given, explain, 'says what --quiet leaves out: give one of them') :-
     option(explain(true), Given),
     option(quiet(true), Given).

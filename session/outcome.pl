@@ -53,9 +53,24 @@ pose_words(Result) -->
       Result.pose.rotation_vector = [A, B, C] },
     [ nl, '  translation ~4f ~4f ~4f m'-[X, Y, Z], nl,
       '  rotation    ~4f ~4f ~4f rad'-[A, B, C], nl,
-      '  rms ~2f px, merit ~2f px (threshold ~2f)'-[Result.rms_px, Result.merit_px, Result.threshold_px] ].
+      '  rms ~2f px, merit ~2f px (threshold ~2f)'-[Result.rms_px, Result.merit_px, Result.threshold_px] ],
+    other_poses(Result).
 pose_words(_) -->
     [ nl, '  no pose' ].
+
+%   What else the images fit, where nothing was known beforehand; all of it is in result.json.
+other_poses(Result) -->
+    { several_poses(Result, Count, First) },
+    !,
+    { Percent is 100 * First.probability },
+    [ nl, '  one of ~d poses that fit, its probability ~0f %'-[Count, Percent] ].
+other_poses(_) -->
+    [].
+
+several_poses(Result, Count, First) :-
+    Result.get(poses) = [First|Others],
+    length([First|Others], Count),
+    Count > 1.
 
 error_words(Result) -->
     { Error = Result.get(error) },
@@ -96,6 +111,8 @@ what_may_help(_, _) -->
 
 help(Result, _, 'is the target in view, and its model of the right size (--unit)? --explain tells what was seen') :-
     Result.pose == null.
+help(Result, _, 'a seed pose, or [target] view, which tell which of the poses that fit is meant (--seed-pose)') :-
+    several_poses(Result, _, _).
 help(Result, Limit, Help) :-
     (   Result.iterations >= Limit
     ->  counted(Limit, image, Images),

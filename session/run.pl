@@ -122,7 +122,8 @@ start_arguments(Session, ImageServer, Args) :-
     findall(unit-Unit, ( member(model-_, Files), option(unit(Unit), Options) ), Units),
     append(Files, Units, Given),
     ( option(dry_run(true), Options) -> All = Given ; All = [out-Folder|Given] ),
-    dict_pairs(Args, start, [image_server-ImageServer, matcher-Matcher, seed-(Plan.seed)|All]).
+    ( option(first_sight(true), Options) -> Told = [first_sight-true|All] ; Told = All ),
+    dict_pairs(Args, start, [image_server-ImageServer, matcher-Matcher, seed-(Plan.seed)|Told]).
 
 start_file(camera_file, Options, _, File) :-
     option(camera_model(File), Options).

@@ -87,11 +87,8 @@ def _recorded(folder: Path) -> FrameList:
 def describe_stack(stack: BasisStack | FramesStack, name: str) -> Describe:
     """What can be asked of a stack."""
     table = stack.table
-    target = TargetDescription(
-        model=str((stack.folder / table.target.model).resolve()),
-        unit=table.target.unit,
-        seed_pose=table.target.seed_pose,
-    )
+    known = msgspec.convert(table.target, TargetDescription, from_attributes=True)
+    target = msgspec.structs.replace(known, model=str((stack.folder / known.model).resolve()))
     if isinstance(table, BasisTable):
         lights: tuple[FramesLight, ...] = table.lights
         shutters, apertures = table.camera.shutters_s, table.camera.apertures

@@ -13,6 +13,7 @@ COMMANDS = {
     "verify": "Make the estimate of a run folder again, and say whether it is as stated.",
     "check": "Say whether a pose from elsewhere is right.",
     "edges": "Merge image files of one set into one edge map.",
+    "calibrate": "Make a camera file from images of a chessboard.",
     "warm": "Compile every numeric kernel, once.",
 }
 

@@ -24,7 +24,7 @@ from vision_server.matching.match import distinct
 from vision_server.pose.alternatives import PoseChance, chances, image_of, without_free_turn
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import REFINED, TURNED_NATS, Refined, add_turned, best_first, turned
+from vision_server.pose.ranking import TURNED_NATS, Refined, best_first, of_most_evidence, turned
 from vision_server.pose.stretch import misfit
 from vision_server.pose.support import LineSupport, PoseSupport
 from vision_server.pose.trust import WORTH_DOUBTING, Misfit, ambiguity, confidence, odds
@@ -174,14 +174,13 @@ def pose_of_segments(
     watch.lap("matching")
     least = SCALES_PX.index(settings.refinement_scale_px)
     problem = PoseProblem.at_scale(channels, model, camera, least, settings.tone_sd_px)
-    first_sight = isinstance(seed_pose, Anywhere)
-    refined = best_first(problem, _worth_refining(hypotheses), LOOKED_AT if first_sight else REFINED)
-    if first_sight:
-        add_turned(refined)
-    symmetry = symmetry_of(model) if first_sight or model.smooth.any() else ASYMMETRIC
+    anywhere = isinstance(seed_pose, Anywhere)
+    worth = _worth_refining(hypotheses)
+    refined = of_most_evidence(problem, worth, LOOKED_AT) if anywhere else best_first(problem, worth)
+    symmetry = symmetry_of(model) if anywhere or model.smooth.any() else ASYMMETRIC
     estimate = _best(refined, symmetry)
-    if first_sight:
-        estimate = _with_poses(estimate, refined, symmetry)
+    if isinstance(seed_pose, Anywhere):
+        estimate = _with_poses(estimate, refined, symmetry, partial(seed_pose.allows, middle=model.middle))
     watch.lap("refinement")
     return replace(estimate, segments=len(endpoints), seconds=watch.seconds)
 
@@ -203,6 +202,8 @@ def _matched(
     if camera.distorted and len(ends):
         ends = np.ascontiguousarray(camera.undistort_points(ends.reshape(-1, 2)).reshape(-1, 4))
     if isinstance(seed_pose, Anywhere):
+        if settings.matcher != PipelineSettings.matcher:
+            raise BadInput(f"The {settings.matcher} matcher needs a seed pose.", "Give one, or use search.")
         from vision_server.matching.first_sight import match_anywhere  # most sessions have a seed pose
 
         return match_anywhere(ends, model, camera, seed_pose)
@@ -257,11 +258,13 @@ def _best(found: list[Refined], symmetry: Symmetry) -> Estimate:
     )
 
 
-def _with_poses(estimate: Estimate, found: list[Refined], symmetry: Symmetry) -> Estimate:
+def _with_poses(
+    estimate: Estimate, found: list[Refined], symmetry: Symmetry, allowed: Callable[[Pose], bool]
+) -> Estimate:
     """The estimate with all poses that fit; its score is no more than the first one's probability."""
     if estimate.support is None or estimate.uncertainty is None:
         return estimate
     alone = confidence(estimate.support, 0.0, estimate.uncertainty)
-    poses = chances([(one.pose, one.support.evidence) for one in found], symmetry, alone)
+    poses = chances([(one.pose, one.support.evidence) for one in found], symmetry, alone, allowed)
     first = poses[0].probability if poses else estimate.score
     return replace(estimate, poses=poses, score=min(estimate.score, first))

@@ -87,6 +87,8 @@ message('EstimateResult',
           ambiguity-number([]),
           lines-list(message('LineTold'), 0, inf),
           rivals-optional(list(message('RivalTold'), 0, inf)),
+          poses-optional(list(message('PoseTold'), 0, inf)),
+          free-optional(list(tuple([number([ge(-1000000.0), le(1000000.0)]), number([ge(-1000000.0), le(1000000.0)]), number([ge(-1000000.0), le(1000000.0)])]), 0, inf)),
           segments-optional(integer([ge(0), le(9007199254740992)])),
           seconds-optional(map(number([ge(0)])))
         ]).
@@ -177,6 +179,10 @@ message('PoseMessage',
         [ rotation_vector-tuple([number([ge(-1000000.0), le(1000000.0)]), number([ge(-1000000.0), le(1000000.0)]), number([ge(-1000000.0), le(1000000.0)])]),
           translation-tuple([number([ge(-1000000.0), le(1000000.0)]), number([ge(-1000000.0), le(1000000.0)]), number([ge(-1000000.0), le(1000000.0)])])
         ]).
+message('PoseTold',
+        [ pose-message('PoseMessage'),
+          probability-number([ge(0), le(1)])
+        ]).
 message('PredictResult',
         [ gains-nullable(list(message('Gain'), 0, inf)),
           found-optional(list(message('FoundSettings'), 0, inf))
@@ -226,7 +232,9 @@ message('StartResult',
 message('TargetDescription',
         [ model-string,
           unit-optional(one_of(["cm", "in", "m", "mm"])),
-          seed_pose-optional(nullable(message('PoseMessage')))
+          seed_pose-optional(nullable(message('PoseMessage'))),
+          range_m-optional(nullable(tuple([number([gt(0), le(1000000.0)]), number([gt(0), le(1000000.0)])]))),
+          view-optional(nullable(tuple([number([ge(-1000000.0), le(1000000.0)]), number([ge(-1000000.0), le(1000000.0)]), number([ge(-1000000.0), le(1000000.0)])])))
         ]).
 message('TrackResult',
         [ frame-integer([ge(0), le(9007199254740992)]),

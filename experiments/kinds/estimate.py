@@ -13,7 +13,7 @@ from experiments.plan import Cell
 from experiments.worker import Worker
 from geometry.pose import Pose
 from image_server.simulator import Simulator
-from vision_server.serve.task import open_task
+from vision_server.serve.opening import open_task
 
 Floats = NDArray[np.float64]
 

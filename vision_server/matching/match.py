@@ -15,6 +15,8 @@ from vision_server.matching.views import Views
 
 Floats = NDArray[np.float64]
 
+VIEW_DEG = 50.0  # around a direction of view that is told; chosen by hand
+
 SAME_ROTATION_DEG = 2.0  # poses closer than this and ...
 SAME_TRANSLATION = 0.01  # ... than this fraction of the range are one
 
@@ -63,6 +65,18 @@ class Anywhere:
             raise GeometryError(f"range_m must be two distances, the lesser first, got {self.range_m}")
         if self.view is not None and not 0.0 < float(np.linalg.norm(self.view)) < np.inf:
             raise GeometryError(f"view must be a direction, got {self.view}")
+
+    def sees(self, direction: Floats) -> NDArray[np.bool_]:
+        """Whether the target may be seen from unit directions (..., 3) from its middle, in its frame."""
+        if self.view is None:
+            return np.ones(direction.shape[:-1], dtype=bool)
+        towards = np.array(self.view) / np.linalg.norm(self.view)
+        return np.asarray(direction @ towards >= np.cos(np.radians(VIEW_DEG)))
+
+    def allows(self, pose: Pose, middle: Floats) -> bool:
+        """Whether a pose shows a target of this middle (3,), in its frame, from where it may be seen."""
+        to_camera = -pose.matrix.T @ pose.translation - middle
+        return bool(self.sees(to_camera / np.linalg.norm(to_camera)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,7 +42,6 @@ CELLS_ACROSS = 40  # of the largest target of a grid
 REACH_CELLS = 3.0  # an edge this far from a template's point is worth nothing to it
 POINTS = 64  # of a template
 FEWEST_POINTS = 8
-VIEW_DEG = 50.0  # around a direction of view that is told
 
 
 class Templates(NamedTuple):
@@ -94,10 +93,7 @@ def sizes_px(camera: Camera, diameter: float, anywhere: Anywhere) -> list[Floats
 def directions_of(anywhere: Anywhere) -> Floats:
     """The directions (V, 3) from which the target may be seen, in its frame."""
     directions = directions_on_sphere(DIRECTIONS)
-    if anywhere.view is None:
-        return directions
-    towards = np.array(anywhere.view) / np.linalg.norm(anywhere.view)
-    seen: Floats = directions[directions @ towards >= math.cos(math.radians(VIEW_DEG))]
+    seen: Floats = directions[anywhere.sees(directions)]
     return seen
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -58,7 +58,10 @@ def turned_towards(pose: Pose, other: Pose, symmetry: Symmetry) -> Pose:
 
 
 def chances(
-    found: Sequence[tuple[Pose, float]], symmetry: Symmetry, any_right: float
+    found: Sequence[tuple[Pose, float]],
+    symmetry: Symmetry,
+    any_right: float,
+    allowed: Callable[[Pose], bool] = lambda _pose: True,
 ) -> tuple[PoseChance, ...]:
     """The distinct poses, most probable first, and the images of each by the target's symmetries.
 
@@ -68,6 +71,8 @@ def chances(
         Poses and their evidence, nats, best first.
     any_right
         Probability that one of them is right.
+    allowed
+        Whether an image of a pose may be, by what is known beforehand.
     """
     distinct: list[tuple[Pose, float]] = []
     for pose, evidence in found:
@@ -77,13 +82,14 @@ def chances(
         return ()
     nats = np.array([evidence for _, evidence in distinct]) / RIVAL_NATS
     weights = np.exp(nats - nats.max())
-    shares = any_right * weights / weights.sum() / len(symmetry.turns)
-    return tuple(
-        PoseChance(pose.compose(turn), float(share))
-        for (pose, _), share in zip(distinct, shares, strict=True)
-        if share * len(symmetry.turns) >= LEAST_CHANCE
-        for turn in symmetry.turns
-    )
+    shares = any_right * weights / weights.sum()
+    out = []
+    for (pose, _), share in zip(distinct, shares, strict=True):
+        turned = [pose.compose(turn) for turn in symmetry.turns[1:]]
+        images = [pose, *(image for image in turned if allowed(image))]
+        if share >= LEAST_CHANCE:
+            out += [PoseChance(image, float(share) / len(images)) for image in images]
+    return tuple(out)
 
 
 def without_free_turn(covariance: Floats, pose: Pose, symmetry: Symmetry) -> Floats:

@@ -25,6 +25,7 @@ SETTLED_PX = 0.03  # a step that moves no line farther is the last one
 CLEAR_QUALITY = 2.0  # from here on, nothing beside the pose can be as good
 BESIDE = 6  # starts that are looked at beside the best pose
 BESIDE_ROUNDS = 3  # and again when that has found a better one
+SIDES, APART_DEG = 3, 20.0  # poses beside which others are looked for at first sight; chosen by hand
 MOST_TURNED = 12  # turns of a target that are looked at at first sight
 TURNED_NATS = 10.0  # of evidence, that a target is turned as its seed pose says (chosen by hand)
 ROUGHLY_NATS = 10.0  # that fewer samples may miss
@@ -147,8 +148,42 @@ def turned(best: Refined) -> list[tuple[Pose, PoseSupport]]:
     return found
 
 
-def add_turned(found: list[Refined]) -> None:
-    """Add the first pose turned by what nearly brings the target back onto itself; best first again.
+def of_most_evidence(problem: PoseProblem, hypotheses: Sequence[Pose], looked_at: int) -> list[Refined]:
+    """The hypotheses of a first sight, refined, those beside them and turned; most evidence first.
+
+    They show the target from different sides, and there quality, a mean over the lines that are seen, favours
+    the side with the fewest: a plate from behind, where all that stands on it is seen too. Evidence adds up.
+    """
+    found = best_first(problem, hypotheses, looked_at)
+    found.sort(key=_evidence, reverse=True)
+    for side in _sides(found):
+        beside = [side]
+        add_beside(beside)
+        found += [one for one in beside if not any(known.ends_at(one.pose, NEAR) for known in found)]
+    found.sort(key=_evidence, reverse=True)
+    if found:
+        least = found[0].support.evidence - ROUGHLY_NATS
+        found = [finished(one) if one.support.evidence >= least else one for one in found]
+        found.sort(key=_evidence, reverse=True)
+    _add_turned(found)
+    return found
+
+
+def _sides(found: Sequence[Refined]) -> list[Refined]:
+    """The first few of them that see the target from different sides."""
+    out: list[Refined] = []
+    for one in found:
+        if len(out) < SIDES and all(one.pose.error_to(other.pose).rotation_deg > APART_DEG for other in out):
+            out.append(one)
+    return out
+
+
+def _evidence(one: Refined) -> float:
+    return one.support.evidence
+
+
+def _add_turned(found: list[Refined]) -> None:
+    """Add the first pose turned by what nearly brings the target back onto itself; most evidence first again.
 
     From behind, a target often looks the same turned so.
     """
@@ -158,7 +193,7 @@ def add_turned(found: list[Refined]) -> None:
         other = refined(first.problem, start, COARSE_REACHES_PX, first.spacing_px, COARSER, known=found)
         if other is not None:
             found.append(finished(other))
-    found.sort(key=_rank)
+    found.sort(key=_evidence, reverse=True)
 
 
 def add_beside(found: list[Refined]) -> None:

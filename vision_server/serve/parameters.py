@@ -17,10 +17,12 @@ from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import Pose
 from vision_server.channels.gradients import SCALES_PX
+from vision_server.matching.match import Anywhere
 from vision_server.pipeline import PipelineSettings
 from vision_server.serve.inputs import checked_pose
 
 SEED_POSE = "seed_pose"
+ANYWHERE = "anywhere"
 MOST_RANGE_M = 1e6
 
 
@@ -88,15 +90,23 @@ def as_dict(settings: PipelineSettings) -> dict[str, Any]:
     return {field.name: getattr(settings, field.name) for field in fields(settings)}
 
 
-def new_seed_pose(value: Any, best: Pose | None, seed_pose: Pose, model: Model) -> Pose:
+def seed_pose_value(seed_pose: Pose | Anywhere) -> Any:
+    """A seed pose as the parameter's value."""
+    return seed_pose.to_dict() if isinstance(seed_pose, Pose) else ANYWHERE
+
+
+def new_seed_pose(
+    value: Any, best: Pose | None, seed_pose: Pose | Anywhere, anywhere: Anywhere, model: Model
+) -> Pose | Anywhere:
     """The seed pose that a controller asks for.
 
     Parameters
     ----------
     value
-        A pose; "best" for the best estimate; or {"best_at_range_m": r}, the best estimate moved along its
-        line
-        of sight to that range (without an estimate: the seed pose, moved likewise).
+        A pose; "best" for the best estimate; "anywhere" for none; or {"best_at_range_m": r}, the best
+        estimate moved along its line of sight to that range (without one: the seed pose, moved likewise).
+    anywhere
+        What is known without a seed pose.
 
     Raises
     ------
@@ -107,6 +117,8 @@ def new_seed_pose(value: Any, best: Pose | None, seed_pose: Pose, model: Model) 
         if best is None:
             raise BadInput("There is no estimate that could become the seed pose.", "Estimate a pose first.")
         return best
+    if value == ANYWHERE:
+        return anywhere
     if isinstance(value, Mapping) and set(value) == {"best_at_range_m"}:
         wanted = value["best_at_range_m"]
         if (
@@ -118,6 +130,8 @@ def new_seed_pose(value: Any, best: Pose | None, seed_pose: Pose, model: Model) 
                 f"The value of best_at_range_m must be a positive number of metres, not {wanted!r}."
             )
         start = seed_pose if best is None else best
+        if isinstance(start, Anywhere):
+            return start
         now = math.hypot(*start.translation)
         return Pose(start.rotation_vector, start.translation * (float(wanted) / now))
     try:
@@ -126,5 +140,5 @@ def new_seed_pose(value: Any, best: Pose | None, seed_pose: Pose, model: Model) 
     except (GeometryError, msgspec.ValidationError, ValueError) as error:
         raise BadInput(
             f"Parameter seed_pose: {error}.",
-            'Give a pose, "best" or {"best_at_range_m": metres}.',
+            'Give a pose, "best", "anywhere" or {"best_at_range_m": metres}.',
         ) from error

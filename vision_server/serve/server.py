@@ -29,6 +29,7 @@ from bridge.vision_messages import (
     TrackArgs,
     VisionCaptureArgs,
 )
+from geometry.pose import Pose
 from stack.format import FrameTable
 from stack.read import recorded_frames, recorded_seed_pose
 from vision_server.channels.image_files import read_grey
@@ -36,10 +37,11 @@ from vision_server.image_set import Grey
 from vision_server.pipeline import Estimate
 from vision_server.serve.files import ANY_FILES, Files
 from vision_server.serve.inputs import picture_px, size_warning
+from vision_server.serve.opening import GIVEN_FRAMES, given_values, open_task
 from vision_server.serve.recorder import FOLDER
 from vision_server.serve.results import estimate_result, restored_estimate
 from vision_server.serve.sessions import Session, Sessions
-from vision_server.serve.task import GIVEN_FRAMES, PoseTask, given_values, open_task
+from vision_server.serve.task import PoseTask
 
 IMAGE_SERVER_DEADLINE_S = 30.0  # of one capture: a long shutter, and a camera that has to wake up
 RETRIES = 29  # about one a second: an image server that died may be there again, and answers nothing twice
@@ -248,14 +250,15 @@ def _described(client: Client) -> Describe:
 
 
 def _started(task: PoseTask) -> Reply:
-    model, seen = task.model, (task.model, task.camera, task.seed_pose)
+    model, seed_pose = task.model, task.seed_pose
+    seen = (model, task.camera, seed_pose) if isinstance(seed_pose, Pose) else None
     told = ModelTold(
         name=model.name,
         lines=len(model.lines),
         faces=len(model.faces),
         diameter_m=model.diameter,
-        picture_px=picture_px(*seen),
-        doubt=size_warning(*seen),
+        picture_px=seen and picture_px(*seen),
+        doubt=seen and size_warning(*seen),
     )
     return Reply(StartResult(model=told, describe=task.describe))
 

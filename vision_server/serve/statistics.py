@@ -24,10 +24,15 @@ LEAST_SPREAD = 0.1
 MOST_SATURATED = 0.1
 
 
-def target_region(model: Model, camera: Camera, pose: Pose) -> NDArray[np.bool_]:
-    """Pixels within MARGIN_PX of the model's outline, (H, W); all when it is not in front, or outside."""
-    points = camera.project(pose.apply(model.vertices))
+def target_region(model: Model, camera: Camera, pose: Pose | None) -> NDArray[np.bool_]:
+    """Pixels within MARGIN_PX of the model's outline, (H, W).
+
+    All of them where it is not in front, or outside, or where no pose is known.
+    """
     everything = np.ones((camera.height, camera.width), dtype=bool)
+    if pose is None:
+        return everything
+    points = camera.project(pose.apply(model.vertices))
     if not np.isfinite(points).all():
         return everything
     hull = cv2.convexHull(np.clip(points, -4.0 * camera.width, 5.0 * camera.width).astype(np.float32))

@@ -1,0 +1,54 @@
+"""Images of a chessboard as a camera with lens distortion takes them."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.pose import Pose
+from geometry.rotation import matrix_of
+
+Grey = NDArray[np.uint8]
+FINER = 3  # samples across a pixel
+RIM = 1.5  # of paper around the squares, in squares
+
+
+def board_pose(rng: np.random.Generator, corners: tuple[int, int]) -> Pose:
+    """The board tilted by 20 to 45 degrees, filling most of a frame of focal length 1.2 times its width."""
+    turn, tilt = rng.uniform(-np.pi, np.pi), np.radians(rng.uniform(20.0, 45.0))
+    lean = matrix_of(np.array([np.cos(turn), np.sin(turn), 0.0]) * tilt)
+    rotation = lean @ matrix_of(np.array([0.0, 0.0, rng.uniform(-0.3, 0.3)]))
+    middle = np.array([corners[0] - 1, corners[1] - 1, 0.0]) / 2.0
+    ahead = np.array([*rng.uniform(-1.0, 1.0, 2), rng.uniform(2.0, 2.6) * corners[0]])
+    return Pose.from_matrix(rotation, ahead - rotation @ middle)
+
+
+def photographed(camera: Camera, pose: Pose, corners: tuple[int, int], rng: np.random.Generator) -> Grey:
+    """The board, of squares of one unit, at a pose, before grey; noise of one grey value."""
+    row, column = np.mgrid[: camera.height * FINER, : camera.width * FINER]
+    pixels = (np.column_stack([column.ravel(), row.ravel()]) + 0.5) / FINER - 0.5
+    ideal = camera.undistort_points(pixels)
+    rays = np.column_stack([(ideal - [camera.cx, camera.cy]) / [camera.fx, camera.fy], np.ones(len(ideal))])
+    normal = pose.matrix[:, 2]
+    points = rays * (normal @ pose.translation / (rays @ normal))[:, None] - pose.translation
+    x, y = (points @ pose.matrix)[:, :2].T
+    inside = (x > -1) & (x < corners[0]) & (y > -1) & (y < corners[1])
+    paper = (x > -1 - RIM) & (x < corners[0] + RIM) & (y > -1 - RIM) & (y < corners[1] + RIM)
+    dark = (np.floor(x) + np.floor(y)) % 2 == 0
+    grey = np.where(inside, np.where(dark, 25.0, 210.0), np.where(paper, 210.0, 70.0))
+    fine = grey.reshape(camera.height, FINER, camera.width, FINER)
+    seen = fine.mean(axis=(1, 3)) + rng.normal(0.0, 1.0, fine.shape[::2])
+    return np.asarray(np.clip(np.round(seen), 0, 255), np.uint8)
+
+
+def write_boards(folder: Path, camera: Camera, corners: tuple[int, int], count: int) -> list[Path]:
+    """Photographs ``board01.png`` and so on."""
+    folder.mkdir(parents=True, exist_ok=True)
+    files = []
+    for number in range(1, count + 1):
+        rng = np.random.default_rng(number)
+        files.append(folder / f"board{number:02d}.png")
+        cv2.imwrite(str(files[-1]), photographed(camera, board_pose(rng, corners), corners, rng))
+    return files

@@ -1,0 +1,75 @@
+"""`python -m vision_server calibrate`: the camera that took the boards, or what is wrong with them."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from geometry.camera import Camera
+from tests.vision_server.boards import write_boards
+from vision_server.__main__ import COMMANDS
+from vision_server.calibration import drawn_board
+from vision_server.channels.image_files import read_grey
+from vision_server.commands import calibrate
+from vision_server.serve.inputs import read_camera
+
+CORNERS = (7, 5)
+TRUE = Camera(480, 360, 560.0, 565.0, 236.0, 184.0, (-0.12, 0.05, 0.001, -0.002, 0.0))
+
+
+@pytest.fixture(scope="module")
+def boards(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    return write_boards(tmp_path_factory.mktemp("boards"), TRUE, CORNERS, 9)
+
+
+def run(*words: str | Path) -> int:
+    from argparse import ArgumentParser
+
+    parser = ArgumentParser(description=COMMANDS["calibrate"])
+    calibrate.add_options(parser)
+    return calibrate.run(parser.parse_args([*map(str, words)]))
+
+
+def test_finds_the_camera_that_took_the_boards(
+    boards: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    blank = tmp_path / "blank.png"
+    cv2.imwrite(str(blank), np.full((360, 480), 90, np.uint8))
+    assert run(*boards, blank, "--corners", "7x5", "--out", tmp_path / "camera.toml") == 0
+    told = capsys.readouterr()
+    assert f"no whole board in {blank}" in told.err
+    assert "9 boards" in told.out
+    found, _ = read_camera(tmp_path / "camera.toml")
+    assert (found.width, found.height) == (480, 360)
+    assert found.fx == pytest.approx(TRUE.fx, rel=3e-3)
+    rng = np.random.default_rng(5)
+    points = np.column_stack([rng.uniform(-0.35, 0.35, 50), rng.uniform(-0.25, 0.25, 50), np.ones(50)])
+    apart = found.project(points) - TRUE.project(points)
+    turned = apart.mean(axis=0)  # the middle of the image is what boards tell least
+    assert np.abs(turned).max() < 3.0  # px, over the frame
+    assert np.abs(apart - turned).max() < 0.7
+
+
+def test_too_few_boards_are_refused(
+    boards: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(*boards[:4], "--corners", "7x5", "--out", tmp_path / "camera.toml") == 2
+    assert "found in 4 of 4" in capsys.readouterr().err
+    assert run(*boards[:6], "--corners", "9x6", "--out", tmp_path / "camera.toml") == 2
+    assert "found in 0 of 6" in capsys.readouterr().err
+    assert not (tmp_path / "camera.toml").exists()
+
+
+@pytest.mark.parametrize("words", [(), ("a.png",), ("a.png", "--corners", "9")])
+def test_wrong_words_are_said(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*words) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_board_to_print_is_one_that_is_found(tmp_path: Path) -> None:
+    assert run("--board", tmp_path / "board.png", "--corners", "7x5", "--square-mm", "10") == 0
+    board = read_grey(tmp_path / "board.png")
+    np.testing.assert_array_equal(board, drawn_board(CORNERS, 10.0))
+    assert board.shape == ((5 + 1 + 2) * 118, (7 + 1 + 2) * 118)  # 10 mm are 118 dots
+    assert cv2.findChessboardCornersSB(board, CORNERS)[0]

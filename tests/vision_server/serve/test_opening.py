@@ -1,0 +1,84 @@
+"""A session's task without a seed pose: what narrows the search, what is in view, and what is told of it."""
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from bridge.errors import BadInput
+from bridge.messages import Describe, PoseMessage, Settings, TargetDescription
+from bridge.start_messages import StartArgs
+from geometry.model import find_target
+from geometry.pose import Pose
+from vision_server.matching.match import Anywhere
+from vision_server.pipeline import Estimate
+from vision_server.serve.opening import GIVEN_FRAMES, given_values, open_task
+from vision_server.serve.task import PoseTask
+
+CAMERA = "[camera]\nwidth = 64\nheight = 48\nfx = 80.0\nfy = 80.0\ncx = 31.5\ncy = 23.5\n"
+SEED = PoseMessage(rotation_vector=(0.0, 0.0, 0.0), translation=(0.0, 0.0, 1.0))
+AHEAD = Pose(np.zeros(3), np.array([0.0, 0.0, 3.0]))
+
+
+def opened(tmp_path: Path, told: str = "", **target: object) -> PoseTask:
+    file = tmp_path / "camera.toml"
+    file.write_text(CAMERA + told)
+    known = TargetDescription(model=str(find_target("cube")), **target)  # type: ignore[arg-type]
+    describe: Describe = msgspec.structs.replace(GIVEN_FRAMES, target=known)
+    return open_task(StartArgs(camera_file=str(file)), describe)
+
+
+def test_what_is_known_narrows_the_search(tmp_path: Path) -> None:
+    assert opened(tmp_path).seed_pose == Anywhere()
+    described = opened(tmp_path, range_m=(0.5, 2.0), view=(0.0, 0.0, 1.0))
+    assert described.seed_pose == described.anywhere == Anywhere((0.5, 2.0), (0.0, 0.0, 1.0))
+    assert opened(tmp_path, "[target]\nrange_m = [1, 3]", range_m=(0.5, 2.0)).seed_pose == Anywhere(
+        (1.0, 3.0)
+    )
+    assert isinstance(opened(tmp_path, seed_pose=SEED).seed_pose, Pose)
+    with pytest.raises(BadInput, match="range_m"):
+        opened(tmp_path, range_m=(2.0, 0.5))
+
+
+def test_the_whole_frame_counts_until_there_is_a_pose(tmp_path: Path) -> None:
+    task = opened(tmp_path)
+    pixels = np.zeros((48, 64), np.uint8)
+    pixels[:2] = 255  # far from where the target will be
+    applied = Settings(lights=(), shutter_s=1 / 60, aperture=4.0)
+    everywhere = task.add("i1", pixels, applied)
+    assert everywhere["saturated_fraction"] == everywhere["frame"]["saturated_fraction"] > 0
+    task.note(Estimate(pose=AHEAD, score=0.3))
+    assert task.add("i2", pixels, applied)["saturated_fraction"] > 0  # a pose that is rather wrong
+    task.note(Estimate(pose=AHEAD, score=0.9))
+    assert task.add("i3", pixels, applied)["saturated_fraction"] == 0
+
+
+def test_the_parameter_says_anywhere_and_takes_it(tmp_path: Path) -> None:
+    task = opened(tmp_path, range_m=(0.5, 2.0))
+    told = task.set_parameters({})
+    assert told["seed_pose"] == "anywhere"
+    task.set_parameters({"seed_pose": AHEAD.to_dict()})
+    assert isinstance(task.seed_pose, Pose)
+    task.set_parameters(told)
+    assert task.seed_pose == Anywhere((0.5, 2.0))
+    task.set_parameters({"seed_pose": {"best_at_range_m": 1.0}})  # an approach that has no pose yet
+    assert task.seed_pose == Anywhere((0.5, 2.0))
+
+
+def test_first_sight_passes_over_the_seed_pose_that_is_known() -> None:
+    known = TargetDescription(model=str(find_target("cube")), seed_pose=SEED)
+    describe = msgspec.structs.replace(GIVEN_FRAMES, target=known)
+    shown = given_values(StartArgs(first_sight=True), describe).target
+    assert shown is not None
+    assert shown.seed_pose is None
+    with pytest.raises(BadInput, match="first_sight"):
+        given_values(StartArgs(first_sight=True, seed_pose=SEED), describe)
+
+
+def test_the_genetic_matcher_says_that_it_needs_one(tmp_path: Path) -> None:
+    task = opened(tmp_path)
+    task.set_parameters({"matcher": "genetic"})
+    task.add("i1", np.zeros((48, 64), np.uint8), Settings(lights=(), shutter_s=1 / 60, aperture=4.0))
+    with pytest.raises(BadInput, match="seed pose"):
+        task.estimate(["i1"])

@@ -1,0 +1,147 @@
+"""How a session's task is opened: by what `start` gives, and what the image server describes besides."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from bridge.errors import BadInput
+from bridge.messages import CameraDescription, Describe, TargetDescription, Unit
+from bridge.start_messages import StartArgs
+from geometry.camera import Camera
+from geometry.errors import GeometryError
+from geometry.model import Model
+from geometry.pose import Pose
+from stack.format import FrameTable
+from stack.tables import as_table
+from vision_server.matching.match import Anywhere
+from vision_server.pipeline import PipelineSettings
+from vision_server.serve.inputs import checked_pose, read_anywhere, read_camera, read_model, read_seed_pose
+from vision_server.serve.recorder import Recorder
+from vision_server.serve.task import PoseTask
+
+GIVEN_FRAMES = Describe(device="given frames", lights=(), shutters_s=(1 / 60,), apertures=(4.0,))
+"""Where frames are given and no image server is asked: exposures are relative to 1/60 s at f/4."""
+
+
+def given_values(args: StartArgs, describe: Describe) -> Describe:
+    """What is described, with the camera and seed pose that `start` gives as values.
+
+    Raises
+    ------
+    BadInput
+        A value beside the file that says the same.
+    """
+    for name in ("camera", "seed_pose"):
+        if getattr(args, name) is not None and getattr(args, f"{name}_file") is not None:
+            raise BadInput(f"Both {name} and {name}_file are given.", "Give one of them.")
+    if args.camera is not None:
+        describe = msgspec.structs.replace(describe, camera=args.camera)
+    if args.seed_pose is not None:
+        model, unit = _model_file(args, describe)
+        target = TargetDescription(model=str(model), unit=unit, seed_pose=args.seed_pose)
+        describe = msgspec.structs.replace(describe, target=target)
+    if args.first_sight and describe.target is not None:
+        if args.seed_pose is not None or args.seed_pose_file is not None:
+            raise BadInput("Both first_sight and a seed pose are given.", "Give one of them.")
+        target = msgspec.structs.replace(describe.target, seed_pose=None)
+        describe = msgspec.structs.replace(describe, target=target)
+    return describe
+
+
+def open_task(
+    args: StartArgs, describe: Describe, recorded: Mapping[str, FrameTable] | None = None
+) -> PoseTask:
+    """The task that `start` asks for; what it leaves out comes from the image server's `describe`.
+
+    ``recorded`` are, by image, the frames that an earlier session has saved in the same folder.
+
+    Raises
+    ------
+    BadInput
+        A missing or unusable model, camera, seed pose or folder.
+    """
+    model_file, unit = _model_file(args, describe)
+    model = read_model(model_file, unit)
+    if args.camera_file is not None:
+        camera, table = read_camera(Path(args.camera_file))
+    elif describe.camera is not None:
+        table = msgspec.to_builtins(describe.camera)
+        camera = Camera.from_dict(table)
+    else:
+        raise BadInput(
+            "The image server does not know its camera.", "Give a camera file (--camera-model TOML)."
+        )
+    gain, gamma = (_positive(table, key, describe) for key in ("gain", "gamma"))
+    anywhere = _anywhere(args, describe)
+    seed_pose = _seed_pose(args, describe, model)
+    settings = PipelineSettings(matcher=args.matcher, seed=args.seed)
+    task = PoseTask(describe, model, camera, gain, gamma, seed_pose or anywhere, settings, anywhere)
+    if args.out is not None:
+        source = Path(args.camera_file or "describe")
+        shown = _recorded(describe, task, table, model_file, unit, source)
+        task.recorder = Recorder(Path(args.out), shown, dict(recorded or {}))
+    return task
+
+
+def _recorded(
+    describe: Describe, task: PoseTask, table: Mapping[str, Any], model: Path, unit: str, source: Path
+) -> Describe:
+    """What a recording says of the equipment: as described, with camera, target and seed pose in use."""
+    camera = task.camera.to_dict() | {"gain": task.gain, "gamma": task.gamma}
+    camera |= {key: table[key] for key in ("read_noise_e", "full_well_e") if key in table}
+    target = {"model": str(model), "unit": unit, **asdict(task.anywhere)}
+    if isinstance(task.seed_pose, Pose):
+        target["seed_pose"] = task.seed_pose.to_dict()
+    return msgspec.structs.replace(
+        describe,
+        camera=as_table(camera, CameraDescription, source),
+        target=as_table(target, TargetDescription, source),
+    )
+
+
+def _model_file(args: StartArgs, describe: Describe) -> tuple[Path, Unit]:
+    if args.model is not None:
+        return Path(args.model), args.unit or "m"
+    if describe.target is None:
+        raise BadInput("The image server does not know its target.", "Give a model file (--target FILE).")
+    return Path(describe.target.model), args.unit or describe.target.unit
+
+
+def _seed_pose(args: StartArgs, describe: Describe, model: Model) -> Pose | None:
+    """Where the target is said to be; None where nothing is said, and it is looked for everywhere."""
+    if args.seed_pose_file is not None:
+        return read_seed_pose(Path(args.seed_pose_file), model)
+    known = None if describe.target is None else describe.target.seed_pose
+    if known is None:
+        return None
+    try:
+        return checked_pose(Pose(np.array(known.rotation_vector), np.array(known.translation)), model)
+    except GeometryError as error:
+        raise BadInput(f"The image server's seed pose: {error}.") from error
+
+
+def _anywhere(args: StartArgs, describe: Describe) -> Anywhere:
+    """What narrows the search without a seed pose: the camera file's [target], or what is described."""
+    told = Anywhere() if args.camera_file is None else read_anywhere(Path(args.camera_file))
+    if told != Anywhere() or describe.target is None:
+        return told
+    try:
+        return Anywhere(describe.target.range_m, describe.target.view)
+    except GeometryError as error:
+        raise BadInput(f"The image server's target: {error}.") from error
+
+
+def _positive(table: Mapping[str, Any], key: str, describe: Describe) -> float:
+    value = table.get(key)
+    if value is None:
+        value = 1.0 if describe.camera is None else getattr(describe.camera, key)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < math.inf:
+        raise BadInput(f"[camera] {key} must be a positive number, not {value!r}.")
+    return float(value)
