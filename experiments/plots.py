@@ -50,7 +50,7 @@ def success(outcomes: Outcomes, figure: Figure) -> None:
         axes.errorbar(places, values, errors, fmt="none", ecolor="0.25", capsize=2, lw=1)
     axes.set_xticks(range(len(SHARES)), SHARES)
     axes.set(ylabel="% of cells", ylim=(0, 105))
-    axes.legend(frameon=False, ncols=len(outcomes.strategies), loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    axes.legend(frameon=False, ncols=min(4, len(outcomes.strategies)), loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
 def trust_by_images(outcomes: Outcomes, figure: Figure) -> None:

@@ -99,9 +99,11 @@ true_error(Where, fix(Pose, _, _, _), Error) :-
     !.
 true_error(_, _, null).
 
-%   All poses that fit as the stated one does, and what no image can tell of it, where there are such: from the
-%   estimate that stated it, of images that are still in the set.
+%   Of a target that was looked for everywhere: all poses that fit as the stated one does, and what no image can tell
+%   of it, where there are such: from the estimate that stated it, of images that are still in the set.
 with_other_poses(finished, Situation, Result0, Result) :-
+    catch(ask(vision_server, parameters, _{}, Parameters), error(_, _), fail),
+    Parameters.get(seed_pose) == "anywhere",
     situation_history(Situation, Newest),
     fluent_value(best, Situation, Best),
     memberchk(e(estimate(Images), Best), Newest),
