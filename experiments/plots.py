@@ -13,7 +13,8 @@ from experiments.comparison import SHARES, measure, pairs
 from experiments.outcomes import Floats, Outcomes
 from experiments.statistics import paired, resampled
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")  # Okabe and Ito
+# Okabe and Ito
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#f0e442")
 FORMATS = ("png", "svg")
 MOST_SCENES = 60  # rows of a picture of scenes
 
@@ -50,7 +51,8 @@ def success(outcomes: Outcomes, figure: Figure) -> None:
         axes.errorbar(places, values, errors, fmt="none", ecolor="0.25", capsize=2, lw=1)
     axes.set_xticks(range(len(SHARES)), SHARES)
     axes.set(ylabel="% of cells", ylim=(0, 105))
-    axes.legend(frameon=False, ncols=min(4, len(outcomes.strategies)), loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    columns = min(4, len(outcomes.strategies))
+    axes.legend(frameon=False, ncols=columns, loc="lower center", bbox_to_anchor=(0.5, 1.0))
 
 
 def trust_by_images(outcomes: Outcomes, figure: Figure) -> None:
