@@ -46,8 +46,9 @@ end_session(Session, end(How, Situation), Outcome) :-
     command_line(Command),
     session_result(Session.put(_{status:Status, seconds:Seconds, errors:Errors, command:Command}),
                    Situation, Result0),
-    with_other_poses(How, Situation, Result0, Result1),
-    with_estimated_with(How, Folder, Result1, Result),
+    parameters(How, Parameters),
+    with_other_poses(Parameters, Situation, Result0, Result1),
+    with_estimated_with(Parameters, Folder, Result1, Result),
     write_result(Result, Folder),
     call(Session.stop),
     show_outcome(Options, Result),
@@ -99,10 +100,16 @@ true_error(Where, fix(Pose, _, _, _), Error) :-
     !.
 true_error(_, _, null).
 
+%   Of the vision server, when the session came to its end; else `none`.
+parameters(finished, Parameters) :-
+    catch(ask(vision_server, parameters, _{}, Parameters), error(_, _), fail),
+    !.
+parameters(_, none).
+
 %   Of a target that was looked for everywhere: all poses that fit as the stated one does, and what no image can tell
 %   of it, where there are such: from the estimate that stated it, of images that are still in the set.
-with_other_poses(finished, Situation, Result0, Result) :-
-    catch(ask(vision_server, parameters, _{}, Parameters), error(_, _), fail),
+with_other_poses(Parameters, Situation, Result0, Result) :-
+    is_dict(Parameters),
     Parameters.get(seed_pose) == "anywhere",
     situation_history(Situation, Newest),
     fluent_value(best, Situation, Best),
@@ -117,8 +124,8 @@ with_other_poses(finished, Situation, Result0, Result) :-
 with_other_poses(_, _, Result, Result).
 
 %   What the pose was estimated with, so that it can be estimated again: a session that came to its end tells it.
-with_estimated_with(finished, Folder, Result0, Result) :-
-    catch(ask(vision_server, parameters, _{}, Parameters), error(_, _), fail),
+with_estimated_with(Parameters, Folder, Result0, Result) :-
+    is_dict(Parameters),
     run_file(Folder, 'images/stack.toml', Stack),
     exists_file(Stack),                 % not where the vision server is on another machine
     !,
