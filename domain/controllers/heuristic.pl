@@ -1,10 +1,11 @@
 % The paper's controller: random first settings, then greedy heuristic search over
 % qualitative states.  Once there is a pose, an image that does not improve the merit
-% enough is dropped and its state marked unfavourable.  One image alone is never believed.
+% enough is dropped and its state marked unfavourable.  One image alone is never believed, and no more are taken
+% when they would hardly help.
 
 proc(control,
      [ choose_random, take_image, judge,
-       while(neg(or(and(converged, confirmed), exhausted)),
+       while(neg(or([and(converged, confirmed), exhausted, spent])),
              [choose_promising, take_image, judge]) ]).
 
 proc(judge,

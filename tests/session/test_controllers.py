@@ -65,9 +65,9 @@ def test_heuristic_does_not_repeat_itself(
     mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
 ) -> None:
     mock_vision_server.amend("estimate", rms_px=1.0, uncertainty=0.001, score=0.5)
-    run(mock_vision_server, mock_image_server, tmp_path, "--max-iterations", "8", "--threshold", NEVER)
+    run(mock_vision_server, mock_image_server, tmp_path, "--max-iterations", "6", "--threshold", NEVER)
     settings = [json.dumps(call["settings"], sort_keys=True) for call in asked(mock_vision_server, "capture")]
-    assert len(settings) == len(set(settings)) == 8
+    assert len(settings) == len(set(settings)) == 6
 
 
 @pytest.mark.parametrize("name", ["heuristic"])
