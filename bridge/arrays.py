@@ -13,6 +13,8 @@ from bridge.errors import ProtocolError
 
 DTYPES = frozenset({"bool", "uint8", "uint16", "int32", "int64", "float32", "float64"})
 """Element types that may be sent; bytes are little-endian, in C order."""
+FramePixels = NDArray[Any]
+"""A frame, (H, W) grey, uint8 or uint16."""
 MAX_DIMENSIONS = 4  # chosen by hand: images need two
 
 

@@ -27,7 +27,7 @@ class ImageCaptureArgs(Message, frozen=True):
 
 
 class ImageCaptureResult(Message, frozen=True):
-    """Header of a frame; the frame itself is the reply's only array, (H, W) uint8.
+    """Header of a frame; the frame itself is the reply's only array, (H, W) uint8 or uint16.
 
     ``timestamp`` is in seconds since 1970 (UTC), ``sha256`` is over the array's bytes in C order, ``events``
     are those of the scene that the frame is the first to see.

@@ -130,7 +130,11 @@ class LightDescription(Message, frozen=True):
 
 
 class CameraDescription(Message, frozen=True):
-    """Pinhole camera with OpenCV distortion (4, 5 or 8 numbers), pixel centres at integers; its sensor."""
+    """Pinhole camera with OpenCV distortion (4, 5 or 8 numbers), pixel centres at integers; its sensor.
+
+    ``bits`` are those of a pixel in frames of 16 bits: a camera of 12 clips at 4095. With ``bayer``
+    they are a mosaic of colours, in any order.
+    """
 
     width: Count
     height: Count
@@ -143,6 +147,8 @@ class CameraDescription(Message, frozen=True):
     gamma: Positive = 1.0
     read_noise_e: Annotated[float, Meta(ge=0)] = 2.0
     full_well_e: Positive = 10000.0
+    bits: Annotated[int, Meta(ge=8, le=16)] = 16
+    bayer: bool = False
 
 
 class ReferenceExposure(Message, frozen=True):

@@ -33,7 +33,7 @@ class VisionCaptureArgs(Message, frozen=True):
 
 
 class AddArgs(Message, frozen=True):
-    """`add`: the request's only array, (H, W) uint8, is ``image``, taken under ``settings``."""
+    """`add`: the request's only array, (H, W) uint8 or uint16, is ``image``, taken under ``settings``."""
 
     image: ImageId
     settings: Settings
@@ -180,7 +180,7 @@ class AppraiseResult(Message, frozen=True):
 
 
 class TrackArgs(Message, frozen=True):
-    """`track`: the next frame of a moving target, which is the request's one array, (H, W) uint8.
+    """`track`: the next frame of a moving target, which is the request's one array, (H, W) uint8 or uint16.
 
     Attributes
     ----------

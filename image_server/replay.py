@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import FramePixels
 from bridge.errors import BadInput, Unsupported
 from bridge.image_messages import MoveDone, PoseErrorMessage
 from bridge.messages import Describe, PoseMessage, Settings
@@ -78,7 +79,8 @@ class Replay(Device):
         """
         asked = checked_settings(self._describe, settings)
         if isinstance(self._stack, BasisStack):
-            pixels, applied = self._basis_frame(self._stack, asked, self._captures + 1), asked
+            pixels: FramePixels = self._basis_frame(self._stack, asked, self._captures + 1)
+            applied = asked
         else:
             pixels, applied = self._recorded_frame(self._stack, asked)
         self._captures += 1
@@ -105,7 +107,7 @@ class Replay(Device):
             radiance, stack.table.camera, settings.shutter_s, settings.aperture, (self._seed, number)
         )
 
-    def _recorded_frame(self, stack: FramesStack, settings: Settings) -> tuple[NDArray[np.uint8], Settings]:
+    def _recorded_frame(self, stack: FramesStack, settings: Settings) -> tuple[FramePixels, Settings]:
         frames = stack.table.frames
         matching = [n for n, frame in enumerate(frames) if self._nearest or _recorded_under(frame, settings)]
         if not matching:

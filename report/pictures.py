@@ -70,7 +70,7 @@ def read_picture(folder: Path, name: str | None, scene: Scene) -> Picture:
     path = folder / "images" / f"{name}.png"
     if not path.is_file():
         return Picture(name, None, f"The file images/{name}.png is missing.")
-    pixels = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_GRAYSCALE) if path.stat().st_size else None
+    pixels = _read(path)
     if pixels is None:
         return Picture(name, None, f"The file images/{name}.png is no readable image.")
     camera = scene.camera
@@ -78,6 +78,15 @@ def read_picture(folder: Path, name: str | None, scene: Scene) -> Picture:
         size = f"{pixels.shape[1]}×{pixels.shape[0]}"
         return Picture(name, None, f"images/{name}.png is {size}, its camera {camera.width}×{camera.height}.")
     return Picture(name, np.asarray(pixels, dtype=np.uint8), edges=_edges(path.with_stem(f"{name}-edges")))
+
+
+def _read(path: Path) -> Pixels | None:
+    """A file as it is to be looked at: one of 16 bits as bright as its brightest pixel lets it."""
+    grey = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH
+    pixels = cv2.imdecode(np.fromfile(path, np.uint8), grey) if path.stat().st_size else None
+    if pixels is None or pixels.dtype == np.uint8:
+        return None if pixels is None else np.asarray(pixels, np.uint8)
+    return np.asarray(cv2.convertScaleAbs(pixels, alpha=255.0 / max(float(pixels.max()), 1.0)), np.uint8)
 
 
 def _edges(path: Path) -> Pixels | None:

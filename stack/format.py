@@ -37,6 +37,10 @@ class CameraTable(CameraDescription, frozen=True, kw_only=True):
         Standard deviation of the pixels' sensitivity, relative (EMVA 1288).
     dsnu_e
         Standard deviation of the pixels' dark signal, electrons.
+    bits
+        Of a pixel in images of 16 bits: those of a camera of 12 clip at 4095.
+    bayer
+        Whether the images are a Bayer mosaic, of any order.
     pattern_seed
         Draws those two patterns.
     blooming

@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import FramePixels
 from bridge.errors import BadInput
 from bridge.messages import Describe, LightDescription, PoseMessage, TargetDescription
 from stack.exposure import FULL_SCALE_16
@@ -28,11 +29,11 @@ class BasisStack:
 
 @dataclass(frozen=True)
 class FramesStack:
-    """A frames stack in memory: images (H, W) uint8 in recorded order."""
+    """A frames stack in memory: images (H, W) uint8 or uint16 in recorded order."""
 
     folder: Path
     table: FramesTable
-    images: tuple[NDArray[np.uint8], ...]
+    images: tuple[FramePixels, ...]
 
 
 def load_stack(folder: Path) -> BasisStack | FramesStack:
@@ -206,11 +207,9 @@ def _read_radiance(folder: Path, name: str, size: tuple[int, int], key: str) -> 
     return image.astype(np.float32) / np.float32(FULL_SCALE_16)
 
 
-def _read_frame(folder: Path, name: str, size: tuple[int, int], key: str) -> NDArray[np.uint8]:
+def _read_frame(folder: Path, name: str, size: tuple[int, int], key: str) -> FramePixels:
     image = _read_image(folder, name, size, key)
-    if image.dtype == np.uint16:
-        return np.rint(image / 257.0).astype(np.uint8)
-    if image.dtype != np.uint8:
+    if image.dtype not in (np.uint8, np.uint16):
         raise BadInput(
             f"{folder / STACK_FILE}: {key}: {folder / name} has {image.dtype} pixels.",
             "Use 8-bit or 16-bit grey.",

@@ -12,6 +12,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import FramePixels
 from bridge.errors import BadInput
 from bridge.messages import Describe, Settings
 from stack.exposure import FULL_SCALE_16
@@ -68,9 +69,7 @@ def file_sha256(file: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def write_frames(
-    folder: Path, describe: Describe, frames: Sequence[tuple[Settings, NDArray[np.uint8]]]
-) -> None:
+def write_frames(folder: Path, describe: Describe, frames: Sequence[tuple[Settings, FramePixels]]) -> None:
     """A stack of kind "frames": each frame, bit for bit, with the settings it was taken under."""
     table = described(folder, describe)
     listed = []

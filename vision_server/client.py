@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import FramePixels
 from bridge.client import Client
 
-Grey = NDArray[np.uint8]
 SETTINGS = {"lights": [], "shutter_s": 1 / 60, "aperture": 4.0}  # of images that are equally exposed
 
 
@@ -56,11 +55,11 @@ class Vision:
             self._client.close()
             raise
 
-    def track(self, frame: Grey, time_s: float | None = None) -> dict[str, Any]:
-        """The pose in the next frame, uint8 (H, W): `frame`, `state`, `pose`, `covariance` and more."""
+    def track(self, frame: FramePixels, time_s: float | None = None) -> dict[str, Any]:
+        """The pose in the next frame (H, W): `frame`, `state`, `pose`, `covariance` and more."""
         return self._client.request("track", {"time_s": time_s}, arrays=[np.ascontiguousarray(frame)])[0]
 
-    def check(self, pose: Mapping[str, Any], *images: Grey) -> dict[str, Any]:
+    def check(self, pose: Mapping[str, Any], *images: FramePixels) -> dict[str, Any]:
         """Whether a pose is right, by images of a still scene: `probability`, `state`, `better` and more."""
         names = [f"check{next(self._numbers)}" for _ in images]
         for name, image in zip(names, images, strict=True):

@@ -6,17 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-from numpy.typing import NDArray
-
 from bridge.errors import BadInput
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
+from vision_server.channels.depth import Grey, Pixels
 from vision_server.channels.gradients import GradientChannel, gradient_channel
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import ImageSetStatistics
 from vision_server.edges.moved import Movement, SureEdgels, moved_since, sure_edgels
-
-Grey = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,13 +20,17 @@ class SetImage:
     """One image and its two views: for the merged edge map, and for refinement."""
 
     name: str
-    pixels: Grey
     statistics: ChannelStatistics
+
+    @property
+    def pixels(self) -> Grey:
+        """The image as a picture, uint8 (H, W)."""
+        return self.statistics.image
 
     @cached_property
     def gradient(self) -> GradientChannel:
         """What refinement sees; made when it first asks."""
-        return gradient_channel(self.name, self.pixels, self.statistics)
+        return gradient_channel(self.name, self.statistics)
 
     @cached_property
     def sure_edgels(self) -> SureEdgels:
@@ -56,13 +56,13 @@ class ImageSet:
         self.images: dict[str, SetImage] = {}
         self._merged = ImageSetStatistics()
 
-    def add(self, name: str, pixels: Grey, exposure: float, gamma: float) -> None:
+    def add(self, name: str, pixels: Pixels, exposure: float, gamma: float) -> None:
         """Add an image; exposure is relative to the reference, gamma the tone curve to undo.
 
         Raises
         ------
         BadInput
-            The name is taken, the image is no grey uint8 one or has another size than the camera.
+            The name is taken, the image is no grey one or has another size than the camera.
         """
         if name in self.images:
             raise BadInput(f"Image {name} is in the set already.", "Give each image a name of its own.")
@@ -73,7 +73,7 @@ class ImageSet:
                 "Give the camera model of the image's size.",
             )
         statistics = channel_statistics(pixels, exposure, gamma)
-        self.images[name] = SetImage(name, pixels, statistics)
+        self.images[name] = SetImage(name, statistics)
 
     def remove(self, name: str) -> None:
         """Forget an image.

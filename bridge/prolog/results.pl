@@ -48,7 +48,9 @@ message('CameraDescription',
           gain-optional(number([gt(0)])),
           gamma-optional(number([gt(0)])),
           read_noise_e-optional(number([ge(0)])),
-          full_well_e-optional(number([gt(0)]))
+          full_well_e-optional(number([gt(0)])),
+          bits-optional(integer([ge(8), le(16)])),
+          bayer-optional(boolean)
         ]).
 message('CheckResult',
         [ probability-number([ge(0), le(1)]),

@@ -6,9 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from bridge.arrays import FramePixels
 from bridge.errors import BadInput, Unsupported
 from bridge.image_messages import MoveDone, PoseErrorMessage
 from bridge.messages import Describe, EventName, PoseMessage, SettingRange, Settings
@@ -21,7 +19,7 @@ class Frame:
 
     Attributes
     ----------
-    pixels : (H, W) uint8 grey.
+    pixels : (H, W) grey, uint8 or uint16.
     requested, applied : settings asked for, and those the device reports.
     verified : whether the device confirmed that the applied settings held during the exposure.
     sequence : number of this capture, from 1.
@@ -29,7 +27,7 @@ class Frame:
     devices : identity of each piece of hardware (or file) that took part.
     """
 
-    pixels: NDArray[np.uint8]
+    pixels: FramePixels
     requested: Settings
     applied: Settings
     verified: bool
@@ -39,7 +37,11 @@ class Frame:
 
 
 def sure_frame(
-    pixels: NDArray[np.uint8], requested: Settings, applied: Settings, sequence: int, source: str
+    pixels: FramePixels,
+    requested: Settings,
+    applied: Settings,
+    sequence: int,
+    source: str,
 ) -> Frame:
     """A frame of now from a source that does what it is told: simulated, or recorded."""
     devices = {"camera": source, "lights": source}

@@ -10,7 +10,7 @@ import pytest
 from bridge.errors import BadInput, Unsupported
 from bridge.messages import PoseMessage, Settings
 from image_server.replay import Replay
-from stack.read import BasisStack, load_stack, with_conditions
+from stack.read import BasisStack, FramesStack, load_stack, with_conditions
 from tests.stack.stack_folders import BASIS, FRAMES, LEVELS, basis_stack, frames_stack
 
 SETTINGS = Settings(lights=(3, 0), shutter_s=1 / 60, aperture=4.0)
@@ -43,6 +43,15 @@ def test_recorded_frames_come_bit_for_bit_and_in_turn(tmp_path: Path) -> None:
         recorded = cv2.imread(str(tmp_path / f"{name}.png"), cv2.IMREAD_GRAYSCALE)
         assert recorded is not None
         assert np.array_equal(pixels, recorded)
+
+
+def test_recorded_frames_of_sixteen_bits_keep_them(tmp_path: Path) -> None:
+    stack = load_stack(frames_stack(tmp_path))
+    assert isinstance(stack, FramesStack)
+    deep = np.random.default_rng(1).integers(0, 4096, (24, 32), np.uint16)
+    cv2.imwrite(str(tmp_path / stack.table.frames[0].image), deep)
+    replay = Replay(load_stack(tmp_path))
+    np.testing.assert_array_equal(replay.capture(stack.table.frames[0].settings()).pixels, deep)
 
 
 def test_settings_that_were_not_recorded_name_the_nearest(tmp_path: Path) -> None:

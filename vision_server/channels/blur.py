@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from numerics.kernels import kernel
+from vision_server.channels.depth import Field, Grey, Pixels
 from vision_server.channels.gaussian import contrast_kernels
 
-Grey = NDArray[np.uint8]
-Field = NDArray[np.float32]
 Slopes = NDArray[np.int16]
 Ints = NDArray[np.int64]
 
@@ -27,11 +26,12 @@ MOST_EDGELS = 150  # more say nothing new
 MOST_BLUR_PX = 8.0  # more cannot be told: the coarse scale sees the edge's neighbours
 
 
-def halved(image: Grey) -> Grey:
-    """Means of 2 x 2 px, uint8 (H // 2, W // 2); an odd last row or column is left out."""
+def halved(image: Pixels) -> Pixels:
+    """Means of 2 x 2 px, (H // 2, W // 2), of the image's type; an odd last row or column is left out."""
     rows, columns = image.shape
     even = image[: rows & ~1, : columns & ~1]
-    return np.asarray(cv2.resize(even, (columns // 2, rows // 2), interpolation=cv2.INTER_AREA), np.uint8)
+    half = cv2.resize(even, (columns // 2, rows // 2), interpolation=cv2.INTER_AREA)
+    return np.asarray(half, image.dtype)
 
 
 @kernel(nogil=True)

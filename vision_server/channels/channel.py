@@ -13,20 +13,29 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from numerics.two_cores import both
 from vision_server.channels.blur import blur_sigma, halved
+from vision_server.channels.depth import (
+    ROUNDING_SD,
+    Field,
+    Grey,
+    Pixels,
+    is_deep,
+    linear_image,
+    linear_table,
+    rounded,
+    rounding_sd,
+    stretched,
+)
 from vision_server.channels.gaussian import contrast_kernels, noise_gain
 from vision_server.channels.gradient_pixels import Gradient, GradientPixels, gradient, joined, pixels_of_rows
 from vision_server.channels.lighting import LENS_BLUR_PX, WEIGHT_EXPONENT, Lighting, lighting, smoothed
 from vision_server.channels.noise import gradient_scale, grey_noise, smooth_noise_factor
 
-Grey = NDArray[np.uint8]
-Field = NDArray[np.float32]
 Floats = NDArray[np.float64]
 
 SCALE_OF_BLUR = 0.2  # of the gradient, at least: much finer than the blur it would see noise only
@@ -42,7 +51,7 @@ class ChannelStatistics:
     Attributes
     ----------
     image
-        uint8 (H, W), as it came.
+        uint8 (H, W), as it came; one of more bits rounded.
     gradient
         Pixels whose gradient stands out of the noise. Magnitudes are contrasts: the height in grey, at
         reference exposure, of the ideal step edge that would give the gradient (gradient times
@@ -56,6 +65,10 @@ class ChannelStatistics:
         Relative exposure of the frame; scale of the gradient; blur found in the image.
     noise_factor
         By so much the noise exceeds what white noise of the measured size would give: 1 to 2.
+    deep
+        Linear intensity of an image of more than 8 bits, as ``linear``; None of others.
+    rounding_sd
+        Standard deviation of what rounding to the image's steps leaves, grey.
     """
 
     image: Grey
@@ -66,6 +79,8 @@ class ChannelStatistics:
     sigma_px: float
     blur_px: float
     noise_factor: float
+    deep: Field | None = None
+    rounding_sd: float = ROUNDING_SD
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -76,7 +91,7 @@ class ChannelStatistics:
     @cached_property
     def linear(self) -> Field:
         """Linear intensity at this frame's own exposure, 0..255, float32 (H, W)."""
-        return np.asarray(cv2.LUT(self.image, self.linear_of), dtype=np.float32)
+        return linear_image(self.image, 1.0, self.linear_of) if self.deep is None else self.deep
 
     @cached_property
     def contrast(self) -> Field:
@@ -123,25 +138,32 @@ class _Measured(NamedTuple):
     noise_factor: float
 
 
-def _measured(image: Grey, linear_of: Floats, grey_sd: Floats, exposure: float, sigma_px: float) -> _Measured:
+def _measured(image: Pixels, gamma: float, exposure: float, sigma_px: float | None) -> _Measured:
+    """At a scale, or at the one that suits the image's noise."""
+    grey_sd, linear_of = grey_noise(image), linear_table(gamma)
+    sigma_px = gradient_scale(image, grey_sd) if sigma_px is None else sigma_px
     kernels = contrast_kernels(sigma_px, exposure)
-    found = gradient(image, linear_of.astype(np.float32), kernels)
+    # images of eight bits without a tone curve are linear as they are
+    as_it_is = gamma == 1.0 and not is_deep(image)
+    found = gradient(image if as_it_is else linear_image(image, gamma, linear_of.astype(np.float32)), kernels)
     white = (grey_sd * np.gradient(linear_of) * noise_gain(kernels)).astype(np.float32)
     rows = np.s_[SAMPLED_ROW_STEP // 2 :: SAMPLED_ROW_STEP]
     factor = smooth_noise_factor(found.magnitude[rows], image[rows], white)
     return _Measured(sigma_px, found, white * np.float32(factor), factor)
 
 
-def _check(image: Grey, exposure: float, gamma: float) -> None:
-    if image.ndim != 2 or image.dtype != np.uint8 or min(image.shape) < 3:
-        raise BadInput(f"A channel must be grey uint8 of at least 3x3 px, not {image.dtype} {image.shape}.")
+def _check(image: Pixels, exposure: float, gamma: float) -> None:
+    if image.ndim != 2 or image.dtype not in (np.uint8, np.float32) or min(image.shape) < 3:
+        raise BadInput(
+            f"A channel must be grey of at least 3x3 px, uint8 or float32, not {image.dtype} {image.shape}."
+        )
     for name, value in (("exposure", exposure), ("gamma", gamma)):
         if not (np.isfinite(value) and value > 0.0):
             raise BadInput(f"The {name} of a channel must be a positive number, not {value}.")
 
 
 def channel_statistics(
-    image: Grey,
+    image: Pixels,
     exposure: float = 1.0,
     gamma: float = 1.0,
     *,
@@ -153,7 +175,7 @@ def channel_statistics(
     Parameters
     ----------
     image
-        uint8 grey, (H, W).
+        Grey, (H, W): uint8, or float32 0..255 of more bits.
     exposure
         Relative exposure, > 0: shutter / aperture^2 times gain over that of the reference settings.
         Everything measured is divided by it.
@@ -176,30 +198,26 @@ def channel_statistics(
     """
     _check(image, exposure, gamma)
     image = np.ascontiguousarray(image)
-    linear_of = 255.0 * (np.arange(256.0) / 255.0) ** gamma
 
-    def measured() -> _Measured:
-        grey_sd = grey_noise(image)
-        scale = gradient_scale(image, grey_sd) if sigma_px is None else sigma_px
-        return _measured(image, linear_of, grey_sd, exposure, scale)
-
-    def blurred() -> tuple[Grey, float]:
+    def blurred() -> tuple[Pixels, float]:
         half = halved(image)
-        return smoothed(half), blur_sigma(half)
+        return smoothed(half), blur_sigma(stretched(half))
 
-    found, (level, blur_px) = both(measured, blurred)
+    found, (level, blur_px) = both(lambda: _measured(image, gamma, exposure, sigma_px), blurred)
     if sigma_px is None and found.sigma_px < SCALE_OF_BLUR * blur_px:
-        found = _measured(image, linear_of, grey_noise(image), exposure, SCALE_OF_BLUR * blur_px)
+        found = _measured(image, gamma, exposure, SCALE_OF_BLUR * blur_px)
     spread_px = float(np.sqrt(found.sigma_px**2 + max(blur_px**2 - LENS_BLUR_PX**2, 0.0)))
     floor_of = np.float32(FLOOR_NOISE_RATIO) * found.noise_of
+    linear_of, whole = linear_table(gamma), rounded(level)
     split = int(SHARE_BESIDE_LIGHTING * len(image))
 
     def lower() -> tuple[Lighting, GradientPixels]:
         light = lighting(level, linear_of, exposure, spread_px, found.noise_of, weight_exponent)
-        return light, pixels_of_rows(found.gradient, level, floor_of, split, len(image))
+        return light, pixels_of_rows(found.gradient, whole, floor_of, split, len(image))
 
-    pixels, (light, others) = both(lambda: pixels_of_rows(found.gradient, level, floor_of, 0, split), lower)
-    linear = linear_of.astype(np.float32)
+    pixels, (light, others) = both(lambda: pixels_of_rows(found.gradient, whole, floor_of, 0, split), lower)
+    table = linear_of.astype(np.float32)
     return ChannelStatistics(
-        image, joined(pixels, others), light, linear, exposure, found.sigma_px, blur_px, found.noise_factor
-    )
+        rounded(image), joined(pixels, others), light, table, exposure, found.sigma_px, blur_px,
+        found.noise_factor, linear_image(image, gamma, table) if is_deep(image) else None, rounding_sd(image),
+    )  # fmt: skip

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -56,15 +55,13 @@ class GradientPixels(NamedTuple):
     flank_y: Field
 
 
-def gradient(image: Grey, linear_of: Field, kernels: Kernels) -> Gradient:
+def gradient(linear: Grey | Field, kernels: Kernels) -> Gradient:
     """Gradient of an image's linear intensity.
 
     Parameters
     ----------
-    image
-        uint8 (H, W).
-    linear_of
-        float32 (256,), linear intensity of each grey.
+    linear
+        Linear intensity, uint8 or float32 (H, W).
     kernels
         Across and along the derivative, see `contrast_kernels`.
     """
@@ -72,11 +69,9 @@ def gradient(image: Grey, linear_of: Field, kernels: Kernels) -> Gradient:
     cut = len(smooth) // 2 - NARROW_RADIUS
     if cut > 0 and all(np.abs(taps[:cut]).max() <= NEGLIGIBLE * taps.max() for taps in (smooth, derivative)):
         smooth, derivative = smooth[cut:-cut].copy(), derivative[cut:-cut].copy()
-    is_linear = np.array_equal(linear_of, np.arange(256.0))  # images without a tone curve
-    source = image if is_linear else np.asarray(cv2.LUT(image, linear_of), np.float32)
     if len(smooth) == 2 * NARROW_RADIUS + 1:
-        return Gradient(*_narrow_gradient(source, smooth, derivative))
-    along_x, along_y = gaussian_gradient(source, (smooth, derivative))
+        return Gradient(*_narrow_gradient(linear, smooth, derivative))
+    along_x, along_y = gaussian_gradient(linear, (smooth, derivative))
     return Gradient(along_x, along_y, _length(along_x, along_y))
 
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from vision_server.channels.channel import ChannelStatistics, Field, Grey
+from vision_server.channels.channel import ChannelStatistics
+from vision_server.channels.depth import Field, Grey
 from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient, gaussian_kernels, noise_gain
 from vision_server.channels.noise import SATURATED_GREY
 
@@ -114,18 +115,16 @@ def _union(one: Region, other: Region) -> Region:
     return (min(one[0], other[0]), min(one[1], other[1]), max(one[2], other[2]), max(one[3], other[3]))
 
 
-def gradient_channel(name: str, image: Grey, statistics: ChannelStatistics) -> GradientChannel:
+def gradient_channel(name: str, statistics: ChannelStatistics) -> GradientChannel:
     """The refinement's view of a channel whose edge statistics are known.
 
     Parameters
     ----------
-    image
-        uint8 (H, W), the frame as it came, for its saturated pixels.
     statistics
-        Of the same frame; its noise is that of the contrast, and is brought back to single pixels here.
+        Of its frame; its noise is that of the contrast, and is brought back to single pixels here.
     """
     kernels = contrast_kernels(statistics.sigma_px, statistics.exposure)
     gain = noise_gain(kernels) * statistics.noise_factor
     noise = np.asarray(statistics.noise / np.float32(gain), dtype=np.float32)
-    clipped = (image >= SATURATED_GREY).astype(np.uint8)
+    clipped = (statistics.image >= SATURATED_GREY).astype(np.uint8)
     return GradientChannel(name, statistics.linear, noise, clipped)

@@ -12,14 +12,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from vision_server.channels.depth import Pixels, Raw
 
 MOST_PIXELS = 150_000_000  # more than any camera's sensor has: 2.5 GB for its channel
+PLAIN = Raw()  # of any depth, without a mosaic
 PNG_HEAD_BYTES = 24  # signature, length and type of the first chunk, width, height
-DEPTHS = (10, 12, 14, 16)  # bits of cameras whose files have 16
 
 
-def _decoded(path: Path) -> NDArray[Any]:
-    """The file's pixels, grey, of 8 or 16 bits or 0..1; upright, as its EXIF says."""
+def read_pixels(path: Path) -> NDArray[Any]:
+    """The file's pixels, grey, (H, W): uint8, uint16 or float32 0..1; upright, as its EXIF says.
+
+    Raises
+    ------
+    BadInput
+        The file is missing, unreadable or no 8-bit, 16-bit or float32 image.
+    """
     try:
         content = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError as error:
@@ -55,34 +62,19 @@ def _check_size(path: Path, content: NDArray[np.uint8]) -> None:
         )
 
 
-def _grey(pixels: NDArray[Any], full_scale: float) -> NDArray[np.uint8]:
-    """uint8 of pixels that clip at ``full_scale``."""
-    if pixels.dtype == np.uint8:
-        return pixels
-    return np.round(pixels.astype(np.float32) * np.float32(255.0 / full_scale)).astype(np.uint8)
-
-
-def _full_scale(pixels: NDArray[Any]) -> float:
-    """The value at which pixels of a type clip."""
-    return float(np.iinfo(pixels.dtype).max) if pixels.dtype.kind == "u" else 1.0
-
-
-def read_grey(path: str | Path) -> NDArray[np.uint8]:
-    """An image file as uint8 grey, (H, W); colour by BT.601, 16 bits and 0..1 scaled to 8 bits.
+def read_grey(path: str | Path, raw: Raw = PLAIN) -> Pixels:
+    """An image file as grey, (H, W): uint8 of 8 bits, float32 0..255 of more; colour by BT.601.
 
     Raises
     ------
     BadInput
-        The file is missing, unreadable or no 8-bit, 16-bit or float32 image.
+        The file is missing, unreadable, no 8-bit, 16-bit or float32 image, or one of more bits than told.
     """
-    pixels = _decoded(Path(path))
-    return _grey(pixels, _full_scale(pixels))
+    return raw.grey(read_pixels(Path(path)))
 
 
-def read_image_set(paths: Sequence[str | Path]) -> list[NDArray[np.uint8]]:
-    """Several files as uint8 grey images of one size.
-
-    The 16-bit ones are of a camera of 10, 12, 14 or 16 bits: the fewest that hold all of them.
+def read_image_set(paths: Sequence[str | Path], raw: Raw = PLAIN) -> list[Pixels]:
+    """Several files as grey images of one size; the depth of the 16-bit ones is that of all of them.
 
     Raises
     ------
@@ -91,10 +83,9 @@ def read_image_set(paths: Sequence[str | Path]) -> list[NDArray[np.uint8]]:
     """
     if not paths:
         raise BadInput("No image files given.", "Name at least one.")
-    files = [_decoded(Path(path)) for path in paths]
+    files = [read_pixels(Path(path)) for path in paths]
     highest = max((int(pixels.max()) for pixels in files if pixels.dtype == np.uint16), default=0)
-    clip = next(2**bits - 1 for bits in DEPTHS if highest < 2**bits)
-    images = [_grey(one, clip if one.dtype == np.uint16 else _full_scale(one)) for one in files]
+    images = [raw.grey(pixels, highest) for pixels in files]
     first = images[0].shape
     for path, image in zip(paths, images, strict=True):
         if image.shape != first:

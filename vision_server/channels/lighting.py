@@ -14,16 +14,15 @@ All of it is smooth, and kept for each 2 x 2 px.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision_server.channels.depth import LEVELS, Field, Pixels, is_deep
 from vision_server.channels.noise import SATURATED_GREY
 
-Grey = NDArray[np.uint8]
-Field = NDArray[np.float32]
 Floats = NDArray[np.float64]
 
 # Chosen by hand on renders and on photographs of leaves: `python -m benchmarks.edge_quality`.
@@ -50,23 +49,23 @@ class Lighting(NamedTuple):
     clear
         bool, False within reach of a clipped pixel.
     level
-        uint8, their grey, smoothed.
+        Their grey, smoothed, uint8 or float32 as the image.
     """
 
     weight: Field
     noise: Field
     clear: NDArray[np.bool_]
-    level: Grey
+    level: Pixels
 
 
-def smoothed(half: Grey) -> Grey:
-    """The halved image without its pixels' noise, uint8, same shape."""
+def smoothed(half: Pixels) -> Pixels:
+    """The halved image without its pixels' noise, same type and shape."""
     level = cv2.GaussianBlur(half, (3, 3), SMOOTHING_PX, borderType=cv2.BORDER_REPLICATE)
-    return np.asarray(level, np.uint8)
+    return np.asarray(level, half.dtype)
 
 
 def lighting(
-    level: Grey, linear_of: Floats, exposure: float, spread_px: float, noise_of: Field,
+    level: Pixels, linear_of: Floats, exposure: float, spread_px: float, noise_of: Field,
     weight_exponent: float = WEIGHT_EXPONENT,
 ) -> Lighting:  # fmt: skip
     """Weight and noise of one channel.
@@ -74,7 +73,7 @@ def lighting(
     Parameters
     ----------
     level
-        uint8 (H // 2, W // 2), the image halved and smoothed.
+        uint8 or float32 (H // 2, W // 2), the image halved and smoothed.
     linear_of, noise_of
         (256,), for each grey its linear intensity (0..255) and the noise of the contrast there.
     exposure
@@ -94,6 +93,13 @@ def lighting(
     reach = max(int(np.round(0.5 * REACH * spread_px)), 1)
     window = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
     darkest, brightest = cv2.erode(level, window), cv2.dilate(level, window)
-    weight = cv2.multiply(cv2.LUT(darkest, root), cv2.LUT(brightest, root_of_brightest))
+    weight = cv2.multiply(_looked_up(darkest, root), _looked_up(brightest, root_of_brightest))
     clear = np.asarray(brightest) < SATURATED_GREY
-    return Lighting(np.asarray(weight), np.asarray(cv2.LUT(level, noise_of)), clear, level)
+    return Lighting(np.asarray(weight), _looked_up(level, noise_of), clear, level)
+
+
+def _looked_up(level: Any, table: Field) -> Field:
+    """Entries (256,) of a table for each grey, between them where it has fractions."""
+    if is_deep(level):
+        return np.asarray(np.interp(level, LEVELS, table), np.float32)
+    return np.asarray(cv2.LUT(level, table), np.float32)

@@ -7,8 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from numerics.kernels import kernel
+from vision_server.channels.depth import (
+    FINEST_STEP_GREY,
+    LEVELS,
+    Field,
+    Grey,
+    Pixels,
+    is_deep,
+    rounded,
+    rounding_sd,
+)
 
-QUANTISATION_SD_GREY = 0.3  # an 8-bit step of 1 grey, uniform: 1/sqrt(12)
 MAD_TO_SD = 1.4826  # of a Gaussian
 MASK_NORM = 6.0  # Euclidean norm of the mask [1 -2 1; -2 4 -2; 1 -2 1]
 LARGEST_RESPONSE = 8 * 255  # of that mask
@@ -21,18 +30,16 @@ SCALE_PER_ROOT = (
     3.0  # scale = 3 (noise / range)^(1/3): found best on renders over noise 1..8, contrast .15..1
 )
 SAMPLE_STEP = 4  # of the greys whose range is taken
+TELLING_RANKS = (0.01, 0.5, 0.99)  # darkest, middle and brightest of them
 BLACK_GREY, SATURATED_GREY = 1, 250  # up to the one and from the other on the sensor clips: no noise there
 MOST_SMOOTHING = 2.0  # beyond this the weakest quarter of the gradients is texture, not noise
 RAYLEIGH_QUARTER = 0.7585  # lower quartile of the length of a plane Gaussian vector, in standard deviations
 FEWEST_FLAT = 500  # gradients before their lower quartile is believed
 
-LEVELS = np.arange(256.0)
-
-Grey = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 
 
-def grey_noise(image: NDArray[np.uint8]) -> Floats:
+def grey_noise(image: Pixels) -> Floats:
     """Standard deviation of the noise at each of the 256 grey levels.
 
     The second-difference mask of Immerkaer (1996) removes planes and straight axis-parallel edges; the median
@@ -42,19 +49,36 @@ def grey_noise(image: NDArray[np.uint8]) -> Floats:
     Parameters
     ----------
     image
-        uint8 grey, (H, W), encoded as it came (before any tone curve is undone).
+        Grey, (H, W), encoded as it came (before any tone curve is undone); uint8, or float32 if deeper.
 
     Returns
     -------
-    float64 (256,), grey; never under the quantisation noise.
+    float64 (256,), grey; never under what rounding to the image's steps leaves.
     """
     a, b = 0.0, 0.0
     if min(image.shape) >= 5:
-        a, b = _variance_line(image, max(3, image.shape[0] // SAMPLED_ROWS))
-    return np.asarray(np.sqrt(np.maximum(a + b * LEVELS, QUANTISATION_SD_GREY**2)), dtype=np.float64)
+        step = max(3, image.shape[0] // SAMPLED_ROWS)
+        medians, counts = _deep_medians(image, step) if is_deep(image) else _band_medians(image, step)
+        a, b = _variance_line(medians, counts)
+    return np.asarray(np.sqrt(np.maximum(a + b * LEVELS, rounding_sd(image) ** 2)), dtype=np.float64)
 
 
-@kernel(inline="always")
+def _deep_medians(image: Field, step: int) -> tuple[Floats, Floats]:
+    """`_band_medians` of an image with fractions of grey; only 0 itself counts as black there."""
+    rows = np.arange(0, len(image) - 2, step)
+    column = image[rows] - 2 * image[rows + 1] + image[rows + 2]
+    response = np.abs(column[:, 1:-3] - 2 * column[:, 2:-2] + column[:, 3:-1])
+    centre = 0.5 * (image[rows + 1, :-4] + image[rows + 1, 4:])
+    medians, counts = np.zeros(BANDS), np.zeros(BANDS)
+    band = np.where((centre > 0.0) & (centre < SATURATED_GREY), centre * (BANDS / 256.0), BANDS).astype(int)
+    for number in range(BANDS):
+        of_band = response[band == number]
+        counts[number] = len(of_band)
+        medians[number] = np.median(of_band) if len(of_band) else 0.0
+    return medians, counts
+
+
+@kernel(nogil=True)
 def _band_medians(image: Grey, step: int) -> tuple[Floats, Floats]:
     """Median of the mask's absolute response in each band of grey, and how many responses it is of."""
     rows, columns = image.shape
@@ -91,9 +115,8 @@ def _band_medians(image: Grey, step: int) -> tuple[Floats, Floats]:
 
 
 @kernel(nogil=True)
-def _variance_line(image: Grey, step: int) -> tuple[float, float]:
+def _variance_line(medians: Floats, counts: Floats) -> tuple[float, float]:
     """The weighted fit variance = a + b grey with a, b >= 0 over the bands that have enough samples."""
-    medians, counts = _band_medians(image, step)
     n, sg, sv, sgg, sgv = 0.0, 0.0, 0.0, 0.0, 0.0
     for band in range(BANDS):
         if counts[band] >= MIN_SAMPLES:
@@ -115,13 +138,13 @@ def _variance_line(image: Grey, step: int) -> tuple[float, float]:
     return offset, slope
 
 
-def gradient_scale(image: NDArray[np.uint8], noise: Floats) -> float:
+def gradient_scale(image: Pixels, noise: Floats) -> float:
     """Scale of the gradient that suits an image: fine when clean, coarse when noise drowns its contrast.
 
     Parameters
     ----------
     image
-        uint8 grey, (H, W).
+        Grey, (H, W), uint8 or float32.
     noise
         float64 (256,), its noise from `grey_noise`.
 
@@ -130,17 +153,19 @@ def gradient_scale(image: NDArray[np.uint8], noise: Floats) -> float:
     Sigma of the Gaussian derivative, px.
     """
     sampled = np.ascontiguousarray(image[::SAMPLE_STEP, ::SAMPLE_STEP])
-    below = np.cumsum(cv2.calcHist([sampled], [0], None, [256], [0, 256]))
-    ranks = [int(share * (below[-1] - 1)) for share in (0.01, 0.5, 0.99)]
-    low, middle, high = np.searchsorted(below, ranks, side="right").tolist()
-    share = float(noise[(middle + high) // 2]) / max(high - low, 1)
+    if is_deep(image):
+        low, middle, high = np.quantile(sampled, TELLING_RANKS).tolist()
+        share = float(noise[int(0.5 * (middle + high))]) / max(high - low, FINEST_STEP_GREY)
+    else:
+        below = np.cumsum(cv2.calcHist([sampled], [0], None, [256], [0, 256]))
+        ranks = [int(rank * (below[-1] - 1)) for rank in TELLING_RANKS]
+        low, middle, high = np.searchsorted(below, ranks, side="right").tolist()
+        share = float(noise[(middle + high) // 2]) / max(high - low, 1)
     scale: float = SCALE_PER_ROOT * share ** (1.0 / 3.0)
     return min(max(scale, FINEST_SCALE_PX), COARSEST_SCALE_PX)
 
 
-def smooth_noise_factor(
-    magnitude: NDArray[np.float32], grey: NDArray[np.uint8], noise_of: NDArray[np.float32]
-) -> float:
+def smooth_noise_factor(magnitude: NDArray[np.float32], grey: Pixels, noise_of: NDArray[np.float32]) -> float:
     """How much stronger the weakest quarter of the gradients is than white noise of the measured size.
 
     Demosaicing, compression and scaling smooth the noise of a camera: its second differences, on which the
@@ -149,7 +174,7 @@ def smooth_noise_factor(
     Parameters
     ----------
     magnitude, grey
-        float32 and uint8, same shape: gradients of a sample of pixels, and their grey.
+        Same shape: gradients of a sample of pixels, float32, and their grey, uint8 or float32.
     noise_of
         float32 (256,), standard deviation of the gradient from white noise, for each grey.
 
@@ -157,8 +182,8 @@ def smooth_noise_factor(
     -------
     1 to 2.
     """
-    telling = (grey > BLACK_GREY) & (grey < SATURATED_GREY)
-    ratio = magnitude[telling] / noise_of[grey[telling]]
+    telling = (grey > (0.0 if is_deep(grey) else BLACK_GREY)) & (grey < SATURATED_GREY)
+    ratio = magnitude[telling] / noise_of[rounded(grey)[telling]]
     if len(ratio) < FEWEST_FLAT:
         return 1.0
     quarter = float(np.partition(ratio, len(ratio) // 4)[len(ratio) // 4])

@@ -10,11 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vision_server.channels.depth import Pixels
 from vision_server.channels.noise import SATURATED_GREY
-
-Grey = NDArray[np.uint8]
 
 STEP = 2  # of the pixels that are compared
 LIT_GREY = 16  # darker pixels tell no ratio
@@ -22,13 +20,13 @@ LEAST_STOPS = 0.5  # on six stacks, one lamp each and all together, no image was
 FEWEST = 200  # pixels that tell a ratio
 
 
-def overexposures(images: Sequence[Grey], gamma: Sequence[float]) -> list[float]:
+def overexposures(images: Sequence[Pixels], gamma: Sequence[float]) -> list[float]:
     """For each image of a set, the exposure by which it is brighter than all others; 1 for most.
 
     Parameters
     ----------
     images
-        uint8 (H, W), of one scene under different lights.
+        Grey (H, W), uint8 or float32, of one scene under different lights.
     gamma
         Tone curve of each: linear = grey^gamma.
 

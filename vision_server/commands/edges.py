@@ -9,8 +9,9 @@ import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from bridge.command_line import whole_number
 from bridge.errors import EXIT_BAD_INPUT, BadInput
 from vision_server.commands.options import add_exposures, parse_exposures
 from vision_server.rivals import MERGE_RULES
@@ -28,9 +29,7 @@ METHODS = ("em", *MERGE_RULES)
 SELECTABLE_KINDS = ("outline", "crease", "print", "shadow", "highlight")
 
 
-def exposures_of(
-    options: Namespace, pixels: Sequence[NDArray[np.uint8]], gamma: Sequence[float]
-) -> list[float]:
+def exposures_of(options: Namespace, pixels: Sequence[NDArray[Any]], gamma: Sequence[float]) -> list[float]:
     """Relative exposures of ``images``: as told, or where an image shows it by itself, which is said.
 
     Raises
@@ -95,6 +94,7 @@ def write_file(path: Path, content: bytes) -> None:
 
 def _write(options: Namespace) -> None:
     from vision_server.channels.channel import channel_statistics
+    from vision_server.channels.depth import Raw, rounded
     from vision_server.channels.image_files import read_image_set
     from vision_server.edges.kinds import FIXED, KINDS, edge_kinds
     from vision_server.edges.merging import merge_channels
@@ -102,7 +102,7 @@ def _write(options: Namespace) -> None:
     from vision_server.edges.suppression import edge_picture
     from vision_server.rivals.merge_rules import comparison_edges
 
-    pixels = read_image_set(options.images)
+    pixels = read_image_set(options.images, Raw(options.bits, options.bayer))
     levels = parse_levels(options.levels, len(pixels))
     gamma = options.gamma
     if not (math.isfinite(gamma) and gamma > 0.0):
@@ -114,7 +114,7 @@ def _write(options: Namespace) -> None:
             f"--{asked[0]} needs the kinds of edges, which --method {options.method} does not tell."
         )
     if options.method != "em":
-        edges = comparison_edges(pixels, options.method, times, gamma)
+        edges = comparison_edges([rounded(one) for one in pixels], options.method, times, gamma)
     else:
         channels = [channel_statistics(i, e, gamma) for i, e in zip(pixels, times, strict=True)]
         seen = [sure_edgels(channel) for channel in channels]
@@ -229,6 +229,11 @@ def add_options(parser: ArgumentParser) -> None:
         default="em",
         help="How the images are merged (default: %(default)s).",
     )
+    parser.add_argument(
+        "--bits", type=whole_number(8, 16), metavar="N",
+        help="Bits of the camera in files of 16; else the fewest that hold their values.",
+    )  # fmt: skip
+    parser.add_argument("--bayer", action="store_true", help="The files are a Bayer mosaic, of any order.")
     parser.add_argument(
         "--gamma",
         type=float,

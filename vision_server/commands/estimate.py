@@ -38,8 +38,9 @@ def read_set(options: Namespace, camera: Camera, table: dict[str, Any]) -> tuple
     from vision_server.channels.image_files import read_image_set
     from vision_server.channels.tone import file_tone
     from vision_server.image_set import ImageSet
+    from vision_server.serve.inputs import told_raw
 
-    pixels = read_image_set(options.images)
+    pixels = read_image_set(options.images, told_raw(table))
     gammas, tone_sd_px = file_tone(options.images, told_gamma(options.gamma, table))
     height, width = pixels[0].shape
     if (width, height) != (camera.width, camera.height):

@@ -14,6 +14,7 @@ from vision_server.commands.estimate import started_at
 from vision_server.commands.options import add_gamma, add_model_and_camera, add_seed, told_gamma
 
 if TYPE_CHECKING:
+    from geometry.camera import Camera
     from vision_server.tracking.tracker import Tracked, Tracker
 
 
@@ -53,10 +54,13 @@ def run(options: Namespace) -> int:
 
 
 def _tracked(options: Namespace) -> int:
+    from vision_server.channels.depth import rounded
+    from vision_server.serve.inputs import read_camera, told_raw
     from vision_server.tracking.sources import Source
 
-    source = Source(options.frames)
-    tracker = _tracker(options, source.gamma)
+    camera, table = read_camera(options.camera)
+    source = Source(options.frames, told_raw(table))
+    tracker = _tracker(options, camera, told_gamma(options.gamma, table), source.gamma)
     film = None
     if options.overlay is not None:
         from report.film import Film
@@ -69,7 +73,7 @@ def _tracked(options: Namespace) -> int:
             found += told.pose is not None
             _show(told, frame.name, options.json)
             if film is not None:
-                film.add(frame.pixels, told.pose, told.support, f"{told.frame} {told.state}")
+                film.add(rounded(frame.pixels), told.pose, told.support, f"{told.frame} {told.state}")
     finally:
         if film is not None:
             film.close()
@@ -78,15 +82,13 @@ def _tracked(options: Namespace) -> int:
     return 0 if found else EXIT_NO_POSE
 
 
-def _tracker(options: Namespace, file_gamma: float | None) -> Tracker:
+def _tracker(options: Namespace, camera: Camera, given: float | None, file_gamma: float | None) -> Tracker:
     from vision_server.channels.tone import KNOWN_TONE_SD_PX, NOMINAL_TONE_SD_PX
-    from vision_server.serve.inputs import read_camera, read_model
+    from vision_server.serve.inputs import read_model
     from vision_server.tracking.tracker import Tracker
 
-    camera, table = read_camera(options.camera)
     model = read_model(options.model, options.unit)
     start = started_at(options, model, camera)
-    given = told_gamma(options.gamma, table)
     nominal = given is None and file_gamma is not None
     gamma = given or file_gamma or 1.0
     return Tracker(

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from numerics.kernels import kernel
-from vision_server.channels.channel import Field
+from vision_server.channels.depth import Field
 from vision_server.edges.edge_map import EdgeMap
 
 # Chosen by hand: `python -m benchmarks.edge_kinds`.

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.channels.channel import ChannelStatistics, Field
+from vision_server.channels.channel import ChannelStatistics
+from vision_server.channels.depth import Field
 
 
 @dataclass(frozen=True, eq=False)

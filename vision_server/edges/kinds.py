@@ -248,8 +248,7 @@ def fit_kinds(likelihood: Floats) -> tuple[Floats, Floats]:
 def background_grey(channels: Sequence[ChannelStatistics]) -> float:
     """Grey at reference exposure that only few pixels stay under in their best light."""
     sampled = [
-        channel.linear_of[channel.image[::SAMPLE_STEP, ::SAMPLE_STEP]] / np.float32(channel.exposure)
-        for channel in channels
+        channel.linear[::SAMPLE_STEP, ::SAMPLE_STEP] / np.float32(channel.exposure) for channel in channels
     ]
     return float(np.quantile(np.max(sampled, axis=0), BACKGROUND_SHARE))
 

@@ -9,20 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from numerics.kernels import kernel
-from vision_server.channels.channel import ChannelStatistics, Field
+from vision_server.channels.channel import ChannelStatistics
+from vision_server.channels.depth import Field
 from vision_server.channels.gaussian import contrast_kernels, noise_gain
 from vision_server.channels.lighting import LENS_BLUR_PX
 from vision_server.channels.noise import SATURATED_GREY
 from vision_server.edges.edge_map import EdgeMap
-
-Grey = NDArray[np.uint8]
 
 # Beside the edge's own blur and still on the surface that ends there; then where a background goes on and a
 # groove ends; of sharp images, in others as much further as they are blurred. Chosen by hand:
 # `python -m benchmarks.edge_kinds`.
 REACH_PX = np.array([2.0, 4.0, 6.0], np.float32)
 SMOOTHED_NOISE = 0.44  # of the noise of single pixels, in the mean of three bilinear values a pixel apart
-LEAST_NOISE_GREY = 0.3  # of an 8-bit step
 DARK_GREY = 4.0  # of the longest exposed frame: less is black, whatever its noise
 
 
@@ -62,7 +60,7 @@ def sides_of(edges: EdgeMap) -> Sides:
     reach = REACH_PX * np.float32(max(edges.blur_px / LENS_BLUR_PX, 1.0))
     near, brightest, noise, known = [], [], [], []
     for channel in edges.channels:
-        beside, lit = _read(channel.image, channel.linear_of, edges.points, edges.normals, reach)
+        beside, lit = _read(channel.linear, edges.points, edges.normals, reach)
         known.append(beside.max(axis=0) < channel.linear_of[SATURATED_GREY])
         near.append(beside / np.float32(channel.exposure))
         brightest.append(lit / np.float32(channel.exposure))
@@ -72,22 +70,21 @@ def sides_of(edges: EdgeMap) -> Sides:
 
 
 @kernel(inline="always")
-def _bilinear(image: Grey, linear_of: Field, x: np.float32, y: np.float32) -> np.float32:
+def _bilinear(linear: Field, x: np.float32, y: np.float32) -> np.float32:
     """Intensity between pixels; outside, the image is as at its border."""
-    rows, columns = image.shape
+    rows, columns = linear.shape
     x = min(max(x, np.float32(0.0)), np.float32(columns - 1))
     y = min(max(y, np.float32(0.0)), np.float32(rows - 1))
     u, v = min(int(x), columns - 2), min(int(y), rows - 2)
     right, down = x - np.float32(u), y - np.float32(v)
-    a, b = linear_of[image[v, u]], linear_of[image[v, u + 1]]
-    c, d = linear_of[image[v + 1, u]], linear_of[image[v + 1, u + 1]]
+    a, b, c, d = linear[v, u], linear[v, u + 1], linear[v + 1, u], linear[v + 1, u + 1]
     above, below = a + right * (b - a), c + right * (d - c)
     value: np.float32 = above + down * (below - above)
     return value
 
 
 @kernel(nogil=True, error_model="numpy")
-def _read(image: Grey, linear_of: Field, points: Field, normals: Field, reach: Field) -> tuple[Field, Field]:
+def _read(linear: Field, points: Field, normals: Field, reach: Field) -> tuple[Field, Field]:
     """Intensities (2, N) behind and ahead of each point, and the largest up to further away.
 
     Beside the edge each is the mean of three places along it, a pixel apart.
@@ -99,12 +96,12 @@ def _read(image: Grey, linear_of: Field, points: Field, normals: Field, reach: F
         for side in range(2):
             sign = np.float32(2 * side - 1)
             x, y = points[i, 0] + sign * reach[0] * nx, points[i, 1] + sign * reach[0] * ny
-            value = _bilinear(image, linear_of, x, y) + _bilinear(image, linear_of, x - ny, y + nx)
-            value = (value + _bilinear(image, linear_of, x + ny, y - nx)) * third
+            value = _bilinear(linear, x, y) + _bilinear(linear, x - ny, y + nx)
+            value = (value + _bilinear(linear, x + ny, y - nx)) * third
             near[side, i] = value
             for k in range(1, len(reach)):
                 x, y = points[i, 0] + sign * reach[k] * nx, points[i, 1] + sign * reach[k] * ny
-                value = max(value, _bilinear(image, linear_of, x, y))
+                value = max(value, _bilinear(linear, x, y))
             brightest[side, i] = value
     return near, brightest
 
@@ -114,5 +111,5 @@ def _noise(channel: ChannelStatistics, rows: NDArray[np.int32], columns: NDArray
     coarse = channel.light.noise
     v, u = np.minimum(rows >> 1, coarse.shape[0] - 1), np.minimum(columns >> 1, coarse.shape[1] - 1)
     gain = noise_gain(contrast_kernels(channel.sigma_px, 1.0))
-    least = LEAST_NOISE_GREY / channel.exposure
+    least = channel.rounding_sd / channel.exposure
     return np.asarray(np.maximum(coarse[v, u] * (SMOOTHED_NOISE / gain), least), np.float32)

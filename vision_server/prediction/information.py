@@ -19,7 +19,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
-from vision_server.channels.noise import QUANTISATION_SD_GREY
+from vision_server.channels.depth import ROUNDING_SD
 from vision_server.pose.sampling import thinned
 from vision_server.pose.steps import step_jacobian, turning_point
 from vision_server.pose.weights import SYSTEMATIC_SD_PX
@@ -48,7 +48,7 @@ class Sensor(NamedTuple):
     def variance(self, level: Floats) -> Floats:
         """Of linear brightness 0..1: shot noise, read noise, rounding to whole greys."""
         seen = np.clip(level, 1e-4, 1.0)
-        rounding = QUANTISATION_SD_GREY / 255.0 * self.gamma * seen ** (1.0 - 1.0 / self.gamma)
+        rounding = ROUNDING_SD / 255.0 * self.gamma * seen ** (1.0 - 1.0 / self.gamma)
         read = self.read_noise_e / self.full_scale_e
         return np.asarray(seen / self.full_scale_e + read**2 + rounding**2)
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
-from vision_server.channels.channel import Field
+from vision_server.channels.depth import Field
 from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient, noise_gain
 from vision_server.channels.noise import grey_noise
 from vision_server.edges.edge_map import EdgeMap

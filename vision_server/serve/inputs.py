@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from geometry.errors import GeometryError
 from geometry.model import Model, load_model
 from geometry.pose import Pose
 from stack.format import unknown_camera_key
+from vision_server.channels.depth import Raw
 from vision_server.matching.match import Anywhere
 
 MOST_TOML_BYTES = 1024 * 1024  # a recorded stack of 5000 frames has as many
@@ -53,6 +55,24 @@ def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:
         raise BadInput(
             f"{path}: {error}.", "A [camera] table needs width, height, fx, fy, cx and cy."
         ) from error
+
+
+def told_raw(table: Mapping[str, Any], bits: int | None = None) -> Raw:
+    """What [camera] says of its pixels: `bits`, in images of 16, and `bayer`; else ``bits`` are as given.
+
+    Raises
+    ------
+    BadInput
+        Bits that are no whole number from 8 to 16, a mosaic that is neither true nor false.
+    """
+    told, bayer = table.get("bits", bits), table.get("bayer", False)
+    if told is not None and not (type(told) is int and 8 <= told <= 16):
+        raise BadInput(f"[camera] bits must be a whole number from 8 to 16, not {told!r}.")
+    if type(bayer) is not bool:
+        raise BadInput(
+            f"[camera] bayer must be true or false, not {bayer!r}.", "Any order of its colours is read."
+        )
+    return Raw(told, bayer)
 
 
 def read_seed_pose(path: Path, model: Model) -> Pose:

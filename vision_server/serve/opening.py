@@ -22,7 +22,14 @@ from stack.format import FrameTable
 from stack.tables import as_table
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import PipelineSettings
-from vision_server.serve.inputs import checked_pose, read_anywhere, read_camera, read_model, read_seed_pose
+from vision_server.serve.inputs import (
+    checked_pose,
+    read_anywhere,
+    read_camera,
+    read_model,
+    read_seed_pose,
+    told_raw,
+)
 from vision_server.serve.recorder import Recorder
 from vision_server.serve.task import PoseTask
 
@@ -83,6 +90,7 @@ def open_task(
     seed_pose = _seed_pose(args, describe, model)
     settings = PipelineSettings(matcher=args.matcher, seed=args.seed)
     task = PoseTask(describe, model, camera, gain, gamma, seed_pose or anywhere, settings, anywhere)
+    task.raw = told_raw(table, 16)
     if args.out is not None:
         source = Path(args.camera_file or "describe")
         shown = _recorded(describe, task, table, model_file, unit, source)
@@ -95,7 +103,7 @@ def _recorded(
 ) -> Describe:
     """What a recording says of the equipment: as described, with camera, target and seed pose in use."""
     camera = task.camera.to_dict() | {"gain": task.gain, "gamma": task.gamma}
-    camera |= {key: table[key] for key in ("read_noise_e", "full_well_e") if key in table}
+    camera |= {key: table[key] for key in ("read_noise_e", "full_well_e", "bits", "bayer") if key in table}
     target = {"model": str(model), "unit": unit, **asdict(task.anywhere)}
     if isinstance(task.seed_pose, Pose):
         target["seed_pose"] = task.seed_pose.to_dict()

@@ -10,9 +10,8 @@ from functools import partial
 from pathlib import Path
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
+from bridge.arrays import FramePixels
 from bridge.errors import BadInput
 from bridge.messages import Describe, Settings
 from stack.format import FrameTable
@@ -64,7 +63,7 @@ class Recorder:
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
 
-    def save(self, image: str, settings: Settings, pixels: NDArray[np.uint8]) -> None:
+    def save(self, image: str, settings: Settings, pixels: FramePixels) -> None:
         """Hand a frame over; it is on the disk after `flush`.
 
         Raises
@@ -103,7 +102,7 @@ class Recorder:
             finally:
                 self._queue.task_done()
 
-    def _write_frame(self, image: str, settings: Settings, pixels: NDArray[np.uint8]) -> None:
+    def _write_frame(self, image: str, settings: Settings, pixels: FramePixels) -> None:
         file = f"{image}.png"
         write_png(self.folder / file, pixels, PNG_COMPRESSION)
         table = frame_table(file, settings)

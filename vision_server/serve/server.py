@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.arrays import FramePixels
 from bridge.client import Client
 from bridge.endpoints import CurveClient
 from bridge.errors import BadInput, DeviceError
@@ -32,8 +33,7 @@ from bridge.vision_messages import (
 from geometry.pose import Pose
 from stack.format import FrameTable
 from stack.read import recorded_frames, recorded_seed_pose
-from vision_server.channels.image_files import read_grey
-from vision_server.image_set import Grey
+from vision_server.channels.image_files import read_pixels
 from vision_server.pipeline import Estimate
 from vision_server.serve.files import ANY_FILES, Files
 from vision_server.serve.inputs import picture_px, size_warning
@@ -133,7 +133,7 @@ class VisionServer(Service):
                 task.note(restored_estimate(step.estimate))
             task.set_parameters(step.parameters)
         for image in args.images:
-            task.add(image, read_grey(out / FOLDER / f"{image}.png"), frames[image].settings())
+            task.add(image, read_pixels(out / FOLDER / f"{image}.png"), frames[image].settings())
         task.retired |= set(args.discarded)
         return _started(task)
 
@@ -149,7 +149,9 @@ class VisionServer(Service):
             seconds = time.perf_counter() - began
             header = _checked(result, ImageCaptureResult, client.endpoint)
             if not _one_grey(arrays):
-                raise DeviceError(f"The image server at {client.endpoint} sent no grey uint8 frame.")
+                raise DeviceError(
+                    f"The image server at {client.endpoint} sent no grey frame of 8 or 16 bits."
+                )
             taken = _taken(session.task, args.image, header.applied, arrays[0], header.verified, seconds)
             return Reply({**taken, "events": header.events})
 
@@ -159,9 +161,9 @@ class VisionServer(Service):
             session.task.check_name(args.image)
             return Reply(_taken(session.task, args.image, args.settings, pixels, True, 0.0))
 
-    def _given_frame(self) -> Grey:
+    def _given_frame(self) -> FramePixels:
         if not _one_grey(self.arrays):
-            raise BadInput("An image is one array, uint8 of shape (H, W).", "Convert it to grey.")
+            raise BadInput("An image is one array, uint8 or uint16 of shape (H, W).", "Convert it to grey.")
         return np.asarray(self.arrays[0].copy())  # the message goes
 
     def _on_track(self, args: TrackArgs) -> Reply:
@@ -214,7 +216,7 @@ class VisionServer(Service):
 
 
 def _taken(
-    task: PoseTask, image: str, applied: Settings, pixels: Grey, verified: bool, capture_s: float
+    task: PoseTask, image: str, applied: Settings, pixels: FramePixels, verified: bool, capture_s: float
 ) -> dict[str, Any]:
     """Take a frame into the set; what is answered is on the disk, so that a session can be resumed."""
     began = time.perf_counter()
@@ -241,7 +243,7 @@ def _taken(
 
 
 def _one_grey(arrays: Sequence[NDArray[Any]]) -> bool:
-    return len(arrays) == 1 and arrays[0].ndim == 2 and arrays[0].dtype == np.uint8
+    return len(arrays) == 1 and arrays[0].ndim == 2 and arrays[0].dtype in (np.uint8, np.uint16)
 
 
 def _described(client: Client) -> Describe:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from vision_server.channels.channel import ChannelStatistics, Grey
+from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.noise import SATURATED_GREY
 
 MARGIN_PX = 10  # around the model's outline
@@ -44,16 +44,14 @@ def target_region(model: Model, camera: Camera, pose: Pose | None) -> NDArray[np
 
 
 def frame_statistics(
-    pixels: Grey, channel: ChannelStatistics, region: NDArray[np.bool_], gamma: float = 1.0
+    channel: ChannelStatistics, region: NDArray[np.bool_], gamma: float = 1.0
 ) -> dict[str, Any]:
     """Statistics of a frame over the target's region, and of the whole frame under ``frame``.
 
     Parameters
     ----------
-    pixels
-        uint8 (H, W), as it came.
     channel
-        Edge statistics of the same frame.
+        Edge statistics of the frame.
     region
         bool (H, W), where the target should be.
     gamma
@@ -73,18 +71,16 @@ def frame_statistics(
         Standard deviation of the edges' spread in the frame, px; None where no edge tells, or too much is
         saturated.
     """
-    target = _of(pixels, channel, region, gamma)
+    target = _of(channel, region, gamma)
     seen = target["p95"] - target["p05"] >= LEAST_SPREAD
     clipped = target["saturated_fraction"] > MOST_SATURATED
     measured = channel.blur_px if channel.blur_px > 0.0 else SHARP_PX if seen else None
     blur = None if clipped else measured
-    return {**target, "blur_px": blur, "frame": _of(pixels, channel, None, gamma)}
+    return {**target, "blur_px": blur, "frame": _of(channel, None, gamma)}
 
 
-def _of(
-    pixels: Grey, channel: ChannelStatistics, region: NDArray[np.bool_] | None, gamma: float
-) -> dict[str, float]:
-    grey = pixels.ravel() if region is None else pixels[region]
+def _of(channel: ChannelStatistics, region: NDArray[np.bool_] | None, gamma: float) -> dict[str, float]:
+    grey = channel.image.ravel() if region is None else channel.image[region]
     counts = np.bincount(grey, minlength=256)
     below = np.cumsum(counts)
     total = float(below[-1])

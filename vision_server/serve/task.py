@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from bridge.arrays import FramePixels
 from bridge.errors import BadInput
 from bridge.messages import Describe, Settings
 from geometry.camera import Camera
@@ -13,8 +14,9 @@ from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import Pose
 from stack.exposure import relative_exposure
+from vision_server.channels.depth import Raw
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.image_set import Grey, ImageSet
+from vision_server.image_set import ImageSet
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
 from vision_server.prediction.response import LitImage
@@ -38,6 +40,8 @@ class PoseTask:
         The set, and with it what was computed for each image.
     retired
         Names of images of earlier sets, which went when the scene's geometry changed; they stay taken.
+    raw
+        What the pixels of frames are, as they come.
     seed_pose
         About where the target is; `anywhere` when there is no such pose, and each set of images is looked at
         by first sight.
@@ -64,6 +68,7 @@ class PoseTask:
     settings: PipelineSettings
     anywhere: Anywhere = field(default_factory=Anywhere)
     recorder: Recorder | None = None
+    raw: Raw = field(default_factory=lambda: Raw(16))
     images: ImageSet = field(init=False)
     retired: set[str] = field(default_factory=set)
     best: Estimate | None = None
@@ -87,12 +92,12 @@ class PoseTask:
                 f"The name {image} is taken by another image.", "Give each image a name of its own."
             )
 
-    def add(self, image: str, pixels: Grey, applied: Settings) -> dict[str, Any]:
-        """Add a frame to the set; its statistics."""
-        self.images.add(image, pixels, self.exposure(applied), self.gamma)
+    def add(self, image: str, pixels: FramePixels, applied: Settings) -> dict[str, Any]:
+        """Add a frame, as it came, to the set; its statistics."""
+        self.images.add(image, self.raw.grey(pixels), self.exposure(applied), self.gamma)
         self.applied[image] = applied
         region = target_region(self.model, self.camera, self.likely_pose())
-        return frame_statistics(pixels, self.images.images[image].statistics, region, self.gamma)
+        return frame_statistics(self.images.images[image].statistics, region, self.gamma)
 
     def likely_pose(self) -> Pose | None:
         """About where the target is: the best pose so far, or the seed pose; None without one to believe."""

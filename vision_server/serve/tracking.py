@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from bridge.arrays import FramePixels
 from bridge.errors import BadInput
 from bridge.vision_messages import CheckArgs
 from geometry.errors import GeometryError
 from geometry.pose import Pose
-from vision_server.image_set import Grey
 from vision_server.serve.inputs import checked_pose
 from vision_server.serve.results import judgement_result, tracked_result
 from vision_server.serve.task import PoseTask
@@ -18,14 +18,14 @@ from vision_server.tracking.referee import judged
 from vision_server.tracking.tracker import Tracker
 
 
-def tracked(task: PoseTask, pixels: Grey, time_s: float | None) -> dict[str, Any]:
+def tracked(task: PoseTask, pixels: FramePixels, time_s: float | None) -> dict[str, Any]:
     """The next frame of the session; the first one is looked for around its seed pose."""
     if task.tracker is None:
         settings = task.settings
         task.tracker = Tracker(
             task.model, task.camera, task.seed_pose, task.gamma, settings.tone_sd_px, settings.seed
         )
-    told = task.tracker.step(pixels, time_s)
+    told = task.tracker.step(task.raw.grey(pixels), time_s)
     return {**tracked_result(told), "note": told.note}
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from vision_server.channels.depth import Pixels
 from vision_server.pose.covariance import uncertainty
 from vision_server.pose.line_scales import line_scales
 from vision_server.pose.refinement import EXACT_REACH_PX, refine
@@ -20,7 +21,7 @@ from vision_server.pose.support import PoseSupport, support_of
 from vision_server.pose.trust import TAILS, confidence, quality
 from vision_server.tracking.beside import beside_px2
 from vision_server.tracking.fitting import Fit, Habits, fitted
-from vision_server.tracking.frame import NAME, Grey, Tone, problem_of, window
+from vision_server.tracking.frame import NAME, Tone, problem_of, window
 
 Floats = NDArray[np.float64]
 
@@ -67,7 +68,7 @@ class Sight:
     camera: Camera
     tone: Tone
 
-    def near(self, pixels: Grey, expected: Pose, habits: Habits) -> Found | None:
+    def near(self, pixels: Pixels, expected: Pose, habits: Habits) -> Found | None:
         """The pose a few pixels around the one expected; None where nothing holds it."""
         seen = window(pixels, self.model, self.camera, expected, MARGIN_PX)
         if seen is None:
@@ -88,7 +89,7 @@ class Sight:
                 break
         return None if fit is None else Found(fit, support_of(fit.observation, [NAME]))
 
-    def far(self, pixels: Grey, expected: Sequence[Pose], habits: Habits) -> list[Found]:
+    def far(self, pixels: Pixels, expected: Sequence[Pose], habits: Habits) -> list[Found]:
         """The same some 30 px around each of the poses, by way of smaller pictures; best first."""
         found = []
         for start in expected:

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from vision_server.channels.depth import Pixels, linear_image, linear_table, rounded
 from vision_server.channels.gradients import GradientChannel
 from vision_server.channels.noise import SATURATED_GREY, grey_noise
 from vision_server.pose.observation import PoseProblem
 
-Grey = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 
 LEAST_SIDE_PX = 24  # of what is looked at
@@ -26,7 +26,7 @@ NAME = "frame"
 class Window:
     """Part of a frame, and the camera that would have taken just this."""
 
-    pixels: Grey
+    pixels: Pixels
     camera: Camera
 
     def smaller(self, factor: int) -> Window:
@@ -34,7 +34,7 @@ class Window:
         height, width = (side - side % factor for side in self.pixels.shape)
         whole = self.pixels[:height, :width]
         shape = (width // factor, height // factor)
-        pixels = np.asarray(cv2.resize(whole, shape, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        pixels = np.asarray(cv2.resize(whole, shape, interpolation=cv2.INTER_AREA), dtype=self.pixels.dtype)
         camera = self.camera
         return Window(
             pixels,
@@ -50,7 +50,7 @@ class Window:
         )
 
 
-def window(pixels: Grey, model: Model, camera: Camera, pose: Pose, margin_px: float) -> Window | None:
+def window(pixels: Pixels, model: Model, camera: Camera, pose: Pose, margin_px: float) -> Window | None:
     """The part of a frame (H, W) around a target at a pose; None where it is out of sight."""
     points = pose.apply(model.vertices)
     seen = camera.project(points[points[:, 2] > 0.0])
@@ -68,13 +68,13 @@ def window(pixels: Grey, model: Model, camera: Camera, pose: Pose, margin_px: fl
 
 def problem_of(seen: Window, model: Model, tone: Tone, scale: NDArray[np.int64] | None = None) -> PoseProblem:
     """What a pose is refined on in a window; ``scale`` (1, L) of the filters where it is known."""
-    linear = tone.linear
+    linear, whole = tone.linear, rounded(seen.pixels)
     noise = (grey_noise(seen.pixels) * np.gradient(linear.astype(np.float64))).astype(np.float32)
     channel = GradientChannel(
         NAME,
-        np.asarray(cv2.LUT(seen.pixels, linear), dtype=np.float32),
-        np.asarray(cv2.LUT(seen.pixels, noise), dtype=np.float32),
-        (seen.pixels >= SATURATED_GREY).astype(np.uint8),
+        linear_image(seen.pixels, tone.gamma, linear),
+        np.asarray(cv2.LUT(whole, noise), dtype=np.float32),
+        (whole >= SATURATED_GREY).astype(np.uint8),
     )
     problem = PoseProblem.at_scale([channel], model, seen.camera, 0, tone.sd_px)
     return problem if scale is None else replace(problem, scale=scale)
@@ -98,4 +98,4 @@ class Tone:
     @classmethod
     def of(cls, gamma: float, sd_px: float) -> Tone:
         """From the exponent."""
-        return cls(gamma, sd_px, (255.0 * (np.arange(256.0) / 255.0) ** gamma).astype(np.float32))
+        return cls(gamma, sd_px, linear_table(gamma).astype(np.float32))

@@ -12,9 +12,9 @@ import cv2
 import numpy as np
 
 from bridge.errors import BadInput
-from vision_server.channels.image_files import read_grey
+from vision_server.channels.depth import Pixels, Raw
+from vision_server.channels.image_files import PLAIN, read_pixels
 from vision_server.channels.tone import file_gamma
-from vision_server.tracking.frame import Grey
 
 IMAGES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pgm", ".bmp"}
 DEVICE = "/dev/video"
@@ -28,12 +28,12 @@ class Frame:
     Attributes
     ----------
     name : of its file, or its number in the video.
-    pixels : uint8 grey, (H, W).
+    pixels : grey, (H, W): uint8, or float32 0..255 of more bits.
     time_s : when it was taken; None where nothing tells.
     """
 
     name: str
-    pixels: Grey
+    pixels: Pixels
     time_s: float | None = None
 
 
@@ -43,6 +43,7 @@ class Source:
     Parameters
     ----------
     words : image files, or one folder of them, one video, or one camera (/dev/videoN).
+    raw : what the pixels of image files are; of unknown depth, the least that holds the values so far.
 
     Attributes
     ----------
@@ -54,7 +55,8 @@ class Source:
     BadInput : nothing there, or nothing that can be read.
     """
 
-    def __init__(self, words: Sequence[Path]) -> None:
+    def __init__(self, words: Sequence[Path], raw: Raw = PLAIN) -> None:
+        self._raw = raw
         self.warning = ""
         self._files: list[Path] = []
         self._video: Path | None = None
@@ -74,8 +76,16 @@ class Source:
 
     def __iter__(self) -> Iterator[Frame]:
         if self._video is None:
-            return (Frame(str(file), read_grey(file)) for file in self._files)
+            return (Frame(str(file), pixels) for file, pixels in self._read())
         return self._recorded(self._video)
+
+    def _read(self) -> Iterator[tuple[Path, Pixels]]:
+        seen = 0
+        for file in self._files:
+            pixels = read_pixels(file)
+            if pixels.dtype == np.uint16:
+                seen = max(seen, int(pixels.max()))
+            yield file, self._raw.grey(pixels, seen)
 
     def _recorded(self, place: Path) -> Iterator[Frame]:
         live = str(place).startswith(DEVICE)

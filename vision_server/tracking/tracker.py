@@ -13,6 +13,7 @@ from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
+from vision_server.channels.depth import Pixels
 from vision_server.image_set import ImageSet
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
@@ -20,7 +21,7 @@ from vision_server.pose.support import PoseSupport
 from vision_server.pose.trust import quality
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
-from vision_server.tracking.frame import NAME, Grey, Tone
+from vision_server.tracking.frame import NAME, Tone
 from vision_server.tracking.motion import Motion
 
 Floats = NDArray[np.float64]
@@ -100,7 +101,7 @@ class Tracker:
         self._unsure = 0
         self._frame = -1
         self._time_s = 0.0
-        self._last: Grey | None = None
+        self._last: Pixels | None = None
 
     @property
     def model(self) -> Model:
@@ -112,12 +113,12 @@ class Tracker:
         """What sees it."""
         return self._sight.camera
 
-    def step(self, pixels: Grey, time_s: float | None = None) -> Tracked:
+    def step(self, pixels: Pixels, time_s: float | None = None) -> Tracked:
         """Look at the next frame.
 
         Parameters
         ----------
-        pixels : uint8 grey, (H, W), of the camera's size.
+        pixels : grey, (H, W), of the camera's size: uint8, or float32 0..255 of more bits.
         time_s : when it was taken; without it, PERIOD_S after the one before.
 
         Raises
@@ -132,16 +133,16 @@ class Tracker:
         self._last = pixels
         return Tracked(self._frame, state, pose, covariance, time.process_time() - began, note, support)
 
-    def _check(self, pixels: Grey) -> None:
+    def _check(self, pixels: Pixels) -> None:
         camera = self._sight.camera
-        if pixels.dtype != np.uint8 or pixels.shape != (camera.height, camera.width):
+        if pixels.dtype not in (np.uint8, np.float32) or pixels.shape != (camera.height, camera.width):
             shape = f"{'x'.join(map(str, pixels.shape[1::-1]))} px of {pixels.dtype}"
             raise BadInput(
                 f"Frame {self._frame} has {shape}, the camera {camera.width}x{camera.height}.",
                 "Give grey frames of the camera's size.",
             )
 
-    def _passed(self, pixels: Grey, time_s: float | None) -> tuple[str, float]:
+    def _passed(self, pixels: Pixels, time_s: float | None) -> tuple[str, float]:
         """What is strange about the frame, and seconds since the one before."""
         before, self._time_s = self._time_s, self._time_s + PERIOD_S if time_s is None else time_s
         note = ""
@@ -153,7 +154,7 @@ class Tracker:
         return note, self._time_s - before
 
     def _seen(
-        self, pixels: Grey, seconds: float
+        self, pixels: Pixels, seconds: float
     ) -> tuple[State, Pose | None, Floats | None, dict[int, float] | None]:
         if self._motion is not None:
             self._motion = self._motion.after(seconds)
@@ -163,7 +164,7 @@ class Tracker:
                 return self._taken(found)
         return self._searched(pixels)
 
-    def _followed(self, pixels: Grey, expected: Motion) -> Found | None:
+    def _followed(self, pixels: Pixels, expected: Motion) -> Found | None:
         """The pose around the expected one, or where the target was, that a frame supports best."""
         middle = self._sight.model.middle
         start = expected.pose(middle)
@@ -215,7 +216,7 @@ class Tracker:
         if sure:
             self._typical += (quality - self._typical) * (REMEMBERED if self._typical > 0.0 else 1.0)
 
-    def _searched(self, pixels: Grey) -> tuple[State, Pose | None, Floats | None, dict[int, float] | None]:
+    def _searched(self, pixels: Pixels) -> tuple[State, Pose | None, Floats | None, dict[int, float] | None]:
         """Search everything around the last pose, farther with each frame that finds nothing."""
         estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
         self._unsure = 0
@@ -237,7 +238,7 @@ class Tracker:
         support = {line.line: line.support for line in estimate.lines}
         return "sure" if sure else "unsure", estimate.pose, estimate.covariance, support
 
-    def _estimate(self, pixels: Grey, widened: float) -> Estimate:
+    def _estimate(self, pixels: Pixels, widened: float) -> Estimate:
         sight = self._sight
         images = ImageSet(sight.camera.width, sight.camera.height)
         images.add(NAME, pixels, 1.0, sight.tone.gamma)

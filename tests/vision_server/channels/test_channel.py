@@ -126,7 +126,7 @@ def test_an_image_of_one_grey_has_no_contrast(value: int) -> None:
 @pytest.mark.parametrize(
     ("image", "exposure", "gamma"),
     [
-        (np.zeros((20, 20), np.float32), 1.0, 1.0),
+        (np.zeros((20, 20), np.float64), 1.0, 1.0),
         (np.zeros((20, 20, 3), np.uint8), 1.0, 1.0),
         (np.zeros((20, 1), np.uint8), 1.0, 1.0),
         (np.zeros((20, 20), np.uint8), 0.0, 1.0),

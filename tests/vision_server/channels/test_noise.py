@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from vision_server.channels.depth import ROUNDING_SD
 from vision_server.channels.noise import (
     COARSEST_SCALE_PX,
     FINEST_SCALE_PX,
-    QUANTISATION_SD_GREY,
     gradient_scale,
     grey_noise,
 )
@@ -27,19 +27,19 @@ def ramp_with_noise(read: float, shot: float, seed: int = 0) -> NDArray[np.uint8
 def test_noise_is_found_at_each_grey(read: float, shot: float) -> None:
     found = grey_noise(ramp_with_noise(read, shot))
     for grey in (50, 120, 200):
-        true = np.sqrt(read**2 + shot * grey + QUANTISATION_SD_GREY**2)
+        true = np.sqrt(read**2 + shot * grey + ROUNDING_SD**2)
         assert found[grey] == pytest.approx(true, rel=0.15)
 
 
 def test_edges_are_not_noise() -> None:
     image = np.full((200, 200), 60, np.uint8)
     image[50:150, 50:150] = 200
-    assert grey_noise(image).max() == pytest.approx(QUANTISATION_SD_GREY)
+    assert grey_noise(image).max() == pytest.approx(ROUNDING_SD)
 
 
 @pytest.mark.parametrize("shape", [(3, 3), (5, 5), (3, 400), (400, 3), (7, 9)])
 def test_small_images_have_quantisation_noise(shape: tuple[int, int]) -> None:
-    assert grey_noise(np.full(shape, 90, np.uint8)) == pytest.approx(np.full(256, QUANTISATION_SD_GREY))
+    assert grey_noise(np.full(shape, 90, np.uint8)) == pytest.approx(np.full(256, ROUNDING_SD))
 
 
 def test_scale_grows_with_noise_over_contrast() -> None:

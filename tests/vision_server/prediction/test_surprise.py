@@ -23,7 +23,7 @@ def problem(model: Model, pose: Pose | None) -> PoseProblem:
         picture = linear_picture(model, CAMERA, pose, GREYS, background=0.05)
     noise = np.random.default_rng(1).normal(0.0, 1.5, picture.shape)
     pixels = np.clip(255.0 * picture + noise, 0, 255).astype(np.uint8)
-    channel = gradient_channel("i", pixels, channel_statistics(pixels, 1.0, 1.0))
+    channel = gradient_channel("i", channel_statistics(pixels, 1.0, 1.0))
     return PoseProblem.at_scale([channel], model, CAMERA)
 
 

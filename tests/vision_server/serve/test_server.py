@@ -12,6 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import cv2
 import msgspec
 import numpy as np
 import pytest
@@ -424,6 +425,28 @@ def test_frames_can_be_given_as_arrays(
         vision.request("best", arrays=[pixels])
     with pytest.raises(ServerError, match="Both camera and camera_file"):
         asked(vision, "start", model=described.target.model, **values, camera_file="x.toml")
+
+
+def test_frames_of_more_bits_keep_them_on_the_way_through(
+    vision: Client, images: Running, simulator: Simulator, tmp_path: Path
+) -> None:
+    described = simulator.describe()
+    assert described.target is not None and described.camera is not None
+    values = msgspec.to_builtins({"camera": described.camera, "seed_pose": described.target.seed_pose})
+    values["camera"]["bits"] = 12
+    pixels = simulator.capture(msgspec.convert(SETTINGS, Settings)).pixels.astype(np.uint16)
+    deep = 1000 + 4 * pixels  # of 4095: less than a third of the contrast
+    asked(vision, "start", model=described.target.model, **values, out=str(tmp_path))
+    vision.request("add", {"image": "a", "settings": SETTINGS}, arrays=[deep])
+    found = asked(vision, "estimate", images=["a"])
+    assert Pose.from_dict(found["pose"]).error_to(simulator.true_pose).within(1.0, 0.01)
+    saved = cv2.imread(str(tmp_path / "images" / "a.png"), cv2.IMREAD_UNCHANGED)
+    assert saved is not None and saved.dtype == np.uint16
+    np.testing.assert_array_equal(saved, deep)
+    with pytest.raises(ServerError, match="more than 12 bits"):
+        vision.request("add", {"image": "b", "settings": SETTINGS}, arrays=[16 * deep])
+    asked(vision, "restore", model=described.target.model, **values, out=str(tmp_path), images=["a"])
+    assert asked(vision, "estimate", images=["a"])["pose"] == found["pose"]
 
 
 def test_the_example_of_given_frames_works(

@@ -27,7 +27,7 @@ def test_exposure_is_told_for_the_target_and_for_the_frame(model: Model) -> None
     seen = {}
     for exposure in (0.02, 1.0, 6.0):
         pixels = photographed(linear, exposure)
-        seen[exposure] = frame_statistics(pixels, channel_statistics(pixels, exposure), region)
+        seen[exposure] = frame_statistics(channel_statistics(pixels, exposure), region)
     dark, good, bright = seen[0.02], seen[1.0], seen[6.0]
     assert dark["dark_fraction"] > 0.9 > good["dark_fraction"]
     assert bright["saturated_fraction"] > 0.3
@@ -43,16 +43,16 @@ def test_light_is_told_on_a_linear_scale_whatever_the_tone_curve(model: Model, g
     told = []
     for exposure in (0.4 / linear.max(), 0.8 / linear.max()):
         pixels = photographed(linear, exposure, noise_sd_grey=0.0, gamma=gamma)
-        told.append(frame_statistics(pixels, channel_statistics(pixels, exposure, gamma), region, gamma))
+        told.append(frame_statistics(channel_statistics(pixels, exposure, gamma), region, gamma))
     for key in ("mean", "p50", "p95"):
         assert told[1][key] == pytest.approx(2.0 * told[0][key], rel=0.03)
     assert told[1]["p95"] == pytest.approx(0.8 * np.quantile(linear[region], 0.95) / linear.max(), rel=0.02)
 
 
 def blur_told(model: Model, pixels: NDArray[np.uint8]) -> float | None:
-    told: float | None = frame_statistics(
-        pixels, channel_statistics(pixels), target_region(model, CAMERA, POSE)
-    )["blur_px"]
+    told: float | None = frame_statistics(channel_statistics(pixels), target_region(model, CAMERA, POSE))[
+        "blur_px"
+    ]
     return told
 
 

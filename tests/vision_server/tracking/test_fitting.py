@@ -6,7 +6,7 @@ from benchmarks.printed_boxes import Box, sharp, taken
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from tests.vision_server.synthetic import CAMERA, photographed
-from vision_server.channels.channel import Grey
+from vision_server.channels.depth import Grey
 from vision_server.pose.observation import observe
 from vision_server.tracking.fitting import Habits, fitted
 from vision_server.tracking.frame import Tone, Window, problem_of

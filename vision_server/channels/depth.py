@@ -1,0 +1,136 @@
+"""Images of more than eight bits a pixel.
+
+Grey counts from 0 to 255 whatever the depth: an image of 8 bits is uint8, a deeper one float32 on the same
+scale, with its fractions. Where grey only chooses an entry of a table (noise, light, clipping), a deep image
+is looked at in its rounded values; where edges are measured, in full.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.errors import BadInput
+
+Grey = NDArray[np.uint8]
+Field = NDArray[np.float32]
+Pixels = NDArray[Any]  # uint8 or float32
+
+DEPTHS = (10, 12, 14, 16)  # bits of cameras whose files have 16
+ROUNDING_SD = 0.3  # of steps of 1, uniform: 1/sqrt(12)
+FINEST_STEP_GREY = 255.0 / 65535.0  # finer ones no camera has
+SAMPLED_ROWS, SAMPLED_VALUES = 60, 20_000  # of an image, to find its steps
+LEVELS = np.arange(256.0)
+MOSAIC_TAPS = np.array([0.25, 0.5, 0.25], np.float32)
+STRETCHED_RANGE = 232.0  # grey, from 8 to 240: what is measured on a stretched image leaves out what clips
+MOST_STRETCH = 256.0  # to steps of 16 bits
+
+
+def is_deep(image: NDArray[Any]) -> bool:
+    """Whether an image has fractions of grey."""
+    return image.dtype != np.uint8
+
+
+@dataclass(frozen=True)
+class Raw:
+    """What the pixels of a camera are.
+
+    Attributes
+    ----------
+    bits : of a value in pixels of 16 bits; None where nobody told.
+    bayer : whether its colours are a Bayer mosaic, of any order.
+    """
+
+    bits: int | None = None
+    bayer: bool = False
+
+    def grey(self, pixels: NDArray[Any], highest: int | None = None) -> Pixels:
+        """Grey (H, W) of pixels as they came, uint8, uint16 or float32 0..1: uint8, or float32 0..255.
+
+        Without ``bits`` the camera has the fewest of 10, 12, 14 or 16 that hold the pixels, or ``highest``.
+
+        Raises
+        ------
+        BadInput
+            A value of more bits.
+        """
+        if pixels.dtype == np.uint8:
+            return _without_mosaic(pixels) if self.bayer else pixels
+        full_scale = 1.0
+        if pixels.dtype == np.uint16:
+            most = int(pixels.max(initial=0))
+            bits = fewest_bits(max(most, highest or 0)) if self.bits is None else self.bits
+            if most >= 2**bits:
+                raise BadInput(
+                    f"An image has values up to {most}, more than {bits} bits hold.", "Correct bits."
+                )
+            full_scale = float(2**bits - 1)
+        grey = np.asarray(pixels * np.float32(255.0 / full_scale), np.float32)
+        return _without_mosaic(grey) if self.bayer else grey
+
+
+def fewest_bits(highest: int) -> int:
+    """The depth of a camera of 10, 12, 14 or 16 bits that has given this value."""
+    return next(bits for bits in DEPTHS if highest < 2**bits)
+
+
+def _without_mosaic(pixels: Pixels) -> Field:
+    """(R + 2 G + B) / 4 around each pixel, float32: the same weights wherever the mosaic begins.
+
+    Nothing is interpolated, so nothing is made up at edges; they are blurred by 0.7 px more.
+    """
+    return np.asarray(
+        cv2.sepFilter2D(pixels, cv2.CV_32F, MOSAIC_TAPS, MOSAIC_TAPS, borderType=cv2.BORDER_REFLECT_101),
+        np.float32,
+    )
+
+
+def rounded(image: Pixels) -> Grey:
+    """The image in whole grey, uint8; itself if it is of 8 bits."""
+    if not is_deep(image):
+        return np.asarray(image, np.uint8)
+    return np.asarray(cv2.convertScaleAbs(image), np.uint8)
+
+
+def linear_table(gamma: float) -> NDArray[np.float64]:
+    """Linear intensity 0..255 of each whole grey, float64 (256,): linear = grey^gamma."""
+    return np.asarray(255.0 * (LEVELS / 255.0) ** gamma)
+
+
+def linear_image(image: Pixels, gamma: float, table: Field) -> Field:
+    """Linear intensity of an image, float32 (H, W), 0..255; ``table`` is `linear_table` of the gamma."""
+    if not is_deep(image):
+        return np.asarray(cv2.LUT(image, table), np.float32)
+    if gamma == 1.0:
+        return np.asarray(image, np.float32)
+    return np.asarray(np.float32(255.0) * cv2.pow(image * np.float32(1.0 / 255.0), gamma), np.float32)
+
+
+def rounding_sd(image: Pixels) -> float:
+    """Standard deviation of what rounding to the image's own steps leaves, grey.
+
+    The step is the least difference between the values that occur; cameras of 10 or 12 bits often fill 16.
+    """
+    if not is_deep(image):
+        return ROUNDING_SD
+    sampled = image[:: max(1, len(image) // SAMPLED_ROWS)].ravel()
+    values = np.unique(sampled[:: max(1, len(sampled) // SAMPLED_VALUES)])
+    steps = np.diff(values)
+    steps = steps[steps > 0.5 * FINEST_STEP_GREY]
+    return ROUNDING_SD * max(float(steps.min(initial=1.0)), FINEST_STEP_GREY)
+
+
+def stretched(image: Pixels) -> Grey:
+    """A deep image in eight bits of its own range, where that is narrow; its ends clip then, as at 255."""
+    if not is_deep(image):
+        return rounded(image)
+    low, high = np.percentile(image[::2, ::2], (1.0, 99.9)).tolist()
+    factor = STRETCHED_RANGE / max(high - low, STRETCHED_RANGE / MOST_STRETCH)
+    if factor <= 1.0:
+        return rounded(image)
+    whole = np.clip((image - np.float32(low)) * np.float32(factor) + np.float32(8.0), 0.0, 255.0)
+    return rounded(whole)
