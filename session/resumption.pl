@@ -38,11 +38,18 @@ of_this_run(keys(_)).
 of_this_run(keep_servers(_)).
 of_this_run(idle_s(_)).
 
+% It may be reached elsewhere when the session goes on; where it is not said, it is where it was.
+not_recorded(Option) :-
+    of_this_run(Option),
+    Option \= image_server(_).
+
 % Options whose value may be a path.
 path_option(controller).
 path_option(target).
 path_option(scenario).
 path_option(stack).
+path_option(camera).
+path_option(lights).
 path_option(camera_model).
 path_option(seed_pose).
 
@@ -51,7 +58,7 @@ path_option(seed_pose).
 %   Keep in the run folder, which is locked, what the session was asked to do, with absolute paths.
 
 record_options(Options) :-
-    exclude(of_this_run, Options, Kept),
+    exclude(not_recorded, Options, Kept),
     maplist(with_absolute_path, Kept, Recorded),
     with_controller_hash(Recorded, Written),
     write_session_file(Written).
@@ -89,15 +96,27 @@ resumed_options(Given, Folder, Options) :-
         usage_error("--resume goes on with the session as it was begun: leave --~w away", [Dashed])
     ;   true
     ),
-    read_session_file(Folder, Recorded0),
-    run_file(Folder, 'history.pl', Journal),
-    (   exists_file(Journal)
+    (   session_begun(Folder)
     ->  true
-    ;   usage_error("--resume: ~w holds no session that was begun (no session.pl and history.pl there)", [Folder])
+    ;   usage_error("--resume: ~w holds no session that was begun; one that was interrupted before is begun anew by its command",
+                    [Folder])
     ),
+    read_session_file(Folder, Recorded1),
+    same_source(Here0, Recorded1, Recorded0),
+    run_file(Folder, 'history.pl', Journal),
     not_ended(Folder, Journal),
     same_controller(Said, Folder, Recorded0, Recorded),
     append(Here0, Recorded, Options).
+
+% Images of another source are not of this session.
+same_source(Here, Recorded0, Recorded) :-
+    option(image_server(_), Here),
+    !,
+    (   select(image_server(_), Recorded0, Recorded)
+    ->  true
+    ;   usage_error("--resume: the images of this session are not from --image-server: leave it away", [])
+    ).
+same_source(_, Recorded, Recorded).
 
 %!  begun_options(+Folder, -Options) is det.
 %

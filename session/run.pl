@@ -16,6 +16,7 @@
 :- use_module('../indigolog/tools/checks').
 :- use_module('../indigolog/tools/explain', [why/3]).
 :- use_module('../indigolog/indigolog').
+:- use_module('../indigolog/online/journal', [journal_entries/3]).
 :- use_module(library(lists), [append/3, member/2]).
 :- use_module(library(option), [option/2]).
 
@@ -65,7 +66,7 @@ served_session(Session, Outcome) :-
     forget_hold(Folder),
     start_view(Options, Folder),
     begin_table(Options, Plan),
-    catch(open_servers(Session), Error1, nothing_begun(Folder, Error1)),
+    catch(( open_servers(Session), check_same_scene(Session) ), Error1, nothing_begun(Folder, Error1)),
     catch(( run_program(Session, End, Situation),
             end_session(Session.put(stop, session_run:stop_everything), end(End, Situation), Outcome) ),
           error(Formal, _), cannot_go_on(Formal, Folder)),
@@ -109,6 +110,19 @@ open_servers(Session) :-
     (   served_before(image_server)
     ->  image_server_past(Past),
         ask(image_server, restart, Past, _)
+    ;   true
+    ).
+
+%   Images of another scene are not of a session that goes on: the seed of its draws tells which scene it had.
+check_same_scene(Session) :-
+    _{options:Options, plan:Plan, folder:Folder} :< Session,
+    (   option(resume(_), Options),
+        run_file(Folder, 'history.pl', Journal),
+        journal_entries(Journal, begun(_, Begun), _),
+        draws(Plan.seed, known, Draws),
+        Draws =\= Begun
+    ->  usage_error("--resume: the image server shows another target or scene than the session in ~w was begun with",
+                    [Folder])
     ;   true
     ).
 
@@ -166,14 +180,21 @@ beginning(_, Plan, _, seed(Draws)) :-
 %   What a strategy draws depends on the seed and on the scene as it is known beforehand, so that one seed is not the
 %   same lucky or unlucky settings everywhere.
 seed_of_draws(Seed, Draws) :-
+    ( draws(Seed, _, Draws0) -> Draws = Draws0 ; Draws = Seed ).
+
+%   draws(+Seed, ?Where, -Draws) is semidet: Where is `known` or `unknown`, as the place of the target is; a target that has moved is not where it was.
+draws(Seed, Where, Draws) :-
     ask(image_server, describe, _{}, Device),
-    (   is_dict(Device.target),
-        _{model:Model, seed_pose:SeedPose} :< Device.target
-    ->  file_base_name(Model, Name),
-        ( is_dict(SeedPose) -> dict_pairs(SeedPose, _, Scene) ; Scene = [] ),
-        term_hash(draws(Seed, Name, Scene), Draws)
-    ;   Draws = Seed
-    ).
+    is_dict(Device.target),
+    _{model:Model, seed_pose:SeedPose} :< Device.target,
+    (   is_dict(SeedPose)
+    ->  Where = known,
+        dict_pairs(SeedPose, _, Scene)
+    ;   Where = unknown,
+        Scene = []
+    ),
+    file_base_name(Model, Name),
+    term_hash(draws(Seed, Name, Scene), Draws).
 
 ended_by(stopped(Signal), _, _, End) =>
     End = stopped(Signal).

@@ -3,7 +3,7 @@
             leave_run_folder/1,         % +Folder
             run_file/3                  % +Folder, +Name, -File
           ]).
-:- use_module(session_file, [locked_session_file/2]).
+:- use_module(session_file, [locked_session_file/2, session_begun/1]).
 :- use_module(usage, [usage_error/2]).
 :- use_module(library(lists), [member/2, subtract/3]).
 :- use_module(library(option), [option/2]).
@@ -38,18 +38,20 @@ unused_folder(Folder) :-
     !,
     usage_error("--out: ~w holds a finished session already; name another folder, or remove it", [Folder]).
 unused_folder(Folder) :-
-    run_file(Folder, 'history.pl', Journal),
-    exists_file(Journal),
+    session_begun(Folder),
     !,
     usage_error("--out: ~w holds an interrupted session; go on with it by --resume, or name another folder", [Folder]).
 unused_folder(Folder) :-
     directory_files(Folder, Files),
     logs(Logs),                         % of a session that came to nothing
-    subtract(Files, ['.', '..', 'session.pl'|Logs], Others), % who has that one is asked by its lock
+    probe(Probe),
+    subtract(Files, ['.', '..', Probe, 'session.pl', 'history.pl'|Logs], Others), % who has that one is asked by its lock
     (   Others = [Other|_]
     ->  usage_error("--out: ~w is in use for something else (it holds ~w); name a new folder", [Folder, Other])
     ;   true
     ).
+
+probe('.write-test').
 
 %   As make_directory_path/1 does; its library takes longer to load than all of this.
 make_folder(Folder) :-
@@ -61,7 +63,8 @@ make_folder(Folder) :-
     make_directory(Folder).
 
 writable(Folder, Option) :-
-    run_file(Folder, '.write-test', Probe),
+    probe(Name),
+    run_file(Folder, Name, Probe),
     catch(( open(Probe, write, Stream), close(Stream), delete_file(Probe) ),
           error(_, _), cannot(Option, "write to", Folder)).
 

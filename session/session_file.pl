@@ -2,6 +2,7 @@
           [ locked_session_file/2,      % +Folder, +New
             write_session_file/1,       % +Options
             read_session_file/2,        % +Folder, -Options
+            session_begun/1,            % +Folder
             file_sha256/2               % +File, -Sha256
           ]).
 :- use_module(usage, [usage_error/2]).
@@ -25,8 +26,8 @@ session_file(Folder, File) :-
 
 %!  locked_session_file(+Folder, +New) is det.
 %
-%   Hold the folder until this process ends; New is true where the file must not hold a session yet.  The system gives
-%   a lock back when its process ends, however that is, and when the process closes the file anywhere: so read first.
+%   Hold the folder until this process ends; New is true where no session may have begun in it: what one left that was
+%   killed before is cleared.  The system gives a lock back when its process ends, however that is, and when the process closes the file anywhere: so read first.
 %
 %   @error usage_error(Message) if another session works there
 
@@ -37,12 +38,26 @@ locked_session_file(Folder, New) :-
           usage_error("another session is running in ~w; wait for its end, or name another folder", [Folder])),
     forall(retract(lock(Old)), close(Old)),
     assertz(lock(Stream)),
-    size_file(File, Bytes),
-    (   New == true,
-        Bytes > 0
-    ->  usage_error("--out: another session has begun in ~w; name another folder", [Folder])
+    (   New == true
+    ->  (   session_begun(Folder)
+        ->  usage_error("--out: another session has begun in ~w; name another folder", [Folder])
+        ;   seek(Stream, 0, bof, _),
+            set_end_of_stream(Stream)
+        )
     ;   true
     ).
+
+%!  session_begun(+Folder) is semidet.
+%
+%   Its journal has a whole line.
+
+session_begun(Folder) :-
+    atomic_list_concat([Folder, '/history.pl'], Journal),
+    exists_file(Journal),
+    setup_call_cleanup(open(Journal, read, Stream, [encoding(utf8)]),
+                       read_string(Stream, "\n", "", End, _),
+                       close(Stream)),
+    End == 0'\n.
 
 %!  write_session_file(+Options) is det.
 %

@@ -11,7 +11,6 @@ import argparse
 import json
 import os
 import random
-import shutil
 import signal
 import socket
 import subprocess
@@ -26,7 +25,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from tests.session.command import ROOT, alive, outcome, servers_of
+from tests.session.command import ROOT, SERVERS, alive, outcome, servers_of
 
 NEVER = ("--threshold", "0.000001", "--max-iterations")
 CASES: dict[str, tuple[str, ...]] = {
@@ -37,8 +36,12 @@ CASES: dict[str, tuple[str, ...]] = {
     "turning-sun": ("--scenario", "turning-sun", *NEVER, "4"),
     "approach": ("--approach", "--first-range", "0.5"),
     "stack": ("--stack", "STACK", *NEVER, "5"),
+    "first-sight": ("--first-sight", "--target", "fixture", *NEVER, "3"),
+    "informed": ("--controller", "informed", "--scenario", "harsh", *NEVER, "7"),
+    "viewed": ("--view", *NEVER, "3"),
 }
 VICTIMS = ("controller", "image_server", "vision_server")
+VIEW = "report"
 DEADLINE_S = 300.0
 
 
@@ -57,12 +60,11 @@ class Session:
         return self.folder / "run"
 
     def start(self) -> subprocess.Popen[str]:
-        """Begin it, or go on with it where it was begun."""
+        """Begin it, in the same folder where it came to nothing, or go on with it where it was begun."""
         (self.folder / "tmp").mkdir(parents=True, exist_ok=True)
         if begun(self.out):
-            words = ["--resume", str(self.out)]
+            words = ["--resume", str(self.out), *(["--view"] if "--view" in CASES[self.case] else [])]
         else:
-            shutil.rmtree(self.out, ignore_errors=True)
             case = [str(stack()) if word == "STACK" else word for word in CASES[self.case]]
             words = [*case, "--seed", str(self.seed), "--out", str(self.out)]
         return subprocess.Popen(
@@ -92,10 +94,8 @@ class Session:
 
 def begun(out: Path) -> bool:
     """Whether a session was begun there that can be resumed."""
-    options, journal = out / "session.pl", out / "history.pl"
-    return (
-        options.exists() and options.stat().st_size > 0 and journal.exists() and b"\n" in journal.read_bytes()
-    )
+    journal = out / "history.pl"
+    return journal.exists() and b"\n" in journal.read_bytes()
 
 
 @cache
@@ -166,7 +166,7 @@ def killed_once(case: str, seed: int, victim: str, share: float) -> dict[str, An
         back = None
         if target is not None and running.poll() is None:
             os.kill(target, signal.SIGKILL)
-            if victim != "controller":
+            if victim in SERVERS:
                 back = back_after(running, victim, target, folder)
                 pids |= set(servers_of(running.pid).values())
         status, said = session.finish(running)
@@ -219,7 +219,8 @@ def random_kills(sessions: int, seed: int) -> Iterator[dict[str, Any]]:
     draw = random.Random(seed)
     for number in range(sessions):
         case = list(CASES)[number % len(CASES)]
-        yield killed_once(case, draw.randint(1, 3), draw.choice(VICTIMS), draw.random())
+        victims = (*VICTIMS, VIEW) if "--view" in CASES[case] else VICTIMS
+        yield killed_once(case, draw.randint(1, 3), draw.choice(victims), draw.random())
 
 
 def kills_at_places(case: str, every: int) -> Iterator[dict[str, Any]]:

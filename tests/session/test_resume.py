@@ -5,7 +5,12 @@ import json
 import os
 import shutil
 import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -133,7 +138,7 @@ def interrupted(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def refused(out: Path, *options: str | Path) -> str:
     """The one plain message with which a session is not resumed."""
-    done = controller("--resume", out, *options, "--no-report")
+    done = controller("--resume", out, *options, "--no-report", "--quiet")
     assert done.returncode == 2, done.stderr
     assert len(done.stderr.strip().splitlines()) <= 2, done.stderr
     assert not (out / "result.json").exists()
@@ -237,6 +242,54 @@ def test_a_folder_in_use_is_not_mixed(interrupted: Path, tmp_path: Path) -> None
     assert nothing.returncode == 2
     assert "--out" in nothing.stderr
     assert {file.name for file in tmp_path.iterdir()} == {"thesis.tex"}
+
+
+@pytest.mark.parametrize("session_bytes", [0, 20, None])
+def test_a_session_that_was_killed_before_it_began_is_begun_by_its_command(
+    interrupted: Path, tmp_path: Path, session_bytes: int | None
+) -> None:
+    out = tmp_path / "run"
+    out.mkdir()
+    (out / "session.pl").write_bytes((interrupted / "session.pl").read_bytes()[:session_bytes])
+    (out / "history.pl").write_text("begun(sess")
+    (out / ".write-test").touch()
+    assert "begun anew by its command" in refused(out)
+    anew = controller(*OPTIONS[:-3], "--max-iterations", "2", "--no-report", "--quiet", "--out", out)
+    assert anew.returncode == 3, anew.stderr
+    assert (out / "session.pl").read_text() == (interrupted / "session.pl").read_text()
+    assert (out / "history.pl").read_text().count("begun(") == 1
+
+
+@contextmanager
+def scene(folder: Path, target: str, seed: int) -> Iterator[str]:
+    """An image server of the user's, at an endpoint that is always the same."""
+    endpoint = f"ipc://{folder}/images"
+    words = ["simulator", "--target", target, "--seed", str(seed), "--endpoint", endpoint]
+    server = subprocess.Popen([sys.executable, "-m", "image_server", *words], cwd=ROOT)
+    try:
+        yield endpoint
+    finally:
+        server.terminate()
+        server.wait(DEADLINE_S)
+
+
+def test_the_images_go_on_coming_from_where_they_came(interrupted: Path, tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    with TemporaryDirectory(prefix="s") as folder:
+        with scene(Path(folder), "satellite", 9) as endpoint:
+            options = ("--image-server", endpoint, "--max-iterations", "2", *OPTIONS[2:6])
+            done = controller(*options, "--out", out)
+            assert done.returncode == 3, done.stderr
+            (out / "result.json").unlink()
+            cut(out / "history.pl", "keep(i1)")
+        for target, seed in [("satellite", 8), ("cube", 9)]:
+            with scene(Path(folder), target, seed):
+                assert "another target or scene" in refused(out)
+        with scene(Path(folder), "satellite", 9) as endpoint:
+            assert "not from --image-server" in refused(interrupted, "--image-server", endpoint)
+            resumed = controller("--resume", out, "--no-report")
+            assert resumed.returncode in {0, 3}, resumed.stderr
+    assert not (out / "image_server.log").exists()
 
 
 def test_what_cannot_be_resumed_is_said(tmp_path: Path) -> None:
