@@ -105,9 +105,19 @@ most_promising(Device, Experience, Settings, Why) :-
 
 %!  ranking(+Device, +Experience, -Ranked) is det.
 %
-%   Every candidate as ranked(MinusPromise, Settings, Why), the best first.
+%   Every candidate as ranked(MinusPromise, Settings, Why), the best first.  The last ranking is remembered: who tells
+%   why settings were chosen asks for the one that they were chosen by.
 
-ranking(Device, experience(Readings, Kept, Unfavourable), Ranked) :-
+ranking(Device, Experience, Ranked) :-
+    nb_current(domain_candidates_ranking, asked(Device0, Experience0, Ranked0)),
+    asked(Device0, Experience0) == asked(Device, Experience),
+    !,
+    Ranked = Ranked0.
+ranking(Device, Experience, Ranked) :-
+    ranked(Device, Experience, Ranked),
+    nb_setval(domain_candidates_ranking, asked(Device, Experience, Ranked)).
+
+ranked(Device, experience(Readings, Kept, Unfavourable), Ranked) :-
     fit(Device, Readings, Response),
     findall(ranked(Key, Settings, why(State, Promise, Prediction)),
             ( candidate(Device, Settings),
