@@ -169,7 +169,7 @@ class Follower:
     def _signature(self) -> Any:
         """What changes when there is something new to see."""
         files = [self.folder / name for name in ("history.pl", "result.json", "hold", "session.pl")]
-        files += sorted((self.folder / "images").glob("*.png"))
+        files += sorted((self.folder / "images").glob("*.*"))
         stats = [(file.name, *_changed(file)) for file in files]
         return stats, session_process(self.folder)
 

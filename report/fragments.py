@@ -15,10 +15,10 @@ from report import words
 from report.ellipsoid import ellipsoid_svg
 from report.figures import Figure, session_figures, time_figure, was_kept
 from report.following import State
-from report.pictures import Picture, strokes_of, support_of
 from report.records import LightRecord, ReasonRecord, StepRecord
 from report.scene import known_lights, read_scene
-from report.story import step_view
+from report.story import Picture, step_view
+from report.strokes import drawn_strokes, support_of
 from report.uncertainty import uncertainty_of
 
 HERE = Path(__file__).resolve().parent
@@ -82,7 +82,7 @@ def fragments(folder: Path, state: State, token: str, course: Course) -> dict[st
         "size": (scene.camera.width, scene.camera.height) if scene.camera else (4, 3),
         "newest": newest,
         "edges": next((name for name in reversed(images) if _drawn(folder, name)), ""),
-        "strokes": strokes_of(scene, result.pose, support),
+        "strokes": drawn_strokes(folder, scene, result.pose, support),
         "notes": scene.notes if images else (),
         "steps": [_view(step, number, result.steps, lights) for number, step in enumerate(result.steps, 1)],
         "kept": sum(was_kept(step) for step in result.steps),

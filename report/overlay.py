@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from geometry.wireframe import Run, bounds_of, visible_runs
 from report.errors import ReportError
-from report.wireframe import Run, bounds_of, visible_runs
+from report.strokes import is_supported
 
 Pixels = NDArray[np.uint8]
 Colour = tuple[int, int, int]
@@ -23,7 +24,6 @@ HALO: Colour = (20, 14, 10)
 HALO_SHARE = 0.3
 FRAME: Colour = (235, 235, 235)
 
-SUPPORT_ENOUGH = 0.5  # a line with this share of its visible length supported counts as supported
 DASH_PX, DASH_GAP_PX = 7.0, 4.0
 SMALL_TARGET = 0.35  # a target smaller than this share of the frame gets an inset
 INSET_SHARE = 0.42
@@ -73,11 +73,6 @@ def draw_overlay(
     if inset and bounds is not None and is_small(bounds, camera):
         _add_inset(out, canvas, runs, support, bounds, scale)
     return out
-
-
-def is_supported(line: int, support: Mapping[int, float] | None) -> bool:
-    """Whether a line counts as supported; every line does where nothing is known."""
-    return support is None or support.get(line, 0.0) >= SUPPORT_ENOUGH
 
 
 def is_small(bounds: tuple[float, float, float, float], camera: Camera) -> bool:

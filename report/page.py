@@ -16,19 +16,11 @@ from report.figures import approach_figure, session_figures, time_figure, was_ke
 from report.following import Journal
 from report.fragments import environment
 from report.overlay import is_small
-from report.pictures import (
-    Picture,
-    Strokes,
-    data_uri,
-    legibility,
-    read_picture,
-    strokes_of,
-    support_of,
-    write_overlay,
-)
+from report.pictures import data_uri, legibility, read_picture, write_overlay
 from report.records import HoldRecord, LightRecord, ReasonRecord, Result, StepRecord, read_result
 from report.scene import Scene, known_lights, read_scene
-from report.story import StepView, step_view
+from report.story import Picture, StepView, step_view
+from report.strokes import Strokes, strokes_of, support_of
 from report.uncertainty import uncertainty_of
 from report.verdict import HOLD_PASSED, range_of, verdict_of
 

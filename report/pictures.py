@@ -3,57 +3,25 @@
 import base64
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.camera import Camera
-from geometry.errors import GeometryError
-from geometry.pose import Pose
 from report.errors import ReportError
-from report.overlay import draw_overlay, is_supported
-from report.records import LineRecord, PoseRecord
+from report.overlay import draw_overlay
+from report.records import PoseRecord
 from report.scene import Scene
-from report.wireframe import Run, bounds_of, visible_runs
+from report.story import Picture
+from report.strokes import pose_of
 
 Pixels = NDArray[np.uint8]
 
 STEP_WIDTH_PX, HERO_WIDTH_PX = 640, 1600  # chosen by hand, with the quality: a page of some hundred KB
 STEP_QUALITY = 80  # of JPEG, per cent
-BORDER_PX = 6  # line ends nearer to the border than this are where the image cuts them
 PNG_FASTEST = [cv2.IMWRITE_PNG_COMPRESSION, 1]
 SAFE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
-
-
-@dataclass(frozen=True, eq=False)
-class Picture:
-    """An image of the session, or why there is none.
-
-    Attributes
-    ----------
-    name : the image's id.
-    pixels : grey, or None.
-    edges : edge map of the set with this image, or None.
-    problem : what is wrong, in a sentence; empty when the image is there.
-    """
-
-    name: str
-    pixels: Pixels | None
-    problem: str = ""
-    edges: Pixels | None = None
-
-
-@dataclass(frozen=True)
-class Strokes:
-    """The wireframe as SVG path data in image pixels, and its bounds (left, top, right, bottom)."""
-
-    supported: str
-    unsupported: str
-    bounds: tuple[float, float, float, float]
-    corners: tuple[tuple[float, float], ...]
 
 
 def read_picture(folder: Path, name: str | None, scene: Scene) -> Picture:
@@ -106,40 +74,6 @@ def data_uri(pixels: Pixels, large: bool) -> str:
     return f"data:image/{kind};base64,{base64.b64encode(data.tobytes()).decode('ascii')}"
 
 
-def support_of(lines: list[LineRecord] | None) -> dict[int, float] | None:
-    """Best support of each line, by line index; None where nothing was recorded."""
-    if not lines:
-        return None
-    support: dict[int, float] = {}
-    for record in lines:
-        support[record.line] = max(record.support, support.get(record.line, 0.0))
-    return support
-
-
-def pose_of(record: PoseRecord | None) -> Pose | None:
-    """The pose of a record."""
-    return None if record is None else Pose(np.array(record.rotation_vector), np.array(record.translation))
-
-
-def strokes_of(
-    scene: Scene, record: PoseRecord | None, support: Mapping[int, float] | None
-) -> Strokes | None:
-    """The visible wireframe at a pose as SVG paths; None where it cannot be drawn or is out of view."""
-    pose = pose_of(record)
-    if pose is None or scene.camera is None or scene.model is None:
-        return None
-    try:
-        runs = visible_runs(scene.model, scene.camera, pose)
-    except GeometryError:
-        return None
-    bounds = bounds_of(runs)
-    if bounds is None:
-        return None
-    good = [run for run in runs if is_supported(run.line, support)]
-    poor = [run for run in runs if not is_supported(run.line, support)]
-    return Strokes(_path(good), _path(poor), bounds, _spread(runs, scene.camera))
-
-
 def write_overlay(
     folder: Path,
     picture: Picture,
@@ -175,26 +109,3 @@ def legibility(pixels: Pixels, bounds: tuple[float, float, float, float] | None)
         return 0.0
     low, high = np.percentile(pixels, [5, 95])
     return float(high - low) * (1.0 - float((pixels >= 250).mean()))
-
-
-def _path(runs: list[Run]) -> str:
-    """Path data in SVG's coordinates, where pixel (0, 0) covers 0 to 1."""
-    parts = []
-    for run in runs:
-        points = " ".join(f"{x + 0.5:.2f} {y + 0.5:.2f}" for x, y in run.points)
-        parts.append(f"M{points}")
-    return "".join(parts)
-
-
-def _spread(runs: list[Run], camera: Camera, count: int = 3) -> tuple[tuple[float, float], ...]:
-    """Ends of runs that lie far apart and not where the image cuts a line: places to look at closely."""
-    ends = np.concatenate([run.points[[0, -1]] for run in runs])
-    inside = ((ends > BORDER_PX) & (ends < [camera.width - BORDER_PX, camera.height - BORDER_PX])).all(axis=1)
-    ends = ends[inside]
-    if len(ends) == 0:
-        return ()
-    chosen = [int(np.argmin(ends[:, 0]))]
-    while len(chosen) < min(count, len(ends)):
-        nearest = np.linalg.norm(ends[:, None] - ends[chosen], axis=2).min(axis=1)
-        chosen.append(int(np.argmax(nearest)))
-    return tuple((float(ends[i, 0]), float(ends[i, 1])) for i in chosen)

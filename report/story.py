@@ -5,11 +5,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from markupsafe import Markup
+from numpy.typing import NDArray
 
 from report.lights import lights_svg
-from report.pictures import Picture, Strokes
 from report.records import LightRecord, SettingsRecord, StepRecord
+from report.strokes import Strokes
 from report.words import (
     angle,
     aperture,
@@ -21,8 +23,28 @@ from report.words import (
     shutter,
 )
 
+Pixels = NDArray[np.uint8]
+
 MOST_SEGMENTS = 16
 FASTEST_S, SLOWEST_S = 1 / 1000, 1.0  # ends of the shutter's bar
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """An image of the session, or why there is none.
+
+    Attributes
+    ----------
+    name : the image's id.
+    pixels : grey, or None.
+    edges : edge map of the set with this image, or None.
+    problem : what is wrong, in a sentence; empty when the image is there.
+    """
+
+    name: str
+    pixels: Pixels | None
+    problem: str = ""
+    edges: Pixels | None = None
 
 
 @dataclass(frozen=True)

@@ -227,9 +227,10 @@ def write_what_if(done: WhatIf) -> Path:
     ReportError : it cannot be written.
     """
     from report.fragments import HERE, environment
-    from report.pictures import data_uri, read_picture, strokes_of, support_of
+    from report.pictures import data_uri, read_picture
     from report.scene import known_lights, read_scene
     from report.story import step_view
+    from report.strokes import strokes_of, support_of
 
     scenes = [read_scene(folder) for folder in done.folders]
 

@@ -71,9 +71,19 @@ predict(Device, Readings, Settings, Prediction) :-
 
 %!  fit(+Device, +Readings, -Response) is det.
 %
-%   The coefficients above, as response(Middle, Highlight, Blur): one list each.
+%   The coefficients above, as response(Middle, Highlight, Blur): one list each.  Those found last are remembered: they
+%   are asked for when settings are chosen, when that is told, and when the image is compared with what was expected.
 
-fit(Device, Readings, response(Middle, Highlight, Blur)) :-
+fit(Device, Readings, Response) :-
+    nb_current(domain_prediction_fit, fit(Device0, Readings0, Response0)),
+    Device0-Readings0 == Device-Readings,
+    !,
+    Response = Response0.
+fit(Device, Readings, Response) :-
+    fitted(Device, Readings, Response),
+    nb_setval(domain_prediction_fit, fit(Device, Readings, Response)).
+
+fitted(Device, Readings, response(Middle, Highlight, Blur)) :-
     findall(X-Y, ( member(Reading, Readings), light_reading(Device, p50, Reading, X, Y) ), Middles),
     findall(X-Y, ( member(Reading, Readings), light_reading(Device, p95, Reading, X, Y) ), Highlights),
     findall(X-Y, ( member(Reading, Readings), blur_reading(Device, Reading, X, Y) ), Blurs),

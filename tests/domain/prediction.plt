@@ -75,6 +75,16 @@ test(a_tone_curve_makes_steps_finer_in_the_dark_and_coarser_in_the_light) :-
 
 :- begin_tests(candidates).
 
+%   Inferences that a ranking takes.
+effort(Device, Readings, Ranked, Inferences) :-
+    call_inferences(ranking(Device, experience(Readings, [], []), Ranked), Inferences).
+
+call_inferences(Goal, Inferences) :-
+    statistics(inferences, Before),
+    once(Goal),
+    statistics(inferences, After),
+    Inferences is After - Before.
+
 test(all_can_be_set) :-
     testbed(Device),
     forall(candidate(Device, Settings), settings_in_range(Device, Settings)).
@@ -98,6 +108,17 @@ test(glare_calls_for_less) :-
     most_promising(Device, experience([Glare], [], []), Settings, _),
     exposure_stops(Device, Settings, Stops),
     Stops < 2.
+test(what_was_ranked_last_is_not_ranked_again) :-
+    testbed(Device),
+    readings(Device, [settings([7, 7, 7], 0.0083333, 4.0), settings([0, 3, 0], 0.0166667, 4.0)], Readings),
+    Readings = [_|Fewer],
+    effort(Device, Fewer, Ranked, First),
+    effort(Device, Fewer, Again, Second),
+    Ranked == Again,
+    Second * 100 < First,
+    effort(Device, Readings, Other, Third),
+    Other \== Ranked,
+    Third > First.
 test(not_the_same_again) :-
     testbed(Device),
     readings(Device, [settings([7, 7, 7], 0.0083333, 4.0)], Readings),

@@ -163,8 +163,11 @@ def views_of(folder: Path) -> list[Path]:
     return [name for name in Path("/proc").iterdir() if name.name.isdigit() and is_view(name, folder)]
 
 
-def test_a_view_that_nobody_opens_loads_and_draws_nothing(make_run: RunMaker) -> None:
+def test_a_view_that_nobody_opens_loads_nothing_and_one_that_is_looked_at_no_kernels(
+    make_run: RunMaker,
+) -> None:
     folder = make_run()
+    (folder / "images" / "wireframes.jsonl").write_text("")
 
     def loaded(package: str) -> bool:
         (view,) = views_of(folder)
@@ -174,7 +177,7 @@ def test_a_view_that_nobody_opens_loads_and_draws_nothing(make_run: RunMaker) ->
         time.sleep(1.0)
         assert not any(loaded(package) for package in ("numpy", "cv2", "llvmlite"))
         listening(address)[0].close()
-        assert loaded("numpy")
+        assert loaded("numpy") and not loaded("llvmlite") and not loaded("cv2")
 
 
 def test_one_of_two_browsers_goes_away_in_the_middle_and_the_other_sees_the_end(tmp_path: Path) -> None:

@@ -7,9 +7,9 @@ import pytest
 
 from geometry.camera import Camera
 from geometry.pose import Pose
+from geometry.wireframe import visible_runs
 from report.errors import ReportError
 from report.overlay import draw_overlay
-from report.wireframe import visible_runs
 from tests.report.run_folders import GREY, Bench, blue, distance_to, orange
 
 

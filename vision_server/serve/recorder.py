@@ -1,4 +1,4 @@
-"""Saving captured frames as a stack that can be replayed, without making captures wait."""
+"""Saving frames as a stack that can be replayed, and what was found in them, while captures go on."""
 
 from __future__ import annotations
 
@@ -14,19 +14,25 @@ import msgspec
 from bridge.arrays import FramePixels
 from bridge.errors import BadInput
 from bridge.messages import Describe, Settings
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.wireframe import visible_runs
 from stack.format import FrameTable
 from stack.write import described, file_sha256, frame_table, write_png, write_table
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import edge_picture
 
 FOLDER = "images"
+WIREFRAMES = "wireframes.jsonl"
+PLACES = 2  # of a px: a hundredth of one is less than any screen shows
 PNG_COMPRESSION = 1  # of 9: the fastest that compresses, since an estimate waits for the disk
 
 
 @dataclass(eq=False)
 class Recorder:
     """Writes frames to ``out/images/`` in its own thread: one PNG each, and a stack.toml of kind "frames";
-    beside them, for people, the edge maps that estimates saw.
+    beside them, for people, the edge maps that estimates saw, and the model at the poses that they found.
 
     Parameters
     ----------
@@ -79,6 +85,10 @@ class Recorder:
         file = self.folder / f"{image}-edges.png"
         self._queue.put(lambda: write_png(file, edge_picture(edges), PNG_COMPRESSION))
 
+    def outline(self, model: Model, camera: Camera, pose: Pose) -> None:
+        """Hand over a pose that was found: what is seen of the model there becomes a line of WIREFRAMES."""
+        self._queue.put(lambda: self._write_outline(model, camera, pose))
+
     def flush(self) -> None:
         """Wait until every frame is on the disk."""
         self._queue.join()
@@ -108,6 +118,19 @@ class Recorder:
         table = frame_table(file, settings)
         self.frames[image] = msgspec.structs.replace(table, sha256=file_sha256(self.folder / file))
         self._write_stack()
+
+    def _write_outline(self, model: Model, camera: Camera, pose: Pose) -> None:
+        runs = [
+            {"line": run.line, "points": run.points.round(PLACES).tolist()}
+            for run in visible_runs(model, camera, pose)
+        ]
+        line = msgspec.json.encode({"pose": pose.to_dict(), "runs": runs}) + b"\n"
+        file = self.folder / WIREFRAMES
+        try:
+            with file.open("ab") as out:
+                out.write(line)
+        except OSError as error:
+            raise BadInput(f"Cannot write {file}: {error.strerror}.", "Is there space?") from error
 
     def _write_stack(self) -> None:
         frames = msgspec.to_builtins(list(self.frames.values()))

@@ -128,6 +128,8 @@ class PoseTask:
             except GeometryError as error:
                 raise BadInput(str(error)) from error
             self._known[key] = found
+            if self.recorder is not None and found.pose is not None:
+                self.recorder.outline(self.model, self.camera, found.pose)
         estimate = self._known[key]
         self.note(estimate)
         return estimate

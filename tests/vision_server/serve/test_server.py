@@ -1,14 +1,6 @@
-"""The vision server on real sockets, with a replayed or simulated image server behind it."""
+"""The vision server on real sockets, with a simulated image server behind it."""
 
-import os
 import re
-import shutil
-import socket
-import tempfile
-import threading
-import time
-from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,64 +13,11 @@ from bridge.client import Client
 from bridge.errors import ServerError
 from bridge.image_messages import IMAGE_OPERATIONS
 from bridge.messages import Settings
-from bridge.serve import Server, Service
 from bridge.vision_messages import VISION_OPERATIONS, VisionCaptureResult
 from geometry.pose import Pose
-from image_server.replay import Replay
-from image_server.serve.server import ImageServer
 from image_server.simulator import Simulator
-from stack.read import load_stack, recorded_frames
-from stack.write import write_png
-from vision_server.serve.files import Files
-from vision_server.serve.server import VisionServer
-from vision_server.serve.sessions import MOST_SESSIONS
-
-SETTINGS: dict[str, Any] = {"lights": [5, 5, 5], "shutter_s": 1 / 60, "aperture": 4.0}
-
-
-class Running:
-    """A service in a thread of its own."""
-
-    def __init__(self, service: Service, endpoint: str) -> None:
-        self.endpoint = endpoint
-        self._server = Server(service, endpoint)
-        self._thread = threading.Thread(target=self._server.run)
-        self._thread.start()
-
-    def stop(self) -> None:
-        self._server.stop()
-        self._thread.join(60)
-
-
-@pytest.fixture(scope="module")
-def sockets() -> Iterator[Path]:
-    folder = Path(tempfile.mkdtemp(prefix="v"))
-    yield folder
-    shutil.rmtree(folder, ignore_errors=True)
-
-
-@pytest.fixture(scope="module")
-def simulator() -> Simulator:
-    return Simulator("cube", "nominal", seed=4)
-
-
-@pytest.fixture(scope="module")
-def images(sockets: Path, simulator: Simulator) -> Iterator[Running]:
-    running = Running(ImageServer(simulator), f"ipc://{sockets}/images")
-    yield running
-    running.stop()
-
-
-@pytest.fixture
-def vision(sockets: Path) -> Iterator[Client]:
-    running = Running(VisionServer(), f"ipc://{sockets}/vision")
-    with Client(running.endpoint, timeout_s=60) as client:
-        yield client
-    running.stop()
-
-
-def asked(client: Client, op: str, **args: Any) -> dict[str, Any]:
-    return client.request(op, args)[0]
+from stack.read import recorded_frames
+from tests.vision_server.serve.running import SETTINGS, Running, asked
 
 
 def test_a_session_from_start_to_best(
@@ -111,66 +50,6 @@ def test_a_session_from_start_to_best(
         asked(vision, "estimate", images=["i1"])
     with pytest.raises(ServerError, match="i1"):
         asked(vision, "capture", image="i1", settings=SETTINGS)
-
-
-def test_saved_frames_can_be_replayed_and_restored(vision: Client, images: Running, tmp_path: Path) -> None:
-    asked(vision, "start", image_server=images.endpoint, out=str(tmp_path))
-    for number, level in enumerate((3, 6), start=1):
-        asked(vision, "capture", image=f"i{number}", settings={**SETTINGS, "lights": [level] * 3})
-    before = asked(vision, "estimate", images=["i1", "i2"])
-    arguments = {"image_server": images.endpoint, "out": str(tmp_path)}
-    asked(vision, "start", image_server=images.endpoint)  # ends the session and writes what is left
-    asked(vision, "restore", **arguments, images=["i1", "i2"], discarded=["i3"])
-    after = asked(vision, "estimate", images=["i1", "i2"])
-    assert after["pose"] == before["pose"]
-    with pytest.raises(ServerError, match="i3"):
-        asked(vision, "capture", image="i3", settings=SETTINGS)
-    with pytest.raises(ServerError, match="i7"):
-        asked(vision, "restore", **arguments, images=["i7"])
-    stack = load_stack(tmp_path / "images")
-    replay = Replay(stack, 0)
-    assert replay.describe().lights[0].levels == 8
-
-
-def test_a_capture_that_is_answered_is_on_the_disk(
-    vision: Client, images: Running, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def slow(*args: Any) -> None:
-        time.sleep(0.5)
-        write_png(*args)
-
-    monkeypatch.setattr("vision_server.serve.recorder.write_png", slow)
-    asked(vision, "start", image_server=images.endpoint, out=str(tmp_path))
-    asked(vision, "capture", image="i1", settings=SETTINGS)
-    assert set(recorded_frames(tmp_path / "images")) == {"i1"}
-    assert (tmp_path / "images" / "i1.png").is_file()
-
-
-def test_a_capture_whose_frame_cannot_be_written_is_an_error(
-    vision: Client, images: Running, tmp_path: Path
-) -> None:
-    asked(vision, "start", image_server=images.endpoint, out=str(tmp_path))
-    (tmp_path / "images" / "i1.png").mkdir()
-    with pytest.raises(ServerError, match="Cannot write"):
-        asked(vision, "capture", image="i1", settings=SETTINGS)
-
-
-def test_a_restored_session_measures_where_the_best_pose_is(
-    vision: Client, images: Running, tmp_path: Path
-) -> None:
-    arguments = {"image_server": images.endpoint, "out": str(tmp_path)}
-    asked(vision, "start", **arguments)
-    asked(vision, "capture", image="i1", settings=SETTINGS)
-    fix = asked(vision, "estimate", images=["i1"])
-    keys = (
-        "pose", "covariance", "rms_px", "uncertainty", "supported_fraction", "score", "ambiguity",
-    )  # fmt: skip
-    told = [{"estimate": {key: fix[key] for key in keys}}, {"parameters": {"seed_pose": "best"}}]
-    asked(vision, "restore", **arguments, images=["i1"], told=told)
-    assert {key: asked(vision, "best")[key] for key in keys} == {key: fix[key] for key in keys}
-    assert asked(vision, "parameters")["seed_pose"] == fix["pose"]
-    asked(vision, "restore", **arguments, images=["i1"], told=told[:1])
-    assert asked(vision, "parameters")["seed_pose"] != fix["pose"]
 
 
 def test_gains_are_foreseen_once_there_is_a_pose(vision: Client, images: Running) -> None:
@@ -263,130 +142,6 @@ def test_parameters_are_checked_and_the_seed_pose_follows(vision: Client, images
     with pytest.raises(ServerError, match="i1"):
         asked(vision, "estimate", images=["i1"])
     asked(vision, "discard", image="i1")
-
-
-def test_nothing_works_before_start_and_bad_starts_are_named(
-    vision: Client, images: Running, tmp_path: Path
-) -> None:
-    for op, args in (("best", {}), ("estimate", {"images": ["i1"]}), ("discard", {"image": "i1"})):
-        with pytest.raises(ServerError, match="start"):
-            asked(vision, op, **args)
-    with pytest.raises(ServerError, match=r"nowhere\.cao"):
-        asked(vision, "start", image_server=images.endpoint, model=str(tmp_path / "nowhere.cao"))
-    (tmp_path / "pose.toml").write_text(
-        "[target.seed_pose]\nrotation_vector = [0, nan, 0]\ntranslation = [0, 0, 1]"
-    )
-    with pytest.raises(ServerError, match="finite"):
-        asked(vision, "start", image_server=images.endpoint, seed_pose_file=str(tmp_path / "pose.toml"))
-    (tmp_path / "file").write_text("")
-    with pytest.raises(ServerError, match="file"):
-        asked(vision, "start", image_server=images.endpoint, out=str(tmp_path / "file"))
-    with pytest.raises(ServerError):
-        asked(vision, "best")
-
-
-def test_only_regular_files_under_the_roots_are_read_and_written(
-    sockets: Path, images: Running, tmp_path: Path
-) -> None:
-    allowed, elsewhere = tmp_path / "allowed", tmp_path / "elsewhere"
-    for folder in (allowed, elsewhere):
-        folder.mkdir()
-        (folder / "file.toml").write_text("x = 1")
-    (allowed / "link.toml").symlink_to(elsewhere / "file.toml")
-    os.mkfifo(allowed / "pipe.toml")
-    with (allowed / "large.toml").open("wb") as large:
-        large.truncate(1 << 30)
-    running = Running(VisionServer(files=Files((allowed,), images.endpoint)), f"ipc://{sockets}/rooted")
-    try:
-        with Client(running.endpoint, timeout_s=60) as client:
-            for args, said in (
-                ({"camera_file": str(elsewhere / "file.toml")}, "outside of the folders"),
-                ({"camera_file": str(allowed / ".." / "elsewhere" / "file.toml")}, "outside"),
-                ({"seed_pose_file": str(allowed / "link.toml")}, "outside"),
-                ({"model": str(elsewhere / "file.toml")}, "outside"),
-                ({"out": str(elsewhere)}, "outside"),
-                ({"out": str(allowed / "..")}, "outside"),
-                ({"camera_file": "/dev/zero"}, "outside"),
-                ({"out": str(allowed / ("[" * 2000))}, "cannot be a file"),
-                ({"camera_file": str(allowed / "pipe.toml")}, "not a regular file"),
-                ({"model": str(allowed / "large.toml")}, "at most"),
-            ):
-                with pytest.raises(ServerError, match=said):
-                    asked(client, "start", image_server=images.endpoint, **args)
-            with pytest.raises(ServerError, match="outside"):
-                asked(client, "restore", image_server=images.endpoint, out=str(elsewhere))
-            asked(client, "start", image_server=images.endpoint, out=str(allowed))
-            asked(client, "capture", image="i1", settings=SETTINGS)
-            with pytest.raises(ServerError, match="has frames already"):
-                asked(client, "start", image_server=images.endpoint, out=str(allowed))
-    finally:
-        running.stop()
-
-
-def test_a_model_is_read_wherever_only_the_servers_own_image_server_says_so(
-    sockets: Path, images: Running, tmp_path: Path
-) -> None:
-    running = Running(VisionServer(files=Files((tmp_path,), "ipc:///another")), f"ipc://{sockets}/rooted")
-    try:
-        with Client(running.endpoint, timeout_s=60) as client, pytest.raises(ServerError, match="outside"):
-            asked(client, "start", image_server=images.endpoint)
-    finally:
-        running.stop()
-
-
-def test_each_client_has_a_session_of_its_own(vision: Client, images: Running, tmp_path: Path) -> None:
-    asked(vision, "start", image_server=images.endpoint, seed=1)
-    asked(vision, "capture", image="i1", settings=SETTINGS)
-    with Client(vision.endpoint, timeout_s=60) as other:
-        with pytest.raises(ServerError, match="no session on this"):
-            asked(other, "estimate", images=["i1"])
-        asked(other, "start", image_server=images.endpoint, seed=2)
-        asked(other, "capture", image="i1", settings=SETTINGS)
-        assert asked(other, "parameters")["seed"] == 2
-    assert asked(vision, "parameters")["seed"] == 1
-    assert asked(vision, "estimate", images=["i1"])["pose"] is not None
-    asked(vision, "end")
-    with pytest.raises(ServerError, match="no session"):
-        asked(vision, "best")
-
-
-def test_a_session_that_has_to_go_is_told_why(vision: Client, images: Running, tmp_path: Path) -> None:
-    asked(vision, "start", image_server=images.endpoint, out=str(tmp_path))
-    with Client(vision.endpoint, timeout_s=60) as other:
-        asked(other, "restore", image_server=images.endpoint, out=str(tmp_path))
-        with pytest.raises(ServerError, match="another one writes to"):
-            asked(vision, "best")
-        asked(vision, "start", image_server=images.endpoint)
-        for _ in range(MOST_SESSIONS):
-            with Client(vision.endpoint, timeout_s=60) as one_more:
-                asked(one_more, "start", image_server=images.endpoint)
-        for gone in (vision, other):
-            with pytest.raises(ServerError, match="idle for longest"):
-                asked(gone, "best")
-
-
-def test_an_image_server_that_does_not_answer_holds_up_nobody_else(
-    vision: Client, images: Running, sockets: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """One listens and never answers; another is the vision server itself."""
-    monkeypatch.setattr("vision_server.serve.server.IMAGE_SERVER_DEADLINE_S", 12.0)
-    with socket.socket(socket.AF_UNIX) as silent:
-        silent.bind(f"{sockets}/silent")
-        silent.listen()
-        waiting = threading.Thread(target=waits_in_vain, args=(vision.endpoint, f"ipc://{sockets}/silent"))
-        waiting.start()
-        held, _ = silent.accept()  # it is asked
-        with pytest.raises(ServerError, match="describe"):
-            asked(vision, "start", image_server=vision.endpoint)
-        asked(vision, "start", image_server=images.endpoint)
-        assert waiting.is_alive()
-        held.close()
-        waiting.join()
-
-
-def waits_in_vain(endpoint: str, silent: str) -> None:
-    with Client(endpoint, timeout_s=60, retries=0) as stuck, suppress(ServerError):
-        asked(stuck, "start", image_server=silent)
 
 
 def test_frames_can_be_given_as_arrays(

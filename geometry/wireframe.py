@@ -1,6 +1,7 @@
 """Where a model's visible lines lie in an image: runs of points, hidden parts left out."""
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,6 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.visibility import visible_samples
 
 Floats = NDArray[np.float64]
 
@@ -39,6 +39,8 @@ def visible_runs(model: Model, camera: Camera, pose: Pose) -> list[Run]:
     ------
     GeometryError : a model or camera that cannot be used.
     """
+    from geometry.visibility import visible_samples  # late: who only reads what was drawn needs no kernels
+
     samples = visible_samples(model, camera, pose, SPACING_PX)
     if len(samples.line) == 0:
         return []
@@ -56,7 +58,7 @@ def visible_runs(model: Model, camera: Camera, pose: Pose) -> list[Run]:
     return runs
 
 
-def bounds_of(runs: list[Run]) -> tuple[float, float, float, float] | None:
+def bounds_of(runs: Sequence[Run]) -> tuple[float, float, float, float] | None:
     """Least x, least y, greatest x, greatest y of the runs, px; None when there are none."""
     if not runs:
         return None

@@ -1,0 +1,102 @@
+"""What a vision server leaves in the run folder, and takes up again."""
+
+import time
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+from bridge.client import Client
+from bridge.errors import ServerError
+from geometry.camera import Camera
+from geometry.model import load_model
+from geometry.pose import Pose
+from geometry.wireframe import visible_runs
+from image_server.replay import Replay
+from image_server.simulator import Simulator
+from report.records import WireframeRecord
+from stack.read import load_stack, recorded_frames
+from stack.write import write_png
+from tests.vision_server.serve.running import SETTINGS, Running, asked
+
+
+def test_saved_frames_can_be_replayed_and_restored(vision: Client, images: Running, tmp_path: Path) -> None:
+    asked(vision, "start", image_server=images.endpoint, out=str(tmp_path))
+    for number, level in enumerate((3, 6), start=1):
+        asked(vision, "capture", image=f"i{number}", settings={**SETTINGS, "lights": [level] * 3})
+    before = asked(vision, "estimate", images=["i1", "i2"])
+    arguments = {"image_server": images.endpoint, "out": str(tmp_path)}
+    asked(vision, "start", image_server=images.endpoint)  # ends the session and writes what is left
+    asked(vision, "restore", **arguments, images=["i1", "i2"], discarded=["i3"])
+    after = asked(vision, "estimate", images=["i1", "i2"])
+    assert after["pose"] == before["pose"]
+    with pytest.raises(ServerError, match="i3"):
+        asked(vision, "capture", image="i3", settings=SETTINGS)
+    with pytest.raises(ServerError, match="i7"):
+        asked(vision, "restore", **arguments, images=["i7"])
+    stack = load_stack(tmp_path / "images")
+    replay = Replay(stack, 0)
+    assert replay.describe().lights[0].levels == 8
+
+
+def test_a_capture_that_is_answered_is_on_the_disk(
+    vision: Client, images: Running, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def slow(*args: Any) -> None:
+        time.sleep(0.5)
+        write_png(*args)
+
+    monkeypatch.setattr("vision_server.serve.recorder.write_png", slow)
+    asked(vision, "start", image_server=images.endpoint, out=str(tmp_path))
+    asked(vision, "capture", image="i1", settings=SETTINGS)
+    assert set(recorded_frames(tmp_path / "images")) == {"i1"}
+    assert (tmp_path / "images" / "i1.png").is_file()
+
+
+def test_a_capture_whose_frame_cannot_be_written_is_an_error(
+    vision: Client, images: Running, tmp_path: Path
+) -> None:
+    asked(vision, "start", image_server=images.endpoint, out=str(tmp_path))
+    (tmp_path / "images" / "i1.png").mkdir()
+    with pytest.raises(ServerError, match="Cannot write"):
+        asked(vision, "capture", image="i1", settings=SETTINGS)
+
+
+def test_a_restored_session_measures_where_the_best_pose_is(
+    vision: Client, images: Running, tmp_path: Path
+) -> None:
+    arguments = {"image_server": images.endpoint, "out": str(tmp_path)}
+    asked(vision, "start", **arguments)
+    asked(vision, "capture", image="i1", settings=SETTINGS)
+    fix = asked(vision, "estimate", images=["i1"])
+    keys = (
+        "pose", "covariance", "rms_px", "uncertainty", "supported_fraction", "score", "ambiguity",
+    )  # fmt: skip
+    told = [{"estimate": {key: fix[key] for key in keys}}, {"parameters": {"seed_pose": "best"}}]
+    asked(vision, "restore", **arguments, images=["i1"], told=told)
+    assert {key: asked(vision, "best")[key] for key in keys} == {key: fix[key] for key in keys}
+    assert asked(vision, "parameters")["seed_pose"] == fix["pose"]
+    asked(vision, "restore", **arguments, images=["i1"], told=told[:1])
+    assert asked(vision, "parameters")["seed_pose"] != fix["pose"]
+
+
+def test_what_is_seen_of_the_model_is_written_with_each_pose(
+    vision: Client, images: Running, simulator: Simulator, tmp_path: Path
+) -> None:
+    asked(vision, "start", image_server=images.endpoint, out=str(tmp_path))
+    for image in ("i1", "i2"):
+        asked(vision, "capture", image=image, settings=SETTINGS)
+    poses = [asked(vision, "estimate", images=names)["pose"] for names in (["i1"], ["i1"], ["i1", "i2"])]
+    asked(vision, "end")
+    lines = (tmp_path / "images" / "wireframes.jsonl").read_bytes().splitlines()
+    told = [msgspec.json.decode(line, type=WireframeRecord) for line in lines]
+    assert [msgspec.to_builtins(one.pose) for one in told] == [poses[0], poses[2]]  # once for each question
+    describe = simulator.describe()
+    assert describe.camera is not None and describe.target is not None
+    camera = Camera.from_dict(msgspec.to_builtins(describe.camera))
+    runs = visible_runs(load_model(Path(describe.target.model)), camera, Pose.from_dict(poses[2]))
+    assert [one.line for one in told[1].runs] == [run.line for run in runs]
+    for one, run in zip(told[1].runs, runs, strict=True):
+        assert np.allclose(one.points, run.points, atol=0.006)
