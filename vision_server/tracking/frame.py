@@ -12,7 +12,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from vision_server.channels.depth import Pixels, linear_image, linear_table, rounded
-from vision_server.channels.gradients import GradientChannel
+from vision_server.channels.gradients import GradientChannel, WholeFrame
 from vision_server.channels.noise import SATURATED_GREY, grey_noise
 from vision_server.pose.observation import PoseProblem
 
@@ -70,12 +70,12 @@ def problem_of(seen: Window, model: Model, tone: Tone, scale: NDArray[np.int64] 
     """What a pose is refined on in a window; ``scale`` (1, L) of the filters where it is known."""
     linear, whole = tone.linear, rounded(seen.pixels)
     noise = (grey_noise(seen.pixels) * np.gradient(linear.astype(np.float64))).astype(np.float32)
-    channel = GradientChannel(
-        NAME,
+    frame = WholeFrame(
         linear_image(seen.pixels, tone.gamma, linear),
         np.asarray(cv2.LUT(whole, noise), dtype=np.float32),
         (whole >= SATURATED_GREY).astype(np.uint8),
     )
+    channel = GradientChannel(NAME, frame)
     problem = PoseProblem.at_scale([channel], model, seen.camera, 0, tone.sd_px)
     return problem if scale is None else replace(problem, scale=scale)
 

@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vision_server.channels.gradients import MARGIN_PX, SCALES_PX, GradientChannel, Region
+from vision_server.channels.channel import channel_statistics
+from vision_server.channels.gaussian import contrast_kernels, noise_gain
+from vision_server.channels.gradients import (
+    MARGIN_PX,
+    SCALES_PX,
+    GradientChannel,
+    Region,
+    WholeFrame,
+    gradient_channel,
+)
 
 WIDTH, HEIGHT = 320, 240
 
@@ -12,7 +21,7 @@ WIDTH, HEIGHT = 320, 240
 def channel() -> GradientChannel:
     rng = np.random.default_rng(4)
     linear = rng.uniform(0.0, 255.0, (HEIGHT, WIDTH)).astype(np.float32)
-    return GradientChannel("i1", linear, np.ones_like(linear), (linear > 254.0).astype(np.uint8))
+    return GradientChannel("i1", WholeFrame(linear, np.ones_like(linear), (linear > 254.0).astype(np.uint8)))
 
 
 def parts_of(made: GradientChannel, region: Region) -> list[NDArray[np.float32] | NDArray[np.uint8]]:
@@ -37,6 +46,19 @@ def test_a_part_holds_what_the_whole_image_holds(needed: Region) -> None:
     seen = (max(left, 0), max(top, 0), min(right, WIDTH), min(bottom, HEIGHT))
     for found, true in zip(parts_of(part, seen), parts_of(whole, seen), strict=True):
         assert (found == true).all()
+
+
+@pytest.mark.parametrize("deep", [False, True])
+def test_a_part_of_a_frame_is_that_of_its_statistics(deep: bool) -> None:
+    image = np.random.default_rng(5).integers(0, 256, (HEIGHT - 1, WIDTH - 1), np.uint8)
+    known = channel_statistics(image + np.float32(0.0) if deep else image, 0.5, 2.2)
+    left, top, right, bottom = region = (33, 20, WIDTH - 1, HEIGHT - 1)
+    there = np.s_[top:bottom, left:right]
+    linear, noise, clipped = gradient_channel("i1", known).frame.within(region)
+    white = noise_gain(contrast_kernels(known.sigma_px, 0.5)) * known.noise_factor
+    np.testing.assert_array_equal(linear, known.linear[there])
+    np.testing.assert_allclose(noise, known.noise[there] / white, rtol=1e-6)
+    np.testing.assert_array_equal(clipped, image[there] >= 250)
 
 
 def test_what_was_filled_stays_when_more_is_asked_for() -> None:

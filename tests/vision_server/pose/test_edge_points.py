@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.vision_server.synthetic import one_image
-from vision_server.channels.gradients import GradientChannel
+from vision_server.channels.gradients import GradientChannel, WholeFrame
 from vision_server.pose.edge_points import CURVATURE_NOISE, DERIVATIVE_NOISE, Normals
 from vision_server.pose.edge_search import search
 
@@ -23,7 +23,9 @@ def step_image(place: float, angle: float, blur: float, size: int = 81) -> NDArr
 
 def channel(linear: NDArray[np.float64], noise: float) -> GradientChannel:
     field = linear.astype(np.float32)
-    made = GradientChannel("i1", field, np.full_like(field, noise), np.zeros(field.shape, np.uint8))
+    made = GradientChannel(
+        "i1", WholeFrame(field, np.full_like(field, noise), np.zeros(field.shape, np.uint8))
+    )
     made.prepare(2)
     return made
 
@@ -32,7 +34,7 @@ def points_on(
     made: GradientChannel, angle: float, count: int = 21, scale: int = 0
 ) -> list[NDArray[np.float64]]:
     """Offset, SNR, standard deviation and strength (count, PEAKS) on an edge through the middle."""
-    half = made.linear.shape[0] // 2
+    half = made.frame.shape[0] // 2
     along = np.linspace(-15, 15, count)
     image = half + np.stack([-along * math.sin(angle), along * math.cos(angle)], axis=1)
     normal = np.tile([math.cos(angle), math.sin(angle)], (count, 1))
