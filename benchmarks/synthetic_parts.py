@@ -1,12 +1,12 @@
 """Parts drawn at random, of as many lines as asked for, and images of them by a plain rasteriser.
 
     .venv/bin/python -m benchmarks.synthetic_parts [--shape prisms] [--counts 12,100,500,1000] [--trials 12]
-        [--width 640] [--away-m 0] [--rotation-deg 25] [--translation-px 40]
+        [--width 640] [--away-m 0] [--occluded 0] [--rotation-deg 25] [--translation-px 40]
 
 Prisms on a plate have so many lines; round and machined parts so many segments to a circle. One JSON object
 per count: how many poses from disturbed starts are right (1 degree, 1 % of the range, up to symmetry), the
 median error in millimetres, and the processor's seconds of an estimate. ``--away-m`` puts the origin so far
-outside of the part.
+outside of the part; ``--occluded`` puts a rectangle of another grey over that share of its pixels.
 """
 
 from __future__ import annotations
@@ -165,6 +165,27 @@ def rendered(model: Model, camera: Camera, pose: Pose, rng: np.random.Generator)
     return np.asarray(np.clip(np.round(grey8), 0, 255), dtype=np.uint8)
 
 
+def occluded(
+    pixels: NDArray[np.uint8],
+    model: Model,
+    camera: Camera,
+    pose: Pose,
+    rng: np.random.Generator,
+    share: float,
+) -> NDArray[np.uint8]:
+    """The picture with a rectangle before it, aslant, that hides a share of the model's pixels."""
+    _, inside = rasterised(model, camera, pose, np.zeros(len(model.faces)), np.zeros(pixels.shape))
+    angle, y, x = rng.uniform(0.0, 2.0 * np.pi), *np.mgrid[: pixels.shape[0], : pixels.shape[1]]
+    across, along = x * math.cos(angle) + y * math.sin(angle), y * math.cos(angle) - x * math.sin(angle)
+    rim = 0.05 * camera.height
+    low, high = along[inside].min() - rim, along[inside].max() + rim
+    near, far = np.quantile(across[inside], share), across[inside].min() - rim
+    hides = (across < near) & (across > far) & (along > low) & (along < high)
+    soft = cv2.GaussianBlur(hides.astype(np.float64), (0, 0), BLUR_PX)
+    grey = rng.uniform(20.0, 200.0) + rng.normal(0.0, NOISE_GREY, pixels.shape)
+    return np.asarray(np.clip(np.round((1.0 - soft) * pixels + soft * grey), 0, 255), dtype=np.uint8)
+
+
 def estimated(pixels: NDArray[np.uint8], model: Model, camera: Camera, seed_pose: Pose) -> Estimate:
     """The pipeline on one linear image; the search range grows with the frame."""
     images = ImageSet(camera.width, camera.height)
@@ -191,12 +212,13 @@ def error_of(pose: Pose, true: Pose, symmetry: Symmetry) -> PoseError:
     return min(found, key=lambda one: one.rotation_deg)
 
 
-def main(
+def main(  # noqa: PLR0913  # the options of a command
     shape: Annotated[str, typer.Option(help=f"prisms, machined, {', '.join(ROUND)}.")] = "prisms",
     counts: Annotated[str, typer.Option(help="Numbers of lines, or of segments.")] = "12,100,500,1000",
     trials: int = 12,
     width: int = 640,
     away_m: float = 0.0,
+    hidden: Annotated[float, typer.Option("--occluded", help="Share of the part.")] = 0.0,
     rotation_deg: float = 25.0,
     translation_px: Annotated[float, typer.Option(help="At 640 px; more on wider frames.")] = 40.0,
     write: Annotated[Path | None, typer.Option(help="Folder for the images.")] = None,
@@ -213,6 +235,9 @@ def main(
             drawn.append(len(model.lines))
             true = random_view(rng, model, camera)
             pixels = rendered(model, camera, true, rng)
+            if hidden:
+                aside_rng = np.random.default_rng((count, number, 1))  # the rest of the draw stays as it is
+                pixels = occluded(pixels, model, camera, true, aside_rng, hidden)
             if write is not None:
                 cv2.imwrite(str(write / f"{shape}_{count}_{number}.png"), pixels)
             # the start is disturbed about the part, and the file's origin moved afterwards
@@ -237,6 +262,7 @@ def main(
             len(errors) / trials,
             "share right",
             count=count,
+            trials=trials,
             width=width,
             drawn=int(np.median(drawn)),
             wrong=wrong,
