@@ -1,4 +1,4 @@
-"""Triangle meshes (OBJ, STL, PLY) as surfaces."""
+"""Triangle meshes (OBJ, STL, PLY, glTF) as surfaces."""
 
 from pathlib import Path
 
@@ -9,6 +9,7 @@ from geometry.surface import Surface
 
 FLAT_DEG = 0.01  # rounding of coordinates; anything above may be part of a fine tessellation
 SHARP_DEG = 30.0  # edges bent by more are lines of the wireframe
+MOST_TRIANGLES = 50_000  # read in some 5 s; what finer facets add is under a pixel
 
 
 def read_mesh(path: Path) -> Surface:
@@ -16,7 +17,7 @@ def read_mesh(path: Path) -> Surface:
 
     Raises
     ------
-    GeometryError : a file that trimesh cannot read, a point that is not finite.
+    GeometryError : a file that trimesh cannot read, more than MOST_TRIANGLES, a point that is not finite.
     """
     import trimesh
 
@@ -24,6 +25,12 @@ def read_mesh(path: Path) -> Surface:
         mesh = trimesh.load_mesh(path, process=False)
         if not isinstance(mesh, trimesh.Trimesh):
             mesh = mesh.to_mesh()
+        count = len(mesh.faces)
+        if count > MOST_TRIANGLES:
+            raise GeometryError(
+                f"it has {count} triangles, and at most {MOST_TRIANGLES} are read. Export it with a coarser "
+                "tolerance (0.1 % of its size will do), or simplify it"
+            )
         finite = np.isfinite(mesh.vertices).all()
         mesh.process()  # which leaves out what is not finite
         mesh.merge_vertices(merge_tex=True, merge_norm=True)

@@ -1,4 +1,4 @@
-"""A target's wireframe and the faces that hide parts of it, from .cao, OBJ, STL or PLY files."""
+"""A target's wireframe and the faces that hide parts of it, from .cao, OBJ, STL, PLY or glTF files."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -25,7 +25,10 @@ READERS: dict[str, Callable[[Path], Surface]] = {
     ".obj": read_mesh,
     ".stl": read_mesh,
     ".ply": read_mesh,
+    ".glb": read_mesh,
+    ".gltf": read_mesh,
 }
+SIZES_M = (1e-5, 1e4)  # across: beyond, no camera has seen it, and the unit is wrong
 TARGETS = Path(__file__).resolve().parent.parent / "targets"
 
 
@@ -80,7 +83,9 @@ class Model:
         """Orient the faces, find the lines and cut the faces into triangles."""
         faces, two_sided = oriented(surface)
         lines, line_faces, smooth = wireframe(surface, faces)
-        triangles = [face[triangulate(surface.vertices[face])] for face in faces]
+        triangles = [
+            face[None] if len(face) == 3 else face[triangulate(surface.vertices[face])] for face in faces
+        ]
         owner = np.repeat(np.arange(len(faces)), [len(part) for part in triangles])
         return cls(
             name=name,
@@ -117,7 +122,14 @@ def load_model(path: str | Path, unit: str = "m") -> Model:
         raise GeometryError(f"unknown unit {unit!r} for model {path}; use one of {', '.join(UNITS_M)}")
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise GeometryError(f"model {path}: unknown kind {path.suffix!r}; use one of {', '.join(READERS)}")
+        hint = (
+            " (every CAD program exports STL)"
+            if path.suffix.lower() in (".step", ".stp", ".iges", ".igs")
+            else ""
+        )
+        raise GeometryError(
+            f"model {path}: unknown kind {path.suffix!r}; use one of {', '.join(READERS)}{hint}"
+        )
     if not path.is_file():
         raise GeometryError(f"model file {path} does not exist")
     surface = reader(path)
@@ -129,6 +141,8 @@ def load_model(path: str | Path, unit: str = "m") -> Model:
         model = Model.of_surface(path.stem, surface.scaled(UNITS_M[unit]))
     except GeometryError as error:
         raise GeometryError(f"model {path}: {error}") from error
+    if not SIZES_M[0] <= model.diameter <= SIZES_M[1]:
+        raise GeometryError(f"model {path} is {model.diameter:.3g} m across; is its unit {unit!r}?")
     if len(model.lines) == 0:
         raise GeometryError(f"model {path} has no lines to match")
     return model

@@ -117,7 +117,8 @@ def _check_target(values: dict[str, Any], file: Path) -> None:
     target = values.get("target")
     if not isinstance(target, dict) or not isinstance(target.get("model"), str):
         raise BadInput(
-            f"{file} has no [target] model.", 'Write [target] and model = "FILE" (a .cao, OBJ, STL or PLY).'
+            f"{file} has no [target] model.",
+            'Write [target] and model = "FILE" (a .cao, OBJ, STL, PLY or glTF).',
         )
     model = file.parent / target["model"]
     if not model.is_file():

@@ -127,7 +127,7 @@ def add_target(parser: ArgumentParser, default: str | None) -> None:
         "--target",
         default=default,
         metavar="NAME_OR_FILE",
-        help="A target of targets/ or a .cao, OBJ, STL or PLY file"
+        help="A target of targets/ or a .cao, OBJ, STL, PLY or glTF file"
         + ("." if default is None else " (default: %(default)s)."),
     )
     parser.add_argument(

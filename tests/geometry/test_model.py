@@ -230,3 +230,54 @@ def test_a_mesh_with_a_point_that_is_nowhere_is_refused(tmp_path: Path) -> None:
     file.write_text("v 0 0 nan\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 2 3 4\n")
     with pytest.raises(GeometryError, match="not finite"):
         load_model(file)
+
+
+def test_a_mesh_of_too_many_triangles_says_what_to_do(tmp_path: Path) -> None:
+    trimesh.creation.icosphere(6).export(tmp_path / "fine.stl")
+    with pytest.raises(GeometryError, match=r"81920 triangles, and at most 50000 are read.*coarser"):
+        load_model(tmp_path / "fine.stl")
+
+
+@pytest.mark.parametrize(("scale", "said"), [(1e-6, "1.41e-06 m across"), (1e9, r"1.41e\+09 m across")])
+def test_a_size_that_no_camera_sees_asks_for_the_unit(tmp_path: Path, scale: float, said: str) -> None:
+    box = trimesh.creation.box((0.8 * scale, 0.6 * scale, 1.0 * scale))
+    box.export(tmp_path / "box.stl")
+    with pytest.raises(GeometryError, match=said + ".*unit 'm'"):
+        load_model(tmp_path / "box.stl")
+
+
+@pytest.mark.parametrize("kind", ["glb", "obj", "ply", "stl"])
+def test_a_mesh_is_the_same_in_each_format(tmp_path: Path, kind: str) -> None:
+    trimesh.creation.box((0.1, 0.08, 0.06)).export(tmp_path / f"box.{kind}")
+    model = load_model(tmp_path / f"box.{kind}")
+    assert len(model.lines) == 12
+    assert not model.two_sided.any()
+    assert np.ptp(model.vertices, axis=0) == pytest.approx([0.1, 0.08, 0.06])
+
+
+def test_step_files_are_told_what_to_export(tmp_path: Path) -> None:
+    (tmp_path / "part.step").write_text("ISO-10303-21;")
+    with pytest.raises(GeometryError, match="exports STL"):
+        load_model(tmp_path / "part.step")
+
+
+def test_a_mesh_with_a_hole_or_wound_at_random_has_its_lines(tmp_path: Path) -> None:
+    box = trimesh.creation.box((0.1, 0.08, 0.06))
+    turned = box.faces.copy()
+    turned[[3, 5]] = turned[[3, 5], ::-1]
+    trimesh.Trimesh(box.vertices, turned, process=False).export(tmp_path / "turned.stl")
+    again = load_model(tmp_path / "turned.stl")
+    assert len(again.lines) == 12
+    assert not again.two_sided.any()
+    trimesh.Trimesh(box.vertices, box.faces[1:], process=False).export(tmp_path / "holed.stl")
+    holed = load_model(tmp_path / "holed.stl")
+    assert len(holed.lines) == 13
+    assert holed.two_sided.all()
+
+
+@pytest.mark.parametrize("flat", [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)])
+def test_a_mesh_without_area_has_no_faces(tmp_path: Path, flat: tuple[float, ...]) -> None:
+    box = trimesh.creation.box((0.1, 0.08, 0.06))
+    trimesh.Trimesh(box.vertices * flat, box.faces, process=False).export(tmp_path / "flat.stl")
+    with pytest.raises(GeometryError, match="has no faces"):
+        load_model(tmp_path / "flat.stl")

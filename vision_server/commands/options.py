@@ -14,7 +14,7 @@ from bridge.errors import BadInput
 def add_model_and_camera(parser: ArgumentParser) -> None:
     """The target and the camera, of every command that looks for a target."""
     parser.add_argument(
-        "--model", required=True, type=Path, metavar="FILE", help="Model file: .cao, OBJ, STL or PLY."
+        "--model", required=True, type=Path, metavar="FILE", help="Model file: .cao, OBJ, STL, PLY or glTF."
     )
     parser.add_argument("--camera", required=True, type=Path, metavar="TOML", help="File with [camera].")
     parser.add_argument(
