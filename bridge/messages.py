@@ -130,7 +130,7 @@ class LightDescription(Message, frozen=True):
 
 
 class CameraDescription(Message, frozen=True):
-    """Pinhole camera with OpenCV distortion (4, 5 or 8 numbers), pixel centres at integers; its sensor.
+    """Pinhole camera with OpenCV distortion (4, 5, 8 or 12 numbers), pixel centres at integers; its sensor.
 
     ``bits`` are those of a pixel in frames of 16 bits: a camera of 12 clips at 4095. With ``bayer``
     they are a mosaic of colours, in any order.
@@ -142,7 +142,8 @@ class CameraDescription(Message, frozen=True):
     fy: Positive
     cx: float
     cy: float
-    distortion: Annotated[tuple[float, ...], Meta(min_length=4, max_length=8)] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    distortion: Annotated[tuple[float, ...], Meta(min_length=4, max_length=12)] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    lens: Literal["pinhole", "fisheye"] = "pinhole"
     gain: Positive = 1.0
     gamma: Positive = 1.0
     read_noise_e: Annotated[float, Meta(ge=0)] = 2.0

@@ -1,4 +1,4 @@
-"""Pinhole camera with the lens distortion of OpenCV's four, five or eight coefficients."""
+"""Camera with the lens distortion of OpenCV: four, five, eight or twelve coefficients, or fisheye."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,6 +13,11 @@ Array = NDArray[np.float64]
 
 UNDISTORT_ITERATIONS = 30  # at most, chosen by hand: it ends at the tolerance
 UNDISTORT_TOLERANCE = 1e-12  # in normalised image coordinates
+COUNTS = {"pinhole": (5, 8, 12), "fisheye": (4,)}  # of coefficients
+MOST_ANGLE = (
+    1.4  # rad from the axis (80 degrees) that a fisheye's image is used to: beyond, no plane holds it
+)
+FISHEYE_HALVINGS = 48  # of that angle: to 1e-14 rad
 
 
 @dataclass(frozen=True)
@@ -24,7 +29,9 @@ class Camera:
     width, height : image size, px.
     fx, fy : focal lengths, px.
     cx, cy : principal point, px.
-    distortion : (k1, k2, p1, p2, k3), or those and (k4, k5, k6), as OpenCV orders them.
+    distortion : (k1, k2, p1, p2, k3), perhaps with (k4, k5, k6), perhaps with (s1, s2, s3, s4) after them, as
+        OpenCV orders them; (k1, k2, k3, k4) of a fisheye.
+    lens : "pinhole", or "fisheye" (equidistant: OpenCV's fisheye module, Kannala and Brandt 2006).
 
     Raises
     ------
@@ -38,6 +45,7 @@ class Camera:
     cx: float
     cy: float
     distortion: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    lens: str = "pinhole"
 
     def __post_init__(self) -> None:
         if self.width < 1 or self.height < 1:
@@ -45,10 +53,13 @@ class Camera:
         if not (self.fx > 0 and self.fy > 0):
             raise GeometryError(f"camera focal lengths must be positive, got fx {self.fx}, fy {self.fy}")
         values = np.array([self.fx, self.fy, self.cx, self.cy, *self.distortion])
-        if len(self.distortion) not in (5, 8):
+        if self.lens not in COUNTS:
+            raise GeometryError(f"camera lens must be {' or '.join(COUNTS)}, got {self.lens!r}")
+        if len(self.distortion) not in COUNTS[self.lens]:
             raise GeometryError(
-                "camera distortion must be four, five or eight numbers: k1, k2, p1, p2, k3, k4, k5, k6; got "
-                f"{len(self.distortion)}. Tilted sensors and fisheye lenses are not read"
+                "camera distortion must be four, five, eight or twelve numbers (k1, k2, p1, p2, k3, k4, k5,"
+                " k6, s1, s2, s3, s4), four of a fisheye; "
+                f"got {len(self.distortion)}. Tilted sensors are not read"
             )
         if not np.isfinite(values).all():
             raise GeometryError("camera values must be finite")
@@ -56,7 +67,7 @@ class Camera:
     @property
     def distorted(self) -> bool:
         """Whether any distortion coefficient is not zero."""
-        return any(self.distortion)
+        return any(self.distortion) or self.lens == "fisheye"
 
     @property
     def ideal(self) -> "Camera":
@@ -81,6 +92,8 @@ class Camera:
         if not self.distorted:
             return pixels.copy()
         seen = (pixels - [self.cx, self.cy]) / [self.fx, self.fy]
+        if self.lens == "fisheye":
+            return self._straightened(seen) * [self.fx, self.fy] + [self.cx, self.cy]
         ideal = seen.copy()
         for _ in range(UNDISTORT_ITERATIONS):
             error = self._distort(ideal) - seen
@@ -90,16 +103,41 @@ class Camera:
         return ideal * [self.fx, self.fy] + [self.cx, self.cy]
 
     def _distort(self, normal: Array) -> Array:
-        """Brown–Conrady model, rational from eight coefficients on, in normalised coordinates, (N, 2)."""
+        """Brown–Conrady model, rational from eight coefficients on, with thin prisms from twelve; or fisheye.
+
+        In normalised coordinates, (N, 2).
+        """
         if not self.distorted:
             return normal
-        k1, k2, p1, p2, k3, k4, k5, k6 = (*self.distortion, 0.0, 0.0, 0.0)[:8]
+        if self.lens == "fisheye":
+            radius = np.linalg.norm(normal, axis=1)
+            angle = np.arctan(radius)
+            return normal * (self._bent(angle) / np.where(radius > 0.0, radius, 1.0))[:, None]
+        k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 = (*self.distortion, *[0.0] * 7)[:12]
         x, y = normal[:, 0], normal[:, 1]
         r2 = x * x + y * y
         radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
-        dx = 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
-        dy = p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+        dx = 2 * p1 * x * y + p2 * (r2 + 2 * x * x) + r2 * (s1 + s2 * r2)
+        dy = p1 * (r2 + 2 * y * y) + 2 * p2 * x * y + r2 * (s3 + s4 * r2)
         return np.stack([x * radial + dx, y * radial + dy], axis=1)
+
+    def _bent(self, angle: Array) -> Array:
+        """Distance from the middle, in focal lengths, of rays (N,) at these angles, rad, of a fisheye."""
+        k1, k2, k3, k4 = self.distortion
+        t2 = angle * angle
+        bent: Array = angle * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))))
+        return bent
+
+    def _straightened(self, seen: Array) -> Array:
+        """Normalised coordinates (N, 2) without a fisheye; what is beyond MOST_ANGLE is put there."""
+        radius = np.linalg.norm(seen, axis=1)
+        low, high = np.zeros_like(radius), np.full_like(radius, MOST_ANGLE)
+        for _ in range(FISHEYE_HALVINGS):
+            angle = 0.5 * (low + high)
+            beyond = self._bent(angle) > radius
+            low, high = np.where(beyond, low, angle), np.where(beyond, angle, high)
+        straight: Array = seen * (np.tan(0.5 * (low + high)) / np.where(radius > 0.0, radius, 1.0))[:, None]
+        return straight
 
     def to_dict(self) -> dict[str, Any]:
         """The camera as plain values, for JSON and TOML."""
@@ -111,7 +149,7 @@ class Camera:
             "cx": self.cx,
             "cy": self.cy,
             "distortion": list(self.distortion),
-        }
+        } | ({} if self.lens == "pinhole" else {"lens": self.lens})
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> "Camera":
@@ -125,7 +163,8 @@ class Camera:
         missing = [key for key in ("width", "height", "fx", "fy", "cx", "cy") if key not in table]
         if missing:
             raise GeometryError(f"[camera] has no {', '.join(missing)}")
-        distortion = table.get("distortion") or [0.0] * 5
+        lens = str(table.get("lens", "pinhole"))
+        distortion = table.get("distortion") or [0.0] * COUNTS.get(lens, (5,))[0]
         try:
             fx, fy, cx, cy = (float(table[key]) for key in ("fx", "fy", "cx", "cy"))
             coefficients = tuple(float(value) for value in distortion)
@@ -134,5 +173,6 @@ class Camera:
             raise GeometryError(
                 f"[camera] needs numbers for its size, fx, fy, cx, cy and distortion: {error}"
             ) from error
-        without_k3 = len(coefficients) == 4
-        return cls(width, height, fx, fy, cx, cy, (*coefficients, 0.0) if without_k3 else coefficients)
+        if lens == "pinhole" and len(coefficients) == 4:
+            coefficients = (*coefficients, 0.0)
+        return cls(width, height, fx, fy, cx, cy, coefficients, lens)

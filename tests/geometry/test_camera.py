@@ -21,9 +21,11 @@ def test_projection_agrees_with_opencv() -> None:
     np.testing.assert_allclose(LENS.project(points()), expected[:, 0], atol=1e-9)
 
 
-@pytest.mark.parametrize("count", [4, 5, 8])
+@pytest.mark.parametrize("count", [4, 5, 8, 12])
 def test_cameras_of_opencv_are_read_with_all_their_coefficients(count: int) -> None:
-    coefficients = [-0.2, 0.05, 0.001, -0.002, 0.01, 0.03, -0.02, 0.004][:count]
+    coefficients = [-0.2, 0.05, 0.001, -0.002, 0.01, 0.03, -0.02, 0.004, 0.002, -0.001, 0.0015, 0.0005][
+        :count
+    ]
     lens = Camera.from_dict(LENS.to_dict() | {"distortion": coefficients})
     matrix = np.array([[lens.fx, 0, lens.cx], [0, lens.fy, lens.cy], [0, 0, 1]])
     expected, _ = cv2.projectPoints(points(), np.zeros(3), np.zeros(3), matrix, np.array(coefficients))
@@ -69,8 +71,8 @@ def test_no_distortion_may_be_left_out() -> None:
         ({"width": 0}, "size"),
         ({"cx": float("nan")}, "finite"),
         ({"cx": "left"}, "numbers"),
-        ({"distortion": [0.1]}, "four, five or eight"),
-        ({"distortion": [0.1] * 12}, "got 12"),
+        ({"distortion": [0.1]}, "four, five, eight or twelve"),
+        ({"distortion": [0.1] * 14}, "got 14"),
         ({"distortion": [0, 0, 0, 0, float("inf")]}, "finite"),
     ],
 )
@@ -82,3 +84,18 @@ def test_bad_values_are_refused(change: dict[str, object], message: str) -> None
 def test_missing_values_are_named() -> None:
     with pytest.raises(GeometryError, match="fx, cy"):
         Camera.from_dict({"width": 640, "height": 480, "fy": 1.0, "cx": 1.0})
+
+
+def test_a_fisheye_is_read_from_its_table_and_written_back() -> None:
+    lens = Camera.from_dict(LENS.to_dict() | {"distortion": [0.05, -0.01, 0.004, -0.001], "lens": "fisheye"})
+    assert lens.distorted
+    assert Camera.from_dict(lens.to_dict()) == lens
+    with pytest.raises(GeometryError, match="four of a fisheye"):
+        Camera.from_dict(lens.to_dict() | {"distortion": [0.1] * 5})
+    with pytest.raises(GeometryError, match="lens must be"):
+        Camera.from_dict(lens.to_dict() | {"lens": "mirror"})
+
+
+def test_the_rim_of_a_fisheye_is_finite() -> None:
+    lens = Camera(640, 480, 200.0, 200.0, 319.5, 239.5, (0.0, 0.0, 0.0, 0.0), "fisheye")
+    assert np.isfinite(lens.undistort_points(np.array([[0.0, 0.0], [639.0, 479.0], [319.5, 239.5]]))).all()

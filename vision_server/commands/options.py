@@ -16,7 +16,13 @@ def add_model_and_camera(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--model", required=True, type=Path, metavar="FILE", help="Model file: .cao, OBJ, STL, PLY or glTF."
     )
-    parser.add_argument("--camera", required=True, type=Path, metavar="TOML", help="File with [camera].")
+    parser.add_argument(
+        "--camera",
+        required=True,
+        type=Path,
+        metavar="TOML",
+        help="File with [camera], or of OpenCV, ROS, Kalibr or ViSP.",
+    )
     parser.add_argument(
         "--unit", default="m", help="Unit of the model file: m, cm, mm or in (default: %(default)s)."
     )

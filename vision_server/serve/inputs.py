@@ -16,6 +16,7 @@ from stack.format import unknown_camera_key
 from vision_server.channels.depth import Raw
 from vision_server.matching.match import Anywhere
 
+FOREIGN = (".yaml", ".yml", ".xml")  # camera files of other programs
 MOST_TOML_BYTES = 1024 * 1024  # a recorded stack of 5000 frames has as many
 SIZES_SEEN = (0.02, 20.0)  # of a part, over the frame's width: beyond, unit or seed pose are wrong
 
@@ -41,8 +42,16 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:
-    """The camera of a TOML file with ``[camera]`` (or nothing else), and all keys of that table."""
-    data = read_toml(path)
+    """The camera of a TOML file with ``[camera]`` (or nothing else), and all keys of that table.
+
+    Files of OpenCV, ROS, Kalibr and ViSP are read, too, see `camera_table`.
+    """
+    if path.suffix.lower() in FOREIGN:
+        from vision_server.serve.camera_files import camera_table  # most sessions do without YAML and XML
+
+        data = camera_table(path)
+    else:
+        data = read_toml(path)
     table = data.get("camera", data)
     try:
         if not isinstance(table, dict):
@@ -93,6 +102,8 @@ def read_seed_pose(path: Path, model: Model) -> Pose:
 
 def read_anywhere(path: Path) -> Anywhere:
     """What a file's ``[target]`` tells where there is no seed pose: ``range_m`` and ``view``."""
+    if path.suffix.lower() in FOREIGN:
+        return Anywhere()
     target = read_toml(path).get("target", {})
     try:
         known = {

@@ -1,0 +1,139 @@
+"""Camera files of OpenCV, ROS, Kalibr and ViSP as a `[camera]` table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import cv2
+import numpy as np
+import yaml  # type: ignore[import-untyped]
+
+from bridge.errors import BadInput
+
+MOST_BYTES = 1024 * 1024
+MATRICES = ("camera_matrix", "Camera_Matrix", "cameraMatrix", "K")
+COEFFICIENTS = ("distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "D")
+WIDTHS, HEIGHTS = ("image_width", "image_Width"), ("image_height", "image_Height")
+FISHEYES = ("equidistant", "fisheye", "kannala_brandt")  # ROS and Kalibr name one model so
+PINHOLES = ("plumb_bob", "rational_polynomial", "radtan", "none", "thin_prism")
+TILTED = 14  # coefficients of OpenCV's largest model, of which the last two tilt the sensor
+HINT = "Write a TOML file with [camera] instead: width, height, fx, fy, cx, cy, distortion."
+
+
+def camera_table(path: Path) -> dict[str, Any]:
+    """The `[camera]` table of a file of OpenCV (YAML, XML), ROS, Kalibr (both YAML) or ViSP (XML).
+
+    Raises
+    ------
+    BadInput
+        It cannot be read, is none of these, or is of a lens that is not known here.
+    """
+    try:
+        text = path.read_bytes()[: MOST_BYTES + 1].decode("utf-8", "replace")
+    except OSError as error:
+        raise BadInput(f"Cannot read {path}: {error.strerror or error}.", "Check the path.") from error
+    try:
+        if len(text) > MOST_BYTES:
+            raise ValueError(f"it has more than {MOST_BYTES} bytes")
+        if "!!opencv-matrix" in text or "<opencv_storage" in text:
+            return _of_opencv(text)
+        if path.suffix.lower() == ".xml":
+            return _of_visp(ElementTree.fromstring(text))
+        data = yaml.safe_load(text)
+        if not isinstance(data, Mapping):
+            raise ValueError("it has no names with values")
+        return _of_kalibr(data) if "cam0" in data or "intrinsics" in data else _of_ros(data)
+    except (ValueError, KeyError, TypeError, yaml.YAMLError, ElementTree.ParseError, cv2.error) as error:
+        what = f"no {error.args[0]}" if isinstance(error, KeyError) else str(error).split("\n")[0]
+        raise BadInput(f"{path} is no camera file that can be read: {what}.", HINT) from error
+
+
+def _table(
+    size: Sequence[Any], focal: Sequence[Any], middle: Sequence[Any], lens: str, k: Any
+) -> dict[str, Any]:
+    """A `[camera]` table; trailing zeros of ``k`` that ask for a larger model than needed go."""
+    coefficients = [float(one) for one in np.ravel(np.asarray(k, dtype=np.float64))]
+    if lens == "pinhole":
+        if len(coefficients) == TILTED:
+            if any(coefficients[12:]):
+                raise ValueError("its sensor is tilted (14 coefficients), which is not known here")
+            coefficients = coefficients[:12]
+        coefficients += [0.0] * (5 - len(coefficients))
+    known: dict[str, Any] = {
+        "width": int(size[0]), "height": int(size[1]),
+        "fx": float(focal[0]), "fy": float(focal[1]), "cx": float(middle[0]), "cy": float(middle[1]),
+        "distortion": coefficients,
+    }  # fmt: skip
+    return known if lens == "pinhole" else {**known, "lens": lens}
+
+
+def _of_matrix(size: Sequence[Any], matrix: Any, lens: str, k: Any) -> dict[str, Any]:
+    found = np.asarray(matrix, dtype=np.float64).reshape(3, 3)
+    return _table(size, (found[0, 0], found[1, 1]), (found[0, 2], found[1, 2]), lens, k)
+
+
+def _of_opencv(text: str) -> dict[str, Any]:
+    kind = cv2.FILE_STORAGE_FORMAT_XML if text.lstrip().startswith("<") else cv2.FILE_STORAGE_FORMAT_YAML
+    storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY | kind)
+
+    def first(names: Sequence[str]) -> cv2.FileNode:
+        nodes = [storage.getNode(name) for name in names]
+        return next((node for node in nodes if not node.empty()), nodes[0])
+
+    matrix, k = first(MATRICES).mat(), first(COEFFICIENTS).mat()
+    size = [first(names).real() for names in (WIDTHS, HEIGHTS)]
+    if matrix is None or k is None:
+        raise KeyError(MATRICES[0] if matrix is None else COEFFICIENTS[0])
+    if not all(size):
+        raise KeyError(f"{WIDTHS[0]} and {HEIGHTS[0]}")
+    fisheye = first(("fisheye_model",))
+    return _of_matrix(size, matrix, "fisheye" if not fisheye.empty() and fisheye.real() else "pinhole", k)
+
+
+def _of_ros(data: Mapping[str, Any]) -> dict[str, Any]:
+    model = data.get("distortion_model", PINHOLES[0])
+    size = data["image_width"], data["image_height"]
+    return _of_matrix(
+        size, data["camera_matrix"]["data"], _lens(model), data["distortion_coefficients"]["data"]
+    )
+
+
+def _of_kalibr(data: Mapping[str, Any]) -> dict[str, Any]:
+    camera = data.get("cam0", data)
+    if camera.get("camera_model", "pinhole") != "pinhole":
+        raise ValueError(f"its camera_model is {camera['camera_model']}; pinhole is read")
+    fx, fy, cx, cy = camera["intrinsics"]
+    lens = _lens(camera.get("distortion_model", "none"))
+    return _table(camera["resolution"], (fx, fy), (cx, cy), lens, camera.get("distortion_coeffs", []))
+
+
+def _of_visp(root: ElementTree.Element) -> dict[str, Any]:
+    camera = root if root.tag == "camera" else root.find("camera")
+    if camera is None:
+        raise KeyError("camera")
+    models = {str(model.findtext("type")).strip(): model for model in camera.iter("model")}
+    model = models.get("perspectiveProjWithDistortion", models.get("perspectiveProjWithoutDistortion"))
+    if model is None:
+        raise ValueError(f"its model is {', '.join(models) or 'missing'}; perspectiveProj… is read")
+    size = _number(camera, "image_width"), _number(camera, "image_height")
+    focal, middle = (_number(model, "px"), _number(model, "py")), (_number(model, "u0"), _number(model, "v0"))
+    k1 = 0.0 if model.find("kud") is None else _number(model, "kud")
+    return _table(size, focal, middle, "pinhole", [k1])
+
+
+def _number(element: ElementTree.Element, name: str) -> float:
+    text = element.findtext(name)
+    if text is None:
+        raise KeyError(name)
+    return float(text)
+
+
+def _lens(model: str) -> str:
+    if model in FISHEYES:
+        return "fisheye"
+    if model not in PINHOLES:
+        raise ValueError(f"its distortion_model is {model}; {', '.join((*PINHOLES, *FISHEYES))} are read")
+    return "pinhole"
