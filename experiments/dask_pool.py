@@ -137,7 +137,7 @@ class DaskPool:
             return self._distributed.Client(self._address, timeout=timeout_s)
         except (OSError, ValueError, TypeError, ImportError) as error:
             raise BadInput(
-                f"No dask scheduler answers at {self._address}: {str(error).splitlines()[0]}",
+                f"No dask scheduler answers at {self._address}: {str(error).splitlines()[0]}.",
                 "Start one (dask scheduler), or check the address: tcp://HOST:8786 or local:N.",
             ) from None
 

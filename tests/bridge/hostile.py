@@ -10,7 +10,6 @@ afterwards.
 from __future__ import annotations
 
 import argparse
-import copy
 import json
 import math
 import os
@@ -28,122 +27,30 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import zmq
 
 from bridge.client import Client
 from bridge.errors import LightsAndCameraError
+from vision_server.serve.sessions import MOST_SESSIONS
+
+from .hostile_requests import IMAGE_REQUESTS, RUN, VISION_REQUESTS, WITH_ARRAYS, Mutator
+from .hostile_wire import GREETING, connected, plain
 
 ROOT = Path(__file__).resolve().parents[2]
-SETTINGS = {"lights": [5, 5, 5], "shutter_s": 1 / 60, "aperture": 4.0}
-POSE = {"rotation_vector": [0.1, 0.2, 0.3], "translation": [0.0, 0.0, 0.6]}
 COMMANDS = {
     "vision": ["-m", "vision_server", "serve"],
     "image": ["-m", "image_server", "simulator", "--target", "cube"],
     "mock-vision": ["-m", "bridge.mocks", "vision"],
     "mock-image": ["-m", "bridge.mocks", "image"],
 }
-IMAGE_REQUESTS: dict[str, dict[str, Any]] = {
-    "describe": {},
-    "capture": {"settings": SETTINGS},
-    "health": {},
-    "restart": {"seed": 1, "captures_taken": 2},
-    "move": {"range_m": 0.7},
-    "score": {"pose": POSE},
-    "hello": {},
-}
-VISION_REQUESTS: dict[str, dict[str, Any]] = {
-    "start": {"image_server": "IMAGES", "seed": 3, "out": "FOLDER", "matcher": "search"},
-    "capture": {"image": "i1", "settings": SETTINGS},
-    "add": {"image": "i2", "settings": SETTINGS},
-    "estimate": {"images": ["i1"]},
-    "discard": {"image": "i1"},
-    "best": {},
-    "parameters": {"seed": 1, "generations": 20, "seed_pose": POSE},
-    "restore": {"image_server": "IMAGES", "out": "FOLDER", "images": ["i1"], "discarded": [], "told": []},
-    "hello": {},
-    "health": {},
-}
-ODD: list[Any] = [
-    None, True, -1, 0, 1e-300, 1e300, -1e308, 2**63, 10**30, 10**400, "", "\0", "i1\n", "a" * 5000, "../../x",
-    "/dev/zero", "/dev/stdin", "/etc/passwd", "ipc:///nowhere", "tcp://127.0.0.1:1", "best", [], {}, [[]],
-    [1e308] * 3, ["i1"] * 300, {"best_at_range_m": 1e-300}, {"best_at_range_m": 1e308}, "é\u2028\U0001f6f0",
-]  # fmt: skip
 BACK_MB = 20.0
 """That a server may hold more than before, when all is quiet again."""
 WINDOW = 8
 """Requests of one attacker that are under way."""
-AS_IT_IS = 0.02
-"""Share of requests that are sent without a mutation: they cost most."""
-
-
-class Mutator:
-    """Requests that are nearly right."""
-
-    def __init__(self, requests: dict[str, dict[str, Any]], seed: int) -> None:
-        self._random = random.Random(seed)
-        self._requests = requests
-        self._name = f"hostile-{seed}"
-        self._number = 0
-
-    def message(self) -> list[bytes]:
-        """The frames of one message."""
-        draw = self._random
-        self._number += 1
-        op = draw.choice(list(self._requests))
-        args = json.loads(json.dumps(self._requests[op]))
-        request: dict[str, Any] = {"v": 1, "id": f"{self._name}/{self._number}", "op": op, "args": args}
-        if draw.random() >= AS_IT_IS:
-            for _ in range(draw.randint(1, 3)):
-                self._mutate(request if draw.random() < 0.15 else args)
-        header = json.dumps(request).encode()
-        if draw.random() < 0.2:
-            header = self._bytes(header)
-        if draw.random() < 0.03:
-            header = draw.randbytes(draw.choice([0, 1, 30, 3000]))
-        frames = [
-            header,
-            *(draw.randbytes(draw.choice([0, 5, 3000])) for _ in range(draw.choice([0] * 9 + [1, 3]))),
-        ]
-        if b"shutdown" in header:
-            return [b"{}"]
-        return frames
-
-    def _mutate(self, value: Any) -> None:
-        """Change one thing somewhere inside."""
-        draw = self._random
-        keys = list(value) if isinstance(value, dict) else list(range(len(value)))
-        if not keys or draw.random() < 0.1:
-            if isinstance(value, dict):
-                value[draw.choice(["colour", "", "image", "seed_pose", "a" * 300])] = copy.deepcopy(
-                    draw.choice(ODD)
-                )
-            else:
-                value.append(copy.deepcopy(draw.choice(ODD)))
-            return
-        key = draw.choice(keys)
-        if isinstance(value[key], (dict, list)) and draw.random() < 0.7:
-            self._mutate(value[key])
-        elif draw.random() < 0.15:
-            del value[key]
-        else:
-            value[key] = copy.deepcopy(draw.choice(ODD))
-
-    def _bytes(self, header: bytes) -> bytes:
-        draw = self._random
-        changed = bytearray(header)
-        for _ in range(draw.randint(1, 4)):
-            at = draw.randrange(len(changed))
-            match draw.randrange(4):
-                case 0:
-                    changed[at] = draw.randrange(256)
-                case 1:
-                    del changed[at : at + draw.randint(1, 20)]
-                    changed += b" "
-                case 2:
-                    changed[at:at] = changed[: draw.randint(1, 40)]
-                case _:
-                    changed[at:at] = draw.choice([b'"', b"{", b"[" * 2000, b"1e999", b"9" * 50, b"\\u0000"])
-        return bytes(changed)
+PATIENCE_MS = 200
+"""Without a reply, until an attacker comes back on another connection."""
+ATTACKERS = 6
 
 
 class Crowd:
@@ -167,7 +74,7 @@ class Crowd:
         self._over = threading.Event()
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
 
-    def run(self, attackers: int = 3) -> None:
+    def run(self, attackers: int) -> None:
         """Attack until all messages are sent."""
         mutators = [
             threading.Thread(target=self._mutations, args=(self._messages // attackers, self._seed + n))
@@ -187,7 +94,8 @@ class Crowd:
         self._context.destroy(linger=0)
 
     def _mutations(self, messages: int, seed: int) -> None:
-        mutator = Mutator(self._requests, seed)
+        own = json.dumps(self._requests).replace(RUN, f"{RUN}-{seed}")  # else they take each other's sessions
+        mutator = Mutator(json.loads(own), seed)
         sock, waiting, busy = self._dealer(), 0, 0
         for _ in range(messages):
             if time.monotonic() > self._until:
@@ -199,10 +107,12 @@ class Crowd:
             sock.send_multipart(mutator.message())
             self.sent += 1
             waiting += 1
-            while waiting and sock.poll(1000 if waiting >= WINDOW else 0):
+            while waiting and sock.poll(PATIENCE_MS if waiting >= WINDOW else 0):
                 waiting -= 1
                 self._count(next(filter(None, sock.recv_multipart())))
-            waiting = min(waiting, WINDOW - 1)  # what was cut off or dropped gets no reply
+            if waiting >= WINDOW:  # what was cut off or dropped gets no reply, and some work takes its time
+                sock.close(linger=0)
+                sock, waiting = self._dealer(), 0
         while waiting and sock.poll(5000):
             waiting -= 1
             self._count(next(filter(None, sock.recv_multipart())))
@@ -282,26 +192,6 @@ class Crowd:
                     self.longest_wait_s = max(self.longest_wait_s, time.monotonic() - began)
 
 
-GREETING = b"\xff" + bytes(8) + b"\x7f" + b"\x03\x00" + b"NULL".ljust(20, b"\0") + bytes(32)
-READY = b"\x04\x29\x05READY\x0bSocket-Type\x00\x00\x00\x06DEALER\x08Identity\x00\x00\x00\x00"
-
-
-def plain(endpoint: str) -> socket.socket:
-    """A connection on which nothing has been said."""
-    sock = socket.socket(socket.AF_UNIX)
-    sock.settimeout(2)
-    sock.connect(endpoint.removeprefix("ipc://"))
-    return sock
-
-
-def connected(endpoint: str) -> socket.socket:
-    """A connection on which ZMTP's handshake is done."""
-    sock = plain(endpoint)
-    with suppress(OSError):
-        sock.sendall(GREETING + READY)
-    return sock
-
-
 def memory_mb(pid: int) -> float:
     """Resident memory of a process."""
     pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
@@ -316,13 +206,26 @@ def given_back(pid: int, before: float, within_s: float = 30.0) -> None:
             time.sleep(0.1)
 
 
-def attack(kind: str, messages: int, seed: int = 1, seconds: float = math.inf) -> dict[str, Any]:
+def warm(endpoint: str, requests: dict[str, dict[str, Any]]) -> None:
+    """Each operation, by as many clients as may have sessions: all is loaded then, and no other is left."""
+    for number in range(MOST_SESSIONS):
+        own = json.loads(json.dumps(requests).replace(RUN, f"{RUN}-warm-{number}-{time.monotonic_ns()}"))
+        with Client(endpoint, timeout_s=60) as client:
+            for op in sorted(own, key=lambda op: (op == "end", op == "discard")):
+                frames = [np.zeros((480, 640), np.uint8)] if op in WITH_ARRAYS else []
+                with suppress(LightsAndCameraError):
+                    client.request(op, own[op], arrays=frames)
+
+
+def attack(
+    kind: str, messages: int, seed: int = 1, seconds: float = math.inf, attackers: int = ATTACKERS
+) -> dict[str, Any]:
     """Start a server, let the crowd loose, and tell what came of it."""
     folder = Path(tempfile.mkdtemp(prefix="h"))
     images, endpoint = f"ipc://{folder}/images", f"ipc://{folder}/server"
     parent = ["--parent", str(os.getpid())]
     requests = VISION_REQUESTS if "vision" in kind else IMAGE_REQUESTS
-    words = json.dumps(requests).replace("IMAGES", images).replace("FOLDER", str(folder / "run"))
+    words = json.dumps(requests).replace("IMAGES", images).replace("FOLDER", str(folder / RUN))
     processes = []
     try:
         with (folder / "log").open("w") as log:
@@ -331,21 +234,16 @@ def attack(kind: str, messages: int, seed: int = 1, seconds: float = math.inf) -
                 processes.append(subprocess.Popen(command, cwd=ROOT, stderr=log))
             command = [sys.executable, *COMMANDS[kind], "--endpoint", endpoint, *parent]
             if kind == "vision":
-                command += ["--root", str(folder)]
+                command += ["--root", str(folder), "--image-server", images]
             server = subprocess.Popen(command, cwd=ROOT, stderr=log)
             processes.append(server)
         requests = json.loads(words)
-        with Client(endpoint, timeout_s=60) as client:
-            for op, args in requests.items():  # each once, so that what it loads is loaded
-                try:
-                    client.request(op, args)
-                except LightsAndCameraError:
-                    continue
+        warm(endpoint, requests)
         time.sleep(1.0)
         before = most = memory_mb(server.pid)
         crowd = Crowd(endpoint, requests, messages, seed, seconds)
         began = time.monotonic()
-        thread = threading.Thread(target=crowd.run)
+        thread = threading.Thread(target=crowd.run, args=(attackers,))
         thread.start()
         while thread.is_alive() and server.poll() is None:
             thread.join(0.1)
@@ -355,6 +253,8 @@ def attack(kind: str, messages: int, seed: int = 1, seconds: float = math.inf) -
         thread.join()
         seconds = time.monotonic() - began
         time.sleep(3.0)
+        if server.poll() is None:
+            warm(endpoint, requests)
         given_back(server.pid, before)
         serving = server.poll() is None
         with Client(endpoint, timeout_s=60) as client:
@@ -388,5 +288,6 @@ if __name__ == "__main__":
     parser.add_argument("--messages", type=int, default=1_000_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--seconds", type=float, default=math.inf, help="At most for so long.")
+    parser.add_argument("--attackers", type=int, default=ATTACKERS, help="Who send messages at a time.")
     given = parser.parse_args()
-    print(json.dumps(attack(given.kind, given.messages, given.seed, given.seconds)))
+    print(json.dumps(attack(given.kind, given.messages, given.seed, given.seconds, given.attackers)))

@@ -22,7 +22,8 @@ from bridge.lanes import MAX_WAITING, Lanes, Turns
 from bridge.serve import Server
 
 from .conftest import Counter, Running, wait_until
-from .hostile import GREETING, READY, connected, memory_mb, plain
+from .hostile import memory_mb
+from .hostile_wire import GREETING, READY, connected, plain
 
 
 def frame(flags: int, size: int) -> bytes:

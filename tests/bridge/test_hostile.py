@@ -2,7 +2,12 @@
 
 import pytest
 
+from image_server.serve.server import ImageServer
+from image_server.simulator.simulator import Simulator
+from vision_server.serve.server import VisionServer
+
 from .hostile import BACK_MB, COMMANDS, attack
+from .hostile_requests import IMAGE_REQUESTS, VISION_REQUESTS
 
 MESSAGES = 3000
 WAIT_S = 50.0
@@ -19,3 +24,9 @@ def test_a_hostile_crowd_leaves_a_server_as_it_was(kind: str) -> None:
     assert told["tracebacks"] == 0
     assert told["longest_wait_s"] < WAIT_S
     assert told["memory_mb"]["after"] - told["memory_mb"]["before"] < BACK_MB
+
+
+def test_every_operation_is_asked_for() -> None:
+    camera = Simulator()
+    for server, requests in ((VisionServer(), VISION_REQUESTS), (ImageServer(camera), IMAGE_REQUESTS)):
+        assert requests.keys() >= server.operations.keys()

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.errors import GeometryError
@@ -19,6 +21,7 @@ from vision_server.matching.match import Anywhere
 FOREIGN = (".yaml", ".yml", ".xml")  # camera files of other programs
 MOST_TOML_BYTES = 1024 * 1024  # a recorded stack of 5000 frames has as many
 SIZES_SEEN = (0.02, 20.0)  # of a part, over the frame's width: beyond, unit or seed pose are wrong
+NEAREST = 1e-6  # of the target's size: nearer to its middle a camera has no direction from which it looks
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -125,10 +128,14 @@ def checked_pose(pose: Pose, model: Model) -> Pose:
     ------
     GeometryError
         What a search turns about is not in front of the camera: the target's origin, when that is within it.
+        Or the camera is in the middle of the target.
     """
-    depth = pose.apply(model.pivot[None])[0, 2]
+    points = pose.apply(np.stack([model.pivot, model.middle]))
+    depth = points[0, 2]
     if not depth > 0.0:
         raise GeometryError(f"the target is behind the camera (z = {depth:g} m)")
+    if not np.linalg.norm(points, axis=1).min() > NEAREST * model.diameter:
+        raise GeometryError(f"the camera is in the middle of the target (z = {depth:g} m)")
     return pose
 
 

@@ -132,8 +132,8 @@ def new_seed_pose(
         start = seed_pose if best is None else best
         if isinstance(start, Anywhere):
             return start
-        now = math.hypot(*start.translation)
-        return Pose(start.rotation_vector, start.translation * (float(wanted) / now))
+        moved = start.translation * (float(wanted) / math.hypot(*start.translation))
+        value = start.to_dict() | {"translation": moved.tolist()}
     try:
         told = msgspec.convert(value, PoseMessage)
         return checked_pose(Pose(np.array(told.rotation_vector), np.array(told.translation)), model)

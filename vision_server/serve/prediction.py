@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.errors import BadInput
 from bridge.messages import CameraDescription, Settings
 from bridge.vision_messages import FoundSettings, Gain, PredictArgs, PredictResult
 from geometry.pose import Pose
@@ -31,7 +32,7 @@ def predict(task: PoseTask, args: PredictArgs) -> PredictResult:
     """Answer the operation `predict`."""
     images = args.images or tuple(task.applied)
     task.images.check(images)
-    found = task.estimate_of(images)
+    found = task.estimate_of(images) if images else None
     known = None if found is None or found.pose is None else forecast(task, images, found.pose)
     task.expected = None if found is None or found.score < LEAST_SCORE else found.pose
     if known is None:
@@ -126,8 +127,21 @@ def _support(task: PoseTask, images: Sequence[str], pose: Pose) -> Floats:
 
 
 def numbers(task: PoseTask, settings: Sequence[Settings]) -> Candidates:
-    """Settings as exposures, light outputs and what blurs, on a task's device."""
+    """Settings as exposures, light outputs and what blurs, on a task's device.
+
+    Raises
+    ------
+    BadInput
+        Other than one level for each of its lights.
+    """
     describe = task.describe
+    for one in settings:
+        if len(one.lights) != len(describe.lights):
+            raise BadInput(
+                f"Settings give {len(one.lights)} light levels, but the {describe.device} has"
+                f" {len(describe.lights)} lights.",
+                "Give one level per light.",
+            )
     shutter = np.array([one.shutter_s for one in settings])
     aperture = np.array([one.aperture for one in settings])
     lights = [light_powers(describe.lights, one.lights) for one in settings]

@@ -75,6 +75,14 @@ def test_gains_are_foreseen_once_there_is_a_pose(vision: Client, images: Running
         vision.request("predict", {"settings": [SETTINGS], "images": ["i7"]})
     with pytest.raises(ServerError, match="Expected `array` of length >= 1"):
         vision.request("predict", {"settings": []})
+    with pytest.raises(ServerError, match="2 light levels"):
+        vision.request("predict", {"settings": [SETTINGS | {"lights": [5, 5]}]})
+    with pytest.raises(ServerError, match="in the middle of the target"):
+        asked(
+            vision, "check", pose={"rotation_vector": [0, 0, 0], "translation": [0, 0, 1e-300]}, images=["i1"]
+        )
+    asked(vision, "discard", image="i1")  # the best estimate stays, without an image
+    assert asked(vision, "predict", settings=[SETTINGS]) == {"gains": None, "found": []}
 
 
 def test_a_target_that_moved_is_told_with_the_image_where_something_was_foreseen(
@@ -130,6 +138,8 @@ def test_parameters_are_checked_and_the_seed_pose_follows(vision: Client, images
         {"population": True},
         {"refinement_scale_px": 3.0}, {"seed_pose": "worst"}, {"seed_pose": {"best_at_range_m": -1}},
         {"seed_pose": {"rotation_vector": [0, 0, 0], "translation": [0, 0, -1]}},
+        {"seed_pose": {"rotation_vector": [0, 0, 0], "translation": [0, 0, 1e-300]}},
+        {"seed_pose": {"best_at_range_m": 1e-300}},
     ):  # fmt: skip
         with pytest.raises(ServerError):
             asked(vision, "parameters", **bad)
