@@ -62,6 +62,11 @@ class State:
     age_s: float | None = None
 
     @property
+    def ended(self) -> bool:
+        """Whether it has come to a result that can be read."""
+        return self.status not in ("running", "paused", "interrupted", "broken")
+
+    @property
     def runs(self) -> bool:
         """Whether the session can still be told to do something."""
         return self.status in ("running", "paused")

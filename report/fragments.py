@@ -20,6 +20,7 @@ from report.scene import known_lights, read_scene
 from report.story import Picture, step_view
 from report.strokes import drawn_strokes, support_of
 from report.uncertainty import uncertainty_of
+from report.verdict import verdict_of
 
 HERE = Path(__file__).resolve().parent
 PARTS = ("status", "now", "choice", "set", "course", "pose", "program", "events", "time")
@@ -27,6 +28,7 @@ MOST_EVENTS = 40  # the newest of them
 PLOTS_SHARE = 0.02  # of the processor, for plots of a session that runs; python -m benchmarks.view_overhead
 FIRST_PLOTS_S = 0.7  # what the first plots take, matplotlib's import included
 WORD = re.compile(r"[a-z]\w*")
+LONG_NUMBER = re.compile(r"\b\d+\.\d{5,}\b")
 
 
 @cache
@@ -76,6 +78,9 @@ def fragments(folder: Path, state: State, token: str, course: Course) -> dict[st
     support = support_of(result.lines) or (support_of(last.lines) if last else None)
     values: dict[str, Any] = {
         "state": state,
+        "folder": folder,
+        "verdict": verdict_of(result) if state.ended else None,
+        "unknown": bool(told.problem) and not state.ended,
         "result": result,
         "words": words,
         "token": token,
@@ -94,6 +99,7 @@ def fragments(folder: Path, state: State, token: str, course: Course) -> dict[st
         "ellipsoid": Markup(ellipsoid_svg(result.pose, result.covariance)),
         "source": program_source(told.controller_file, told.left),
         "events": told.actions[-MOST_EVENTS:][::-1],
+        "short": short,
         "svg": Markup,
     }
     module = environment().get_template("live_parts.html.j2").make_module(values)
@@ -115,7 +121,12 @@ def program_source(file: str | None, left: str) -> Markup:
     marked = escape(code.strip())
     if here is None:
         return marked
-    return Markup(re.sub(rf"\b{here}\b", f"<mark>{here}</mark>", str(marked)))
+    return Markup(re.sub(rf"(?<!^proc\()\b{here}\b", f"<mark>{here}</mark>", str(marked), flags=re.MULTILINE))
+
+
+def short(text: str) -> str:
+    """An action without the many digits of its numbers: four tell shutters apart."""
+    return LONG_NUMBER.sub(lambda found: f"{float(found[0]):.4g}", text)
 
 
 class Course:

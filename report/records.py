@@ -180,6 +180,7 @@ class Result(Struct, frozen=True):
     planned_holds_m: list[float] | None = None
     command: str | list[str] | None = None
     message: str | None = None
+    advice: list[str] = field(default_factory=list)
 
 
 def read_result(folder: Path) -> Result:

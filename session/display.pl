@@ -51,15 +51,14 @@ show_outcome(Options, Result) :-
     !,
     (   option(quiet(true), Options)
     ->  true
-    ;   outcome_lines(Options, user_error, Result)
+    ;   outcome_lines(user_error, Result)
     ),
     catch(print_result(Result), error(io_error(write, _), _), true).
-show_outcome(Options, Result) :-
-    outcome_lines(Options, user_output, Result).
+show_outcome(_, Result) :-
+    outcome_lines(user_output, Result).
 
-outcome_lines(Options, Stream, Result) :-
-    option(max_iterations(Limit), Options),
-    phrase(prolog:message(session_outcome(Result, Limit)), Lines),
+outcome_lines(Stream, Result) :-
+    phrase(prolog:message(session_outcome(Result)), Lines),
     wrapped(Stream, Lines, Wrapped),
     catch(print_message_lines(Stream, '', Wrapped), error(io_error(write, _), _), true).       % nobody reads on
 

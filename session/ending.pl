@@ -7,6 +7,7 @@
 :- use_module(display, [show/2, show_outcome/2]).
 :- use_module(forms, [fix_term/2]).
 :- use_module(installation, [installation_python/1]).
+:- use_module(outcome, [advised/3]).
 :- use_module(processes, [wait_until/3]).
 :- use_module(result).
 :- use_module(run_folder, [run_file/3]).
@@ -48,7 +49,9 @@ end_session(Session, end(How, Situation), Outcome) :-
                    Situation, Result0),
     parameters(How, Parameters),
     with_other_poses(Parameters, Situation, Result0, Result1),
-    with_estimated_with(Parameters, Folder, Result1, Result),
+    with_estimated_with(Parameters, Folder, Result1, Result2),
+    option(max_iterations(Limit), Options),
+    advised(Limit, Result2, Result),
     write_result(Result, Folder),
     call(Session.stop),
     show_outcome(Options, Result),

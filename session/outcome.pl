@@ -1,13 +1,25 @@
 :- module(session_outcome,
-          [ counted/3                   % +Count, +Name, -Words
+          [ advised/3,                  % +Limit, +Result, -Advised
+            counted/3                   % +Count, +Name, -Words
           ]).
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(lists), [member/2, reverse/2]).
 
 /** <module> What came of a session, in words: the last lines in the terminal
 
-Messages session_outcome(Result, Limit): the dict that result.json is made from, and how many images were allowed.
+Messages session_outcome(Result): the dict that result.json is made from.
 */
+
+%!  advised(+Limit, +Result, -Advised) is det.
+%
+%   The result with what to try, as `advice`, where the threshold was not reached with Limit images.
+
+advised(Limit, Result, Advised) :-
+    Result.status == exhausted,
+    !,
+    findall(Help, help(Result, Limit, Help), Helps),
+    Advised = Result.put(advice, Helps).
+advised(_, Result, Result).
 
 %!  counted(+Count, +Name, -Words) is det.
 %
@@ -19,7 +31,7 @@ counted(Count, Name, Words) :-
 
 :- multifile prolog:message//1.
 
-prolog:message(session_outcome(Result, Limit)) -->
+prolog:message(session_outcome(Result)) -->
     { length(Result.kept, Kept), counted(Result.iterations, image, Images) },
     headline(Result.status),
     [ ' after ~w, ~d kept, ~1f s'-[Images, Kept, Result.seconds.total] ],
@@ -27,7 +39,7 @@ prolog:message(session_outcome(Result, Limit)) -->
     pose_words(Result),
     error_words(Result),
     last_fixed(Result),
-    what_may_help(Result, Limit).
+    what_may_help(Result).
 
 headline(converged) -->
     [ ansi([bold, fg(green)], 'Pose found', []) ].
@@ -53,7 +65,7 @@ pose_words(Result) -->
       Result.pose.rotation_vector = [A, B, C] },
     [ nl, '  translation ~4f ~4f ~4f m'-[X, Y, Z], nl,
       '  rotation    ~4f ~4f ~4f rad'-[A, B, C], nl,
-      '  rms ~2f px, merit ~2f px (threshold ~2f)'-[Result.rms_px, Result.merit_px, Result.threshold_px] ],
+      '  rms ~2f px, merit ~2f px (threshold ~g)'-[Result.rms_px, Result.merit_px, Result.threshold_px] ],
     other_poses(Result).
 pose_words(_) -->
     [ nl, '  no pose' ].
@@ -99,14 +111,12 @@ fixed_hold(Result, Hold) :-
     Hold.status == fixed,
     !.
 
-%   What to try where the threshold was not reached.
-what_may_help(Result, Limit) -->
-    { Result.status == exhausted,
-      findall(Help, help(Result, Limit, Help), Helps) },
+what_may_help(Result) -->
+    { Helps = Result.get(advice) },
     !,
     { atomic_list_concat(Helps, '; ', Words) },
     [ nl, '  what may help: ~w'-[Words] ].
-what_may_help(_, _) -->
+what_may_help(_) -->
     [].
 
 help(Result, _, 'is the target in view, and its model of the right size (--unit)? --explain tells what was seen') :-

@@ -59,6 +59,10 @@ answer(Told) :-
     nl,
     flush_output.
 
+problem(error(golog(journal_differs(Entry, _)), _), Problem) :-
+    !,
+    format(string(Problem), "The controller of this version does not do what the journal tells next, ~q: \c
+           the session was run by another version, and cannot be followed or resumed with this one", [Entry]).
 problem(Error, Problem) :-
     '$messages':translate_message(Error, Lines, []),
     with_output_to(string(Text), print_message_lines(current_output, '', Lines)),
