@@ -46,7 +46,8 @@ def serve_view(folder: Path, port: int = 0, parent: int | None = None) -> None:
     token = secrets.token_urlsafe(16)
     with _listening(port) as listening:
         lifeline = Lifeline(parent, signals=True)
-        print(f"Open http://{HOST}:{listening.getsockname()[1]}/?token={token}", flush=True)
+        port = listening.getsockname()[1]
+        print(f"Open http://{HOST}:{port}/?token={token}{_way_here(port)}", flush=True)
         os.nice(NICENESS)
         if parent is not None:
             _write_to(Path(os.devnull))  # who reads what the session writes need not wait for its view
@@ -54,6 +55,13 @@ def serve_view(folder: Path, port: int = 0, parent: int | None = None) -> None:
             if parent is not None:
                 _write_to(folder / "view.log")
             _serve(follower, token, listening, lifeline)
+
+
+def _way_here(port: int) -> str:
+    """For who is here by ssh, and whose browser is not: how the port is forwarded."""
+    if "SSH_CONNECTION" not in os.environ:
+        return ""
+    return f" (on your own machine, first: ssh -L {port}:{HOST}:{port} {socket.gethostname()})"
 
 
 def _write_to(file: Path) -> None:

@@ -171,6 +171,7 @@ class Result(Struct, frozen=True):
     pose: PoseRecord | None = None
     covariance: Covariance | None = None
     uncertainty: float | None = None
+    score: float | None = None
     error: ErrorRecord | None = None
     seconds: dict[str, float | None] = field(default_factory=dict)
     steps: list[StepRecord] = field(default_factory=list)

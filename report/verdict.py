@@ -8,6 +8,7 @@ from report.records import HoldRecord, PoseRecord, Result
 from report.words import angle, count, length, percent
 
 RIGHT_DEG, RIGHT_FRACTION = RIGHT
+SURE = 0.999  # no probability is told that is nearer to 1: that many cases were never tried
 HOLD_PASSED = frozenset({"converged", "fixed", "reached"})
 
 
@@ -47,7 +48,9 @@ def verdict_of(result: Result) -> Verdict:
         return Verdict("good", "converged", "Pose found", checked or f"Certain enough after {images}.")
     if result.status == "exhausted":
         used = f"All {images} were used" if len(result.steps) != 1 else "Its one image was used"
-        detail = f"{used} and the error stayed above the threshold. This is the best estimate."
+        detail = (
+            f"{used} and the error stayed above the threshold. This is the best estimate{_score(result)}."
+        )
         return Verdict("warn", "exhausted", "No certain pose", f"{detail} {checked}".strip())
     if result.status == "stopped":
         detail = f"Stopped after {images}, before the session had ended. This is the best estimate so far."
@@ -74,6 +77,15 @@ def _checked(result: Result) -> str:
     error = result.error
     off = f"{length(error.translation_m)} ({percent(error.translation_fraction_of_range)} of the range)"
     return f"Checked against the true pose, it is off by {off} and {angle(error.rotation_deg)}."
+
+
+def _score(result: Result) -> str:
+    if result.score is None:
+        return ""
+    sure = result.score > SURE
+    return (
+        f", right with a probability of {'more than ' if sure else ''}{percent(min(result.score, SURE), 3)}"
+    )
 
 
 def _no_pose(result: Result, images: str) -> Verdict:

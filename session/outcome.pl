@@ -129,8 +129,15 @@ help(Result, Limit, Help) :-
         format(atom(Help), "more than ~w (--max-iterations)", [Images])
     ;   Help = 'a strategy that goes on (--controller heuristic or informed)'
     ).
+help(Result, _, 'is it the right model, and of the right size (--unit)? the report shows which lines are not there') :-
+    is_dict(Result.pose),
+    \+ rather_right(Result).
 help(Result, _, Help) :-
     is_dict(Result.pose),
+    rather_right(Result),
     format(atom(Help), "a --threshold above ~2f, where that is good enough", [Result.merit_px]).
 help(Result, _, 'an end farther away (--contact-range)') :-
     fixed_hold(Result, _).
+
+rather_right(Result) :-
+    Result.score > 0.5.

@@ -57,18 +57,27 @@ def main(out: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         informed = session(
             Path(folder, "informed"), "--controller", "informed", "--target", "satellite",
-            "--scenario", "grazing", "--threshold", "0.01", "--max-iterations", "5",
+            "--scenario", "grazing", "--threshold", "0.03", "--max-iterations", "6",
         )  # fmt: skip
         with live(informed) as address:
             loaded = (
                 'performance.getEntriesByType("resource").filter(one => one.name.includes("images/")).length'
             )
-            drawn = f'document.querySelectorAll("#course svg").length > 2 && {loaded} >= 6'
+            drawn = f'document.querySelectorAll("#course svg").length > 2 && {loaded} >= 5'
             picture(out / "live.png", address, WIDE, slice(0, 1800), drawn, dark=True)
         approach = session(Path(folder, "approach"), "--approach", "--seed", "3")
         report = (approach / "report.html").as_uri()
         picture(out / "report-approach.png", report, WIDE, slice(1240, 1925))
         picture(out / "report-phone.png", (informed / "report.html").as_uri(), PHONE, slice(0, 1500))
+        recorded = session(Path(folder, "recorded"), "--target", "satellite", "--scenario", "grazing",
+                           "--threshold", "0.0001", "--max-iterations", "4")  # fmt: skip
+        wrong = session(Path(folder, "wrong"), "--stack", str(recorded / "images"), "--target",
+                        "targets/cube.cao", "--max-iterations", "4")  # fmt: skip
+        picture(out / "report-failure.png", (wrong / "report.html").as_uri(), WIDE, slice(0, 1270), dark=True)
+        long = session(Path(folder, "long"), "--controller", "simple", "--scenario", "harsh",
+                       "--threshold", "0.000001", "--max-iterations", "40")  # fmt: skip
+        with live(long) as address:
+            picture(out / "live-long.png", address, PHONE, slice(0, 2900), drawn)
         subprocess.run(
             [sys.executable, "-m", "report", "whatif", str(informed), "--at", "2",
              "--settings", "left 7 right 7 top 7, 1/15 s, f/2.8", "--out", str(Path(folder, "other"))],

@@ -12,7 +12,7 @@ from report.following import Follower
 from report.fragments import Course, fragments
 from report.page import write_report
 from tests.report.browser import Browser
-from tests.report.test_live import view_of
+from tests.report.viewers import view_of
 from tests.session.command import controller
 
 pytestmark = pytest.mark.slow

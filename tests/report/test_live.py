@@ -1,14 +1,10 @@
 """The live view in a browser, of a real session and of folders that are not as they should be."""
 
-import http.client
 import json
 import re
-import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -18,76 +14,16 @@ from report.errors import ReportError
 from report.following import Follower, hold
 from tests.report.browser import Browser
 from tests.report.run_folders import RunMaker
+from tests.report.viewers import ADDRESS, asked, listening, next_part, told, view_of
 from tests.session.command import ROOT, gone, start_controller
 
 pytestmark = pytest.mark.slow
 
-ADDRESS = re.compile(r"Open (http://127\.0\.0\.1:\d+/\?token=\S+)")
-
-
-@contextmanager
-def view_of(folder: Path) -> Iterator[str]:
-    """Address of `python -m report live FOLDER`, which runs meanwhile and ends by SIGTERM."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "report", "live", str(folder)], cwd=ROOT, stdout=subprocess.PIPE, text=True
-    )
-    assert process.stdout is not None
-    try:
-        found = ADDRESS.match(process.stdout.readline())
-        assert found is not None
-        yield found[1]
-        process.send_signal(signal.SIGTERM)
-        assert process.wait(120) == 0
-    finally:
-        process.kill()
-        process.communicate()
-
-
-def asked(address: str, path: str = "/", token: str | None = None, **headers: str) -> tuple[int, str]:
-    """Status and text of one request; `token` instead of the address's."""
-    parts = urlsplit(address)
-    right = parts.query.removeprefix("token=")
-    client = http.client.HTTPConnection("127.0.0.1", parts.port or 0, timeout=120)
-    client.request("GET", f"{path}?token={right if token is None else token}", headers=headers)
-    answer = client.getresponse()
-    text = answer.read().decode(errors="replace")
-    client.close()
-    return answer.status, text
-
-
-def told(address: str, browser: str) -> tuple[int, str]:
-    """Status and text of a word from a page's buttons."""
-    parts = urlsplit(address)
-    client = http.client.HTTPConnection("127.0.0.1", parts.port or 0, timeout=120)
-    client.request("POST", "/control", body=browser, headers={"X-Token": parts.query.removeprefix("token=")})
-    answer = client.getresponse()
-    text = answer.read().decode()
-    client.close()
-    return answer.status, text
-
-
-def listening(address: str) -> tuple[http.client.HTTPConnection, http.client.HTTPResponse]:
-    """One more viewer, who has heard of the session once."""
-    parts = urlsplit(address)
-    client = http.client.HTTPConnection("127.0.0.1", parts.port or 0, timeout=120)
-    client.request("GET", f"/events?{parts.query}")
-    answer = client.getresponse()
-    next_part(answer)
-    return client, answer
-
-
-def next_part(answer: http.client.HTTPResponse) -> dict[str, str]:
-    """What a viewer is told next."""
-    while not (line := answer.readline()).startswith(b"data: "):
-        assert line, "the view has left"  # an empty line, or one that says that it is still here
-    changed: dict[str, str] = json.loads(line.removeprefix(b"data: "))
-    return changed
+ENDLESS = ("--controller", "greedy", "--threshold", "0.000001", "--max-iterations", "1000")
 
 
 def test_a_real_session_is_followed_paused_stepped_and_seen_to_its_end(tmp_path: Path) -> None:
-    session = start_controller(
-        "--view", "--out", tmp_path, "--threshold", "0.000001", "--max-iterations", "1000", "--no-report"
-    )
+    session = start_controller("--view", "--out", tmp_path, *ENDLESS, "--no-report")
     assert session.stderr is not None
     try:
         address = next(found[1] for line in session.stderr if (found := ADDRESS.match(line)))
@@ -143,9 +79,7 @@ def hold_soon(folder: Path) -> None:
 
 
 def test_a_session_that_is_told_to_stop_ends_as_by_sigterm_and_its_view_with_it(tmp_path: Path) -> None:
-    session = start_controller(
-        "--view", "--out", tmp_path, "--threshold", "0.000001", "--max-iterations", "1000", "--no-report"
-    )
+    session = start_controller("--view", "--out", tmp_path, *ENDLESS, "--no-report")
     assert session.stderr is not None
     address = next(found[1] for line in session.stderr if (found := ADDRESS.match(line)))
     viewers = [int(view.name) for view in views_of(tmp_path)]
@@ -182,8 +116,9 @@ def test_a_view_that_nobody_opens_loads_nothing_and_one_that_is_looked_at_no_ker
 
 def test_one_of_two_browsers_goes_away_in_the_middle_and_the_other_sees_the_end(tmp_path: Path) -> None:
     session = start_controller(
-        "--view", "--out", tmp_path, "--threshold", "0.000001", "--max-iterations", "4", "--no-report"
-    )
+        "--view", "--out", tmp_path, "--controller", "greedy", "--threshold", "0.000001",
+        "--max-iterations", "4", "--no-report",
+    )  # fmt: skip
     assert session.stderr is not None
     try:
         address = next(found[1] for line in session.stderr if (found := ADDRESS.match(line)))
