@@ -60,9 +60,11 @@ def read_set(options: Namespace, camera: Camera, table: dict[str, Any]) -> tuple
 
 def started_at(options: Namespace, model: Model, camera: Camera) -> Pose | Anywhere:
     """Where a command with ``seed_pose`` and ``camera`` looks first; a model of a doubtful size is said."""
-    from vision_server.serve.inputs import read_anywhere, read_seed_pose, size_warning
+    from vision_server.serve.inputs import read_anywhere, read_seed_pose, size_warning, unit_warning
 
     if options.seed_pose is None:
+        if (doubt := unit_warning(model)) is not None:
+            print(f"vision_server: {doubt}", file=sys.stderr)
         return read_anywhere(options.camera)
     seed_pose = read_seed_pose(options.seed_pose, model)
     if (doubt := size_warning(model, camera, seed_pose)) is not None:

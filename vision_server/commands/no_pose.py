@@ -7,7 +7,7 @@ from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
 from vision_server.matching.match import Anywhere, SearchRange
-from vision_server.serve.inputs import picture_px
+from vision_server.serve.inputs import picture_px, size_warning
 
 FEWEST_SEGMENTS = 4  # three lines in the image hold a pose, one more tells whether it is right
 LOOKED_AT_PX = 4.0  # between samples, when it is asked whether anything of the model is in the frame
@@ -36,6 +36,8 @@ def why_no_pose(
             f"{model.diameter:.3g} m across: check --unit. Check fx and fy of the camera. "
             "A --seed-pose, or range_m in [target] of the camera's file, says where to look."
         ]
+    if size_warning(model, camera, start) is not None:
+        return [f"the model would look {picture_px(model, camera, start):.3g} px wide, as said above."]
     if len(visible_samples(model, camera, start, LOOKED_AT_PX).line) == 0:
         return [
             "from the seed pose no line of the model is in the frame. Correct the seed pose, or leave it out."

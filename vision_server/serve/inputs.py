@@ -18,6 +18,7 @@ from stack.format import unknown_camera_key
 from vision_server.channels.depth import Raw
 from vision_server.matching.match import Anywhere
 
+SIZES_MEANT_M = (0.003, 30.0)  # across: parts outside are rare, and files in another unit than told are not
 FOREIGN = (".yaml", ".yml", ".xml")  # camera files of other programs
 MOST_TOML_BYTES = 1024 * 1024  # a recorded stack of 5000 frames has as many
 SIZES_SEEN = (0.02, 20.0)  # of a part, over the frame's width: beyond, unit or seed pose are wrong
@@ -150,6 +151,16 @@ def read_model(path: Path, unit: str = "m") -> Model:
 def picture_px(model: Model, camera: Camera, seed_pose: Pose) -> float:
     """How large a model in front of the camera is in its image, px."""
     return float(model.diameter * camera.fx / seed_pose.apply(model.pivot[None])[0, 2])
+
+
+def unit_warning(model: Model) -> str | None:
+    """What to say of a model whose size is likelier a wrong unit, where no seed pose tells."""
+    if SIZES_MEANT_M[0] <= model.diameter <= SIZES_MEANT_M[1]:
+        return None
+    return (
+        f"the model is {model.diameter:.3g} m across. If the part is not, --unit is wrong, and the pose is "
+        "as much too near or too far."
+    )
 
 
 def size_warning(model: Model, camera: Camera, seed_pose: Pose) -> str | None:

@@ -164,3 +164,15 @@ def test_without_a_seed_pose_all_poses_that_fit_are_told(root: Path, folder: Pat
     assert sum(probabilities) <= 1.0
     assert result["score"] <= probabilities[0] + 1e-9
     assert "free" not in result
+
+
+def test_a_wrong_unit_is_what_is_said_with_a_seed_pose_and_without(root: Path, folder: Path) -> None:
+    seeded = estimate(root, folder, "a.png", unit="mm")
+    assert seeded.returncode == 3
+    assert "Check the model's unit" in seeded.stderr
+    assert "Correct the seed pose" not in seeded.stderr
+    command = [sys.executable, "-m", "vision_server", "estimate", "--model", str(folder / "cuboid.cao")]
+    command += ["--camera", str(folder / "camera.toml"), "--unit", "mm", str(folder / "a.png")]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=120, check=False)
+    assert "0.000141 m across" in done.stderr
+    assert "--unit is wrong" in done.stderr
