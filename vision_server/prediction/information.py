@@ -3,7 +3,8 @@
 Each sample of a visible line gets, in each image, the variance with which its edge would be placed there
 (the Cramer-Rao bound of a blurred step in the sensor's noise, and what is not noise); the set's images and
 the new one together fix the pose with the precision L = sum_i J_i J_i' / variance_i. The gain is log2 det L
-of both over that of the set.
+of both over that of the set, and what the lines that would be shown for the first time speak for the pose
+(`belief`).
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from vision_server.channels.depth import ROUNDING_SD
 from vision_server.pose.sampling import thinned
 from vision_server.pose.steps import step_jacobian, turning_point
 from vision_server.pose.weights import SYSTEMATIC_SD_PX
+from vision_server.prediction.belief import Belief
 from vision_server.prediction.response import LitImage, Response, learn_response
 
 Floats = NDArray[np.float64]
@@ -75,6 +77,29 @@ class View(NamedTuple):
     support: Floats
 
 
+class Known:
+    """What K images say of N samples together.
+
+    Noise averages out between images; what is not noise does not. So a sample counts as it does in the best
+    image, its noise averaged with that of those which are as sharp: an image more takes nothing away.
+    """
+
+    def __init__(self, precision: Floats, shared: Floats) -> None:
+        """Precision (K, N), 1/px^2, that noise leaves samples; other variance (K,), px^2, of each image."""
+        self._precision, self._shared = precision, shared
+        self._as_sharp = (shared[:, None] >= shared) @ precision
+        self.weight = _counted(self._as_sharp, shared[:, None]).max(axis=0)
+
+    def with_one_more(self, precision: Floats, shared: Floats) -> Floats:
+        """The weight of the samples, (M, N), with each of M other images; arguments as above."""
+        own = precision + (shared[:, None] >= self._shared) @ self._precision
+        best = _counted(own, shared[:, None])
+        for before, other in zip(self._as_sharp, self._shared.tolist(), strict=True):
+            together = before + np.where((shared <= other)[:, None], precision, 0.0)
+            best = np.maximum(best, _counted(together, other))
+        return np.asarray(best)
+
+
 class Forecast:
     """What the lines of a target would show under settings to come, learnt from a set of images.
 
@@ -109,12 +134,10 @@ class Forecast:
         self.response = learn_response(self.samples, model, pose, images, positions)
         self._blur = _blur_coefficients(taken.blur, np.array([image.blur_px for image in images]))
         self._seen = support[self.samples.line]
-        precision, shared = self._placing(taken)
-        precision *= self._seen
-        counted = _counted(precision, shared)
-        self._known, self._counted = precision.sum(axis=0), counted.sum(axis=0)
-        self._common = (counted * shared).sum(axis=0)
-        self._weight = _weight(self.samples.px, self._known, self._common / np.maximum(self._counted, 1e-12))
+        precision, shared, self._shown = self._placing(taken)
+        self._belief = Belief(self.samples, self._seen)
+        self._known = Known(precision * self._seen, shared)
+        self._weight = self.samples.px * self._known.weight
         centre = turning_point(model, pose)
         jacobian = step_jacobian(camera, pose.apply(self.samples.points), self.samples.normal, centre)
         self._outer = (jacobian[:, :, None] * jacobian[:, None, :]).reshape(len(jacobian), 36)
@@ -126,15 +149,13 @@ class Forecast:
         """Bits that each candidate adds, (M,), and the model line that gains most by it, (M,), or -1."""
         if len(self.samples.line) == 0:
             return np.zeros(len(candidates.exposure)), np.full(len(candidates.exposure), -1)
-        precision, shared = self._placing(candidates)
+        precision, shared, shown = self._placing(candidates)
         # under light not seen yet the exposure is a guess, and light like the set's shows nothing new
-        precision /= (1.0 + self.response.uncertainty(candidates.lights))[:, None] ** 2
-        precision *= 1.0 - np.outer(_likeness(self.response, self.taken, candidates), 1.0 - self._seen)
-        counted = _counted(precision, shared)
-        common = (self._common + counted * shared) / np.maximum(self._counted + counted, 1e-12)
-        weights = _weight(self.samples.px, self._known + precision, common)
+        guess = 1.0 / (1.0 + self.response.uncertainty(candidates.lights))[:, None] ** 2
+        likely = guess * (1.0 - self._absent(candidates) * (1.0 - self._seen))
+        weights = self.samples.px * self._known.with_one_more(precision * likely, shared)
         by_line = (weights - self._weight) @ (self.samples.line[:, None] == np.arange(len(self.view.support)))
-        bits = (self._log_det(weights) - self._before) / math.log(2.0)
+        bits = (self._log_det(weights) - self._before) / math.log(2.0) + self._belief.gains(shown * likely)
         return np.asarray(bits), np.argmax(by_line, axis=1)
 
     def line_sd(self, candidates: Candidates) -> Floats:
@@ -142,18 +163,29 @@ class Forecast:
 
         Infinite where a line is not visible, or would not be found.
         """
-        precision, shared = self._placing(candidates)
-        variance = 1.0 / np.maximum(precision, 1e-12) + shared
+        precision, shared, _ = self._placing(candidates)
+        variance = 1.0 / np.maximum(precision, 1e-12) + shared[:, None]
         on_line = (self.samples.line[:, None] == np.arange(len(self.view.support))) * self.samples.px[:, None]
         mean = (variance @ on_line) / np.maximum(on_line.sum(axis=0), 1e-12)
         return np.where((mean > 0.0) & (mean < UNPLACED_PX**2), np.sqrt(mean), np.inf)
 
-    def _placing(self, settings: Candidates) -> tuple[Floats, Floats]:
-        """Precision, 1/px^2, with which noise lets each sample be placed, (M, N); variance that all share."""
+    def _absent(self, candidates: Candidates) -> Floats:
+        """How sure a line that the set has not shown will not be shown by these either, 0..1, (M, N).
+
+        As sure as an image of the set had light like theirs and should have shown it.
+        """
+        alike = _likeness(self.response, self.taken, candidates)
+        return np.asarray(np.max(alike[:, :, None] * self._shown[None], axis=1))
+
+    def _placing(self, settings: Candidates) -> tuple[Floats, Floats, Floats]:
+        """Of images and samples: the precision that noise leaves, 1/px^2, (M, N), the variance that is not
+        noise, px^2, (M,), and the probability that they are shown, (M, N).
+        """
         blur = np.sqrt(np.maximum(settings.blur @ self._blur, LEAST_BLUR_PX2))
         mean, variance = self.response.brightness(settings.exposure, settings.lights)
         shared = SYSTEMATIC_SD_PX**2 + CROWDING * blur**3
-        return _placing(mean, variance, blur, self.sensor), shared[:, None]
+        precision, shown = _placing(mean, variance, blur, self.sensor)
+        return precision, shared, shown
 
     def _log_det(self, weights: Floats) -> Floats:
         precision = (weights @ self._outer).reshape(*weights.shape[:-1], 6, 6) + self._prior
@@ -168,7 +200,7 @@ def spread_samples(model: Model, camera: Camera, pose: Pose) -> Samples:
 
 
 def _likeness(response: Response, taken: Candidates, candidates: Candidates) -> Floats:
-    """How like the light of each candidate is to one of the set, 0..1, (M,): it will not show more.
+    """How like the light of each candidate is to that of each image of the set, 0..1, (M, K).
 
     The squared cosine between the contributions of sun and lights to the mean brightness of the target.
     """
@@ -176,21 +208,19 @@ def _likeness(response: Response, taken: Candidates, candidates: Candidates) -> 
     for lights in (taken.lights, candidates.lights):
         light = np.hstack([np.ones((len(lights), 1)), lights]) * response.pooled
         directions.append(light / np.maximum(np.linalg.norm(light, axis=1, keepdims=True), 1e-12))
-    return np.asarray((directions[1] @ directions[0].T).max(axis=1) ** 2)
+    return np.asarray((directions[1] @ directions[0].T) ** 2)
 
 
-def _counted(precision: Floats, shared: Floats) -> Floats:
-    """What an image's samples count beside other images': the inverse of all of their variance."""
+def _counted(precision: Floats, shared: Floats | float) -> Floats:
+    """The inverse of all variance, of noise and of what is no noise."""
     return np.asarray(precision / (1.0 + precision * shared))
 
 
-def _weight(px: Floats, precision: Floats, common: Floats) -> Floats:
-    """Precision of samples in all images together: noise averages out, what is not noise does not."""
-    return np.asarray(px / (common + 1.0 / np.maximum(precision, 1e-12)))
+def _placing(mean: Floats, variance: Floats, blur: Floats, sensor: Sensor) -> tuple[Floats, Floats]:
+    """Precision, 1/px^2, that noise leaves each sample's edge, and the probability that it is shown.
 
-
-def _placing(mean: Floats, variance: Floats, blur: Floats, sensor: Sensor) -> Floats:
-    """Precision, 1/px^2, that noise leaves the place of each sample's edge, (M, N); inputs (M, 2, N)."""
+    (M, N) each; inputs (M, 2, N).
+    """
     seen = np.minimum(mean, 1.0)
     # two sides of which nothing is known, each uncertain by its brightness, differ by EDGE_CONTRAST of it
     unknown2 = 0.5 * EDGE_CONTRAST**2 * variance.sum(axis=1) * (mean < 1.0).all(axis=1)
@@ -200,7 +230,8 @@ def _placing(mean: Floats, variance: Floats, blur: Floats, sensor: Sensor) -> Fl
     place2 = 2.0 * math.sqrt(math.pi) * width * noise2 / np.maximum(height2, 1e-12)
     overshoot = np.maximum(1.0, mean.max(axis=1) / SAFE_HIGHLIGHT) ** OVERSHOOT_POWER
     detected = 1.0 - np.exp(-height2 / (DETECTED_SNR**2 * noise2))
-    return np.asarray(detected / (place2 * overshoot))
+    shown = np.asarray(detected / overshoot)
+    return shown / place2, shown
 
 
 def _blur_coefficients(inputs: Floats, blur_px: Floats) -> Floats:

@@ -9,7 +9,16 @@ from geometry.model import Model
 from geometry.pose import Pose
 from tests.vision_server.prediction.lit_scenes import POSITIONS, lit
 from tests.vision_server.synthetic import CAMERA, POSE
-from vision_server.prediction.information import Candidates, Forecast, Sensor, View, blur_inputs
+from vision_server.prediction.belief import Belief
+from vision_server.prediction.information import (
+    Candidates,
+    Forecast,
+    Known,
+    Sensor,
+    View,
+    blur_inputs,
+    spread_samples,
+)
 
 SENSOR = Sensor(full_scale_e=10000.0, read_noise_e=4.0, gamma=1.0)
 
@@ -69,6 +78,43 @@ def test_light_that_may_show_unseen_lines_is_preferred_to_light_that_did_not(
     bits, line = gains(model, [(1.0, 1.0, 0.0)], [(1.0, 1.0, 0.0), (1.0, 0.0, 1.0)], support)
     assert bits[1] > 2.0 * bits[0]
     assert support[line[1]] == 0.0
+
+
+def test_lines_that_it_was_too_dark_for_are_expected_from_more_of_the_same_light(model: Model) -> None:
+    half = np.ones(len(model.lines))
+    half[::2] = 0.0
+    asked = [(1.0, 1.0, 1.0)]
+    unseen_adds = []
+    for before in (0.002, 0.8):
+        with_unseen, _ = gains(model, [(before, 1.0, 1.0)], asked, half)
+        all_seen, _ = gains(model, [(before, 1.0, 1.0)], asked)
+        unseen_adds.append(with_unseen[0] - all_seen[0])
+    assert unseen_adds[0] > 2.0
+    assert unseen_adds[1] < 0.5
+
+
+def test_an_image_more_takes_nothing_away_and_only_noise_averages_out() -> None:
+    rng = np.random.default_rng(1)
+    precision, shared = rng.uniform(0.1, 100.0, (5, 40)), rng.uniform(0.01, 1.0, 5)
+    for number in range(1, 5):
+        known = Known(precision[:number], shared[:number])
+        more = known.with_one_more(precision[number][None], shared[number : number + 1])[0]
+        assert (more >= known.weight - 1e-12).all()
+        np.testing.assert_allclose(more, Known(precision[: number + 1], shared[: number + 1]).weight)
+    noisy, clean = np.full((1, 1), 0.01), np.full((1, 1), 1e6)
+    alike = np.array([0.5])
+    assert Known(noisy, alike).with_one_more(noisy, alike)[0, 0] > 1.9 * Known(noisy, alike).weight[0]
+    assert Known(clean, alike).with_one_more(clean, alike)[0, 0] < 1.001 * Known(clean, alike).weight[0]
+
+
+def test_lines_that_are_shown_for_the_first_time_speak_for_the_pose(model: Model) -> None:
+    samples = spread_samples(model, CAMERA, POSE)
+    lines = np.unique(samples.line)
+    half = np.isin(samples.line, lines[: len(lines) // 2]).astype(np.float64)
+    everything = np.ones((1, len(samples.line)))
+    assert Belief(samples, half).gains(everything)[0] > 1.0
+    assert Belief(samples, half).gains(half[None])[0] < 0.3
+    assert Belief(samples, everything[0]).gains(everything).tolist() == [0.0]
 
 
 def test_a_line_is_placed_worse_in_the_dark_and_better_the_more_light_there_is(model: Model) -> None:
