@@ -65,7 +65,15 @@ def alive(pid: int) -> bool:
 def running_session(out: Path) -> tuple[subprocess.Popen[str], dict[str, int]]:
     """A session that cannot converge, with both servers up and at least one image taken."""
     session = start_controller(
-        "--out", out, "--threshold", "0.000001", "--max-iterations", "1000", "--no-report"
+        "--out",
+        out,
+        "--controller",
+        "greedy",
+        "--threshold",
+        "0.000001",
+        "--max-iterations",
+        "1000",
+        "--no-report",
     )
     captured(session, out, "i1")
     servers = servers_of(session.pid)
