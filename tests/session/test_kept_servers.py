@@ -54,7 +54,8 @@ def test_two_sessions_do_not_share_servers_and_one_that_is_killed_frees_its_own(
     runtime: Path, tmp_path: Path
 ) -> None:
     endless = start_controller(
-        "--out", tmp_path / "endless", "--controller", "greedy", "--threshold", "0.000001", "--max-iterations", "1000", "--no-report",
+        "--out", tmp_path / "endless", "--controller", "greedy",
+        "--threshold", "0.000001", "--max-iterations", "1000", "--no-report",
         "--keep-servers", "--idle-s", str(IDLE_S),
     )  # fmt: skip
     try:
@@ -82,7 +83,8 @@ def test_servers_that_nobody_asks_end(runtime: Path, tmp_path: Path) -> None:
 def test_a_kept_server_that_is_killed_comes_back(runtime: Path, tmp_path: Path, victim: str) -> None:
     session(tmp_path / "one", "--max-iterations", "1")
     endless = start_controller(
-        "--out", tmp_path / "endless", "--controller", "greedy", "--threshold", "0.000001", "--max-iterations", "1000", "--no-report",
+        "--out", tmp_path / "endless", "--controller", "greedy",
+        "--threshold", "0.000001", "--max-iterations", "1000", "--no-report",
         "--keep-servers",
     )  # fmt: skip
     journal = tmp_path / "endless" / "history.pl"
