@@ -1,17 +1,15 @@
-"""What makes a scene hard: shadows of bars, an arm in the way, walls of lines, an empty frame; random parts.
+"""What makes a scene hard: shadows of bars, an arm in the way, walls of lines, an empty frame.
 
     .venv/bin/python -m benchmarks.ray_traced_stacks OUT --hard [--count 6] [--seed 1] [MODEL...]
 
 Numbers go through the kinds A (weak light, blur, a wall of lines), B (grazing sun, shadows of bars), C (an
-arm in the way, blur), E (all of it) and N (nothing there). The model `part` is another random one for each
-number.
+arm in the way, blur), E (all of it) and N (nothing there).
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,39 +95,3 @@ def lines_behind(model: Model, pose: Pose, rng: np.random.Generator) -> str:
         f" scale {period:.4g} rotate <0, 0, {-angle:.2f}> }}"
         f" finish {{ ambient 0 diffuse 0.8 }} translate <0, 0, {depth:.4g}> }}"
     )
-
-
-def random_outline(rng: np.random.Generator) -> Floats:
-    """Corners (K, 2) of a polygon around its middle: a star of drawn radii, or a stair of right angles."""
-    if rng.random() < 0.5:
-        corners = int(rng.integers(5, 11))
-        angle = 2.0 * np.pi * (np.arange(corners) + rng.uniform(-0.3, 0.3, corners)) / corners
-        radius = rng.uniform(0.4, 1.0, corners)
-        return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
-    steps = int(rng.integers(2, 5))
-    across, up = np.cumsum(rng.uniform(0.2, 0.8, steps)), np.cumsum(rng.uniform(0.2, 0.8, steps))[::-1]
-    stair = [(0.0, 0.0), (across[-1], 0.0)]
-    for k in range(steps - 1, -1, -1):
-        stair.append((across[k], up[k]))
-        if k > 0:
-            stair.append((across[k - 1], up[k]))
-    stair.append((0.0, up[0]))
-    return np.array(stair) - 0.5 * np.array([across[-1], up[0]])
-
-
-def write_part(file: Path, rng: np.random.Generator) -> None:
-    """A prism of a random outline, 0.15 to 0.3 m wide, as a .cao file."""
-    outline = random_outline(rng)
-    outline *= rng.uniform(0.15, 0.3) / np.ptp(outline, axis=0).max()
-    high = np.ptp(outline, axis=0).max() * rng.uniform(0.15, 0.7)
-    count = len(outline)
-    area = float(
-        np.sum(outline[:, 0] * np.roll(outline[:, 1], -1) - outline[:, 1] * np.roll(outline[:, 0], -1))
-    )
-    ring = outline if area > 0 else outline[::-1]
-    points = np.vstack([np.c_[ring, np.full(count, z)] for z in (-0.5 * high, 0.5 * high)])
-    faces = [list(range(count))[::-1], list(range(count, 2 * count))]
-    faces += [[i, (i + 1) % count, count + (i + 1) % count, count + i] for i in range(count)]
-    text = ["V1", str(len(points)), *(" ".join(f"{x:.6f}" for x in point) for point in points), "0", "0"]
-    text += [str(len(faces)), *(" ".join(map(str, [len(face), *face])) for face in faces), "0", "0"]
-    file.write_text("\n".join(text) + "\n")

@@ -20,7 +20,7 @@ import typer
 from numpy.typing import NDArray
 
 from benchmarks.photographs import image_set, stack_studio
-from benchmarks.trust_fit import drawn_set
+from benchmarks.trust_rows import drawn_set
 from geometry.pose import disturbed
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose

@@ -23,6 +23,7 @@ import typer
 from numpy.typing import NDArray
 
 from benchmarks import hard_scenes, povray
+from benchmarks.drawn_parts import PARTS
 from benchmarks.hard_scenes import Conditions
 from bridge.messages import CameraDescription, Describe, LightDescription, PoseMessage, TargetDescription
 from geometry.camera import Camera
@@ -51,7 +52,6 @@ SAMPLES = 3
 MOST_SKINS = 3
 MOST_CONTRAST = 0.5
 WALLS = 0.5  # of the hard scenes without a wall of lines have another
-RANDOM_PART = "part"  # this name is another part for each number
 SKINS = ("granite", "bozo", "wrinkles", "marble turbulence 0.7", "agate", "crackle")
 
 CONDITIONS = (
@@ -194,7 +194,8 @@ def _behind(model: Model, pose: Pose, rng: np.random.Generator) -> list[str]:
 def main(
     out: Annotated[Path, typer.Argument(help="Folder for the stacks.")],
     models: Annotated[
-        list[str] | None, typer.Argument(metavar="MODEL", help="Targets by name, or model files (metres).")
+        list[str] | None,
+        typer.Argument(metavar="MODEL", help="Targets by name, model files (metres), or part, plate, wheel."),
     ] = None,
     count: Annotated[int, typer.Option(min=1, help="Stacks of each model.")] = 6,
     seed: Annotated[int, typer.Option(min=0)] = 1,
@@ -209,9 +210,9 @@ def main(
     for name in models or TARGETS:
         for number in range(1, count + 1):
             with tempfile.TemporaryDirectory() as scratch:
-                if name == RANDOM_PART:
-                    file = Path(scratch) / f"{RANDOM_PART}.cao"
-                    hard_scenes.write_part(file, np.random.default_rng([seed, number]))
+                if name in PARTS:
+                    file = Path(scratch) / f"{name}.cao"
+                    PARTS[name](file, np.random.default_rng([seed, number]))
                 else:
                     file = find_target(name)
                 folder = out / f"{file.stem}-{number}"

@@ -32,7 +32,7 @@ from scipy.optimize import minimize
 
 from benchmarks.films import CAMERA, film
 from benchmarks.photographs import image_set, stack_studio
-from benchmarks.trust_fit import SETS, drawn_set
+from benchmarks.trust_rows import SETS, drawn_set
 from bridge.errors import BadInput
 from bridge.messages import Settings
 from geometry.camera import Camera

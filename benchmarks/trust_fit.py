@@ -1,13 +1,14 @@
 """What the constants of `vision_server.pose.trust` come from: estimates of drawn scenes, right and wrong.
 
     .venv/bin/python -m benchmarks.ray_traced_stacks SCENES MODEL... --hard
-    .venv/bin/python -m benchmarks.trust_fit collect SCENES/* --out ROWS.jsonl
-    .venv/bin/python -m benchmarks.trust_fit fit ROWS.jsonl [--plot FILE.png]
+    .venv/bin/python -m benchmarks.trust_fit collect SCENES/* --simulated 140 --out ROWS.jsonl
+    .venv/bin/python -m benchmarks.trust_fit fit ROWS.jsonl [--plot FILE.png] [--today]
 
-`collect` draws image sets of each stack, of any settings or of those that expose the scene, and estimates
-the pose with its model, with the model stretched along one axis, and with another one; a stack that is in the
-file already is left out. `fit` prints the constants, how many poses they would trust, each fold of scenes
-judged by a fit to the others, and how often poses of each probability are right.
+`collect` draws image sets of each stack and each scene of the simulator, of any settings or of those that
+expose the scene, and estimates the pose with its model, with the model stretched along one axis, and with one
+that is sheared, mirrored, upside down or another; a scene that is in the file already is left out. `fit`
+prints the constants, how many poses they would trust, each fold of scenes judged by a fit to the others, and
+how often poses of each stratum are right; with `--today`, by the constants in use.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterator, Sequence
+from itertools import compress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 from zlib import crc32
 
 import numpy as np
@@ -25,13 +27,10 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.special import erf, expit
 
-from benchmarks.hard_scenes import KINDS
-from benchmarks.photographs import Photograph, Studio, image_set, stack_studio
-from geometry.model import Model, find_target, load_model
-from geometry.pose import disturbed
-from vision_server.matching import SearchRange
-from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
-from vision_server.pose.stretch import stretched
+from benchmarks import trust_rows
+from benchmarks.photographs import Studio
+from benchmarks.trust_rows import Row
+from vision_server.pose import trust
 from vision_server.pose.trust import (
     CLEAR_GAIN,
     LEAST_UNCERTAINTY,
@@ -43,93 +42,45 @@ from vision_server.pose.trust import (
 )  # fmt: skip
 
 Floats = NDArray[np.float64]
-Row = dict[str, Any]
+Flags = NDArray[np.bool_]
 
-SETS = (("any", 3), ("exposed", 2), ("exposed", 6))
-EXPOSED_GREY = (60, 250)  # the brightest twentieth of the image lies between
-TRIES = 12
-STRETCHES = (0.02, 0.03, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2)
-OTHERS = ("cube", "fixture", "satellite")
-SIZE = (0.8, 1.2)  # of another model, over the target's
 WRONG_MODELS = 0.3  # what an estimate with a wrong model counts in the fit, beside 1
 RIDGE = 0.3  # on the squared coefficients
 FOLDS = 5
+TRUSTED = 0.933  # a merit of 1 px, the default threshold
+CHI_SQUARED_99 = 16.81  # of six degrees of freedom
+TODAY = np.array([
+    trust.BIAS, trust.PER_LOG2_CONFIRMED, trust.PER_LOG2_MISSING, trust.PER_LOG_UNCERTAINTY,
+    trust.PER_ROOT_GAIN, trust.PER_GAIN, trust.PER_LOG2_SIGNIFICANCE,
+])  # fmt: skip
+STRATA = ("mild", "dark", "blurred", "hidden", "few lines", "symmetric")
 NAMES = ("confirmed", "missing", "uncertainty", "root gain", "gain", "significance")
 
 app = typer.Typer(help=__doc__, add_completion=False)
 
 
-def drawn_set(studio: Studio, kind: str, count: int, rng: np.random.Generator) -> list[Photograph]:
-    """Images under settings drawn at random; `exposed` ones are drawn again when too dark or too bright."""
-    described, shots = studio.device.describe(), []
-    for _ in range(count):
-        for _ in range(TRIES if kind == "exposed" else 1):
-            shot = studio.photograph(
-                tuple(int(rng.integers(0, light.levels)) for light in described.lights),
-                float(rng.choice(described.shutters_s)),
-                float(rng.choice(described.apertures)),
-            )
-            if EXPOSED_GREY[0] <= np.percentile(shot.pixels, 95) <= EXPOSED_GREY[1]:
-                break
-        shots.append(shot)
-    return shots
-
-
-def models(model: Model, rng: np.random.Generator) -> Iterator[tuple[str, Model]]:
-    """The true model, a stretched one and another one."""
-    yield "true", model
-    by = float(rng.choice(STRETCHES) * rng.choice([-1.0, 1.0]))
-    axis = int(rng.integers(3))
-    yield f"{'xyz'[axis]}{by:+.2f}", stretched(model, math.log(1.0 + by) * np.eye(3)[axis])
-    other = load_model(find_target(str(rng.choice([name for name in OTHERS if name != model.name]))))
-    size = math.log(model.diameter / other.diameter * rng.uniform(*SIZE))
-    yield "other", stretched(other, np.full(3, size))
-
-
-def row_of(studio: Studio, found: Estimate) -> Row:
-    """What the fit needs of one estimate."""
-    if found.pose is None or found.support is None:
-        return {"pose": False}
-    error = found.pose.error_to(studio.true)
-    doubt = found.misfit
-    return {
-        "pose": True, "rotation_deg": error.rotation_deg, "translation": error.translation_fraction_of_range,
-        "within": error.within(1.0, 0.01), "confirmed": found.support.confirmed,
-        "missing": found.support.missing, "uncertainty": found.uncertainty, "ambiguity": found.ambiguity,
-        "gain": doubt.gain if doubt else 0.0, "significance": doubt.significance if doubt else 0.0,
-        "score": found.score,
-    }  # fmt: skip
-
-
 @app.command()
-def collect(stacks: list[Path], out: Annotated[Path, typer.Option()], seed: int = 1) -> None:
-    """Estimate poses of stacks, and append what the fit needs to a file."""
-    known: set[str] = (
-        {json.loads(line)["scene"] for line in out.read_text().splitlines()} if out.exists() else set()
-    )
-    reach = SearchRange()
-    for folder in stacks:
-        if str(folder) in known:
-            continue
-        studio, number = stack_studio(folder), int(folder.name.rpartition("-")[2])
-        empty = KINDS[(number - 1) % len(KINDS)] == "N"
-        rng = np.random.default_rng([seed, crc32(folder.name.encode())])
-        rows = []
-        for kind, count in SETS:
-            shots = drawn_set(studio, kind, count, rng)
-            images, start = image_set(shots), disturbed(
-                studio.true, rng, reach.rotation_deg, reach.translation_px, studio.camera.fx
-            )  # fmt: skip
-            for name, model in models(studio.model, rng):
-                settings = PipelineSettings(seed=seed, tone_sd_px=shots[0].tone_sd_px)
-                found = estimate_pose(images, list(images.images), model, studio.camera, start, settings)
-                rows.append(
-                    {"scene": str(folder), "empty": empty, "set": f"{kind} {count}", "model": name}
-                    | row_of(studio, found)
-                )
-        with out.open("a") as file:
-            file.writelines(json.dumps(row) + "\n" for row in rows)
-        print(folder, len(rows), flush=True)
+def collect(
+    out: Annotated[Path, typer.Option()],
+    stacks: Annotated[list[Path] | None, typer.Argument()] = None,
+    simulated: Annotated[int, typer.Option(min=0, help="Scenes of the simulator.")] = 0,
+    seed: int = 1,
+) -> None:
+    """Estimate poses of stacks and of simulated scenes, and append what the fit needs to a file."""
+    known = {json.loads(line)["scene"] for line in out.read_text().splitlines()} if out.exists() else set()
+
+    def scenes() -> Iterator[tuple[str, Studio, bool]]:
+        for folder in stacks or ():
+            yield trust_rows.stack_scene(folder)
+        for number in range(simulated):
+            yield trust_rows.simulated(number, seed)
+
+    for name, studio, empty in scenes():
+        if name not in known:
+            rows = trust_rows.rows_of(name, studio, empty, seed)
+            with out.open("a") as file:
+                file.write("".join(json.dumps(row) + "\n" for row in rows))
+            print(name, len(rows), flush=True)
 
 
 def inputs(rows: Sequence[Row]) -> Floats:
@@ -147,15 +98,16 @@ def inputs(rows: Sequence[Row]) -> Floats:
     ], axis=1)  # fmt: skip
 
 
+def chance(coefficients: Floats, rows: Sequence[Row], x: Floats) -> Floats:
+    """Probability that rows are right, by coefficients (7,) of their `inputs` (N, 7)."""
+    spread = np.array([row["uncertainty"] for row in rows])
+    unclear = np.array([row["ambiguity"] for row in rows])
+    within = erf(LIMIT / (math.sqrt(2.0) * TAILS * np.maximum(spread, 1e-9)))
+    return np.asarray(np.clip(within * expit(x @ coefficients) / (1.0 + unclear), 1e-9, 1.0 - 1e-9))
+
+
 def fitted(rows: Sequence[Row]) -> tuple[Callable[[Sequence[Row]], Floats], Floats]:
     """The probability that rows are right, by a fit to some, and its coefficients (7,)."""
-
-    def chance(coefficients: Floats, of: Sequence[Row], x: Floats) -> Floats:
-        spread = np.array([row["uncertainty"] for row in of])
-        unclear = np.array([row["ambiguity"] for row in of])
-        within = erf(LIMIT / (math.sqrt(2.0) * TAILS * np.maximum(spread, 1e-9)))
-        return np.asarray(np.clip(within * expit(x @ coefficients) / (1.0 + unclear), 1e-9, 1.0 - 1e-9))
-
     x, right = inputs(rows), np.array([row["right"] for row in rows])
     weight = np.array([1.0 if row["model"] == "true" else WRONG_MODELS for row in rows])
 
@@ -169,7 +121,11 @@ def fitted(rows: Sequence[Row]) -> tuple[Callable[[Sequence[Row]], Floats], Floa
 
 
 @app.command()
-def fit(files: list[Path], plot: Annotated[Path | None, typer.Option()] = None) -> None:
+def fit(
+    files: list[Path],
+    plot: Annotated[Path | None, typer.Option()] = None,
+    today: Annotated[bool, typer.Option(help="Judge the constants that are in use; fit nothing.")] = False,
+) -> None:
     """Fit the constants, and say how well the probability is calibrated."""
     every = [json.loads(line) for file in files for line in file.read_text().splitlines()]
     rows = [row for row in every if row["pose"]]
@@ -177,35 +133,75 @@ def fit(files: list[Path], plot: Annotated[Path | None, typer.Option()] = None) 
         row["right"] = bool(row["model"] == "true" and row["within"] and not row["empty"])
     # a pose that is right in spite of its model is neither to be believed nor to be doubted
     rows = [row for row in rows if row["right"] or row["model"] == "true" or not row["within"]]
-    constants = dict(zip(("bias", *NAMES), np.round(fitted(rows)[1], 2).tolist(), strict=True))
-    fold = np.array([crc32(row["scene"].encode()) % FOLDS for row in rows])
-    p = np.zeros(len(rows))
-    for number in range(FOLDS):
-        others = [row for row, own in zip(rows, fold, strict=True) if own != number]
-        held_out = np.flatnonzero(fold == number)
-        if len(held_out):
-            p[held_out] = fitted(others)[0]([rows[k] for k in held_out])
+    if today:
+        p = chance(TODAY, rows, inputs(rows))
+    else:
+        constants = dict(zip(("bias", *NAMES), np.round(fitted(rows)[1], 2).tolist(), strict=True))
+        print(json.dumps({"name": "trust constants", "estimates": len(rows), **constants}))
+        p = _held_out(rows)
     right = np.array([row["right"] for row in rows])
     true = np.array([row["model"] == "true" for row in rows])
-    print(json.dumps({"name": "trust constants", "estimates": len(rows), **constants}))
-    for least in (0.8, 0.9, 0.93, 0.95, 0.98):
+    for least in (0.8, 0.9, TRUSTED, 0.95, 0.98):
         over = p >= least
         print(json.dumps({
             "name": f"trusted from {least}", "right": int((over & right).sum()), "of": int(right.sum()),
             "wrong, true model": int((over & ~right & true).sum()), "of wrong": int((~right & true).sum()),
             "wrong model": int((over & ~true).sum()), "of wrong models": int((~true).sum()),
         }))  # fmt: skip
-    bins = np.minimum((p[true] * 10).astype(int), 9)
-    share = [(float(p[true][bins == k].mean()), float(right[true][bins == k].mean()), int((bins == k).sum()))
-             for k in np.unique(bins)]  # fmt: skip
-    error = sum(n * abs(said - seen) for said, seen, n in share) / true.sum()
-    print(json.dumps({"name": "expected calibration error, true models", "value": round(error, 3),
-                      "bins": [[round(a, 2), round(b, 2), n] for a, b, n in share]}))  # fmt: skip
+    weight = np.where(true, 1.0, WRONG_MODELS)
+    strata = {name: true & np.array([name in row["strata"] for row in rows]) for name in STRATA}
+    for name, part in {"all": weight > 0.0, "true models": true, **strata, "wrong models": ~true}.items():
+        if part.any():
+            own = [row["normalised"] for row in compress(rows, part & right)]
+            show_stratum(name, p[part], right[part], weight[part], own)
     if plot is not None:
-        _drawn(share, plot)
+        _drawn(calibration(p, right, weight), plot)
 
 
-def _drawn(share: list[tuple[float, float, int]], file: Path) -> None:
+def _held_out(rows: Sequence[Row]) -> Floats:
+    """Probability of each row by a fit to the other folds of scenes."""
+    fold = np.array([crc32(row["scene"].encode()) % FOLDS for row in rows])
+    p = np.zeros(len(rows))
+    for number in range(FOLDS):
+        others = [row for row, own in zip(rows, fold, strict=True) if own != number]
+        held_out = np.flatnonzero(fold == number)
+        if len(held_out):
+            p[held_out] = fitted(others)[0]([rows[int(k)] for k in held_out])
+    return p
+
+
+def calibration(p: Floats, right: Flags, weight: Floats) -> list[tuple[float, float, float]]:
+    """Mean probability, share that is right, and weight, of each tenth of the probabilities."""
+    tenth = np.minimum((p * 10).astype(int), 9)
+    out = []
+    for number in np.unique(tenth):
+        own = weight * (tenth == number)
+        out.append((float(own @ p / own.sum()), float(own @ right / own.sum()), float(own.sum())))
+    return out
+
+
+def show_stratum(name: str, p: Floats, right: Flags, weight: Floats, normalised: Sequence[float]) -> None:
+    """Print how well one stratum is calibrated, and the squared normalised errors of its right poses."""
+    bins = calibration(p, right, weight)
+    error = sum(n * abs(said - seen) for said, seen, n in bins) / weight.sum()
+    told = {
+        "name": f"stratum {name}", "estimates": len(p), "right": int(right.sum()),
+        "mean probability": round(float(weight @ p / weight.sum()), 3),
+        "share right": round(float(weight @ right / weight.sum()), 3), "calibration error": round(error, 3),
+        "right and trusted": int((right & (p >= TRUSTED)).sum()),
+        "wrong and trusted": int((~right & (p >= TRUSTED)).sum()),
+    }  # fmt: skip
+    if normalised:
+        squares = np.array(normalised)
+        told |= {
+            "normalised error, mean": round(float(squares.mean()), 2),
+            "median": round(float(np.median(squares)), 2),
+            "within the 99 % bound": round(float((squares <= CHI_SQUARED_99).mean()), 3),
+        }
+    print(json.dumps(told))
+
+
+def _drawn(share: list[tuple[float, float, float]], file: Path) -> None:
     import matplotlib as mpl
 
     mpl.use("Agg")

@@ -24,6 +24,7 @@ from vision_server.matching.match import distinct
 from vision_server.pose.alternatives import PoseChance, chances, image_of, without_free_turn
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.pose.observation import PoseProblem
+from vision_server.pose.other_hand import the_other_way
 from vision_server.pose.ranking import TURNED_NATS, Refined, best_first, of_most_evidence, turned
 from vision_server.pose.stretch import misfit
 from vision_server.pose.support import LineSupport, PoseSupport
@@ -178,7 +179,7 @@ def pose_of_segments(
     worth = _worth_refining(hypotheses)
     refined = of_most_evidence(problem, worth, LOOKED_AT) if anywhere else best_first(problem, worth)
     symmetry = symmetry_of(model) if anywhere or model.smooth.any() else ASYMMETRIC
-    estimate = _best(refined, symmetry)
+    estimate = _best(refined, symmetry, _matcher(endpoints, camera, seed_pose, settings))
     if isinstance(seed_pose, Anywhere):
         estimate = _with_poses(estimate, refined, symmetry, partial(seed_pose.allows, middle=model.middle))
     watch.lap("refinement")
@@ -220,7 +221,18 @@ def _worth_refining(found: list[Hypothesis]) -> list[Pose]:
     return [one.pose for one in found if best <= 0.0 or one.score >= WORTH_REFINING * best]
 
 
-def _best(found: list[Refined], symmetry: Symmetry) -> Estimate:
+def _matcher(
+    endpoints: Floats, camera: Camera, seed_pose: Pose | Anywhere, settings: PipelineSettings
+) -> Callable[[Model], list[Pose]] | None:
+    """What matches other models with the same segments from the same seed pose; None without one."""
+    if isinstance(seed_pose, Anywhere):
+        return None
+    return lambda model: _worth_refining(_matched(endpoints, model, camera, seed_pose, settings))
+
+
+def _best(
+    found: list[Refined], symmetry: Symmetry, match: Callable[[Model], list[Pose]] | None = None
+) -> Estimate:
     if not found:
         return Estimate()
     keep = distinct(
@@ -239,6 +251,8 @@ def _best(found: list[Refined], symmetry: Symmetry) -> Estimate:
     score, doubt = confidence(best.support, unclear, spread), None
     if score >= WORTH_DOUBTING:
         doubt = misfit(best)
+        if match is not None:
+            unclear = max(unclear, the_other_way(best, match))
         score = confidence(best.support, unclear, spread, doubt)
     if score < LEAST_SCORE:
         return Estimate()

@@ -4,9 +4,16 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 from typer.testing import CliRunner
 
-from benchmarks.trust_fit import app, fitted
+from benchmarks.photographs import Studio
+from benchmarks.trust_fit import TODAY, app, chance, fitted, inputs
+from benchmarks.trust_rows import row_of
+from geometry.model import Model
+from image_server.simulator import Simulator
+from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, one_image, photographed
+from vision_server.pipeline import estimate_pose
 
 
 def rows(count: int) -> list[dict[str, object]]:
@@ -17,7 +24,8 @@ def rows(count: int) -> list[dict[str, object]]:
     return [
         {"scene": f"s{k % 20}", "model": "true", "empty": False, "pose": True, "within": bool(right[k]),
          "right": bool(right[k]), "confirmed": float(confirmed[k]), "missing": float(rng.uniform(0.0, 0.5)),
-         "uncertainty": 0.001, "ambiguity": 0.0, "gain": 0.0, "significance": 0.0}
+         "uncertainty": 0.001, "ambiguity": 0.0, "gain": 0.0, "significance": 0.0,
+         "strata": ["mild"], "normalised": 6.0, "score": 0.5}
         for k in range(count)
     ]  # fmt: skip
 
@@ -38,5 +46,27 @@ def test_the_command_prints_constants_and_calibration(tmp_path: Path) -> None:
     assert ran.exit_code == 0, ran.output
     told = [json.loads(line) for line in ran.output.splitlines()]
     assert told[0]["estimates"] == 400
-    assert told[-1]["value"] < 0.1
+    strata = {one["name"]: one for one in told if "calibration error" in one}
+    assert list(strata) == ["stratum all", "stratum true models", "stratum mild"]
+    assert strata["stratum mild"]["calibration error"] < 0.1
+    assert strata["stratum mild"]["normalised error, mean"] == 6.0
     assert plot.stat().st_size > 0
+
+
+def test_the_formula_of_the_fit_is_that_of_the_pipeline(tmp_path: Path) -> None:
+    model: Model = cuboid(tmp_path)
+    picture = photographed(linear_picture(model, CAMERA, POSE))
+    found = estimate_pose(one_image(picture), ["i1"], model, CAMERA, POSE)
+    row = row_of(Studio("one", Simulator(), CAMERA, model, POSE), found)
+    assert chance(TODAY, [row], inputs([row]))[0] == pytest.approx(found.score, abs=1e-9)
+
+
+def test_the_constants_in_use_are_judged_without_a_fit(tmp_path: Path) -> None:
+    file = tmp_path / "rows.jsonl"
+    file.write_text("".join(json.dumps(row) + "\n" for row in rows(400)))
+    ran = CliRunner().invoke(app, ["fit", str(file), "--today"])
+    assert ran.exit_code == 0, ran.output
+    told = {one["name"]: one for one in map(json.loads, ran.output.splitlines())}
+    assert "trust constants" not in told
+    said = chance(TODAY, rows(400), inputs(rows(400))).mean()
+    assert told["stratum all"]["mean probability"] == pytest.approx(said, abs=1e-3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -36,6 +37,22 @@ def cuboid(folder: Path) -> Model:
     lines = ["V1", "8", *(" ".join(map(str, corner)) for corner in corners), "0", "0", "6"]
     lines += ["4 " + " ".join(map(str, face)) for face in faces] + ["0", "0"]
     path = folder / "cuboid.cao"
+    path.write_text("\n".join(lines) + "\n")
+    return load_model(path)
+
+
+def boxes(folder: Path, ends: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]]) -> Model:
+    """Boxes between two opposite corners each, (3,) m, read from a .cao file."""
+    points: list[NDArray[np.float64]] = []
+    faces: list[list[int]] = []
+    for first, (low, high) in enumerate(ends):
+        corner = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
+        points += list(np.where(corner == 0, low, high))
+        around = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+        faces += [[8 * first + number for number in face] for face in around]
+    lines = ["V1", str(len(points)), *(" ".join(f"{x:.6f}" for x in point) for point in points)]
+    lines += ["0", "0", str(len(faces)), *("4 " + " ".join(map(str, face)) for face in faces), "0", "0"]
+    path = folder / "boxes.cao"
     path.write_text("\n".join(lines) + "\n")
     return load_model(path)
 

@@ -1,4 +1,4 @@
-"""Is the model true? Stretched ones are fitted beside the best pose; one that fits clearly better says no.
+"""Is the model true? Stretched and sheared ones are fitted beside the best pose; a better fit says no.
 
 A part that is wider than its model still fits it along most lines, sharply and with a small uncertainty, at a
 pose that is off. No pose of the model tells; another model does. A scale of all axes together is the same as
@@ -37,49 +37,61 @@ BANDS_PX = (1.5, 12.0, 40.0)  # around the lines, in which edges are looked for
 HELD = 0.6  # support of a line whose edge points hold the pose
 SCANNED = np.r_[-np.arange(2, 26), np.arange(2, 26)] * 0.01  # logarithms
 WORTH = 0.03  # of the visible length must be explained besides, for a fit
+STRAINS = np.zeros((6, 3, 3))  # of the axes, and between two of them: the angle that is no longer a right one
+STRAINS[range(3), range(3), range(3)] = 1.0
+for _shear, (_one, _other) in enumerate(((0, 1), (0, 2), (1, 2)), start=3):
+    STRAINS[_shear, _one, _other] = STRAINS[_shear, _other, _one] = 0.5
 BETWEEN_AXES = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])
 
 
 def misfit(best: Refined) -> Misfit:
     """Look for a stretched model that fits better than a pose's own."""
-    step, covariance = _stretch(best.problem.model, best.solution)
+    step, covariance = _strain(best.problem.model, best.solution, 3)
     between = BETWEEN_AXES @ step
     covariance = covariance + TOLERATED_SD**2 * np.eye(3)
     significance = float(between @ np.linalg.solve(BETWEEN_AXES @ covariance @ BETWEEN_AXES.T, between))
-    gain, scale = 0.0, step
+    gain, found = 0.0, np.r_[step, np.zeros(3)]
     starts = _scanned(best) if best.support.supported_fraction < ENOUGH_SUPPORT else []
     itself = refined(best.problem, best.pose, NEAR_PX, best.spacing_px, COARSER) if starts else None
     if itself is not None and itself.quality > 0.0:
-        for log_scale, quality in _followed(best, starts):
+        for strain, quality in _followed(best, starts):
             better = math.log2(max(quality, 1e-9) / itself.quality)
-            if better > gain and np.ptp(log_scale) >= LEAST_STRETCH:
-                gain, scale = better, log_scale
-    first, second, third = (float(x) for x in scale - scale.mean())
-    return Misfit(significance, gain, (first, second, third))
+            if better > gain and max(np.ptp(strain[:3]), *np.abs(strain[3:])) >= LEAST_STRETCH:
+                gain, found = better, strain
+    found[:3] -= found[:3].mean()
+    return Misfit(significance, gain, tuple(found.tolist()))
 
 
-def stretched(model: Model, log_scale: Floats) -> Model:
-    """The model with its axes scaled by exp(log_scale), (3,), about its middle."""
-    vertices = model.middle + (model.vertices - model.middle) * np.exp(log_scale)
+def stretched(model: Model, strain: Floats) -> Model:
+    """The model stretched about its middle by the exponential of a symmetric matrix.
+
+    Parameters
+    ----------
+    strain
+        (3,), logarithms of the scales of its axes; or (6,), followed by the angles, rad, that axes x and y, x
+        and z, y and z lean towards each other.
+    """
+    value, axis = np.linalg.eigh(np.tensordot(strain, STRAINS[: len(strain)], 1))
+    vertices = model.middle + (model.vertices - model.middle) @ (axis * np.exp(value)) @ axis.T
     return replace(model, vertices=vertices, face_normals=face_normals(vertices, model.faces))
 
 
-def _of_scales(samples: Samples, jacobian: Floats, model: Model, pose: Pose) -> Floats:
-    """Motion of samples along their normals, px per logarithm of the scale of each axis, (N, 3)."""
+def _of_strain(samples: Samples, jacobian: Floats, model: Model, pose: Pose) -> Floats:
+    """Motion of samples along their normals, px per unit of each of STRAINS, (N, 6)."""
     aside = samples.points - model.middle
-    return np.stack([(jacobian[:, 3:] @ pose.matrix[:, k]) * aside[:, k] for k in range(3)], axis=1)
+    return np.asarray(np.einsum("ni,kij,nj->nk", jacobian[:, 3:] @ pose.matrix, STRAINS, aside))
 
 
-def _stretch(model: Model, solution: Solution) -> tuple[Floats, Floats]:
-    """Logarithms of the scales (3,) that bring the lines onto their edge points, with covariance (3, 3)."""
+def _strain(model: Model, solution: Solution, count: int = 6) -> tuple[Floats, Floats]:
+    """The first so many STRAINS that bring the lines onto their edge points, with their covariance."""
     seen = solution.observation
-    rates = _of_scales(seen.samples, seen.jacobian, model, solution.pose)
-    step, covariance = unknowns_of(solution, rates, np.full(3, STRETCH_SD))
-    return step[-3:], covariance[-3:, -3:]
+    rates = _of_strain(seen.samples, seen.jacobian, model, solution.pose)[:, :count]
+    step, covariance = unknowns_of(solution, rates, np.full(count, STRETCH_SD))
+    return step[-count:], covariance[-count:, -count:]
 
 
 def _scanned(best: Refined) -> list[tuple[Floats, Pose]]:
-    """Scales (3,) of one axis, with the poses at which lines that have an edge keep it and others get one."""
+    """One of STRAINS, (6,), with the poses at which lines that have an edge keep it and others get one."""
     pose, model = best.pose, best.problem.model
     near = edges_around(best.problem, pose, BANDS_PX)
     if not near.offset.size:
@@ -90,41 +102,41 @@ def _scanned(best: Refined) -> list[tuple[Floats, Pose]]:
     holds[[one.line for one in best.support.lines if one.support >= HELD]] = True
     held[~holds[line]] = 0.0
     prior = prior_precision(float(np.linalg.norm(pose.translation)), 1.0)[:6]
-    rates = _of_scales(near.samples, rows, model, pose)
+    rates = _of_strain(near.samples, rows, model, pose)
     kept = -np.linalg.solve(
         (rows * held[:, None]).T @ rows + np.diag(prior), rows.T @ (held[:, None] * rates)
     )
     rates = rates + rows @ kept
     itself = explained(rows, near.offset, px, np.zeros(6))
     out = []
-    for axis in range(3):
+    for kind in range(len(STRAINS)):
         along = np.zeros_like(rows)
-        along[:, 0] = rates[:, axis]
+        along[:, 0] = rates[:, kind]
         gains = [explained(along, near.offset, px, np.r_[log, np.zeros(5)]) - itself for log in SCANNED]
         most = int(np.argmax(gains))
         if gains[most] > WORTH:
             log = SCANNED[most]
-            out.append((gains[most], log * np.eye(3)[axis], moved(pose, log * kept[:, axis], near.centre)))
+            out.append((gains[most], log * np.eye(6)[kind], moved(pose, log * kept[:, kind], near.centre)))
     out.sort(key=lambda one: -one[0])
-    return [(scale, start) for _, scale, start in out]
+    return [(strain, start) for _, strain, start in out]
 
 
 def _followed(best: Refined, starts: list[tuple[Floats, Pose]]) -> list[tuple[Floats, float]]:
-    """Scales (3,) and qualities of the fits that starts lead to."""
+    """Strains (6,) and qualities of the fits that starts lead to."""
     found = []
     for first, start in starts:
-        scale, fit = first, _fitted(best, first, start)
+        strain, fit = first, _fitted(best, first, start)
         for _ in range(SETTLED):
             if fit is None:
                 break
-            found.append((scale, fit.quality))
-            scale = np.clip(scale + _stretch(fit.problem.model, fit.solution)[0], -LARGEST, LARGEST)
-            fit = _fitted(best, scale, fit.pose)
+            found.append((strain, fit.quality))
+            strain = np.clip(strain + _strain(fit.problem.model, fit.solution)[0], -LARGEST, LARGEST)
+            fit = _fitted(best, strain, fit.pose)
         if fit is not None:
-            found.append((scale, fit.quality))
+            found.append((strain, fit.quality))
     return found
 
 
-def _fitted(best: Refined, scale: Floats, start: Pose) -> Refined | None:
-    problem = replace(best.problem, model=stretched(best.problem.model, scale))
+def _fitted(best: Refined, strain: Floats, start: Pose) -> Refined | None:
+    problem = replace(best.problem, model=stretched(best.problem.model, strain))
     return refined(problem, start, NEAR_PX, best.spacing_px, COARSER)

@@ -17,9 +17,9 @@ PER_LOG_UNCERTAINTY = -1.07  # of the uncertainty over LIMIT
 PER_ROOT_GAIN, PER_GAIN, CLEAR_GAIN = -2.26, -1.22, 0.3  # of a stretched model, and of what is clear of it
 PER_LOG2_SIGNIFICANCE, USUAL = -1.04, 4.0  # of 1 + the squared stretch over what true models hardly exceed
 LIMIT = 0.01  # 1 % of the range, 1 degree
-LEAST_UNCERTAINTY = 0.0005  # being surer than this is no further reason to believe
 TAILS = 1.3  # errors over stated standard deviations, in hard light (by hand, from their 90th percentile)
 RIVAL_NATS = 3.0  # of evidence between two poses, for odds of e: neighbouring lines speak together; by hand
+LEAST_UNCERTAINTY = 0.0005  # being surer than this is no further reason to believe
 WORTH_DOUBTING = 0.3  # a less likely pose is doubted anyway
 
 
@@ -34,13 +34,13 @@ class Misfit:
         degrees of freedom for a true model.
     gain
         Quality of the best stretched model over the model's own, as a power of 2; 0 for none.
-    log_scale
-        (3,), of that model, or of the lines where they are.
+    strain
+        (6,), of that model, or of the lines where they are, see `stretch.stretched`.
     """
 
     significance: float
     gain: float
-    log_scale: tuple[float, float, float]
+    strain: tuple[float, ...] = (0.0,) * 6
 
 
 def quality(support: PoseSupport) -> float:
@@ -61,7 +61,7 @@ def confidence(
     Parameters
     ----------
     doubt
-        Whether a stretched model would do better; None where the pose is not worth that look.
+        What speaks against the model; None where the pose is not worth that look.
     """
     logit = (
         BIAS

@@ -33,6 +33,22 @@ def test_the_pose_of_a_part_wider_than_its_model_is_not_believed(
     assert estimated(wider, model).score < TRUSTED - 0.1
 
 
+@pytest.mark.parametrize("between", [3, 4, 5])
+def test_the_pose_of_a_part_that_leans_is_not_believed(model: Model, between: int) -> None:
+    leaning = stretched(model, 0.08 * np.eye(6)[between])
+    assert estimated(leaning, model).score < TRUSTED - 0.1
+
+
+def test_a_shear_is_the_angle_that_two_axes_lean_towards_each_other(model: Model) -> None:
+    leaning = stretched(model, np.array([0.0, 0.0, 0.0, 0.02, 0.0, 0.0]))
+    change = np.linalg.lstsq(model.vertices, leaning.vertices, rcond=None)[0]
+    x, y, z = change
+    assert np.degrees(np.arccos(x @ y / np.linalg.norm(x) / np.linalg.norm(y))) == pytest.approx(
+        90.0 - np.degrees(0.02), abs=0.01
+    )
+    assert abs(x @ z) < 1e-12
+
+
 def test_a_part_of_another_size_is_the_same_part_at_another_range(model: Model) -> None:
     larger = stretched(model, np.full(3, np.log(1.05)))
     assert np.allclose(np.ptp(larger.vertices, axis=0), 1.05 * np.ptp(model.vertices, axis=0))
@@ -45,7 +61,7 @@ def test_a_stretched_model_that_fits_better_lowers_the_score(model: Model) -> No
     assert support is not None
     assert spread is not None
     plain = confidence(support, 0.0, spread)
-    none = Misfit(significance=0.0, gain=0.0, log_scale=(0.0, 0.0, 0.0))
+    none = Misfit(significance=0.0, gain=0.0)
     assert confidence(support, 0.0, spread, none) == plain
     for doubt in (replace(none, significance=100.0), replace(none, gain=1.0)):
         assert confidence(support, 0.0, spread, doubt) < plain - 0.02

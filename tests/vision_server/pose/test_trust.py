@@ -63,8 +63,8 @@ def test_the_probability_falls_with_each_doubt() -> None:
     assert sure > 0.93
     assert confidence(support(*[0.9] * 8, *[0.0] * 4), 0.0, 0.001) < sure
     assert confidence(support(*[0.9] * 3), 0.0, 0.001) < sure
-    assert confidence(good, 0.0, 0.001, Misfit(30.0, 0.0, (0.0, 0.0, 0.0))) < sure - 0.02
-    assert confidence(good, 0.0, 0.001, Misfit(0.0, 1.0, (0.0, 0.0, 0.0))) < sure - 0.02
+    assert confidence(good, 0.0, 0.001, Misfit(30.0, 0.0)) < sure - 0.02
+    assert confidence(good, 0.0, 0.001, Misfit(0.0, 1.0)) < sure - 0.02
     assert confidence(good, 1.0, 0.001) == pytest.approx(0.5 * sure)
 
 

@@ -1,0 +1,198 @@
+"""Estimates of drawn scenes, right and wrong, that `benchmarks.trust_fit` fits the trust to: one row each."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+from zlib import crc32
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.drawn_parts import PARTS
+from benchmarks.hard_scenes import KINDS
+from benchmarks.photographs import Photograph, Studio, image_set, stack_studio
+from experiments.kinds.estimate import normalised_error_squared
+from geometry.camera import Camera
+from geometry.model import Model, find_target, load_model
+from geometry.pose import disturbed
+from geometry.rotation import matrix_of
+from image_server.simulator import Simulator
+from image_server.simulator.scenario import load_scenario
+from vision_server.matching import SearchRange
+from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
+from vision_server.pose.other_hand import changed
+from vision_server.pose.stretch import stretched
+
+Floats = NDArray[np.float64]
+Row = dict[str, Any]
+
+SETS = (("any", 3), ("exposed", 2), ("exposed", 6))
+EXPOSED_GREY = (60, 250)  # the brightest twentieth of the image lies between
+DARK_GREY = 40  # that of a dark set's brightest image lies below
+TRIES = 12
+STRETCHES = (0.02, 0.03, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2)
+SHEARS = (0.03, 0.05, 0.1, 0.15)
+OTHERS = ("cube", "fixture", "satellite", *PARTS)
+SIZE = (0.8, 1.2)  # of another model, over the target's
+WRONG = ("mirrored", "sheared", "turned", "other")  # models besides a stretched one
+TARGETS = (
+    "part",
+    "plate",
+    "wheel",
+    "part",
+    "plate",
+    "cube",
+    "wheel",
+    "fixture",
+    "plate",
+    "part",
+    "satellite",
+)
+# Of the simulator; a second name is the scenario that light and camera are of.
+SCENARIOS = (
+    "nominal", "textured+blur", "textured", "blur", "eclipse", "textured+focus", "grazing", "earth-limb+blur",
+    "harsh", "foil", "textured+far", "far",
+)  # fmt: skip
+BLURRED = ("blur", "focus")
+
+
+def drawn_set(studio: Studio, kind: str, count: int, rng: np.random.Generator) -> list[Photograph]:
+    """Images under settings drawn at random; `exposed` ones are drawn again when too dark or too bright."""
+    described, shots = studio.device.describe(), []
+    for _ in range(count):
+        for _ in range(TRIES if kind == "exposed" else 1):
+            shot = studio.photograph(
+                tuple(int(rng.integers(0, light.levels)) for light in described.lights),
+                float(rng.choice(described.shutters_s)),
+                float(rng.choice(described.apertures)),
+            )
+            if EXPOSED_GREY[0] <= np.percentile(shot.pixels, 95) <= EXPOSED_GREY[1]:
+                break
+        shots.append(shot)
+    return shots
+
+
+def models(model: Model, rng: np.random.Generator) -> Iterator[tuple[str, Model]]:
+    """The true model, one stretched along an axis, and one that is wrong in another way."""
+    yield "true", model
+    by = float(rng.choice(STRETCHES) * rng.choice([-1.0, 1.0]))
+    axis, beside = (int(k) for k in rng.permutation(3)[:2])
+    yield f"{'xyz'[axis]}{by:+.2f}", stretched(model, math.log(1.0 + by) * np.eye(3)[axis])
+    kind = str(rng.choice(WRONG))
+    if kind in ("mirrored", "turned") and model.name == "wheel":
+        kind = "other"  # a wheel is still one where its block is out of sight
+    if kind == "other":
+        yield kind, _other(model, rng)
+        return
+    change = np.eye(3)
+    if kind == "mirrored":
+        change[axis, axis] = -1.0
+    elif kind == "turned":
+        change = matrix_of(math.pi * np.eye(3)[axis])
+    else:
+        change[axis, beside] = float(rng.choice(SHEARS))
+    yield kind, changed(model, change)
+
+
+def _other(model: Model, rng: np.random.Generator) -> Model:
+    """Another target, or a drawn part, of about the model's size."""
+    name = str(rng.choice([name for name in OTHERS if name != model.name or name in PARTS]))
+    other = drawn_model(name, rng) if name in PARTS else load_model(find_target(name))
+    size = math.log(model.diameter / other.diameter * rng.uniform(*SIZE))
+    return stretched(other, np.full(3, size))
+
+
+def drawn_model(name: str, rng: np.random.Generator) -> Model:
+    """A part of `drawn_parts`."""
+    with tempfile.TemporaryDirectory() as scratch:
+        file = Path(scratch) / f"{name}.cao"
+        PARTS[name](file, rng)
+        return load_model(file)
+
+
+def simulated(number: int, seed: int) -> tuple[str, Studio, bool]:
+    """A scene of the simulator, as `stack_scene`; with its number, scenarios and targets go round."""
+    scenario_name, target = SCENARIOS[number % len(SCENARIOS)], TARGETS[number % len(TARGETS)]
+    first, _, second = scenario_name.partition("+")
+    scenario = load_scenario(first)
+    if second:
+        light = load_scenario(second)
+        scenario = msgspec.structs.replace(
+            scenario, camera=light.camera, light_power=light.light_power, pose=light.pose
+        )
+    with tempfile.TemporaryDirectory() as scratch:
+        if target in PARTS:
+            file = Path(scratch) / f"{target}.cao"
+            PARTS[target](file, np.random.default_rng([seed, number]))
+        else:
+            file = find_target(target)
+        simulator = Simulator(file, scenario, 1000 * seed + number)
+    described = simulator.describe()
+    assert described.camera is not None
+    camera = Camera.from_dict(msgspec.to_builtins(described.camera))
+    name = f"simulated {scenario_name} {target}-{number} {seed}"
+    return name, Studio(name, simulator, camera, simulator.model, simulator.true_pose), False
+
+
+def strata_of(name: str, shots: Sequence[Photograph], model: Model) -> list[str]:
+    """What is hard about a set of images: dark, blurred, hidden, few lines, nearly symmetric; or mild."""
+    if name.startswith("simulated"):
+        scenario, part = name.split()[1:3]
+        blurred, hidden = any(one in scenario for one in BLURRED), False
+        of_light = scenario in ("nominal", "textured", "earth-limb")
+        part = part.rpartition("-")[0]
+    else:
+        part, _, number = Path(name).name.rpartition("-")
+        kind = KINDS[(int(number) - 1) % len(KINDS)]
+        blurred, hidden, of_light = kind in "ACE", kind in "CE", False
+    told = {
+        "dark": max(float(np.percentile(shot.pixels, 95)) for shot in shots) < DARK_GREY,
+        "blurred": blurred,
+        "hidden": hidden,
+        "few lines": len(model.lines) <= 21,
+        "symmetric": part in ("wheel", "cube", "gear", "dial"),
+        "mild": of_light,
+    }
+    return [stratum for stratum, so in told.items() if so]
+
+
+def row_of(studio: Studio, found: Estimate) -> Row:
+    """What the fit needs of one estimate."""
+    if found.pose is None or found.support is None:
+        return {"pose": False}
+    error, doubt = found.pose.error_to(studio.true), found.misfit
+    return {
+        "pose": True, "rotation_deg": error.rotation_deg, "translation": error.translation_fraction_of_range,
+        "within": error.within(1.0, 0.01), "confirmed": found.support.confirmed,
+        "missing": found.support.missing, "uncertainty": found.uncertainty, "ambiguity": found.ambiguity,
+        "gain": doubt.gain if doubt else 0.0, "significance": doubt.significance if doubt else 0.0,
+        "score": found.score,
+        "normalised": normalised_error_squared(found.pose, found.covariance, studio.true),
+    }  # fmt: skip
+
+
+def rows_of(name: str, studio: Studio, empty: bool, seed: int) -> list[Row]:
+    """Estimates of one scene, from SETS and `models`."""
+    rng = np.random.default_rng([seed, crc32(name.encode())])
+    reach, rows = SearchRange(), []
+    for kind, count in SETS:
+        shots = drawn_set(studio, kind, count, rng)
+        images = image_set(shots)
+        start = disturbed(studio.true, rng, reach.rotation_deg, reach.translation_px, studio.camera.fx)
+        for wrong, model in models(studio.model, rng):
+            settings = PipelineSettings(seed=seed, tone_sd_px=shots[0].tone_sd_px)
+            found = estimate_pose(images, list(images.images), model, studio.camera, start, settings)
+            told = {"scene": name, "empty": empty, "set": f"{kind} {count}", "model": wrong}
+            rows.append(told | {"strata": strata_of(name, shots, model)} | row_of(studio, found))
+    return rows
+
+
+def stack_scene(folder: Path) -> tuple[str, Studio, bool]:
+    """A drawn stack by its name, and whether there is nothing on it."""
+    number = int(folder.name.rpartition("-")[2])
+    return folder.name, stack_studio(folder), KINDS[(number - 1) % len(KINDS)] == "N"

@@ -1,0 +1,41 @@
+"""Rows for the trust: one model of three is true, scenes are of their number, strata as drawn."""
+
+import numpy as np
+import pytest
+
+from benchmarks.trust_rows import models, rows_of, simulated, strata_of
+from geometry.model import find_target, load_model
+
+
+def test_one_model_of_three_is_true() -> None:
+    model = load_model(find_target("fixture"))
+    for seed in range(8):
+        told = dict(models(model, np.random.default_rng(seed)))
+        assert len(told) == 3
+        assert told.pop("true") is model
+        for wrong in told.values():
+            same = wrong.vertices.shape == model.vertices.shape
+            assert not (same and np.allclose(wrong.vertices, model.vertices))
+
+
+def test_a_simulated_scene_is_of_its_number() -> None:
+    (name, studio, empty), (_, again, _) = simulated(1, 5), simulated(1, 5)
+    assert name == "simulated textured+blur plate-1 5"
+    assert not empty
+    assert studio.true.error_to(again.true).within(1e-9, 1e-9)
+    np.testing.assert_array_equal(studio.model.vertices, again.model.vertices)
+    shots = [studio.photograph(studio.middle)]
+    assert "blurred" in strata_of(name, shots, studio.model)
+    assert "hidden" not in strata_of(name, shots, studio.model)
+    assert strata_of("stacks/wheel-4", shots, studio.model)[-3:] == ["blurred", "hidden", "symmetric"]
+    assert not {"blurred", "hidden"} & set(strata_of("stacks/part-2", shots, studio.model))
+
+
+@pytest.mark.slow
+def test_rows_say_whether_a_pose_is_right() -> None:
+    name, studio, empty = simulated(0, 5)
+    rows = rows_of(name, studio, empty, 5)
+    assert len(rows) == 9
+    right = [row for row in rows if row["model"] == "true"]
+    assert all(row["within"] and row["score"] > 0.9 for row in right)
+    assert right[0]["normalised"] < 30.0

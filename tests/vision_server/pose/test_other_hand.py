@@ -1,0 +1,49 @@
+"""A model that is mirrored or upside down, and shows its plain back, is not believed."""
+
+import numpy as np
+import pytest
+
+from geometry.model import Model, find_target, load_model
+from tests.vision_server.synthetic import CAMERA, POSE, SIZE_M, boxes, linear_picture, one_image, photographed
+from vision_server.pipeline import Estimate, estimate_pose
+from vision_server.pose.other_hand import changed
+
+GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
+
+
+@pytest.fixture(scope="module")
+def part(tmp_path_factory: pytest.TempPathFactory) -> Model:
+    """The cuboid with two blocks on the side that is turned to the camera."""
+    half = 0.5 * np.array(SIZE_M)
+    ends = [[[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]], [[-0.7, -0.6, -1.4], [0.5, 0.2, -1.0]],
+            [[0.6, -0.6, -1.2], [0.8, 0.5, -1.0]]]  # fmt: skip
+    return boxes(tmp_path_factory.mktemp("part"), [(low * half, high * half) for low, high in np.array(ends)])
+
+
+def estimated(part: Model, model: Model) -> Estimate:
+    picture = photographed(linear_picture(part, CAMERA, POSE, GREYS * 3))
+    return estimate_pose(one_image(picture), ["i1"], model, CAMERA, POSE)
+
+
+def test_a_mirrored_model_whose_back_fits_is_not_believed(part: Model) -> None:
+    assert estimated(part, part).score > 0.93
+    for way in ([1.0, 1.0, -1.0], [1.0, -1.0, -1.0]):
+        found = estimated(part, changed(part, np.diag(way)))
+        assert found.score < 0.6
+
+
+def test_a_true_model_is_believed_from_its_plain_back(part: Model, model: Model) -> None:
+    """The part as seen from behind is the cuboid alone."""
+    behind = changed(part, np.diag([1.0, 1.0, -1.0]))
+    assert len(estimated(model, behind).lines) <= 9
+    assert estimated(model, behind).score > 0.93
+
+
+def test_a_mirrored_model_is_a_body_whose_faces_look_outwards() -> None:
+    model = load_model(find_target("fixture"))
+    mirrored = changed(model, np.diag([-1.0, 1.0, 1.0]))
+    corners = mirrored.vertices[mirrored.triangles]
+    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()
+    assert volume > 0.0
+    np.testing.assert_allclose(mirrored.face_normals, model.face_normals * [-1.0, 1.0, 1.0], atol=1e-12)
+    np.testing.assert_allclose(mirrored.middle, model.middle, atol=1e-12)
