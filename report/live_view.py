@@ -6,7 +6,6 @@ import asyncio
 import json
 import os
 import re
-import secrets
 import threading
 import time
 from collections.abc import AsyncIterator
@@ -16,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from report.errors import ReportError
 from report.following import WORK_NICENESS, Follower, hold
-from report.live import HOST
+from report.loopback import refused
 
 if TYPE_CHECKING:
     from report.fragments import Course
@@ -115,42 +114,32 @@ class LiveView:
     # --- what a browser asks for ---
 
     def _refused(self, request: Any, token: str | None) -> Any:
-        from starlette.responses import PlainTextResponse
-
-        host = request.headers.get("host", "").rpartition(":")[0]
-        if host not in (HOST, "localhost"):  # a page of elsewhere whose name leads here
-            return PlainTextResponse(f"This page is at {HOST} and localhost only.\n", 403)
-        if token is None or not secrets.compare_digest(token.encode(), self.token.encode()):
-            return PlainTextResponse(
-                "The token is missing or wrong: use the whole address that the view has printed.\n",
-                403,
-            )
-        return None
+        return refused(request, token, self.token)
 
     async def _page(self, request: Any) -> Any:
         from starlette.responses import HTMLResponse
 
         from report.fragments import live_page
 
-        refused = self._refused(request, request.query_params.get("token"))
-        return refused or HTMLResponse(live_page(self.token), headers={"Referrer-Policy": "no-referrer"})
+        refusal = self._refused(request, request.query_params.get("token"))
+        return refusal or HTMLResponse(live_page(self.token), headers={"Referrer-Policy": "no-referrer"})
 
     async def _image(self, request: Any) -> Any:
         from starlette.responses import FileResponse, PlainTextResponse
 
-        refused = self._refused(request, request.query_params.get("token"))
+        refusal = self._refused(request, request.query_params.get("token"))
         name = request.path_params["name"]
         file = self._folder / "images" / name
-        if refused is None and not (IMAGE.fullmatch(name) and file.is_file()):
-            refused = PlainTextResponse(f"There is no image {name}.\n", 404)
-        return refused or FileResponse(file)
+        if refusal is None and not (IMAGE.fullmatch(name) and file.is_file()):
+            refusal = PlainTextResponse(f"There is no image {name}.\n", 404)
+        return refusal or FileResponse(file)
 
     async def _control(self, request: Any) -> Any:
         from starlette.responses import PlainTextResponse
 
-        refused = self._refused(request, request.headers.get("x-token"))
-        if refused is not None:
-            return refused
+        refusal = self._refused(request, request.headers.get("x-token"))
+        if refusal is not None:
+            return refusal
         try:
             await asyncio.to_thread(hold, self._folder, (await request.body())[:20].decode(errors="replace"))
         except ReportError as error:
@@ -161,8 +150,8 @@ class LiveView:
     async def _events(self, request: Any) -> Any:
         from starlette.responses import StreamingResponse
 
-        refused = self._refused(request, request.query_params.get("token"))
-        return refused or StreamingResponse(self._stream(), media_type="text/event-stream")
+        refusal = self._refused(request, request.query_params.get("token"))
+        return refusal or StreamingResponse(self._stream(), media_type="text/event-stream")
 
     async def _stream(self) -> AsyncIterator[str]:
         """Parts of the page that have changed since this browser was told last."""

@@ -12,6 +12,7 @@ COMMANDS = {
     "track": "Follow a moving target through frames, a video or a camera.",
     "verify": "Make the estimate of a run folder again, and say whether it is as stated.",
     "check": "Say whether a pose from elsewhere is right.",
+    "seed": "Make a seed pose from corners of the model and their places in an image.",
     "edges": "Merge image files of one set into one edge map.",
     "calibrate": "Make a camera file from images of a chessboard.",
     "warm": "Compile every numeric kernel, once.",

@@ -107,15 +107,20 @@ def _estimated(options: Namespace) -> dict[str, Any]:
         seed_pose = start if isinstance(start, Pose) else None
         shown = seed_pose if estimate.pose is None else estimate.pose
         support = {line.line: line.support for line in estimate.lines}
-        _write_overlay(options.overlay, image_set.images[names[0]].pixels, model, camera, shown, support)
+        write_overlay(options.overlay, image_set.images[names[0]].pixels, model, camera, shown, support)
     result = estimate_result(estimate)
     result["seconds"]["total"] = sum(result["seconds"].values())
     files = dict(zip(names, map(str, options.images), strict=True))
     return {"target": model.name, "seed": options.seed, "kept": names, "files": files, **result}
 
 
-def _write_overlay(
-    path: Path, pixels: Any, model: Model, camera: Camera, pose: Pose | None, support: dict[int, float]
+def write_overlay(
+    path: Path,
+    pixels: Any,
+    model: Model,
+    camera: Camera,
+    pose: Pose | None,
+    support: dict[int, float] | None = None,
 ) -> None:
     """The model at a pose over an image, see `draw_overlay`, as a PNG file."""
     import cv2

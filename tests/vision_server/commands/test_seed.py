@@ -1,0 +1,93 @@
+"""`python -m vision_server seed`: pairs in, out a seed pose that `estimate` takes; wrong ones are said."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from geometry.pose import Pose
+from tests.session.command import ROOT
+from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, photographed
+from vision_server.serve.inputs import read_model, read_seed_pose
+
+pytestmark = pytest.mark.slow
+
+CORNERS = (0, 1, 2, 4)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("seed")
+    model = cuboid(path)
+    cv2.imwrite(str(path / "a.png"), photographed(linear_picture(model, CAMERA, POSE)))
+    camera = CAMERA.to_dict()
+    (path / "camera.toml").write_text("[camera]\n" + "".join(f"{k} = {v}\n" for k, v in camera.items()))
+    pixels = CAMERA.project(POSE.apply(model.vertices))
+    rows = [",".join(map(str, [*pixels[k], *model.vertices[k]])) for k in CORNERS]
+    (path / "points.txt").write_text("\n".join(rows) + "\n")
+    return path
+
+
+def seed(folder: Path, *words: str | Path) -> subprocess.CompletedProcess[str]:
+    files = [folder / "a.png", "--model", folder / "cuboid.cao", "--camera", folder / "camera.toml"]
+    return subprocess.run(
+        [sys.executable, "-m", "vision_server", "seed", *map(str, [*files, *words])],
+        cwd=ROOT, capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+
+
+def test_pairs_give_a_seed_pose_that_estimate_takes(folder: Path, tmp_path: Path) -> None:
+    files = ["--out", tmp_path / "seed.toml", "--overlay", tmp_path / "o.png"]
+    done = seed(folder, "--points", folder / "points.txt", *files)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == (tmp_path / "seed.toml").read_text()
+    model = read_model(folder / "cuboid.cao")
+    assert read_seed_pose(tmp_path / "seed.toml", model).error_to(POSE).within(0.01, 1e-4)
+    drawn, plain = (cv2.imread(str(file)) for file in (tmp_path / "o.png", folder / "a.png"))
+    assert 0.005 < np.any(np.not_equal(drawn, plain), axis=2).mean() < 0.2
+    estimate = [sys.executable, "-m", "vision_server", "estimate", str(folder / "a.png"), "--json",
+                "--model", str(folder / "cuboid.cao"), "--camera", str(folder / "camera.toml"),
+                "--seed-pose", str(tmp_path / "seed.toml")]  # fmt: skip
+    told = subprocess.run(estimate, cwd=ROOT, capture_output=True, text=True, timeout=120, check=True)
+    assert Pose.from_dict(json.loads(told.stdout)["pose"]).error_to(POSE).within(0.5, 0.005)
+
+
+def test_three_pairs_say_that_a_fourth_decides_and_a_wrong_one_is_named(folder: Path) -> None:
+    lines = (folder / "points.txt").read_text().split()
+    words = [word for line in lines[:3] for word in ("--pair", line)]
+    done = seed(folder, *words, "--json")
+    found = json.loads(done.stdout)
+    assert Pose.from_dict(found["pose"]).error_to(POSE).within(0.1, 0.001)
+    assert len(found["points"]) == 3
+    assert bool(found["others"]) is ("another point decides" in done.stderr)
+    wrong = "20,220," + lines[3].split(",", 2)[2]
+    done = seed(folder, *words, "--pair", wrong)
+    assert done.returncode == 0 and "px RMS is much: is pair" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--points", "{folder}/none.txt"], "none.txt"),
+        (["--points", "{folder}/a.png"], "not a text file"),
+        (["--pair", "1,2 3,4,5"], "at least 3"),
+        (["--pair", "1,2 3,4"], "is not a pair"),
+        (["--points", "{folder}/points.txt", "--out", "{folder}/no/seed.toml"], "Cannot write"),
+        (["--points", "{folder}/points.txt", "--overlay", "{folder}/no/o.png"], "Cannot write"),
+        (["--points", "{folder}/points.txt", "--unit", "mile"], "unknown unit"),
+    ],
+)
+def test_bad_input_is_one_plain_line(folder: Path, words: list[str], told: str) -> None:
+    done = seed(folder, *(word.format(folder=folder) for word in words))
+    assert done.returncode == 2 and done.stdout == ""
+    assert told in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_a_page_that_nobody_opens_ends(folder: Path) -> None:
+    done = seed(folder, "--wait-s", "0.5")
+    assert done.returncode == 3
+    assert done.stderr.startswith("Open http://127.0.0.1:") and "nobody opened the page" in done.stderr
