@@ -20,4 +20,9 @@ def connected(endpoint: str) -> socket.socket:
     sock = plain(endpoint)
     with suppress(OSError):
         sock.sendall(GREETING + READY)
+        heard = b""  # a message before the other side is ready now and then ends the connection
+        while len(heard) < len(GREETING) + 2 or len(heard) < len(GREETING) + 2 + heard[len(GREETING) + 1]:
+            if not (piece := sock.recv(4096)):
+                break
+            heard += piece
     return sock
