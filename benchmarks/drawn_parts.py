@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.model import find_target
+
 Floats = NDArray[np.float64]
 Solid = tuple[Floats, float, float]  # a ring of corners (N, 2), anticlockwise, its lower and its upper end
 
@@ -56,6 +58,15 @@ PARTS: dict[str, Callable[[Path, np.random.Generator], None]] = {
     "plate": write_plate,
     "wheel": write_wheel,
 }  # names that are another part for each number
+
+
+def part_file(name: str, folder: Path, rng: np.random.Generator) -> Path:
+    """The file of a target: a part that is drawn into a folder, or one of the project's."""
+    if name not in PARTS:
+        return find_target(name)
+    file = folder / f"{name}.cao"
+    PARTS[name](file, rng)
+    return file
 
 
 def random_outline(rng: np.random.Generator) -> Floats:

@@ -23,11 +23,11 @@ import typer
 from numpy.typing import NDArray
 
 from benchmarks import hard_scenes, povray
-from benchmarks.drawn_parts import PARTS
+from benchmarks.drawn_parts import part_file
 from benchmarks.hard_scenes import Conditions
 from bridge.messages import CameraDescription, Describe, LightDescription, PoseMessage, TargetDescription
 from geometry.camera import Camera
-from geometry.model import Model, find_target, load_model
+from geometry.model import Model, load_model
 from geometry.pose import Pose
 from image_server.simulator.placement import drawn_pose, drawn_sun, seed_pose_of
 from image_server.simulator.scenario import PoseDraw, Sun
@@ -210,11 +210,7 @@ def main(
     for name in models or TARGETS:
         for number in range(1, count + 1):
             with tempfile.TemporaryDirectory() as scratch:
-                if name in PARTS:
-                    file = Path(scratch) / f"{name}.cao"
-                    PARTS[name](file, np.random.default_rng([seed, number]))
-                else:
-                    file = find_target(name)
+                file = part_file(name, Path(scratch), np.random.default_rng([seed, number]))
                 folder = out / f"{file.stem}-{number}"
                 drawn_stack(file, number, seed, folder, hard)
             print(folder, flush=True)

@@ -13,12 +13,12 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.drawn_parts import PARTS
+from benchmarks.drawn_parts import PARTS, part_file
 from benchmarks.hard_scenes import KINDS
 from benchmarks.photographs import Photograph, Studio, image_set, stack_studio
 from experiments.kinds.estimate import normalised_error_squared
 from geometry.camera import Camera
-from geometry.model import Model, find_target, load_model
+from geometry.model import Model, load_model
 from geometry.pose import disturbed
 from geometry.rotation import matrix_of
 from image_server.simulator import Simulator
@@ -102,17 +102,15 @@ def models(model: Model, rng: np.random.Generator) -> Iterator[tuple[str, Model]
 def _other(model: Model, rng: np.random.Generator) -> Model:
     """Another target, or a drawn part, of about the model's size."""
     name = str(rng.choice([name for name in OTHERS if name != model.name or name in PARTS]))
-    other = drawn_model(name, rng) if name in PARTS else load_model(find_target(name))
+    other = model_named(name, rng)
     size = math.log(model.diameter / other.diameter * rng.uniform(*SIZE))
     return stretched(other, np.full(3, size))
 
 
-def drawn_model(name: str, rng: np.random.Generator) -> Model:
-    """A part of `drawn_parts`."""
+def model_named(name: str, rng: np.random.Generator) -> Model:
+    """A target of the project, or a part of `drawn_parts`."""
     with tempfile.TemporaryDirectory() as scratch:
-        file = Path(scratch) / f"{name}.cao"
-        PARTS[name](file, rng)
-        return load_model(file)
+        return load_model(part_file(name, Path(scratch), rng))
 
 
 def simulated(number: int, seed: int) -> tuple[str, Studio, bool]:
@@ -126,11 +124,7 @@ def simulated(number: int, seed: int) -> tuple[str, Studio, bool]:
             scenario, camera=light.camera, light_power=light.light_power, pose=light.pose
         )
     with tempfile.TemporaryDirectory() as scratch:
-        if target in PARTS:
-            file = Path(scratch) / f"{target}.cao"
-            PARTS[target](file, np.random.default_rng([seed, number]))
-        else:
-            file = find_target(target)
+        file = part_file(target, Path(scratch), np.random.default_rng([seed, number]))
         simulator = Simulator(file, scenario, 1000 * seed + number)
     described = simulator.describe()
     assert described.camera is not None

@@ -154,14 +154,22 @@ def test_parameters_are_checked_and_the_seed_pose_follows(vision: Client, images
     asked(vision, "discard", image="i1")
 
 
+def started_with(simulator: Simulator) -> dict[str, Any]:
+    """What a session on the simulator's target starts with: model, camera and seed pose."""
+    described = simulator.describe()
+    assert described.target is not None and described.camera is not None
+    target = described.target
+    return msgspec.to_builtins(  # type: ignore[no-any-return]
+        {"model": target.model, "camera": described.camera, "seed_pose": target.seed_pose}
+    )
+
+
 def test_frames_can_be_given_as_arrays(
     vision: Client, images: Running, simulator: Simulator, tmp_path: Path
 ) -> None:
-    described = simulator.describe()
-    assert described.target is not None and described.camera is not None
-    values = msgspec.to_builtins({"camera": described.camera, "seed_pose": described.target.seed_pose})
+    values = started_with(simulator)
     pixels = simulator.capture(msgspec.convert(SETTINGS, Settings)).pixels
-    asked(vision, "start", model=described.target.model, **values, out=str(tmp_path))
+    asked(vision, "start", **values, out=str(tmp_path))
     told, _ = vision.request("add", {"image": "a", "settings": SETTINGS}, arrays=[pixels])
     assert msgspec.convert(told, VisionCaptureResult).moved is None
     pose = asked(vision, "estimate", images=["a"])["pose"]
@@ -189,19 +197,17 @@ def test_frames_can_be_given_as_arrays(
     with pytest.raises(ServerError, match="takes none"):
         vision.request("best", arrays=[pixels])
     with pytest.raises(ServerError, match="Both camera and camera_file"):
-        asked(vision, "start", model=described.target.model, **values, camera_file="x.toml")
+        asked(vision, "start", **values, camera_file="x.toml")
 
 
 def test_frames_of_more_bits_keep_them_on_the_way_through(
     vision: Client, images: Running, simulator: Simulator, tmp_path: Path
 ) -> None:
-    described = simulator.describe()
-    assert described.target is not None and described.camera is not None
-    values = msgspec.to_builtins({"camera": described.camera, "seed_pose": described.target.seed_pose})
+    values = started_with(simulator)
     values["camera"]["bits"] = 12
     pixels = simulator.capture(msgspec.convert(SETTINGS, Settings)).pixels.astype(np.uint16)
     deep = 1000 + 4 * pixels  # of 4095: less than a third of the contrast
-    asked(vision, "start", model=described.target.model, **values, out=str(tmp_path))
+    asked(vision, "start", **values, out=str(tmp_path))
     vision.request("add", {"image": "a", "settings": SETTINGS}, arrays=[deep])
     found = asked(vision, "estimate", images=["a"])
     assert Pose.from_dict(found["pose"]).error_to(simulator.true_pose).within(1.0, 0.01)
@@ -210,7 +216,7 @@ def test_frames_of_more_bits_keep_them_on_the_way_through(
     np.testing.assert_array_equal(saved, deep)
     with pytest.raises(ServerError, match="more than 12 bits"):
         vision.request("add", {"image": "b", "settings": SETTINGS}, arrays=[16 * deep])
-    asked(vision, "restore", model=described.target.model, **values, out=str(tmp_path), images=["a"])
+    asked(vision, "restore", **values, out=str(tmp_path), images=["a"])
     assert asked(vision, "estimate", images=["a"])["pose"] == found["pose"]
 
 
