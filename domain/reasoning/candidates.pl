@@ -9,6 +9,7 @@
             relit/4                     % +Device, +Settings, +Gamma, -Relit
           ]).
 :- use_module(device).
+:- use_module(last_answer).
 :- use_module(prediction).
 :- use_module(qualitative).
 :- use_module(library(aggregate), [aggregate_all/3]).
@@ -109,13 +110,7 @@ most_promising(Device, Experience, Settings, Why) :-
 %   why settings were chosen asks for the one that they were chosen by.
 
 ranking(Device, Experience, Ranked) :-
-    nb_current(domain_candidates_ranking, asked(Device0, Experience0, Ranked0)),
-    asked(Device0, Experience0) == asked(Device, Experience),
-    !,
-    Ranked = Ranked0.
-ranking(Device, Experience, Ranked) :-
-    ranked(Device, Experience, Ranked),
-    nb_setval(domain_candidates_ranking, asked(Device, Experience, Ranked)).
+    last_answer(domain_candidates_ranking, Device-Experience, ranked(Device, Experience), Ranked).
 
 ranked(Device, experience(Readings, Kept, Unfavourable), Ranked) :-
     fit(Device, Readings, Response),

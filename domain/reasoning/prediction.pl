@@ -5,6 +5,7 @@
             information/2               % +Prediction, -Bits
           ]).
 :- use_module(device).
+:- use_module(last_answer).
 :- use_module(library(apply), [foldl/4, maplist/2, maplist/3]).
 :- use_module(library(lists), [member/2, min_list/2, nth1/3, numlist/3, sum_list/2]).
 
@@ -75,13 +76,7 @@ predict(Device, Readings, Settings, Prediction) :-
 %   are asked for when settings are chosen, when that is told, and when the image is compared with what was expected.
 
 fit(Device, Readings, Response) :-
-    nb_current(domain_prediction_fit, fit(Device0, Readings0, Response0)),
-    Device0-Readings0 == Device-Readings,
-    !,
-    Response = Response0.
-fit(Device, Readings, Response) :-
-    fitted(Device, Readings, Response),
-    nb_setval(domain_prediction_fit, fit(Device, Readings, Response)).
+    last_answer(domain_prediction_fit, Device-Readings, fitted(Device, Readings), Response).
 
 fitted(Device, Readings, response(Middle, Highlight, Blur)) :-
     findall(X-Y, ( member(Reading, Readings), light_reading(Device, p50, Reading, X, Y) ), Middles),
