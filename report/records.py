@@ -26,20 +26,6 @@ class PoseRecord(Struct, frozen=True):
     translation: Triple
 
 
-class RunRecord(Struct, frozen=True):
-    """A visible stretch of a model line: points of the image, px."""
-
-    line: int
-    points: list[tuple[float, float]]
-
-
-class WireframeRecord(Struct, frozen=True):
-    """A line of images/wireframes.jsonl: what can be seen of the model at a pose."""
-
-    pose: PoseRecord
-    runs: list[RunRecord]
-
-
 class ErrorRecord(Struct, frozen=True):
     """Difference from the true pose, where that is known."""
 

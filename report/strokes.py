@@ -4,17 +4,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import msgspec
 import numpy as np
 
 from geometry.camera import Camera
+from geometry.drawn_wireframes import WIREFRAMES, drawn_runs
 from geometry.errors import GeometryError
 from geometry.pose import Pose
 from geometry.wireframe import Run, bounds_of, visible_runs
-from report.records import LineRecord, PoseRecord, WireframeRecord
+from report.records import LineRecord, PoseRecord
 from report.scene import Scene
 
-WIREFRAMES = "wireframes.jsonl"  # in images/, by the vision server
 SUPPORT_ENOUGH = 0.5  # a line with this share of its visible length supported counts as supported
 BORDER_PX = 6  # line ends nearer to the border than this are where the image cuts them
 
@@ -46,25 +45,19 @@ def strokes_of(
 def drawn_strokes(
     folder: Path, scene: Scene, record: PoseRecord | None, support: Mapping[int, float] | None
 ) -> Strokes | None:
-    """The same, of what the vision server has drawn at this pose in RUN_FOLDER/images/wireframes.jsonl.
+    """The same, of what the vision server has drawn at this pose, in the run folder's images.
 
     Where there is no such file, as in a folder of an earlier version, it is drawn here.
     """
     try:
-        drawn = (folder / "images" / WIREFRAMES).read_bytes().splitlines()
+        lines = (folder / "images" / WIREFRAMES).read_bytes().splitlines()
     except OSError:
         return strokes_of(scene, record, support)
-    if record is None or scene.camera is None:
+    pose = pose_of(record)
+    if pose is None or scene.camera is None:
         return None
-    for line in reversed(drawn):
-        try:
-            found = msgspec.json.decode(line, type=WireframeRecord)
-        except msgspec.MsgspecError:
-            continue  # its end is still to be written
-        if found.pose == record:
-            runs = [Run(one.line, np.array(one.points)) for one in found.runs]
-            return _strokes(runs, scene.camera, support)
-    return None
+    runs = drawn_runs(lines, pose)
+    return None if runs is None else _strokes(runs, scene.camera, support)
 
 
 def _strokes(runs: Sequence[Run], camera: Camera, support: Mapping[int, float] | None) -> Strokes | None:

@@ -15,6 +15,7 @@ from bridge.arrays import FramePixels
 from bridge.errors import BadInput
 from bridge.messages import Describe, Settings
 from geometry.camera import Camera
+from geometry.drawn_wireframes import WIREFRAMES, wireframe_line
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.wireframe import visible_runs
@@ -24,8 +25,6 @@ from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import edge_picture
 
 FOLDER = "images"
-WIREFRAMES = "wireframes.jsonl"
-PLACES = 2  # of a px: a hundredth of one is less than any screen shows
 PNG_COMPRESSION = 1  # of 9: the fastest that compresses, since an estimate waits for the disk
 
 
@@ -120,11 +119,7 @@ class Recorder:
         self._write_stack()
 
     def _write_outline(self, model: Model, camera: Camera, pose: Pose) -> None:
-        runs = [
-            {"line": run.line, "points": run.points.round(PLACES).tolist()}
-            for run in visible_runs(model, camera, pose)
-        ]
-        line = msgspec.json.encode({"pose": pose.to_dict(), "runs": runs}) + b"\n"
+        line = wireframe_line(pose, visible_runs(model, camera, pose))
         file = self.folder / WIREFRAMES
         try:
             with file.open("ab") as out:

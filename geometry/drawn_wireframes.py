@@ -1,0 +1,44 @@
+"""What can be seen of a model at each pose that was found, as lines of a file in a run folder."""
+
+from collections.abc import Sequence
+
+import msgspec
+import numpy as np
+
+from geometry.pose import Pose
+from geometry.wireframe import Run
+
+WIREFRAMES = "wireframes.jsonl"  # beside the images of the run folder
+PLACES = 2  # of a px: a hundredth of one is less than any screen shows
+
+
+class _Stretch(msgspec.Struct, frozen=True):
+    line: int
+    points: list[tuple[float, float]]
+
+
+class _Wireframe(msgspec.Struct, frozen=True):
+    pose: dict[str, list[float]]
+    runs: list[_Stretch]
+
+
+def wireframe_line(pose: Pose, runs: Sequence[Run]) -> bytes:
+    """A line of the file: the model's visible stretches at a pose (`geometry.wireframe.visible_runs`)."""
+    drawn = [_Stretch(run.line, run.points.round(PLACES).tolist()) for run in runs]
+    return msgspec.json.encode(_Wireframe(pose.to_dict(), drawn)) + b"\n"
+
+
+def drawn_runs(lines: Sequence[bytes], pose: Pose) -> list[Run] | None:
+    """What the newest line for this very pose tells; None where there is none.
+
+    A line that is not whole, as the last one while it is written, is passed over.
+    """
+    told = pose.to_dict()
+    for line in reversed(lines):
+        try:
+            found = msgspec.json.decode(line, type=_Wireframe)
+        except msgspec.MsgspecError:
+            continue
+        if found.pose == told:
+            return [Run(one.line, np.array(one.points)) for one in found.runs]
+    return None
