@@ -1,11 +1,9 @@
-"""Which plots a session gets, with their legends and what they say to those who cannot see them.
-
-The plots' own file is imported where something is drawn: a live page is there before matplotlib is.
-"""
+"""Which plots a session gets, with their legends and what they say to those who cannot see them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from report.plots import Rule, Series, bar_chart, line_chart
 from report.records import HoldRecord, Result, StepRecord
 from report.uncertainty import uncertainty_of
 from report.verdict import HOLD_PASSED, RIGHT_DEG, RIGHT_FRACTION
@@ -70,8 +68,6 @@ def session_figures(result: Result) -> list[Figure]:
 
 
 def _error_figure(result: Result) -> Figure | None:
-    from report.plots import Rule, Series, line_chart
-
     steps = result.steps
     marks = ["kept" if was_kept(step) else "discarded" for step in steps]
     rms = [step.rms_px for step in steps]
@@ -95,8 +91,6 @@ def _error_figure(result: Result) -> Figure | None:
 
 
 def _certainty_figure(steps: Sequence[StepRecord]) -> Figure | None:
-    from report.plots import Series, line_chart
-
     values = [100 * step.uncertainty if step.uncertainty is not None else None for step in steps]
     if all(value is None for value in values):
         return None
@@ -109,8 +103,6 @@ def _certainty_figure(steps: Sequence[StepRecord]) -> Figure | None:
 
 
 def _set_figure(steps: Sequence[StepRecord]) -> Figure | None:
-    from report.plots import bar_chart
-
     if all(step.set_size is None for step in steps):
         return None
     kept = [was_kept(step) for step in steps]
@@ -121,8 +113,6 @@ def _set_figure(steps: Sequence[StepRecord]) -> Figure | None:
 
 
 def _truth_figure(steps: Sequence[StepRecord]) -> Figure | None:
-    from report.plots import Rule, Series, line_chart
-
     if all(step.error is None for step in steps):
         return None
     dots = ["kept" if was_kept(step) else "discarded" for step in steps]
@@ -138,8 +128,6 @@ def _truth_figure(steps: Sequence[StepRecord]) -> Figure | None:
 
 def approach_figure(holds: Sequence[HoldRecord]) -> Figure | None:
     """Uncertainty of the position against the range, over the hold points of an approach."""
-    from report.plots import Series, line_chart
-
     deviation: list[float | None] = []
     for hold in holds:
         known = uncertainty_of(hold.pose, hold.covariance)

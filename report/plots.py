@@ -1,48 +1,22 @@
-"""The page's plots: matplotlib draws them as SVG, and the page's style sheet colours them."""
+"""The page's plots as SVG: text stays text, and the page's style sheet gives the colours."""
 
-import re
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
-from io import StringIO
-from typing import Any
-
-import matplotlib as mpl
-import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter, NullLocator, StrMethodFormatter
 
 WIDTH_PX, HEIGHT_PX = 480, 250
-POINTS_PER_INCH = 72  # of SVG: a figure of this many pixels to the inch has one pixel to the point
+LEFT_PX, RIGHT_PX, TOP_PX, BOTTOM_PX = 60.0, 473.0, 8.0, 204.0  # of the plane that is drawn in
 LOG_FROM = 15.0  # values that spread over more than this factor are drawn on a logarithmic scale
 FEW_DECADES = 300.0  # a logarithmic scale over less than this factor has ticks at 1, 2 and 5
+LOG_MARGIN = 1.35  # a logarithmic scale goes on by this factor beyond its values
+MOST_TICKS = 5  # on a linear scale, beside zero
+MOST_DECADES = 10  # with a tick each
 MOST_X_LABELS = 12
-MARKS = {"kept": ("o", 8.0), "discarded": ("x", 8.0), "dot": ("o", 5.0)}
-
-# What stands for a colour of the style sheet until the page is put together.
-COLOURS = {name: f"#fe00{number:02x}" for number, name in enumerate(("ink", "soft", "grid", "card"))} | {
-    f"c{number}": f"#fe01{number:02x}" for number in range(9)
-}
-STYLE: Any = {
-    "svg.fonttype": "none",  # text stays text, in the page's font
-    "font.size": 12.5,
-    "axes.edgecolor": COLOURS["soft"],
-    "axes.labelcolor": COLOURS["soft"],
-    "axes.spines.left": False,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.axisbelow": True,
-    "grid.color": COLOURS["grid"],
-    "text.color": COLOURS["ink"],
-    "xtick.color": COLOURS["soft"],
-    "ytick.color": COLOURS["soft"],
-    "xtick.major.size": 0,
-    "ytick.major.size": 0,
-    "lines.markeredgewidth": 2.4,
-}
+DIGIT_PX = 8.0  # room for a figure of a label, the gaps between two labels included
+ASIDE = 0.06  # of the plane's width, from the first place to its edge
+BAR = 0.62  # of the room between two bars
+MARK_PX = {"kept": 4.0, "discarded": 4.0, "dot": 2.5}  # half their size; what is discarded is a cross
 
 
 @dataclass(frozen=True)
@@ -53,7 +27,7 @@ class Series:
     ----------
     label, style : legend text; number of the colour in the style sheet.
     values : one per x place; None leaves a gap.
-    marks : one of `MARKS` per x place.
+    marks : one of `MARK_PX` per x place.
     """
 
     label: str
@@ -71,6 +45,21 @@ class Rule:
     label: str
 
 
+@dataclass(frozen=True)
+class Scale:
+    """The y axis: from `low` at the bottom to `high` at the top, with its ticks."""
+
+    low: float
+    high: float
+    ticks: tuple[float, ...]
+    log: bool = False
+
+    def place(self, value: float) -> float:
+        """y of a value, px."""
+        low, high, value = (math.log(v) if self.log else v for v in (self.low, self.high, value))
+        return BOTTOM_PX - (value - low) / (high - low) * (BOTTOM_PX - TOP_PX)
+
+
 def line_chart(
     x_labels: Sequence[str],
     series: Sequence[Series],
@@ -84,103 +73,142 @@ def line_chart(
     `titles` are those of the x and the y axis; `description` is for those who cannot see it.
     """
     values = [value for one in series for value in one.values if value is not None]
-    values += [rule.value] if rule is not None else []
-    places = list(range(len(x_labels))) if x_values is None else list(x_values)
-    with _figure(titles, description) as (axes, out):
-        for one in series:
-            _draw(axes, one, places)
-        if rule is not None:
-            axes.axhline(rule.value, color=COLOURS["ink"], linestyle=(0, (2, 4)), linewidth=1.4)
-            paper = {"facecolor": COLOURS["card"], "edgecolor": "none", "pad": 1.5}
-            above = axes.get_yaxis_transform()
-            axes.text(0.01, rule.value, rule.label, transform=above, verticalalignment="center", bbox=paper)
-        _scale(axes, values)
-        if x_values is not None and x_values[0] > x_values[-1]:
-            axes.invert_xaxis()
-        every = -(-len(places) // MOST_X_LABELS) or 1
-        axes.set_xticks(places[::every], x_labels[::every])
-        axes.margins(x=0.06)
-        _save(axes, out)
-    return _svg(out.getvalue(), description)
+    scale = scale_of(values + ([rule.value] if rule is not None else []))
+    places = _places(range(len(x_labels)) if x_values is None else x_values)
+    every = -(-len(places) // MOST_X_LABELS) or 1
+    parts = [
+        *_axes(scale, _apart(list(zip(places, x_labels, strict=True))[::every]), titles),
+        *(_line(one, places, scale) for one in series),
+        *(_marks(one, places, scale) for one in series),
+    ]
+    if rule is not None:
+        parts.append(_rule(rule, scale.place(rule.value)))
+    return _svg(parts, description)
 
 
 def bar_chart(values: Sequence[int | None], kept: Sequence[bool], description: str) -> str:
     """Size of the image set after each iteration, as SVG; a discarded image leaves a hollow bar."""
-    green = COLOURS["c3"]
-    with _figure(("iteration", "images in the set"), description) as (axes, out):
-        for place, (value, keep) in enumerate(zip(values, kept, strict=True), start=1):
-            face = green if keep else "none"
-            line = "solid" if keep else (0, (3, 2))
-            axes.bar(place, value or 0, 0.62, facecolor=face, edgecolor=green, linestyle=line, linewidth=1.5)
-            if value is not None and not keep:
-                axes.plot(place, value, "x", color=COLOURS["c5"], markersize=8, zorder=3)
-        axes.set_ylim(0, 1.12 * max((value or 0 for value in values), default=1) or 1)
-        axes.yaxis.set_major_locator(MaxNLocator(4, integer=True))
-        axes.xaxis.set_major_locator(MaxNLocator(MOST_X_LABELS, integer=True, min_n_ticks=1))
-        axes.set_xlim(0.4, len(values) + 0.6)
-        _save(axes, out)
-    return _svg(out.getvalue(), description)
+    top = max((value or 0 for value in values), default=1) or 1
+    scale = Scale(0.0, 1.12 * top, _linear_ticks(0.0, 1.12 * top, 4, whole=True))
+    room = (RIGHT_PX - LEFT_PX) / max(1, len(values))
+    middles = [LEFT_PX + room * (number + 0.5) for number in range(len(values))]
+    every = _step(len(values), MOST_X_LABELS, whole=True)
+    labels = [(x, str(number)) for number, x in enumerate(middles, 1) if number % every == 0]
+    parts = [*_axes(scale, labels, ("iteration", "images in the set"))]
+    for x, value, keep in zip(middles, values, kept, strict=True):
+        y = scale.place(value or 0)
+        look = "fill:var(--c3)" if keep else "fill:none;stroke-dasharray:4.5 3"
+        parts.append(
+            f'<rect class="bar" x="{x - room * BAR / 2:.1f}" y="{y:.1f}" width="{room * BAR:.1f}"'
+            f' height="{BOTTOM_PX - y:.1f}" style="{look};stroke:var(--c3);stroke-width:1.5"/>'
+        )
+        if value is not None and not keep:
+            parts.append(_mark("discarded", 5, x, y))
+    return _svg(parts, description)
 
 
-@contextmanager
-def _figure(titles: tuple[str, str], description: str) -> Iterator[tuple[Axes, StringIO]]:
-    with mpl.rc_context(STYLE | {"svg.hashsalt": description}):  # ids: each plot its own, always the same
-        figure = Figure((WIDTH_PX / POINTS_PER_INCH, HEIGHT_PX / POINTS_PER_INCH))
-        figure.subplots_adjust(left=0.125, right=0.985, bottom=0.185, top=0.97)
-        FigureCanvasSVG(figure)
-        figure.patch.set_visible(False)
-        axes = figure.add_subplot()
-        axes.patch.set_visible(False)
-        axes.grid(axis="y")
-        axes.set_xlabel(titles[0])
-        axes.set_ylabel(titles[1])
-        yield axes, StringIO()
-
-
-def _draw(axes: Axes, series: Series, places: Sequence[float]) -> None:
-    values = np.array([np.nan if value is None else value for value in series.values], dtype=float)
-    colour = COLOURS[f"c{series.style}"]
-    dashes = (0, (3, 2)) if series.dashed else "solid"
-    axes.plot(places, values, color=colour, linestyle=dashes, linewidth=1.8 if series.dashed else 2.2)
-    for kind, (marker, size) in MARKS.items():
-        here = np.array([mark == kind for mark in series.marks]) & np.isfinite(values)
-        at = np.array(places, dtype=float)[here]
-        (drawn,) = axes.plot(at, values[here], marker, color=colour, markersize=size, zorder=3)
-        if marker == "o":
-            drawn.set(markeredgecolor=COLOURS["card"], markeredgewidth=1.5)
-
-
-def _scale(axes: Axes, values: Sequence[float]) -> None:
+def scale_of(values: Sequence[float]) -> Scale:
     """From zero, unless the values spread so far that only a logarithmic scale shows them all."""
     low, high = min(values, default=0.0), max(values, default=1.0)
     if low > 0 and high / low > LOG_FROM:
-        axes.set_yscale("log")
-        axes.set_ylim(low / 1.35, high * 1.35)
-        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if high / low < FEW_DECADES else (1,)))
-        axes.yaxis.set_minor_locator(NullLocator())
-        axes.yaxis.set_minor_formatter(NullFormatter())
-        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-        axes.set_ylabel(f"{axes.get_ylabel()}, log")
-    else:
-        axes.set_ylim(min(0.0, low), 1.08 * high if high > 0 else 1.0)
-        axes.yaxis.set_major_locator(MaxNLocator(5))
+        ends = low / LOG_MARGIN, high * LOG_MARGIN
+        return Scale(*ends, _log_ticks(*ends, high / low), log=True)
+    ends = min(0.0, low), 1.08 * high if high > 0 else 1.0
+    return Scale(*ends, _linear_ticks(*ends, MOST_TICKS))
 
 
-def _save(axes: Axes, out: StringIO) -> None:
-    figure = axes.figure
-    assert isinstance(figure, Figure)
-    figure.savefig(out, format="svg", metadata={"Date": None}, transparent=True)
+def _log_ticks(low: float, high: float, spread: float) -> tuple[float, ...]:
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    decades = decades[:: -(-len(decades) // MOST_DECADES)]
+    firsts = (1, 2, 5) if spread < FEW_DECADES else (1,)
+    ticks = (first * 10.0**decade for decade in decades for first in firsts)
+    return tuple(tick for tick in ticks if low <= tick <= high)
 
 
-def _svg(text: str, description: str) -> str:
-    """What matplotlib wrote as a part of the page: its size and colours are the style sheet's."""
-    body = text[text.index("<defs") : text.rindex("</svg>")]
-    body = re.sub(r"<(metadata|style).*?</\1>", "", body, flags=re.DOTALL)  # it styles a whole page
-    body = re.sub(r" font-family: [^;]*;", "", body)
-    body = re.sub(r' id="(?:figure|axes|patch|matplotlib|line2d|text|xtick|ytick)[\w.]*"', "", body)
-    for name, colour in COLOURS.items():
-        body = body.replace(colour, f"var(--{name})")
-    head = f'<svg class="plot" viewBox="0 0 {WIDTH_PX} {HEIGHT_PX}" role="img"'
-    return (
-        f'{head} aria-label="{escape(description)}" xmlns:xlink="http://www.w3.org/1999/xlink">{body}</svg>'
+def _linear_ticks(low: float, high: float, most: int, whole: bool = False) -> tuple[float, ...]:
+    step = _step(high - low, most, whole)
+    return tuple(step * number for number in range(math.ceil(low / step), math.floor(high / step) + 1))
+
+
+def _step(span: float, most: int, whole: bool) -> float:
+    """The smallest of 1, 2, 2.5 and 5 times a power of ten of which no more than `most` make the span."""
+    size = 10.0 ** math.floor(math.log10(span / most))
+    steps = [size * first for first in ((1, 2, 5, 10) if whole else (1, 2, 2.5, 5, 10))]
+    step = next((one for one in steps if one * most >= span * (1 - 1e-9)), steps[-1])
+    return max(1.0, step) if whole else step
+
+
+def _places(values: Sequence[float]) -> list[float]:
+    """x of each place, px, the first at the left."""
+    if not values:
+        return []
+    first, span = values[0], values[-1] - values[0]
+    aside = ASIDE * (RIGHT_PX - LEFT_PX)
+    return [
+        LEFT_PX + aside + ((value - first) / span if span else 0.5) * (RIGHT_PX - LEFT_PX - 2 * aside)
+        for value in values
+    ]
+
+
+def _apart(labels: Sequence[tuple[float, str]]) -> list[tuple[float, str]]:
+    """Those labels that leave room for each other; the last one always."""
+    kept: list[tuple[float, str]] = []
+    for x, text in reversed(labels):
+        if not kept or kept[-1][0] - x >= DIGIT_PX * (len(kept[-1][1]) + len(text)) / 2 + DIGIT_PX:
+            kept.append((x, text))
+    return kept[::-1]
+
+
+def _axes(scale: Scale, labels: Iterable[tuple[float, str]], titles: tuple[str, str]) -> Iterable[str]:
+    for tick in scale.ticks:
+        y = scale.place(tick)
+        yield f'<path class="grid" d="M{LEFT_PX:g} {y:.1f}H{RIGHT_PX:g}"/>'
+        yield f'<text x="{LEFT_PX - 7:g}" y="{y + 4.5:.1f}" text-anchor="end">{round(tick, 12):g}</text>'
+    yield f'<path class="base" d="M{LEFT_PX:g} {BOTTOM_PX:g}H{RIGHT_PX:g}"/>'
+    for x, text in labels:
+        yield f'<text x="{x:.1f}" y="{BOTTOM_PX + 17:g}" text-anchor="middle">{escape(text)}</text>'
+    middle = (LEFT_PX + RIGHT_PX) / 2, (TOP_PX + BOTTOM_PX) / 2
+    yield f'<text x="{middle[0]:g}" y="{HEIGHT_PX - 8}" text-anchor="middle">{escape(titles[0])}</text>'
+    up = escape(titles[1]) + (", log" if scale.log else "")
+    turn = f'transform="rotate(-90 14 {middle[1]:g})"'
+    yield f'<text x="14" y="{middle[1]:g}" text-anchor="middle" {turn}>{up}</text>'
+
+
+def _line(series: Series, places: Sequence[float], scale: Scale) -> str:
+    """The line of a series, broken where it has no value."""
+    path, gap = "", True
+    for x, value in zip(places, series.values, strict=True):
+        if value is not None:
+            path += f"{'M' if gap else 'L'}{x:.1f} {scale.place(value):.1f}"
+        gap = value is None
+    look = "stroke-width:1.8;stroke-dasharray:5.4 3.6" if series.dashed else "stroke-width:2.2"
+    return f'<path class="line" d="{path}" style="stroke:var(--c{series.style});{look}"/>'
+
+
+def _marks(series: Series, places: Sequence[float], scale: Scale) -> str:
+    found = zip(places, series.values, series.marks, strict=True)
+    return "".join(
+        _mark(kind, series.style, x, scale.place(value)) for x, value, kind in found if value is not None
     )
+
+
+def _mark(kind: str, style: int, x: float, y: float) -> str:
+    size = MARK_PX[kind]
+    if kind == "discarded":
+        wide = 2 * size
+        cross = f"M{x - size:.1f} {y - size:.1f}l{wide:g} {wide:g}m0 {-wide:g}l{-wide:g} {wide:g}"
+        return f'<path class="mark" d="{cross}" style="stroke:var(--c{style});stroke-width:2.4;fill:none"/>'
+    look = f"fill:var(--c{style});stroke:var(--card);stroke-width:1.5"
+    return f'<circle class="mark" cx="{x:.1f}" cy="{y:.1f}" r="{size:g}" style="{look}"/>'
+
+
+def _rule(rule: Rule, y: float) -> str:
+    return (
+        f'<path class="rule" d="M{LEFT_PX:g} {y:.1f}H{RIGHT_PX:g}"/>'
+        f'<text class="of-rule" x="{LEFT_PX + 4:g}" y="{y + 4.5:.1f}">{escape(rule.label)}</text>'
+    )
+
+
+def _svg(parts: Iterable[str], description: str) -> str:
+    head = f'<svg class="plot" viewBox="0 0 {WIDTH_PX} {HEIGHT_PX}" role="img"'
+    return f'{head} aria-label="{escape(description)}">{"".join(parts)}</svg>'
