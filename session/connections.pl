@@ -7,7 +7,8 @@
             listen/1,                   % +Description
             listen_again/0,
             arrived/1,                  % -Events
-            seconds_spent/2             % -Waiting, -Parts
+            seconds_spent/2,            % -Waiting, -Parts
+            waits_for_server/0
           ]).
 :- use_module('../bridge/prolog/client').
 :- use_module('../bridge/prolog/keys', [client_keys/4]).
@@ -128,6 +129,14 @@ first_request(Server, Seconds) :-
     option(own(Own), Options),
     \+ memberchk(Server, Own),
     first_s(Seconds).
+
+%!  waits_for_server is semidet.
+%
+%   The answer to a request is waited for.
+
+waits_for_server :-
+    asked(_, _, _),
+    !.
 
 %!  has_answered(+Server) is semidet.
 

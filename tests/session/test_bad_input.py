@@ -175,6 +175,28 @@ def test_what_is_not_possible_is_said_with_its_place(tmp_path: Path, body: str, 
     assert "mine.pl" in message
 
 
+@pytest.mark.parametrize(
+    ("program", "words"),
+    [
+        ("proc(control, while(true, ?(true))).", ["100,000 steps without an action", "while(true,?(true))"]),
+        ("proc(control, while(true, choose_random)).", ["1000 actions and took no image"]),
+        (
+            "proc(control, loop(0)).\nproc(loop(N), [?(N >= 0), loop(M)]) :- integer(N), M is N + 1.",
+            ["100,000 steps without an action", "loop("],
+        ),
+    ],
+)
+def test_a_strategy_that_never_ends_is_told_so_in_one_line(
+    tmp_path: Path, program: str, words: list[str]
+) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text(program)
+    message = refused("--controller", file, "--out", tmp_path / "run", "--no-report", "--quiet")
+    (line,) = [line for line in message.splitlines() if "ERROR" in line]
+    assert all(word in line for word in ["mine", "never end?", *words])
+    assert (tmp_path / "run" / "result.json").exists()
+
+
 def test_a_dry_run_checks_what_a_session_needs(tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text("x = [")
     assert "bad.toml" in refused("--scenario", tmp_path / "bad.toml", "--dry-run")
