@@ -21,6 +21,7 @@ TELLING = Path(__file__).resolve().parent.parent / "session" / "telling.pl"
 ANSWER_S = 30.0  # of the journal's reader; chosen by hand, for a session of thousands of images
 NICENESS = 10  # of the view: the session goes first
 WORK_NICENESS = 19  # of what follows and draws; the page answers sooner
+SECONDS = "seconds.json"  # by session/times.pl
 LOCK = "hhqqi"  # struct flock of fcntl(2): type, whence, start, length, process
 
 
@@ -160,7 +161,15 @@ class Follower:
         status = "paused" if held(self.folder) == "pause" else "running"
         if session_process(self.folder) is None:
             status = "interrupted"
-        return State(msgspec.structs.replace(result, status=status), status, told, self._age_s())
+        result = msgspec.structs.replace(result, status=status, seconds=self._seconds())
+        return State(result, status, told, self._age_s())
+
+    def _seconds(self) -> dict[str, float | None]:
+        """Where the time went so far, as a session with a view tells it."""
+        try:
+            return msgspec.json.decode((self.folder / SECONDS).read_bytes(), type=dict[str, float | None])
+        except (OSError, msgspec.MsgspecError):
+            return {}
 
     @property
     def spent_s(self) -> float:
@@ -173,7 +182,7 @@ class Follower:
 
     def _signature(self) -> Any:
         """What changes when there is something new to see."""
-        files = [self.folder / name for name in ("history.pl", "result.json", "hold", "session.pl")]
+        files = [self.folder / name for name in ("history.pl", "result.json", "hold", "session.pl", SECONDS)]
         files += sorted((self.folder / "images").glob("*.*"))
         stats = [(file.name, *_changed(file)) for file in files]
         return stats, session_process(self.folder)

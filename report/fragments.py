@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import time
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,8 +11,9 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from report import words
+from report.approach import strip_of
 from report.ellipsoid import ellipsoid_svg
-from report.figures import Figure, session_figures, time_figure, was_kept
+from report.figures import session_figures, time_figure, was_kept
 from report.following import State
 from report.records import LightRecord, ReasonRecord, StepRecord
 from report.scene import known_lights, read_scene
@@ -23,10 +23,8 @@ from report.uncertainty import uncertainty_of
 from report.verdict import verdict_of
 
 HERE = Path(__file__).resolve().parent
-PARTS = ("status", "now", "choice", "set", "course", "pose", "program", "events", "time")
+PARTS = ("status", "now", "approach", "choice", "set", "course", "pose", "program", "events", "time")
 MOST_EVENTS = 40  # the newest of them
-PLOTS_SHARE = 0.02  # of the processor, for plots of a session that runs; python -m benchmarks.view_overhead
-FIRST_PLOTS_S = 0.7  # what the first plots take, matplotlib's import included
 WORD = re.compile(r"[a-z]\w*")
 LONG_NUMBER = re.compile(r"\b\d+\.\d{5,}\b")
 
@@ -57,7 +55,7 @@ def live_page(token: str) -> str:
     )
 
 
-def fragments(folder: Path, state: State, token: str, course: Course) -> dict[str, str]:
+def fragments(folder: Path, state: State, token: str) -> dict[str, str]:
     """HTML of every part of the page.
 
     Parameters
@@ -65,7 +63,6 @@ def fragments(folder: Path, state: State, token: str, course: Course) -> dict[st
     folder : the run folder, for images, camera and model.
     state : of the session.
     token : that images are asked for with.
-    course : the plots so far.
     """
     result, told = state.result, state.told
     scene = read_scene(folder)
@@ -88,12 +85,15 @@ def fragments(folder: Path, state: State, token: str, course: Course) -> dict[st
         "newest": newest,
         "edges": next((name for name in reversed(images) if _drawn(folder, name)), ""),
         "strokes": drawn_strokes(folder, scene, result.pose, support),
+        "strip": strip_of(
+            result, images, lambda pose: drawn_strokes(folder, scene, pose, None), not state.ended
+        ),
         "notes": scene.notes if images else (),
         "steps": [_view(step, number, result.steps, lights) for number, step in enumerate(result.steps, 1)],
         "kept": sum(was_kept(step) for step in result.steps),
         "choice": _last(state, "chosen"),
         "seen": _last(state, "seen"),
-        "figures": course.figures(state),
+        "figures": session_figures(result),
         "time": time_figure(result.seconds) if result.seconds else None,
         "deviations": uncertainty_of(result.pose, result.covariance),
         "ellipsoid": Markup(ellipsoid_svg(result.pose, result.covariance)),
@@ -103,7 +103,7 @@ def fragments(folder: Path, state: State, token: str, course: Course) -> dict[st
         "svg": Markup,
     }
     module = environment().get_template("live_parts.html.j2").make_module(values)
-    return {name: str(getattr(module, f"part_{name}")()) for name in PARTS}
+    return {name: str(getattr(module, f"part_{name}")()).strip() for name in PARTS}
 
 
 def program_source(file: str | None, left: str) -> Markup:
@@ -127,30 +127,6 @@ def program_source(file: str | None, left: str) -> Markup:
 def short(text: str) -> str:
     """An action without the many digits of its numbers: four tell shutters apart."""
     return LONG_NUMBER.sub(lambda found: f"{float(found[0]):.4g}", text)
-
-
-class Course:
-    """The plots, drawn anew as their share of the processor allows, and when the session has paused or ended.
-
-    They take longer than all the rest of the page together.
-    """
-
-    def __init__(self) -> None:
-        self._began = time.monotonic()
-        self._spent_s, self._cost_s = 0.0, FIRST_PLOTS_S
-        self._told: Any = None
-        self._figures: list[Figure] = []
-
-    def figures(self, state: State) -> list[Figure]:
-        """The plots of a session, or those drawn last."""
-        told = (state.result.status, state.result.threshold_px, len(state.result.steps))
-        due = self._spent_s + self._cost_s <= PLOTS_SHARE * (time.monotonic() - self._began)
-        if told != self._told and (due or state.status != "running"):
-            began = time.process_time()
-            self._figures, self._told = session_figures(state.result), told
-            self._cost_s = time.process_time() - began
-            self._spent_s += self._cost_s
-        return self._figures
 
 
 def _view(step: StepRecord, number: int, steps: list[StepRecord], lights: tuple[LightRecord, ...]) -> Any:

@@ -11,14 +11,11 @@ import time
 from collections.abc import AsyncIterator
 from contextlib import suppress
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from report.errors import ReportError
 from report.following import WORK_NICENESS, Follower, hold
 from report.loopback import refused
-
-if TYPE_CHECKING:
-    from report.fragments import Course
 
 IMAGE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*\.png")
 LOOK_S = 0.25  # between two looks at the folder; chosen by hand
@@ -41,7 +38,6 @@ class LiveView:
         self._follower = follower
         self._folder = follower.folder
         self.token = token
-        self._course: Course | None = None
         self._parts: dict[str, str] = {}
         self._version = 0
         self._viewers = 0
@@ -102,12 +98,11 @@ class LiveView:
 
     def _drawn(self) -> dict[str, str] | None:
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), WORK_NICENESS)  # of this thread alone
-        from report.fragments import Course, fragments  # late: the page is there before numba is
+        from report.fragments import fragments  # late: the page is there before NumPy is
 
-        self._course = self._course or Course()
         try:
             state = self._follower.look()
-            return None if state is None else fragments(self._folder, state, self.token, self._course)
+            return None if state is None else fragments(self._folder, state, self.token)
         except (ReportError, OSError, ValueError) as error:
             return {"status": f'<p class="detail">{escape(f"This cannot be shown: {error}")}</p>'}
 

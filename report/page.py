@@ -11,13 +11,14 @@ from markupsafe import Markup
 
 from bridge import __version__
 from report import words
+from report.approach import strip_of
 from report.errors import ReportError
 from report.figures import approach_figure, session_figures, time_figure, was_kept
-from report.following import Journal
-from report.fragments import environment
+from report.following import Journal, Told
+from report.fragments import environment, short
 from report.overlay import is_small
 from report.pictures import data_uri, legibility, read_picture, write_overlay
-from report.records import HoldRecord, LightRecord, ReasonRecord, Result, StepRecord, read_result
+from report.records import LightRecord, ReasonRecord, Result, StepRecord, read_result
 from report.scene import Scene, known_lights, read_scene
 from report.story import Picture, StepView, step_view
 from report.strokes import Strokes, strokes_of, support_of
@@ -57,7 +58,7 @@ def write_report(folder: Path) -> Path:
     """
     result = read_result(folder)
     with ThreadPoolExecutor(1) as pool:  # the journal's reader works while pictures are read and drawn
-        html = render(folder, result, pool.submit(_reasons, folder))
+        html = render(folder, result, pool.submit(_told, folder))
     path = folder / "report.html"
     try:
         path.write_text(html, encoding="utf-8")
@@ -66,8 +67,8 @@ def write_report(folder: Path) -> Path:
     return path
 
 
-def render(folder: Path, result: Result, asked: Future[Reasons]) -> str:
-    """The page of a session, with the reasons that were asked for; writes the overlay pictures on the way.
+def render(folder: Path, result: Result, asked: Future[Told]) -> str:
+    """The page of a session, with what its journal was asked for; writes the overlay pictures on the way.
 
     Raises
     ------
@@ -86,7 +87,7 @@ def render(folder: Path, result: Result, asked: Future[Reasons]) -> str:
         strokes = strokes_of(scene, step.pose, support)
         views.append(step_view(step, number, picture, strokes, lights, result.steps))
     figures = session_figures(result)
-    reasons = asked.result()
+    told = asked.result()
     return (
         environment()
         .get_template("page.html.j2")
@@ -100,15 +101,21 @@ def render(folder: Path, result: Result, asked: Future[Reasons]) -> str:
             steps=views,
             sources=_sources(pictures, hero),
             size=_size(scene, pictures),
-            notes=[*scene.notes, *_other_settings(result.steps, scene, lights)],
-            reasons=reasons,
+            notes=[*scene.notes, *_other_settings(result.steps, scene, lights), *_untold(told)],
+            reasons=_reasons(told),
+            actions=told.actions,
+            short=short,
             missing=[picture.problem for picture in pictures if picture.problem],
             lines_known=result.lines is not None or any(step.lines for step in result.steps),
             kept=sum(was_kept(step) for step in result.steps),
             figures=figures,
             approach=approach_figure(result.holds) if result.holds else None,
             holds=[(hold, uncertainty_of(hold.pose, hold.covariance)) for hold in result.holds or []],
-            strip=_strip(result, scene, pictures),
+            strip=strip_of(
+                result,
+                {picture.name for picture in pictures if picture.pixels is not None},
+                lambda pose: strokes_of(scene, pose, None),
+            ),
             hold_passed=HOLD_PASSED,
             time=time_figure(result.seconds),
             deviations=uncertainty_of(result.pose, result.covariance),
@@ -122,13 +129,23 @@ def render(folder: Path, result: Result, asked: Future[Reasons]) -> str:
     )
 
 
-def _reasons(folder: Path) -> Reasons:
-    """Why each image was taken under its settings, and what it showed, by its name, as the journal tells."""
+def _told(folder: Path) -> Told:
+    """What the journal tells; nothing where there is none."""
     if not (folder / "history.pl").is_file():
-        return {}
+        return Told()
     journal = Journal(folder)
     told = journal.ask()
     journal.close()
+    return told
+
+
+def _untold(told: Told) -> list[str]:
+    """A note where the journal is there and cannot be followed."""
+    return [f"Reasons and journal cannot be shown. {told.problem}"] if told.problem else []
+
+
+def _reasons(told: Told) -> Reasons:
+    """Why each image was taken under its settings, and what it showed, by its name."""
     reasons: Reasons = {}
     chosen = None
     for action in told.actions:
@@ -191,29 +208,6 @@ def _hero(result: Result, last_hold: int | None, scene: Scene, pictures: list[Pi
         view = (left - pad, top - pad, right - left + 2 * pad, bottom - top + 2 * pad)
     corners = strokes.corners if strokes else ()
     return Hero(picture, strokes, view, tuple(_close_up(corner, picture) for corner in corners))
-
-
-@dataclass(frozen=True)
-class Stop:
-    """A hold point in the strip, with its last kept image; no `hold` where it was not come to."""
-
-    range_m: float
-    hold: HoldRecord | None
-    picture: Picture | None
-    strokes: Strokes | None
-
-
-def _strip(result: Result, scene: Scene, pictures: list[Picture]) -> list[Stop]:
-    """The hold points from the first to the last, those that were planned and not come to included."""
-    by_name = {picture.name: picture for picture in pictures if picture.pixels is not None}
-    stops = []
-    for number, hold in enumerate(result.holds or [], start=1):
-        names = [step.image or "" for step in result.steps if step.hold == number]
-        kept = [name for name in hold.kept or names if name in by_name] or [n for n in names if n in by_name]
-        picture = by_name[kept[-1]] if kept else None
-        stops.append(Stop(hold.range_m, hold, picture, strokes_of(scene, hold.pose, None)))
-    planned = result.planned_holds_m or []
-    return stops + [Stop(range_m, None, None, None) for range_m in planned[len(stops) :]]
 
 
 def _close_up(corner: tuple[float, float], picture: Picture) -> tuple[float, float]:

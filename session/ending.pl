@@ -3,7 +3,7 @@
             exit_status/2               % +Outcome, -ExitStatus
           ]).
 :- use_module(acquisition_device, [score_pose/3]).
-:- use_module(connections, [ask/4, seconds_spent/2]).
+:- use_module(connections, [ask/4]).
 :- use_module(display, [show/2, show_outcome/2]).
 :- use_module(forms, [fix_term/2]).
 :- use_module(installation, [installation_python/1]).
@@ -12,8 +12,8 @@
 :- use_module(result).
 :- use_module(run_folder, [run_file/3]).
 :- use_module(session_file, [file_sha256/2]).
+:- use_module(times, [session_seconds/1]).
 :- use_module('../indigolog/indigolog').
-:- use_module(library(apply), [foldl/4]).
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(lists), [member/2, memberchk/2, nth0/3]).
 :- use_module(library(option), [option/2]).
@@ -42,7 +42,7 @@ end_session(Session, end(How, Situation), Outcome) :-
     _{options:Options, folder:Folder} :< Session,
     outcome(How, Situation, Outcome),
     outcome_status(Outcome, Status),
-    seconds(Seconds),
+    session_seconds(Seconds),
     true_errors(Situation, Errors),
     command_line(Command),
     session_result(Session.put(_{status:Status, seconds:Seconds, errors:Errors, command:Command}),
@@ -139,20 +139,6 @@ with_estimated_with(_, _, Result, Result).
 command_line(Command) :-
     current_prolog_flag(argv, Arguments),
     atomic_list_concat(['swipl main.pl'|Arguments], ' ', Command).
-
-%   In all since the process began.  What the servers did not use of the time they
-%   were waited for is the bridge's.
-seconds([total-Total, controller-Controller, bridge-Bridge|Parts]) :-
-    statistics(epoch, Start),
-    get_time(Now),
-    Total is Now - Start,
-    seconds_spent(Waiting, Parts),
-    foldl(add_part, Parts, 0.0, Served),
-    Controller is max(0.0, Total - Waiting),
-    Bridge is max(0.0, Waiting - Served).
-
-add_part(_-Seconds, Sum0, Sum) :-
-    Sum is Sum0 + Seconds.
 
 report(Session) :-
     _{options:Options, plan:Plan, folder:Folder} :< Session,

@@ -11,6 +11,8 @@
 :- use_module(servers, [image_server_past/1, own_server/1, served_before/1, stop_servers/0]).
 :- use_module(live_table, [begin_table/2, end_table/0]).
 :- use_module(viewing, [start_view/2]).
+:- use_module(thinking, [note_thought/0, within_budget/3]).
+:- use_module(times, [forget_times/1, tell_times/3]).
 :- use_module(strategy_file, [blocked/4, check_control/1]).
 :- use_module(usage, [usage_error/2]).
 :- use_module('../indigolog/tools/checks').
@@ -160,15 +162,20 @@ run_program(Session, End, Situation) :-
     run_file(Folder, 'history.pl', Journal),
     nb_setval(session_situation, none),
     catch(( beginning(Options, Plan, Journal, Beginning),
-            indigolog(Plan.program,
-                      [ check(false), device(session_acquisition_device), journal(Journal), Beginning,
-                        on_action(session_run:after_action(Options, Folder)) ]),
+            most_thinking_s(Most),
+            within_budget(Plan.controller, Most,
+                          indigolog(Plan.program,
+                                    [ check(false), device(session_acquisition_device), journal(Journal), Beginning,
+                                      on_action(session_run:after_action(Options, Folder)) ])),
             End = finished ),
           Error,
           ( nb_getval(session_situation, Last), ended_by(Error, Session, Last, End) )),
     end_table,
     forget_hold(Folder),
+    forget_times(Folder),
     nb_getval(session_situation, Situation).
+
+most_thinking_s(60).                    % of a strategy, between two actions; chosen by hand: those here need less than one
 
 %   A session that goes on finds the seed of its draws in its journal.
 beginning(Options, _, Journal, resume(Journal)) :-
@@ -209,6 +216,10 @@ ended_by(error(golog(program_ended(failed, Rest, _)), _), Session, S, End),
         S \== none, why(Rest, S, Whys), member(impossible(Action, _), Whys),
         blocked(Session.plan.controller_file, Action, S, Message) =>
     End = failed(error(usage_error(Message), _)).
+ended_by(error(golog(silent(Most)), golog(at(Rest, _), _)), Session, _, End) =>
+    format(string(Message), "~w: the strategy made ~D steps without an action, and stands at ~W; does one of its loops never end?",
+           [Session.plan.controller, Most, Rest, [quoted(true), max_depth(8)]]),
+    End = failed(error(usage_error(Message), _)).
 ended_by(Error, _, _, End) =>
     End = failed(Error).
 
@@ -217,8 +228,10 @@ ended_by(Error, _, _, End) =>
 %   Called by the executive after each action and each exogenous one.
 after_action(Options, Folder, Action, Situation) :-
     nb_setval(session_situation, Situation),
+    note_thought,
     show_address,
     tell(Options, Action, Situation),
+    tell_times(Options, Folder, Action),
     wait_while_held(Folder),
     check_images_come(Options, Action).
 

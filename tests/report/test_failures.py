@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from report.following import Follower
-from report.fragments import Course, fragments
+from report.fragments import fragments
 from report.page import write_report
 from tests.report.browser import Browser
 from tests.report.viewers import view_of
@@ -46,7 +46,7 @@ def page(folder: Path) -> dict[str, str]:
     try:
         state = follower.look()
         assert state is not None
-        parts = fragments(folder, state, "token", Course())
+        parts = fragments(folder, state, "token")
     finally:
         follower.close()
     return {name: " ".join(unescape(re.sub("<[^>]*>", " ", html)).split()) for name, html in parts.items()}
@@ -111,6 +111,34 @@ def test_nothing_is_cut_off(dark: Path, cut: Path, width: int, dark_there: bool)
                 assert browser.value(fits)
                 assert browser.value(f'document.querySelector("#status .badge.{tone}") != null')
                 browser.open("about:blank#left")  # a view ends sooner when nobody looks
+
+
+def test_the_report_holds_the_journal(dark: Path) -> None:
+    told = (dark / "report.html").read_text()
+    log = re.findall(r'<li class="(\w+)">([^<]*)</li>', told.partition('<ol class="log"')[2])
+    assert [name for name, _ in log][:3] == ["connect", "choose", "capture"]
+    assert "capture(i1,settings([0,0,0],0.004167,5.6))" in dict(log)["capture"]
+    assert f"{len(log)} actions, and what happened meanwhile" in told
+
+
+@pytest.mark.parametrize(
+    ("pattern", "instead", "words"),
+    [
+        (r"version\(1\)", "version(99)", "empty, cut or changed"),
+        (r"(?s)controller.*", "", "empty, cut or changed"),
+    ],
+)
+def test_a_report_says_that_its_journal_cannot_be_followed(
+    dark: Path, tmp_path: Path, pattern: str, instead: str, words: str
+) -> None:
+    folder = tmp_path / "other"
+    shutil.copytree(dark, folder)
+    text, found = re.subn(pattern, instead, (folder / "session.pl").read_text(), count=1)
+    assert found
+    (folder / "session.pl").write_text(text)
+    told = write_report(folder).read_text()
+    (note,) = re.findall(r'<p class="note">(Reasons and journal cannot be shown\. .*)</p>', told)
+    assert words in note and 'id="journal"' not in told and "Why this light?" not in told
 
 
 def test_the_report_of_a_folder_without_journal_and_images_is_written(dark: Path, tmp_path: Path) -> None:

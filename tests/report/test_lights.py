@@ -1,15 +1,11 @@
 """The lights of an image as a diagram, and an approach as a strip of hold points."""
 
-import json
 import re
-from pathlib import Path
 
 import pytest
 
 from report.lights import lights_svg
-from report.page import write_report
 from report.records import LightRecord, SettingsRecord
-from tests.report.run_folders import RunMaker
 
 PLACED = (
     LightRecord("left", 8, [-0.35, 0.0, 0.0]),
@@ -52,24 +48,3 @@ def test_there_is_none_where_a_place_is_not_known(
     levels: list[float], lights: tuple[LightRecord, ...]
 ) -> None:
     assert lights_svg(SettingsRecord(lights=levels), lights) == ""
-
-
-def test_an_approach_is_a_strip_of_all_planned_hold_points(make_run: RunMaker) -> None:
-    folder: Path = make_run(steps=3)
-    result = json.loads((folder / "result.json").read_text())
-    for number, step in enumerate(result["steps"]):
-        step["hold"] = 1 + number // 2
-    pose = result["steps"][0]["pose"]
-    result["holds"] = [
-        {"range_m": 1.5, "status": "fixed", "pose": pose, "merit": 0.4},
-        {"range_m": 0.8, "status": "aborted", "pose": None, "merit": 3.0},
-    ]
-    result["planned_holds_m"] = [1.5, 0.8, 0.3]
-    (folder / "result.json").write_text(json.dumps(result))
-    page = write_report(folder).read_text()
-    strip = page.split('class="strip"')[1].split("</ol>")[0]
-    stops = strip.split("<li")[1:]
-    assert len(stops) == 3
-    assert "#image-i2" in stops[0] and "1.5 m" in stops[0] and "wire" in stops[0]
-    assert "#image-i3" in stops[1] and "aborted" in stops[1] and "wire" not in stops[1]
-    assert "not come to" in stops[2] and "0.3 m" in stops[2]

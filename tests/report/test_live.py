@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
+from geometry.drawn_wireframes import WIREFRAMES
 from report.errors import ReportError
 from report.following import Follower, hold
 from tests.report.browser import Browser
@@ -47,6 +48,8 @@ def test_a_real_session_is_followed_paused_stepped_and_seen_to_its_end(tmp_path:
             press("pause")
             page.until(f'{badge} == "paused"')
             assert page.value('document.querySelectorAll("#choice tbody tr").length') == 5 + 2
+            times = page.value('document.getElementById("time").innerText')
+            assert "matching" in times and "until the last image" in times.lower()
             assert page.value('document.querySelector("#program mark") != null')
             assert page.value('document.querySelector("#now .supported") != null')
             pictures = page.value('[...document.querySelectorAll("#now image")].map(one => one.href.baseVal)')
@@ -64,7 +67,7 @@ def test_a_real_session_is_followed_paused_stepped_and_seen_to_its_end(tmp_path:
     finally:
         session.kill()
         session.communicate()
-    assert not (tmp_path / "hold").exists()
+    assert not (tmp_path / "hold").exists() and not (tmp_path / "seconds.json").exists()
 
 
 def hold_soon(folder: Path) -> None:
@@ -101,7 +104,7 @@ def test_a_view_that_nobody_opens_loads_nothing_and_one_that_is_looked_at_no_ker
     make_run: RunMaker,
 ) -> None:
     folder = make_run()
-    (folder / "images" / "wireframes.jsonl").write_text("")
+    (folder / "images" / WIREFRAMES).write_text("")
 
     def loaded(package: str) -> bool:
         (view,) = views_of(folder)
