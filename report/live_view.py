@@ -19,7 +19,7 @@ from report.loopback import refused
 
 IMAGE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*\.png")
 LOOK_S = 0.25  # between two looks at the folder; chosen by hand
-SHARE = 0.05  # of a processor that looks may take; python -m benchmarks.view_overhead
+SHARE = 0.03  # of a processor that looks may take; python -m benchmarks.view_overhead
 LONGEST_PAUSE_S = 2.0  # between looks, after one that took long; chosen by hand
 KEEP_ALIVE_S = 10.0  # a browser that went away is noticed when it is written to
 LAST_WORDS_S = 3.0  # for the last state to reach the browsers

@@ -4,6 +4,7 @@ import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +51,7 @@ def read_scene(folder: Path) -> Scene:
         notes.append(f"The camera in images/stack.toml cannot be used ({_reason(error)}): no overlays.")
     try:
         target = table["target"]
-        model = load_model(path.parent / str(target["model"]), str(target.get("unit", "m")))
+        model = _model(path.parent / str(target["model"]), str(target.get("unit", "m")))
     except (KeyError, GeometryError, TypeError, AttributeError) as error:
         notes.append(f"The target in images/stack.toml cannot be used ({_reason(error)}): no overlays.")
     return Scene(camera, model, _lights(table.get("lights")), tuple(notes), _applied(table.get("frames")))
@@ -63,6 +64,19 @@ def known_lights(result: Result, scene: Scene) -> tuple[LightRecord, ...]:
         one.name == two.name for one, two in zip(told, scene.lights, strict=True)
     )
     return scene.lights if same or not told else told
+
+
+def _model(file: Path, unit: str) -> Model:
+    try:
+        changed = file.stat().st_mtime_ns
+    except OSError:
+        return load_model(file, unit)  # which says what is wrong
+    return _read_model(file, unit, changed)
+
+
+@lru_cache(maxsize=1)  # a page that is watched asks again and again
+def _read_model(file: Path, unit: str, _changed_ns: int) -> Model:
+    return load_model(file, unit)
 
 
 def _reason(error: Exception) -> str:

@@ -1,13 +1,18 @@
 """The report of a real session as a browser shows it: wide, on a phone, in the dark."""
 
+import json
 from pathlib import Path
 
 import pytest
 
 from tests.report.browser import Browser
+from tests.report.viewers import view_of
 from tests.session.command import controller
 
 pytestmark = pytest.mark.slow
+
+FITS = "document.documentElement.scrollWidth <= window.innerWidth"
+TABLES_FIT = "[...document.querySelectorAll('.why .scroll')].every(one => one.scrollWidth <= one.clientWidth)"
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +31,7 @@ def test_nothing_is_cut_off_and_nothing_overlaps(run: Path, width: int, dark: bo
     with Browser(width, 900, dark) as page:
         page.open((run / "report.html").as_uri())
         page.value('document.querySelectorAll("details").forEach(one => one.open = true)')
-        assert page.value("document.documentElement.scrollWidth <= window.innerWidth")
+        assert page.value(FITS) and page.value(TABLES_FIT)
         boxes = "[...document.querySelectorAll('.told h3, .settings, .dial, .numbers div')]"
         overlapping = f"""{boxes}.some((one, i, all) => all.slice(i + 1).some(other => {{
             const [a, b] = [one, other].map(each => each.getBoundingClientRect())
@@ -36,6 +41,32 @@ def test_nothing_is_cut_off_and_nothing_overlaps(run: Path, width: int, dark: bo
         assert page.value(overlapping) is False
         dark_there = "getComputedStyle(document.body).backgroundColor.match(/\\d+/g)[0] < 60"
         assert page.value(dark_there) is dark
+
+
+@pytest.fixture(scope="module")
+def approach(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Run folder of an approach of three hold points."""
+    out = tmp_path_factory.mktemp("approach") / "run"
+    ranges = ("--first-range", "0.8", "--contact-range", "0.5")
+    done = controller("--approach", *ranges, "--out", out, "--seed", "3", "--quiet")
+    assert done.returncode in (0, 3), done.stderr
+    return out
+
+
+@pytest.mark.parametrize(("width", "dark"), [(1200, False), (390, True)])
+def test_an_approach_is_a_strip_in_the_report_and_live(approach: Path, width: int, dark: bool) -> None:
+    held = len(json.loads((approach / "result.json").read_text())["planned_holds_m"])
+    with Browser(width, 900, dark) as page:
+        page.open((approach / "report.html").as_uri())
+        assert page.value(FITS)
+        assert page.value('document.querySelectorAll(".strip > li").length') == held > 1
+        with view_of(approach) as address:
+            page.open(address)
+            page.until('document.querySelector("#approach .strip") != null')
+            assert page.value('document.querySelectorAll("#approach .strip > li").length') == held
+            assert page.value('document.querySelectorAll("#approach .supported").length') >= 1
+            assert page.value(FITS)
+            page.open("about:blank#left")
 
 
 def test_each_image_has_its_edges_and_its_reasons(run: Path) -> None:

@@ -1,6 +1,7 @@
 """The page of every kind of session: what it says, that it stands alone, that its structure is sound."""
 
 import json
+import os
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -10,6 +11,8 @@ import cv2
 import pytest
 
 from bridge import __version__
+from geometry.model import Model, load_model
+from report import scene
 from report.errors import ReportError
 from report.page import write_report
 from tests.report.run_folders import RunMaker
@@ -320,6 +323,37 @@ def test_other_settings_than_were_asked_for_are_noted(make_run: RunMaker) -> Non
     page = " ".join(Page(write_report(folder).read_text()).words)
     others = "i2 (left full, right off, top off, 1/60 s, f/4)"
     assert f"Taken under other settings than were asked for: {others}." in page
+
+
+def test_a_result_of_another_format_is_refused_in_one_line(make_run: RunMaker) -> None:
+    page_of(make_run(version=1))
+    folder = make_run(name="newer", version=2, pose={"quaternion": [1, 0, 0, 0]})
+    with pytest.raises(
+        ReportError, match=r"result\.json: of format 2, and this version reads format 1"
+    ) as error:
+        write_report(folder)
+    assert "\n" not in str(error.value)
+
+
+def test_the_model_is_read_once_while_its_file_stays(
+    make_run: RunMaker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = make_run()
+    read: list[Path] = []
+
+    def reading(file: Path, unit: str) -> Model:
+        read.append(file)
+        return load_model(file, unit)
+
+    monkeypatch.setattr(scene, "load_model", reading)
+    first = scene.read_scene(folder)
+    assert scene.read_scene(folder).model is first.model and len(read) == 1
+    model = folder / "images" / "cube.cao"
+    os.utime(model, ns=(0, 0))
+    scene.read_scene(folder)
+    assert len(read) == 2
+    model.unlink()
+    assert scene.read_scene(folder).notes
 
 
 def test_the_version_is_in_the_head(make_run: RunMaker) -> None:
