@@ -1,7 +1,7 @@
 % The paper's controller: random first settings, then greedy heuristic search over
 % qualitative states.  Once there is a pose, an image that does not improve the merit
-% enough is dropped and its state marked unfavourable.  One image alone is never believed, and no more are taken
-% when they would hardly help.
+% enough is dropped and its state marked unfavourable.  One image alone is never believed: the second may be one
+% that bears out a trusted pose.  No more are taken when they would hardly help.
 
 proc(control,
      [ choose_random, take_image, judge,
@@ -10,6 +10,6 @@ proc(control,
 
 proc(judge,
      [ measure,
-       if(worth_keeping,
+       if(or(worth_keeping, and([converged, neg(confirmed), harmless])),
           keep_image,
           [mark_unfavourable, drop_image('adds too little')]) ]).

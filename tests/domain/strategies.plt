@@ -81,6 +81,10 @@ test(heuristic_believes_no_image_alone) :-
     fluent_value(image_set, Situation, Set),
     length(Set, Size),
     assertion(Size >= 2).
+test(heuristic_believes_two_that_agree, Images == [i2, i1]) :-
+    in_world([threshold(50.0), useless], heuristic, session, final, Situation),
+    fluent_value(image_set, Situation, Set),
+    findall(Image, member(kept(Image, _), Set), Images).
 test(heuristic_turns_to_light_after_a_dark_image) :-
     in_world([sun(0.0), images(6)], heuristic, session, final, Situation),
     situation_holds(converged, Situation).
