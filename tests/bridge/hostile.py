@@ -4,7 +4,7 @@
 
 starts the server, lets the crowd loose on it, and prints one JSON object: messages sent, replies by error
 code, what `internal` errors said, the longest wait of a client that behaves, and memory before, at most and
-afterwards.
+afterwards: when all is quiet, before after a few messages of the same crowd, by which all is loaded.
 """
 
 from __future__ import annotations
@@ -48,6 +48,10 @@ BACK_MB = 20.0
 """That a server may hold more than before, when all is quiet again."""
 WINDOW = 8
 """Requests of one attacker that are under way."""
+FIRST = 3000
+"""Messages before the memory is looked at."""
+QUIET_S = 3.0
+"""After a crowd, until its sessions have ended."""
 PATIENCE_MS = 200
 """Without a reply, until an attacker comes back on another connection."""
 ATTACKERS = 6
@@ -239,7 +243,8 @@ def attack(
             processes.append(server)
         requests = json.loads(words)
         warm(endpoint, requests)
-        time.sleep(1.0)
+        Crowd(endpoint, requests, FIRST, seed - 1).run(attackers)
+        time.sleep(QUIET_S)
         before = most = memory_mb(server.pid)
         crowd = Crowd(endpoint, requests, messages, seed, seconds)
         began = time.monotonic()
@@ -252,9 +257,7 @@ def attack(
                 print(crowd.sent, end="\r", file=sys.stderr)
         thread.join()
         seconds = time.monotonic() - began
-        time.sleep(3.0)
-        if server.poll() is None:
-            warm(endpoint, requests)
+        time.sleep(QUIET_S)
         given_back(server.pid, before)
         serving = server.poll() is None
         with Client(endpoint, timeout_s=60) as client:

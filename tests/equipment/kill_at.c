@@ -27,6 +27,7 @@ __attribute__((constructor)) static void begin(void) {
     for (long i = 0; i + 1 < length; i++)
         if (!words[i]) words[i] = ' ';
     if (!program || !strstr(words, program)) return;
+    if (at && !access(getenv("KILL_FLAG"), F_OK)) return; /* brought back, it writes as always */
     kill_at = at ? atol(at) : 0;
     log_file = getenv("KILL_LOG");
 }
