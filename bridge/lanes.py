@@ -29,8 +29,11 @@ class Lanes:
     def __len__(self) -> int:
         return len(self._lanes)
 
-    def put(self, caller: bytes, work: Callable[[], None], size: int) -> bool:
-        """Have ``work``, which holds ``size`` bytes, done; False where too much waits already."""
+    def put(self, caller: bytes, work: Callable[[], None], size: int, prompt: bool = False) -> bool:
+        """Have ``work``, which holds ``size`` bytes, done; False where too much waits already.
+
+        Work that is ``prompt``, done in no time, may have a lane however many there are.
+        """
         with self._changed:
             lane = self._lanes.get(caller)
             if self._bytes and self._bytes + size > MAX_WAITING_BYTES:
@@ -40,7 +43,7 @@ class Lanes:
                     return False
                 lane.append((work, size))
             else:
-                if len(self._lanes) >= MAX_LANES:
+                if len(self._lanes) >= MAX_LANES and not prompt:
                     return False
                 self._lanes[caller] = deque([(work, size)])
                 Thread(target=self._run, args=(caller,), name="lane", daemon=True).start()

@@ -208,7 +208,8 @@ class Server:
         size = sum(map(len, job.body))
         self._untidy |= size > LARGE_BYTES
         self._jobs[job.request.id] = job
-        if not self._lanes.put(job.route[0], lambda: self._work(job), size):
+        prompt = job.request.op in self.service.prompt
+        if not self._lanes.put(job.route[0], lambda: self._work(job), size, prompt):
             del self._jobs[job.request.id]
             raise ProtocolError(
                 "busy",
@@ -236,7 +237,7 @@ class Server:
     def _remember(self, job: _Job) -> None:
         size = sum(map(frame_bytes, job.answer))
         self._untidy |= size > LARGE_BYTES
-        if not self._sockets.room_for(size):
+        if len(job.answer) > 1 and not self._sockets.room_for(size):  # without arrays it takes no room
             busy = ProtocolError(
                 "busy", "Too many replies wait to be read.", "Ask again when others have read theirs."
             )
