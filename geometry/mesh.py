@@ -1,10 +1,12 @@
 """Triangle meshes (OBJ, STL, PLY, glTF) as surfaces."""
 
+import io
 from pathlib import Path
 
 import numpy as np
 
 from geometry.errors import GeometryError
+from geometry.obj_polygons import cut_polygons
 from geometry.surface import Surface
 
 FLAT_DEG = 0.01  # rounding of coordinates; anything above may be part of a fine tessellation
@@ -22,7 +24,11 @@ def read_mesh(path: Path) -> Surface:
     import trimesh
 
     try:
-        mesh = trimesh.load_mesh(path, process=False)
+        if path.suffix.lower() == ".obj":
+            text = cut_polygons(path.read_text(encoding="utf-8", errors="replace"))
+            mesh = trimesh.load_mesh(io.StringIO(text), file_type="obj", process=False)
+        else:
+            mesh = trimesh.load_mesh(path, process=False)
         if not isinstance(mesh, trimesh.Trimesh):
             mesh = mesh.to_mesh()
         count = len(mesh.faces)

@@ -1,5 +1,6 @@
 """Planar polygons in space: area vectors and triangulation of concave outlines."""
 
+import heapq
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,6 +11,9 @@ from geometry.errors import GeometryError
 Array = NDArray[np.float64]
 
 FLAT_EAR = -1e-12  # an ear may be flat: what is a little less is rounding
+MANY_CORNERS = 32  # of what is a curve; chosen by hand
+NO_EAR = np.inf
+MOST_PAIRS = 1_000_000  # of sides that are looked at together: 100 MB
 
 
 def area_vector(corners: Array) -> Array:
@@ -69,16 +73,44 @@ def triangulate(corners: Array) -> NDArray[np.int64]:
     flat = _in_plane(corners, normal / area)
     if _sides_cross(flat):
         raise GeometryError("the sides of a face cross each other")
-    left = list(range(count))
+    return np.array(_clipped(flat))
+
+
+def _clipped(flat: Array) -> list[list[int]]:
+    """Triangles of a polygon (N, 2): always the ear that is best is cut off next.
+
+    An ear that holds another corner waits until that corner is cut off.
+    """
+    count = len(flat)
+    before, after = [count - 1, *range(count - 1)], [*range(1, count), 0]
+    left = np.ones(count, dtype=np.bool_)
+    latest = _badness(flat, before, list(range(count)), after).tolist()
+    ears = [(badness, ear) for ear, badness in enumerate(latest) if badness < NO_EAR]
+    heapq.heapify(ears)
+    waiting: dict[int, list[int]] = {}
     triangles: list[list[int]] = []
-    while len(left) > 3:
-        ear = _best_ear(flat, left)
-        if ear is None:
+    while len(triangles) < count - 3:
+        if not ears:
             raise GeometryError("the sides of a face cross each other")
-        triangles.append([left[ear - 1], left[ear], left[(ear + 1) % len(left)]])
-        del left[ear]
-    triangles.append(left)
-    return np.array(triangles)
+        badness, ear = heapq.heappop(ears)
+        if not left[ear] or latest[ear] != badness:
+            continue  # cut off, or of other neighbours by now
+        triangle = [before[ear], ear, after[ear]]
+        held = _corner_in(flat, left, triangle)
+        if held is not None:
+            waiting.setdefault(held, []).append(ear)
+            continue
+        triangles.append(triangle)
+        left[ear] = False
+        sides = [before[ear], after[ear]]
+        after[sides[0]], before[sides[1]] = sides[1], sides[0]
+        news = _badness(flat, [before[c] for c in sides], sides, [after[c] for c in sides])
+        for corner, badness in zip(sides, news.tolist(), strict=True):
+            latest[corner] = badness
+        for corner in {*sides, *waiting.pop(ear, ())}:
+            if latest[corner] < NO_EAR:
+                heapq.heappush(ears, (latest[corner], corner))
+    return [*triangles, np.flatnonzero(left).tolist()]
 
 
 def _in_plane(corners: Array, normal: Array) -> Array:
@@ -92,31 +124,45 @@ def _in_plane(corners: Array, normal: Array) -> Array:
 
 def _sides_cross(flat: Array) -> bool:
     """Whether two sides of a polygon (N, 2) cross inside each other."""
-    starts, steps = flat, np.roll(flat, -1, axis=0) - flat
-    gaps = starts[None, :] - starts[:, None]
-    turned = steps[:, None, 0] * steps[None, :, 1] - steps[:, None, 1] * steps[None, :, 0]
+    steps = np.roll(flat, -1, axis=0) - flat
+    rows = max(1, MOST_PAIRS // len(flat))
+    return any(
+        _cross_any(flat[k : k + rows], steps[k : k + rows], flat, steps) for k in range(0, len(flat), rows)
+    )
+
+
+def _cross_any(starts: Array, steps: Array, others: Array, other_steps: Array) -> bool:
+    """Whether one of some sides (M, 2) crosses one of others (N, 2) inside."""
+    gaps = others[None, :] - starts[:, None]
+    turned = steps[:, None, 0] * other_steps[None, :, 1] - steps[:, None, 1] * other_steps[None, :, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
-        along = (gaps[..., 0] * steps[None, :, 1] - gaps[..., 1] * steps[None, :, 0]) / turned
+        along = (gaps[..., 0] * other_steps[None, :, 1] - gaps[..., 1] * other_steps[None, :, 0]) / turned
         other = (gaps[..., 0] * steps[:, None, 1] - gaps[..., 1] * steps[:, None, 0]) / turned
     inside = (along > 1e-9) & (along < 1 - 1e-9) & (other > 1e-9) & (other < 1 - 1e-9)
     return bool((inside & (turned != 0)).any())
 
 
-def _best_ear(flat: Array, left: list[int]) -> int | None:
-    """Position in `left` of the ear whose triangle is the fattest, None when there is no ear."""
-    points = flat[left]
-    before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
-    sides = np.stack([points - before, after - points, before - after])
-    longest = (sides**2).sum(axis=2).max(axis=0)
-    doubled = _cross(points - before, after - before)
-    quality = np.divide(doubled, longest, out=np.zeros(len(left)), where=longest > 0)
-    for position in np.argsort(-quality, kind="stable"):
-        if quality[position] < FLAT_EAR:
-            break
-        a, b, c = before[position], points[position], after[position]
-        corner = (points[:, None] == np.stack([a, b, c])).all(axis=2).any(axis=1)
-        if not (_inside(points, a, b, c) & ~corner).any():
-            return int(position)
+def _badness(flat: Array, before: list[int], at: list[int], after: list[int]) -> Array:
+    """How bad it is to cut off some corners, NO_EAR where that cannot be.
+
+    Fat triangles are best (twice the area over the square of the longest side); along the curves of
+    MANY_CORNERS that would make fans, and the shortest cut is best.
+    """
+    a, b, c = flat[before], flat[at], flat[after]
+    squares = (np.stack([b - a, c - b, a - c]) ** 2).sum(axis=2)
+    longest = squares.max(axis=0)
+    fatness = np.divide(_cross(b - a, c - a), longest, out=np.zeros(len(at)), where=longest > 0)
+    order = squares[2] if len(flat) > MANY_CORNERS else -fatness
+    badness: Array = np.where(fatness < FLAT_EAR, NO_EAR, order)
+    return badness
+
+
+def _corner_in(flat: Array, left: NDArray[np.bool_], triangle: list[int]) -> int | None:
+    """One of the corners that are left, in a triangle or on its border; its own places do not count."""
+    a, b, c = flat[triangle]
+    for corner in np.flatnonzero(_inside(flat, a, b, c) & left):
+        if not (flat[corner] == flat[triangle]).all(axis=1).any():
+            return int(corner)
     return None
 
 

@@ -1,5 +1,7 @@
 """Ear clipping tiles simple polygons, convex or not."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -28,6 +30,19 @@ def test_corners_on_a_straight_side_are_allowed() -> None:
     corners = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], dtype=float)
     areas = [np.linalg.norm(area_vector(corners[t])) for t in triangulate(corners)]
     assert sum(areas) == pytest.approx(4.0)
+
+
+def test_thousands_of_corners_take_little_memory() -> None:
+    turn = np.arange(4000) * 2 * np.pi / 4000
+    radius = 1 + 0.05 * np.sin(40 * turn)
+    corners = np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros(4000)])
+    tracemalloc.start()
+    triangles = triangulate(corners)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 200e6
+    areas = [np.linalg.norm(area_vector(corners[t])) for t in triangles]
+    assert sum(areas) == pytest.approx(np.linalg.norm(area_vector(corners)))
 
 
 @pytest.mark.parametrize(

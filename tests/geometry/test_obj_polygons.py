@@ -1,0 +1,64 @@
+"""Faces of an OBJ file that have many corners, or are concave."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geometry.errors import GeometryError
+from geometry.model import Model, load_model
+
+C_SHAPE = [(3, 0), (3, 1), (1, 1), (1, 2), (3, 2), (3, 3), (0, 3), (0, 0)]
+ARROW = [(-2, -1), (0, 0), (2, -1), (0, 2)]
+HEIGHT = 0.1
+
+
+def prism(file: Path, outline: list[tuple[float, float]], word: str = "{0}") -> Model:
+    """The outline (in 0.1 m) as an OBJ file's prism, its two ends one face each."""
+    count = len(outline)
+    lines = [f"v {0.1 * x} {0.1 * y} {z}" for z in (0.0, HEIGHT) for x, y in outline]
+    lines += ["vt 0 0", "vn 0 0 1"]
+    faces = [list(reversed(range(count))), list(range(count, 2 * count))]
+    faces += [[k, (k + 1) % count, count + (k + 1) % count, count + k] for k in range(count)]
+    lines += ["f " + " ".join(word.format(k + 1, k - 2 * count) for k in face) for face in faces]
+    file.write_text("\n".join(lines) + "\n")
+    return load_model(file)
+
+
+def areas(model: Model) -> float:
+    a, b, c = model.vertices[model.triangles].swapaxes(0, 1)
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+
+
+@pytest.mark.parametrize(("outline", "area", "around"), [(C_SHAPE, 0.07, 1.6), (ARROW, 0.04, 1.16833)])
+@pytest.mark.parametrize("word", ["{0}", "{1}", "{0}/1/1", "{0}//1", "{0}\\\n"])
+def test_concave_faces_are_what_is_inside_their_sides(
+    tmp_path: Path, outline: list[tuple[float, float]], area: float, around: float, word: str
+) -> None:
+    model = prism(tmp_path / "part.obj", outline, word)
+    assert areas(model) == pytest.approx(2 * area + around * HEIGHT, rel=1e-5)
+    assert len(model.lines) == 3 * len(outline)
+    assert not model.two_sided.any()
+
+
+def test_a_face_of_thousands_of_corners_has_no_fan_of_slivers(tmp_path: Path) -> None:
+    """Rays look at each triangle whose box they meet: boxes that overlap cost time."""
+    turn = np.arange(3000) * 2 * np.pi / 3000
+    model = prism(tmp_path / "disc.obj", list(zip(np.cos(turn).tolist(), np.sin(turn).tolist(), strict=True)))
+    corners = model.vertices[model.triangles]
+    boxes = np.ptp(corners, axis=1)
+    ends = boxes[:, 2] == 0
+    assert ends.sum() == 2 * 2998
+    assert boxes[ends, :2].prod(axis=1).sum() < 5 * 2 * np.pi * 0.01
+
+
+def test_what_is_no_face_is_said(tmp_path: Path) -> None:
+    many = tmp_path / "many.obj"
+    many.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf " + "1 2 3 " * 4000 + "\n")
+    with pytest.raises(GeometryError, match=r"many.obj.*line 4: a face has at most 10000 corners"):
+        load_model(many)
+    wrong = tmp_path / "wrong.obj"
+    for face in ("1 2 3 9", "1 2 3 x", "1 2 3 -9"):
+        wrong.write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nf {face}\n")
+        with pytest.raises(GeometryError, match=r"wrong.obj"):
+            load_model(wrong)
