@@ -137,9 +137,10 @@ session_message(waiting(Name, Op)) -->
 session_message(view(Line)) -->
     [ '~w'-[Line] ].
 session_message(brought_back(Error, Times, Most)) -->
-    { what_happened(Error, What) },
-    [ ansi(fg(yellow), '  ~w: it is brought back, and the session goes on (~d of at most ~d times)',
-           [What, Times, Most]) ].
+    { what_happened(Error, What),
+      what_is_done(Error, Done)
+    },
+    [ ansi(fg(yellow), '  ~w: ~w, and the session goes on (~d of at most ~d times)', [What, Done, Times, Most]) ].
 session_message(hold_done(fixed)) -->
     [ ansi(fg(green), '  pose fixed: go on', []) ].
 session_message(hold_done(reached)) -->
@@ -204,7 +205,17 @@ model_doubt(_) -->
 what_happened(error(server_died(Name, Status, _, _), _), What) =>
     format(string(What), "the ~w ended by itself (~w)", [Name, Status]).
 what_happened(error(server_error(_, Message, _), _), What) =>
-    What = Message.
+    (   sub_string(Message, Before, 1, 0, ".")
+    ->  sub_string(Message, 0, Before, _, What)
+    ;   What = Message
+    ).
+
+what_is_done(error(server_error(timeout, _, _), _), Done) =>
+    Done = 'it is waited for and asked again'.
+what_is_done(error(server_error(no_session, _, _), _), Done) =>
+    Done = 'it is told of the session again'.
+what_is_done(_, Done) =>
+    Done = 'it is brought back'.
 
 device_words(Device, Words) :-
     device_lights(Device, Lights),

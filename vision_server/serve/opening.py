@@ -132,7 +132,8 @@ def _seed_pose(args: StartArgs, describe: Describe, model: Model) -> Pose | None
     try:
         return checked_pose(Pose(np.array(known.rotation_vector), np.array(known.translation)), model)
     except GeometryError as error:
-        raise BadInput(f"The image server's seed pose: {error}.") from error
+        whose = "The image server's seed pose" if args.seed_pose is None else "Argument seed_pose"
+        raise BadInput(f"{whose}: {error}.") from error
 
 
 def _anywhere(args: StartArgs, describe: Describe) -> Anywhere:

@@ -82,3 +82,14 @@ def test_the_genetic_matcher_says_that_it_needs_one(tmp_path: Path) -> None:
     task.add("i1", np.zeros((48, 64), np.uint8), Settings(lights=(), shutter_s=1 / 60, aperture=4.0))
     with pytest.raises(BadInput, match="seed pose"):
         task.estimate(["i1"])
+
+
+def test_who_gave_a_seed_pose_that_cannot_be_is_told(tmp_path: Path) -> None:
+    behind = PoseMessage(rotation_vector=(0.0, 0.0, 0.0), translation=(0.0, 0.0, 0.0))
+    with pytest.raises(BadInput, match="The image server's seed pose: the target is behind"):
+        opened(tmp_path, seed_pose=behind)
+    args = StartArgs(
+        camera_file=str(tmp_path / "camera.toml"), model=str(find_target("cube")), seed_pose=behind
+    )
+    with pytest.raises(BadInput, match="Argument seed_pose: the target is behind"):
+        open_task(args, given_values(args, GIVEN_FRAMES))
