@@ -26,7 +26,7 @@ from benchmarks.lines import show
 from benchmarks.machined_parts import ROUND, machined, surface_of
 from geometry.camera import Camera
 from geometry.model import Model
-from geometry.pose import SEARCH_TRANSLATION_PX, Pose, PoseError, disturbed
+from geometry.pose import Pose, PoseError, disturbed, search_translation_px
 from geometry.rotation import matrix_of
 from geometry.surface import Surface
 from geometry.symmetries import Symmetry, symmetry_of
@@ -190,7 +190,7 @@ def estimated(pixels: NDArray[np.uint8], model: Model, camera: Camera, seed_pose
     """The pipeline on one linear image; the search range grows with the frame."""
     images = ImageSet(camera.width, camera.height)
     images.add("i1", pixels, 1.0, 1.0)
-    settings = PipelineSettings(translation_range_px=SEARCH_TRANSLATION_PX * camera.width / 640)
+    settings = PipelineSettings(translation_range_px=search_translation_px(camera.width))
     return estimate_pose(images, ["i1"], model, camera, seed_pose, settings)
 
 

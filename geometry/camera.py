@@ -1,7 +1,7 @@
 """Camera with the lens distortion of OpenCV: four, five, eight or twelve coefficients, or fisheye."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from geometry.errors import GeometryError
 
 Array = NDArray[np.float64]
+Region = tuple[int, int, int, int]  # left, top, right, bottom, px; right and bottom are one past
 
 UNDISTORT_ITERATIONS = 30  # at most, chosen by hand: it ends at the tolerance
 UNDISTORT_TOLERANCE = 1e-12  # in normalised image coordinates
@@ -73,6 +74,23 @@ class Camera:
     def ideal(self) -> "Camera":
         """The same camera without distortion."""
         return Camera(self.width, self.height, self.fx, self.fy, self.cx, self.cy)
+
+    def part(self, region: Region) -> "Camera":
+        """The camera that would have taken just this part of the image."""
+        left, top, right, bottom = region
+        return replace(self, width=right - left, height=bottom - top, cx=self.cx - left, cy=self.cy - top)
+
+    def scaled(self, factor: float) -> "Camera":
+        """The camera whose image is that many times as wide and high, to whole pixels."""
+        return replace(
+            self,
+            width=max(1, round(self.width * factor)),
+            height=max(1, round(self.height * factor)),
+            fx=self.fx * factor,
+            fy=self.fy * factor,
+            cx=(self.cx + 0.5) * factor - 0.5,
+            cy=(self.cy + 0.5) * factor - 0.5,
+        )
 
     @property
     def intrinsics(self) -> Array:

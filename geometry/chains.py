@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from geometry.model import Model
 
+Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 Run = list[tuple[int, bool]]  # lines that follow each other, and which of them run backwards
@@ -59,6 +60,20 @@ def chains(model: Model) -> Ints:
         for other in lines[1:]:
             parent[root(other)] = root(lines[0])
     return np.array([root(line) for line in range(len(parent))], dtype=np.int64)
+
+
+def longest_chains(vertices: Floats, lines: Ints, smooth: Flags, chain: Ints, most: int) -> Flags:
+    """Which lines (L, 2) belong to so many of the longest chains (L,) of sharp ones; all smooth ones do."""
+    length = np.linalg.norm(np.diff(vertices[lines], axis=1)[:, 0], axis=1)
+    names, curve = np.unique(chain, return_inverse=True)
+    whole = np.bincount(curve, np.where(smooth, 0.0, length))
+    sharp = np.flatnonzero(whole > 0.0)
+    if len(sharp) <= most:
+        return np.asarray(smooth | (whole[curve] > 0.0))
+    among_equals = np.random.default_rng(0).uniform(1.0, 1.25, len(sharp))
+    kept = np.zeros(len(names), dtype=bool)
+    kept[sharp[np.argsort(-whole[sharp] * among_equals, kind="stable")[:most]]] = True
+    return np.asarray(smooth | kept[curve])
 
 
 def arcs(model: Model) -> Arcs:

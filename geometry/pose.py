@@ -22,6 +22,8 @@ SEARCH_ROTATION_DEG = 25.0
 """How far each rotation of the pose may be from the seed pose: the paper's range."""
 SEARCH_TRANSLATION_PX = 40.0
 """How far each component of the translation may be, in pixels at the seed's depth: the paper's range."""
+PAPER_WIDTH_PX = 640
+"""Width of the frames that this is meant for; see `search_translation_px`."""
 
 
 @dataclass(frozen=True)
@@ -148,6 +150,11 @@ def origin_jacobian(translation: Array) -> Array:
     The origin goes from t to exp(dr)·t + dt: its step is dt - t x dr.
     """
     return np.hstack([-cross_matrix(translation), np.eye(3)])
+
+
+def search_translation_px(width: int) -> float:
+    """The paper's range on a frame of that width, px: in proportion on frames that are wider than its own."""
+    return SEARCH_TRANSLATION_PX * max(1.0, width / PAPER_WIDTH_PX)
 
 
 def disturbed(

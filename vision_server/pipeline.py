@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -177,7 +178,11 @@ def pose_of_segments(
     problem = PoseProblem.at_scale(channels, model, camera, least, settings.tone_sd_px)
     anywhere = isinstance(seed_pose, Anywhere)
     worth = _worth_refining(hypotheses)
-    refined = of_most_evidence(problem, worth, LOOKED_AT) if anywhere else best_first(problem, worth)
+    if anywhere:
+        refined = of_most_evidence(problem, worth, LOOKED_AT)
+    else:
+        spin_rad = 2.0 * math.radians(settings.rotation_range_deg)  # from one end of the range to the other
+        refined = best_first(problem, worth, spin_rad=spin_rad)
     symmetry = symmetry_of(model) if anywhere or model.smooth.any() else ASYMMETRIC
     estimate = _best(refined, symmetry, _matcher(endpoints, camera, seed_pose, settings))
     if isinstance(seed_pose, Anywhere):

@@ -99,3 +99,15 @@ def test_a_fisheye_is_read_from_its_table_and_written_back() -> None:
 def test_the_rim_of_a_fisheye_is_finite() -> None:
     lens = Camera(640, 480, 200.0, 200.0, 319.5, 239.5, (0.0, 0.0, 0.0, 0.0), "fisheye")
     assert np.isfinite(lens.undistort_points(np.array([[0.0, 0.0], [639.0, 479.0], [319.5, 239.5]]))).all()
+
+
+def test_the_camera_of_a_part_of_the_image_sees_the_same() -> None:
+    part = LENS.part((30, 20, 330, 260))
+    assert (part.width, part.height) == (300, 240)
+    np.testing.assert_allclose(part.project(points()) + np.array([30, 20]), LENS.project(points()))
+
+
+def test_the_camera_of_a_smaller_image_sees_the_same() -> None:
+    small = LENS.scaled(0.25)
+    assert (small.width, small.height) == (160, 120)
+    np.testing.assert_allclose((small.project(points()) + 0.5) / 0.25 - 0.5, LENS.project(points()))

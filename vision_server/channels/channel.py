@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from numerics.two_cores import both
+from vision_server.channels.bands import GradientRows
 from vision_server.channels.blur import blur_sigma, halved
 from vision_server.channels.depth import (
     ROUNDING_SD,
@@ -32,7 +33,7 @@ from vision_server.channels.depth import (
     stretched,
 )
 from vision_server.channels.gaussian import contrast_kernels, noise_gain
-from vision_server.channels.gradient_pixels import Gradient, GradientPixels, gradient, joined, pixels_of_rows
+from vision_server.channels.gradient_pixels import GradientPixels, joined
 from vision_server.channels.lighting import LENS_BLUR_PX, WEIGHT_EXPONENT, Lighting, lighting, smoothed
 from vision_server.channels.noise import gradient_scale, grey_noise, smooth_noise_factor
 
@@ -41,7 +42,6 @@ Floats = NDArray[np.float64]
 SCALE_OF_BLUR = 0.2  # of the gradient, at least: much finer than the blur it would see noise only
 FLOOR_NOISE_RATIO = 3.0  # a gradient under so many of its own standard deviations is no edge: 1.1 % of noise
 SHARE_BESIDE_LIGHTING = 0.65  # of the rows, listed on one core while the other finds how lit the image is
-SAMPLED_ROW_STEP = 16  # rows whose magnitudes are sampled, for the noise in flat parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +133,7 @@ class _Measured(NamedTuple):
     """The gradient of an image at one scale, its noise for each grey, and by so much that is not white."""
 
     sigma_px: float
-    gradient: Gradient
+    gradient: GradientRows
     noise_of: Field
     noise_factor: float
 
@@ -143,12 +143,9 @@ def _measured(image: Pixels, gamma: float, exposure: float, sigma_px: float | No
     grey_sd, linear_of = grey_noise(image), linear_table(gamma)
     sigma_px = gradient_scale(image, grey_sd) if sigma_px is None else sigma_px
     kernels = contrast_kernels(sigma_px, exposure)
-    # images of eight bits without a tone curve are linear as they are
-    as_it_is = gamma == 1.0 and not is_deep(image)
-    found = gradient(image if as_it_is else linear_image(image, gamma, linear_of.astype(np.float32)), kernels)
+    found = GradientRows(image, gamma, kernels)
     white = (grey_sd * np.gradient(linear_of) * noise_gain(kernels)).astype(np.float32)
-    rows = np.s_[SAMPLED_ROW_STEP // 2 :: SAMPLED_ROW_STEP]
-    factor = smooth_noise_factor(found.magnitude[rows], image[rows], white)
+    factor = smooth_noise_factor(*found.sampled(), white)
     return _Measured(sigma_px, found, white * np.float32(factor), factor)
 
 
@@ -213,9 +210,9 @@ def channel_statistics(
 
     def lower() -> tuple[Lighting, GradientPixels]:
         light = lighting(level, linear_of, exposure, spread_px, found.noise_of, weight_exponent)
-        return light, pixels_of_rows(found.gradient, whole, floor_of, split, len(image))
+        return light, found.gradient.pixels(whole, floor_of, split, len(image))
 
-    pixels, (light, others) = both(lambda: pixels_of_rows(found.gradient, whole, floor_of, 0, split), lower)
+    pixels, (light, others) = both(lambda: found.gradient.pixels(whole, floor_of, 0, split), lower)
     table = linear_of.astype(np.float32)
     return ChannelStatistics(
         rounded(image), joined(pixels, others), light, table, exposure, found.sigma_px, blur_px,

@@ -21,15 +21,22 @@ from vision_server.commands.options import (
 )
 
 if TYPE_CHECKING:
-    from geometry.camera import Camera
+    from geometry.camera import Camera, Region
     from geometry.model import Model
     from geometry.pose import Pose
     from vision_server.image_set import ImageSet
     from vision_server.matching.match import Anywhere
 
 
-def read_set(options: Namespace, camera: Camera, table: dict[str, Any]) -> tuple[ImageSet, list[str], float]:
+def read_set(
+    options: Namespace, camera: Camera, table: dict[str, Any], region: Region | None = None
+) -> tuple[ImageSet, list[str], float]:
     """The image files of a command with ``images``, ``exposures`` and ``gamma``.
+
+    Parameters
+    ----------
+    region
+        The part of the frames that is looked at; all without it.
 
     Returns
     -------
@@ -49,7 +56,11 @@ def read_set(options: Namespace, camera: Camera, table: dict[str, Any]) -> tuple
             "Give the camera model of the image's size.",
         )
     times = exposures_of(options, pixels, gammas)
-    image_set = ImageSet(camera.width, camera.height)
+    if region is not None:
+        left, top, right, bottom = region
+        width, height = right - left, bottom - top
+        pixels = [one[top:bottom, left:right].copy() for one in pixels]
+    image_set = ImageSet(width, height)
     names = [f"i{number}" for number in range(1, len(pixels) + 1)]
     for name, grey, exposure, curve in zip(names, pixels, times, gammas, strict=True):
         image_set.add(name, grey, exposure, curve)
@@ -74,20 +85,25 @@ def started_at(options: Namespace, model: Model, camera: Camera) -> Pose | Anywh
 
 def _estimated(options: Namespace) -> dict[str, Any]:
     from geometry.errors import GeometryError
-    from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
+    from geometry.pose import SEARCH_ROTATION_DEG, Pose, search_translation_px
+    from vision_server.channels.depth import rounded
+    from vision_server.channels.image_files import read_image_set
     from vision_server.matching.match import SearchRange
+    from vision_server.matching.region import region_of
     from vision_server.pipeline import PipelineSettings, estimate_pose
-    from vision_server.serve.inputs import read_camera, read_model
+    from vision_server.serve.inputs import read_camera, read_model, told_raw
     from vision_server.serve.results import estimate_result
 
     camera, table = read_camera(options.camera)
     model = read_model(options.model, options.unit)
     start = started_at(options, model, camera)
-    image_set, names, tone_sd_px = read_set(options, camera, table)
-    usual = (SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX)
+    usual = (SEARCH_ROTATION_DEG, search_translation_px(camera.width))
     try:
         told = (options.rotation_range_deg, options.translation_range_px)
         reach = SearchRange(*(known if one is None else one for one, known in zip(told, usual, strict=True)))
+        region = region_of(model, camera, start, reach) if isinstance(start, Pose) else None
+        image_set, names, tone_sd_px = read_set(options, camera, table, region)
+        seen = camera if region is None else camera.part(region)
         settings = PipelineSettings(
             matcher=options.matcher,
             seed=options.seed,
@@ -95,7 +111,7 @@ def _estimated(options: Namespace) -> dict[str, Any]:
             rotation_range_deg=reach.rotation_deg,
             translation_range_px=reach.translation_px,
         )
-        estimate = estimate_pose(image_set, names, model, camera, start, settings)
+        estimate = estimate_pose(image_set, names, model, seen, start, settings)
     except GeometryError as error:
         raise BadInput(str(error)) from error
     if estimate.pose is None:
@@ -107,7 +123,8 @@ def _estimated(options: Namespace) -> dict[str, Any]:
         seed_pose = start if isinstance(start, Pose) else None
         shown = seed_pose if estimate.pose is None else estimate.pose
         support = {line.line: line.support for line in estimate.lines}
-        write_overlay(options.overlay, image_set.images[names[0]].pixels, model, camera, shown, support)
+        picture = rounded(read_image_set(options.images[:1], told_raw(table))[0])
+        write_overlay(options.overlay, picture, model, camera, shown, support)
     result = estimate_result(estimate)
     result["seconds"]["total"] = sum(result["seconds"].values())
     files = dict(zip(names, map(str, options.images), strict=True))
@@ -214,7 +231,8 @@ def add_options(parser: ArgumentParser) -> None:
         "--translation-range-px",
         type=float,
         metavar="PX",
-        help="How far it may be moved, in pixels at the seed pose's depth (default: 40).",
+        help="How far it may be moved, in pixels at the seed pose's depth (default: 40, or a sixteenth of a "
+        "frame that is wider than 640).",
     )
     parser.add_argument("--json", action="store_true", help="One JSON object on stdout.")
     parser.add_argument(

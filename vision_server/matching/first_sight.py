@@ -8,7 +8,14 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from vision_server.matching.match import Anywhere, Hypothesis, Problem, checked_segments, long_enough
+from vision_server.matching.match import (
+    Anywhere,
+    Hypothesis,
+    Problem,
+    at_scale,
+    checked_segments,
+    long_enough,
+)
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
 from vision_server.matching.search import (
     COARSE_SPACING_PX,
@@ -81,15 +88,7 @@ def _scaled(
     segments: Floats, model: Model, camera: Camera, scale: float, size_px: float
 ) -> tuple[Problem, NearestEdges]:
     """The image at another scale, and the model as seen where it is so wide in the image, px."""
-    small = Camera(
-        round(camera.width * scale),
-        round(camera.height * scale),
-        camera.fx * scale,
-        camera.fy * scale,
-        (camera.cx + 0.5) * scale - 0.5,
-        (camera.cy + 0.5) * scale - 0.5,
-    )
-    ends = np.ascontiguousarray((segments + 0.5) * scale - 0.5)
+    ends, small = at_scale(segments, camera, scale)
     ahead = Pose(np.zeros(3), np.array([0.0, 0.0, range_of(model, camera, size_px)]) - model.middle)
     views = Views(model, small, ahead, COARSE_SPACING_PX)
     ends = ends[long_enough(ends, views.typical_line_px(ahead))]

@@ -95,6 +95,13 @@ class Hypothesis:
     supported: float
 
 
+def at_scale(segments: Floats, camera: Camera, factor: float) -> tuple[Floats, Camera]:
+    """Segments (N, 4) px and camera of the image that is so many times as wide and high."""
+    if factor == 1.0:
+        return segments, camera
+    return np.ascontiguousarray((segments + 0.5) * factor - 0.5), camera.scaled(factor)
+
+
 def checked_segments(segments: Floats) -> Floats:
     """Segments (N, 4) [x1, y1, x2, y2] px as float64.
 

@@ -16,12 +16,21 @@ from geometry.visibility import MIN_LINE_PX, image_bounds
 from numerics.kernels import kernel
 from vision_server.matching.draws import even_numbers, in_range, poses_around
 from vision_server.matching.icp import Lookup, align, align_poses, score_pose, score_poses
-from vision_server.matching.match import Hypothesis, Problem, SearchRange, distinct, matching_problem
+from vision_server.matching.match import (
+    Hypothesis,
+    Problem,
+    SearchRange,
+    at_scale,
+    checked_segments,
+    distinct,
+    matching_problem,
+)
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
 from vision_server.matching.views import ViewTable, runs_of, sparse_solid
 
 Floats = NDArray[np.float64]
 
+MATCHED_PX = 640.0  # a target that is larger in the image is looked at as if it were so wide
 FINISHED = 12
 MOST_HYPOTHESES = 5
 COARSE_SPACING_PX = 8.0
@@ -64,6 +73,8 @@ def match_search(
 ) -> list[Hypothesis]:
     """Find the poses in the search range that the image segments support best, distinct, best first.
 
+    All reaches are in pixels, so that a larger target is looked at in a smaller image.
+
     Parameters and errors are those of `matching_problem`.
 
     Parameters
@@ -71,19 +82,27 @@ def match_search(
     seed : of the quasi-random draws.
     search_range : around the seed pose.
     """
-    problem = matching_problem(segments, model, camera, seed_pose, COARSE_SPACING_PX)
+    factor = min(1.0, MATCHED_PX / size_px(model, camera, seed_pose))
+    ends, small = at_scale(checked_segments(segments), camera, factor)
+    problem = matching_problem(ends, model, small, seed_pose, COARSE_SPACING_PX)
     if len(problem.segments) == 0:
         return []
     edges = nearest_edges(problem.segments, problem.camera)
-    poses = poses_around(seed_pose, problem.camera, search_range, even_numbers(effort.draws, seed))
+    poses = poses_around(seed_pose, camera, search_range, even_numbers(effort.draws, seed))
     poses = best_of(poses, scores_of(edges, problem, *poses, 0.0, SCREEN_EVERY), effort.screened)
     poses = best_of(poses, scores_of(edges, problem, *poses, 0.0), effort.aligned)
     aligned(edges, problem, *poses, FIRST_REACHES_PX)
     poses = best_of(poses, scores_of(edges, problem, *poses, KEPT_REACHES_PX[0]), effort.kept)
     aligned(edges, problem, *poses, KEPT_REACHES_PX)
     scores = scores_of(edges, problem, *poses, FINAL_REACH_PX)
-    scores[~in_range(seed_pose, problem.camera, search_range, *poses)] = -np.inf
+    scores[~in_range(seed_pose, camera, search_range, *poses)] = -np.inf
     return finished(edges, model, problem.camera, *poses, scores)
+
+
+def size_px(model: Model, camera: Camera, pose: Pose) -> float:
+    """How wide a model is in the image, px: no more than the frame."""
+    distance, side = float(pose.apply(model.middle[None])[0, 2]), float(max(camera.width, camera.height))
+    return min(model.diameter * camera.fx / distance, side) if distance > 0.0 else side
 
 
 def best_of(poses: tuple[Floats, Floats], scores: Floats, count: int) -> tuple[Floats, Floats]:

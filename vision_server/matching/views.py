@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from geometry.chains import runs
+from geometry.chains import longest_chains, runs
 from geometry.hidden_lines import Trace, trace
 from geometry.model import Model
 from geometry.occluders import Solid
@@ -56,7 +56,7 @@ def sparse_solid(model: Model) -> Solid:
     beside = np.concatenate([solid.line_faces[others], np.array(faces, dtype=np.int64).reshape(-1, 2)])
     smooth = np.concatenate([solid.smooth[others], np.zeros(len(lines), dtype=bool)])
     chains = np.concatenate([solid.chain[others], np.array(chain, dtype=np.int64)])
-    kept = np.flatnonzero(smooth | _longest(model, ends_of, smooth, chains))
+    kept = np.flatnonzero(longest_chains(model.vertices, ends_of, smooth, chains, MOST_LINES))
     alone = np.arange(len(kept))
     return solid._replace(
         lines=ends_of[kept],
@@ -67,20 +67,6 @@ def sparse_solid(model: Model) -> Solid:
         place=np.zeros_like(alone),
         backwards=np.zeros(len(kept), dtype=bool),
     )
-
-
-def _longest(model: Model, lines: Ints, smooth: Flags, chain: Ints) -> Flags:
-    """Which lines (L, 2) belong to the longest MOST_LINES chains of sharp ones."""
-    length = np.linalg.norm(np.diff(model.vertices[lines], axis=1)[:, 0], axis=1)
-    names, curve = np.unique(chain, return_inverse=True)
-    whole = np.bincount(curve, np.where(smooth, 0.0, length))
-    sharp = np.flatnonzero(whole > 0.0)
-    if len(sharp) <= MOST_LINES:
-        return np.asarray(whole[curve] > 0.0)
-    among_equals = np.random.default_rng(0).uniform(1.0, 1.25, len(sharp))
-    kept = np.zeros(len(names), dtype=bool)
-    kept[sharp[np.argsort(-whole[sharp] * among_equals, kind="stable")[:MOST_LINES]]] = True
-    return np.asarray(kept[curve])
 
 
 class ViewTable(NamedTuple):

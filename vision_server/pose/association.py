@@ -23,7 +23,7 @@ Ints = NDArray[np.int64]
 ALONG_COSINE = 0.9  # lines that cross at more than about 25 degrees do not compete
 BEYOND_PX = 2.0  # past its ends, where a line still has a claim
 NEIGHBOUR_HEIGHT = 0.5  # of a neighbour's contrast over the edge's own; it is not known
-FAR_BLURS = 9.0  # an edge this many blurs away moves another by under 1e-16 px
+FAR_BLURS = 5.0  # an edge this many blurs away moves another by under 1e-4 px
 STRAIGHT_PX = 0.3  # arcs that are bowed by less are straight
 SURELY_PX = 1e-6  # beyond what rounding could change
 BLUR_SHARE = 1.5  # blur of an edge and of its filter together, over the filter's scale
@@ -61,8 +61,49 @@ def _boxes(line: Ints, image: Floats, ends: Ints) -> Floats:
 
 
 @kernel(error_model="numpy")
-def _courses(samples: Samples, lines: int, near_px: float) -> _Courses:
-    """The courses of so many lines, and the pairs of those that come as near to each other."""
+def _near_pairs(visible: Ints, box: Floats, near_px: Floats) -> Ints:
+    """Lines and others whose bounds (L, 4) come as near to theirs as ``near_px`` (L,) says, (P, 2) ascending.
+
+    From left to right: each line is held against those that begin before it has ended.
+    """
+    room = 16 * len(visible)
+    keys, count, lines = np.empty(room, dtype=np.int64), 0, len(box)
+    farthest = 0.0
+    for mine in visible:
+        farthest = max(farthest, near_px[mine])
+    in_order = visible[np.argsort(box[visible, 0], kind="mergesort")]
+    for k in range(len(in_order)):
+        mine = in_order[k]
+        for j in range(k + 1, len(in_order)):
+            other = in_order[j]
+            beside = box[other, 0] - box[mine, 2]
+            if beside > farthest:
+                break
+            apart = max(beside, box[other, 1] - box[mine, 3], box[mine, 1] - box[other, 3])
+            if apart > max(near_px[mine], near_px[other]):
+                continue
+            if count + 2 > room:
+                room *= 2
+                longer = np.empty(room, dtype=np.int64)
+                longer[:count] = keys[:count]
+                keys = longer
+            if apart <= near_px[mine]:
+                keys[count] = mine * lines + other
+                count += 1
+            if apart <= near_px[other]:
+                keys[count] = other * lines + mine
+                count += 1
+    keys = np.sort(keys[:count])
+    pairs = np.empty((count, 2), dtype=np.int64)
+    for k in range(count):
+        pairs[k, 0], pairs[k, 1] = keys[k] // lines, keys[k] % lines
+    return pairs
+
+
+@kernel(error_model="numpy")
+def _courses(samples: Samples, near_px: Floats) -> _Courses:
+    """The courses of the lines, and which others come as near to each as its ``near_px`` (L,)."""
+    lines = len(near_px)
     line, image, direction = samples.line, samples.image, samples.image_direction
     ends, along, bow = np.full((lines, 2), -1), np.zeros((lines, 3)), np.zeros(lines)
     for i in range(len(line)):
@@ -82,21 +123,15 @@ def _courses(samples: Samples, lines: int, near_px: float) -> _Courses:
             if bow[m] < STRAIGHT_PX:
                 bow[m] = 0.0
     box = _boxes(line, image, ends)
-    visible = np.flatnonzero(ends[:, 0] >= 0)
-    pairs = np.empty((len(visible) * len(visible), 2), dtype=np.int64)
-    count = 0
-    for mine in visible:
+    pairs, count = _near_pairs(np.flatnonzero(ends[:, 0] >= 0), box, near_px), 0
+    for number in range(len(pairs)):
+        mine, other = pairs[number, 0], pairs[number, 1]
         middle = (ends[mine, 0] + ends[mine, 1]) // 2
-        for other in visible:
-            apart_x = max(box[other, 0] - box[mine, 2], box[mine, 0] - box[other, 2])
-            apart_y = max(box[other, 1] - box[mine, 3], box[mine, 1] - box[other, 3])
-            if other == mine or apart_x > near_px or apart_y > near_px:
-                continue
-            x, y = direction[middle, 0], direction[middle, 1]
-            curved = along[other, 2] > 0.0 and (bow[mine] > 0.0 or bow[other] > 0.0)
-            if curved or abs(along[other, 0] * x + along[other, 1] * y) >= ALONG_COSINE:
-                pairs[count, 0], pairs[count, 1] = mine, other
-                count += 1
+        x, y = direction[middle, 0], direction[middle, 1]
+        curved = along[other, 2] > 0.0 and (bow[mine] > 0.0 or bow[other] > 0.0)
+        if curved or abs(along[other, 0] * x + along[other, 1] * y) >= ALONG_COSINE:
+            pairs[count, 0], pairs[count, 1] = mine, other
+            count += 1
     return _Courses(ends, along, bow, pairs[:count])
 
 
@@ -144,7 +179,10 @@ def associate(samples: Samples, lines: int, offset: Floats) -> None:
             for k in range(peaks):
                 if not math.isnan(offset[c, i, k]):
                     farthest[i] = max(farthest[i], abs(offset[c, i, k]))
-    courses = _courses(samples, lines, 2.0 * farthest.max() + BEYOND_PX + 1.0 if count else 0.0)
+    near = np.zeros(lines)
+    for i in range(count):
+        near[samples.line[i]] = max(near[samples.line[i]], 2.0 * farthest[i] + BEYOND_PX + 1.0)
+    courses = _courses(samples, near)
     for mine, other in courses.pairs:
         for i in range(courses.ends[mine, 0], courses.ends[mine, 1] + 1):
             apart, _, at = _beside(samples, courses, other, image[i, 0], image[i, 1])
@@ -189,9 +227,11 @@ def neighbour_pulls(samples: Samples, lines: int, sigma: Floats) -> Floats:
         (C, L), px, scale of the filter for each channel and line.
     """
     image, direction = samples.image, samples.image_direction
-    widest = sigma.max() if sigma.size else 0.0
-    reach = FAR_BLURS * BLUR_SHARE * widest / ALONG_COSINE + BEYOND_PX
-    courses = _courses(samples, lines, reach)
+    near = np.zeros(lines)
+    for c in range(len(sigma)):
+        for m in range(lines):
+            near[m] = max(near[m], FAR_BLURS * BLUR_SHARE * sigma[c, m] / ALONG_COSINE + BEYOND_PX)
+    courses = _courses(samples, near)
     out = np.zeros((len(sigma), len(image)))
     for mine, other in courses.pairs:
         for i in range(courses.ends[mine, 0], courses.ends[mine, 1] + 1):

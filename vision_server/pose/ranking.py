@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
+from vision_server.pose.detail import fewer_lines
 from vision_server.pose.hypotheses import edges_around, hypotheses_beside
 from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, Solution, refine
 from vision_server.pose.sampling import spacing_for
+from vision_server.pose.spun import spun
 from vision_server.pose.support import PoseSupport, support_at
 from vision_server.pose.trust import quality
 
@@ -25,6 +28,7 @@ SETTLED_PX = 0.03  # a step that moves no line farther is the last one
 CLEAR_QUALITY = 2.0  # from here on, nothing beside the pose can be as good
 BESIDE = 6  # starts that are looked at beside the best pose
 BESIDE_ROUNDS = 3  # and again when that has found a better one
+SPUN_SIDES = 2  # of the poses from which a nearly round target is turned about its axis
 SIDES, APART_DEG = 3, 20.0  # poses beside which others are looked for at first sight; chosen by hand
 MOST_TURNED = 12  # turns of a target that are looked at at first sight
 TURNED_NATS = 10.0  # of evidence, that a target is turned as its seed pose says (chosen by hand)
@@ -60,7 +64,9 @@ def _rank(one: Refined) -> tuple[float, float]:
     return -one.quality, -one.support.evidence
 
 
-def best_first(problem: PoseProblem, hypotheses: Sequence[Pose], looked_at: int = REFINED) -> list[Refined]:
+def best_first(
+    problem: PoseProblem, hypotheses: Sequence[Pose], looked_at: int = REFINED, spin_rad: float = 0.0
+) -> list[Refined]:
     """The hypotheses, refined, best first.
 
     All are looked at coarsely; those that come near the best in quality are refined to the end.
@@ -71,14 +77,21 @@ def best_first(problem: PoseProblem, hypotheses: Sequence[Pose], looked_at: int 
         Its scales are the least that are used.
     looked_at
         So many hypotheses at most.
+    spin_rad
+        How far a nearly round target may be turned about its axis from the hypotheses, see `spun`.
     """
     coarse: list[Refined] = []
+    sparse = fewer_lines(problem)
     for pose in hypotheses[:looked_at]:
-        scaled = replace(problem, scale=line_scales(problem, pose))
-        spacing = spacing_for(problem.model, problem.camera, pose)
+        scaled = replace(sparse, scale=line_scales(sparse, pose))
+        spacing = spacing_for(sparse.model, problem.camera, pose)
         rough = refined(scaled, pose, COARSE_REACHES_PX, spacing, COARSER, known=coarse)
         if rough is not None:
             coarse.append(rough)
+    coarse.sort(key=_rank)
+    for side in _sides(coarse)[: SPUN_SIDES if spin_rad > 0.0 else 0]:
+        for pose in spun(side.problem, side.pose, COARSER * side.spacing_px, spin_rad):
+            _add_refined(coarse, side, pose)
     coarse.sort(key=_rank)
     for _ in range(BESIDE_ROUNDS if coarse else 0):
         first = coarse[0]
@@ -91,9 +104,19 @@ def best_first(problem: PoseProblem, hypotheses: Sequence[Pose], looked_at: int 
     for one in coarse:
         if not any(better.ends_at(one.pose, NEAR) for better in distinct):
             distinct.append(one)
-    least = FINISHED_SHARE * coarse[0].quality if coarse else 0.0
+    if sparse is not problem:
+        distinct = [_of_all_lines(one, problem) for one in distinct]
+    least = FINISHED_SHARE * max((one.quality for one in distinct), default=0.0)
     out = [finished(one) if one.quality >= least else one for one in distinct]
     return sorted(out, key=_rank)
+
+
+def _of_all_lines(rough: Refined, problem: PoseProblem) -> Refined:
+    """A pose that was refined on some of the lines only, with what supports all of them."""
+    scaled = replace(problem, scale=line_scales(problem, rough.pose))
+    spacing = spacing_for(problem.model, problem.camera, rough.pose)
+    support = support_at(scaled, rough.pose, COARSER * spacing)
+    return rough if support is None else Refined(scaled, rough.solution, support, spacing)
 
 
 def refined(
@@ -154,7 +177,7 @@ def of_most_evidence(problem: PoseProblem, hypotheses: Sequence[Pose], looked_at
     They show the target from different sides, and there quality, a mean over the lines that are seen, favours
     the side with the fewest: a plate from behind, where all that stands on it is seen too. Evidence adds up.
     """
-    found = best_first(problem, hypotheses, looked_at)
+    found = best_first(problem, hypotheses, looked_at, math.pi)
     found.sort(key=_evidence, reverse=True)
     for side in _sides(found):
         beside = [side]
@@ -201,7 +224,12 @@ def add_beside(found: list[Refined]) -> None:
     first = found[0]
     near = edges_around(first.problem, first.pose)
     for start in hypotheses_beside(near, first.pose, len(first.problem.model.lines), BESIDE):
-        other = refined(first.problem, start, COARSE_REACHES_PX, first.spacing_px, COARSER, known=found)
-        if other is not None:
-            found.append(other)
+        _add_refined(found, first, start)
     found.sort(key=_rank)
+
+
+def _add_refined(found: list[Refined], like: Refined, start: Pose) -> None:
+    """Add what a start leads to with the scales and samples of another pose, unless it is known."""
+    other = refined(like.problem, start, COARSE_REACHES_PX, like.spacing_px, COARSER, known=found)
+    if other is not None:
+        found.append(other)

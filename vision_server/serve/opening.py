@@ -17,7 +17,7 @@ from bridge.start_messages import StartArgs
 from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model
-from geometry.pose import Pose
+from geometry.pose import Pose, search_translation_px
 from stack.format import FrameTable
 from stack.tables import as_table
 from vision_server.matching.match import Anywhere
@@ -88,7 +88,8 @@ def open_task(
     gain, gamma = (_positive(table, key, describe) for key in ("gain", "gamma"))
     anywhere = _anywhere(args, describe)
     seed_pose = _seed_pose(args, describe, model)
-    settings = PipelineSettings(matcher=args.matcher, seed=args.seed)
+    reach_px = search_translation_px(camera.width)
+    settings = PipelineSettings(matcher=args.matcher, seed=args.seed, translation_range_px=reach_px)
     task = PoseTask(describe, model, camera, gain, gamma, seed_pose or anywhere, settings, anywhere)
     task.raw = told_raw(table, 16)
     if args.out is not None:

@@ -58,12 +58,11 @@ def window(pixels: Pixels, model: Model, camera: Camera, pose: Pose, margin_px: 
         return Window(pixels, camera)
     low = np.maximum(np.floor(seen.min(axis=0) - margin_px), 0).astype(int)
     high = np.minimum(np.ceil(seen.max(axis=0) + margin_px) + 1, [camera.width, camera.height]).astype(int)
-    width, height = (high - low).tolist()
-    if min(width, height) < LEAST_SIDE_PX:
+    if min(high - low) < LEAST_SIDE_PX:
         return None
-    part = np.ascontiguousarray(pixels[low[1] : high[1], low[0] : high[0]])
-    cut = replace(camera, width=width, height=height, cx=camera.cx - low[0], cy=camera.cy - low[1])
-    return Window(part, cut)
+    left, top, right, bottom = map(int, np.concatenate([low, high]))
+    part = np.ascontiguousarray(pixels[top:bottom, left:right])
+    return Window(part, camera.part((left, top, right, bottom)))
 
 
 def problem_of(seen: Window, model: Model, tone: Tone, scale: NDArray[np.int64] | None = None) -> PoseProblem:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
-from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
+from geometry.pose import SEARCH_ROTATION_DEG, Pose, search_translation_px
 from vision_server.channels.depth import Pixels
 from vision_server.image_set import ImageSet
 from vision_server.matching.match import Anywhere
@@ -245,7 +245,7 @@ class Tracker:
         settings = replace(
             self._settings,
             rotation_range_deg=widened * SEARCH_ROTATION_DEG,
-            translation_range_px=widened * SEARCH_TRANSLATION_PX,
+            translation_range_px=widened * search_translation_px(sight.camera.width),
         )
         around = self._trusted if self._misses % 2 else self._around
         found = estimate_pose(images, [NAME], sight.model, sight.camera, around, settings)

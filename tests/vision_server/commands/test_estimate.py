@@ -11,6 +11,7 @@ import pytest
 
 from geometry.pose import Pose, disturbed
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, photographed
+from vision_server.commands.warm import drawn
 
 pytestmark = pytest.mark.slow
 
@@ -105,6 +106,27 @@ def test_a_seed_outside_of_the_frame_is_said(root: Path, folder: Path) -> None:
     done = estimate(root, folder, "a.png", seed_pose="away.toml", json="")
     assert done.returncode == 3, done.stdout
     assert "no line of the model is in the frame" in done.stderr
+
+
+def test_of_a_large_frame_that_part_is_looked_at_where_the_target_can_be(root: Path, folder: Path) -> None:
+    camera = CAMERA.scaled(6.0)
+    picture = drawn(cuboid(folder), camera, POSE, 0.8)
+    picture[:, :200:20] = 200  # nothing of the target's: hundreds of edges
+    cv2.imwrite(str(folder / "large.png"), picture)
+    table = "".join(f"{key} = {value}\n" for key, value in camera.to_dict().items())
+    (folder / "large.toml").write_text("[camera]\n" + table)
+    aside = POSE.translation + np.array([100.0 / camera.fx * POSE.translation[2], 0.0, 0.0])
+    write_pose(folder / "aside.toml", POSE.rotation_vector.tolist(), aside.tolist())
+    over = str(folder / "l.png")
+    options = {"camera": "large.toml", "seed_pose": "aside.toml", "json": "", "overlay": over}
+    done = estimate(root, folder, "large.png", **options)
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert Pose.from_dict(result["pose"]).error_to(POSE).within(0.2, 0.002)
+    assert result["segments"] < 40
+    shown = cv2.imread(over)
+    assert shown is not None
+    assert shown.shape == (1440, 1920, 3)
 
 
 @pytest.mark.parametrize(

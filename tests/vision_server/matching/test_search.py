@@ -5,7 +5,7 @@ import pytest
 
 from geometry.errors import GeometryError
 from geometry.model import find_target, load_model
-from geometry.pose import Pose, disturbed
+from geometry.pose import Pose, disturbed, search_translation_px
 from tests.vision_server.matching_scenes import CAMERA, segments_of
 from vision_server.matching import MATCHERS, SearchRange, match_search
 
@@ -23,6 +23,17 @@ def test_finds_the_pose_in_clutter(name: str, seed: int) -> None:
     assert match[0].supported > 0.8
     scores = [one.score for one in match]
     assert scores == sorted(scores, reverse=True)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_range_grows_with_the_frame(seed: int) -> None:
+    camera = CAMERA.scaled(6.0)
+    model, reach = load_model(find_target("satellite")), search_translation_px(camera.width)
+    assert reach == 6.0 * SearchRange.translation_px
+    segments = segments_of(model, POSE, camera, noise_px=0.8, clutter=60, seed=seed)
+    start = disturbed(POSE, np.random.default_rng(seed), 25.0, reach, camera.fx)
+    match = match_search(segments, model, camera, start, seed, SearchRange(25.0, reach))
+    assert match[0].pose.error_to(POSE).within(1.0, 0.01)
 
 
 def test_a_cube_seen_from_between_two_of_its_poses_has_both() -> None:

@@ -11,6 +11,7 @@ from vision_server.pose.association import (
     BEYOND_PX,
     BLUR_SHARE,
     NEIGHBOUR_HEIGHT,
+    _near_pairs,
     associate,
     neighbour_pulls,
 )
@@ -126,3 +127,15 @@ def test_a_dark_face_seen_edge_on_is_not_closed(model: Model, turn: float) -> No
     assert found is not None
     error = found.pose.error_to(EDGE_ON)
     assert error.rotation_deg < 0.5, error
+
+
+def test_lines_that_come_near_to_each_other_are_all_found() -> None:
+    rng = np.random.default_rng(0)
+    low = rng.uniform(0.0, 300.0, (200, 2))
+    box = np.hstack([low, low + rng.uniform(0.0, 40.0, (200, 2)) * rng.choice([1.0, 0.0], (200, 2))])
+    visible = np.sort(rng.choice(200, 150, replace=False))
+    apart = np.maximum(box[None, :, :2] - box[:, None, 2:], box[:, None, :2] - box[None, :, 2:]).max(axis=2)
+    near = rng.uniform(0.0, 12.0, 200)
+    expected = [(i, j) for i in visible for j in visible if i != j and apart[i, j] <= near[i]]
+    assert [tuple(pair) for pair in _near_pairs(visible, box, near).tolist()] == expected
+    assert len(_near_pairs(visible[:0], box, near)) == 0

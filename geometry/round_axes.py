@@ -1,0 +1,74 @@
+"""Axes about which a part is round but for some of its lines: a flange's bolts, the mark on a wheel."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.model import Model
+from geometry.near_symmetries import EXACT, TOLERANCE
+from geometry.pose import Pose
+from geometry.rotation import matrix_of
+from geometry.symmetries import ODD_ANGLES_RAD
+from numerics.kernels import kernel
+
+Floats = NDArray[np.float64]
+
+ROUND = 0.35  # share of the length of the sharp lines that any turn must bring back (chosen by hand)
+POINTS = 4000  # along them, of which ...
+TURNED = 300  # ... so many are turned
+
+
+@lru_cache(maxsize=8)
+def round_axes(model: Model) -> tuple[tuple[Floats, Floats], ...]:
+    """Unit directions (3,) and a point (3,), metres, of the axes that a part is nearly round about.
+
+    Looked for along the part's own axes, through its origin and its middle; none of a body of revolution,
+    of which a turn changes nothing at all.
+    """
+    sharp = model.lines[~model.smooth]
+    if len(sharp) == 0:
+        return ()
+    start, step = model.vertices[sharp[:, 0]], np.diff(model.vertices[sharp], axis=1)[:, 0]
+    length = np.linalg.norm(step, axis=1)
+    place = (np.arange(POINTS) + 0.5) / POINTS * length.sum()
+    line = np.searchsorted(np.cumsum(length), place)
+    along = 1.0 - (np.cumsum(length)[line] - place) / length[line]
+    cloud = start[line] + along[:, None] * step[line]
+    some = cloud[:: POINTS // TURNED]
+    found: list[tuple[Floats, Floats]] = []
+    for axis in np.eye(3):
+        for centre in (np.zeros(3), model.middle):
+            if any(known is axis for known, _ in found):
+                continue
+            shares = [_share(some, cloud, matrix_of(angle * axis), centre, model) for angle in ODD_ANGLES_RAD]
+            if min(shares) >= ROUND and max(shares) < EXACT:
+                found.append((axis, centre))
+    return tuple(found)
+
+
+def turned_about(pose: Pose, axis: Floats, centre: Floats, angle_rad: float) -> Pose:
+    """A pose whose target is turned about an axis of its own."""
+    turn = matrix_of(angle_rad * axis)
+    return pose.compose(Pose.from_matrix(turn, centre - turn @ centre))
+
+
+def _share(some: Floats, cloud: Floats, turn: Floats, centre: Floats, model: Model) -> float:
+    """Share of some points (M, 3) of a cloud (N, 3) that a turn (3, 3) brings back onto it."""
+    turned = np.ascontiguousarray((some - centre) @ turn.T + centre)
+    return _near(turned, cloud, TOLERANCE * model.diameter) / len(some)
+
+
+@kernel(error_model="numpy")
+def _near(points: Floats, cloud: Floats, reach: float) -> int:
+    """How many points (N, 3) have one of the cloud (M, 3) within reach."""
+    count = 0
+    for i in range(len(points)):
+        for k in range(len(cloud)):
+            x, y, z = points[i, 0] - cloud[k, 0], points[i, 1] - cloud[k, 1], points[i, 2] - cloud[k, 2]
+            if x * x + y * y + z * z <= reach * reach:
+                count += 1
+                break
+    return count

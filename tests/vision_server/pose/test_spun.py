@@ -1,0 +1,62 @@
+"""A nearly round part whose rims fit at any turn is turned until its bolts fit too."""
+
+import math
+
+import numpy as np
+import pytest
+
+from benchmarks.machined_parts import ROUND, surface_of
+from benchmarks.synthetic_parts import random_view, rendered
+from geometry.camera import Camera
+from geometry.model import Model, find_target, load_model
+from geometry.pose import Pose, PoseError
+from geometry.round_axes import round_axes, turned_about
+from tests.vision_server.synthetic import one_image
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.ranking import best_first
+from vision_server.pose.sampling import spacing_for
+from vision_server.pose.spun import spun
+
+CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
+
+
+@pytest.fixture(scope="module")
+def flange() -> Model:
+    return Model.of_surface("flange", surface_of(ROUND["flange"](96)))
+
+
+def test_a_flange_is_round_about_its_axis_and_others_are_not(flange: Model) -> None:
+    ((axis, _),) = round_axes(flange)
+    np.testing.assert_array_equal(axis, [0.0, 0.0, 1.0])
+    assert round_axes(load_model(find_target("satellite"))) == ()
+    assert round_axes(Model.of_surface("cylinder", surface_of(ROUND["cylinder"](96)))) == ()
+
+
+def off(pose: Pose, true: Pose, axis: np.ndarray, centre: np.ndarray) -> PoseError:
+    """From the nearest of the six poses that look alike."""
+    alike = [turned_about(true, axis, centre, k * math.pi / 3.0) for k in range(6)]
+    return min((pose.error_to(one) for one in alike), key=lambda one: one.rotation_deg)
+
+
+@pytest.mark.parametrize("off_deg", [-24.0, 20.0])
+def test_the_bolts_are_found_from_a_pose_that_is_turned(flange: Model, off_deg: float) -> None:
+    rng = np.random.default_rng(3)
+    true = random_view(rng, flange, CAMERA)
+    images = one_image(rendered(flange, CAMERA, true, rng))
+    problem = PoseProblem.at_scale(images.gradients(["i1"]), flange, CAMERA)
+    ((axis, centre),) = round_axes(flange)
+    start = turned_about(true, axis, centre, math.radians(off_deg))
+    found = spun(problem, start, 2.0 * spacing_for(flange, CAMERA, start), math.radians(50.0))
+    assert min(off(one, true, axis, centre).rotation_deg for one in found) < 4.0
+    first = best_first(problem, [start], spin_rad=math.radians(50.0))[0]
+    assert off(first.pose, true, axis, centre).within(1.0, 0.01)
+    left = best_first(problem, [start])[0]
+    assert not off(left.pose, true, axis, centre).within(1.0, 0.01)
+
+
+def test_a_pose_that_is_right_is_left(flange: Model) -> None:
+    rng = np.random.default_rng(4)
+    true = random_view(rng, flange, CAMERA)
+    images = one_image(rendered(flange, CAMERA, true, rng))
+    problem = PoseProblem.at_scale(images.gradients(["i1"]), flange, CAMERA)
+    assert spun(problem, true, spacing_for(flange, CAMERA, true), math.pi) == []

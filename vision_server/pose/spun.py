@@ -1,0 +1,55 @@
+"""Poses of a nearly round part that are turned about its axis: rims fit all of them, only the bolts tell.
+
+A search is led by the large rims, and ends at any turn about their axis; refinement looks no farther than a
+few pixels beside each line. So all turns are looked at, so close to each other that no line is passed over.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.round_axes import round_axes, turned_about
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.support import CAP_PX, support_at
+
+Floats = NDArray[np.float64]
+
+STEP_PX = 1.5 * CAP_PX  # that the farthest point moves between two turns: its edge is seen from one of both
+LEAST_STEP_RAD, MOST_STEP_RAD = math.radians(1.5), math.radians(6.0)
+LOOKED_AT = 3  # turns of each pose and axis that are refined, the best supported ones
+CLEARLY = 0.03  # of the visible length, by which they must be better: what only looks alike is no gain
+
+
+def spun(problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float) -> list[Pose]:
+    """The turns of a pose about the axes of a nearly round model that the images support clearly better.
+
+    Parameters
+    ----------
+    spacing_px
+        Between the samples of a line.
+    reach_rad
+        How far to turn, to either side.
+    """
+    out: list[Pose] = []
+    for axis, centre in round_axes(problem.model) if reach_rad > 0.0 else ():
+        step = _step(problem.model, axis, centre, pose, problem.camera.fx)
+        count = math.ceil(min(reach_rad, math.pi) / step)
+        turns = [turned_about(pose, axis, centre, step * k) for k in range(-count, count + 1)]
+        found = [support_at(problem, one, spacing_px) for one in turns]
+        strength = np.array([0.0 if support is None else support.strength for support in found])
+        peaks = np.flatnonzero(strength >= np.maximum(np.r_[0.0, strength[:-1]], np.r_[strength[1:], 0.0]))
+        peaks = peaks[strength[peaks] >= strength[count] + CLEARLY]
+        out += [turns[k] for k in peaks[np.argsort(-strength[peaks], kind="stable")[:LOOKED_AT]].tolist()]
+    return out
+
+
+def _step(model: Model, axis: Floats, centre: Floats, pose: Pose, focal_px: float) -> float:
+    """By how much two turns about an axis differ, rad."""
+    aside = np.linalg.norm(np.cross(model.vertices - centre, axis), axis=1).max()
+    radius_px = float(aside * focal_px / np.linalg.norm(pose.translation))
+    return min(max(STEP_PX / max(radius_px, 1.0), LEAST_STEP_RAD), MOST_STEP_RAD)
