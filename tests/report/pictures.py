@@ -68,6 +68,8 @@ def main(out: Path) -> None:
         approach = session(Path(folder, "approach"), "--approach", "--seed", "3")
         report = (approach / "report.html").as_uri()
         picture(out / "report-approach.png", report, WIDE, slice(1240, 1925))
+        with live(approach) as address:
+            picture(out / "live-approach.png", address, PHONE, slice(0, 1430), f"{loaded} >= 14", dark=True)
         picture(out / "report-phone.png", (informed / "report.html").as_uri(), PHONE, slice(0, 1500))
         recorded = session(Path(folder, "recorded"), "--target", "satellite", "--scenario", "grazing",
                            "--threshold", "0.0001", "--max-iterations", "4")  # fmt: skip
@@ -75,7 +77,7 @@ def main(out: Path) -> None:
                         "targets/cube.cao", "--max-iterations", "4")  # fmt: skip
         picture(out / "report-failure.png", (wrong / "report.html").as_uri(), WIDE, slice(0, 1270), dark=True)
         long = session(Path(folder, "long"), "--controller", "simple", "--scenario", "harsh",
-                       "--threshold", "0.000001", "--max-iterations", "40")  # fmt: skip
+                       "--threshold", "0.001", "--max-iterations", "40")  # fmt: skip
         with live(long) as address:
             picture(out / "live-long.png", address, PHONE, slice(0, 2900), drawn)
         subprocess.run(

@@ -12,7 +12,8 @@ from tests.session.command import controller
 pytestmark = pytest.mark.slow
 
 FITS = "document.documentElement.scrollWidth <= window.innerWidth"
-TABLES_FIT = "[...document.querySelectorAll('.why .scroll')].every(one => one.scrollWidth <= one.clientWidth)"
+TABLES = "[...document.querySelectorAll('.why .scroll, #choice .scroll')]"
+TABLES_FIT = f"{TABLES}.every(one => one.scrollWidth <= one.clientWidth)"
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +66,8 @@ def test_an_approach_is_a_strip_in_the_report_and_live(approach: Path, width: in
             page.until('document.querySelector("#approach .strip") != null')
             assert page.value('document.querySelectorAll("#approach .strip > li").length') == held
             assert page.value('document.querySelectorAll("#approach .supported").length') >= 1
-            assert page.value(FITS)
+            assert page.value('document.querySelectorAll("#choice .scroll").length') == 2
+            assert page.value(FITS) and page.value(TABLES_FIT)
             page.open("about:blank#left")
 
 
