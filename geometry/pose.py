@@ -118,6 +118,11 @@ class Pose:
         turn = matrix_of(step[:3])
         return Pose.from_matrix(turn @ self.matrix, turn @ self.translation + step[3:])
 
+    def step_from(self, other: "Pose") -> Array:
+        """The left-multiplied step (6,) that leads from the other pose to this one, see `stepped`."""
+        turn = self.matrix @ other.matrix.T
+        return np.concatenate([vector_of(turn), self.translation - turn @ other.translation])
+
     def error_to(self, true: "Pose") -> PoseError:
         """Difference of this pose from the true one; the fraction is of the true range."""
         angle = float(np.linalg.norm(vector_of(self.matrix @ true.matrix.T)))

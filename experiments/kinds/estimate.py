@@ -84,6 +84,5 @@ def _first(offered: tuple[float, ...] | None) -> float | None:
 def normalised_error_squared(pose: Pose, covariance: Floats | None, true: Pose) -> float:
     """Squared error of a pose in units of its covariance; 6 on average where that is honest."""
     assert covariance is not None
-    turn = true.compose(pose.inverse())
-    step = np.r_[turn.rotation_vector, true.translation - turn.matrix @ pose.translation]
+    step = true.step_from(pose)
     return float(step @ np.linalg.solve(covariance, step))

@@ -65,6 +65,8 @@ def test_a_step_multiplies_from_the_left(
     stepped = pose.stepped([*turn, *move])
     expected = Rotation.from_rotvec(turn).apply(pose.apply(points)) + move
     np.testing.assert_allclose(stepped.apply(points), expected, atol=1e-9)
+    again = pose.stepped(stepped.step_from(pose))
+    np.testing.assert_allclose(again.apply(points), expected, atol=1e-6)
 
 
 def test_error_is_angle_distance_and_share_of_range() -> None:

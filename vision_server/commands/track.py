@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import sys
 from argparse import ArgumentParser, Namespace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bridge.command_line import number
+from bridge.command_line import number, whole_number
 from bridge.errors import EXIT_BAD_INPUT, EXIT_NO_POSE, LightsAndCameraError
 from vision_server.commands.estimate import started_at
 from vision_server.commands.options import add_gamma, add_model_and_camera, add_seed, told_gamma
@@ -18,12 +19,16 @@ if TYPE_CHECKING:
     from vision_server.tracking.tracker import Tracked, Tracker
 
 
+EXIT_INTERRUPTED = 130  # as a shell says of a program that Ctrl-C ends
+
+
 def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
     parser.description = f"{parser.description} Exit status: 0 found in some frame, 3 in none, 2 bad input."
     parser.add_argument(
-        "frames", metavar="FRAME", nargs="+", type=Path,
-        help="Image files in order; or one folder of them, one video, one camera (/dev/video0).",
+        "frames", metavar="FRAME", nargs="+",
+        help="Image files in order; or one folder of them, one video, one camera (/dev/video0), "
+        "one image server (ipc:///path).",
     )  # fmt: skip
     add_model_and_camera(parser)
     parser.add_argument(
@@ -38,6 +43,12 @@ def add_options(parser: ArgumentParser) -> None:
         "--fps", type=number(0.01, 1e5), default=30.0, metavar="N",
         help="Frames a second of image files (default: %(default)g).",
     )  # fmt: skip
+    parser.add_argument(
+        "--switch-lights", action="store_true", help="Of an image server: each frame under another light."
+    )
+    parser.add_argument(
+        "--count", type=whole_number(1), metavar="N", help="End after so many frames; else Ctrl-C ends."
+    )
     add_seed(parser)
     add_gamma(parser)
 
@@ -51,6 +62,8 @@ def run(options: Namespace) -> int:
     except (LightsAndCameraError, ReportError) as error:
         print(f"vision_server: {error}", file=sys.stderr)
         return EXIT_BAD_INPUT
+    except KeyboardInterrupt:  # what ends a camera; the film is whole
+        return EXIT_INTERRUPTED
 
 
 def _tracked(options: Namespace) -> int:
@@ -59,7 +72,7 @@ def _tracked(options: Namespace) -> int:
     from vision_server.tracking.sources import Source
 
     camera, table = read_camera(options.camera)
-    source = Source(options.frames, told_raw(table))
+    source = Source(options.frames, told_raw(table), options.switch_lights)
     tracker = _tracker(options, camera, told_gamma(options.gamma, table), source.gamma)
     film = None
     if options.overlay is not None:
@@ -68,7 +81,7 @@ def _tracked(options: Namespace) -> int:
         film = Film(options.overlay, tracker.model, tracker.camera, options.fps)
     found = 0
     try:
-        for index, frame in enumerate(source):
+        for index, frame in enumerate(islice(source, options.count)):
             told = tracker.step(frame.pixels, index / options.fps if frame.time_s is None else frame.time_s)
             found += told.pose is not None
             _show(told, frame.name, options.json)

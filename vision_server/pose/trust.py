@@ -55,8 +55,18 @@ def confidence(
 ) -> float:
     """Probability, 0..1, that the pose is within 1 degree and 1 % of the range.
 
-    That its lines are where they seem, times that the pose they fix is off by no more than it may be, times
-    its share against its best rival.
+    That it is the right one, see `belief`, times that it is off by no more than it may be.
+    """
+    within = math.erf(LIMIT / (math.sqrt(2.0) * TAILS * max(uncertainty, 1e-9)))
+    return within * belief(support, ambiguity, uncertainty, doubt)
+
+
+def belief(
+    support: PoseSupport, ambiguity: float, uncertainty: float, doubt: Misfit | None = None
+) -> float:
+    """Probability, 0..1, that the pose is the right one, however exact.
+
+    That its lines are where they seem, times its share against its best rival.
 
     Parameters
     ----------
@@ -74,8 +84,7 @@ def confidence(
             0.0, doubt.gain - CLEAR_GAIN
         )
         logit += PER_LOG2_SIGNIFICANCE * math.log2(1.0 + doubt.significance / USUAL)
-    within = math.erf(LIMIT / (math.sqrt(2.0) * TAILS * max(uncertainty, 1e-9)))
-    return within / (1.0 + math.exp(-logit)) / (1.0 + ambiguity)
+    return 1.0 / (1.0 + math.exp(-logit)) / (1.0 + ambiguity)
 
 
 def odds(own: PoseSupport, rival: PoseSupport, prior_nats: float = 0.0) -> float:

@@ -18,7 +18,7 @@ from vision_server.pose.line_scales import line_scales
 from vision_server.pose.refinement import EXACT_REACH_PX, refine
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.support import PoseSupport, support_of
-from vision_server.pose.trust import TAILS, confidence, quality
+from vision_server.pose.trust import TAILS, belief, quality
 from vision_server.tracking.beside import beside_px2
 from vision_server.tracking.fitting import Fit, Habits, fitted
 from vision_server.tracking.frame import NAME, Tone, problem_of, window
@@ -54,10 +54,14 @@ class Found:
         """Of the support."""
         return quality(self.support)
 
-    def probability(self, ambiguity: float) -> float:
-        """That it is right to 1 degree and 1 %, see `confidence`; this covariance has its tails already."""
-        spread = uncertainty(self.covariance, self.pose.translation)
-        return confidence(self.support, ambiguity, spread / TAILS)
+    @cached_property
+    def uncertainty(self) -> float:
+        """Largest standard deviation, 0.01 of 1 % of the range or 1 degree; it has its tails already."""
+        return uncertainty(self.covariance, self.pose.translation)
+
+    def belief(self, ambiguity: float) -> float:
+        """Probability that this is where the target is, however exactly, see `trust.belief`."""
+        return belief(self.support, ambiguity, self.uncertainty / TAILS)
 
 
 @dataclass(frozen=True, eq=False)

@@ -238,8 +238,7 @@ def share_within(one: Pose, covariance: Floats, given: Pose) -> float:
 
 def squared_difference(one: Pose, other: Pose, covariance: Floats) -> float:
     """Squared length of the step from the other pose to the one, in units of a covariance (6, 6)."""
-    turn = one.compose(other.inverse())
-    step = np.r_[turn.rotation_vector, one.translation - turn.matrix @ other.translation]
+    step = one.step_from(other)
     return float(step @ np.linalg.solve(covariance, step))
 
 

@@ -1,4 +1,4 @@
-"""Frames from image files, a folder, a video or a camera, one at a time."""
+"""Frames from image files, a folder, a video, a camera or an image server, one at a time."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from bridge.errors import BadInput
+from bridge.errors import BadInput, BridgeTimeout, ServerError
 from vision_server.channels.depth import Pixels, Raw
 from vision_server.channels.image_files import PLAIN, read_pixels
 from vision_server.channels.tone import file_gamma
+from vision_server.tracking.served_frames import SCHEMES, ServedFrames
 
 IMAGES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pgm", ".bmp"}
 DEVICE = "/dev/video"
@@ -42,8 +43,10 @@ class Source:
 
     Parameters
     ----------
-    words : image files, or one folder of them, one video, or one camera (/dev/videoN).
+    words : image files, or one folder of them, one video, one camera (/dev/videoN) or one image server
+        (ipc:// or tcp://).
     raw : what the pixels of image files are; of unknown depth, the least that holds the values so far.
+    switch : of an image server's lights, one is on in each frame, in turn.
 
     Attributes
     ----------
@@ -55,11 +58,23 @@ class Source:
     BadInput : nothing there, or nothing that can be read.
     """
 
-    def __init__(self, words: Sequence[Path], raw: Raw = PLAIN) -> None:
+    def __init__(self, words: Sequence[str], raw: Raw = PLAIN, switch: bool = False) -> None:
         self._raw = raw
         self.warning = ""
         self._files: list[Path] = []
         self._video: Path | None = None
+        self._server: ServedFrames | None = None
+        if len(words) == 1 and words[0].startswith(SCHEMES):
+            self._server = ServedFrames(words[0], switch)
+            self.gamma = self._server.gamma
+            return
+        if switch:
+            raise BadInput("Only an image server's lights can be switched.", "Give its endpoint as FRAME.")
+        self._open([Path(word) for word in words])
+        told = file_gamma(self._files[0]) if self._files else 1.0
+        self.gamma = None if told == 1.0 else told
+
+    def _open(self, words: Sequence[Path]) -> None:
         if len(words) == 1 and words[0].is_dir():
             self._files = sorted(file for file in words[0].iterdir() if file.suffix.lower() in IMAGES)
             if not self._files:
@@ -71,13 +86,25 @@ class Source:
         else:
             strange = next(word for word in words if word.suffix.lower() not in IMAGES)
             raise BadInput(f"{strange} is no image file.", "Give images, or one folder, video or camera.")
-        told = file_gamma(self._files[0]) if self._files else 1.0
-        self.gamma = None if told == 1.0 else told
 
     def __iter__(self) -> Iterator[Frame]:
+        if self._server is not None:
+            return self._captured(self._server)
         if self._video is None:
             return (Frame(str(file), pixels) for file, pixels in self._read())
         return self._recorded(self._video)
+
+    def _captured(self, server: ServedFrames) -> Iterator[Frame]:
+        number = 0
+        try:
+            with server:
+                for pixels, taken_s in server.frames(self._raw):
+                    yield Frame(f"{server.endpoint} {number}", pixels, taken_s)
+                    number += 1
+        except (BridgeTimeout, ServerError) as error:
+            if number == 0:
+                raise
+            self.warning = f"{server.endpoint} ends after {number} frames: {error}"
 
     def _read(self) -> Iterator[tuple[Path, Pixels]]:
         seen = 0

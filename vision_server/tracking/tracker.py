@@ -17,8 +17,9 @@ from vision_server.channels.depth import Pixels
 from vision_server.image_set import ImageSet
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
+from vision_server.pose.covariance import uncertainty
 from vision_server.pose.support import PoseSupport
-from vision_server.pose.trust import quality
+from vision_server.pose.trust import LIMIT, TAILS, quality
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.frame import NAME, Tone
@@ -27,22 +28,23 @@ from vision_server.tracking.motion import Motion
 Floats = NDArray[np.float64]
 State = Literal["sure", "unsure", "lost"]
 
-SURE = 0.9  # probability from which on a pose is called sure
-STAYS = 0.5  # and from which on it stays so, from one frame to the next
+SURE = 0.9  # probability from which on a pose is believed to be the right one; exact enough, it is sure
+STAYS = 0.5  # and from which on it stays believed, from one frame to the next
 HELD = 0.3  # and from which on it is still followed
 HELD_SHARE = 0.2  # of the lines' length, on lines seen whole: what an occluder leaves is followed, not surely
 WHOLE = 0.75  # of a line's length, seen
 MISSING = 0.3  # support of a line under which it is not seen
 SURPRISING = 38.3  # squared innovation that one pose in a million exceeds where the filter is honest
-AS_BEFORE = 0.5  # of the quality that sure frames have: below, the frame is looked at again ...
-LIKE_BEFORE = 0.25  # ... and below this nothing in it is sure
+AS_BEFORE = 0.5  # of the quality that believed frames have: below, the frame is looked at again ...
+LIKE_BEFORE = 0.25  # ... and below this nothing in it is believed
 REMEMBERED = 0.1  # share of the latest frame in that quality
-LOOKED_AT_ANEW = 5  # frames that are not sure in a row before everything is searched again
-EVERYWHERE = 6  # of so many searches that are not sure in a row, one looks without a pose to start from
+LOOKED_AT_ANEW = 5  # frames that are not believed in a row before everything is searched again
+EVERYWHERE = 6  # of so many searches that are not believed in a row, one looks without a pose to start from
 FARTHER = 1.6  # than when it was last seen, or nearer, it may be then
 PERIOD_S = 1.0 / 30.0  # between frames, where nothing tells
 LONGEST_S = 0.5  # without a pose, until velocity says nothing
 MOST_MISSING = 0.15  # of the visible length on lines not seen, to be sure of a target found again; by hand
+SAME = (3.0, 0.03)  # degrees, share of the range, that a fit to whole lines moves a pose that was searched
 WIDENED, WIDEST = 1.25, 2.5  # the range of a search, with each frame that found nothing, and at most
 
 
@@ -88,17 +90,17 @@ class Tracker:
     ) -> None:
         self._sight = Sight(model, camera, Tone.of(gamma, tone_sd_px))
         self._settings = PipelineSettings(seed=seed, tone_sd_px=tone_sd_px)
-        self._around = self._trusted = seed_pose  # where a search looks: the last pose, or the last sure one
+        self._around = self._trusted = seed_pose  # the last pose, and the last believed one
         self._motion: Motion | None = None
         self._habits = Habits.of(model)
         self._ambiguity = 0.0
-        self._believed = False  # whether the last search that found something was sure of it
-        self._typical = 0.0  # quality of sure frames
-        self._was_sure = False
+        self._believed = False  # whether the last search that found something believed it
+        self._typical = 0.0  # quality of believed frames
+        self._was_believed = False
         self._misses = 0
-        self._vain = 0  # searches that were not sure, in a row
+        self._vain = 0  # searches that were not believed, in a row
         self._since_s = 0.0  # the last pose
-        self._unsure = 0
+        self._doubted = 0
         self._frame = -1
         self._time_s = 0.0
         self._last: Pixels | None = None
@@ -160,7 +162,7 @@ class Tracker:
             self._motion = self._motion.after(seconds)
             self._since_s += seconds
             found = self._followed(pixels, self._motion)
-            if found is not None and (self._unsure < LOOKED_AT_ANEW or self._is_sure(found)):
+            if found is not None and (self._doubted < LOOKED_AT_ANEW or self._is_believed(found)):
                 return self._taken(found)
         return self._searched(pixels)
 
@@ -169,7 +171,7 @@ class Tracker:
         middle = self._sight.model.middle
         start = expected.pose(middle)
         near = self._sight.near(pixels, start, self._habits)
-        if near is not None and near.quality >= AS_BEFORE * self._typical and self._is_sure(near):
+        if near is not None and near.quality >= AS_BEFORE * self._typical and self._is_believed(near):
             return near
         starts = [start] if isinstance(self._around, Anywhere) else [start, self._around]
         candidates = self._sight.far(pixels, starts, self._habits)
@@ -177,7 +179,7 @@ class Tracker:
             candidates.append(near)
         candidates.sort(key=lambda one: -one.quality)
         for one in candidates:
-            if one.probability(0.0) >= HELD:
+            if one.belief(0.0) >= HELD:
                 return one
         for one in candidates if self._misses == 0 else ():
             enough = whole_share(one.support) >= HELD_SHARE
@@ -185,11 +187,11 @@ class Tracker:
                 return one
         return None
 
-    def _is_sure(self, found: Found) -> bool:
+    def _is_believed(self, found: Found) -> bool:
         if not self._believed:  # nothing but a search weighs rivals and stretched models
             return False
-        least = STAYS if self._was_sure else SURE
-        if found.quality < LIKE_BEFORE * self._typical or found.probability(self._ambiguity) < least:
+        least = STAYS if self._was_believed else SURE
+        if found.quality < LIKE_BEFORE * self._typical or found.belief(self._ambiguity) < least:
             return False
         assert self._motion is not None
         middle = self._sight.model.middle
@@ -198,45 +200,50 @@ class Tracker:
     def _taken(self, found: Found) -> tuple[State, Pose, Floats, dict[int, float]]:
         """A pose that was followed: the motion goes on from it."""
         assert self._motion is not None
-        sure, middle = self._is_sure(found), self._sight.model.middle
+        believed, middle = self._is_believed(found), self._sight.model.middle
         if self._motion.surprise(found.pose, found.covariance, middle) <= SURPRISING:
             self._motion = self._motion.measured(found.pose, found.covariance, middle)
         else:
             self._motion = Motion.at_rest(found.pose, found.covariance, middle)
-        self._held(found.pose, found.quality, sure)
-        if sure:
+        self._held(found.pose, found.quality, believed)
+        if believed:
             self._habits = self._habits.after(found.fit)
+        sure = believed and found.uncertainty <= LIMIT
         support = {line.line: line.support for line in found.support.lines}
         return "sure" if sure else "unsure", found.pose, found.covariance, support
 
-    def _held(self, pose: Pose, quality: float, sure: bool) -> None:
-        self._around, self._misses, self._since_s, self._was_sure = pose, 0, 0.0, sure
-        self._unsure = 0 if sure else self._unsure + 1
-        self._trusted = pose if sure else self._trusted
-        if sure:
+    def _held(self, pose: Pose, quality: float, believed: bool) -> None:
+        self._around, self._misses, self._since_s, self._was_believed = pose, 0, 0.0, believed
+        self._doubted = 0 if believed else self._doubted + 1
+        self._trusted = pose if believed else self._trusted
+        if believed:
             self._typical += (quality - self._typical) * (REMEMBERED if self._typical > 0.0 else 1.0)
 
     def _searched(self, pixels: Pixels) -> tuple[State, Pose | None, Floats | None, dict[int, float] | None]:
         """Search everything around the last pose, farther with each frame that finds nothing."""
         estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
-        self._unsure = 0
+        self._doubted = 0
         if estimate.pose is None or estimate.covariance is None or estimate.score < HELD:
-            self._misses, self._was_sure = self._misses + 1, False
+            self._misses, self._was_believed = self._misses + 1, False
             if self._since_s > LONGEST_S:
                 self._motion = None
             return "lost", None, None, None
         assert estimate.support is not None
-        middle = self._sight.model.middle
-        self._motion = Motion.at_rest(estimate.pose, estimate.covariance, middle)
         self._ambiguity = estimate.ambiguity
         worth = quality(estimate.support)
-        sure = estimate.score >= SURE and worth >= LIKE_BEFORE * self._typical
+        believed = estimate.score >= SURE and worth >= LIKE_BEFORE * self._typical
         if self._misses > 0:  # a wider search meets more that looks alike
-            sure = sure and missing_share(estimate.support) <= MOST_MISSING
-        self._believed = sure
-        self._held(estimate.pose, worth, sure)
+            believed = believed and missing_share(estimate.support) <= MOST_MISSING
+        self._believed = believed
+        pose, covariance = estimate.pose, TAILS**2 * estimate.covariance
+        found = self._sight.near(pixels, pose, self._habits)  # on whole lines, as every frame is
+        if found is not None and found.pose.error_to(pose).within(*SAME):
+            pose, covariance = found.pose, found.covariance
+        sure = believed and uncertainty(covariance, pose.translation) <= LIMIT
+        self._motion = Motion.at_rest(pose, covariance, self._sight.model.middle)
+        self._held(pose, worth, believed)
         support = {line.line: line.support for line in estimate.lines}
-        return "sure" if sure else "unsure", estimate.pose, estimate.covariance, support
+        return "sure" if sure else "unsure", pose, covariance, support
 
     def _estimate(self, pixels: Pixels, widened: float) -> Estimate:
         sight = self._sight

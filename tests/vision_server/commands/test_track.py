@@ -1,8 +1,11 @@
 """`python -m vision_server track` and `check`: JSON, exit statuses, films, and what is refused."""
 
 import json
+import signal
 import subprocess
 import sys
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -10,6 +13,9 @@ import numpy as np
 import pytest
 
 from geometry.pose import Pose
+from image_server.serve.server import ImageServer
+from image_server.simulator import Simulator
+from tests.vision_server.serve.running import Running
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid
 from tests.vision_server.tracking.films import filmed, moving
 
@@ -43,8 +49,10 @@ def write_pose(path: Path, pose: Pose) -> None:
     path.write_text("".join(f"{key} = {value}\n" for key, value in values.items()))
 
 
-def command(root: Path, folder: Path, name: str, *words: str) -> "subprocess.CompletedProcess[str]":
-    fixed = ["--model", str(folder / "cuboid.cao"), "--camera", str(folder / "camera.toml")]
+def command(root: Path, folder: Path | None, name: str, *words: str) -> "subprocess.CompletedProcess[str]":
+    fixed = []
+    if folder is not None:
+        fixed = ["--model", str(folder / "cuboid.cao"), "--camera", str(folder / "camera.toml")]
     line = [sys.executable, "-m", "vision_server", name, *fixed, *words]
     return subprocess.run(line, cwd=root, capture_output=True, text=True, timeout=120, check=False)
 
@@ -99,3 +107,40 @@ def test_a_pose_is_judged(root: Path, folder: Path) -> None:
     assert (wrong.returncode, told["state"]) == (3, "lost")
     assert Pose.from_dict(told["better"]).error_to(POSE).within(0.3, 0.003)
     assert command(root, folder, "check", image, "--pose", "nothing.toml").returncode == 2
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[list[str]]:
+    """The words of a command line for what a simulated image server shows."""
+    device = Simulator("cube", "nominal", 1)
+    target = device.describe().target
+    assert target is not None
+    fields = device.camera.to_dict()
+    (tmp_path / "camera.toml").write_text("[camera]\n" + "".join(f"{k} = {v}\n" for k, v in fields.items()))
+    write_pose(tmp_path / "seed.toml", device.true_pose)
+    words = ["--model", target.model, "--camera", str(tmp_path / "camera.toml"), "--unit", target.unit]
+    with tempfile.TemporaryDirectory(prefix="t") as sockets:
+        server = Running(ImageServer(device), f"ipc://{sockets}/images")
+        yield [server.endpoint, *words, "--seed-pose", str(tmp_path / "seed.toml"), "--json"]
+        server.stop()
+
+
+def test_the_command_follows_what_a_server_shows(root: Path, served: list[str]) -> None:
+    done = command(root, None, "track", *served, "--switch-lights", "--count", "3")
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.splitlines()) == 3
+
+
+def test_ctrl_c_ends_a_camera_and_leaves_a_whole_film(root: Path, served: list[str], tmp_path: Path) -> None:
+    film = tmp_path / "out.mp4"
+    line = [sys.executable, "-m", "vision_server", "track", *served, "--overlay", str(film)]
+    with subprocess.Popen(
+        line, cwd=root, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as running:
+        assert running.stdout is not None
+        assert [json.loads(running.stdout.readline())["frame"] for _ in range(2)] == [0, 1]
+        running.send_signal(signal.SIGINT)
+        _, said = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert "Traceback" not in said
+    assert int(cv2.VideoCapture(str(film)).get(cv2.CAP_PROP_FRAME_COUNT)) > 0

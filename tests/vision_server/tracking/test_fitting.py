@@ -2,36 +2,16 @@
 
 import numpy as np
 
-from benchmarks.printed_boxes import Box, sharp, taken
-from geometry.pose import Pose
-from geometry.rotation import matrix_of
-from tests.vision_server.synthetic import CAMERA, photographed
-from vision_server.channels.depth import Grey
+from benchmarks.printed_boxes import sharp
+from tests.vision_server.synthetic import CAMERA
+from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_at
 from vision_server.pose.observation import observe
 from vision_server.tracking.fitting import Habits, fitted
 from vision_server.tracking.frame import Tone, Window, problem_of
 from vision_server.tracking.lines import line_fits, rounding_shifts
 
-ALBEDO = (0.3, 0.8, 0.5, 0.9, 0.2, 0.7)
-TURNS = ([0.5, 0.6, 0.1], [2.4, 0.5, 0.3], [0.4, -2.2, 0.6], [-0.6, 0.5, 1.4])
 TONE = Tone.of(1.0, 0.01)
 SPACING_PX = 2.0
-
-
-def plain_box(radius_m: float) -> Box:
-    """Without print."""
-    prints = np.ones((6, 8, 8)) * np.reshape(ALBEDO, (6, 1, 1))
-    return Box(np.array([0.05, 0.04, 0.03]), radius_m, prints)
-
-
-def pictured(box: Box, pose: Pose, seed: int = 0) -> Grey:
-    lamp = np.array([0.4, -0.5, -1.0])
-    behind = np.full((CAMERA.height, CAMERA.width), 0.05)
-    return photographed(taken(box, [pose], CAMERA, lamp / np.linalg.norm(lamp), behind), 0.9, seed=seed)
-
-
-def seen_at(turn: list[float]) -> Pose:
-    return Pose.from_matrix(matrix_of(np.array(turn)), np.array([0.01, -0.01, 0.4]))
 
 
 def test_outlines_of_rounded_boxes_lie_where_the_shift_says() -> None:
@@ -81,8 +61,7 @@ def test_the_covariance_covers_the_errors_of_rounded_boxes_and_tells_when_lines_
             problem = problem_of(Window(pictured(box, pose, number), CAMERA), sharp(box), TONE)
             fit = fitted(problem, pose, 3.0, SPACING_PX, Habits.of(sharp(box)))
             assert fit is not None
-            turned = pose.compose(fit.pose.inverse())
-            step = np.r_[turned.rotation_vector, pose.translation - turned.matrix @ fit.pose.translation]
+            step = pose.step_from(fit.pose)
             squares.append(step @ np.linalg.solve(fit.covariance, step))
             spread.append(fit.off_px2)
         sharper.append(spread[0] < spread[1])

@@ -1,0 +1,94 @@
+"""Frames from an image server, one after another, perhaps each under another light."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import Self
+
+import msgspec
+import numpy as np
+
+from bridge.client import Client
+from bridge.errors import BadInput, DeviceError, ServerError
+from bridge.image_messages import ImageCaptureResult
+from bridge.messages import Describe, LightDescription, Settings
+from vision_server.channels.depth import Pixels, Raw
+
+SCHEMES = ("ipc://", "tcp://")
+DEADLINE_S = 30.0  # of one frame: a long shutter, and a camera that has to wake up
+
+
+class ServedFrames:
+    """What a camera behind an image server sees, at its reference exposure.
+
+    Parameters
+    ----------
+    endpoint : ipc:///path or tcp://127.0.0.1:PORT.
+    switch : only one light is on in each frame, the next one in the next; else all are, in all frames.
+
+    Raises
+    ------
+    BridgeTimeout : nobody answers there.
+    ServerError : the server cannot.
+    BadInput : what answers is no image server.
+    """
+
+    def __init__(self, endpoint: str, switch: bool = False) -> None:
+        self.endpoint, self._switch = endpoint, switch
+        self._client = Client(endpoint, DEADLINE_S)
+        try:
+            self._described = msgspec.convert(self._client.request("describe")[0], Describe)
+        except (ServerError, msgspec.ValidationError) as error:
+            self._client.close()
+            raise BadInput(f"{endpoint} is no image server: {error}.") from error
+        except BaseException:
+            self._client.close()
+            raise
+
+    @property
+    def gamma(self) -> float | None:
+        """What it tells of the frames' tone curve, linear = grey^gamma; None if nothing."""
+        camera = self._described.camera
+        return None if camera is None or camera.gamma == 1.0 else camera.gamma
+
+    def frames(self, raw: Raw) -> Iterator[tuple[Pixels, float]]:
+        """Grey frames (H, W) and when they were taken, s, without end.
+
+        Parameters
+        ----------
+        raw : what the pixels are, where the server does not tell.
+        """
+        camera, reference = self._described.camera, self._described.reference
+        raw = raw if camera is None else Raw(camera.bits, camera.bayer)
+        for number in itertools.count():
+            settings = Settings(
+                levels(self._described.lights, number if self._switch else None),
+                reference.shutter_s,
+                reference.aperture,
+                next(iter(self._described.focal_lengths_mm or ()), None),
+                next(iter(self._described.focuses_m or ()), None),
+            )
+            told, arrays = self._client.request("capture", {"settings": msgspec.to_builtins(settings)})
+            header = msgspec.convert(told, ImageCaptureResult)
+            if len(arrays) != 1 or arrays[0].ndim != 2 or arrays[0].dtype not in (np.uint8, np.uint16):
+                raise DeviceError(f"{self.endpoint} sent no grey frame of 8 or 16 bits.")
+            yield raw.grey(np.array(arrays[0])), header.timestamp
+
+    def close(self) -> None:
+        """Leave the server to others."""
+        self._client.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def levels(lights: tuple[LightDescription, ...], number: int | None) -> tuple[int, ...]:
+    """All lights full, or but one of them: that of the frame of this number, in turn."""
+    return tuple(
+        light.levels - 1 if number is None or index == number % len(lights) else 0
+        for index, light in enumerate(lights)
+    )
