@@ -57,6 +57,8 @@ def request(op: str = "count", number: int = 1, **changes: Any) -> bytes:
         ([b"[]"], "bad_message", None),
         ([b"[" * 50_000], "bad_message", None),
         ([b'{"v":1,"id":' + b'{"a":' * 50_000], "bad_message", None),
+        ([b'{"v":' + b"9" * 1_000_000 + b"}"], "bad_message", None),
+        ([b'{"v":1,"id":"a/1\\n","op":"hello","args":{}}'], "bad_message", "a/1\n"),
         ([b'{"v":1}'], "bad_message", None),
         ([request(v=2)], "bad_version", "raw/1"),
         ([request(v=2, colour="red")], "bad_version", "raw/1"),

@@ -1,11 +1,12 @@
 """What a user can get wrong: one plain line, exit status 2, nothing left running."""
 
+import subprocess
 from pathlib import Path
 
 import pytest
 
 from bridge.start_messages import MATCHER_NAMES
-from tests.session.command import controller
+from tests.session.command import DEADLINE_S, ROOT, controller
 
 STACK = """
 kind = "basis"
@@ -51,6 +52,11 @@ def test_a_controller_s_file_may_be_the_first_option(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
         assert str(strategy) in done.stderr
     assert "no such" in refused("--controller=no such.pl")
+    made = subprocess.run(
+        ["make", "-n", "dock", f"ARGS=--controller={strategy} --dry-run"],
+        cwd=ROOT, capture_output=True, text=True, timeout=DEADLINE_S, check=True,
+    )  # fmt: skip
+    assert made.stdout.splitlines()[-1] == f"swipl main.pl --controller={strategy} --dry-run"
 
 
 def test_help_lists_the_options() -> None:
@@ -202,6 +208,9 @@ def test_a_dry_run_checks_what_a_session_needs(tmp_path: Path) -> None:
     assert "bad.toml" in refused("--scenario", tmp_path / "bad.toml", "--dry-run")
     (tmp_path / "bad.cao").write_text("V1 garbage")
     assert "bad.cao:1" in refused("--target", tmp_path / "bad.cao", "--dry-run")
+    nobody = controller("--image-server", f"ipc://{tmp_path}/nobody", "--dry-run")
+    assert nobody.returncode == 4
+    assert "did not answer 'describe'" in nobody.stderr
     done = controller("--dry-run", cwd=tmp_path)
     assert done.returncode == 0
     assert "3 lights, 5 shutters, 3 apertures" in done.stderr

@@ -153,6 +153,7 @@ def write_overlay(
 
 def _print(result: dict[str, Any]) -> None:
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     console = Console()
@@ -192,7 +193,7 @@ def _print(result: dict[str, Any]) -> None:
             f"{line['visible_px']:.0f}",
             f"{line['support']:.2f}",
             f"{line['rms_px']:.2f}",
-            line["image"] or "-",
+            escape(Path(result["files"][line["image"]]).name) if line["image"] else "-",
         )
     console.print(table)
     console.print(

@@ -60,12 +60,15 @@ def test_one_json_object_with_the_pose(root: Path, folder: Path) -> None:
     assert {"pose", "covariance", "rms_px", "lines", "seconds", "seed", "kept"} <= set(result)
     assert set(result["seconds"]) >= {"edges", "linking", "matching", "refinement", "total"}
     assert result["kept"] == ["i1", "i2"]
+    assert [Path(file).name for file in result["files"].values()] == ["a.png", "b.png"]
     assert Pose.from_dict(result["pose"]).error_to(POSE).within(0.5, 0.005)
 
 
 def test_people_get_a_table(root: Path, folder: Path) -> None:
-    done = estimate(root, folder, "a.png", overlay=str(folder / "over.png"))
+    (folder / "lit [left].png").write_bytes((folder / "a.png").read_bytes())
+    done = estimate(root, folder, "lit [left].png", overlay=str(folder / "over.png"))
     assert done.returncode == 0, done.stderr
+    assert "lit [left].png" in done.stdout  # the file that shows a line best, by its own name
     drawn, plain = (cv2.imread(str(folder / name)) for name in ("over.png", "a.png"))
     assert 0.005 < np.any(np.not_equal(drawn, plain), axis=2).mean() < 0.2
     assert "translation" in done.stdout
