@@ -74,7 +74,7 @@ opt_meta(contact_range,  'M').
 opt_help(help(header), "\nOne session: find the pose of a docking target by choosing lights and camera.\n").
 opt_help(help(usage), " [options]").
 opt_help(controller,     "Strategy: heuristic (default), informed, greedy, simple, auto_exposed, gradient, fused, fixed, or a Golog file").
-opt_help(target,         "cube (default; for --approach: fixture), fixture, satellite, or a model file (.cao .obj .stl .ply); --camera has no default").
+opt_help(target,         "cube (default; for --approach: fixture), fixture, satellite, or a model file (.cao .obj .stl .ply .glb); --camera has no default").
 opt_help(unit,           "Unit of the numbers in the model file of --target: m (default), cm, mm or in").
 opt_help(scenario,       "Light conditions on the simulator, or a TOML file (default: nominal; for --approach: approach)").
 opt_help(stack,          "Replay a folder of recorded light stacks instead of simulating").
