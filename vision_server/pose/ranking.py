@@ -28,7 +28,6 @@ SETTLED_PX = 0.03  # a step that moves no line farther is the last one
 CLEAR_QUALITY = 2.0  # from here on, nothing beside the pose can be as good
 BESIDE = 6  # starts that are looked at beside the best pose
 BESIDE_ROUNDS = 3  # and again when that has found a better one
-SPUN_SIDES = 2  # of the poses from which a nearly round target is turned about its axis
 SIDES, APART_DEG = 3, 20.0  # poses beside which others are looked for at first sight; chosen by hand
 MOST_TURNED = 12  # turns of a target that are looked at at first sight
 TURNED_NATS = 10.0  # of evidence, that a target is turned as its seed pose says (chosen by hand)
@@ -89,9 +88,9 @@ def best_first(
         if rough is not None:
             coarse.append(rough)
     coarse.sort(key=_rank)
-    for side in _sides(coarse)[: SPUN_SIDES if spin_rad > 0.0 else 0]:
-        for pose in spun(side.problem, side.pose, COARSER * side.spacing_px, spin_rad):
-            _add_refined(coarse, side, pose)
+    for first in coarse[:1]:
+        for pose in spun(first.problem, first.pose, COARSER * first.spacing_px, spin_rad):
+            _add_refined(coarse, first, pose)
     coarse.sort(key=_rank)
     for _ in range(BESIDE_ROUNDS if coarse else 0):
         first = coarse[0]

@@ -21,12 +21,13 @@ Floats = NDArray[np.float64]
 
 STEP_PX = 1.5 * CAP_PX  # that the farthest point moves between two turns: its edge is seen from one of both
 LEAST_STEP_RAD, MOST_STEP_RAD = math.radians(1.5), math.radians(6.0)
-LOOKED_AT = 3  # turns of each pose and axis that are refined, the best supported ones
-CLEARLY = 0.03  # of the visible length, by which they must be better: what only looks alike is no gain
+CLEARLY = 0.03  # of the visible length: by so much a turn must be better; two that differ by less are alike
 
 
 def spun(problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float) -> list[Pose]:
-    """The turns of a pose about the axes of a nearly round model that the images support clearly better.
+    """The least turn of a pose about each axis of a nearly round model that is clearly better supported.
+
+    Of bolts that look alike many turns do; the least one is nearest to what is known of the pose.
 
     Parameters
     ----------
@@ -43,8 +44,9 @@ def spun(problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float) 
         found = [support_at(problem, one, spacing_px) for one in turns]
         strength = np.array([0.0 if support is None else support.strength for support in found])
         peaks = np.flatnonzero(strength >= np.maximum(np.r_[0.0, strength[:-1]], np.r_[strength[1:], 0.0]))
-        peaks = peaks[strength[peaks] >= strength[count] + CLEARLY]
-        out += [turns[k] for k in peaks[np.argsort(-strength[peaks], kind="stable")[:LOOKED_AT]].tolist()]
+        peaks = peaks[strength[peaks] >= max(strength[count], strength.max() - 2.0 * CLEARLY) + CLEARLY]
+        if len(peaks):
+            out.append(turns[peaks[np.argmin(np.abs(peaks - count))]])
     return out
 
 
