@@ -25,6 +25,9 @@ status is 1 if an answer differs, and says where.
 
 :- initialization(main, main).
 
+% A process that is forked has one thread; it would wait at its end for the one that collects garbage.
+:- set_prolog_gc_thread(false).
+
 % Most actions of a trace, and of a plan.
 bound(4).
 bound_of_plans(20).
