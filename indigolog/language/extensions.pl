@@ -221,7 +221,7 @@ all_end([E|Es], S, C) :-
     ends(E, S, C),
     all_end(Es, S, C).
 
-% Trans(atomic(E), S, E', S')  <=>  exists E0: E' = E0 holding the lock & Trans(E, S, E0, S')
+% Trans(atomic(E), S, E', S')  <=>  exists E0: E' = E0 holding the lock, or [] if E0 is & Trans(E, S, E0, S')
 % Final(atomic(E), S)          <=>  Final(E, S)
 construct(atomic(E), [program(E)]).
 trans(atomic(E), S, C, E1, S1) =>

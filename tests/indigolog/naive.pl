@@ -115,8 +115,8 @@ t(int(Flag, V, P, E), H, [E1, int(Flag, V, P, E)], H1) :- !,
     Flag \== stopped, picked(V, if(P, E, ?(false)), E0), t(E0, H, E1, H1).
 t(stop(Flag), H, [], [stop_interrupts|H]) :- !, Flag = stopped.
 t(abort(F), H, [], [e(F, false)|H]) :- !.
-t(atomic(E), H, lock(E1), H1) :- !, t(E, H, E1, H1).
-t(lock(E), H, E1, H1) :- !, ( t(E, H, E0, H1), E1 = lock(E0) ; f(E, H), E1 = [], H1 = H ).
+t(atomic(E), H, E1, H1) :- !, t(E, H, E0, H1), holding(E0, E1).
+t(lock(E), H, E1, H1) :- !, ( t(E, H, E0, H1), holding(E0, E1) ; f(E, H), E1 = [], H1 = H ).
 t(time(E, _), H, E1, H1) :- !, t(E, H, E1, H1).
 t(ttime(E, T), H, ttime(E1, T), H1) :- !, t(E, H, E1, H1).
 t(set(F), H, [], [set(F)|H]) :- !.
@@ -134,6 +134,9 @@ t(mon(G, H0, Own, Hx, P), H, E1, H1) :- !, watched(G, H0, Own, Hx, P, H, E1, H1)
 t(E, H, E1, H1) :- nt:proc(E, B), !, t(B, H, E1, H1).
 t(A, H, [], [B|H]) :-
     callable(A), evaluated(A, H, B), once(nt:prim_action(B)), nt:poss(B, P), h(P, H).
+
+% Of which nothing is left holds no lock.
+holding(E, L) :- tidy(E, T), ( T == [] -> L = [] ; L = lock(E) ).
 
 % A program that has begun something atomic.
 busy(E) :- sub_term(X, E), compound(X), X = lock(_), !.
