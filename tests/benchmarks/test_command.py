@@ -1,5 +1,6 @@
 """`python -m benchmarks` measures only what it is asked for, and nothing when it is asked how."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -33,3 +34,15 @@ def test_only_the_part_that_is_named_is_measured() -> None:
     lines = done.stdout.splitlines()
     assert lines
     assert all('"name": "transport/' in line for line in lines), lines
+
+
+@pytest.mark.slow
+def test_no_time_is_divided_by_one_of_another_machine() -> None:
+    done = subprocess.run(
+        ["swipl", "benchmarks/golog.pl"], cwd=ROOT, capture_output=True, text=True, timeout=540, check=True
+    )
+    told = [json.loads(line) for line in done.stdout.splitlines()]
+    assert len(told) > 5
+    within_one_run = {"us_per_step", "of_first", "of_one_fluent"}
+    assert {key for one in told for key in one} <= {"name", "value", "unit"} | within_one_run
+    assert {one["unit"] for one in told} == {"s"}
