@@ -95,8 +95,7 @@ class Client:
             for attempt in range(1, self._retries + 2):
                 sock = self._connected()
                 deadline = started + total * attempt / (self._retries + 1)
-                if self._ready(sock, zmq.POLLOUT, deadline):  # never where a handshake has been refused
-                    sock.send_multipart([header, *(frame.data for frame in frames)])
+                if self._sent(sock, [header, *(frame.data for frame in frames)], deadline):
                     reply = self._answer(sock, request_id, deadline)
                     if reply is not None:
                         self._let_in = True
@@ -111,6 +110,16 @@ class Client:
         finally:
             self.seconds_waited += time.monotonic() - started
         raise BridgeTimeout(self.endpoint, op, total)
+
+    def _sent(self, sock: "zmq.Socket[bytes]", message: list[Any], deadline: float) -> bool:
+        """Send a message as soon as there is a way; never where a handshake has been refused."""
+        while self._ready(sock, zmq.POLLOUT, deadline):
+            try:
+                sock.send_multipart(message, zmq.NOBLOCK)
+                return True
+            except zmq.Again:  # the way was there a moment ago
+                continue
+        return False
 
     def _answer(
         self, sock: "zmq.Socket[bytes]", request_id: str, deadline: float

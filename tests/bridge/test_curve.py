@@ -1,6 +1,8 @@
 import itertools
 import socket
+import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -8,7 +10,7 @@ import zmq
 
 from bridge.client import Client
 from bridge.endpoints import CurveClient, CurveServer
-from bridge.errors import BridgeRefused, BridgeTimeout
+from bridge.errors import BridgeRefused, BridgeTimeout, LightsAndCameraError
 from bridge.serve import Server
 
 from .conftest import Counter, Running
@@ -44,6 +46,41 @@ def test_only_clients_with_a_known_key_get_in() -> None:
             with client, pytest.raises(BridgeRefused, match=r"does not let this client in.*--keys"):
                 client.request("count")
         assert service.count == 1
+    finally:
+        running.stop()
+
+
+def test_a_way_that_is_lost_before_the_message_leaves_is_no_wait_for_ever(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    server_public, server_secret = keys()
+    service = Counter()
+    curve = CurveServer(server_public, server_secret, frozenset({keys()[0]}))
+    running = Running(service, Server(service, "tcp://127.0.0.1:*", curve=curve))
+    stranger = CurveClient(*keys(), server_public)
+    client = Client(running.endpoint, timeout_s=0.5, retries=1, curve=stranger)
+    told: list[int] = []
+    ready = client._ready
+
+    def once_too_often(sock: zmq.Socket[bytes], event: int, deadline: float) -> bool:
+        if told:
+            return ready(sock, event, deadline)
+        told.append(event)
+        while sock.poll(0, event):  # until the server hangs up
+            time.sleep(0.01)
+        return True
+
+    def ask() -> None:
+        with suppress(LightsAndCameraError):
+            client.request("count")
+
+    monkeypatch.setattr(client, "_ready", once_too_often)
+    asking = threading.Thread(target=ask, daemon=True)
+    try:
+        asking.start()
+        asking.join(30.0)
+        assert not asking.is_alive()
+        assert told == [zmq.POLLOUT]
     finally:
         running.stop()
 
