@@ -23,6 +23,7 @@ from vision_server.tracking.tracker import Tracker
 FACES = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 TEN_BITS, SIXTEEN_BITS = 1023.0, 65535.0
 NOISE = 4.0  # of TEN_BITS
+TRACKED_WITHIN_MM = 0.2  # a first frame is fitted to whole lines: 0.12; cut to eight bits it is 1.6 off
 WITHIN_MM = 0.06  # what this scene's noise allows: 0.02 in the median of 8 draws, 0.03 at most
 
 
@@ -60,7 +61,7 @@ def test_tracking_sees_all_bits(model: Model) -> None:
     start = disturbed(POSE, np.random.default_rng(3), 2.0, 3.0, CAMERA.fx)
     told = Tracker(model, CAMERA, start).step(Raw(16).grey(counts))
     assert told.pose is not None
-    assert 1e3 * float(np.linalg.norm(told.pose.translation - POSE.translation)) < WITHIN_MM
+    assert 1e3 * float(np.linalg.norm(told.pose.translation - POSE.translation)) < TRACKED_WITHIN_MM
 
 
 @pytest.mark.parametrize(("bits", "name"), [(10, "a.png"), (12, "a.tiff"), (14, "a.png"), (16, "a.tiff")])
