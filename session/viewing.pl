@@ -23,8 +23,7 @@ start_view(Options, Folder) :-
     installation_root(Root),
     installation_python(Python),
     current_prolog_flag(pid, Parent),
-    % From its first import on it takes no time from those who work.
-    process_create(path(nice), ['-n', 19, Python, '-m', report, live, Folder, '--parent', Parent],
+    process_create(Python, ['-m', report, live, Folder, '--parent', Parent],
                    [ process(_), cwd(Root), stdin(null), stdout(pipe(Stream)), detached(true) ]),
     assertz(address_comes(Stream)).
 start_view(_, _).
