@@ -61,9 +61,7 @@ def confidence(
     return within * belief(support, ambiguity, uncertainty, doubt)
 
 
-def belief(
-    support: PoseSupport, ambiguity: float, uncertainty: float, doubt: Misfit | None = None
-) -> float:
+def belief(support: PoseSupport, ambiguity: float, uncertainty: float, doubt: Misfit | None = None) -> float:
     """Probability, 0..1, that the pose is the right one, however exact.
 
     That its lines are where they seem, times its share against its best rival.
