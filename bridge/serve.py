@@ -237,7 +237,7 @@ class Server:
     def _remember(self, job: _Job) -> None:
         size = sum(map(frame_bytes, job.answer))
         self._untidy |= size > LARGE_BYTES
-        if len(job.answer) > 1 and not self._sockets.room_for(size):  # without arrays it takes no room
+        if not self._sockets.room_for(job.answer):
             busy = ProtocolError(
                 "busy", "Too many replies wait to be read.", "Ask again when others have read theirs."
             )

@@ -160,12 +160,14 @@ class ServerSockets:
         """Whether another request has come in."""
         return bool(int(self.router.get(zmq.EVENTS)) & zmq.POLLIN)
 
-    def room_for(self, size: int) -> bool:
-        """Whether a reply of so many bytes may wait to be read beside those that do already."""
+    def room_for(self, answer: list[Any]) -> bool:
+        """Whether a reply may wait to be read beside those that do; without arrays it takes no room."""
+        if len(answer) == 1:
+            return True
         while self._leaving and self._leaving[0][0].done:
             self._leaving.popleft()
         waiting = sum(bytes_ for tracker, bytes_ in self._leaving if not tracker.done)
-        return not waiting or waiting + size <= MOST_WAITING_BYTES
+        return not waiting or waiting + sum(map(frame_bytes, answer)) <= MOST_WAITING_BYTES
 
     def send(self, route: list[bytes], answer: list[Any]) -> None:
         """Send a reply, after the events before it; its frames are no longer the caller's."""

@@ -11,8 +11,7 @@ from geometry.model import Model
 from geometry.near_symmetries import EXACT, TOLERANCE
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from geometry.symmetries import ODD_ANGLES_RAD
-from numerics.kernels import kernel
+from geometry.symmetries import ODD_ANGLES_RAD, count_astray
 
 Floats = NDArray[np.float64]
 
@@ -58,17 +57,5 @@ def turned_about(pose: Pose, axis: Floats, centre: Floats, angle_rad: float) -> 
 def _share(some: Floats, cloud: Floats, turn: Floats, centre: Floats, model: Model) -> float:
     """Share of some points (M, 3) of a cloud (N, 3) that a turn (3, 3) brings back onto it."""
     turned = np.ascontiguousarray((some - centre) @ turn.T + centre)
-    return _near(turned, cloud, TOLERANCE * model.diameter) / len(some)
-
-
-@kernel(error_model="numpy")
-def _near(points: Floats, cloud: Floats, reach: float) -> int:
-    """How many points (N, 3) have one of the cloud (M, 3) within reach."""
-    count = 0
-    for i in range(len(points)):
-        for k in range(len(cloud)):
-            x, y, z = points[i, 0] - cloud[k, 0], points[i, 1] - cloud[k, 1], points[i, 2] - cloud[k, 2]
-            if x * x + y * y + z * z <= reach * reach:
-                count += 1
-                break
-    return count
+    astray = count_astray(turned, cloud, TOLERANCE * model.diameter, len(some))
+    return (len(some) - astray) / len(some)

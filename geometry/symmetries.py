@@ -111,7 +111,7 @@ class _Body:
         """Whether a turn (3, 3) about the centre leaves the body as it is."""
         turned = np.ascontiguousarray(self.held @ turn.T)
         astray = int((1.0 - EXACT) * len(turned))
-        return bool(all_near(turned, self.cloud, TOLERANCE * self.diameter, astray))
+        return count_astray(turned, self.cloud, TOLERANCE * self.diameter, astray) <= astray
 
     def candidates(self) -> list[Floats]:
         """Turns (3, 3) that bring two corners to where corners are, or half turns about the axes."""
@@ -135,8 +135,9 @@ class _Body:
 
 
 @kernel(error_model="numpy")
-def all_near(points: Floats, cloud: Floats, reach: float, astray: int) -> bool:
-    """Whether points (N, 3), but for so many at most, have one of the cloud (M, 3) within reach."""
+def count_astray(points: Floats, cloud: Floats, reach: float, most: int) -> int:
+    """How many points (N, 3) have none of the cloud (M, 3) within reach; counted to one over ``most``."""
+    astray = 0
     for i in range(len(points)):
         near = False
         for k in range(len(cloud)):
@@ -145,10 +146,10 @@ def all_near(points: Floats, cloud: Floats, reach: float, astray: int) -> bool:
                 near = True
                 break
         if not near:
-            astray -= 1
-            if astray < 0:
-                return False
-    return True
+            astray += 1
+            if astray > most:
+                break
+    return astray
 
 
 def _named(axis: Floats) -> Floats:

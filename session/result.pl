@@ -4,7 +4,7 @@
             print_result/1              % +Result
           ]).
 :- use_module(forms).
-:- use_module(run_folder, [run_file/3]).
+:- use_module(run_folder, [replace_file/2, run_file/3]).
 :- use_module('../domain/reasoning/device').
 :- use_module('../domain/reasoning/merit').
 :- use_module('../domain/reasoning/qualitative').
@@ -136,22 +136,18 @@ step_dict(Device, step(Iteration, Image, Settings, State, Decision, Reason, SetS
     ).
 
 %!  write_result(+Result, +Folder) is det.
-%
-%   Written beside its place and then moved there, so that a reader never sees half.
 
 write_result(Result, Folder) :-
     run_file(Folder, 'result.json', File),
-    run_file(Folder, 'result.json.new', New),
-    setup_call_cleanup(open(New, write, Stream, [encoding(utf8)]), write_json(Stream, Result), close(Stream)),
-    rename_file(New, File).
+    replace_file(File, write_json(Result)).
 
 %!  print_result(+Result) is det.
 %
 %   On standard output.
 
 print_result(Result) :-
-    write_json(user_output, Result).
+    write_json(Result, user_output).
 
-write_json(Stream, Result) :-
+write_json(Result, Stream) :-
     json_write_dict(Stream, Result, [width(110)]),
     nl(Stream).

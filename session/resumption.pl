@@ -7,7 +7,7 @@
             missed_events/3             % +Actions, +Told, -Missed
           ]).
 :- use_module('../indigolog/online/journal', [journal_entries/3]).
-:- use_module(run_folder, [run_file/3]).
+:- use_module(run_folder, [replace_file/2, run_file/3]).
 :- use_module(session_file).
 :- use_module(usage, [dashes/2, usage_error/2]).
 :- use_module(library(apply), [exclude/3, maplist/3, partition/4]).
@@ -230,9 +230,10 @@ end_journal_before(Journal, Image) :-
     split_string(Head, "\n", "", Lines0),
     append(Lines, [_], Lines0),
     atomic_list_concat(Lines, '\n', Kept),
-    atom_concat(Journal, '.new', New),
-    setup_call_cleanup(open(New, write, Stream, [encoding(utf8)]), format(Stream, "~w~n", [Kept]), close(Stream)),
-    rename_file(New, Journal).
+    replace_file(Journal, write_line(Kept)).
+
+write_line(Text, Stream) :-
+    format(Stream, "~w~n", [Text]).
 
 %!  missed_events(+Actions, +Told, -Missed) is det.
 %

@@ -1,6 +1,7 @@
 :- module(session_run_folder,
           [ make_run_folder/3,          % +Options, +Plan, -Folder
             leave_run_folder/1,         % +Folder
+            replace_file/2,             % +File, :Write
             run_file/3                  % +Folder, +Name, -File
           ]).
 :- use_module(session_file, [locked_session_file/2, session_begun/1]).
@@ -9,6 +10,8 @@
 :- use_module(library(option), [option/2]).
 
 /** <module> The folder that a session leaves behind */
+
+:- meta_predicate replace_file(+, 1).
 
 %!  make_run_folder(+Options, +Plan, -Folder) is det.
 %
@@ -110,6 +113,16 @@ not_told('session.pl', _) :-
 not_told(_, File) :-
     exists_file(File),
     size_file(File, 0).
+
+%!  replace_file(+File, :Write) is det.
+%
+%   What call(Write, Stream) writes is File's text from now on: written beside its place and then moved there, so that
+%   a reader never sees half.
+
+replace_file(File, Write) :-
+    atom_concat(File, '.new', New),
+    setup_call_cleanup(open(New, write, Stream, [encoding(utf8)]), call(Write, Stream), close(Stream)),
+    rename_file(New, File).
 
 %!  run_file(+Folder, +Name, -File) is det.
 

@@ -4,7 +4,7 @@
             tell_times/3                % +Options, +Folder, +Action
           ]).
 :- use_module(connections, [seconds_spent/2]).
-:- use_module(run_folder, [run_file/3]).
+:- use_module(run_folder, [replace_file/2, run_file/3]).
 :- use_module(library(apply), [foldl/4]).
 :- use_module(library(http/json), [json_write_dict/3]).
 :- use_module(library(option), [option/2]).
@@ -43,13 +43,11 @@ tell_times(Options, Folder, Action) :-
     session_seconds(Pairs),
     dict_pairs(Seconds, seconds, Pairs),
     run_file(Folder, 'seconds.json', File),
-    atom_concat(File, '.new', New),
-    catch(( setup_call_cleanup(open(New, write, Stream),
-                               json_write_dict(Stream, Seconds, [width(0)]),
-                               close(Stream)),
-            rename_file(New, File) ),
-          error(_, _), true).           % no session fails for its view
+    catch(replace_file(File, write_seconds(Seconds)), error(_, _), true). % no session fails for its view
 tell_times(_, _, _).
+
+write_seconds(Seconds, Stream) :-
+    json_write_dict(Stream, Seconds, [width(0)]).
 
 judged(keep(_)).
 judged(discard(_, _)).

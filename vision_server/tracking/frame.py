@@ -35,19 +35,7 @@ class Window:
         whole = self.pixels[:height, :width]
         shape = (width // factor, height // factor)
         pixels = np.asarray(cv2.resize(whole, shape, interpolation=cv2.INTER_AREA), dtype=self.pixels.dtype)
-        camera = self.camera
-        return Window(
-            pixels,
-            replace(
-                camera,
-                width=shape[0],
-                height=shape[1],
-                fx=camera.fx / factor,
-                fy=camera.fy / factor,
-                cx=(camera.cx + 0.5) / factor - 0.5,
-                cy=(camera.cy + 0.5) / factor - 0.5,
-            ),
-        )
+        return Window(pixels, self.camera.part((0, 0, width, height)).scaled(1.0 / factor))
 
 
 def window(pixels: Pixels, model: Model, camera: Camera, pose: Pose, margin_px: float) -> Window | None:
