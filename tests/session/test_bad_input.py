@@ -53,7 +53,7 @@ def test_a_controller_s_file_may_be_the_first_option(tmp_path: Path) -> None:
         assert str(strategy) in done.stderr
     assert "no such" in refused("--controller=no such.pl")
     made = subprocess.run(
-        ["make", "-n", "dock", f"ARGS=--controller={strategy} --dry-run"],
+        ["make", "--no-print-directory", "-n", "dock", f"ARGS=--controller={strategy} --dry-run"],
         cwd=ROOT, capture_output=True, text=True, timeout=DEADLINE_S, check=True,
     )  # fmt: skip
     assert made.stdout.splitlines()[-1] == f"swipl main.pl --controller={strategy} --dry-run"
