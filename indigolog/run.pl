@@ -237,6 +237,9 @@ failed(unwind(halt(Status)), Status) :-
     !.
 failed(error(golog(reported), _), 2) :-
     !.
+failed(error(existence_error(source_sink, Theory), _), 2) :-
+    !,
+    say('no theory file ~w', [Theory]).
 failed(Error, 2) :-
     phrase('$messages':translate_message(Error), Parts),
     with_output_to(string(Text), print_message_lines(current_output, '', Parts)),

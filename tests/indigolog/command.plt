@@ -107,6 +107,9 @@ test(bad_usage, [forall(wrong(Words, Text)), Status-true == 2-Said]) :-
     run(Words, "", Status, _, Errors),
     said(Errors, Text, Said).
 
+test(no_such_theory, Status-Errors == 2-"no theory file /nowhere/at/all.pl\n") :-
+    run_on('/nowhere/at/all.pl', [inc], "", Status, _, Errors).
+
 wrong([], "two arguments are needed").
 wrong([inc, '--sideways'], "unknown option --sideways").
 wrong([inc, '--max-actions', many], "--max-actions needs a whole number").
