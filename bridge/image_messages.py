@@ -18,6 +18,16 @@ from bridge.messages import (
     Settings,
 )
 
+CAPTURE_S = 30.0
+"""How long one waits for an image server's answer, s: a camera that has to wake up; chosen by hand."""
+EXPOSURES_A_CAPTURE = 20
+"""Exposures that a capture may take beside: those until settings hold, and its own; chosen by hand."""
+
+
+def capture_deadline_s(settings: Settings) -> float:
+    """How long one waits for a frame under these settings, s."""
+    return CAPTURE_S + EXPOSURES_A_CAPTURE * settings.shutter_s
+
 
 class ImageCaptureArgs(Message, frozen=True):
     """`capture` of the image server; ``number`` says which of the session's captures it is."""

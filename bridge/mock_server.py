@@ -115,7 +115,7 @@ class MockServer:
         self.name = name
         self.requests: list[RecordedRequest] = []
         self._operations = operations
-        self._folder = Path(tempfile.mkdtemp(prefix="mock-"))
+        self._folder = None if endpoint and events else Path(tempfile.mkdtemp(prefix="mock-"))
         self.endpoint = endpoint or f"ipc://{self._folder}/requests"
         self.events = events or f"ipc://{self._folder}/events"
         self._scripts: dict[str, _Script] = {}
@@ -238,4 +238,5 @@ class MockServer:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.stop()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        if self._folder is not None:
+            shutil.rmtree(self._folder, ignore_errors=True)

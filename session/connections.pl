@@ -32,6 +32,7 @@ again_s(2).                             % chosen by hand
 request_s(own, 240).                    % one of our own is known to live while it is slow
 request_s(named, 90).                   % more than a minute of overload or standstill
 first_s(30).                            % until one of the user's has answered for the first time; chosen by hand
+exposures_a_capture(40).                % beside: more than the vision server waits for (20); chosen by hand
 
 %!  open_connections(+Options) is det.
 %
@@ -47,14 +48,12 @@ open_connections(Options) :-
 open_server(Name, Options) :-
     Option =.. [Name, Endpoint],
     option(Option, Options),
-    option(own(Own), Options),
-    ( memberchk(Name, Own) -> Whose = own ; Whose = named ),
+    whose(Name, Options, Whose),
     request_s(Whose, Seconds),
     again_s(Again),
     ( Whose == own -> Retries = 2 ; Retries is Seconds // Again ),
     curve(Name, Options, Curve),
-    client_open(Endpoint, Client,
-                [server(Name), alive(session_connections:waiting(Name)), timeout(Seconds), retries(Retries)|Curve]),
+    client_open(Endpoint, Client, [server(Name), alive(session_connections:waiting(Name)), retries(Retries)|Curve]),
     assertz(connection(Name, Client)).
 
 :- public waiting/1.
@@ -104,8 +103,8 @@ ask(Server, Op, Args, Result) :-
     connection(Server, Client),
     get_time(Now),
     asserta(asked(Server, Op, Now), Asked),
-    ( first_request(Server, Seconds) -> Options = [timeout(Seconds)] ; Options = [] ),
-    catch(client_request(Client, Op, Args, Result0, Options), Error, true),
+    request_seconds(Server, Args, Seconds),
+    catch(client_request(Client, Op, Args, Result0, [timeout(Seconds)]), Error, true),
     erase(Asked),
     (   nonvar(Error)
     ->  opened_with(Opened),
@@ -116,19 +115,26 @@ ask(Server, Op, Args, Result) :-
         )
     ;   Result = Result0,
         ( answered(Server) -> true ; assertz(answered(Server)) ),
-        (   get_dict(seconds, Result, Seconds)
-        ->  dict_pairs(Seconds, _, Pairs),
+        (   get_dict(seconds, Result, Parts)
+        ->  dict_pairs(Parts, _, Pairs),
             maplist(add_seconds, Pairs)
         ;   true
         )
     ).
 
-first_request(Server, Seconds) :-
-    \+ answered(Server),
+request_seconds(Server, Args, Seconds) :-
     opened_with(Options),
+    whose(Server, Options, Whose),
+    ( Whose == named, \+ answered(Server) -> first_s(Base) ; request_s(Whose, Base) ),
+    (   get_dict(settings, Args, Settings)
+    ->  exposures_a_capture(Exposures),
+        Seconds is Base + Exposures*Settings.shutter_s
+    ;   Seconds = Base
+    ).
+
+whose(Server, Options, Whose) :-
     option(own(Own), Options),
-    \+ memberchk(Server, Own),
-    first_s(Seconds).
+    ( memberchk(Server, Own) -> Whose = own ; Whose = named ).
 
 %!  waits_for_server is semidet.
 %

@@ -247,7 +247,10 @@ prolog:error_message(usage_error(Message)) -->
 prolog:error_message(server_died(Name, Status, Line, LogFile)) -->
     [ 'the ~w ended by itself (~w)'-[Name, Status] ],
     last_words(Line),
-    [ nl, '  its log is ~w'-[LogFile] ].
+    (   { exists_file(LogFile) }        % the folder of a --dry-run is gone
+    ->  [ nl, '  its log is ~w'-[LogFile] ]
+    ;   []
+    ).
 
 last_words("") -->
     [].

@@ -16,7 +16,7 @@ are started first; the controller is loaded and checked meanwhile.
 %!  open_session(+Options, -Opened) is det.
 %
 %   Opened is opened(Plan, Folder, Servers), or failed(Error): what is wrong is said by the session, which knows how.
-%   To check everything the servers are started, too; their folder is then one that will be removed.
+%   To check everything the servers are started, too; their folder is then one that is removed with all that is in it.
 
 open_session(Options, Opened) :-
     catch(opened(Options, Opened), Error, Opened = failed(Error)).
@@ -29,5 +29,5 @@ opened(Options, Opened) :-
     ;   make_run_folder(Options, Plan, Folder),
         ( option(resume(_), Options) -> check_frames(Folder) ; true )
     ),
-    start_servers(Options, Plan, Folder, Servers),
+    catch(start_servers(Options, Plan, Folder, Servers), Error, ( leave_run_folder(Folder), throw(Error) )),
     Opened = opened(Plan, Folder, Servers).

@@ -19,6 +19,7 @@
 :- use_module('../indigolog/tools/explain', [why/3]).
 :- use_module('../indigolog/indigolog').
 :- use_module('../indigolog/online/journal', [journal_entries/3]).
+:- use_module(library(filesex), [delete_directory_and_contents/1]).
 :- use_module(library(lists), [append/3, member/2]).
 :- use_module(library(option), [option/2]).
 
@@ -47,7 +48,7 @@ session(failed(Error), _, failed(Error)).
 session(opened(Plan, Folder, Servers), Options, Outcome) :-
     Session = session{options:Options, plan:Plan, folder:Folder, servers:Servers},
     (   option(dry_run(true), Options)
-    ->  call_cleanup(checked_session(Session), ( stop_everything, leave_run_folder(Folder) )),
+    ->  call_cleanup(checked_session(Session), ( stop_everything, delete_directory_and_contents(Folder) )),
         Outcome = checked
     ;   call_cleanup(served_session(Session, Outcome), stop_everything)
     ).

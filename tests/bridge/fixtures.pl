@@ -58,8 +58,19 @@ with_mock(Kind, Script, Endpoint, Goal) :-
                        [ process(Process), cwd(Root), stdin(null) ]),
         once(Goal),
         ( process_kill(Process, 9),
-          process_wait(Process, _)
+          process_wait(Process, _),
+          delete_socket(Endpoint),
+          atom_concat(Endpoint, '-events', Events),
+          delete_socket(Events)
         )).
+
+%!  delete_socket(+Endpoint) is det.
+%
+%   Delete the file of an ipc endpoint whose server could not do it.
+
+delete_socket(Endpoint) :-
+    atom_concat('ipc://', File, Endpoint),
+    catch(delete_file(File), error(existence_error(_, _), _), true).
 
 %!  with_child(+Goal, -Process, -Out, :Body) is semidet.
 %

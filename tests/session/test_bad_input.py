@@ -1,12 +1,13 @@
 """What a user can get wrong: one plain line, exit status 2, nothing left running."""
 
 import subprocess
+import tempfile
 from pathlib import Path
 
 import pytest
 
 from bridge.start_messages import MATCHER_NAMES
-from tests.session.command import DEADLINE_S, ROOT, controller
+from tests.session.command import DEADLINE_S, ROOT, controller, start_controller
 
 STACK = """
 kind = "basis"
@@ -205,7 +206,9 @@ def test_a_strategy_that_never_ends_is_told_so_in_one_line(
 
 def test_a_dry_run_checks_what_a_session_needs(tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text("x = [")
-    assert "bad.toml" in refused("--scenario", tmp_path / "bad.toml", "--dry-run")
+    message = refused("--scenario", tmp_path / "bad.toml", "--dry-run")
+    assert "bad.toml" in message
+    assert "its log is" not in message
     (tmp_path / "bad.cao").write_text("V1 garbage")
     assert "bad.cao:1" in refused("--target", tmp_path / "bad.cao", "--dry-run")
     nobody = controller("--image-server", f"ipc://{tmp_path}/nobody", "--dry-run")
@@ -215,6 +218,14 @@ def test_a_dry_run_checks_what_a_session_needs(tmp_path: Path) -> None:
     assert done.returncode == 0
     assert "3 lights, 5 shutters, 3 apertures" in done.stderr
     assert {file.name for file in tmp_path.iterdir()} == {"bad.toml", "bad.cao"}
+
+
+def test_a_dry_run_leaves_no_folder(tmp_path: Path) -> None:
+    (tmp_path / "bad.toml").write_text("x = [")
+    session = start_controller("--scenario", tmp_path / "bad.toml", "--dry-run")
+    session.communicate(timeout=DEADLINE_S)
+    assert session.returncode == 2
+    assert list(Path(tempfile.gettempdir()).glob(f"swipl_*_{session.pid}_*")) == []
 
 
 def test_stack_with_a_missing_image(tmp_path: Path) -> None:

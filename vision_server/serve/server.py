@@ -15,7 +15,7 @@ from bridge.arrays import FramePixels
 from bridge.client import Client
 from bridge.endpoints import CurveClient
 from bridge.errors import BadInput, DeviceError
-from bridge.image_messages import ImageCaptureResult
+from bridge.image_messages import CAPTURE_S, ImageCaptureResult, capture_deadline_s
 from bridge.messages import Describe, NoArgs, PoseMessage, Settings
 from bridge.serve import Reply, Service
 from bridge.start_messages import ModelTold, RestoreArgs, StartArgs, StartResult
@@ -43,7 +43,6 @@ from vision_server.serve.results import estimate_result, restored_estimate
 from vision_server.serve.sessions import Session, Sessions
 from vision_server.serve.task import PoseTask
 
-IMAGE_SERVER_DEADLINE_S = 30.0  # of one capture: a long shutter, and a camera that has to wake up
 RETRIES = 29  # about one a second: an image server that died may be there again, and answers nothing twice
 
 
@@ -94,7 +93,7 @@ class VisionServer(Service):
         self._sessions.make_room(self.caller, args.out)
         client = None
         if args.image_server is not None:
-            client = Client(args.image_server, IMAGE_SERVER_DEADLINE_S, RETRIES, self._curve)
+            client = Client(args.image_server, CAPTURE_S, RETRIES, self._curve)
         try:
             describe = GIVEN_FRAMES if client is None else _described(client)
             if describe.target is not None and seed_pose is not None:  # a target that moved has none
@@ -145,7 +144,7 @@ class VisionServer(Service):
             session.task.check_name(args.image)
             began = time.perf_counter()
             asked = {"settings": msgspec.to_builtins(args.settings), "number": args.number}
-            result, arrays = client.request("capture", asked)
+            result, arrays = client.request("capture", asked, capture_deadline_s(args.settings))
             seconds = time.perf_counter() - began
             header = _checked(result, ImageCaptureResult, client.endpoint)
             if not _one_grey(arrays):

@@ -11,12 +11,11 @@ import numpy as np
 
 from bridge.client import Client
 from bridge.errors import BadInput, DeviceError, ServerError
-from bridge.image_messages import ImageCaptureResult
+from bridge.image_messages import CAPTURE_S, ImageCaptureResult, capture_deadline_s
 from bridge.messages import Describe, LightDescription, Settings
 from vision_server.channels.depth import Pixels, Raw
 
 SCHEMES = ("ipc://", "tcp://")
-DEADLINE_S = 30.0  # of one frame: a long shutter, and a camera that has to wake up
 
 
 class ServedFrames:
@@ -36,7 +35,7 @@ class ServedFrames:
 
     def __init__(self, endpoint: str, switch: bool = False) -> None:
         self.endpoint, self._switch = endpoint, switch
-        self._client = Client(endpoint, DEADLINE_S)
+        self._client = Client(endpoint, CAPTURE_S)
         try:
             self._described = msgspec.convert(self._client.request("describe")[0], Describe)
         except (ServerError, msgspec.ValidationError) as error:
@@ -69,7 +68,8 @@ class ServedFrames:
                 next(iter(self._described.focal_lengths_mm or ()), None),
                 next(iter(self._described.focuses_m or ()), None),
             )
-            told, arrays = self._client.request("capture", {"settings": msgspec.to_builtins(settings)})
+            asked = {"settings": msgspec.to_builtins(settings)}
+            told, arrays = self._client.request("capture", asked, capture_deadline_s(settings))
             header = msgspec.convert(told, ImageCaptureResult)
             if len(arrays) != 1 or arrays[0].ndim != 2 or arrays[0].dtype not in (np.uint8, np.uint16):
                 raise DeviceError(f"{self.endpoint} sent no grey frame of 8 or 16 bits.")

@@ -3,6 +3,7 @@
 import os
 import socket
 import threading
+import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -10,6 +11,9 @@ import pytest
 
 from bridge.client import Client
 from bridge.errors import ServerError
+from bridge.messages import Settings
+from image_server.serve.device import Frame
+from image_server.simulator import Simulator
 from tests.vision_server.serve.running import SETTINGS, Running, asked
 from vision_server.serve.files import Files
 from vision_server.serve.server import VisionServer
@@ -120,7 +124,7 @@ def test_an_image_server_that_does_not_answer_holds_up_nobody_else(
     vision: Client, images: Running, sockets: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One listens and never answers; another is the vision server itself."""
-    monkeypatch.setattr("vision_server.serve.server.IMAGE_SERVER_DEADLINE_S", 12.0)
+    monkeypatch.setattr("vision_server.serve.server.CAPTURE_S", 12.0)
     with socket.socket(socket.AF_UNIX) as silent:
         silent.bind(f"{sockets}/silent")
         silent.listen()
@@ -133,6 +137,24 @@ def test_an_image_server_that_does_not_answer_holds_up_nobody_else(
         assert waiting.is_alive()
         held.close()
         waiting.join()
+
+
+def test_a_long_exposure_is_no_loss_of_the_image_server(
+    vision: Client, images: Running, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is waited for by as many exposures as it may take, however few seconds a short one gets."""
+    asked(vision, "start", image_server=images.endpoint)
+    monkeypatch.setattr("vision_server.serve.server.CAPTURE_S", 0.1)
+    monkeypatch.setattr("bridge.image_messages.CAPTURE_S", 0.1)
+    monkeypatch.setattr("bridge.image_messages.EXPOSURES_A_CAPTURE", 60 / SETTINGS["shutter_s"])
+    take = simulator.capture
+
+    def slowly(settings: Settings) -> Frame:
+        time.sleep(1.0)
+        return take(settings)
+
+    monkeypatch.setattr(simulator, "capture", slowly)
+    assert asked(vision, "capture", image="i1", settings=SETTINGS)["image"] == "i1"
 
 
 def waits_in_vain(endpoint: str, silent: str) -> None:
