@@ -1,6 +1,5 @@
 """What ends a server from outside: a signal, its parent's death, or a word from another thread."""
 
-import logging
 import os
 import select
 import signal
@@ -11,8 +10,6 @@ from functools import partial
 from threading import Event, Thread, current_thread, main_thread
 from types import FrameType
 from typing import Any, NoReturn
-
-from bridge.endpoints import remove_ipc_file
 
 GRACE_S = 2.0
 """How long a handler may go on after the end was asked for."""
@@ -76,16 +73,20 @@ class Lifeline:
 
     def enforce(self, *endpoints: str | None) -> None:
         """From now on end the whole process when a handler outlives the grace; ipc sockets are removed."""
-        self._watch = Thread(target=self._enforce, args=(endpoints,), name="lifeline", daemon=True)
+        from bridge.endpoints import remove_ipc_file  # late: who has no sockets of ZeroMQ need not load it
+
+        self._watch = Thread(
+            target=self._enforce, args=(endpoints, remove_ipc_file), name="lifeline", daemon=True
+        )
         self._watch.start()
 
-    def _enforce(self, endpoints: tuple[str | None, ...]) -> None:
+    def _enforce(self, endpoints: tuple[str | None, ...], remove: Callable[[str], None]) -> None:
         _readable(self.filenos(), None)
         if self._closed.wait(GRACE_S):
             return
         for endpoint in endpoints:
             if endpoint is not None:
-                remove_ipc_file(endpoint)
+                remove(endpoint)
         if not self._stopped and _readable([self._wake_read], 0):
             # The signal arrived, but the interpreter has not come round to its handler yet.
             self.status = 128 + os.read(self._wake_read, 1)[0]
@@ -120,7 +121,8 @@ def leave(status: int) -> NoReturn:
     Taking apart an interpreter that has loaded numba takes a third of a second, and who asked for the end
     would wait for it.
     """
-    logging.shutdown()
+    if "logging" in sys.modules:  # who has not loaded it has logged nothing
+        sys.modules["logging"].shutdown()
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(status)

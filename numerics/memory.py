@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import gc
 
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8  # of mallopt(3)
@@ -18,6 +17,8 @@ def keep_freed_memory() -> None:
     edge map of four images has 1500 of them: a third of its time. Does nothing where the C library is not
     glibc.
     """
+    import ctypes  # late: who only collects rarely need not load it
+
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:
         mallopt(M_TRIM_THRESHOLD, KEPT_BYTES)

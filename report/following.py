@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import select
-import struct
 import subprocess
 import time
 from dataclasses import dataclass, field
@@ -15,14 +13,13 @@ from typing import Any
 import msgspec
 
 from report.errors import ReportError
+from report.holding import held, must_be_session, session_process
 from report.records import ReasonRecord, Result, read_result
 
 TELLING = Path(__file__).resolve().parent.parent / "session" / "telling.pl"
 ANSWER_S = 30.0  # of the journal's reader; chosen by hand, for a session of thousands of images
-NICENESS = 10  # of the view: the session goes first
 WORK_NICENESS = 19  # of what follows and draws; the page answers sooner
 SECONDS = "seconds.json"  # by session/times.pl
-LOCK = "hhqqi"  # struct flock of fcntl(2): type, whence, start, length, process
 
 
 class Action(msgspec.Struct, frozen=True):
@@ -74,10 +71,17 @@ class State:
 
 
 class Journal:
-    """The reader of a folder's journal, a process of its own: the controller's theory is Prolog."""
+    """The reader of a folder's journal, a process of its own: the controller's theory is Prolog.
 
-    def __init__(self, folder: Path) -> None:
+    Parameters
+    ----------
+    folder : the run folder.
+    every_reason : tell the reason of each decision; otherwise of the newest of each kind in an answer.
+    """
+
+    def __init__(self, folder: Path, every_reason: bool = False) -> None:
         self._folder = folder
+        self._reasons = "every" if every_reason else "newest"
         self._process: subprocess.Popen[bytes] | None = None
         self._actions: list[Action] = []
         self.spent_s = 0.0
@@ -100,7 +104,7 @@ class Journal:
     def _answer(self) -> Told:
         if self._process is None:
             self._process = subprocess.Popen(
-                ["swipl", str(TELLING), str(self._folder)],
+                ["swipl", str(TELLING), str(self._folder), self._reasons],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
             )  # fmt: skip
             os.setpriority(os.PRIO_PROCESS, self._process.pid, WORK_NICENESS)
@@ -132,14 +136,7 @@ class Follower:
     """
 
     def __init__(self, folder: Path) -> None:
-        if not folder.is_dir():
-            raise ReportError(
-                f"{folder}: no such folder; give the run folder of a session (--out of main.pl)"
-            )
-        if not any((folder / name).is_file() for name in ("session.pl", "history.pl", "result.json")):
-            raise ReportError(
-                f"{folder}: no session was begun here (no session.pl, history.pl or result.json in it)"
-            )
+        must_be_session(folder)
         self.folder = folder
         self._journal = Journal(folder)
         self._seen: Any = None
@@ -196,50 +193,6 @@ class Follower:
     def _age_s(self) -> float | None:
         changed, _ = _changed(self.folder / "session.pl")
         return time.time() - changed if changed else None
-
-
-def session_process(folder: Path) -> int | None:
-    """The process of the session that works in this folder: it holds the lock of session.pl.
-
-    A process on another machine that shares the folder counts as 0.
-    """
-    try:
-        with (folder / "session.pl").open("rb") as file:
-            asked = struct.pack(LOCK, fcntl.F_RDLCK, os.SEEK_SET, 0, 0, 0)
-            kind, *_, process = struct.unpack(LOCK, fcntl.fcntl(file, fcntl.F_GETLK, asked))
-    except OSError:
-        return None
-    return None if kind == fcntl.F_UNLCK else max(0, process)
-
-
-def held(folder: Path) -> str:
-    """What the session was told to do after its present action: pause, step, stop, or nothing."""
-    try:
-        return (folder / "hold").read_text().strip()
-    except OSError:
-        return ""
-
-
-def hold(folder: Path, word: str) -> None:
-    """Tell the session to pause, step, stop, or go on (docs/result.md).
-
-    Raises
-    ------
-    ReportError : a word that is none of these, a session that has ended, a folder that cannot be written.
-    """
-    if word not in ("pause", "step", "stop", "go"):
-        raise ReportError(f"a session cannot be told to {word!r}; it knows pause, step, stop and go")
-    if session_process(folder) is None:
-        raise ReportError("the session has ended: it cannot be told anything any more")
-    try:
-        if word == "go":
-            (folder / "hold").unlink(missing_ok=True)
-        else:
-            new = folder / "hold.new"
-            new.write_text(f"{word}\n")
-            new.replace(folder / "hold")
-    except OSError as error:
-        raise ReportError(f"{folder / 'hold'}: cannot be written ({error.strerror})") from error
 
 
 def _changed(file: Path) -> tuple[float, int]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import re
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FileSystemBytecodeCache, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from report import words
@@ -23,6 +24,7 @@ from report.uncertainty import uncertainty_of
 from report.verdict import verdict_of
 
 HERE = Path(__file__).resolve().parent
+COMPILED = HERE / "__pycache__"  # where Python keeps this module, too
 PARTS = ("status", "now", "approach", "choice", "set", "course", "pose", "program", "events", "time")
 MOST_EVENTS = 40  # the newest of them
 WORD = re.compile(r"[a-z]\w*")
@@ -31,9 +33,11 @@ LONG_NUMBER = re.compile(r"\b\d+\.\d{5,}\b")
 
 @cache
 def environment() -> Environment:
-    """Templates of the pages: escaped, and strict about what they name."""
+    """Templates of the pages: escaped, and strict about what they name; compiled once, as modules are."""
+    kept = os.access(COMPILED, os.W_OK | os.X_OK)
     return Environment(
         loader=FileSystemLoader(HERE),
+        bytecode_cache=FileSystemBytecodeCache(str(COMPILED)) if kept else None,
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

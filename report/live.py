@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bridge.lifeline import Lifeline
-from report.following import NICENESS, Follower
+from report.holding import must_be_session
 from report.loopback import address_of, listening_on, must_be_installed, serving, somebody_came, told_to_end
 
 if TYPE_CHECKING:
     from report.live_view import LiveView
 
+NICENESS = 10  # of the view: the session goes first
 TOLD_TO_END_S = (
     8.0  # for the last state to be drawn and sent when somebody waits for the view's end; chosen by hand
 )
@@ -33,7 +34,7 @@ def serve_view(folder: Path, port: int = 0, parent: int | None = None) -> None:
     ReportError : a folder without a session, a port that is taken, packages that are not installed.
     """
     must_be_installed()
-    follower = Follower(folder)
+    must_be_session(folder)
     token = secrets.token_urlsafe(16)
     with listening_on(port) as listening:
         lifeline = Lifeline(parent, signals=True)
@@ -44,7 +45,7 @@ def serve_view(folder: Path, port: int = 0, parent: int | None = None) -> None:
         if somebody_came(listening, lifeline):
             if parent is not None:
                 _write_to(folder / "view.log")
-            _serve(follower, token, listening, lifeline)
+            _serve(folder, token, listening, lifeline)
 
 
 def _write_to(file: Path) -> None:
@@ -55,12 +56,13 @@ def _write_to(file: Path) -> None:
     os.close(descriptor)
 
 
-def _serve(follower: Follower, token: str, listening: socket.socket, lifeline: Lifeline) -> None:
+def _serve(folder: Path, token: str, listening: socket.socket, lifeline: Lifeline) -> None:
     import asyncio  # late, as all that only a page needs
 
+    from report.following import Follower
     from report.live_view import LiveView
 
-    asyncio.run(_served(LiveView(follower, token), listening, lifeline))
+    asyncio.run(_served(LiveView(Follower(folder), token), listening, lifeline))
 
 
 async def _served(view: LiveView, listening: socket.socket, lifeline: Lifeline) -> None:

@@ -14,7 +14,8 @@ from html import escape
 from typing import Any
 
 from report.errors import ReportError
-from report.following import WORK_NICENESS, Follower, hold
+from report.following import WORK_NICENESS, Follower
+from report.holding import hold
 from report.loopback import refused
 
 IMAGE = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*\.png")

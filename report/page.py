@@ -133,7 +133,7 @@ def _told(folder: Path) -> Told:
     """What the journal tells; nothing where there is none."""
     if not (folder / "history.pl").is_file():
         return Told()
-    journal = Journal(folder)
+    journal = Journal(folder, every_reason=True)
     told = journal.ask()
     journal.close()
     return told

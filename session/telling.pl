@@ -6,48 +6,50 @@
 :- use_module(resumption, [begun_options/2]).
 :- use_module(run_folder, [run_file/3]).
 :- use_module('../indigolog/indigolog').
+:- use_module(library(apply), [foldl/4]).
 :- use_module(library(http/json), [json_write_dict/3]).
-:- use_module(library(lists), [reverse/2]).
+:- use_module(library(lists), [memberchk/2]).
 :- use_module(library(pprint), [print_term/2]).
 :- use_module(library(readutil), [read_line_to_string/2]).
 
 /** <module> What the journal of a session tells, running or ended
 
-    swipl session/telling.pl RUN_FOLDER
+    swipl session/telling.pl RUN_FOLDER newest|every
 
 Each line on standard input asks once, and is answered by one JSON object on a line: the result so far, the program
-that is left, and the actions that no answer has told yet (from the one numbered `first`), with the reason of each decision.  The journal is followed
-by the session's own program, without devices, so that what is told is what the controller knows; each action of it
-is met once, however often is asked.  A controller from the folder itself is not run.
+that is left, and the actions that no answer has told yet (from the one numbered `first`), with the reasons of every
+decision, or, since they take most of the time, of the newest of each kind.  The journal is followed by the session's
+own program, without devices, so that what is told is what the controller knows; each action of it is met once, however
+often is asked.  A controller from the folder itself is not run.
 */
 
 :- initialization(tell, main).
 
 tell :-
-    current_prolog_flag(argv, [Folder]),
-    ( asked -> told(Folder) ; true ).
+    current_prolog_flag(argv, [Folder, Reasons]),
+    ( asked -> told(Folder, Reasons) ; true ).
 
 %   After a problem from the beginning: it may have been one of that moment.
-told(Folder) :-
-    catch(follow(Folder), Error, true),
+told(Folder, Reasons) :-
+    catch(follow(Folder, Reasons), Error, true),
     (   nonvar(Error),
         problem(Error, Problem),
         answer(_{problem:Problem}),
         asked
-    ->  told(Folder)
+    ->  told(Folder, Reasons)
     ;   true
     ).
 
-follow(Folder) :-
+follow(Folder, Reasons) :-
     begun_options(Folder, Options),
     session_plan(Options, Plan),
     load_theory(Plan.theory),
     run_file(Folder, 'history.pl', Journal),
-    nb_setval(telling_actions, []),
-    nb_setval(telling_first, 0),
+    b_setval(telling_actions, []),
+    b_setval(telling_first, 0),
     indigolog(Plan.program,
               [ check(false), replay(Journal), on_action(session_telling:note),
-                follow(session_telling:answered(Options, Plan)), outcome(_) ]).
+                follow(session_telling:answered(Reasons, Options, Plan)), outcome(_) ]).
 
 %   Somebody wants to know; fails where nobody will ask any more.
 asked :-
@@ -70,39 +72,42 @@ problem(Error, Problem) :-
     atomic_list_concat(Lines1, ' ', Line),
     ( atom_concat('--resume: ', Problem, Line) -> true ; Problem = Line ).      % the folder is read as one that goes on
 
-:- public answered/4, note/2.
+:- public answered/5, note/2.
 
 %   The journal has been followed: that is told, and the next question waited for.
-answered(Options, Plan, Rest, Situation) :-
+answered(Reasons, Options, Plan, Rest, Situation) :-
     Session = session{options:Options, plan:Plan, status:running, seconds:[], errors:errors(null, [], []), command:""},
     session_result(Session, Situation, Result),
     left(Rest, Left),
-    nb_getval(telling_actions, Newest),
-    nb_getval(telling_first, First),
-    reverse(Newest, Actions),
+    b_getval(telling_actions, Newest),
+    b_getval(telling_first, First),
+    foldl(action_dict(Reasons), Newest, []-[], _-Actions),
     statistics(cputime, Spent),
     answer(_{result:Result, first:First, actions:Actions, left:Left, controller_file:Plan.controller_file,
              spent_s:Spent}),
     length(Actions, Count),
     Next is First + Count,
-    nb_setval(telling_first, Next),
-    nb_setval(telling_actions, []),
+    b_setval(telling_first, Next),
+    b_setval(telling_actions, []),
     asked.
 
 note(Action, Situation) :-
-    action_dict(Action, Situation, Dict),
-    nb_getval(telling_actions, Before),
-    nb_setval(telling_actions, [Dict|Before]).
+    b_getval(telling_actions, Before),
+    b_setval(telling_actions, [Action-Situation|Before]).
 
-action_dict(Action, Situation, Dict) :-
+%   The newest action comes first here, and Told are the names of those whose reasons are there.
+action_dict(Reasons, Action-Situation, Told0-Dicts, Told-[Dict|Dicts]) :-
     functor(Action, Name, _),
     format(string(Text), "~q", [Action]),
     Plain = _{name:Name, text:Text},
-    (   decision_reason(Action, Situation, Reason)
+    (   \+ ( Reasons == newest, memberchk(Name, Told0) ),
+        decision_reason(Action, Situation, Reason)
     ->  fluent_value(device, Situation, Device),
         reason_dict(Device, Reason, ReasonDict),
-        Dict = Plain.put(reason, ReasonDict)
-    ;   Dict = Plain
+        Dict = Plain.put(reason, ReasonDict),
+        Told = [Name|Told0]
+    ;   Dict = Plain,
+        Told = Told0
     ).
 
 %   The program that is left, as text; short, since only its beginning is where the session stands.

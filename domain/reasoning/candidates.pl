@@ -15,6 +15,7 @@
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(apply), [exclude/3, maplist/3, maplist/4]).
 :- use_module(library(lists), [member/2, nth1/3, sum_list/2]).
+:- set_prolog_flag(optimise, true).     % arithmetic is compiled, here alone
 
 /** <module> Heuristic search over qualitative states
 

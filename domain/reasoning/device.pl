@@ -18,6 +18,7 @@
 :- use_module(library(apply), [maplist/2, maplist/3, maplist/4]).
 :- use_module(library(lists), [member/2, same_length/2]).
 :- use_module(library(random), [random_between/3, random_member/2]).
+:- set_prolog_flag(optimise, true).     % arithmetic is compiled, here alone
 
 /** <module> What a camera with controllable lights can do
 

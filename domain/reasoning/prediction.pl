@@ -8,6 +8,7 @@
 :- use_module(last_answer).
 :- use_module(library(apply), [foldl/4, maplist/2, maplist/3]).
 :- use_module(library(lists), [member/2, min_list/2, nth1/3, numlist/3, sum_list/2]).
+:- set_prolog_flag(optimise, true).     % arithmetic is compiled, here alone
 
 /** <module> What an image under new settings would look like
 

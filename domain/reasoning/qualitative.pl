@@ -3,7 +3,6 @@
             state_words/2,              % +State, -Text
             settings_words/3,           % +Device, +Settings, -Text
             shutter_words/2,            % +ShutterS, -Text
-            shutter_words/2,            % +ShutterS, -Text
             similarity/3,               % +State1, +State2, -Similarity
             greatest_similarity/3,      % +State, +States, -Similarity
             image_quality/2             % +Statistics, -Quality
@@ -11,6 +10,7 @@
 :- use_module(device).
 :- use_module(library(apply), [maplist/4]).
 :- use_module(library(lists), [max_list/2, member/2, nth1/3, sum_list/2]).
+:- set_prolog_flag(optimise, true).     % arithmetic is compiled, here alone
 
 /** <module> Qualitative states of lights and camera
 

@@ -12,7 +12,8 @@ import pytest
 
 from geometry.drawn_wireframes import WIREFRAMES
 from report.errors import ReportError
-from report.following import Follower, hold
+from report.following import Follower
+from report.holding import hold
 from tests.report.browser import Browser
 from tests.report.run_folders import RunMaker
 from tests.report.viewers import ADDRESS, asked, listening, next_part, told, view_of
@@ -112,7 +113,7 @@ def test_a_view_that_nobody_opens_loads_nothing_and_one_that_is_looked_at_no_ker
 
     with view_of(folder) as address:
         time.sleep(1.0)
-        assert not any(loaded(package) for package in ("numpy", "cv2", "llvmlite"))
+        assert not any(loaded(package) for package in ("numpy", "cv2", "llvmlite", "zmq", "msgspec"))
         listening(address)[0].close()
         assert loaded("numpy") and not loaded("llvmlite") and not loaded("cv2")
 
