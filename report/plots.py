@@ -1,8 +1,8 @@
 """The page's plots as SVG: text stays text, and the page's style sheet gives the colours.
 
-Drawn here, not by matplotlib: the four plots of a session of 20 images take 0.02 s of processor time with all that is
-loaded for them, and 0.34 s with matplotlib. A live page that opens beside its session takes 0.42 s in all, and each
-session that ends writes a report.
+Drawn here, not by matplotlib: the four plots of a session of 20 images take 0.02 s of processor time with all
+that is loaded for them, and 0.34 s with matplotlib. A live page that opens beside its session takes 0.42 s in
+all, and each session that ends writes a report.
 """
 
 import math
