@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import json
+import signal
 import sys
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
+from threading import Event
+from types import FrameType
 from typing import TYPE_CHECKING
 
 from bridge.command_line import number, whole_number
@@ -81,18 +86,45 @@ def _tracked(options: Namespace) -> int:
         film = Film(options.overlay, tracker.model, tracker.camera, options.fps)
     found = 0
     try:
-        for index, frame in enumerate(islice(source, options.count)):
-            told = tracker.step(frame.pixels, index / options.fps if frame.time_s is None else frame.time_s)
-            found += told.pose is not None
-            _show(told, frame.name, options.json)
-            if film is not None:
-                film.add(rounded(frame.pixels), told.pose, told.support, f"{told.frame} {told.state}")
+        with _ctrl_c() as heed:
+            for index, frame in enumerate(islice(source, options.count)):
+                heed()
+                told = tracker.step(
+                    frame.pixels, index / options.fps if frame.time_s is None else frame.time_s
+                )
+                found += told.pose is not None
+                _show(told, frame.name, options.json)
+                if film is not None:
+                    film.add(rounded(frame.pixels), told.pose, told.support, f"{told.frame} {told.state}")
     finally:
         if film is not None:
             film.close()
     if source.warning:
         print(f"vision_server: {source.warning}", file=sys.stderr)
     return 0 if found else EXIT_NO_POSE
+
+
+@contextmanager
+def _ctrl_c() -> Iterator[Callable[[], None]]:
+    """Ctrl-C at once, and again by the call that is given, to be made each frame.
+
+    An exception at any place may be caught by a library that is just there.
+    """
+    pressed = Event()
+
+    def interrupt(signum: int, frame: FrameType | None) -> None:
+        pressed.set()
+        signal.default_int_handler(signum, frame)
+
+    def heed() -> None:
+        if pressed.is_set():
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield heed
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _tracker(options: Namespace, camera: Camera, given: float | None, file_gamma: float | None) -> Tracker:

@@ -6,18 +6,23 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
+from bridge.command_line import run_command
 from geometry.pose import Pose
 from image_server.serve.server import ImageServer
 from image_server.simulator import Simulator
 from tests.vision_server.serve.running import Running
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid
 from tests.vision_server.tracking.films import filmed, moving
+from vision_server.__main__ import COMMANDS
+from vision_server.channels.depth import Pixels
+from vision_server.tracking.tracker import Tracked, Tracker
 
 pytestmark = pytest.mark.slow
 
@@ -144,3 +149,17 @@ def test_ctrl_c_ends_a_camera_and_leaves_a_whole_film(root: Path, served: list[s
     assert running.returncode == 130
     assert "Traceback" not in said
     assert int(cv2.VideoCapture(str(film)).get(cv2.CAP_PROP_FRAME_COUNT)) > 0
+
+
+def test_ctrl_c_that_a_library_catches_still_ends_a_camera(
+    served: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    step = Tracker.step
+
+    def pressed_meanwhile(tracker: Tracker, pixels: Pixels, time_s: float) -> Tracked:
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        return step(tracker, pixels, time_s)
+
+    monkeypatch.setattr(Tracker, "step", pressed_meanwhile)
+    assert run_command("vision_server", "", COMMANDS, ["track", *served, "--count", "3"]) == 130
