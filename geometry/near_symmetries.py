@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.model import Model
+from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 
 Floats = NDArray[np.float64]
 
-POINTS = 300  # along all lines together, and two on each line at least
+POINTS, LEAST_POINTS = 300, 2  # along all lines together, and on each line
 SCREENED = 10  # each so many-th point alone is turned first
 TOLERANCE = 0.012  # how far a turned point may be from a line, share of the diameter
 ALIKE = 0.4  # share of the wireframe that must come back onto itself ...
@@ -40,7 +41,7 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
     """
     if not 0 < len(model.lines) <= MOST_LINES:
         return ()
-    points, weights = _line_points(model)
+    points, weights = points_along(model.vertices, model.lines, 0.0, POINTS, LEAST_POINTS)
     middles = [model.middle, weights @ points / weights.sum()]
     if np.linalg.norm(middles[1] - middles[0]) <= 0.1 * TOLERANCE * model.diameter:
         middles.pop()
@@ -81,17 +82,6 @@ def _share(
         if share < least:
             break
     return share, turn
-
-
-def _line_points(model: Model) -> tuple[Floats, Floats]:
-    """Points (N, 3) along the lines, and the length (N,) that each stands for."""
-    ends = model.vertices[model.lines]
-    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    counts = np.maximum(2, np.rint(POINTS * lengths / max(lengths.sum(), 1e-30)).astype(np.int64))
-    line = np.repeat(np.arange(len(counts)), counts)
-    along = (np.concatenate([np.arange(n) for n in counts]) + 0.5) / counts[line]
-    points = ends[line, 0] + along[:, None] * (ends[line, 1] - ends[line, 0])
-    return points, (lengths / counts)[line]
 
 
 def _distance_to_lines(points: Floats, model: Model) -> Floats:

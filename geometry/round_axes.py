@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.near_symmetries import EXACT, TOLERANCE
+from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from geometry.symmetries import ODD_ANGLES_RAD, count_astray
@@ -30,13 +31,9 @@ def round_axes(model: Model) -> tuple[tuple[Floats, Floats], ...]:
     sharp = model.lines[~model.smooth]
     if len(sharp) == 0:
         return ()
-    start, step = model.vertices[sharp[:, 0]], np.diff(model.vertices[sharp], axis=1)[:, 0]
-    length = np.linalg.norm(step, axis=1)
-    place = (np.arange(POINTS) + 0.5) / POINTS * length.sum()
-    line = np.searchsorted(np.cumsum(length), place)
-    along = 1.0 - (np.cumsum(length)[line] - place) / length[line]
-    cloud = start[line] + along[:, None] * step[line]
-    some = cloud[:: POINTS // TURNED]
+    cloud, length = points_along(model.vertices, sharp, 0.0, POINTS)
+    place = (np.arange(TURNED) + 0.5) / TURNED * length.sum()
+    some = cloud[np.searchsorted(np.cumsum(length), place)]
     found: list[tuple[Floats, Floats]] = []
     for axis in np.eye(3):
         for centre in (np.zeros(3), model.middle):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
@@ -10,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.model import Model
-from geometry.near_symmetries import EXACT, TOLERANCE
+from geometry.near_symmetries import EXACT, FOLDS, TOLERANCE
+from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from numerics.kernels import kernel
@@ -23,7 +25,7 @@ MOST_POINTS = 20000  # of them, and ...
 HELD = 400  # ... so many of these are turned
 SAME_PLACE = 1e-3  # share of the diameter: corners as far from the middle may be each other's images
 ODD_ANGLES_RAD = (0.37, 1.13, 2.2)  # by which only a body of revolution may be turned about its axis
-MOST_TRIED = 20000  # turns; a target with more corners alike than that is asked about half turns only
+MOST_TRIED = 20000  # turns that bring corners to corners; one with more alike has n-fold ones only
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +89,7 @@ class _Body:
     def of_model(cls, model: Model) -> _Body:
         sharp = model.lines[~model.smooth]
         if len(sharp):
-            start, step = model.vertices[sharp[:, 0]], np.diff(model.vertices[sharp], axis=1)[:, 0]
-            points, weights = _along(start, step, np.linalg.norm(step, axis=1), SPACING * model.diameter)
+            points, weights = points_along(model.vertices, sharp, SPACING * model.diameter, MOST_POINTS)
         else:
             corners = model.vertices[model.triangles]
             points = corners.mean(axis=1)
@@ -114,16 +115,29 @@ class _Body:
         return count_astray(turned, self.cloud, TOLERANCE * self.diameter, astray) <= astray
 
     def candidates(self) -> list[Floats]:
-        """Turns (3, 3) that bring two corners to where corners are, or half turns about the axes."""
+        """Turns (3, 3) that may leave the body as it is: n-fold ones, and those of two corners to others."""
         radius = np.linalg.norm(self.corners, axis=1) / self.diameter
         classes = _classes(radius)
-        halves = [matrix_of(np.pi * axis) for axis in self.axes]
         for first, second in combinations([*classes, *classes[:1]], 2):
             pair = _apart(self.corners, first, second)
             if pair is None or len(first) * len(second) > MOST_TRIED:
                 continue
-            return halves + _turns_of_pairs(self.corners, pair, first, second, self.diameter)
-        return halves
+            return [*self.of_axes(), *_turns_of_pairs(self.corners, pair, first, second, self.diameter)]
+        return list(self.of_axes())
+
+    def of_axes(self) -> Iterator[Floats]:
+        """Turns (3, 3) about the principal axes: half ones, and all multiples of an n-fold one.
+
+        A turn by half as much must not leave the body as it is: small ones of a thin rod all do.
+        """
+        for axis in self.axes:
+            yield matrix_of(np.pi * axis)
+            for n in FOLDS:
+                angle = 2.0 * np.pi / n
+                if self.comes_back(matrix_of(angle * axis)) and not self.comes_back(
+                    matrix_of(0.5 * angle * axis)
+                ):
+                    yield from (matrix_of(k * angle * axis) for k in range(1, n))
 
     def poses(self, turns: list[Floats]) -> tuple[Pose, ...]:
         """The identity and these turns about the centre, each once."""
@@ -156,14 +170,6 @@ def _named(axis: Floats) -> Floats:
     """The axis as one would write it: rounded, its largest part positive."""
     rounded = np.round(axis, 9) + 0.0
     return np.asarray(rounded * np.sign(rounded[np.argmax(np.abs(rounded))]))
-
-
-def _along(start: Floats, step: Floats, length: Floats, spacing: float) -> tuple[Floats, Floats]:
-    """Points (N, 3) along segments and the length (N,) that each stands for."""
-    counts = np.maximum(1, np.rint(length / max(spacing, length.sum() / MOST_POINTS))).astype(np.int64)
-    line = np.repeat(np.arange(len(counts)), counts)
-    share = (np.arange(len(line)) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[line]
-    return start[line] + share[:, None] * step[line], (length / counts)[line]
 
 
 def _classes(radius: Floats) -> list[Ints]:

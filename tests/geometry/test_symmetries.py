@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from geometry.model import find_target, load_model
+from benchmarks.machined_parts import ROUND, surface_of
+from geometry.model import Model, find_target, load_model
 from geometry.rotation import matrix_of
 from geometry.symmetries import symmetry_of
 from tests.geometry.boxes import box
@@ -41,3 +42,16 @@ def test_a_cylinder_may_be_turned_about_its_axis_and_upside_down(tmp_path: Path,
     assert found.free_axis is not None
     assert abs(found.free_axis @ turned[:3, 2]) > 0.9999
     assert len(found.turns) == 2
+
+
+@pytest.mark.parametrize("segments", [96, 258, 512])
+def test_a_flange_is_turned_by_each_of_its_bolts_however_fine(segments: int) -> None:
+    found = symmetry_of(Model.of_surface("flange", surface_of(ROUND["flange"](segments))))
+    assert found.free_axis is None
+    angles = sorted(round(float(np.degrees(np.linalg.norm(turn.rotation_vector)))) for turn in found.turns)
+    assert angles == [0, 60, 60, 120, 120, 180]
+
+
+def test_a_thin_rod_has_no_turns_but_those_of_its_sides(tmp_path: Path) -> None:
+    assert len(symmetry_of(box(tmp_path, 1.0, 0.12, 0.12)).turns) == 8
+    assert len(symmetry_of(box(tmp_path, 1.0, 0.1, 0.06)).turns) == 4
