@@ -7,6 +7,7 @@ import numpy as np
 
 from geometry.errors import GeometryError
 from geometry.obj_polygons import cut_polygons
+from geometry.ply import read_ply
 from geometry.surface import Surface
 
 FLAT_DEG = 0.01  # rounding of coordinates; anything above may be part of a fine tessellation
@@ -27,6 +28,8 @@ def read_mesh(path: Path) -> Surface:
         if path.suffix.lower() == ".obj":
             text = cut_polygons(path.read_text(encoding="utf-8", errors="replace"))
             mesh = trimesh.load_mesh(io.StringIO(text), file_type="obj", process=False)
+        elif path.suffix.lower() == ".ply":
+            mesh = trimesh.Trimesh(*read_ply(path, MOST_TRIANGLES), process=False)
         else:
             mesh = trimesh.load_mesh(path, process=False)
         if not isinstance(mesh, trimesh.Trimesh):

@@ -2,6 +2,7 @@
 
 import heapq
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,8 @@ Array = NDArray[np.float64]
 FLAT_EAR = -1e-12  # an ear may be flat: what is a little less is rounding
 MANY_CORNERS = 32  # of what is a curve; chosen by hand
 NO_EAR = np.inf
+SOME_CORNERS = 8  # a fan of more has slivers, between which rays are slow to find
+MOST_CORNERS = 10_000  # of one face: its triangles take seconds to find
 MOST_PAIRS = 1_000_000  # of sides that are looked at together: 100 MB
 
 
@@ -74,6 +77,38 @@ def triangulate(corners: Array) -> NDArray[np.int64]:
     if _sides_cross(flat):
         raise GeometryError("the sides of a face cross each other")
     return np.array(_clipped(flat))
+
+
+def to_cut(vertices: Array, faces: Sequence[NDArray[np.int64]]) -> NDArray[np.bool_]:
+    """Which polygons (F,), faces of vertex indices, a fan does not tile well: concave, or of many corners."""
+    if not len(faces):
+        return np.empty(0, dtype=np.bool_)
+    normals = area_vectors(vertices, faces)
+    counts = np.array([len(face) for face in faces])
+    last = np.cumsum(counts) - 1
+    corner = np.concatenate(faces)
+    following, before = np.arange(1, len(corner) + 1), np.arange(-1, len(corner) - 1)
+    following[last] = last - counts + 1
+    before[last - counts + 1] = last
+    places = vertices[corner]
+    bends = np.cross(places - places[before], places[following] - places)
+    turned = (bends * np.repeat(normals, counts, axis=0)).sum(axis=1)
+    size = np.repeat((normals**2).sum(axis=1), counts)
+    concave = np.logical_or.reduceat(turned < -1e-9 * size, last - counts + 1)
+    return np.asarray(concave | (counts > SOME_CORNERS))
+
+
+def as_triangles(vertices: Array, faces: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
+    """Triangles (T, 3), vertex indices, of polygons; a fan of what cannot be cut, as where sides cross."""
+    out = [np.empty((0, 3), dtype=np.int64)]
+    for face, cut in zip(faces, to_cut(vertices, faces).tolist(), strict=True):
+        fan = np.column_stack([np.zeros(len(face) - 2), np.arange(1, len(face) - 1), np.arange(2, len(face))])
+        tiles = fan.astype(np.int64)
+        if cut:
+            with suppress(GeometryError):
+                tiles = triangulate(vertices[face])
+        out.append(face[tiles])
+    return np.concatenate(out)
 
 
 def _clipped(flat: Array) -> list[list[int]]:
