@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -28,9 +28,11 @@ from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario, with_conditions
 from stack.exposure import REFERENCE, SHUTTERS_S
 from vision_server.channels.channel import channel_statistics
+from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels
 from vision_server.matching import SearchRange, match_search
-from vision_server.segments.extraction import Grouping, extract_segments
+from vision_server.rivals.splitting import split_segments
+from vision_server.segments.extraction import Segments, extract_segments
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -71,10 +73,10 @@ def lsd(image: Image) -> Floats:
     return ends[np.hypot(ends[:, 2] - ends[:, 0], ends[:, 3] - ends[:, 1]) >= LEAST_LSD_PX]
 
 
-def merged(images: Sequence[Exposed], grouping: Grouping = "growing") -> Floats:
+def merged(images: Sequence[Exposed], extract: Callable[[EdgeMap], Segments] = extract_segments) -> Floats:
     """Segments of the merged edge map."""
     channels = [channel_statistics(one.image, one.exposure) for one in images]
-    return extract_segments(merge_channels(channels), grouping=grouping).endpoints
+    return extract(merge_channels(channels)).endpoints
 
 
 def ways(images: Sequence[Exposed]) -> Iterator[tuple[str, list[Floats]]]:
@@ -83,7 +85,7 @@ def ways(images: Sequence[Exposed]) -> Iterator[tuple[str, list[Floats]]]:
     yield "LSD, one image", singles
     yield "LSD, three images united", [np.concatenate(singles)]
     yield "em, one image", [merged([one]) for one in images]
-    yield "em, merged, splitting", [merged(images, "splitting")]
+    yield "em, merged, splitting", [merged(images, split_segments)]
     yield "em, merged, growing", [merged(images)]
 
 

@@ -1,7 +1,7 @@
-"""What the project's own ways are compared with; each stays selectable.
+"""What the project's own ways are compared with.
 
 `merge_rules`: other rules that make one edge map of several images (`--method mean`, `max-image`, …).
-`linking`, `splitting`: the paper's grouping of edgels (`extract_segments(grouping="splitting")`).
+`linking`, `splitting`: the paper's segments (`split_segments`, in `python -m benchmarks.edge_segments`).
 `genetic`: the paper's matcher (`--matcher genetic`).
 """
 

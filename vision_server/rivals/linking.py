@@ -13,21 +13,23 @@ Ints = NDArray[np.int64]
 
 # Chosen by hand.
 MIN_CHAIN_PX = 6  # shorter chains are noise
-REACH_PX = 2  # how far ahead the next edgel may be: 1 is its neighbour, 2 jumps a gap of one pixel
+REACH_PX = (
+    2  # how far ahead the next edgel may be: 1 is its neighbour, 2 jumps a gap of one pixel
+)
 MAX_TURN_COSINE = 0.5  # of the angle between one step and the edge's own direction
 MAX_AXIS_COSINE = 0.7  # of the angle between the orientations of two linked edgels
 
 
 @kernel(nogil=True)
-def _next(edgels: FreeEdgels, here: int, dx: float, dy: float, reach: int) -> int:
+def _next(edgels: FreeEdgels, here: int, dx: float, dy: float) -> int:
     """The best edgel to go on to from ``here`` towards (dx, dy), or -1."""
     rows, columns = edgels.number_at.shape
     normals = edgels.normals
     y = edgels.places[here] // columns
     x = edgels.places[here] - y * columns
     best, best_cost = -1, 1e9
-    for v in range(max(y - reach, 0), min(y + reach + 1, rows)):
-        for u in range(max(x - reach, 0), min(x + reach + 1, columns)):
+    for v in range(max(y - REACH_PX, 0), min(y + REACH_PX + 1, rows)):
+        for u in range(max(x - REACH_PX, 0), min(x + REACH_PX + 1, columns)):
             at = edgels.number_at[v, u]
             if at < 0 or not edgels.free[at]:
                 continue
@@ -43,12 +45,12 @@ def _next(edgels: FreeEdgels, here: int, dx: float, dy: float, reach: int) -> in
 
 
 @kernel(nogil=True)
-def _follow(edgels: FreeEdgels, seed: int, sign: float, reach: int, chain: Ints) -> int:
+def _follow(edgels: FreeEdgels, seed: int, sign: float, chain: Ints) -> int:
     """Write the edgels reached from the seed in one direction into ``chain``; how many they are."""
     here, count = seed, 0
     dx, dy = -sign * edgels.normals[here, 1], sign * edgels.normals[here, 0]
     while True:
-        here = _next(edgels, here, dx, dy, reach)
+        here = _next(edgels, here, dx, dy)
         if here < 0:
             return count
         edgels.free[here] = False
@@ -61,7 +63,7 @@ def _follow(edgels: FreeEdgels, seed: int, sign: float, reach: int, chain: Ints)
 
 
 @kernel(nogil=True)
-def _chains(edgels: FreeEdgels, seeds: Ints, reach: int, shortest: int) -> tuple[Ints, Ints]:
+def _chains(edgels: FreeEdgels, seeds: Ints) -> tuple[Ints, Ints]:
     """Edgels of all chains, and each chain's first and one past its last; an edgel is in one at most."""
     order, back = np.empty(len(seeds), np.int64), np.empty(len(seeds), np.int64)
     chains = np.empty((len(seeds), 2), np.int64)
@@ -70,21 +72,19 @@ def _chains(edgels: FreeEdgels, seeds: Ints, reach: int, shortest: int) -> tuple
         if not edgels.free[seed]:
             continue
         edgels.free[seed] = False
-        behind = _follow(edgels, seed, -1.0, reach, back)
+        behind = _follow(edgels, seed, -1.0, back)
         middle = filled + behind
         order[filled:middle] = back[:behind][::-1]
         order[middle] = seed
-        end = middle + 1 + _follow(edgels, seed, 1.0, reach, order[middle + 1 :])
-        if end - filled >= shortest:
+        end = middle + 1 + _follow(edgels, seed, 1.0, order[middle + 1 :])
+        if end - filled >= MIN_CHAIN_PX:
             chains[count] = filled, end
             count += 1
             filled = end
     return order[:filled], chains[:count]
 
 
-def link_edgels(
-    edges: EdgeMap, chosen: NDArray[np.bool_], *, shortest: int = MIN_CHAIN_PX, reach: int = REACH_PX
-) -> Edgels:
+def link_edgels(edges: EdgeMap, chosen: NDArray[np.bool_]) -> Edgels:
     """Follow edges from their strongest edgels both ways.
 
     Parameters
@@ -93,14 +93,10 @@ def link_edgels(
         Merged edge map.
     chosen
         bool (N,), the edgels that count (after hysteresis).
-    shortest
-        Chains of fewer edgels are dropped.
-    reach
-        How far ahead the next edgel may be, px (Chebyshev).
 
     Returns
     -------
     Edgels, each group of them a chain, in order.
     """
-    order, chains = _chains(edges.free(chosen), edges.strongest_first(chosen), reach, shortest)
+    order, chains = _chains(edges.free(chosen), edges.strongest_first(chosen))
     return edgel_groups(edges, order, chains)

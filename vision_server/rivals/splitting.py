@@ -1,11 +1,17 @@
-"""Recursive top-down splitting of chains into straight pieces (the paper, "edge linking")."""
+"""Straight segments as the paper has them ("edge linking"): chains, split recursively from the top down."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.segments.line_fit import Edgels
+from vision_server.edges.edge_map import EdgeMap
+from vision_server.edges.suppression import edgel_thresholds, hysteresis
+from vision_server.rivals.linking import link_edgels
+from vision_server.segments.extraction import MIN_LENGTH_PX, Segments, joined_segments
+from vision_server.segments.line_fit import Edgels, fit_lines
 
 Floats = NDArray[np.float64]
 
@@ -14,39 +20,40 @@ MIN_DEVIATION_PX = 1.0  # deviations under this are the noise of edgels, whateve
 CLOSED_PX = 1e-9  # ends so near to each other have no chord: distances are taken from them
 
 
-def _split(points: Floats, first: int, last: int, ratio: float, tolerance: float) -> list[tuple[int, int]]:
-    """Pieces (first, one past the last) of the points from ``first`` to ``last``, both included."""
-    chord = points[last] - points[first]
-    length = float(np.hypot(*chord))  # D
-    x, y = (points[first + 1 : last] - points[first]).T
-    distance = abs(x * chord[1] - y * chord[0]) / length if length > CLOSED_PX else np.hypot(x, y)  # |d_i|
-    if len(distance) == 0 or distance.max() <= max(tolerance, ratio * length):
-        return [(first, last + 1)]
-    middle = first + 1 + int(np.argmax(distance))
-    return _split(points, first, middle, ratio, tolerance) + _split(points, middle, last, ratio, tolerance)
+def split_segments(edges: EdgeMap) -> Segments:
+    """Straight segments of a merged edge map: hysteresis, linking into chains, splitting; strongest first."""
+    chains = link_edgels(edges, hysteresis(edges, *edgel_thresholds(edges)))
+    pieces = replace(chains, groups=split_chains(chains))
+    lines = fit_lines(pieces)
+    good = lines.length >= MIN_LENGTH_PX
+    return joined_segments(edges, replace(pieces, groups=pieces.groups[good]), lines.take(good))
 
 
-def split_chains(
-    chains: Edgels, *, ratio: float = MAX_DEVIATION_RATIO, tolerance_px: float = MIN_DEVIATION_PX
-) -> NDArray[np.int64]:
-    """Straight pieces of chains: split at the farthest point while max|d_i| / D exceeds ``ratio``.
+def split_chains(chains: Edgels) -> NDArray[np.int64]:
+    """Straight pieces of chains: split at the farthest point while max|d_i| / D is too large.
 
     Parameters
     ----------
     chains
         Linked edgels, each group a chain.
-    ratio
-        Largest deviation allowed, as a fraction of the distance D between the ends.
-    tolerance_px
-        Deviations up to this never split.
 
     Returns
     -------
     int64 (N, 2), index of a piece's first point and one past its last; neighbours share the split point.
     """
     pieces = [
-        piece
-        for first, end in chains.groups.tolist()
-        for piece in _split(chains.points, first, end - 1, ratio, tolerance_px)
+        piece for first, end in chains.groups.tolist() for piece in _split(chains.points, first, end - 1)
     ]
     return np.array(pieces, np.int64).reshape(-1, 2)
+
+
+def _split(points: Floats, first: int, last: int) -> list[tuple[int, int]]:
+    """Pieces (first, one past the last) of the points from ``first`` to ``last``, both included."""
+    chord = points[last] - points[first]
+    length = float(np.hypot(*chord))  # D
+    x, y = (points[first + 1 : last] - points[first]).T
+    distance = abs(x * chord[1] - y * chord[0]) / length if length > CLOSED_PX else np.hypot(x, y)  # |d_i|
+    if len(distance) == 0 or distance.max() <= max(MIN_DEVIATION_PX, MAX_DEVIATION_RATIO * length):
+        return [(first, last + 1)]
+    middle = first + 1 + int(np.argmax(distance))
+    return _split(points, first, middle) + _split(points, middle, last)

@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vision_server.channels.lighting import LENS_BLUR_PX
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.suppression import edgel_thresholds, hysteresis
-from vision_server.rivals.linking import link_edgels
-from vision_server.rivals.splitting import split_chains
+from vision_server.edges.suppression import edgel_thresholds
 from vision_server.segments.centring import centre_lines
 from vision_server.segments.growing import grow_lines
 from vision_server.segments.joining import join_collinear
-from vision_server.segments.line_fit import fit_lines, log_chance
+from vision_server.segments.line_fit import Edgels, FittedLines, fit_lines, log_chance
 
 MIN_LENGTH_PX = 8.0
 MAX_SEGMENTS = 600  # in clutter the longest and strongest are kept
 MAX_LOG_CHANCE = -5.0  # decades: lines that chance would give less often than once in so many images
 
 BLUR_REACH = 2.5  # how far a blurred edge extends to either side, in standard deviations of the blur
-
-Grouping = Literal["growing", "splitting"]
 
 
 @dataclass(frozen=True)
@@ -59,49 +54,37 @@ class Segments:
         return Segments(self.endpoints[chosen], self.strength[chosen], self.normal_sd[chosen])
 
 
-def extract_segments(
-    edges: EdgeMap,
-    *,
-    grouping: Grouping = "growing",
-    min_length_px: float = MIN_LENGTH_PX,
-    max_segments: int = MAX_SEGMENTS,
-) -> Segments:
-    """Straight segments of a merged edge map.
+def extract_segments(edges: EdgeMap) -> Segments:
+    """Straight segments of a merged edge map, grown along lines through its edgels; strongest first."""
+    chosen = edges.strength > edgel_thresholds(edges)[0]
+    edgels = grow_lines(edges, chosen, MIN_LENGTH_PX)
+    lines = fit_lines(edgels)
+    good = (lines.length >= MIN_LENGTH_PX) & (log_chance(lines, edges, chosen) < MAX_LOG_CHANCE)
+    return joined_segments(edges, replace(edgels, groups=edgels.groups[good]), lines.take(good))
+
+
+def joined_segments(edges: EdgeMap, edgels: Edgels, lines: FittedLines) -> Segments:
+    """Groups of edgels as segments: pieces of a line joined, lines of blurred images centred.
 
     Parameters
     ----------
     edges
         Merged edge map.
-    grouping
-        ``growing`` follows straight lines through edgels; ``splitting`` is the paper's way: hysteresis,
-        linking into chains, recursive splitting of the chains.
-    min_length_px
-        Shorter segments are dropped.
-    max_segments
-        At most so many, those with the largest length times strength.
+    edgels
+        Its edgels in straight groups.
+    lines
+        Lines fitted to the groups, N.
 
     Returns
     -------
-    Segments, strongest first; none when there are none.
+    At most MAX_SEGMENTS, those with the largest length times strength.
     """
-    low, high = edgel_thresholds(edges)
-    chosen = edges.strength > low
-    if grouping == "growing":
-        edgels = grow_lines(edges, chosen, shortest_px=min_length_px)
-    else:
-        chains = link_edgels(edges, hysteresis(edges, low, high))
-        edgels = replace(chains, groups=split_chains(chains))
-    lines = fit_lines(edgels)
-    good = lines.length >= min_length_px
-    if grouping == "growing":
-        good &= log_chance(lines, edges, chosen) < MAX_LOG_CHANCE
-    edgels = join_collinear(replace(edgels, groups=edgels.groups[good]), lines.take(good))
-    lines = fit_lines(edgels)
+    lines = fit_lines(join_collinear(edgels, lines))
     ends = lines.endpoints
     if edges.blur_px > LENS_BLUR_PX:
         ends = centre_lines(
             ends, ((c.contrast, c.weight) for c in edges.channels), BLUR_REACH * edges.blur_px
         )
     segments = Segments(ends, lines.strength, lines.normal_sd)
-    order = np.argsort(-segments.length * segments.strength, kind="stable")[:max_segments]
+    order = np.argsort(-segments.length * segments.strength, kind="stable")[:MAX_SEGMENTS]
     return segments.take(order)

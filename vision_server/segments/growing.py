@@ -22,7 +22,7 @@ Ints = NDArray[np.int64]
 MAX_AXIS_DIFFERENCE_RAD = 0.39  # 22.5 deg, LSD's tolerance, between an edgel and its line
 LEAST_AXIS_COSINE = float(np.cos(MAX_AXIS_DIFFERENCE_RAD))
 # Chosen by hand: `python -m benchmarks.edge_segments` shows what they do.
-MAX_OFFSET_PX = 1.5  # of an edgel from the line, on sharp images
+MAX_OFFSET_PX = 1.5  # farthest, of an edgel from the line, on sharp images
 BESIDE_PX = 0.7  # an edgel so near to a finished line says nothing new
 MAX_GAP_PX = 4  # rows or columns without an edgel that a line may step over at once
 MIN_DENSITY = 0.6  # of rows or columns between the ends that hold an edgel
@@ -78,7 +78,7 @@ def _agree(edgels: FreeEdgels, at: int, nx: float, ny: float) -> bool:
 
 
 @kernel(nogil=True, error_model="numpy")
-def _start(edgels: FreeEdgels, seed: int, tolerance: float) -> Line:
+def _start(edgels: FreeEdgels, seed: int) -> Line:
     """First direction of a line: along the mean axis of the edgels around that lie on the seed's own line."""
     rows, columns = edgels.number_at.shape
     nx, ny = edgels.normals[seed, 0], edgels.normals[seed, 1]
@@ -92,7 +92,7 @@ def _start(edgels: FreeEdgels, seed: int, tolerance: float) -> Line:
             at = edgels.number_at[v, u]
             if at < 0 or not edgels.free[at] or not _agree(edgels, at, nx, ny):
                 continue
-            if _offset(edgels, at, line) <= tolerance:
+            if _offset(edgels, at, line) <= MAX_OFFSET_PX:
                 mx, my = edgels.normals[at, 0], edgels.normals[at, 1]
                 c2 += mx * mx - my * my
                 s2 += 2.0 * mx * my
@@ -101,15 +101,15 @@ def _start(edgels: FreeEdgels, seed: int, tolerance: float) -> Line:
 
 
 @kernel(inline="always")
-def _nearest(edgels: FreeEdgels, line: Line, steep: bool, place: int, tolerance: float) -> int:
+def _nearest(edgels: FreeEdgels, line: Line, steep: bool, place: int) -> int:
     """The free edgel of a row (of a steep line) or column that lies nearest to the line and agrees, or -1."""
     rows, columns = edgels.number_at.shape
     if steep:
         across = line.x + (place - line.y) * line.c / line.s
     else:
         across = line.y + (place - line.x) * line.s / line.c
-    middle, reach = int(across + 0.5), int(np.ceil(tolerance + 0.5))
-    best, least = -1, tolerance
+    middle, reach = int(across + 0.5), int(np.ceil(MAX_OFFSET_PX + 0.5))
+    best, least = -1, MAX_OFFSET_PX
     for k in range(max(middle - reach, 0), min(middle + reach + 1, columns if steep else rows)):
         at = edgels.number_at[place, k] if steep else edgels.number_at[k, place]
         if at < 0 or not edgels.free[at] or not _agree(edgels, at, -line.s, line.c):
@@ -139,13 +139,11 @@ def _refitted(sums: Moments, line: Line, x0: float, y0: float) -> Line:
 
 
 @kernel(nogil=True, error_model="numpy")
-def _follow(
-    edgels: FreeEdgels, seed: int, tolerance: float, max_gap: int, members: Ints
-) -> tuple[int, int, bool, Line]:
+def _follow(edgels: FreeEdgels, seed: int, members: Ints) -> tuple[int, int, bool, Line]:
     """The line through one edgel: how many ``members`` it has, rows or columns from end to end, steepness."""
     rows, columns = edgels.number_at.shape
     x0, y0 = np.float64(edgels.points[seed, 0]), np.float64(edgels.points[seed, 1])
-    line = _start(edgels, seed, tolerance)
+    line = _start(edgels, seed)
     steep = abs(line.s) > abs(line.c)
     begin = edgels.places[seed] // columns if steep else edgels.places[seed] % columns
     limit = rows if steep else columns
@@ -154,11 +152,11 @@ def _follow(
     count, low, high = 1, begin, begin
     for sign in (1, -1):
         place, misses = begin, 0
-        while misses <= max_gap:
+        while misses <= MAX_GAP_PX:
             place += sign
             if place < 0 or place >= limit:
                 break
-            best = _nearest(edgels, line, steep, place, tolerance)
+            best = _nearest(edgels, line, steep, place)
             if best < 0:
                 misses += 1
                 continue
@@ -196,15 +194,7 @@ def _claim(edgels: FreeEdgels, members: Ints, steep: bool, line: Line) -> None:
 
 
 @kernel(nogil=True, error_model="numpy")
-def _grow(
-    edgels: FreeEdgels,
-    seeds: Ints,
-    tolerance: float,
-    max_gap: int,
-    shortest: float,
-    members: Ints,
-    starts: Ints,
-) -> int:
+def _grow(edgels: FreeEdgels, seeds: Ints, shortest: float, members: Ints, starts: Ints) -> int:
     """Lines from all seeds; members of line k are members[starts[k]:starts[k + 1]]. Returns how many."""
     lines = 0
     starts[0] = 0
@@ -212,7 +202,7 @@ def _grow(
         if not edgels.free[seed]:
             continue
         begin = starts[lines]
-        count, span, steep, line = _follow(edgels, seed, tolerance, max_gap, members[begin:])
+        count, span, steep, line = _follow(edgels, seed, members[begin:])
         edgels.free[seed] = False
         length = span / max(abs(line.c), abs(line.s))
         if length >= shortest and count >= max(MIN_DENSITY * span, FEWEST_EDGELS):
@@ -222,14 +212,7 @@ def _grow(
     return lines
 
 
-def grow_lines(
-    edges: EdgeMap,
-    chosen: NDArray[np.bool_],
-    *,
-    shortest_px: float,
-    tolerance_px: float = MAX_OFFSET_PX,
-    max_gap_px: int = MAX_GAP_PX,
-) -> Edgels:
+def grow_lines(edges: EdgeMap, chosen: NDArray[np.bool_], shortest_px: float) -> Edgels:
     """Straight groups of edgels, each edgel in one group at most; from the strongest seed on.
 
     Parameters
@@ -240,14 +223,10 @@ def grow_lines(
         bool (N,), edgels that may take part.
     shortest_px
         Shorter lines are dropped.
-    tolerance_px
-        Farthest an edgel may lie from its line.
-    max_gap_px
-        Longest gap stepped over, in rows or columns.
     """
     seeds = edges.strongest_first(chosen)
     members = np.empty(len(seeds) + sum(edges.shape) + 1, np.int64)
     starts = np.zeros(len(seeds) + 2, np.int64)
-    count = _grow(edges.free(chosen), seeds, tolerance_px, max_gap_px, shortest_px, members, starts)
+    count = _grow(edges.free(chosen), seeds, shortest_px, members, starts)
     groups = np.stack([starts[:count], starts[1 : count + 1]], axis=1)
     return edgel_groups(edges, members[: starts[count]], groups)

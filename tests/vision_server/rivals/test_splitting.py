@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from vision_server.rivals.splitting import split_chains
+from vision_server.rivals.splitting import MAX_DEVIATION_RATIO, MIN_DEVIATION_PX, split_chains
 from vision_server.segments.line_fit import Edgels
 
 Floats = NDArray[np.float64]
@@ -20,9 +20,7 @@ def chains_of(*lines: Floats) -> Edgels:
     return Edgels(points, np.zeros(len(points)), np.ones(len(points)), groups)
 
 
-def split_plainly(
-    points: Floats, first: int, last: int, ratio: float, tolerance: float
-) -> list[tuple[int, int]]:
+def split_plainly(points: Floats, first: int, last: int) -> list[tuple[int, int]]:
     """The rule of the paper, as it is written."""
     chord = points[last] - points[first]
     D = float(np.hypot(*chord))
@@ -30,10 +28,9 @@ def split_plainly(
     if len(rest):
         d = np.abs(rest[:, 0] * chord[1] - rest[:, 1] * chord[0]) / D if D > 1e-9 else np.hypot(*rest.T)
         worst = int(np.argmax(d))
-        if d[worst] > tolerance and d[worst] > ratio * D:
+        if d[worst] > MIN_DEVIATION_PX and d[worst] > MAX_DEVIATION_RATIO * D:
             middle = first + 1 + worst
-            before = split_plainly(points, first, middle, ratio, tolerance)
-            return before + split_plainly(points, middle, last, ratio, tolerance)
+            return split_plainly(points, first, middle) + split_plainly(points, middle, last)
     return [(first, last + 1)]
 
 
@@ -41,8 +38,8 @@ def split_plainly(
 @given(st.integers(0, 10_000), st.integers(2, 60))
 def test_it_is_the_rule_of_the_paper(seed: int, count: int) -> None:
     walk = np.cumsum(np.random.default_rng(seed).normal((0.7, 0.2), 1, (count, 2)), axis=0)
-    pieces = split_chains(chains_of(walk), ratio=0.05, tolerance_px=0.5)
-    assert [tuple(piece) for piece in pieces.tolist()] == split_plainly(walk, 0, count - 1, 0.05, 0.5)
+    pieces = split_chains(chains_of(walk))
+    assert [tuple(piece) for piece in pieces.tolist()] == split_plainly(walk, 0, count - 1)
 
 
 def test_corners_are_found() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
@@ -10,13 +12,15 @@ from tests.vision_server.edge_scenes import polygon_with_shadows, step
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels
-from vision_server.segments.extraction import Grouping, Segments, extract_segments
+from vision_server.rivals.splitting import split_segments
+from vision_server.segments.extraction import MIN_LENGTH_PX, Segments, extract_segments
 
-GROUPINGS: list[Grouping] = ["growing", "splitting"]
+Extract = Callable[[EdgeMap], Segments]
+BOTH = pytest.mark.parametrize("extract", [extract_segments, split_segments])
 
 
-def segments_of(*images: np.ndarray, grouping: Grouping = "growing") -> Segments:
-    return extract_segments(merge_channels([channel_statistics(i) for i in images]), grouping=grouping)
+def segments_of(*images: np.ndarray, extract: Extract = extract_segments) -> Segments:
+    return extract(merge_channels([channel_statistics(i) for i in images]))
 
 
 def error_to_line(segments: Segments, index: int, angle: float, shift: float) -> tuple[float, float]:
@@ -28,10 +32,10 @@ def error_to_line(segments: Segments, index: int, angle: float, shift: float) ->
     return float(np.abs(ends).max()), float(np.rad2deg(abs(turn)))
 
 
-@pytest.mark.parametrize("grouping", GROUPINGS)
+@BOTH
 @pytest.mark.parametrize("angle", [0.0, 0.4, 0.9, 1.571, 2.3, 2.8])
-def test_a_step_is_one_segment_in_its_place(angle: float, grouping: Grouping) -> None:
-    segments = segments_of(step(angle, 0.3, 50, 150, noise=2.0), grouping=grouping)
+def test_a_step_is_one_segment_in_its_place(angle: float, extract: Extract) -> None:
+    segments = segments_of(step(angle, 0.3, 50, 150, noise=2.0), extract=extract)
     assert segments.length[0] > 70
     distance, turn = error_to_line(segments, 0, angle, 0.3)
     assert distance < 0.3
@@ -65,7 +69,7 @@ def test_texture_beside_an_outline_does_not_break_it() -> None:
     image = step(0.2, 0.0, 40, 150).astype(float)
     image += np.where(image > 100, 100 * texture, 0)
     grown = segments_of(np.clip(image, 0, 255).astype(np.uint8))
-    split = segments_of(np.clip(image, 0, 255).astype(np.uint8), grouping="splitting")
+    split = segments_of(np.clip(image, 0, 255).astype(np.uint8), extract=split_segments)
     assert grown.length.max() > 75
     assert grown.length.max() >= split.length.max() - 1.0
 
@@ -75,16 +79,18 @@ def test_pure_noise_has_hardly_any_segments() -> None:
     assert len(segments_of(np.clip(image, 0, 255).astype(np.uint8))) <= 2
 
 
-def test_limits_are_kept() -> None:
+def test_limits_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(0)
     image = np.kron(rng.integers(40, 220, (15, 20)), np.ones((16, 16))).astype(np.uint8)
     edges = merge_channels([channel_statistics(image)])
-    segments = extract_segments(edges, min_length_px=10.0, max_segments=25)
+    weakest = extract_segments(edges).strength.min()
+    monkeypatch.setattr("vision_server.segments.extraction.MAX_SEGMENTS", 25)
+    segments = extract_segments(edges)
     assert len(segments) == 25
-    assert segments.length.min() >= 10.0
+    assert segments.length.min() >= MIN_LENGTH_PX
     merit = segments.length * segments.strength
     assert np.all(np.diff(merit) <= 1e-9)
-    assert merit[-1] >= np.sort(extract_segments(edges, min_length_px=10.0).strength)[0]
+    assert merit[-1] >= weakest
 
 
 @pytest.mark.parametrize(
@@ -96,9 +102,9 @@ def test_limits_are_kept() -> None:
         np.zeros((400, 3), np.uint8),
     ],
 )
-@pytest.mark.parametrize("grouping", GROUPINGS)
-def test_empty_images_have_no_segments(image: np.ndarray, grouping: Grouping) -> None:
-    segments = segments_of(image, grouping=grouping)
+@BOTH
+def test_empty_images_have_no_segments(image: np.ndarray, extract: Extract) -> None:
+    segments = segments_of(image, extract=extract)
     assert len(segments) == 0
     assert segments.endpoints.shape == (0, 4)
     assert segments.normal_sd.shape == (0, 2)
