@@ -28,9 +28,7 @@ class DaskPool:
     BadInput : no such package, no such address, or nobody answers there.
     """
 
-    def __init__(
-        self, address: str, version: str, keep: Path | None = None, patience_s: float = PATIENCE_S
-    ) -> None:
+    def __init__(self, address: str, version: str, keep: Path | None) -> None:
         try:
             import distributed
         except ImportError:
@@ -39,7 +37,7 @@ class DaskPool:
             ) from None
         logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what counts is said by messages here
         self._distributed: Any = distributed
-        self._version, self._keep, self._patience_s = version, keep, patience_s
+        self._version, self._keep = version, keep
         self._cluster: Any = None
         self._address = address
         if address.startswith(LOCAL):
@@ -118,7 +116,7 @@ class DaskPool:
         running.clear()
         with suppress(Exception):
             self._client.close(timeout=1.0)
-        if time.monotonic() - lost_since > self._patience_s:
+        if time.monotonic() - lost_since > PATIENCE_S:
             raise DeviceError(
                 f"The scheduler at {self._address} is gone: {error}.",
                 "The rows so far are safe; start it, and run the same command again.",
@@ -128,7 +126,7 @@ class DaskPool:
                 self._client = self._connected(CONNECT_S)
                 return
             except BadInput as refused:
-                if time.monotonic() - lost_since > self._patience_s:
+                if time.monotonic() - lost_since > PATIENCE_S:
                     raise DeviceError(refused.message, "The rows so far are safe.") from None
                 time.sleep(POLL_S)
 

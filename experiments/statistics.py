@@ -18,6 +18,7 @@ from scipy import stats
 Floats = NDArray[np.float64]
 
 LEVEL = 0.95  # of all intervals, by custom
+SEED = 0  # of the resampling
 REPLICATES = 4000  # the ends of a 95 % interval are then known to a twentieth of its width
 LEAST_SCENES = 6  # fewer cannot differ in sign by chance in less than 5 % of cases (2 / 2^n)
 MOST_RESAMPLED = 2000  # outcomes; of more, the same variance is computed in closed form
@@ -45,25 +46,23 @@ class IntervalEstimate:
         return self.low > 0.0 or self.high < 0.0
 
 
-def exact_interval(successes: int, n: int, level: float = LEVEL) -> tuple[float, float]:
+def exact_interval(successes: int, n: int) -> tuple[float, float]:
     """Interval of a proportion after Clopper and Pearson (Biometrika 26, 1934), of independent cells."""
     if n == 0:
         return math.nan, math.nan
-    tail = (1.0 - level) / 2.0
+    tail = (1.0 - LEVEL) / 2.0
     low = 0.0 if successes == 0 else float(stats.beta.ppf(tail, successes, n - successes + 1))
     high = 1.0 if successes == n else float(stats.beta.ppf(1.0 - tail, successes + 1, n - successes))
     return low, high
 
 
-def resampled(outcomes: Floats, seed: int = 0, level: float = LEVEL) -> IntervalEstimate:
+def resampled(outcomes: Floats) -> IntervalEstimate:
     """Mean of a matrix of outcomes and the interval that scenes and seeds leave it.
 
     Parameters
     ----------
     outcomes
         (scenes, seeds), NaN where there is none.
-    seed
-        Of the resampling.
 
     Returns
     -------
@@ -84,16 +83,16 @@ def resampled(outcomes: Floats, seed: int = 0, level: float = LEVEL) -> Interval
         values, there = values.sum(axis=1, keepdims=True), there.sum(axis=1, keepdims=True) > 0
     if values.size > MOST_RESAMPLED:
         error = _standard_error(values - mean * there, values.shape[1] > 1) / n
-        reach = error * float(stats.norm.ppf((1.0 + level) / 2.0))
+        reach = error * float(stats.norm.ppf((1.0 + LEVEL) / 2.0))
         return IntervalEstimate(mean, mean - reach, mean + reach, n, scenes, error)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(SEED)
     rows = rng.multinomial(scenes, np.full(scenes, 1.0 / scenes), REPLICATES).astype(np.float64)
     seeds = values.shape[1]
     columns = rng.multinomial(seeds, np.full(seeds, 1.0 / seeds), REPLICATES).astype(np.float64)
     weight = ((rows @ there.astype(np.float64)) * columns).sum(axis=1)
     total = ((rows @ values) * columns).sum(axis=1)
     means = total[weight > 0] / weight[weight > 0]
-    low, high = np.quantile(means, [(1.0 - level) / 2.0, (1.0 + level) / 2.0])
+    low, high = np.quantile(means, [(1.0 - LEVEL) / 2.0, (1.0 + LEVEL) / 2.0])
     return IntervalEstimate(mean, float(low), float(high), n, scenes, float(means.std(ddof=1)))
 
 
@@ -108,9 +107,9 @@ def _standard_error(residuals: Floats, with_seeds: bool) -> float:
     return math.sqrt(variance)
 
 
-def paired(ours: Floats, theirs: Floats, seed: int = 0) -> IntervalEstimate:
+def paired(ours: Floats, theirs: Floats) -> IntervalEstimate:
     """Mean difference over the cells that both have; the interval as of `resampled`."""
-    return resampled(ours - theirs, seed)
+    return resampled(ours - theirs)
 
 
 def mcnemar(ours: Floats, theirs: Floats) -> tuple[int, int, float]:

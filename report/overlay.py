@@ -27,6 +27,7 @@ FRAME: Colour = (235, 235, 235)
 DASH_PX, DASH_GAP_PX = 7.0, 4.0
 SMALL_TARGET = 0.35  # a target smaller than this share of the frame gets an inset
 INSET_SHARE = 0.42
+INSET_PAD_PX = 8
 SHIFT = 4  # sub-pixel bits of cv2's line drawing
 
 
@@ -36,7 +37,6 @@ def draw_overlay(
     camera: Camera,
     pose: Pose | None,
     support: Mapping[int, float] | None = None,
-    scale: int = 1,
     inset: bool = True,
 ) -> Pixels:
     """Draw the visible lines of a model at a pose over an image.
@@ -47,31 +47,28 @@ def draw_overlay(
     pose : camera_T_target; None leaves the image as it is.
     support : share (0 to 1) of each line that the images support, by line index. Lines below
         `SUPPORT_ENOUGH` or not named are drawn dashed and orange, the others blue; without it, all are blue.
-    scale : enlarges the picture by this whole factor, for finer lines.
     inset : adds an enlarged view of the target in a corner when it is small in the frame.
 
     Returns
     -------
-    (H·scale, W·scale, 3) BGR, uint8; the given image is not changed.
+    (H, W, 3) BGR, uint8; the given image is not changed.
 
     Raises
     ------
-    ReportError : an image of another type or size than the camera's, a scale below 1.
+    ReportError : an image of another type or size than the camera's.
     GeometryError : a model or camera that cannot be used.
     """
     canvas = colour(image)
     if canvas.shape[:2] != (camera.height, camera.width):
         height, width = canvas.shape[:2]
         raise ReportError(f"image is {width}×{height}, its camera {camera.width}×{camera.height}")
-    if scale < 1:
-        raise ReportError(f"scale of an overlay must be at least 1, got {scale}")
     if pose is None:
-        return _enlarged(canvas, scale)
+        return canvas
     runs = visible_runs(model, camera, pose)
-    out = _drawn(_enlarged(canvas, scale), runs, support, scale)
+    out = _drawn(canvas, runs, support)
     bounds = bounds_of(runs)
     if inset and bounds is not None and is_small(bounds, camera):
-        _add_inset(out, canvas, runs, support, bounds, scale)
+        _add_inset(out, canvas, runs, support, bounds)
     return out
 
 
@@ -97,23 +94,15 @@ def colour(image: Pixels) -> Pixels:
     raise ReportError(f"a picture needs shape (H, W) or (H, W, 3), got {image.shape}")
 
 
-def _enlarged(canvas: Pixels, scale: float) -> Pixels:
-    if scale == 1:
-        return canvas
-    size = (round(canvas.shape[1] * scale), round(canvas.shape[0] * scale))
-    return np.asarray(cv2.resize(canvas, size, interpolation=cv2.INTER_CUBIC), dtype=np.uint8)
-
-
-def _drawn(canvas: Pixels, runs: list[Run], support: Mapping[int, float] | None, scale: float) -> Pixels:
-    """Lines with a dark halo; `runs` are in pixels of the image before it was enlarged."""
+def _drawn(canvas: Pixels, runs: list[Run], support: Mapping[int, float] | None) -> Pixels:
+    """Lines with a dark halo."""
     blue: list[NDArray[np.int32]] = []
     orange: list[NDArray[np.int32]] = []
     for run in runs:
-        points = (run.points + 0.5) * scale - 0.5
         if is_supported(run.line, support):
-            blue.append(_fixed(points))
+            blue.append(_fixed(run.points))
         else:
-            orange.extend(_fixed(dash) for dash in _dashes(points))
+            orange.extend(_fixed(dash) for dash in _dashes(run.points))
     shade = canvas.copy()
     cv2.polylines(shade, blue + orange, False, HALO, 3, cv2.LINE_AA, SHIFT)
     out = np.asarray(cv2.addWeighted(shade, HALO_SHARE, canvas, 1 - HALO_SHARE, 0), dtype=np.uint8)
@@ -143,7 +132,6 @@ def _add_inset(
     runs: list[Run],
     support: Mapping[int, float] | None,
     bounds: tuple[float, float, float, float],
-    scale: int,
 ) -> None:
     """Paste an enlarged view of the target into the corner that is farthest from it."""
     height, width = canvas.shape[:2]
@@ -151,19 +139,19 @@ def _add_inset(
     margin = 0.15 * max(right - left, bottom - top) + 4
     x0, y0 = max(0, int(left - margin)), max(0, int(top - margin))
     x1, y1 = min(width, int(right + margin) + 1), min(height, int(bottom + margin) + 1)
-    factor = scale * INSET_SHARE * min(width / (x1 - x0), height / (y1 - y0))
-    if factor <= 1.2 * scale:
+    factor = INSET_SHARE * min(width / (x1 - x0), height / (y1 - y0))
+    if factor <= 1.2:
         return
-    view = _enlarged(canvas[y0:y1, x0:x1], factor)
-    rows, columns = view.shape[:2]
+    columns, rows = round((x1 - x0) * factor), round((y1 - y0) * factor)
+    target = canvas[y0:y1, x0:x1]
+    view = np.asarray(cv2.resize(target, (columns, rows), interpolation=cv2.INTER_CUBIC), dtype=np.uint8)
     stretch = np.array([columns / (x1 - x0), rows / (y1 - y0)])
     moved = [Run(run.line, (run.points - [x0, y0] + 0.5) * stretch - 0.5) for run in runs]
-    view = _drawn(view, moved, support, 1)
+    view = _drawn(view, moved, support)
     at_right = (left + right) / 2 < width / 2
     at_bottom = (top + bottom) / 2 < height / 2
-    pad = 8 * scale
-    column = out.shape[1] - columns - pad if at_right else pad
-    row = out.shape[0] - rows - pad if at_bottom else pad
-    cv2.rectangle(out, (x0 * scale, y0 * scale), (x1 * scale - 1, y1 * scale - 1), FRAME, 1, cv2.LINE_AA)
+    column = width - columns - INSET_PAD_PX if at_right else INSET_PAD_PX
+    row = height - rows - INSET_PAD_PX if at_bottom else INSET_PAD_PX
+    cv2.rectangle(out, (x0, y0), (x1 - 1, y1 - 1), FRAME, 1, cv2.LINE_AA)
     out[row : row + rows, column : column + columns] = view
     cv2.rectangle(out, (column, row), (column + columns - 1, row + rows - 1), FRAME, 1)

@@ -34,9 +34,9 @@ def length(metres: float | None, digits: int = 2) -> str:
     return f"{significant(metres * 1e6, digits)} µm"
 
 
-def angle(degrees: float | None, digits: int = 2) -> str:
+def angle(degrees: float | None) -> str:
     """An angle, such as `0.031°`."""
-    return NONE if degrees is None else f"{significant(degrees, digits)}°"
+    return NONE if degrees is None else f"{significant(degrees)}°"
 
 
 def percent(fraction: float | None, digits: int = 2) -> str:

@@ -21,6 +21,7 @@ from image_server.lights.driver import LightDriver, Status
 from image_server.lights.port import Port
 
 BAUD = 115200  # docs/hardware.md
+WAKE_S = 3.0  # until a first answer, chosen by hand: an Arduino starts afresh when its port is opened
 ANSWER_DEADLINE_S = 0.5  # chosen by hand: an answer takes some ms
 MOST_LINE = 4096  # bytes; 512 channels of five digits fit
 IDENTITY = re.compile(r"ID (\S+) (\S+) channels=(\d+) full=(\d+) serial=(\S+)")
@@ -65,7 +66,6 @@ class LineDriver(LightDriver):
     ----------
     path : serial device.
     hold_off_s : how long the driver stays lit without a word from here; 0 is for ever.
-    wake_s : how long to wait for a first answer: an Arduino starts afresh when its port is opened.
 
     Raises
     ------
@@ -73,11 +73,11 @@ class LineDriver(LightDriver):
     DeviceError : busy, or nothing that answers in this protocol.
     """
 
-    def __init__(self, path: str, hold_off_s: float = 2.0, wake_s: float = 3.0) -> None:
+    def __init__(self, path: str, hold_off_s: float = 2.0) -> None:
         self._port = Port(path, BAUD)
         self._number = 0
         try:
-            found = IDENTITY.fullmatch(self._first_answer(wake_s))
+            found = IDENTITY.fullmatch(self._first_answer())
             if found is None:
                 raise DeviceError(f"The lights at {path} do not say what they are.", "Update their firmware.")
             kind, version, channels, full, serial_number = found.groups()
@@ -122,8 +122,8 @@ class LineDriver(LightDriver):
         """Give the port back."""
         self._port.close()
 
-    def _first_answer(self, wake_s: float) -> str:
-        deadline = time.monotonic() + wake_s
+    def _first_answer(self) -> str:
+        deadline = time.monotonic() + WAKE_S
         while True:
             try:
                 return self._ask("ID", "ID ")

@@ -29,7 +29,7 @@ FEWEST_POINTS = 6
 MOST_SAMPLES = 20  # of a line
 
 
-def line_scales(problem: PoseProblem, pose: Pose, reach_px: float = REACH_PX) -> Ints:
+def line_scales(problem: PoseProblem, pose: Pose) -> Ints:
     """Softness of each line in each channel, (C, L), indices into SCALES_PX.
 
     An edge of blur b answers a Gaussian derivative of scale s with a peak proportional to (b^2 + s^2)^-1/2;
@@ -42,7 +42,7 @@ def line_scales(problem: PoseProblem, pose: Pose, reach_px: float = REACH_PX) ->
     for index, channel in enumerate(problem.channels):
         peaks = []
         for scale in range(least, len(SCALES_PX)):
-            reach = np.full(len(normal), max(reach_px, 1.5 * SCALES_PX[scale]))
+            reach = np.full(len(normal), max(REACH_PX, 1.5 * SCALES_PX[scale]))
             chosen = np.full((1, len(normal)), scale, dtype=np.int64)
             points = search([channel], chosen, Normals(samples.image, normal, reach))
             peaks.append(np.abs(points.strength[0]).max(axis=1))

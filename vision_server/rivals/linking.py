@@ -13,9 +13,7 @@ Ints = NDArray[np.int64]
 
 # Chosen by hand.
 MIN_CHAIN_PX = 6  # shorter chains are noise
-REACH_PX = (
-    2  # how far ahead the next edgel may be: 1 is its neighbour, 2 jumps a gap of one pixel
-)
+REACH_PX = 2  # how far ahead the next edgel may be: 1 is its neighbour, 2 jumps a gap of one pixel
 MAX_TURN_COSINE = 0.5  # of the angle between one step and the edge's own direction
 MAX_AXIS_COSINE = 0.7  # of the angle between the orientations of two linked edgels
 

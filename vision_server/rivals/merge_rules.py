@@ -20,14 +20,14 @@ from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import suppress_non_maxima
 from vision_server.rivals import MERGE_RULES, MergeRule
 
+SIGMA_PX = 1.0  # of the Gaussian derivatives
+
 
 def comparison_edges(
     images: Sequence[NDArray[np.uint8]],
     method: MergeRule,
     exposures: Sequence[float] | None = None,
     gamma: float = 1.0,
-    *,
-    sigma_px: float = 1.0,
 ) -> EdgeMap:
     """Edge map of several images by one of the usual rules.
 
@@ -67,42 +67,42 @@ def comparison_edges(
         (255.0 * (image / 255.0) ** gamma / time).astype(np.float32)
         for image, time in zip(images, times, strict=True)
     ]
-    floor = max(_noise(image, time, sigma_px) for image, time in zip(images, times, strict=True))
+    floor = max(_noise(image, time) for image, time in zip(images, times, strict=True))
     if method == "di-zenzo":
-        return _di_zenzo(linear, sigma_px, floor)
-    gx, gy = _merged_gradient(images, linear, method, sigma_px)
+        return _di_zenzo(linear, floor)
+    gx, gy = _merged_gradient(images, linear, method)
     return _edge_map(np.hypot(gx, gy), np.arctan2(gy, gx), floor)
 
 
 def _merged_gradient(
-    images: Sequence[NDArray[np.uint8]], linear: Sequence[Field], method: MergeRule, sigma_px: float
+    images: Sequence[NDArray[np.uint8]], linear: Sequence[Field], method: MergeRule
 ) -> Field:
     """Gradient along x and y, (2, H, W), by one of the rules that have one."""
     if method == "max-gradient":
-        gradients = np.stack([_gradient(channel, sigma_px) for channel in linear])
+        gradients = np.stack([_gradient(channel) for channel in linear])
         best = np.argmax(np.hypot(gradients[:, 0], gradients[:, 1]), axis=0)
         return np.asarray(np.take_along_axis(gradients, best[None, None], axis=0)[0])
     if method == "mertens":
         fused = cv2.createMergeMertens().process([cv2.cvtColor(i, cv2.COLOR_GRAY2BGR) for i in images])
-        return _gradient(np.ascontiguousarray(fused[:, :, 0] * np.float32(255.0)), sigma_px)
+        return _gradient(np.ascontiguousarray(fused[:, :, 0] * np.float32(255.0)))
     one = np.mean(linear, axis=0) if method == "mean" else np.max(linear, axis=0)
-    return _gradient(one.astype(np.float32), sigma_px)
+    return _gradient(one.astype(np.float32))
 
 
-def _gradient(channel: Field, sigma_px: float) -> Field:
+def _gradient(channel: Field) -> Field:
     """Gaussian derivatives along x and y, (2, H, W), scaled to the height of an ideal step."""
-    return np.stack(gaussian_gradient(channel, contrast_kernels(sigma_px)))
+    return np.stack(gaussian_gradient(channel, contrast_kernels(SIGMA_PX)))
 
 
-def _noise(image: NDArray[np.uint8], exposure: float, sigma_px: float) -> float:
+def _noise(image: NDArray[np.uint8], exposure: float) -> float:
     """Standard deviation of one image's gradient at its middle grey."""
-    gain = noise_gain(contrast_kernels(sigma_px, exposure))
+    gain = noise_gain(contrast_kernels(SIGMA_PX, exposure))
     return float(grey_noise(image)[int(np.median(image))] * gain)
 
 
-def _di_zenzo(linear: Sequence[Field], sigma_px: float, floor: float) -> EdgeMap:
+def _di_zenzo(linear: Sequence[Field], floor: float) -> EdgeMap:
     """Strongest direction of the summed structure tensors."""
-    gradients = np.stack([_gradient(channel, sigma_px) for channel in linear]).astype(np.float64)
+    gradients = np.stack([_gradient(channel) for channel in linear]).astype(np.float64)
     xx, yy = np.mean(gradients[:, 0] ** 2, axis=0), np.mean(gradients[:, 1] ** 2, axis=0)
     xy = np.mean(gradients[:, 0] * gradients[:, 1], axis=0)
     largest = 0.5 * (xx + yy + np.sqrt((xx - yy) ** 2 + 4.0 * xy**2))

@@ -43,20 +43,18 @@ class SeedView:
     ----------
     grey : (H, W), the image, 0 to 255.
     save : writes a pose that was found; what it says is shown. BadInput where it cannot.
+
+    Attributes
+    ----------
     token : what the page's address must have; who does not have it sees and does nothing.
     """
 
     def __init__(
-        self,
-        model: Model,
-        camera: Camera,
-        grey: NDArray[Any],
-        save: Callable[[PointsPose, Pairs], str],
-        token: str | None = None,
+        self, model: Model, camera: Camera, grey: NDArray[Any], save: Callable[[PointsPose, Pairs], str]
     ) -> None:
         self._model, self._camera, self._grey, self._save = model, camera, grey, save
         self._corners = model.vertices[corners_of(model)]
-        self.token = secrets.token_urlsafe(16) if token is None else token
+        self.token = secrets.token_urlsafe(16)
         self.saved = asyncio.Event()
 
     def app(self) -> Any:
