@@ -9,7 +9,7 @@
           ]).
 :- use_module(connections).
 :- use_module(display, [show/2]).
-:- use_module(forms).
+:- use_module(json_terms).
 :- use_module(recovery).
 :- use_module(servers, [captures_taken/1, own_server/1]).
 :- use_module(strategy_file, [check_against_device/2, check_instead/2]).

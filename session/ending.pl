@@ -5,7 +5,7 @@
 :- use_module(acquisition_device, [score_pose/3]).
 :- use_module(connections, [ask/4]).
 :- use_module(display, [show/2, show_outcome/2]).
-:- use_module(forms, [fix_term/2]).
+:- use_module(json_terms, [fix_term/2]).
 :- use_module(installation, [installation_python/1]).
 :- use_module(outcome, [advised/3]).
 :- use_module(processes, [wait_until/3]).

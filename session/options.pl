@@ -216,12 +216,9 @@ of_no_use(Given, Name, 'is of --approach: give that too, or leave it away') :-
     given(Name, Given),
     \+ option(approach(true), Given).
 of_no_use(Given, idle_s, 'is of --keep-servers: give that too, or leave it away') :-
-    given(idle_s, Given),
-    \+ option(keep_servers(true), Given).
+    given(idle_s, Given), \+ option(keep_servers(true), Given).
 of_no_use(Given, keep_servers, 'has no server to keep: --image-server and --vision-server name both') :-
-    option(keep_servers(true), Given),
-    given(image_server, Given),
-    given(vision_server, Given).
+    option(keep_servers(true), Given), given(image_server, Given), given(vision_server, Given).
 of_no_use(Given, scenario, Why) :-
     given(scenario, Given),
     member(Name, [stack, camera, image_server]),
@@ -232,11 +229,13 @@ of_no_use(Given, seed_pose, 'says where to look, and --first-sight looks everywh
     given(seed_pose, Given),
     option(first_sight(true), Given).
 of_no_use(Given, explain, 'says what --quiet leaves out: give one of them') :-
-    option(explain(true), Given),
-    option(quiet(true), Given).
+    option(explain(true), Given), option(quiet(true), Given).
 
 given(Name, Given) :-
-    Option =.. [Name, _],
+    given(Name, Given, _).
+
+given(Name, Given, Value) :-
+    Option =.. [Name, Value],
     option(Option, Given).
 
 check(Options) :-
@@ -253,10 +252,7 @@ rule(Options, "--seed must not be negative: ~w", [Seed]) :-
     option(seed(Seed), Options), Seed < 0.
 rule(Options, "--~w and --~w exclude each other: each says where the images come from", [First, Second]) :-
     findall(Dashed,
-            ( member(Name, [stack, image_server, camera]),
-              Option =.. [Name, _],
-              option(Option, Options),
-              dashes(Name, Dashed) ),
+            ( member(Name, [stack, image_server, camera]), given(Name, Options), dashes(Name, Dashed) ),
             [First, Second|_]).
 rule(Options, "--idle-s must be a positive number of seconds, not ~w", [Seconds]) :-
     option(idle_s(Seconds), Options), Seconds =< 0.
@@ -277,20 +273,17 @@ rule(Options, "--contact-range must be positive and less than --first-range", []
     ( Contact =< 0 ; Contact >= First ).
 rule(Options, "--~w: '~w' is not an endpoint such as tcp://127.0.0.1:5555 or ipc:///tmp/vision", [Dashed, Endpoint]) :-
     member(Name, [image_server, vision_server]),
-    Option =.. [Name, Endpoint],
-    option(Option, Options),
+    given(Name, Options, Endpoint),
     \+ ( member(Scheme, ['tcp://', 'ipc://']), sub_atom(Endpoint, 0, _, _, Scheme) ),
     dashes(Name, Dashed).
 rule(Options, "--~w: no file '~w'", [Dashed, File]) :-
     member(Name, [camera_model, seed_pose]),
-    Option =.. [Name, File],
-    option(Option, Options),
+    given(Name, Options, File),
     \+ exists_file(File),
     dashes(Name, Dashed).
 rule(Options, "--~w: there is no '~w'", [Name, Device]) :-
     member(Name, [camera, lights]),
-    Option =.. [Name, Device],
-    option(Option, Options),
+    given(Name, Options, Device),
     \+ access_file(Device, exist).
 rule(Options, "--keys: others can read ~w, which is a secret: chmod 600 ~w", [File, File]) :-
     option(keys(Dir), Options), exists_directory(Dir),
@@ -303,6 +296,5 @@ rule(Options, "--keys: no ~w key in ~w; make keys with python -m bridge keys DIR
     catch(( client_keys(Dir, controller, Server, _), fail ), error(no_key(File, Which), _), true).
 rule(Options, "--~w: no folder '~w'", [Name, Dir]) :-
     member(Name, [stack, keys]),
-    Option =.. [Name, Dir],
-    option(Option, Options),
+    given(Name, Options, Dir),
     \+ exists_directory(Dir).

@@ -2,7 +2,7 @@
           [ decision_reason/3,          % +Action, +Situation, -Reason
             reason_dict/3               % +Device, +Reason, -Dict
           ]).
-:- use_module(forms, [settings_dict/2]).
+:- use_module(json_terms, [settings_dict/2]).
 :- use_module('../domain/reasoning/candidates').
 :- use_module('../domain/reasoning/image_set').
 :- use_module('../domain/reasoning/merit').

@@ -11,7 +11,7 @@
           ]).
 :- use_module(connections).
 :- use_module(display, [show/2, show_address/0]).
-:- use_module(forms).
+:- use_module(json_terms).
 :- use_module(resumption, [missed_events/3]).
 :- use_module(live_table, [pulse/2, table_is_live/0]).
 :- use_module(servers).

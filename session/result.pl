@@ -3,7 +3,7 @@
             write_result/2,             % +Result, +Folder
             print_result/1              % +Result
           ]).
-:- use_module(forms).
+:- use_module(json_terms).
 :- use_module(run_folder, [replace_file/2, run_file/3]).
 :- use_module('../domain/reasoning/device').
 :- use_module('../domain/reasoning/merit').

@@ -1,4 +1,4 @@
-:- module(session_forms,
+:- module(session_json_terms,
           [ device_term/2,              % +Description, -Device
             settings_dict/2,            % +Settings, -Dict
             statistics_term/2,          % +Dict, -Statistics
