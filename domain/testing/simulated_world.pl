@@ -91,7 +91,6 @@ after_action(_, Situation) :-
                 *******************************/
 
 can_execute(connect).
-can_execute(set_parameter(_, _)).
 can_execute(capture(_, _)).
 can_execute(estimate(_)).
 can_execute(predict(_, _, _)).
