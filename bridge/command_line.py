@@ -1,8 +1,9 @@
 """Command lines of the Python programs: `python -m PROGRAM COMMAND OPTIONS`.
 
 A program names its commands, each a file `PROGRAM/commands/COMMAND.py` with `add_options(parser)` and
-`run(options)`, which returns the exit status. Only the file of the command that is asked for is imported, and
-what computes is imported when it runs: a session waits for it.
+`run(options)`, which returns the exit status where that is not 0. What cannot be used or fails is raised, and
+told here: one line, and the error's own exit status (`bridge.errors`). Only the file of the command that is
+asked for is imported, and what computes is imported when it runs: a session waits for it.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from bridge import __version__
-from bridge.errors import EXIT_BAD_INPUT
+from bridge.errors import EXIT_BAD_INPUT, EXIT_DEVICE, LightsAndCameraError
 
 Number = TypeVar("Number", int, float)
 EXIT_READER_GONE = 141  # as a shell says of a program that SIGPIPE ends
@@ -41,6 +42,9 @@ def run_command(name: str, about: str, commands: Mapping[str, str], words: Seque
     except BrokenPipeError:  # its reader has seen enough; nothing more can be said there
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_READER_GONE
+    except (LightsAndCameraError, OSError) as error:
+        print(f"{name}: {' '.join(str(error).split())}", file=sys.stderr)
+        return error.exit_status if isinstance(error, LightsAndCameraError) else EXIT_DEVICE
     return status
 
 
@@ -60,8 +64,7 @@ def _run_command(name: str, about: str, commands: Mapping[str, str], words: Sequ
     command = import_module(f"{name}.commands.{words[0].replace('-', '_')}")
     parser = new_parser(f"{program} {words[0]}", commands[words[0]])
     command.add_options(parser)
-    status: int = command.run(parser.parse_intermixed_args(words[1:]))
-    return status
+    return command.run(parser.parse_intermixed_args(words[1:])) or 0
 
 
 def new_parser(program: str, about: str) -> ArgumentParser:

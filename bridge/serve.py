@@ -76,8 +76,7 @@ class Server:
         lifeline: Lifeline | None = None,
         idle_s: float | None = None,
     ) -> None:
-        self._idle_s = idle_s
-        self.service = service
+        self.service, self._idle_s = service, idle_s
         self.lifeline = lifeline or Lifeline()
         self._memory = ReplyMemory()
         self._started = time.monotonic()

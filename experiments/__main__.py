@@ -3,7 +3,7 @@
 import sys
 
 from bridge.command_line import run_command
-from bridge.errors import EXIT_BAD_INPUT, LightsAndCameraError
+from bridge.errors import EXIT_BAD_INPUT
 from bridge.lifeline import leave
 
 COMMANDS = {
@@ -18,9 +18,6 @@ def main() -> int:
     about = "Plans of many sessions: run them anywhere, continue them, compare strategies."
     try:
         return run_command("experiments", about, COMMANDS, sys.argv[1:])
-    except LightsAndCameraError as error:
-        print(f"experiments: {' '.join(str(error).split())}", file=sys.stderr)
-        return error.exit_status
     except ModuleNotFoundError as error:
         if error.name != "pyarrow":  # the table is written with it
             raise

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import os
 import re
-import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from bridge.errors import BadInput, DeviceError, LightsAndCameraError
+from bridge.errors import BadInput, DeviceError
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = {
@@ -25,13 +24,9 @@ def add_options(parser: ArgumentParser) -> None:
     parser.add_argument("name", metavar="NAME", help="Of the strategy, and of the new folder it goes into.")
 
 
-def run(options: Namespace) -> int:
-    """Make the files and say what can be done with them; the exit status."""
-    try:
-        folder = make_controller(options.name)
-    except LightsAndCameraError as error:
-        print(f"bridge: {error}", file=sys.stderr)
-        return error.exit_status
+def run(options: Namespace) -> None:
+    """Make the files and say what can be done with them."""
+    folder = make_controller(options.name)
     made = folder.name
     session = "swipl main.pl" if Path("main.pl").exists() else "lights-and-camera"
     told = {
@@ -42,7 +37,6 @@ def run(options: Namespace) -> int:
     }
     for file, what in told.items():
         print(f"{made}/{file:<{len(made) + 8}}  {what}")
-    return 0
 
 
 def make_controller(name: str) -> Path:

@@ -30,10 +30,9 @@ def add_options(parser: ArgumentParser) -> None:
     """It has none."""
 
 
-def run(options: Namespace) -> int:
-    """Print the Prolog file; the exit status."""
+def run(options: Namespace) -> None:
+    """Print the Prolog file."""
     print(prolog_results(), end="")
-    return 0
 
 
 def prolog_results() -> str:

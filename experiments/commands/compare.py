@@ -21,9 +21,8 @@ def add_options(parser: ArgumentParser) -> None:
     )
 
 
-def run(options: Namespace) -> int:
-    """Compare; the exit status."""
+def run(options: Namespace) -> None:
+    """Compare."""
     from experiments.comparison_folder import compare_table
 
     compare_table(options.table, options.out, options.reports, options.renew)
-    return 0

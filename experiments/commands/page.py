@@ -11,9 +11,8 @@ def add_options(parser: ArgumentParser) -> None:
     parser.add_argument("table", type=Path, metavar="OUT", help="Folder of a run, finished or not.")
 
 
-def run(options: Namespace) -> int:
-    """Write the page and say where; the exit status."""
+def run(options: Namespace) -> None:
+    """Write the page and say where."""
     from experiments.page import write_page
 
     print(write_page(options.table, running=False))
-    return 0

@@ -8,7 +8,6 @@ from pathlib import Path
 from bridge.command_line import number, whole_number
 from bridge.errors import BadInput
 from image_server.commands.options import add_camera
-from image_server.commands.serving import plainly
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -40,12 +39,8 @@ def add_options(parser: ArgumentParser) -> None:
     )
 
 
-def run(options: Namespace) -> int:
-    """Measure and write; the exit status."""
-    return plainly(lambda: _calibrate(options))
-
-
-def _calibrate(options: Namespace) -> None:
+def run(options: Namespace) -> None:
+    """Measure and write."""
     import msgspec
 
     from image_server.v4l2.calibrate import calibrate as measured

@@ -6,19 +6,14 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from bridge.errors import BadInput, DeviceError, LightsAndCameraError
-from image_server.commands.serving import plainly
 
 
 def add_options(_: ArgumentParser) -> None:
     """It has none."""
 
 
-def run(_: Namespace) -> int:
-    """Print each camera; the exit status."""
-    return plainly(_list_cameras)
-
-
-def _list_cameras() -> None:
+def run(_: Namespace) -> None:
+    """Print each camera."""
     from image_server.v4l2.controls import controls
     from image_server.v4l2.node import Node
     from image_server.v4l2.stream import formats

@@ -15,7 +15,6 @@ from bridge.errors import BadInput
 from image_server.commands.hardware import laboratory_device
 from image_server.commands.options import add_camera, add_draws, add_equipment
 from image_server.commands.replay import replay_device
-from image_server.commands.serving import plainly
 from image_server.commands.simulator import simulated_device
 
 if TYPE_CHECKING:
@@ -74,12 +73,8 @@ def add_options(parser: ArgumentParser) -> None:
     )
 
 
-def run(options: Namespace) -> int:
-    """Record; the exit status."""
-    return plainly(lambda: _record(options))
-
-
-def _record(options: Namespace) -> None:
+def run(options: Namespace) -> None:
+    """Record."""
     from image_server.recording.record import record_basis, record_frames
 
     out, settings = options.out, options.settings

@@ -15,12 +15,11 @@ def add_options(_: ArgumentParser) -> None:
     """It has none."""
 
 
-def run(_: Namespace) -> int:
-    """Compile what has changed, so that the first session does not wait for it; the exit status."""
+def run(_: Namespace) -> None:
+    """Compile what has changed, so that the first session does not wait for it."""
     remove_stale_kernels()
     with warming("simulator", "numerics", "geometry", "stack", "image_server"):
         take_frames()
-    return 0
 
 
 def take_frames() -> None:

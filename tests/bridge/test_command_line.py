@@ -2,8 +2,12 @@
 
 import subprocess
 import sys
+from types import ModuleType
 
-from bridge.command_line import EXIT_READER_GONE
+import pytest
+
+from bridge.command_line import EXIT_READER_GONE, run_command
+from bridge.errors import BadInput, DeviceError
 
 
 def test_a_reader_that_has_seen_enough_is_no_error() -> None:
@@ -32,3 +36,32 @@ def test_a_reader_that_has_seen_enough_is_no_error() -> None:
         done.stdin.close()
         assert done.stderr.read() == ""
         assert done.wait(60) == EXIT_READER_GONE
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "line"),
+    [
+        (BadInput("It is\n  no file.", "Give one."), 2, "program: It is no file. Give one.\n"),
+        (DeviceError("It is gone."), 4, "program: It is gone.\n"),
+        (FileNotFoundError(2, "No such file", "x"), 4, "program: [Errno 2] No such file: 'x'\n"),
+    ],
+)
+def test_an_error_is_one_line_and_its_exit_status(
+    error: Exception,
+    status: int,
+    line: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    class Command(ModuleType):
+        def add_options(self, parser: object) -> None:
+            """None."""
+
+        def run(self, options: object) -> None:
+            raise error
+
+    monkeypatch.setitem(sys.modules, "program", ModuleType("program"))
+    monkeypatch.setitem(sys.modules, "program.commands", ModuleType("commands"))
+    monkeypatch.setitem(sys.modules, "program.commands.fail", Command("fail"))
+    assert run_command("program", "It fails.", {"fail": "Do."}, ["fail"]) == status
+    assert capsys.readouterr().err == line

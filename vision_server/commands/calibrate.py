@@ -7,7 +7,8 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from bridge.command_line import number
-from bridge.errors import EXIT_BAD_INPUT, BadInput, LightsAndCameraError
+from bridge.errors import BadInput
+from vision_server.commands.edges import write_file
 
 GOOD_RMS_PX = 0.5  # of a sharp board and a lens that the model fits; beyond, poses are as wrong
 GOOD_FOCAL_SD = 0.005  # of the focal length, which the range is off by
@@ -33,18 +34,13 @@ def add_options(parser: ArgumentParser) -> None:
     )
 
 
-def run(options: Namespace) -> int:
-    """Calibrate, or draw; the exit status."""
-    try:
-        corners = _counted(options.corners)
-        if options.board is not None:
-            _draw(options, corners)
-        if options.images or options.board is None:
-            _calibrate(options, corners)
-    except LightsAndCameraError as error:
-        print(f"vision_server: {error}", file=sys.stderr)
-        return EXIT_BAD_INPUT
-    return 0
+def run(options: Namespace) -> None:
+    """Calibrate, or draw."""
+    corners = _counted(options.corners)
+    if options.board is not None:
+        _draw(options, corners)
+    if options.images or options.board is None:
+        _calibrate(options, corners)
 
 
 def _counted(text: str) -> tuple[int, int]:
@@ -82,10 +78,7 @@ def _calibrate(options: Namespace, corners: tuple[int, int]) -> None:
             f"the focal length is known to {100 * found.focal_sd:.1f} % only, and every range with it: take "
             "more images, with the board tilted by 30 to 45 degrees and filling the frame"
         )
-    try:
-        options.out.write_text(toml_text({"camera": found.camera}))
-    except OSError as error:
-        raise BadInput(f"Cannot write {options.out}: {error.strerror}.", "Check the path.") from error
+    write_file(options.out, toml_text({"camera": found.camera}).encode())
     print(
         f"{options.out}: {len(found.seen)} boards, {found.rms_px:.2f} px RMS, "
         f"focal length {found.camera['fx']:.1f} px to {100 * found.focal_sd:.2f} %"

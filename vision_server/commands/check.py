@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
-from bridge.errors import EXIT_BAD_INPUT, BadInput, LightsAndCameraError
+from bridge.errors import BadInput
 from vision_server.commands.estimate import read_set
 from vision_server.commands.options import add_exposures, add_gamma, add_model_and_camera, add_seed
 
@@ -34,11 +33,7 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Judge and print; the exit status."""
-    try:
-        values = _judged(options)
-    except LightsAndCameraError as error:
-        print(f"vision_server: {error}", file=sys.stderr)
-        return EXIT_BAD_INPUT
+    values = _judged(options)
     if options.json:
         print(json.dumps(values, allow_nan=False))
     else:

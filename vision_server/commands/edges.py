@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bridge.command_line import whole_number
-from bridge.errors import EXIT_BAD_INPUT, BadInput
+from bridge.errors import BadInput
 from vision_server.commands.options import add_exposures, parse_exposures
 from vision_server.rivals import MERGE_RULES
 
@@ -92,7 +92,8 @@ def write_file(path: Path, content: bytes) -> None:
         raise BadInput(f"Cannot write {path}: {error.strerror or error}.", "Check the folder.") from error
 
 
-def _write(options: Namespace) -> None:
+def run(options: Namespace) -> None:
+    """Merge, and write the files that are asked for."""
     from vision_server.channels.channel import channel_statistics
     from vision_server.channels.depth import Raw, rounded
     from vision_server.channels.image_files import read_image_set
@@ -240,13 +241,3 @@ def add_options(parser: ArgumentParser) -> None:
         default=1.0,
         help="Tone curve of the files to undo: linear = grey^gamma (default: %(default)s).",
     )
-
-
-def run(options: Namespace) -> int:
-    """Merge, and write the files that are asked for; the exit status."""
-    try:
-        _write(options)
-    except BadInput as error:
-        print(error, file=sys.stderr)
-        return EXIT_BAD_INPUT
-    return 0

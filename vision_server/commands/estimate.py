@@ -9,7 +9,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bridge.errors import EXIT_BAD_INPUT, EXIT_NO_POSE, BadInput, LightsAndCameraError
+from bridge.errors import EXIT_NO_POSE, BadInput
 from bridge.start_messages import MATCHER_NAMES
 from vision_server.commands.edges import exposures_of, warn_of_movement
 from vision_server.commands.options import (
@@ -248,11 +248,7 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Estimate and print; the exit status."""
-    try:
-        result = _estimated(options)
-    except LightsAndCameraError as error:
-        print(f"vision_server: {error}", file=sys.stderr)
-        return EXIT_BAD_INPUT
+    result = _estimated(options)
     if options.json:
         print(json.dumps(result, allow_nan=False))
     else:

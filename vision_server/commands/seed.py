@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bridge.command_line import number, whole_number
-from bridge.errors import EXIT_BAD_INPUT, BadInput, LightsAndCameraError
+from bridge.errors import BadInput
 from vision_server.commands.estimate import write_overlay
 from vision_server.commands.options import add_model_and_camera
 
@@ -60,14 +60,10 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Solve, or serve the page; the exit status."""
-    try:
-        scene = _read(options)
-        if options.points is not None or options.pair:
-            return _of_points(options, scene)
-        return _of_clicks(options, scene)
-    except LightsAndCameraError as error:
-        print(f"vision_server: {error}", file=sys.stderr)
-        return EXIT_BAD_INPUT
+    scene = _read(options)
+    if options.points is not None or options.pair:
+        return _of_points(options, scene)
+    return _of_clicks(options, scene)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import faulthandler
-import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
@@ -28,22 +27,16 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Serve until told to stop; the exit status."""
-    from bridge.errors import EXIT_DEVICE, LightsAndCameraError
-
     faulthandler.enable()  # where a crash was is told in the log
-    try:
-        from bridge.endpoints import open_to_all
-        from bridge.keys import client_keys, server_keys
-        from bridge.serve import serve
-        from vision_server.serve.files import Files
-        from vision_server.serve.server import VisionServer
+    from bridge.endpoints import open_to_all
+    from bridge.keys import client_keys, server_keys
+    from bridge.serve import serve
+    from vision_server.serve.files import Files
+    from vision_server.serve.server import VisionServer
 
-        strangers = options.keys is None and open_to_all(options.endpoint)
-        roots = options.root or ([Path.cwd()] if strangers else None)
-        files = Files(None if roots is None else tuple(roots), options.image_server)
-        service = VisionServer(client_keys(options.keys, "vision_server", "image_server"), files)
-        curve = server_keys(options.keys, "vision_server")
-        return serve(service, options.endpoint, None, options.parent, curve, options.idle_s)
-    except (LightsAndCameraError, OSError) as error:
-        print(f"vision_server: {' '.join(str(error).split())}", file=sys.stderr)
-        return error.exit_status if isinstance(error, LightsAndCameraError) else EXIT_DEVICE
+    strangers = options.keys is None and open_to_all(options.endpoint)
+    roots = options.root or ([Path.cwd()] if strangers else None)
+    files = Files(None if roots is None else tuple(roots), options.image_server)
+    service = VisionServer(client_keys(options.keys, "vision_server", "image_server"), files)
+    curve = server_keys(options.keys, "vision_server")
+    return serve(service, options.endpoint, None, options.parent, curve, options.idle_s)

@@ -15,7 +15,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from bridge.command_line import number, whole_number
-from bridge.errors import EXIT_BAD_INPUT, EXIT_NO_POSE, LightsAndCameraError
+from bridge.errors import EXIT_NO_POSE, BadInput
 from vision_server.commands.estimate import started_at
 from vision_server.commands.options import add_gamma, add_model_and_camera, add_seed, told_gamma
 
@@ -29,7 +29,10 @@ EXIT_INTERRUPTED = 130  # as a shell says of a program that Ctrl-C ends
 
 def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
-    parser.description = f"{parser.description} Exit status: 0 found in some frame, 3 in none, 2 bad input."
+    parser.description = (
+        f"{parser.description} Exit status: 0 found in some frame, 3 in none, 2 bad input, 4 a camera or "
+        "server that failed."
+    )
     parser.add_argument(
         "frames", metavar="FRAME", nargs="+",
         help="Image files in order; or one folder of them, one video, one camera (/dev/video0), "
@@ -64,9 +67,8 @@ def run(options: Namespace) -> int:
 
     try:
         return _tracked(options)
-    except (LightsAndCameraError, ReportError) as error:
-        print(f"vision_server: {error}", file=sys.stderr)
-        return EXIT_BAD_INPUT
+    except ReportError as error:
+        raise BadInput(str(error)) from error
     except KeyboardInterrupt:  # what ends a camera; the film is whole
         return EXIT_INTERRUPTED
 

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from bridge.errors import EXIT_BAD_INPUT, LightsAndCameraError
 
 if TYPE_CHECKING:
     from vision_server.serve.verification import Verified
@@ -30,11 +27,7 @@ def run(options: Namespace) -> int:
     """Verify and print; the exit status."""
     from vision_server.serve.verification import verified
 
-    try:
-        found = verified(options.folder)
-    except LightsAndCameraError as error:
-        print(f"vision_server: {error}", file=sys.stderr)
-        return EXIT_BAD_INPUT
+    found = verified(options.folder)
     if options.json:
         print(json.dumps(_values(found), allow_nan=False))
     else:

@@ -20,12 +20,11 @@ def add_options(_: ArgumentParser) -> None:
     """It has none."""
 
 
-def run(_: Namespace) -> int:
-    """Compile what has changed; the exit status."""
+def run(_: Namespace) -> None:
+    """Compile what has changed."""
     remove_stale_kernels()
     with warming("vision server", "numerics", "geometry", "vision_server"):
         warm_up()
-    return 0
 
 
 def warm_up() -> None:

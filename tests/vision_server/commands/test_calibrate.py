@@ -6,12 +6,12 @@ import cv2
 import numpy as np
 import pytest
 
+from bridge.command_line import run_command
 from geometry.camera import Camera
 from tests.vision_server.boards import write_boards
 from vision_server.__main__ import COMMANDS
 from vision_server.calibration import drawn_board
 from vision_server.channels.image_files import read_grey
-from vision_server.commands import calibrate
 from vision_server.serve.inputs import read_camera
 
 CORNERS = (7, 5)
@@ -24,11 +24,7 @@ def boards(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 
 def run(*words: str | Path) -> int:
-    from argparse import ArgumentParser
-
-    parser = ArgumentParser(description=COMMANDS["calibrate"])
-    calibrate.add_options(parser)
-    return calibrate.run(parser.parse_args([*map(str, words)]))
+    return run_command("vision_server", "", COMMANDS, ["calibrate", *map(str, words)])
 
 
 def test_finds_the_camera_that_took_the_boards(
