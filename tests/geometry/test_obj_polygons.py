@@ -7,10 +7,7 @@ import pytest
 
 from geometry.errors import GeometryError
 from geometry.model import Model, load_model
-
-C_SHAPE = [(3, 0), (3, 1), (1, 1), (1, 2), (3, 2), (3, 3), (0, 3), (0, 0)]
-ARROW = [(-2, -1), (0, 0), (2, -1), (0, 2)]
-HEIGHT = 0.1
+from tests.geometry.concave import ARROW, C_SHAPE, HEIGHT, areas
 
 
 def prism(file: Path, outline: list[tuple[float, float]], word: str = "{0}") -> Model:
@@ -23,11 +20,6 @@ def prism(file: Path, outline: list[tuple[float, float]], word: str = "{0}") -> 
     lines += ["f " + " ".join(word.format(k + 1, k - 2 * count) for k in face) for face in faces]
     file.write_text("\n".join(lines) + "\n")
     return load_model(file)
-
-
-def areas(model: Model) -> float:
-    a, b, c = model.vertices[model.triangles].swapaxes(0, 1)
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
 
 @pytest.mark.parametrize(("outline", "area", "around"), [(C_SHAPE, 0.07, 1.6), (ARROW, 0.04, 1.16833)])

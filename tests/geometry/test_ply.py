@@ -7,10 +7,9 @@ import pytest
 
 from geometry.errors import GeometryError
 from geometry.model import load_model
-from tests.geometry.test_obj_polygons import ARROW, C_SHAPE, HEIGHT, areas
+from tests.geometry.concave import ARROW, C_SHAPE, HEIGHT, areas
 
 FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
-Face = list[int]
 
 
 def write_prism(file: Path, form: str, outline: list[tuple[float, float]]) -> None:
