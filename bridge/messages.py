@@ -167,6 +167,8 @@ class TargetDescription(Message, frozen=True):
     range_m, view
         What narrows the search where there is no seed pose: least and greatest distance of the target's
         middle, metres; the direction from there to the camera in the target's frame, roughly.
+    tolerance_m
+        How far lines of the part may be off the model's, one standard deviation, metres.
     """
 
     model: FileName
@@ -174,6 +176,7 @@ class TargetDescription(Message, frozen=True):
     seed_pose: PoseMessage | None = None
     range_m: tuple[Length, Length] | None = None
     view: Vector3 | None = None
+    tolerance_m: Annotated[float, Meta(ge=0, le=1e6)] | None = None
 
 
 class SettingRange(Message, frozen=True):

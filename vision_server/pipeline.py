@@ -59,6 +59,8 @@ class PipelineSettings:
         Least softness that edges are taken for in refinement, one of SCALES_PX.
     tone_sd_px
         How well the images' tone curve is known, see refinement.
+    tolerance_m
+        How far each line of the part may be off the model's, one standard deviation.
     fusion
         Whether images are fused into one before edges are looked for (a rival, see `rivals.exposures`).
     """
@@ -72,6 +74,7 @@ class PipelineSettings:
     edge_contrast_grey: float = 0.0
     refinement_scale_px: float = SCALES_PX[0]
     tone_sd_px: float = KNOWN_TONE_SD_PX
+    tolerance_m: float = 0.0
     fusion: bool = False
 
 
@@ -175,7 +178,7 @@ def pose_of_segments(
     hypotheses = _matched(endpoints, model, camera, seed_pose, settings)
     watch.lap("matching")
     least = SCALES_PX.index(settings.refinement_scale_px)
-    problem = PoseProblem.at_scale(channels, model, camera, least, settings.tone_sd_px)
+    problem = PoseProblem.at_scale(channels, model, camera, least, settings.tone_sd_px, settings.tolerance_m)
     anywhere = isinstance(seed_pose, Anywhere)
     worth = _worth_refining(hypotheses)
     if anywhere:

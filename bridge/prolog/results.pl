@@ -237,7 +237,8 @@ message('TargetDescription',
           unit-optional(one_of(["cm", "in", "m", "mm"])),
           seed_pose-optional(nullable(message('PoseMessage'))),
           range_m-optional(nullable(tuple([number([gt(0), le(1000000.0)]), number([gt(0), le(1000000.0)])]))),
-          view-optional(nullable(tuple([number([ge(-1000000.0), le(1000000.0)]), number([ge(-1000000.0), le(1000000.0)]), number([ge(-1000000.0), le(1000000.0)])])))
+          view-optional(nullable(tuple([number([ge(-1000000.0), le(1000000.0)]), number([ge(-1000000.0), le(1000000.0)]), number([ge(-1000000.0), le(1000000.0)])]))),
+          tolerance_m-optional(nullable(number([ge(0), le(1000000.0)])))
         ]).
 message('TrackResult',
         [ frame-integer([ge(0), le(9007199254740992)]),

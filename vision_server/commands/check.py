@@ -44,7 +44,7 @@ def run(options: Namespace) -> int:
 def _judged(options: Namespace) -> dict[str, Any]:
     from geometry.errors import GeometryError
     from vision_server.pipeline import PipelineSettings
-    from vision_server.serve.inputs import read_camera, read_model, read_seed_pose
+    from vision_server.serve.inputs import read_camera, read_model, read_seed_pose, read_tolerance
     from vision_server.serve.results import judgement_result
     from vision_server.tracking.referee import judged
 
@@ -52,7 +52,8 @@ def _judged(options: Namespace) -> dict[str, Any]:
     model = read_model(options.model, options.unit)
     pose = read_seed_pose(options.pose, model)
     images, names, tone_sd_px = read_set(options, camera, table)
-    settings = PipelineSettings(seed=options.seed, tone_sd_px=tone_sd_px)
+    tolerance_m = read_tolerance(options.camera, model) or 0.0
+    settings = PipelineSettings(seed=options.seed, tone_sd_px=tone_sd_px, tolerance_m=tolerance_m)
     try:
         found = judged(images, names, model, camera, pose, settings)
     except GeometryError as error:

@@ -91,11 +91,12 @@ def _estimated(options: Namespace) -> dict[str, Any]:
     from vision_server.matching.match import SearchRange
     from vision_server.matching.region import region_of
     from vision_server.pipeline import PipelineSettings, estimate_pose
-    from vision_server.serve.inputs import read_camera, read_model, told_raw
+    from vision_server.serve.inputs import read_camera, read_model, read_tolerance, told_raw
     from vision_server.serve.results import estimate_result
 
     camera, table = read_camera(options.camera)
     model = read_model(options.model, options.unit)
+    tolerance_m = read_tolerance(options.camera, model) or 0.0
     start = started_at(options, model, camera)
     usual = (SEARCH_ROTATION_DEG, search_translation_px(camera.width))
     try:
@@ -108,6 +109,7 @@ def _estimated(options: Namespace) -> dict[str, Any]:
             matcher=options.matcher,
             seed=options.seed,
             tone_sd_px=tone_sd_px,
+            tolerance_m=tolerance_m,
             rotation_range_deg=reach.rotation_deg,
             translation_range_px=reach.translation_px,
         )

@@ -48,6 +48,8 @@ class PoseProblem:
         (C, L), index into SCALES_PX of the softness of each line in each channel, see `line_scales`.
     tone_sd_px
         How far edges may be off by a tone curve that is still in the images.
+    tolerance_m
+        How far each line of the part may be off the model's, one sd.
     """
 
     channels: Sequence[GradientChannel]
@@ -55,6 +57,7 @@ class PoseProblem:
     camera: Camera
     scale: Ints
     tone_sd_px: float = KNOWN_TONE_SD_PX
+    tolerance_m: float = 0.0
 
     @property
     def filters(self) -> Ints:
@@ -69,10 +72,11 @@ class PoseProblem:
         camera: Camera,
         scale: int = 0,
         tone_sd_px: float = KNOWN_TONE_SD_PX,
+        tolerance_m: float = 0.0,
     ) -> PoseProblem:
         """With the same softness of all lines."""
         everywhere = np.full((len(channels), len(model.lines)), scale, dtype=np.int64)
-        return cls(channels, model, camera, everywhere, tone_sd_px)
+        return cls(channels, model, camera, everywhere, tone_sd_px, tolerance_m)
 
 
 class Observation(NamedTuple):
@@ -102,6 +106,8 @@ class Observation(NamedTuple):
         edges away from saturated pixels); both times the line's softness.
     neighbours
         (C, N), how far lines beside this one may move its edge, px, signed.
+    tolerance
+        (N,), how far the part's line may be off the model's, px.
     """
 
     samples: Samples
@@ -115,6 +121,7 @@ class Observation(NamedTuple):
     strength: Floats
     nuisance: Floats
     neighbours: Floats
+    tolerance: Floats
 
 
 def observe(problem: PoseProblem, pose: Pose, reach_px: float, spacing_px: float) -> Observation:
@@ -146,11 +153,12 @@ def observe(problem: PoseProblem, pose: Pose, reach_px: float, spacing_px: float
     for c, channel in enumerate(channels):
         _take_chosen(c, chosen, points, channel.smooth, samples, sigma, filters, found)
     centre = turning_point(problem.model, pose)
+    jacobian = step_jacobian(problem.camera, pose.apply(samples.points), normal, centre)
     return Observation(
         samples=samples,
         along=along,
         from_end=from_end,
-        jacobian=step_jacobian(problem.camera, pose.apply(samples.points), normal, centre),
+        jacobian=jacobian,
         centre=centre,
         sigma=sigma,
         offset=found.offset,
@@ -158,6 +166,7 @@ def observe(problem: PoseProblem, pose: Pose, reach_px: float, spacing_px: float
         strength=found.strength,
         nuisance=found.nuisance,
         neighbours=neighbour_pulls(samples, lines, sigma),
+        tolerance=problem.tolerance_m * np.linalg.norm(jacobian[:, 3:], axis=1),
     )
 
 

@@ -57,7 +57,9 @@ def the_other_way(best: Refined, match: Callable[[Model], Sequence[Pose]]) -> fl
     for way in WAYS:
         other = changed(model, way)
         own = best.problem
-        problem = PoseProblem.at_scale(own.channels, other, own.camera, tone_sd_px=own.tone_sd_px)
+        problem = PoseProblem.at_scale(
+            own.channels, other, own.camera, tone_sd_px=own.tone_sd_px, tolerance_m=own.tolerance_m
+        )
         for found in best_first(problem, match(other), LOOKED_AT):
             most = max(most, odds(best.support, found.support, UNLIKELY_NATS))
     return most

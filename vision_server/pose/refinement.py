@@ -57,12 +57,13 @@ def line_biases(seen: Observation) -> Floats:
     """How far each edge point may be off together with all others of its line, (C, N) px, one sd.
 
     By shading across the line, calibration and model; by saturation beside it; by what runs beside it. All
-    grow with the filter's scale.
+    grow with the filter's scale. Besides, by what the part's lines are off the model's.
     """
     growth = seen.sigma[:, seen.samples.line] ** BIAS_GROWTH
     clipped = seen.nuisance[:, :, 1] != 0.0
     own = np.where(clipped, CLIPPED_BIAS_PX * growth, LINE_BIAS_PX * (growth - 1.0))
-    return np.asarray(np.where(np.abs(seen.neighbours) > own, seen.neighbours, own))
+    seeming = np.where(np.abs(seen.neighbours) > own, seen.neighbours, own)
+    return np.asarray(np.copysign(np.hypot(seeming, seen.tolerance), seeming))
 
 
 def prior_precision(range_m: float, tone_sd_px: float) -> Floats:

@@ -21,6 +21,7 @@ from vision_server.matching.match import Anywhere
 SIZES_MEANT_M = (0.003, 30.0)  # across: parts outside are rare, and files in another unit than told are not
 FOREIGN = (".yaml", ".yml", ".xml")  # camera files of other programs
 MOST_TOML_BYTES = 1024 * 1024  # a recorded stack of 5000 frames has as many
+MOST_TOLERANCE = 0.05  # of the target's size: what is so far off is another part
 SIZES_SEEN = (0.02, 20.0)  # of a part, over the frame's width: beyond, unit or seed pose are wrong
 NEAREST = 1e-6  # of the target's size: nearer to its middle a camera has no direction from which it looks
 
@@ -120,6 +121,32 @@ def read_anywhere(path: Path) -> Anywhere:
         raise BadInput(
             f"{path}: [target]: {error}.", "Give range_m = [least, greatest] in m, view = [x, y, z]."
         ) from error
+
+
+def read_tolerance(path: Path, model: Model) -> float | None:
+    """A file's ``[target] tolerance_m``: how far lines of the part may be off the model's; None if untold."""
+    if path.suffix.lower() in FOREIGN:
+        return None
+    target = read_toml(path).get("target", {})
+    told = target.get("tolerance_m") if isinstance(target, dict) else None
+    return None if told is None else checked_tolerance(told, model, f"{path}: [target] ")
+
+
+def checked_tolerance(value: Any, model: Model, whose: str = "Parameter ") -> float:
+    """A tolerance in metres, as it is used.
+
+    Raises
+    ------
+    BadInput
+        No number, negative, or more than MOST_TOLERANCE of the model's size.
+    """
+    most = MOST_TOLERANCE * model.diameter
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 <= value <= most:
+        raise BadInput(
+            f"{whose}tolerance_m must be a number from 0 to {most:.3g} m, not {value!r}.",
+            f"At most {MOST_TOLERANCE:.0%} of the model's size; half a permille is usual for machined parts.",
+        )
+    return float(value)
 
 
 def checked_pose(pose: Pose, model: Model) -> Pose:

@@ -24,10 +24,12 @@ from vision_server.matching.match import Anywhere
 from vision_server.pipeline import PipelineSettings
 from vision_server.serve.inputs import (
     checked_pose,
+    checked_tolerance,
     read_anywhere,
     read_camera,
     read_model,
     read_seed_pose,
+    read_tolerance,
     told_raw,
 )
 from vision_server.serve.recorder import Recorder
@@ -52,7 +54,10 @@ def given_values(args: StartArgs, describe: Describe) -> Describe:
         describe = msgspec.structs.replace(describe, camera=args.camera)
     if args.seed_pose is not None:
         model, unit = _model_file(args, describe)
-        target = TargetDescription(model=str(model), unit=unit, seed_pose=args.seed_pose)
+        tolerance_m = None if describe.target is None else describe.target.tolerance_m
+        target = TargetDescription(
+            model=str(model), unit=unit, seed_pose=args.seed_pose, tolerance_m=tolerance_m
+        )
         describe = msgspec.structs.replace(describe, target=target)
     if args.first_sight and describe.target is not None:
         if args.seed_pose is not None or args.seed_pose_file is not None:
@@ -89,7 +94,12 @@ def open_task(
     anywhere = _anywhere(args, describe)
     seed_pose = _seed_pose(args, describe, model)
     reach_px = search_translation_px(camera.width)
-    settings = PipelineSettings(matcher=args.matcher, seed=args.seed, translation_range_px=reach_px)
+    settings = PipelineSettings(
+        matcher=args.matcher,
+        seed=args.seed,
+        translation_range_px=reach_px,
+        tolerance_m=_tolerance(args, describe, model),
+    )
     task = PoseTask(describe, model, camera, gain, gamma, seed_pose or anywhere, settings, anywhere)
     task.raw = told_raw(table, 16)
     if args.out is not None:
@@ -106,6 +116,8 @@ def _recorded(
     camera = task.camera.to_dict() | {"gain": task.gain, "gamma": task.gamma}
     camera |= {key: table[key] for key in ("read_noise_e", "full_well_e", "bits", "bayer") if key in table}
     target = {"model": str(model), "unit": unit, **asdict(task.anywhere)}
+    if task.settings.tolerance_m > 0.0:
+        target["tolerance_m"] = task.settings.tolerance_m
     if isinstance(task.seed_pose, Pose):
         target["seed_pose"] = task.seed_pose.to_dict()
     return msgspec.structs.replace(
@@ -146,6 +158,14 @@ def _anywhere(args: StartArgs, describe: Describe) -> Anywhere:
         return Anywhere(describe.target.range_m, describe.target.view)
     except GeometryError as error:
         raise BadInput(f"The image server's target: {error}.") from error
+
+
+def _tolerance(args: StartArgs, describe: Describe, model: Model) -> float:
+    """How far lines of the part may be off, m: as the camera file or the image server says, or 0."""
+    told = None if args.camera_file is None else read_tolerance(Path(args.camera_file), model)
+    if told is None and describe.target is not None and describe.target.tolerance_m is not None:
+        return checked_tolerance(describe.target.tolerance_m, model, "The image server's target: ")
+    return told or 0.0
 
 
 def _positive(table: Mapping[str, Any], key: str, describe: Describe) -> float:

@@ -21,6 +21,7 @@ from vision_server.matching.match import Anywhere
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
 from vision_server.prediction.response import LitImage
 from vision_server.serve import parameters
+from vision_server.serve.inputs import checked_tolerance
 from vision_server.serve.recorder import Recorder
 from vision_server.serve.statistics import frame_statistics, target_region
 
@@ -163,6 +164,7 @@ class PoseTask:
         values = dict(values)
         wanted = values.pop(parameters.SEED_POSE, None)
         settings = parameters.changed(self.settings, values)
+        checked_tolerance(settings.tolerance_m, self.model)
         if wanted is not None:
             best = None if self.best is None else self.best.pose
             pose = parameters.new_seed_pose(wanted, best, self.seed_pose, self.anywhere, self.model)

@@ -108,7 +108,9 @@ def judged(
         A pose behind the camera.
     """
     images.check(names)
-    problem = PoseProblem.at_scale(images.gradients(names), model, camera, 0, settings.tone_sd_px)
+    problem = PoseProblem.at_scale(
+        images.gradients(names), model, camera, 0, settings.tone_sd_px, settings.tolerance_m
+    )
     problem = replace(problem, scale=line_scales(problem, pose))
     given = support_at(problem, pose, spacing_for(model, camera, pose))
     missing = () if given is None else _disagreeing(given)

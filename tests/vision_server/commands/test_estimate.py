@@ -64,6 +64,16 @@ def test_one_json_object_with_the_pose(root: Path, folder: Path) -> None:
     assert Pose.from_dict(result["pose"]).error_to(POSE).within(0.5, 0.005)
 
 
+def test_a_part_that_may_be_off_its_model_has_a_less_certain_pose(root: Path, folder: Path) -> None:
+    camera = (folder / "camera.toml").read_text()
+    (folder / "told.toml").write_text(camera + "[target]\ntolerance_m = 0.0001\n")
+    exact, told = (
+        json.loads(estimate(root, folder, "a.png", camera=name, json="").stdout)
+        for name in ("camera.toml", "told.toml")
+    )
+    assert told["uncertainty"] > 1.5 * exact["uncertainty"]
+
+
 def test_people_get_a_table(root: Path, folder: Path) -> None:
     (folder / "lit [left].png").write_bytes((folder / "a.png").read_bytes())
     done = estimate(root, folder, "lit [left].png", overlay=str(folder / "over.png"))
@@ -147,6 +157,7 @@ def test_of_a_large_frame_that_part_is_looked_at_where_the_target_can_be(root: P
         (["a.png"], {"seed_pose": "camera.toml"}, "rotation_vector"),
         (["a.png"], {"matcher": "luck"}, "luck"),
         (["a.png"], {"gamma": "0"}, "gamma"),
+        (["a.png"], {"camera": "loose.toml"}, "tolerance_m must be a number from 0 to"),
         (["a.png"], {"camera": "misspelt.toml"}, "unknown key distorsion; did you mean distortion?"),
     ],
 )
@@ -158,6 +169,7 @@ def test_bad_input_is_one_plain_line(
     )
     write_pose(folder / "behind.toml", [0.0, 0.0, 0.0], [0.0, 0.0, -1.0])
     camera = (folder / "camera.toml").read_text()
+    (folder / "loose.toml").write_text(camera + "[target]\ntolerance_m = -0.001\n")
     (folder / "misspelt.toml").write_text(camera.replace("distortion", "distorsion"))
     done = estimate(root, folder, *images, **options)
     assert done.returncode == 2, done.stdout + done.stderr

@@ -41,6 +41,36 @@ def test_what_is_known_narrows_the_search(tmp_path: Path) -> None:
         opened(tmp_path, range_m=(2.0, 0.5))
 
 
+def test_what_lines_of_the_part_may_be_off_is_told_by_a_file_or_the_description(tmp_path: Path) -> None:
+    assert opened(tmp_path).settings.tolerance_m == 0.0
+    assert opened(tmp_path, tolerance_m=1e-4).settings.tolerance_m == 1e-4
+    file = "[target]\ntolerance_m = 2e-4"
+    assert opened(tmp_path, file, tolerance_m=1e-4).settings.tolerance_m == 2e-4
+    for bad in ("-1e-4", "1.0", "nan", "true", "'1 mm'"):
+        with pytest.raises(BadInput, match="tolerance_m must be a number"):
+            opened(tmp_path, f"[target]\ntolerance_m = {bad}")
+    with pytest.raises(BadInput, match="image server's target"):
+        opened(tmp_path, tolerance_m=1.0)  # a part that is as far off as it is large
+    task = opened(tmp_path, tolerance_m=1e-4)
+    assert task.set_parameters({})["tolerance_m"] == 1e-4
+    with pytest.raises(BadInput, match="tolerance_m"):
+        task.set_parameters({"tolerance_m": 1.0})
+    assert task.settings.tolerance_m == 1e-4
+
+
+def test_a_tolerance_goes_with_the_recorded_folder(tmp_path: Path) -> None:
+    known = TargetDescription(model=str(find_target("cube")), seed_pose=SEED, tolerance_m=1e-4)
+    (tmp_path / "camera.toml").write_text(CAMERA)
+    described = msgspec.structs.replace(GIVEN_FRAMES, target=known)
+    camera, out = str(tmp_path / "camera.toml"), str(tmp_path / "out")
+    task = open_task(StartArgs(camera_file=camera, seed_pose=SEED, out=out), given_values(
+        StartArgs(seed_pose=SEED), described))  # fmt: skip
+    task.add("i1", np.zeros((48, 64), np.uint8), Settings(lights=(), shutter_s=1 / 60, aperture=4.0))
+    assert task.recorder is not None
+    task.recorder.close()
+    assert "tolerance_m = 0.0001" in (tmp_path / "out" / "images" / "stack.toml").read_text()
+
+
 def test_the_whole_frame_counts_until_there_is_a_pose(tmp_path: Path) -> None:
     task = opened(tmp_path)
     pixels = np.zeros((48, 64), np.uint8)
