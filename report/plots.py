@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from html import escape
 
 WIDTH_PX, HEIGHT_PX = 480, 250
-LEFT_PX, RIGHT_PX, TOP_PX, BOTTOM_PX = 60.0, 473.0, 8.0, 204.0  # of the plane that is drawn in
+LEFT_PX, RIGHT_PX, TOP_PX, BOTTOM_PX = 68.0, 473.0, 8.0, 204.0  # of the plane that is drawn in
 LOG_FROM = 15.0  # values that spread over more than this factor are drawn on a logarithmic scale
 FEW_DECADES = 300.0  # a logarithmic scale over less than this factor has ticks at 1, 2 and 5
 LOG_MARGIN = 1.35  # a logarithmic scale goes on by this factor beyond its values
 MOST_TICKS = 5  # on a linear scale, beside zero
 MOST_DECADES = 10  # with a tick each
 MOST_X_LABELS = 12
-DIGIT_PX = 8.0  # room for a figure of a label, the gaps between two labels included
+DIGIT_PX = 9.5  # room for a figure of a label on a phone, where text is larger; gaps between labels included
 ASIDE = 0.06  # of the plane's width, from the first place to its edge
 BAR = 0.62  # of the room between two bars
 MARK_PX = {"kept": 4.0, "discarded": 4.0, "dot": 2.5}  # half their size; what is discarded is a cross
@@ -175,8 +175,8 @@ def _axes(scale: Scale, labels: Iterable[tuple[float, str]], titles: tuple[str, 
     middle = (LEFT_PX + RIGHT_PX) / 2, (TOP_PX + BOTTOM_PX) / 2
     yield f'<text x="{middle[0]:g}" y="{HEIGHT_PX - 8}" text-anchor="middle">{escape(titles[0])}</text>'
     up = escape(titles[1]) + (", log" if scale.log else "")
-    turn = f'transform="rotate(-90 14 {middle[1]:g})"'
-    yield f'<text x="14" y="{middle[1]:g}" text-anchor="middle" {turn}>{up}</text>'
+    turn = f'transform="rotate(-90 12 {middle[1]:g})"'
+    yield f'<text x="12" y="{middle[1]:g}" text-anchor="middle" {turn}>{up}</text>'
 
 
 def _line(series: Series, places: Sequence[float], scale: Scale) -> str:
