@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import trimesh
@@ -37,14 +37,15 @@ def statue(seed: int, painted: bool, elevation_deg: float) -> Statue:
     """
     rng = np.random.default_rng(seed)
     body = _body(rng)
-    rays = RayMeshIntersector(body)
+    rays: Any = RayMeshIntersector(body)
     y, x = (one.ravel() for one in np.mgrid[:SIDE_PX, :SIDE_PX])
     half = SIDE_PX / 2
     origins = np.stack([(x - half) / PX_PER_UNIT, (y - half) / PX_PER_UNIT, np.full(x.shape, -3.0)], axis=1)
     places, seen, faces = rays.intersects_location(
         origins, np.tile([0.0, 0.0, 1.0], (len(origins), 1)), multiple_hits=False
     )
-    shares = trimesh.triangles.points_to_barycentric(body.triangles[faces], places)
+    triangles: Any = trimesh.triangles  # trimesh's are untyped
+    shares = triangles.points_to_barycentric(body.triangles[faces], places)
     normals = (body.vertex_normals[body.faces[faces]] * shares[..., None]).sum(axis=1)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     albedo = _paint(rng, places) if painted else np.full(len(places), ALBEDO)
@@ -71,7 +72,7 @@ def statue(seed: int, painted: bool, elevation_deg: float) -> Statue:
 def _photographed(rng: np.random.Generator, glow: Floats) -> NDArray[np.uint8]:
     sharp = EXPOSURE * gaussian_filter(glow, PIXEL_BLUR_PX)
     noisy = sharp + rng.normal(size=sharp.shape) * np.hypot(READ_NOISE, SHOT_NOISE * np.sqrt(sharp))
-    return np.round(255.0 * np.clip(noisy, 0.0, 1.0)).astype(np.uint8)
+    return np.asarray(np.round(255.0 * np.clip(noisy, 0.0, 1.0)), np.uint8)
 
 
 def _direction(azimuth: float, elevation_deg: float) -> Floats:
@@ -107,7 +108,12 @@ def _body(rng: np.random.Generator) -> trimesh.Trimesh:
         foot = knee + at(side * rng.uniform(0, 0.1), 0.4, 0)
         parts += [_capsule(rng, shoulder, elbow, 0.09), _capsule(rng, elbow, hand, 0.07)]
         parts += [_capsule(rng, hip + at(0.14 * side, 0.1, 0), knee, 0.13), _capsule(rng, knee, foot, 0.09)]
-    return trimesh.util.concatenate(parts)
+    starts = np.cumsum([0, *(len(one.vertices) for one in parts[:-1])])
+    return trimesh.Trimesh(
+        np.concatenate([one.vertices for one in parts]),
+        np.concatenate([one.faces + n for one, n in zip(parts, starts, strict=True)]),
+        process=False,
+    )
 
 
 def _capsule(rng: np.random.Generator, start: Floats, end: Floats, radius: float) -> trimesh.Trimesh:
