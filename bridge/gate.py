@@ -29,8 +29,8 @@ STALLED_S = 10
 """A client that sends nothing amid a message, or takes nothing of a reply, for so long is cut off."""
 LAST_WORDS_S = 1.0
 """How long a gate that closes waits for replies to be passed on; chosen by hand."""
-CHUNK_BYTES = 128 * 1024
-GREETING_BYTES = 64
+CHUNK_BYTES = 128 * 1024  # read at once; chosen by hand
+GREETING_BYTES = 64  # of ZMTP 3
 MORE, LONG, COMMAND = 1, 2, 4  # flags of a frame
 
 log = logging.getLogger("bridge.gate")

@@ -8,8 +8,7 @@ from collections import OrderedDict
 from dataclasses import dataclass
 from typing import Any
 
-MAX_CLIENTS = 64
-MAX_REPLIES_PER_CLIENT = 32
+MAX_CLIENTS, MAX_REPLIES_PER_CLIENT = 64, 32  # of protocol version 1, and:
 MAX_BYTES = 16 * 1024 * 1024
 TIDY_MS = 500
 """Quiet time after a large message or a client's end before freed memory is given back; chosen by hand."""

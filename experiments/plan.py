@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,6 +17,7 @@ from geometry.errors import GeometryError
 from geometry.model import find_target
 from image_server.simulator.scenario import load_scenario
 from stack.format import STACK_FILE
+from stack.tables import read_toml
 
 HINTS = {"stacks and targets": "Name some in it, or give stack folders after it."}
 KEY_BITS = 63  # a signed column holds them
@@ -205,11 +205,7 @@ def read_plan(file: Path, stacks: Sequence[Path] = (), seeds: str | None = None)
     BadInput : an unknown key or name, a value that cannot be used, or a plan without a cell.
     """
     try:
-        given = msgspec.convert(tomllib.loads(file.read_text(encoding="utf-8")), _File, strict=True)
-    except OSError as error:
-        raise BadInput(f"Cannot read the plan {file}: {error.strerror or error}.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise BadInput(f"{file} is not TOML: {error}.") from None
+        given = msgspec.convert(read_toml(file, "plan"), _File, strict=True)
     except msgspec.ValidationError as error:
         known = ", ".join(_File.__struct_fields__)
         raise BadInput(f"{file}: {error}.", f"A plan has {known}.") from None

@@ -12,7 +12,7 @@ from threading import Event, Thread
 
 from numerics.stale_kernels import ROOT
 
-LOOK_S = 0.5
+LOOK_S = 0.5  # between two looks at what is compiled; chosen by hand
 KERNEL = re.compile(r"^@kernel\(.*?\)\ndef (\w+)", re.MULTILINE | re.DOTALL)
 INDEX = re.compile(r"(\w+)\.(\w+)-\d+\.\w+\.nbi")
 

@@ -26,7 +26,7 @@ FRAME: Colour = (235, 235, 235)
 
 DASH_PX, DASH_GAP_PX = 7.0, 4.0
 SMALL_TARGET = 0.35  # a target smaller than this share of the frame gets an inset
-INSET_SHARE = 0.42
+INSET_SHARE = 0.42  # of the frame; looks chosen by hand, like the colours above
 INSET_PAD_PX = 8
 SHIFT = 4  # sub-pixel bits of cv2's line drawing
 

@@ -25,7 +25,7 @@ from report.words import (
 
 Pixels = NDArray[np.uint8]
 
-MOST_SEGMENTS = 16
+MOST_SEGMENTS = 16  # of a light's bar; more are drawn as one
 FASTEST_S, SLOWEST_S = 1 / 1000, 1.0  # ends of the shutter's bar
 
 

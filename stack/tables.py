@@ -19,23 +19,28 @@ class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 T = TypeVar("T")
 
+MOST_BYTES = 16 * 1024 * 1024  # of a TOML file: a recorded stack of 5000 frames has one sixteenth
+
 
 def read_toml(file: Path, what: str) -> dict[str, Any]:
-    """Plain values of a TOML file.
+    """Plain values of a TOML file; `what` it is, for people.
 
     Raises
     ------
-    BadInput : no such file, not readable, not TOML.
+    BadInput : no such file, not readable, too large, not TOML.
     """
     try:
         with file.open("rb") as stream:
-            return tomllib.load(stream)
+            content = stream.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise BadInput(f"The {what} {file} has more than {MOST_BYTES} bytes.", "Give a TOML file.")
+        return tomllib.loads(content.decode("utf-8"))
     except FileNotFoundError:
         raise BadInput(f"There is no {what} {file}.", "Check the name.") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(f"Cannot read {what} {file}: {error}.") from None
-    except tomllib.TOMLDecodeError as error:
-        raise BadInput(f"{file} is not valid TOML: {error}.") from None
+    except OSError as error:
+        raise BadInput(f"Cannot read {what} {file}: {error.strerror or error}.", "Check the path.") from None
+    except ValueError as error:
+        raise BadInput(f"{file} is not valid TOML: {error}.", "Correct the file.") from None
 
 
 def as_table(values: Any, kind: type[T], file: Path) -> T:

@@ -21,7 +21,7 @@ Labels = NDArray[np.int16]
 
 BINS = 8  # over 180°
 OVERLAP = 0.5  # a segment also enters a bin from which it is off by this fraction of a bin
-CELL_PX = 2.0
+CELL_PX = 2.0  # chosen by hand
 NO_SEGMENT = -1
 GAIN_REACH_PX = 24.0
 TAN_22_5 = math.sqrt(2.0) - 1.0

@@ -15,7 +15,7 @@ from vision_server.segments.growing import grow_lines
 from vision_server.segments.joining import join_collinear
 from vision_server.segments.line_fit import Edgels, FittedLines, fit_lines, log_chance
 
-MIN_LENGTH_PX = 8.0
+MIN_LENGTH_PX = 8.0  # chosen by hand
 MAX_SEGMENTS = 600  # in clutter the longest and strongest are kept
 MAX_LOG_CHANCE = -5.0  # decades: lines that chance would give less often than once in so many images
 

@@ -12,7 +12,7 @@ MAX_GAP_PX = 20.0  # between the ends that face each other
 MAX_GAP_SHARE = 0.5  # of the shorter line: a gap longer than that proves nothing
 MAX_OFFSET_PX = 1.0  # of the shorter line's ends from the longer line
 MAX_OVERLAP_PX = 3.0  # more, and they are two edges side by side
-MAX_STRENGTH_RATIO = 3.0
+MAX_STRENGTH_RATIO = 3.0  # of two that are one line; chosen by hand
 
 Ints = NDArray[np.int64]
 

@@ -12,7 +12,7 @@ from bridge.messages import Describe
 from bridge.start_messages import StartArgs
 from stack.format import STACK_FILE
 from stack.read import recorded_frames
-from vision_server.serve.inputs import read_toml
+from stack.tables import read_toml
 
 MOST_BYTES = 64 * 1024 * 1024  # of a model, camera or seed pose file
 
@@ -42,27 +42,26 @@ class Files:
         """
         for file in (args.model, args.camera_file, args.seed_pose_file):
             if file is not None:
-                self._check_place(file)
+                self.check_place(file)
                 _check_regular(Path(file))
         if args.model is None and describe.target is not None:
             if args.image_server is None or args.image_server != self.image_server:
-                self._check_place(describe.target.model)
+                self.check_place(describe.target.model)
             _check_regular(Path(describe.target.model))
         if args.out is not None:
-            self.check_folder(args.out)
-
-    def check_folder(self, folder: str) -> None:
-        """Look at where frames are written; raises as `check`."""
-        self._check_place(folder)
+            self.check_place(args.out)
 
     def check_new(self, folder: Path) -> None:
         """See to it that a new session writes over nothing: its folder of frames has none yet."""
-        self._check_place(str(folder))
+        self.check_place(str(folder))
         file = folder / STACK_FILE
-        if os.path.exists(file) and (read_toml(file).get("kind") != "frames" or recorded_frames(folder)):
+        if os.path.exists(file) and (
+            read_toml(file, "stack file").get("kind") != "frames" or recorded_frames(folder)
+        ):
             raise BadInput(f"{folder} has frames already.", "Give another folder, or restore the session.")
 
-    def _check_place(self, file: str) -> None:
+    def check_place(self, file: str) -> None:
+        """Look at where a file or a folder of frames lies; raises as `check`."""
         try:
             place = Path(file).resolve()
             place.is_dir()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,35 +14,15 @@ from geometry.errors import GeometryError
 from geometry.model import Model, load_model
 from geometry.pose import Pose
 from stack.format import unknown_camera_key
+from stack.tables import read_toml
 from vision_server.channels.depth import Raw
 from vision_server.matching.match import Anywhere
 
 SIZES_MEANT_M = (0.003, 30.0)  # across: parts outside are rare, and files in another unit than told are not
 FOREIGN = (".yaml", ".yml", ".xml")  # camera files of other programs
-MOST_TOML_BYTES = 1024 * 1024  # a recorded stack of 5000 frames has as many
 MOST_TOLERANCE = 0.05  # of the target's size: what is so far off is another part
 SIZES_SEEN = (0.02, 20.0)  # of a part, over the frame's width: beyond, unit or seed pose are wrong
 NEAREST = 1e-6  # of the target's size: nearer to its middle a camera has no direction from which it looks
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """A TOML file as a dict.
-
-    Raises
-    ------
-    BadInput
-        Missing, unreadable, too large or no TOML.
-    """
-    try:
-        with path.open("rb") as stream:
-            content = stream.read(MOST_TOML_BYTES + 1)
-        if len(content) > MOST_TOML_BYTES:
-            raise BadInput(f"{path} has more than {MOST_TOML_BYTES} bytes.", "Give a TOML file.")
-        return tomllib.loads(content.decode("utf-8"))
-    except OSError as error:
-        raise BadInput(f"Cannot read {path}: {error.strerror or error}.", "Check the path.") from error
-    except ValueError as error:
-        raise BadInput(f"{path} is not valid TOML: {error}.", "Correct the file.") from error
 
 
 def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:
@@ -56,7 +35,7 @@ def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:
 
         data = camera_table(path)
     else:
-        data = read_toml(path)
+        data = read_toml(path, "camera file")
     table = data.get("camera", data)
     try:
         if not isinstance(table, dict):
@@ -91,7 +70,7 @@ def told_raw(table: Mapping[str, Any], bits: int | None = None) -> Raw:
 
 def read_seed_pose(path: Path, model: Model) -> Pose:
     """The seed pose of a TOML file with ``[target.seed_pose]``, ``[seed_pose]`` or nothing but a pose."""
-    data: Any = read_toml(path)
+    data: Any = read_toml(path, "seed pose")
     for key in ("target", "seed_pose"):
         if isinstance(data, dict) and key in data:
             data = data[key]
@@ -109,7 +88,7 @@ def read_anywhere(path: Path) -> Anywhere:
     """What a file's ``[target]`` tells where there is no seed pose: ``range_m`` and ``view``."""
     if path.suffix.lower() in FOREIGN:
         return Anywhere()
-    target = read_toml(path).get("target", {})
+    target = read_toml(path, "camera file").get("target", {})
     try:
         known = {
             key: tuple(float(value) for value in target[key]) for key in ("range_m", "view") if key in target

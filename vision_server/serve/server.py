@@ -115,7 +115,7 @@ class VisionServer(Service):
         return _started(self._open(args).task)
 
     def _on_restore(self, args: RestoreArgs) -> Reply:
-        self._files.check_folder(args.out)
+        self._files.check_place(args.out)
         self._sessions.make_room(self.caller, args.out)  # what it has to write is on the disk now
         out = Path(args.out)
         frames = recorded_frames(out / FOLDER)
