@@ -54,7 +54,6 @@ class Client:
     ) -> None:
         self.endpoint = endpoint
         self.timeout_s = timeout_s
-        self.seconds_waited = 0.0
         self._retries = retries
         self._curve = curve
         self._alive = alive
@@ -107,8 +106,6 @@ class Client:
             if not isinstance(error, ServerError):
                 self._disconnect()
             raise
-        finally:
-            self.seconds_waited += time.monotonic() - started
         raise BridgeTimeout(self.endpoint, op, total)
 
     def _sent(self, sock: "zmq.Socket[bytes]", message: list[Any], deadline: float) -> bool:

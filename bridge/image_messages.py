@@ -1,4 +1,4 @@
-"""Typed messages of the image server: the arguments and the result of each of its operations."""
+"""Typed messages of the image server, for each of its operations; and how long a frame may take."""
 
 from typing import Annotated
 

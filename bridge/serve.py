@@ -20,9 +20,9 @@ from bridge.envelope import Request, encode_error
 from bridge.errors import ProtocolError
 from bridge.lanes import Lanes
 from bridge.lifeline import Lifeline
-from bridge.memory import LARGE_BYTES, TIDY_MS, ReplyMemory, give_back_freed
 from bridge.messages import PROTOCOL, NoArgs
 from bridge.operations import Operations
+from bridge.reply_memory import LARGE_BYTES, TIDY_MS, ReplyMemory, give_back_freed
 from bridge.service import Handler, Reply, Service
 from bridge.sockets import ServerSockets, frame_bytes
 

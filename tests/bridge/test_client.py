@@ -57,7 +57,6 @@ def test_the_alive_goal_ends_the_wait(folder: Path) -> None:
 
     with Client(f"ipc://{folder}/nobody", timeout_s=60, alive=alive) as client, pytest.raises(GoneError):
         client.request("hello")
-    assert client.seconds_waited > 0
 
 
 def test_a_malformed_endpoint_is_bad_input() -> None:

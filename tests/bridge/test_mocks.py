@@ -2,6 +2,7 @@ import json
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -166,8 +167,9 @@ class TestScripts:
     def test_a_late_reply(self, mock_vision_server: MockVisionServer) -> None:
         mock_vision_server.delay("best", 0.3)
         with client_of(mock_vision_server) as client:
+            begun = time.monotonic()
             client.request("best")
-            assert client.seconds_waited >= 0.3
+            assert time.monotonic() - begun >= 0.3
 
     def test_death_and_resurrection(self, mock_vision_server: MockVisionServer) -> None:
         mock_vision_server.die("best")

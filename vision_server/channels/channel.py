@@ -113,11 +113,6 @@ class ChannelStatistics:
         """Standard deviation of ``contrast`` from sensor noise, float32 (H, W)."""
         return self._at_full_size(self.light.noise)
 
-    @property
-    def unsaturated(self) -> NDArray[np.bool_]:
-        """False within reach of a clipped pixel, bool (H, W)."""
-        return np.asarray(self._at_full_size(self.light.clear.astype(np.float32)) > 0, dtype=np.bool_)
-
     def _scattered(self, values: Field) -> Field:
         field = np.zeros(self.shape, np.float32)
         field.ravel()[self.gradient.places] = values

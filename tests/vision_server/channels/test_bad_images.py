@@ -71,4 +71,4 @@ def test_a_saturated_area_has_no_edges_inside() -> None:
     image[20:60, 30:70] = 255
     channel = channel_statistics(image)
     assert not channel.contrast[24:56, 34:66].any()
-    assert not channel.unsaturated[22:58, 32:68].any()
+    assert not channel.light.clear[11:29, 16:34].any()

@@ -1,4 +1,4 @@
-from bridge.memory import ReplyMemory
+from bridge.reply_memory import ReplyMemory
 
 
 def add(memory: ReplyMemory, request_id: str, size: int = 10) -> None:
