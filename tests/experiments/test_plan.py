@@ -89,7 +89,7 @@ def test_stacks_come_from_the_plan_and_from_the_command_line(tmp_path: Path) -> 
         ('controllers = 3\ntargets = ["cube"]\n', "controllers"),
         ('kind = "dance"\ncontrollers = ["simple"]\ntargets = ["cube"]\n', "no kind 'dance'"),
         ('controllers = ["simple"]\nscenarios = ["nominal"]\n', "scenarios but no targets"),
-        ("controllers = [", "is not TOML"),
+        ("controllers = [", "is not valid TOML"),
     ],
 )
 def test_what_is_wrong_is_said_with_the_file(tmp_path: Path, text: str, says: str) -> None:
