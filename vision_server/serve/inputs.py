@@ -106,7 +106,7 @@ def read_tolerance(path: Path, model: Model) -> float | None:
     """A file's ``[target] tolerance_m``: how far lines of the part may be off the model's; None if untold."""
     if path.suffix.lower() in FOREIGN:
         return None
-    target = read_toml(path).get("target", {})
+    target = read_toml(path, "camera file").get("target", {})
     told = target.get("tolerance_m") if isinstance(target, dict) else None
     return None if told is None else checked_tolerance(told, model, f"{path}: [target] ")
 
