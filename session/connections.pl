@@ -126,7 +126,8 @@ request_seconds(Server, Args, Seconds) :-
     opened_with(Options),
     whose(Server, Options, Whose),
     ( Whose == named, \+ answered(Server) -> first_s(Base) ; request_s(Whose, Base) ),
-    (   get_dict(settings, Args, Settings)
+    (   get_dict(settings, Args, Settings),
+        is_dict(Settings)               % of one image; `predict` has a list of them
     ->  exposures_a_capture(Exposures),
         Seconds is Base + Exposures*Settings.shutter_s
     ;   Seconds = Base
