@@ -1,14 +1,17 @@
 """What each mechanism of refinement and ranking is worth: each is left out in turn, on the same scenes.
 
     .venv/bin/python -m benchmarks.ablation [--stacks DIR ...] [--photographs DIR ...] [--starts 2]
-        [--row NAME ...] [--workers 1] [--trials FILE]
+        [--row NAME ...] [--off SHARE] [--tolerance SHARE] [--workers 1] [--trials FILE]
 
 Of each light stack three fixed image sets are taken (one light each; all lights, three shutters; all lights,
 three apertures); photographs are sets of one. A further group starts from seed poses that are turned onto a
 near symmetry of the target. Every row sees the same images and the same disturbed seed poses. One JSON object
 per row and group of scenes: estimates that are right and tight, wrong ones that are trusted, processor time,
 and against the default on the same trials what was gained and lost, with a 95 % interval by resampling
-scenes, and the geometric mean of the ratio of the errors where both are right.
+scenes, and the geometric mean of the ratio of the errors where both are right; of the right poses the mean
+squared normalised error and the share within its 99 % bound. With --off the models of stacks are longer by
+that share along one axis and shorter by 0.8 of it along another, as parts are that were not made to measure;
+--tolerance tells how far lines may be off, as a share of the model's size.
 """
 
 from __future__ import annotations
@@ -33,6 +36,7 @@ from numpy.typing import NDArray
 
 from benchmarks.photographs import Photograph, image_set, stack_studio
 from benchmarks.pose_accuracy import TRACK_LIMITS_MM_DEG, true_poses
+from experiments.kinds.estimate import normalised_error_squared
 from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.near_symmetries import near_symmetries
@@ -44,6 +48,7 @@ from vision_server.image_set import ImageSet
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.pose import line_scales, observation, ranking
+from vision_server.pose.stretch import stretched
 from vision_server.segments import extraction
 from vision_server.serve.inputs import read_camera
 
@@ -54,6 +59,7 @@ LOOSE, TIGHT = (1.0, 0.01), (0.2, 0.002)  # degrees, share of the range
 TIGHT_TRACK_MM_DEG = (2.5, 1.3)  # how far apart the two trackers are on the real frames, median
 TRUSTED = 0.93  # score, see docs/trust.md
 RESAMPLED = 1000
+CHI_SQUARED_99 = 16.81  # of six degrees of freedom
 
 
 def no_pulls(samples: Any, lines: int, sigma: Any) -> Any:
@@ -108,9 +114,11 @@ class Scene:
     turned: Pose | None = None
 
 
-def stack_scenes(group: str, folder: Path) -> Iterator[Scene]:
-    """Three sets of a stack, and the same with a seed pose that is turned."""
+def stack_scenes(group: str, folder: Path, off: float = 0.0) -> Iterator[Scene]:
+    """Three sets of a stack, and the same with a seed pose that is turned; its model is ``off``."""
     studio = stack_studio(folder)
+    axes = np.random.default_rng(sum(map(ord, folder.name))).permutation([off, -0.8 * off, 0.0])
+    model = stretched(studio.model, axes) if off > 0.0 else studio.model
     described = studio.device.describe()
     shutters, apertures = sorted(described.shutters_s), sorted(described.apertures)
     bright = tuple(light.levels - 1 for light in described.lights)
@@ -121,7 +129,7 @@ def stack_scenes(group: str, folder: Path) -> Iterator[Scene]:
     }
     for shots in sets.values():
         scene = partial(
-            Scene, name=folder.name, images=image_set(shots), camera=studio.camera, model=studio.model,
+            Scene, name=folder.name, images=image_set(shots), camera=studio.camera, model=model,
             true=(studio.true,), tone_sd_px=shots[0].tone_sd_px,
         )  # fmt: skip
         yield scene(group)
@@ -158,7 +166,9 @@ def judged(scene: Scene, pose: Pose | None) -> tuple[bool, bool, float]:
     return error.within(*LOOSE), error.within(*TIGHT), units
 
 
-def run_scene(make: Callable[[], Iterator[Scene]], rows: Sequence[str], starts: int) -> list[dict[str, Any]]:
+def run_scene(
+    make: Callable[[], Iterator[Scene]], rows: Sequence[str], starts: int, tolerance: float = 0.0
+) -> list[dict[str, Any]]:
     """All rows on the scenes of one source."""
     out = []
     for index, scene in enumerate(make()):
@@ -166,7 +176,9 @@ def run_scene(make: Callable[[], Iterator[Scene]], rows: Sequence[str], starts: 
             rng = np.random.default_rng([number, index, sum(map(ord, scene.name))])
             around = scene.true[0] if scene.turned is None else scene.true[0].compose(scene.turned)
             seed = disturbed(around, rng, RANGE.rotation_deg, RANGE.translation_px, scene.camera.fx)
-            settings = PipelineSettings(seed=number, tone_sd_px=scene.tone_sd_px)
+            settings = PipelineSettings(
+                seed=number, tone_sd_px=scene.tone_sd_px, tolerance_m=tolerance * scene.model.diameter
+            )
             estimate = partial(
                 estimate_pose, scene.images, list(scene.images.images), scene.model, scene.camera, seed,
                 settings,
@@ -181,10 +193,14 @@ def run_scene(make: Callable[[], Iterator[Scene]], rows: Sequence[str], starts: 
                     found = estimate()
                     seconds = time.process_time() - began
                 right, tight, error = judged(scene, found.pose)
+                told: dict[str, Any] = {"normalised": None}
+                if right and found.pose is not None and not scene.tracked:
+                    told["normalised"] = normalised_error_squared(found.pose, found.covariance, scene.true[0])
                 out.append(
                     {"row": row, "group": scene.group, "scene": scene.name, "trial": (index, number)}
                     | {"right": right, "tight": tight, "error": error, "seconds": seconds}
                     | {"wrong_trusted": not right and found.score >= TRUSTED, "score": found.score}
+                    | told
                 )
     return out
 
@@ -211,6 +227,10 @@ def summary(name: str, group: str, found: list[dict[str, Any]], base: list[dict[
     out["trusted"] = sum(one["right"] and one["score"] >= TRUSTED for one in found)
     both = [(a["error"], b["error"]) for a, b in zip(found, base, strict=True) if a["right"] and b["right"]]
     out["error_ratio"] = round(float(np.exp(np.mean([np.log(a / b) for a, b in both] or [0.0]))), 3)
+    squares = np.array([one["normalised"] for one in found if one["normalised"] is not None])
+    if squares.size:
+        out["normalised"] = round(float(squares.mean()), 2)
+        out["within_99"] = round(float((squares <= CHI_SQUARED_99).mean()), 3)
     out["ms"] = round(1e3 * float(np.mean([one["seconds"] for one in found])), 1)
     return out
 
@@ -219,6 +239,8 @@ def main(
     stacks: Annotated[list[Path] | None, typer.Option(help="Folder of stacks; may be given again.")] = None,
     photographs: Annotated[list[Path] | None, typer.Option(help="Folder as in pose_accuracy.")] = None,
     starts: Annotated[int, typer.Option(min=1)] = 2,
+    off: Annotated[float, typer.Option(min=0.0, max=0.3, help="What models of stacks are off.")] = 0.0,
+    tolerance: Annotated[float, typer.Option(min=0.0, max=0.05, help="What lines may be off.")] = 0.0,
     row: Annotated[list[str] | None, typer.Option(help="Besides the default; all unless given.")] = None,
     workers: Annotated[int, typer.Option(min=1)] = os.cpu_count() or 1,
     trials: Annotated[Path | None, typer.Option(help="Where each trial is written, JSON lines.")] = None,
@@ -228,14 +250,14 @@ def main(
     sources: list[Callable[[], Iterator[Scene]]] = []
     for folder in stacks or []:
         sources += [
-            partial(stack_scenes, folder.name, one.parent) for one in sorted(folder.glob("*/stack.toml"))
+            partial(stack_scenes, folder.name, one.parent, off) for one in sorted(folder.glob("*/stack.toml"))
         ]
     sources += [partial(photograph_scenes, folder.name, folder) for folder in photographs or []]
     if not sources:
         raise typer.BadParameter("give at least one folder of --stacks or --photographs")
     found: list[dict[str, Any]] = []
     with ProcessPoolExecutor(workers) as pool:
-        for part in pool.map(partial(run_scene, rows=rows, starts=starts), sources):
+        for part in pool.map(partial(run_scene, rows=rows, starts=starts, tolerance=tolerance), sources):
             found += part
             if trials is not None:
                 with trials.open("a") as file:
