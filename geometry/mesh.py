@@ -7,7 +7,7 @@ import numpy as np
 
 from geometry.errors import GeometryError
 from geometry.obj_polygons import cut_polygons
-from geometry.ply import read_ply
+from geometry.ply import must_be_few, read_ply
 from geometry.surface import Surface
 
 FLAT_DEG = 0.01  # rounding of coordinates; anything above may be part of a fine tessellation
@@ -34,12 +34,7 @@ def read_mesh(path: Path) -> Surface:
             mesh = trimesh.load_mesh(path, process=False)
         if not isinstance(mesh, trimesh.Trimesh):
             mesh = mesh.to_mesh()
-        count = len(mesh.faces)
-        if count > MOST_TRIANGLES:
-            raise GeometryError(
-                f"it has {count} triangles, and at most {MOST_TRIANGLES} are read. Export it with a coarser "
-                "tolerance (0.1 % of its size will do), or simplify it"
-            )
+        must_be_few(len(mesh.faces), MOST_TRIANGLES)
         finite = np.isfinite(mesh.vertices).all()
         mesh.process()  # which leaves out what is not finite
         mesh.merge_vertices(merge_tex=True, merge_norm=True)

@@ -59,8 +59,8 @@ def read_ply(path: Path, most_faces: int) -> tuple[Floats, Ints]:
     text = content[end:].split() if order == "" else None
     points, faces, at = np.empty((0, 3)), [], 0 if text is not None else end
     for element in elements:
-        if element.name == "face" and element.rows > most_faces:
-            raise GeometryError(f"it has {element.rows} faces, and at most {most_faces} are read")
+        if element.name == "face":
+            must_be_few(element.rows, most_faces)
         try:
             if text is not None:
                 rows, at = _text_rows(text, at, element)
@@ -78,6 +78,15 @@ def read_ply(path: Path, most_faces: int) -> tuple[Floats, Ints]:
         if face.min() < 0 or face.max() >= len(points):
             raise GeometryError(f"face {number} names a point that is not there")
     return points, as_triangles(points, faces)
+
+
+def must_be_few(triangles: int, most: int) -> None:
+    """Raise GeometryError, with what to do, when a mesh has more triangles than are read."""
+    if triangles > most:
+        raise GeometryError(
+            f"it has {triangles} triangles, and at most {most} are read. Export it with a coarser tolerance "
+            "(0.1 % of its size will do), or simplify it"
+        )
 
 
 def _header(content: bytes) -> tuple[list[list[str]], int]:
