@@ -79,7 +79,7 @@ def genetic_on_edges(
     ]
     rotations, translations, cost = (np.concatenate(part) for part in zip(*runs, strict=True))
     if aligned:
-        found = finished(edges, model, problem.camera, rotations, translations, -cost)
+        found = finished(edges, model, problem.camera, (rotations, translations), -cost)
         return [one.pose for one in found]
     best = distinct(rotations, translations, -cost, MOST_HYPOTHESES)
     return [Pose.from_matrix(rotations[i], translations[i]) for i in best]

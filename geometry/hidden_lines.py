@@ -59,7 +59,7 @@ class Trace(NamedTuple):
     outline: Flags
 
 
-@kernel()
+@kernel(nogil=True)
 def trace(
     solid: Solid,
     rotation: Floats,

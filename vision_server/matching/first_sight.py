@@ -8,15 +8,18 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from vision_server.matching.icp import SIGNIFICANCE
+from vision_server.matching.looks import Looks, directions_of, looks_of
 from vision_server.matching.match import (
     Anywhere,
     Hypothesis,
     Problem,
     at_scale,
     checked_segments,
+    distinct,
     long_enough,
 )
-from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
+from vision_server.matching.nearest_edges import nearest_edges
 from vision_server.matching.search import (
     COARSE_SPACING_PX,
     FINAL_REACH_PX,
@@ -27,14 +30,16 @@ from vision_server.matching.search import (
     finished,
     scores_of,
 )
-from vision_server.matching.templates import candidates, directions_of, range_of, sizes_px
+from vision_server.matching.templates import candidates, sizes_px
 from vision_server.matching.views import Views
 
 Floats = NDArray[np.float64]
 
 NORMAL_PX = 400.0  # the largest target of a grid of sizes is looked at as if it were so wide
 CANDIDATES, ALIGNED, KEPT = 1500, 300, 60  # poses of each grid of sizes
-FINISHED, HYPOTHESES = 40, 12
+FINISHED = 12  # likewise: scores of different grids are only roughly comparable
+HYPOTHESES = 12
+FAR = 2.5  # diameters: from there on, what is seen of a target hardly depends on how far it is
 
 
 def match_anywhere(segments: Floats, model: Model, camera: Camera, anywhere: Anywhere) -> list[Hypothesis]:
@@ -52,44 +57,52 @@ def match_anywhere(segments: Floats, model: Model, camera: Camera, anywhere: Any
     if len(segments) == 0:
         return []
     directions = directions_of(anywhere)
-    found = [
-        _of_sizes(segments, model, camera, sizes, directions)
-        for sizes in sizes_px(camera, model.diameter, anywhere)
-    ]
+    found: list[tuple[Floats, Floats, Floats]] = []
+    looks, views = None, None
+    for sizes in sizes_px(camera, model.diameter, anywhere):
+        if looks is None or views is None or looks.distance < FAR * model.diameter:
+            looks = looks_of(model, camera, sizes, directions)
+            views = _views(model, camera, sizes, looks.distance)
+        found.append(_of_sizes(segments, model, camera, sizes, looks, views))
     rotations, translations, scores = (np.concatenate(part) for part in zip(*found, strict=True))
-    edges = nearest_edges(segments, camera)
-    return finished(edges, model, camera, rotations, translations, scores, FINISHED, HYPOTHESES)
+    edges, poses = nearest_edges(segments, camera), (rotations, translations)
+    return finished(edges, model, camera, poses, scores, len(scores), HYPOTHESES, SIGNIFICANCE)
 
 
 def _of_sizes(
-    segments: Floats, model: Model, camera: Camera, sizes: Floats, directions: Floats
+    segments: Floats, model: Model, camera: Camera, sizes: Floats, looks: Looks, views: Views
 ) -> tuple[Floats, Floats, Floats]:
-    """Poses (N, 3, 3), (N, 3) of the sizes that share a grid, aligned, and their scores (N,).
+    """Distinct poses (N, 3, 3), (N, 3) of the sizes that share a grid, aligned, and their scores (N,).
 
-    The image is looked at as if the target were of one size, so that all reaches are shares of it.
+    The image is looked at as if the target were of one size, so that all reaches are shares of it, and what
+    is seen of a target that is far away serves for all sizes.
     """
-    found = candidates(segments, model, camera, sizes, CANDIDATES, directions)
-    scale = NORMAL_PX / sizes[0]
-    problem, edges = _scaled(segments, model, camera, scale, float(sizes[len(sizes) // 2]))
+    found = candidates(segments, model, camera, sizes, CANDIDATES, looks)
+    scale = _scale(sizes)
+    ends, small = at_scale(segments, camera, scale)
+    ahead = Pose(np.zeros(3), np.array([0.0, 0.0, looks.distance]) - model.middle)
+    ends = ends[long_enough(segments, views.typical_line_px(ahead) / scale)]
+    problem, edges = Problem(ends, views, small), nearest_edges(ends, small)
     poses = best_of(
         (found.rotations, found.translations),
-        scores_of(edges, problem, found.rotations, found.translations, 0.0),
+        scores_of(edges, problem, found.rotations, found.translations, 0.0, merit=SIGNIFICANCE),
         ALIGNED,
     )
     aligned(edges, problem, *poses, FIRST_REACHES_PX)
-    poses = best_of(poses, scores_of(edges, problem, *poses, KEPT_REACHES_PX[0]), KEPT)
+    poses = best_of(poses, scores_of(edges, problem, *poses, KEPT_REACHES_PX[0], merit=SIGNIFICANCE), KEPT)
     aligned(edges, problem, *poses, KEPT_REACHES_PX)
-    scores = scores_of(edges, problem, *poses, FINAL_REACH_PX) / scale
+    scores = scores_of(edges, problem, *poses, FINAL_REACH_PX, merit=SIGNIFICANCE)
     scores[(poses[1] + poses[0] @ model.middle)[:, 2] <= 0.0] = -np.inf
-    return *poses, scores
+    kept = distinct(*poses, scores, FINISHED)
+    return poses[0][kept], poses[1][kept], scores[kept]
 
 
-def _scaled(
-    segments: Floats, model: Model, camera: Camera, scale: float, size_px: float
-) -> tuple[Problem, NearestEdges]:
-    """The image at another scale, and the model as seen where it is so wide in the image, px."""
-    ends, small = at_scale(segments, camera, scale)
-    ahead = Pose(np.zeros(3), np.array([0.0, 0.0, range_of(model, camera, size_px)]) - model.middle)
-    views = Views(model, small, ahead, COARSE_SPACING_PX)
-    ends = ends[long_enough(ends, views.typical_line_px(ahead))]
-    return Problem(ends, views, small), nearest_edges(ends, small)
+def _scale(sizes: Floats) -> float:
+    """Of the image in which the largest of the sizes is NORMAL_PX."""
+    return float(NORMAL_PX / sizes[0])
+
+
+def _views(model: Model, camera: Camera, sizes: Floats, distance: float) -> Views:
+    """What is seen of the model from such a distance, in the scaled image of these sizes."""
+    ahead = Pose(np.zeros(3), np.array([0.0, 0.0, distance]) - model.middle)
+    return Views(model, camera.scaled(_scale(sizes)), ahead, COARSE_SPACING_PX)

@@ -22,6 +22,7 @@ ALIGN_TURN = 0.15  # likewise, beyond which a segment is no partner: clutter the
 LEAST_ALIGN_TURN = 0.08  # ... shrinking to this ...
 FULL_TURN_REACH_PX = 12.0  # ... with the reach, from here on
 CLUTTER = 0.4  # support of a pixel of model line that chance gives; less than this counts against a pose
+LEAST_CHANCE = 0.1  # likewise, where nothing but chance has led to the pose (chosen by hand)
 DAMPING = 1e-3  # of the normal equations' diagonal
 LEAST_DIAGONAL = 1e-12  # added to it
 MAX_TURN_RAD = 0.2  # largest rotation of one step
@@ -29,6 +30,19 @@ LEAST_DEPTH_M = 1e-6
 
 
 _matrix_of = kernel()(matrix_of)
+
+
+class Merit(NamedTuple):
+    """What a pose is scored by: support over ``chance``, summed and divided by this power of the length."""
+
+    chance: float
+    power: float
+
+
+SUM = Merit(CLUTTER, 0.0)  # between poses that all show about the same lines
+# Between near and far poses, of more and of fewer lines: how far the sum is beyond what chance gives, in
+# units of its scatter. A large target of which half is seen is worth more than a speck that lies on an edge.
+SIGNIFICANCE = Merit(LEAST_CHANCE, 0.5)
 
 
 class Lookup(NamedTuple):
@@ -82,7 +96,7 @@ def _inside(x: float, y: float, width: float, height: float) -> bool:
 
 @kernel(error_model="numpy")
 def score_pose(
-    lookup: Lookup, view: int, r: Floats, t: Floats, reach_px: float, every: int
+    lookup: Lookup, view: int, r: Floats, t: Floats, reach_px: float, every: int, merit: Merit
 ) -> tuple[float, float]:
     """Score of one pose, see `score_poses`, and the share of its image length with an edge within reach."""
     edges, views, intrinsics = lookup.edges, lookup.views, lookup.intrinsics
@@ -113,16 +127,24 @@ def score_pose(
                     turn = abs(ux * segments[segment, 3] - uy * segments[segment, 2])
                     gain = max(0.0, 1.0 - distance / reach_px) * max(0.0, 1.0 - turn / TURN)
                     near += weight if distance < reach_px else 0.0
-            score += weight * (gain - CLUTTER)
+            score += weight * (gain - merit.chance)
             total += weight
-    return score, near / total if total > 0.0 else 0.0
+    if total <= 0.0:
+        return 0.0, 0.0
+    return score / total**merit.power, near / total
 
 
 @kernel()
 def score_poses(
-    lookup: Lookup, view: Ints, rotations: Floats, translations: Floats, reach_px: float, every: int = 1
+    lookup: Lookup,
+    view: Ints,
+    rotations: Floats,
+    translations: Floats,
+    reach_px: float,
+    every: int = 1,
+    merit: Merit = SUM,
 ) -> Floats:
-    """Score of each pose: sum over visible samples of px · (max(0, 1 − d/reach) − CLUTTER), (N,).
+    """Score of each pose: sum over visible samples of px · (max(0, 1 − d/reach) − chance), (N,).
 
     d is the distance to the nearest image segment of like direction; samples outside the image are
     skipped. A reach of 0 takes the gains of the grid, whose reach is GAIN_REACH_PX: coarse and fast. Only
@@ -130,7 +152,7 @@ def score_poses(
     """
     out = np.zeros(len(view))
     for i in range(len(view)):
-        out[i] = score_pose(lookup, view[i], rotations[i], translations[i], reach_px, every)[0]
+        out[i] = score_pose(lookup, view[i], rotations[i], translations[i], reach_px, every, merit)[0]
     return out
 
 

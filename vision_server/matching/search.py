@@ -15,7 +15,7 @@ from geometry.pose import Pose
 from geometry.visibility import MIN_LINE_PX, image_bounds
 from numerics.kernels import kernel
 from vision_server.matching.draws import even_numbers, in_range, poses_around
-from vision_server.matching.icp import Lookup, align, align_poses, score_pose, score_poses
+from vision_server.matching.icp import SUM, Lookup, Merit, align, align_poses, score_pose, score_poses
 from vision_server.matching.match import (
     Hypothesis,
     Problem,
@@ -97,7 +97,7 @@ def match_search(
     aligned(edges, problem, *poses, KEPT_REACHES_PX)
     scores = scores_of(edges, problem, *poses, FINAL_REACH_PX)
     scores[~in_range(seed_pose, camera, search_range, *poses)] = -np.inf
-    return finished(edges, model, problem.camera, *poses, scores)
+    return finished(edges, model, problem.camera, poses, scores)
 
 
 def size_px(model: Model, camera: Camera, pose: Pose) -> float:
@@ -132,10 +132,12 @@ def scores_of(
     translations: Floats,
     reach_px: float,
     every: int = 1,
+    merit: Merit = SUM,
 ) -> Floats:
     """Scores (N,) of poses (N, 3, 3), (N, 3), see `score_poses`."""
     view = problem.views.of(rotations, translations)
-    return np.asarray(score_poses(_lookup(edges, problem), view, rotations, translations, reach_px, every))
+    lookup = _lookup(edges, problem)
+    return np.asarray(score_poses(lookup, view, rotations, translations, reach_px, every, merit))
 
 
 def _lookup(edges: NearestEdges, problem: Problem) -> Lookup:
@@ -146,27 +148,26 @@ def finished(
     edges: NearestEdges,
     model: Model,
     camera: Camera,
-    rotations: Floats,
-    translations: Floats,
+    poses: tuple[Floats, Floats],
     scores: Floats,
     looked_at: int = FINISHED,
     most: int = MOST_HYPOTHESES,
+    merit: Merit = SUM,
 ) -> list[Hypothesis]:
-    """The best distinct poses, aligned further and scored with their exact visibility."""
+    """The best distinct poses (N, 3, 3), (N, 3), aligned further and scored with their exact visibility."""
     solid, bounds = sparse_solid(model), image_bounds(camera)
     found: list[Hypothesis] = []
-    for i in distinct(rotations, translations, scores, looked_at):
-        rotation, translation = rotations[i].copy(), translations[i].copy()
+    for i in distinct(*poses, scores, looked_at):
+        rotation, translation = (part[i].copy() for part in poses)
         score, supported = _finish(
-            edges, solid, rotation, translation, camera.intrinsics, bounds, np.array(FINISH_REACHES_PX)
+            edges, solid, rotation, translation, camera.intrinsics, bounds, np.array(FINISH_REACHES_PX), merit
         )
         if supported > 0.0:
             found.append(Hypothesis(Pose.from_matrix(rotation, translation), float(score), float(supported)))
     found.sort(key=lambda one: -one.score)
-    poses = [one.pose for one in found]
     keep = distinct(
-        np.array([pose.matrix for pose in poses]).reshape(-1, 3, 3),
-        np.array([pose.translation for pose in poses]).reshape(-1, 3),
+        np.array([one.pose.matrix for one in found]).reshape(-1, 3, 3),
+        np.array([one.pose.translation for one in found]).reshape(-1, 3),
         np.array([one.score for one in found]),
         most,
     )
@@ -194,10 +195,11 @@ def _finish(
     intrinsics: Floats,
     bounds: Floats,
     reaches: Floats,
+    merit: Merit,
 ) -> tuple[float, float]:
     """Align one pose, in place, with exact visibility; its score and supported fraction."""
     for reach in reaches:
         views = exact_view(solid, rotation, translation, intrinsics, bounds)
         align(Lookup(edges, views, intrinsics), 0, rotation, translation, reach, FINISH_ITERATIONS)
     views = exact_view(solid, rotation, translation, intrinsics, bounds)
-    return score_pose(Lookup(edges, views, intrinsics), 0, rotation, translation, FINAL_REACH_PX, 1)
+    return score_pose(Lookup(edges, views, intrinsics), 0, rotation, translation, FINAL_REACH_PX, 1, merit)

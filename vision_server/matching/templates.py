@@ -19,26 +19,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from geometry.hidden_lines import trace
 from geometry.model import Model
-from geometry.visibility import MIN_LINE_PX
 from numerics.kernels import kernel
 from numerics.two_cores import cores
+from vision_server.matching.looks import Looks, cell_px_of, range_of
 from vision_server.matching.match import Anywhere
 from vision_server.matching.nearest_edges import BINS, CELL_PX, GAIN_REACH_PX, nearest_edges
-from vision_server.matching.views import UNBOUNDED_PX, frame_towards, sparse_solid
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Offsets = NDArray[np.int16]
 Bytes = NDArray[np.uint8]
 
-DIRECTIONS = 320  # on the sphere, 11 degrees apart ...
-ROLLS = 30  # ... each turned by 12 degrees about the line of sight
+ROLLS = 30  # each look is turned by 12 degrees about the line of sight
 LARGEST, SMALLEST = 1.3, 0.18  # the target's diameter, over the smaller side of the frame
 SIZE_STEP = 1.19
 SIZES_A_GRID = 4  # sizes that share one grid of cells
-CELLS_ACROSS = 40  # of the largest target of a grid
 REACH_CELLS = 3.0  # an edge this far from a template's point is worth nothing to it
 POINTS = 64  # of a template
 FEWEST_POINTS = 8
@@ -70,15 +66,6 @@ class Candidates:
     scores: Floats
 
 
-def directions_on_sphere(count: int) -> Floats:
-    """Unit vectors (N, 3), evenly: a Fibonacci lattice."""
-    number = np.arange(count) + 0.5
-    height = 1.0 - 2.0 * number / count
-    turn = math.pi * (3.0 - math.sqrt(5.0)) * number
-    across = np.sqrt(1.0 - height**2)
-    return np.column_stack([across * np.cos(turn), across * np.sin(turn), height])
-
-
 def sizes_px(camera: Camera, diameter: float, anywhere: Anywhere) -> list[Floats]:
     """Diameters of the target in the image that are tried, px, largest first, those that share a grid."""
     side = min(camera.width, camera.height)
@@ -90,15 +77,8 @@ def sizes_px(camera: Camera, diameter: float, anywhere: Anywhere) -> list[Floats
     return np.split(sizes, range(SIZES_A_GRID, count, SIZES_A_GRID))
 
 
-def directions_of(anywhere: Anywhere) -> Floats:
-    """The directions (V, 3) from which the target may be seen, in its frame."""
-    directions = directions_on_sphere(DIRECTIONS)
-    seen: Floats = directions[anywhere.sees(directions)]
-    return seen
-
-
 def candidates(
-    segments: Floats, model: Model, camera: Camera, sizes: Floats, most: int, directions: Floats
+    segments: Floats, model: Model, camera: Camera, sizes: Floats, most: int, looks: Looks
 ) -> Candidates:
     """The most promising poses anywhere in the frame, best first.
 
@@ -106,17 +86,13 @@ def candidates(
     ----------
     segments : (N, 4), ideal px.
     sizes : diameters of the target in the image, px, that share one grid of cells, largest first.
-    directions : (V, 3), unit, from which the target is looked at, in its frame.
+    looks : of the target, from about as far.
     """
-    frames = np.array([frame_towards(-one) for one in directions])
-    cell_px = sizes[0] / CELLS_ACROSS
+    cell_px = cell_px_of(sizes)
     gain = gains(segments, camera, cell_px)
-    views = _views(model, camera, frames, float(sizes[len(sizes) // 2]), cell_px)
     with ThreadPoolExecutor(min(2, cores())) as threads:
         found = list(
-            threads.map(
-                lambda size: _at_size(gain, views, model, camera, frames, float(size), cell_px), sizes
-            )
+            threads.map(lambda size: _at_size(gain, looks, model, camera, float(size), cell_px), sizes)
         )
     rotations, translations, scores = (
         np.concatenate([getattr(one, name) for one in found])
@@ -137,58 +113,31 @@ def gains(segments: Floats, camera: Camera, cell_px: float) -> Bytes:
     return np.asarray(np.clip(255.0 - steps * (255.0 - table.gain), 0.0, 255.0).astype(np.uint8))
 
 
-def range_of(model: Model, camera: Camera, size_px: float) -> float:
-    """How far the middle of a target is that is so wide in the image, metres."""
-    return model.diameter * camera.fx / size_px
-
-
-def _views(
-    model: Model, camera: Camera, frames: Floats, size_px: float, cell_px: float
-) -> list[tuple[Floats, Floats, Floats]]:
-    """Points (N, 3) and directions (N, 3) about the middle, in the frame of each view, and their px (N,)."""
-    solid, middle = sparse_solid(model), model.middle
-    distance = range_of(model, camera, size_px)
-    bounds = np.array([-UNBOUNDED_PX, -UNBOUNDED_PX, UNBOUNDED_PX, UNBOUNDED_PX])
-
-    def seen(frame: Floats) -> tuple[Floats, Floats, Floats]:
-        translation = np.array([0.0, 0.0, distance]) - frame @ middle
-        found = trace(solid, frame, translation, camera.intrinsics, bounds, cell_px, cell_px, MIN_LINE_PX)
-        return (found.points - middle) @ frame.T, found.along @ frame.T, found.px
-
-    return [seen(np.ascontiguousarray(frame)) for frame in frames]
-
-
 def _at_size(
-    gain: Bytes,
-    views: list[tuple[Floats, Floats, Floats]],
-    model: Model,
-    camera: Camera,
-    frames: Floats,
-    size_px: float,
-    cell_px: float,
+    gain: Bytes, looks: Looks, model: Model, camera: Camera, size_px: float, cell_px: float
 ) -> Candidates:
     """The best place of each view and roll at one size, as poses."""
     distance = range_of(model, camera, size_px)
-    made = templates(views, camera, distance, cell_px)
+    made = templates(looks.samples, camera, distance, cell_px)
     score, place = vote(gain, *made)
     number = np.arange(len(score))
     view, roll = number // ROLLS, number % ROLLS
     pixels = (place[:, ::-1] + 0.5) * cell_px - 0.5
-    rotations, translations = _poses(frames[view], 2.0 * np.pi * roll / ROLLS, pixels, camera, distance)
+    rotations, translations = _poses(looks.frames[view], 2.0 * np.pi * roll / ROLLS, pixels, camera, distance)
     return Candidates(rotations, translations - rotations @ model.middle, score)
 
 
 def templates(
-    views: list[tuple[Floats, Floats, Floats]], camera: Camera, distance: float, cell_px: float
+    samples: list[tuple[Floats, Floats, Floats]], camera: Camera, distance: float, cell_px: float
 ) -> Templates:
-    """Each view at each roll, as seen from a distance."""
-    total = len(views) * ROLLS
+    """Each look, see `Looks`, at each roll, as seen from a distance."""
+    total = len(samples) * ROLLS
     offset, bins = np.zeros((total, POINTS, 2), np.int16), np.zeros((total, POINTS), np.int16)
     count, length = np.zeros(total, np.int64), np.zeros(total)
     rolls = 2.0 * np.pi * np.arange(ROLLS) / ROLLS
     cosine, sine = np.cos(rolls)[:, None], np.sin(rolls)[:, None]
     scale = camera.fx / cell_px
-    for number, (points, along, px) in enumerate(views):
+    for number, (points, along, px) in enumerate(samples):
         if len(px) < FEWEST_POINTS:
             continue
         some = _evenly(px, POINTS)
@@ -203,7 +152,7 @@ def templates(
         offset[own, :kept, 1] = np.rint(cosine * x - sine * y)
         angle = (np.arctan2(dy, dx)[None] + rolls[:, None]) % np.pi
         bins[own, :kept] = np.minimum(angle * (BINS / np.pi), BINS - 1)
-        count[own], length[own] = kept, float(px.sum()) / cell_px
+        count[own], length[own] = kept, float(px.sum())
     return Templates(offset, bins, count, length)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vision_server.channels.lighting import LENS_BLUR_PX
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import edgel_thresholds
+from vision_server.segments.bending import cut_bent
 from vision_server.segments.centring import centre_lines
 from vision_server.segments.growing import grow_lines
 from vision_server.segments.joining import join_collinear
@@ -64,7 +65,7 @@ def extract_segments(edges: EdgeMap) -> Segments:
 
 
 def joined_segments(edges: EdgeMap, edgels: Edgels, lines: FittedLines) -> Segments:
-    """Groups of edgels as segments: pieces of a line joined, lines of blurred images centred.
+    """Groups of edgels as segments: pieces of a line joined, curves cut, lines of blurred images centred.
 
     Parameters
     ----------
@@ -79,7 +80,7 @@ def joined_segments(edges: EdgeMap, edgels: Edgels, lines: FittedLines) -> Segme
     -------
     At most MAX_SEGMENTS, those with the largest length times strength.
     """
-    lines = fit_lines(join_collinear(edgels, lines))
+    lines = fit_lines(cut_bent(join_collinear(edgels, lines)))
     ends = lines.endpoints
     if edges.blur_px > LENS_BLUR_PX:
         ends = centre_lines(

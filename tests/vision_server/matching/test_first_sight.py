@@ -4,15 +4,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.machined_parts import ROUND, surface_of
+from benchmarks.synthetic_parts import rendered
 from geometry.camera import Camera
 from geometry.errors import GeometryError
-from geometry.model import find_target, load_model
+from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from tests.vision_server.matching_scenes import CAMERA, segments_of
+from tests.vision_server.synthetic import one_image
 from vision_server.matching import Anywhere
 from vision_server.matching.first_sight import match_anywhere
 from vision_server.matching.templates import Templates, sizes_px, templates, vote
+from vision_server.segments.extraction import extract_segments
 
 CASES = [(name, seed) for name in ("fixture", "satellite") for seed in range(3)]
 
@@ -33,6 +37,19 @@ def test_finds_any_orientation_in_clutter(name: str, seed: int) -> None:
     pose = any_pose(seed, (0.45, 0.7, 0.9)[seed], model.diameter, model.middle)
     found = match_anywhere(segments_of(model, pose, clutter=60, seed=seed), model, CAMERA, Anywhere())
     assert found[0].pose.error_to(pose).within(2.0, 0.02)
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_part_that_shows_curves_only_is_found(seed: int) -> None:
+    """Its small holes are not seen as segments, and a very small flange fits any of its edges."""
+    model = Model.of_surface("flange", surface_of(ROUND["flange"](48)))
+    pose = any_pose(seed, 0.65, model.diameter, model.middle)
+    images = one_image(rendered(model, CAMERA, pose, np.random.default_rng(seed)))
+    segments = extract_segments(images.edge_map(["i1"])).endpoints
+    found = match_anywhere(segments, model, CAMERA, Anywhere())[0].pose
+    axes = pose.matrix[:, 2], found.matrix[:, 2]  # it may be turned about its axis, see `spun`
+    assert np.degrees(np.arccos(axes[0] @ axes[1])) < 4.0
+    assert found.error_to(pose).translation_fraction_of_range < 0.02
 
 
 def test_nothing_is_found_where_nothing_is() -> None:

@@ -11,7 +11,7 @@ from geometry.pose import Pose, disturbed
 from geometry.visibility import solid_of, visible_samples
 from tests.vision_server.matching_scenes import CAMERA, segments_of
 from vision_server.matching.draws import even_numbers, in_range, poses_around, poses_in_range
-from vision_server.matching.icp import CLUTTER, TURN, Lookup, align, score_poses
+from vision_server.matching.icp import SIGNIFICANCE, SUM, TURN, Lookup, Merit, align, score_poses
 from vision_server.matching.match import SearchRange, distinct, long_enough
 from vision_server.matching.nearest_edges import (
     BINS,
@@ -92,19 +92,20 @@ def test_a_direction_without_segments_has_no_label() -> None:
     assert edges.gain[0, 50, 100] == 255
 
 
-def plain_score(segments: Floats, label: Floats, pose: Pose, reach: float) -> float:
-    total = 0.0
+def plain_score(segments: Floats, label: Floats, pose: Pose, reach: float, merit: Merit) -> float:
+    total, length = 0.0, 0.0
     for point, direction, px in zip(*_plain_samples(pose), strict=True):
         angle = np.arctan2(direction[1], direction[0]) % np.pi
         bin_ = min(BINS - 1, int(angle / np.pi * BINS))
-        gain = -CLUTTER
+        gain = -merit.chance
         segment = int(label[bin_, int((point[1] + 0.5) / 2), int((point[0] + 0.5) / 2)])
         if segment >= 0:
             step = segments[segment, 2:] - segments[segment, :2]
             turn = abs(np.sin(np.arctan2(step[1], step[0]) - angle))
             gain += max(0, 1 - distance_to(segments[segment], point) / reach) * max(0, 1 - turn / TURN)
         total += px * gain
-    return total
+        length += px
+    return float(total / length**merit.power)
 
 
 def _plain_samples(pose: Pose) -> tuple[Floats, Floats, Floats]:
@@ -119,8 +120,9 @@ def _plain_samples(pose: Pose) -> tuple[Floats, Floats, Floats]:
     return CAMERA.project(pose.apply(table.points[chosen])), ends[1] - ends[0], table.px[chosen]
 
 
+@pytest.mark.parametrize("merit", [SUM, SIGNIFICANCE])
 @pytest.mark.parametrize("reach", [24.0, 5.0])
-def test_scores_agree_with_the_plain_sum(reach: float) -> None:
+def test_scores_agree_with_the_plain_sum(reach: float, merit: Merit) -> None:
     segments = segments_of(SATELLITE, POSE, clutter=40)
     edges = nearest_edges(segments, CAMERA)
     random = np.random.default_rng(2)
@@ -129,10 +131,9 @@ def test_scores_agree_with_the_plain_sum(reach: float) -> None:
     translations = np.array([pose.translation for pose in poses])
     views = Views(SATELLITE, CAMERA, POSE, 8.0)
     view = views.of(rotations, translations)
-    scores = score_poses(
-        Lookup(edges, views.table(), CAMERA.intrinsics), view, rotations, translations, reach
-    )
-    expected = [plain_score(segments, edges.label, pose, reach) for pose in poses]
+    lookup = Lookup(edges, views.table(), CAMERA.intrinsics)
+    scores = score_poses(lookup, view, rotations, translations, reach, 1, merit)
+    expected = [plain_score(segments, edges.label, pose, reach, merit) for pose in poses]
     np.testing.assert_allclose(scores, expected, atol=1e-6)
     assert scores[0] == scores.max()
 

@@ -1,0 +1,81 @@
+"""What is seen of a target from directions all over the sphere: of what templates are made."""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.hidden_lines import trace
+from geometry.model import Model
+from geometry.visibility import MIN_LINE_PX
+from numerics.two_cores import cores
+from vision_server.matching.match import Anywhere
+from vision_server.matching.views import UNBOUNDED_PX, frame_towards, sparse_solid
+
+Floats = NDArray[np.float64]
+
+DIRECTIONS = 320  # on the sphere, 11 degrees apart
+CELLS_ACROSS = 40  # of the largest target of a grid
+
+
+@dataclass(frozen=True, eq=False)
+class Looks:
+    """What is seen of a target from directions all around, from one distance of its middle, metres.
+
+    Attributes
+    ----------
+    frames : (V, 3, 3), target to camera axes, one for each direction.
+    samples : of each direction points (N, 3) and directions (N, 3) of its visible lines about its middle, in
+        the camera's axes, metres, and the length that each stands for, (N,), cells.
+    """
+
+    distance: float
+    frames: Floats
+    samples: list[tuple[Floats, Floats, Floats]]
+
+
+def directions_on_sphere(count: int) -> Floats:
+    """Unit vectors (N, 3), evenly: a Fibonacci lattice."""
+    number = np.arange(count) + 0.5
+    height = 1.0 - 2.0 * number / count
+    turn = math.pi * (3.0 - math.sqrt(5.0)) * number
+    across = np.sqrt(1.0 - height**2)
+    return np.column_stack([across * np.cos(turn), across * np.sin(turn), height])
+
+
+def directions_of(anywhere: Anywhere) -> Floats:
+    """The directions (V, 3) from which the target may be seen, in its frame."""
+    directions = directions_on_sphere(DIRECTIONS)
+    seen: Floats = directions[anywhere.sees(directions)]
+    return seen
+
+
+def looks_of(model: Model, camera: Camera, sizes: Floats, directions: Floats) -> Looks:
+    """The target from directions (V, 3), unit, in its frame, as wide as the middle one of some sizes, px."""
+    solid, middle, cell_px = sparse_solid(model), model.middle, cell_px_of(sizes)
+    distance = range_of(model, camera, float(sizes[len(sizes) // 2]))
+    bounds = np.array([-UNBOUNDED_PX, -UNBOUNDED_PX, UNBOUNDED_PX, UNBOUNDED_PX])
+    frames = np.array([frame_towards(-one) for one in directions])
+
+    def seen(frame: Floats) -> tuple[Floats, Floats, Floats]:
+        translation = np.array([0.0, 0.0, distance]) - frame @ middle
+        found = trace(solid, frame, translation, camera.intrinsics, bounds, cell_px, cell_px, MIN_LINE_PX)
+        return (found.points - middle) @ frame.T, found.along @ frame.T, found.px / cell_px
+
+    with ThreadPoolExecutor(min(2, cores())) as threads:
+        return Looks(distance, frames, list(threads.map(seen, frames)))
+
+
+def cell_px_of(sizes: Floats) -> float:
+    """Width of the cells of a grid that such sizes share."""
+    return float(sizes[0]) / CELLS_ACROSS
+
+
+def range_of(model: Model, camera: Camera, size_px: float) -> float:
+    """How far the middle of a target is that is so wide in the image, metres."""
+    return model.diameter * camera.fx / size_px
