@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -28,6 +28,7 @@ PERIOD_S = 1.0 / 30.0
 OPEN = 0.4  # of it, the shutter, where the motion blurs
 MOMENTS = 5  # of an exposure
 FILLS = 0.35  # of the frame's height, the target's diameter
+STRETCHED = (0.6, 1.4)  # another part's axes
 NOISE_GREY, BLUR_PX = 1.5, 0.8
 
 
@@ -86,7 +87,9 @@ def film(number: int, kind: str, count: int) -> tuple[Model, Iterator[Shown]]:
     poses = path(rng, model, kind, count * step)[::step]
     drawn = model
     if kind == "another":
-        drawn = Model.of_surface("another", random_part(rng, 60))
+        part = random_part(rng, 60)  # on a plate of its own: that of all random parts is the same
+        stretch = rng.uniform(*STRETCHED, 3)
+        drawn = Model.of_surface("another", replace(part, vertices=part.vertices * stretch))
     return model, _shown(rng, drawn, poses, kind, step)
 
 
@@ -125,8 +128,9 @@ def _photographed(rng: np.random.Generator, box: Box, poses: list[Pose]) -> Iter
 
 def _sensed(rng: np.random.Generator, picture: Floats) -> Grey:
     """A linear picture as a camera gives it."""
-    grey = 255.0 * cv2.GaussianBlur(picture, (0, 0), BLUR_PX) + rng.normal(0.0, NOISE_GREY, picture.shape)
-    return np.asarray(np.clip(np.round(grey), 0, 255), dtype=np.uint8)
+    grey = cv2.GaussianBlur(255.0 * picture.astype(np.float32), (0, 0), BLUR_PX)
+    noisy = grey + NOISE_GREY * rng.standard_normal(picture.shape, dtype=np.float32)
+    return np.asarray(np.clip(np.rint(noisy), 0, 255), dtype=np.uint8)
 
 
 def _clutter(rng: np.random.Generator) -> Floats:

@@ -136,21 +136,21 @@ def rasterised(
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Faces of a model, each in its ``grey``, before a picture (H, W); and where it covers that."""
     points = pose.apply(model.vertices)
-    pixels = (camera.project(points) + 0.5) * FINER - 0.5
-    corners = np.column_stack([pixels, 1.0 / points[:, 2]])
-    picture = np.repeat(np.repeat(behind, FINER, axis=0), FINER, axis=1)
-    depth = np.zeros_like(picture)
-    _drawn(corners, model.triangles, grey[model.triangle_face], picture, depth)
-    bounds = np.array([pixels.min(axis=0), pixels.max(axis=0) + 2 * FINER]) // FINER
-    low, high = np.clip(bounds, 0, None).astype(int)
-    part = np.s_[low[1] : high[1] + 1, low[0] : high[0] + 1]
+    pixels = camera.project(points)
+    low = np.clip(np.floor(pixels.min(axis=0)) - 1, 0, None).astype(int)
+    high = np.minimum(np.ceil(pixels.max(axis=0)) + 2, behind.shape[::-1]).astype(int)
     small, inside = behind.copy(), np.zeros(behind.shape, dtype=np.bool_)
-    fine = tuple(slice(FINER * one.start, FINER * one.stop) for one in part)
-    for source, target in ((picture[fine], small), (depth[fine] > 0.0, inside)):
-        rows, columns = (side // FINER for side in source.shape)
-        if rows and columns:
-            blocks = source.reshape(rows, FINER, columns, FINER)
-            target[part] = blocks.mean(axis=(1, 3)) if target is small else blocks.any(axis=(1, 3))
+    if min(high - low) <= 0:
+        return small, inside
+    part = np.s_[low[1] : high[1], low[0] : high[0]]
+    picture = np.repeat(np.repeat(behind[part], FINER, axis=0), FINER, axis=1)
+    depth = np.zeros_like(picture)
+    fine = (pixels - low + 0.5) * FINER - 0.5
+    corners = np.column_stack([fine, 1.0 / points[:, 2]])
+    _drawn(corners, model.triangles, grey[model.triangle_face], picture, depth)
+    blocks = (high[1] - low[1], FINER, high[0] - low[0], FINER)
+    small[part] = picture.reshape(blocks).mean(axis=(1, 3))
+    inside[part] = (depth > 0.0).reshape(blocks).any(axis=(1, 3))
     return small, inside
 
 

@@ -8,6 +8,7 @@ altogether; and the radius by which the target's edges are rounded is an unknown
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -27,7 +28,10 @@ Floats = NDArray[np.float64]
 
 TAIL = 4.0  # degrees of freedom of Student's t, by which lines are off
 ITERATIONS = 8
-ROUNDING_SD = 0.01  # of the target's shorter lines, the radius of its edges before any was seen
+# By hand, on printed boxes (radii of 1 to 4 % of the shortest side) and exact models (none):
+ROUNDING_SD = 0.015  # of the shorter lines: the radius of rounded edges, as half a normal
+EVEN_PX, POWER = 0.1, 4.0  # lines that are off so much are as likely of rounded edges as of sharp ones
+UNSEEN = 1.0  # numbers that OFF_PX counts as in what lines say of that
 SHORTER = 25.0  # percent of the lines
 LEARNT = (
     0.02  # share of a frame's lines and radius in what is known after it: its errors are those of the next
@@ -36,6 +40,7 @@ MOST_SEEN = 12.0  # lines that what was learnt counts as
 OFF_PX, SEEN_AS = 0.2, 4.0  # of lines of a target not seen yet, and how many lines that is worth
 LEAST_FREE = 0.2  # of a residual, that the fit does not take up
 LEAST_LINES = 4
+FARTHEST = 30.0  # standard deviations of a tail that still has a number
 FEW = 25.0  # the covariance is 1 + this / (numbers that the variance is from) times what that says
 
 
@@ -45,31 +50,32 @@ class Habits(NamedTuple):
     Attributes
     ----------
     off_px2 : variance of what they are off; worth ``seen`` lines.
-    radius_m, radius_sd_m : of its edges.
+    radius_m, radius_sd_m : of its edges, were they rounded: a normal to be cut off at 0.
+    at_first_m : the standard deviation of that before anything was seen.
     """
 
     off_px2: float
     seen: float
     radius_m: float
     radius_sd_m: float
+    at_first_m: float
 
     @classmethod
     def of(cls, model: Model) -> Habits:
         """Of a target that was not seen yet."""
         lengths = np.linalg.norm(np.diff(model.vertices[model.lines], axis=1)[:, 0], axis=1)
-        return cls(OFF_PX**2, SEEN_AS, 0.0, ROUNDING_SD * float(np.percentile(lengths, SHORTER)))
+        radius_sd_m = ROUNDING_SD * float(np.percentile(lengths, SHORTER))
+        return cls(OFF_PX**2, SEEN_AS, 0.0, radius_sd_m, radius_sd_m)
 
     def after(self, fit: Fit) -> Habits:
         """With what one more frame said."""
         seen = min(self.seen + LEARNT * fit.lines, MOST_SEEN)
         share = LEARNT * fit.lines / seen
-        told = max(fit.radius_sd_m**-2.0 - self.radius_sd_m**-2.0, 0.0)  # by the frame alone
-        alone = fit.radius_m * fit.radius_sd_m**-2.0 - self.radius_m * self.radius_sd_m**-2.0
-        precision = self.radius_sd_m**-2.0 + LEARNT * told
-        radius = (self.radius_m * self.radius_sd_m**-2.0 + LEARNT * alone) / precision
-        return Habits(
-            self.off_px2 + share * (fit.off_px2 - self.off_px2), seen, max(radius, 0.0), precision**-0.5
-        )
+        known = self.radius_sd_m**-2.0
+        precision = known + LEARNT * fit.radius_told[0]
+        radius = (self.radius_m * known + LEARNT * fit.radius_told[1]) / precision
+        off_px2 = self.off_px2 + share * (fit.off_px2 - self.off_px2)
+        return Habits(off_px2, seen, radius, precision**-0.5, self.at_first_m)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +88,8 @@ class Fit:
     observation : edge points where the step started.
     moved_px : how far it moved the lines, at most.
     off_px2, lines : what the lines are off, this frame alone, and how many they are.
-    radius_m, radius_sd_m : of the edges, with what was known before.
+    radius_m : of the edges, with what was known before.
+    radius_told : what this frame alone says of it: precision 1/m^2, and that times the radius.
     """
 
     pose: Pose
@@ -92,7 +99,7 @@ class Fit:
     off_px2: float
     lines: int
     radius_m: float
-    radius_sd_m: float
+    radius_told: tuple[float, float]
 
 
 def fitted(
@@ -122,7 +129,7 @@ def fitted(
         return None
     range_m = float(np.linalg.norm(start.translation))
     prior = np.r_[prior_precision(range_m, problem.tone_sd_px), habits.radius_sd_m**-2.0]
-    step, covariance, off_px2 = solved(lines, prior, habits)
+    step, covariance, off_px2, radius_told = solved(lines, prior, habits)
     if not np.isfinite(step).all():
         return None
     turn = np.eye(6)  # of steps about the turning point into steps about the camera
@@ -135,12 +142,60 @@ def fitted(
         off_px2,
         len(lines.value),
         float(step[8]),
-        float(np.sqrt(covariance[8, 8])),
+        radius_told,
     )
 
 
-def solved(lines: LineFits, prior: Floats, habits: Habits) -> tuple[Floats, Floats, float]:
-    """Pose, nuisances and radius (9,), their covariance, and the variance of what lines are off, px^2.
+def none_or_rounded(
+    unknowns: Floats, covariance: Floats, at_first_sd: float, odds_before: float
+) -> tuple[Floats, Floats]:
+    """A normal distribution of (K,) unknowns of which the last, the radius, is 0 or more.
+
+    Parameters
+    ----------
+    at_first_sd : of the radius before anything was seen, that of half a normal, were the edges rounded.
+    odds_before : that they are, before the radius was looked at.
+
+    Returns
+    -------
+    Moments of the mixture of two: sharp edges, and rounded ones, whose radius is a normal cut off at 0. Their
+    odds are those of before times the ratio of the radius' densities at 0, before and now (Savage and
+    Dickey). What is tied to the radius goes with it.
+    """
+    variance = float(covariance[-1, -1])
+    sd = math.sqrt(variance)
+    above = max(float(unknowns[-1]) / sd, -FARTHEST)
+    mass = mills_ratio(above)
+    hazard = 1.0 / mass
+    odds = odds_before * 2.0 * sd / at_first_sd / math.sqrt(2.0 * math.pi) * mass
+    rounded = odds / (1.0 + odds)
+    mean, spread = sd * (above + hazard), variance * max(1.0 - hazard * (hazard + above), 0.0)
+    spread = rounded * (spread + (1.0 - rounded) * mean**2)
+    gain = covariance[:, -1] / variance
+    step = gain * (rounded * mean - float(unknowns[-1]))
+    return unknowns + step, covariance - np.outer(gain, gain) * (variance - spread)
+
+
+def rounded_odds(off_px2: float, numbers: float) -> float:
+    """Odds that edges are rounded, by what other than that a frame's lines are off, as so many numbers show.
+
+    Where lines are true to hundredths of a pixel, the model is true in its edges as well.
+    """
+    variance = (numbers * off_px2 + UNSEEN * OFF_PX**2) / (numbers + UNSEEN)
+    return float((variance / EVEN_PX**2) ** (0.5 * POWER))
+
+
+def mills_ratio(above: float) -> float:
+    """Mass of the standard normal below ``above`` over its density there."""
+    above = min(above, FARTHEST)
+    return math.sqrt(0.5 * math.pi) * math.exp(0.5 * above**2) * math.erfc(-above / math.sqrt(2.0))
+
+
+def solved(
+    lines: LineFits, prior: Floats, habits: Habits
+) -> tuple[Floats, Floats, float, tuple[float, float]]:
+    """Pose, nuisances and radius (9,), their covariance; of these lines alone, what they are off, px^2, and
+    what they tell of the radius, see `Fit`.
 
     Iteratively reweighted least squares: the weights are Student's, the variance is that of the residuals,
     each divided by the share of it that the fit did not take up, beside what was known.
@@ -155,13 +210,16 @@ def solved(lines: LineFits, prior: Floats, habits: Habits) -> tuple[Floats, Floa
     off_px2, factor, own, left = habits.off_px2, np.ones(len(value)), 0.0, 0.0
     step: Floats = np.zeros(9)
     covariance: Floats = np.eye(9)
+    told = (0.0, 0.0)
     for _ in range(ITERATIONS):
         noise = scatter + slack * radius_m**2
         variance = noise + off_px2
         weighted = rows * (factor / variance)[:, None]
         covariance = np.asarray(np.linalg.inv(weighted.T @ rows + np.diag(prior)))
         step = covariance @ (weighted.T @ value + pulled)
-        radius_m = max(float(step[8]), 0.0)
+        told = (1.0 / covariance[8, 8] - prior[8], step[8] / covariance[8, 8] - pulled[8])
+        step, covariance = none_or_rounded(step, covariance, habits.at_first_m, rounded_odds(own, left))
+        radius_m = float(step[8])
         residual = value - rows @ step
         free = 1.0 - ((weighted @ covariance) * rows).sum(axis=1)
         left = max(float(free.sum()), 0.0)
@@ -172,4 +230,4 @@ def solved(lines: LineFits, prior: Floats, habits: Habits) -> tuple[Floats, Floa
         own = squares / max(float(share.sum()), 1e-9)
         off_px2 = (habits.seen * habits.off_px2 + squares) / (habits.seen + float(share.sum()))
     covariance[:6, :6] *= 1.0 + FEW / (2.0 * habits.seen + left)
-    return step, covariance, own
+    return step, covariance, own, told

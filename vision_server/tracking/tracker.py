@@ -40,6 +40,7 @@ LIKE_BEFORE = 0.25  # ... and below this nothing in it is believed
 REMEMBERED = 0.1  # share of the latest frame in that quality
 LOOKED_AT_ANEW = 5  # frames that are not believed in a row before everything is searched again
 EVERYWHERE = 6  # of so many searches that are not believed in a row, one looks without a pose to start from
+MOST_AGAINST = 3  # searches in doubt that count: as many must believe before what they find is believed
 FARTHER = 1.6  # than when it was last seen, or nearer, it may be then
 PERIOD_S = 1.0 / 30.0  # between frames, where nothing tells
 LONGEST_S = 0.5  # without a pose, until velocity says nothing
@@ -99,6 +100,7 @@ class Tracker:
         self._was_believed = False
         self._misses = 0
         self._vain = 0  # searches that were not believed, in a row
+        self._against = 0  # searches that doubted what they found, less those that did not
         self._since_s = 0.0  # the last pose
         self._doubted = 0
         self._frame = -1
@@ -178,6 +180,9 @@ class Tracker:
         if near is not None:
             candidates.append(near)
         candidates.sort(key=lambda one: -one.quality)
+        believed = [one for one in candidates if self._is_believed(one)]
+        if believed:  # print may look better than the edge beside it; the motion knows which it was
+            return min(believed, key=lambda one: expected.surprise(one.pose, one.covariance, middle))
         for one in candidates:
             if one.belief(0.0) >= HELD:
                 return one
@@ -234,7 +239,8 @@ class Tracker:
         believed = estimate.score >= SURE and worth >= LIKE_BEFORE * self._typical
         if self._misses > 0:  # a wider search meets more that looks alike
             believed = believed and missing_share(estimate.support) <= MOST_MISSING
-        self._believed = believed
+        self._against = max(min(self._against + (-1 if believed else 1), MOST_AGAINST), 0)
+        self._believed = believed = believed and self._against == 0
         pose, covariance = estimate.pose, TAILS**2 * estimate.covariance
         found = self._sight.near(pixels, pose, self._habits)  # on whole lines, as every frame is
         if found is not None and found.pose.error_to(pose).within(*SAME):

@@ -1,12 +1,15 @@
 """Poses on whole lines: what rounded edges do to them, and what lines that are off do to the covariance."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from benchmarks.printed_boxes import sharp
 from tests.vision_server.synthetic import CAMERA
 from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_at
 from vision_server.pose.observation import observe
-from vision_server.tracking.fitting import Habits, fitted
+from vision_server.tracking.fitting import Habits, fitted, none_or_rounded, rounded_odds
 from vision_server.tracking.frame import Tone, Window, problem_of
 from vision_server.tracking.lines import line_fits, rounding_shifts
 
@@ -81,3 +84,54 @@ def test_what_was_learnt_moves_slowly_to_what_frames_say() -> None:
     assert habits.radius_sd_m < first.radius_sd_m
     assert 0.0 <= habits.radius_m < 0.006
     assert habits.seen > first.seen
+
+
+@pytest.mark.parametrize("mean", [-2.0, 0.1, 1.5])
+def test_a_radius_is_none_or_more_than_none_and_the_pose_goes_with_it(mean: float) -> None:
+    rng = np.random.default_rng(0)
+    at_first, sd, before = 1.5, 0.8, 3.0
+    covariance = np.array([[2.0, -1.1 * sd], [-1.1 * sd, sd**2]])
+    drawn = rng.multivariate_normal([0.3, mean], covariance, 400_000)
+    rounded = drawn[drawn[:, 1] > 0.0]
+    density = np.exp(-0.5 * (mean / sd) ** 2) / sd / (len(rounded) / len(drawn))  # at 0, of the radius now
+    odds = before * (2.0 / at_first) / density
+    free = drawn - np.outer(drawn[:, 1], covariance[:, 1] / sd**2)  # with a radius of 0
+    sharp_ones = rng.random(len(rounded)) > odds / (1.0 + odds)
+    mixed = np.where(sharp_ones[:, None], free[: len(rounded)], rounded)
+    unknowns, after = none_or_rounded(np.array([0.3, mean]), covariance, at_first, before)
+    np.testing.assert_allclose(unknowns, mixed.mean(axis=0), atol=0.02)
+    np.testing.assert_allclose(after, np.cov(mixed.T), atol=0.04)
+
+
+def test_a_radius_that_is_far_below_none_is_none() -> None:
+    unknowns, covariance = none_or_rounded(np.array([1.0, -500.0]), np.eye(2), 1.0, 1.0)
+    assert 0.0 <= unknowns[1] < 0.05
+    assert 0.0 < covariance[1, 1] < 0.01
+
+
+def test_lines_that_are_true_tell_of_sharp_edges() -> None:
+    assert rounded_odds(0.02**2, 11.0) < 0.3
+    assert rounded_odds(0.25**2, 11.0) > 10.0
+    assert rounded_odds(0.0, 0.0) == rounded_odds(0.2**2, 1.0) > 10.0
+
+
+def test_the_range_of_rounded_boxes_is_not_too_far() -> None:
+    apart = []
+    for number, turn in enumerate(TURNS):
+        box, pose = plain_box(0.0012), seen_at(turn)
+        problem = problem_of(Window(pictured(box, pose, number), CAMERA), sharp(box), TONE)
+        fit = fitted(problem, pose, 3.0, SPACING_PX, Habits.of(sharp(box)))
+        assert fit is not None
+        apart.append(np.linalg.norm(fit.pose.translation) / np.linalg.norm(pose.translation) - 1.0)
+    assert abs(np.mean(apart)) < 0.0035
+
+
+def test_frames_that_say_nothing_of_the_radius_leave_it_where_it_was() -> None:
+    box, pose = plain_box(0.003), seen_at(TURNS[0])
+    problem = problem_of(Window(pictured(box, pose), CAMERA), sharp(box), TONE)
+    first = Habits.of(sharp(box))
+    fit = fitted(problem, pose, 3.0, SPACING_PX, first)
+    assert fit is not None
+    silent = replace(fit, radius_told=(0.0, 0.0))
+    after = first.after(silent)
+    assert (after.radius_m, after.radius_sd_m) == (first.radius_m, pytest.approx(first.radius_sd_m))

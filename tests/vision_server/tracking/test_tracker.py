@@ -1,5 +1,7 @@
 """Following a cuboid: sure while it is right, lost when it is gone, found again; and odd frames."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,13 +9,15 @@ from benchmarks.printed_boxes import sharp
 from bridge.errors import BadInput
 from geometry.model import Model
 from geometry.pose import Pose, disturbed
+from geometry.rotation import matrix_of
 from tests.vision_server.synthetic import CAMERA, POSE
 from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_at
 from tests.vision_server.tracking.films import filmed, moving
 from vision_server.channels.depth import Pixels
 from vision_server.pipeline import Estimate
 from vision_server.pose.covariance import uncertainty
-from vision_server.tracking.tracker import Tracked, Tracker
+from vision_server.tracking.following import Sight
+from vision_server.tracking.tracker import LOOKED_AT_ANEW, SURPRISING, Tracked, Tracker
 
 NEAR = disturbed(POSE, np.random.default_rng(1), 10.0, 10.0, CAMERA.fx)
 
@@ -127,3 +131,41 @@ def test_sure_poses_are_stated_to_a_degree_and_a_percent(model: Model) -> None:
             assert one.pose is not None
             assert one.covariance is not None
             assert uncertainty(one.covariance, one.pose.translation) <= 0.01
+
+
+def test_what_searches_doubted_is_believed_when_as_many_believed_it(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search, scores = Tracker._estimate, iter([0.5, 0.5, 0.95, 0.95])
+
+    def scored(self: Tracker, pixels: Pixels, widened: float) -> Estimate:
+        return replace(search(self, pixels, widened), score=next(scores))
+
+    monkeypatch.setattr(Tracker, "_estimate", scored)
+    told = followed(model, list(moving(22, still=22)))
+    first = next(k for k, one in enumerate(told) if one.state == "sure")
+    assert first >= 3 * LOOKED_AT_ANEW
+    assert next(scores, None) is None
+
+
+def test_of_believed_poses_the_one_that_the_motion_foresees_is_taken(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tracker = Tracker(model, CAMERA, NEAR)
+    frames = list(filmed(model, list(moving(4, still=4))))
+    for frame in frames[:3]:
+        tracker.step(frame)
+    assert tracker._motion is not None
+    expected = tracker._motion.after(1.0 / 30.0)
+    right = tracker._sight.near(frames[3], expected.pose(model.middle), tracker._habits)
+    assert right is not None
+    turned = Pose.from_matrix(matrix_of(np.radians([0.0, 6.0, 0.0])) @ POSE.matrix, POSE.translation)
+    spread = right.covariance + np.diag([4e-3] * 3 + [4e-6] * 3)
+    other = replace(right, fit=replace(right.fit, pose=turned, covariance=spread))
+    other.__dict__["quality"] = 1.2 * right.quality
+    tracker._typical = right.quality / 0.4
+    assert tracker._motion is not None
+    assert expected.surprise(turned, spread, model.middle) < SURPRISING
+    monkeypatch.setattr(Sight, "far", lambda *_: [other])
+    monkeypatch.setattr(Sight, "near", lambda *_: right)
+    assert tracker._followed(frames[3], expected) is right

@@ -1,0 +1,84 @@
+"""Is a frame ever sure and wrong? Simulated films without end, as `benchmarks.tracking` makes them.
+
+    .venv/bin/python -m benchmarks.long_films ROWS.jsonl [--frames 100000] [--kind NAME ...]
+
+Each film adds a line to ROWS.jsonl: its kind and number, how many frames were sure, unsure and lost, and each
+frame that was sure and wrong. Films that are in it are not made again, so that it can be stopped and
+continued. At the end one JSON object: the frames of all films, those that were sure and wrong, and an upper
+limit of their share (97.5 %, exact).
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from benchmarks.films import KINDS, film
+from benchmarks.tracking import GONE, followed, is_right, truth
+from experiments.kinds.estimate import normalised_error_squared
+from experiments.statistics import exact_interval
+from vision_server.pose.covariance import uncertainty
+
+LENGTH = 120  # frames of a film
+LIGHT = tuple(kind for kind in KINDS if kind not in ("printed", "calm"))  # to draw; exact models, or another
+
+
+def row_of(kind: str, number: int) -> dict[str, object]:
+    """One film, followed."""
+    model, shown = film(number, kind, LENGTH)
+    frames = followed(model, shown)
+    wrong = []
+    for seen, told in frames:
+        if told.state != "sure" or told.pose is None or told.covariance is None:
+            continue
+        if seen.visible >= GONE and is_right(seen, told):
+            continue
+        true = truth(seen, told.pose)
+        error = told.pose.error_to(true)
+        wrong.append(
+            {
+                "frame": told.frame, "visible": round(seen.visible, 3), "degrees": error.rotation_deg,
+                "metres": error.translation_m, "stated": uncertainty(told.covariance, told.pose.translation),
+                "squared": normalised_error_squared(told.pose, told.covariance, true),
+            }
+        )  # fmt: skip
+    counts = {state: sum(told.state == state for _, told in frames) for state in ("sure", "unsure", "lost")}
+    return {"kind": kind, "number": number, "frames": len(frames), **counts, "wrong": wrong}
+
+
+def main(
+    rows: Path,
+    frames: int = 100_000,
+    kind: Annotated[list[str] | None, typer.Option(help=f"Of {', '.join(KINDS)}.")] = None,
+) -> None:
+    """Go on from where the file ends."""
+    kinds = tuple(kind or LIGHT)
+    with rows.open("a+") as file:
+        file.seek(0)
+        found = [json.loads(line) for line in file]
+        done = {(row["kind"], row["number"]) for row in found}
+        for number, one in ((number, one) for number in itertools.count() for one in kinds):
+            if sum(row["frames"] for row in found) >= frames:
+                break
+            if (one, number) not in done:
+                found.append(row_of(one, number))
+                print(json.dumps(found[-1]), file=file, flush=True)
+    sure, wrong = sum(row["sure"] for row in found), sum(len(row["wrong"]) for row in found)
+    print(
+        json.dumps(
+            {
+                "name": "long films", "value": wrong, "unit": "frames sure and wrong",
+                "frames": sum(row["frames"] for row in found), "sure": sure,
+                **{state: sum(row[state] for row in found) for state in ("unsure", "lost")},
+                "most_of_sure": exact_interval(wrong, sure)[1] if sure else 1.0,
+            }
+        )
+    )  # fmt: skip
+
+
+if __name__ == "__main__":
+    typer.run(main)

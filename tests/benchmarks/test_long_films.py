@@ -1,0 +1,47 @@
+"""Long films: continued where they ended, and a frame that is sure and wrong is told with what it stated."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks import films, long_films
+from benchmarks.films import film
+from geometry.model import Model
+
+
+def test_films_that_were_made_are_not_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(long_films, "LENGTH", 2)
+    rows = tmp_path / "rows.jsonl"
+    long_films.main(rows, 4, ["fast", "lights"])
+    first = rows.read_text()
+    assert [(row["kind"], row["number"]) for row in map(json.loads, first.splitlines())] == [
+        ("fast", 0),
+        ("lights", 0),
+    ]
+    long_films.main(rows, 6, ["fast", "lights"])
+    assert rows.read_text().startswith(first)
+    assert len(rows.read_text().splitlines()) == 3
+
+
+def test_sure_frames_of_a_target_that_is_not_there_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(long_films, "LENGTH", 3)
+    assert long_films.row_of("fast", 0)["wrong"] == []
+    monkeypatch.setattr(films, "_in_frame", lambda *_: 0.0)
+    told = long_films.row_of("fast", 0)
+    assert told["sure"] == 3
+    wrong = told["wrong"]
+    assert isinstance(wrong, list)
+    assert [one["frame"] for one in wrong] == [0, 1, 2]
+    assert wrong[0]["visible"] == 0.0
+    assert wrong[0]["degrees"] < 0.5
+
+
+def test_another_part_has_a_plate_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(films, "_shown", lambda rng, model, *_: iter([model]))
+    part, drawn = film(3, "another", 2)
+    other = next(drawn)
+    assert isinstance(other, Model)
+    sides = [np.ptp(model.vertices, axis=0) for model in (part, other)]
+    assert np.abs(np.log(sides[0][:2] / sides[1][:2])).max() > 0.05
