@@ -30,7 +30,7 @@ TAIL = 4.0  # degrees of freedom of Student's t, by which lines are off
 ITERATIONS = 8
 # By hand, on printed boxes (radii of 1 to 4 % of the shortest side) and exact models (none):
 ROUNDING_SD = 0.015  # of the shorter lines: the radius of rounded edges, as half a normal
-EVEN_PX, POWER = 0.1, 4.0  # lines that are off so much are as likely of rounded edges as of sharp ones
+EVEN_PX, POWER = 0.13, 6.0  # lines that are off so much are as likely of rounded edges as of sharp ones
 UNSEEN = 1.0  # numbers that OFF_PX counts as in what lines say of that
 SHORTER = 25.0  # percent of the lines
 LEARNT = (
