@@ -86,9 +86,7 @@ def read_seed_pose(path: Path, model: Model) -> Pose:
 
 def read_anywhere(path: Path) -> Anywhere:
     """What a file's ``[target]`` tells where there is no seed pose: ``range_m`` and ``view``."""
-    if path.suffix.lower() in FOREIGN:
-        return Anywhere()
-    target = read_toml(path, "camera file").get("target", {})
+    target = _target_table(path)
     try:
         known = {
             key: tuple(float(value) for value in target[key]) for key in ("range_m", "view") if key in target
@@ -104,11 +102,14 @@ def read_anywhere(path: Path) -> Anywhere:
 
 def read_tolerance(path: Path, model: Model) -> float | None:
     """A file's ``[target] tolerance_m``: how far lines of the part may be off the model's; None if untold."""
-    if path.suffix.lower() in FOREIGN:
-        return None
-    target = read_toml(path, "camera file").get("target", {})
+    target = _target_table(path)
     told = target.get("tolerance_m") if isinstance(target, dict) else None
     return None if told is None else checked_tolerance(told, model, f"{path}: [target] ")
+
+
+def _target_table(path: Path) -> Any:
+    """``[target]`` of a camera file, whatever it is; empty where none is, and of other programs' files."""
+    return {} if path.suffix.lower() in FOREIGN else read_toml(path, "camera file").get("target", {})
 
 
 def checked_tolerance(value: Any, model: Model, whose: str = "Parameter ") -> float:
