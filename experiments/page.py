@@ -13,6 +13,7 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, Template
 
 from bridge.errors import DeviceError
+from bridge.whole_file import replaced
 from experiments.comparison import Grid, differences_grid, head, strategies_grid
 from experiments.outcomes import Outcomes, outcomes_of
 from experiments.table import read_description, read_rows
@@ -50,10 +51,10 @@ def write_page(folder: Path, running: bool) -> Path:
         grids=grids,
         data=_data(outcomes, table["seed"].to_numpy()),
     )
-    file, new = folder / PAGE, folder / f"{PAGE}.new"
+    file = folder / PAGE
     try:
-        new.write_text(text, encoding="utf-8")
-        new.replace(file)
+        with replaced(file) as new:
+            new.write_text(text, encoding="utf-8")
     except OSError as error:
         raise DeviceError(f"Cannot write {file}: {error.strerror}.") from None
     return file

@@ -20,6 +20,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from bridge.errors import BadInput, DeviceError
+from bridge.whole_file import replaced
 from experiments.kinds import COLUMNS, KINDS, Row
 
 FORMAT = 1
@@ -126,17 +127,15 @@ class ResultsTable:
         """Bring the journal into the Parquet file, sorted by cell; of a cell's rows the last counts."""
         if self._pending == 0 and (self.folder / RESULTS).exists():
             return
-        new = self.folder / f"{RESULTS}.new"
         try:
             table = read_rows(self.folder, self._schema)
             metadata = {"lights-and-camera": json.dumps(self.description)}
-            pq.write_table(table.replace_schema_metadata(metadata), new, compression="zstd")
-            with new.open("rb") as written:
-                os.fsync(written.fileno())
-            new.replace(self.folder / RESULTS)
+            with replaced(self.folder / RESULTS) as new:
+                pq.write_table(table.replace_schema_metadata(metadata), new, compression="zstd")
+                with new.open("rb") as written:
+                    os.fsync(written.fileno())
             os.ftruncate(self._journal, 0)
         except OSError as error:
-            new.unlink(missing_ok=True)
             raise self._refused(error) from None
         self._merged, self._pending, self._safe = table.num_rows, 0, 0
 
@@ -175,9 +174,8 @@ def _agreed(folder: Path, description: Mapping[str, Any], version: str) -> dict[
                     "Name another folder.",
                 )
     try:
-        new = folder / f"{DESCRIPTION}.new"
-        new.write_text(json.dumps(mine, indent=1) + "\n", encoding="utf-8")
-        new.replace(file)
+        with replaced(file) as new:
+            new.write_text(json.dumps(mine, indent=1) + "\n", encoding="utf-8")
     except OSError as error:
         raise DeviceError(f"Cannot write to {folder}: {error.strerror}.", "Nothing was run.") from None
     return mine

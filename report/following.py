@@ -16,7 +16,7 @@ from report.errors import ReportError
 from report.holding import held, must_be_session, session_process
 from report.records import ReasonRecord, Result, read_result
 
-TELLING = Path(__file__).resolve().parent.parent / "session" / "telling.pl"
+JOURNAL_READER = Path(__file__).resolve().parent.parent / "session" / "journal_reader.pl"
 ANSWER_S = 30.0  # of the journal's reader; chosen by hand, for a session of thousands of images
 WORK_NICENESS = 19  # of what follows and draws; the page answers sooner
 SECONDS = "seconds.json"  # by session/times.pl
@@ -104,7 +104,7 @@ class Journal:
     def _answer(self) -> Told:
         if self._process is None:
             self._process = subprocess.Popen(
-                ["swipl", str(TELLING), str(self._folder), self._reasons],
+                ["swipl", str(JOURNAL_READER), str(self._folder), self._reasons],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
             )  # fmt: skip
             os.setpriority(os.PRIO_PROCESS, self._process.pid, WORK_NICENESS)

@@ -7,6 +7,7 @@ import os
 import struct
 from pathlib import Path
 
+from bridge.whole_file import replaced
 from report.errors import ReportError
 
 LOCK = "hhqqi"  # struct flock of fcntl(2): type, whence, start, length, process
@@ -59,8 +60,7 @@ def hold(folder: Path, word: str) -> None:
         if word == "go":
             (folder / "hold").unlink(missing_ok=True)
         else:
-            new = folder / "hold.new"
-            new.write_text(f"{word}\n")
-            new.replace(folder / "hold")
+            with replaced(folder / "hold") as new:
+                new.write_text(f"{word}\n")
     except OSError as error:
         raise ReportError(f"{folder / 'hold'}: cannot be written ({error.strerror})") from error

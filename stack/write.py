@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bridge.arrays import FramePixels
 from bridge.errors import BadInput
 from bridge.messages import Describe, Settings
+from bridge.whole_file import replaced
 from stack.exposure import FULL_SCALE_16
 from stack.format import STACK_FILE, FrameTable
 from stack.tables import toml_text
@@ -115,10 +116,9 @@ def write_table(folder: Path, table: Mapping[str, Any]) -> None:
     ------
     BadInput : it cannot be written.
     """
-    new = folder / f"{STACK_FILE}.new"
-    _write(new, toml_text(table).encode())
     try:
-        new.replace(folder / STACK_FILE)
+        with replaced(folder / STACK_FILE) as new:
+            _write(new, toml_text(table).encode())
         descriptor = os.open(folder, os.O_RDONLY)
         try:
             os.fsync(descriptor)

@@ -44,18 +44,19 @@ def run(options: Namespace) -> int:
 def _judged(options: Namespace) -> dict[str, Any]:
     from geometry.errors import GeometryError
     from vision_server.pipeline import PipelineSettings
-    from vision_server.serve.inputs import read_camera, read_model, read_seed_pose, read_tolerance
+    from vision_server.serve.inputs import read_camera_file, read_model, read_seed_pose
     from vision_server.serve.results import judgement_result
     from vision_server.tracking.referee import judged
 
-    camera, table = read_camera(options.camera)
+    given = read_camera_file(options.camera)
     model = read_model(options.model, options.unit)
     pose = read_seed_pose(options.pose, model)
-    images, names, tone_sd_px = read_set(options, camera, table)
-    tolerance_m = read_tolerance(options.camera, model) or 0.0
-    settings = PipelineSettings(seed=options.seed, tone_sd_px=tone_sd_px, tolerance_m=tolerance_m)
+    images, names, tone_sd_px = read_set(options, given.camera, given.table)
+    settings = PipelineSettings(
+        seed=options.seed, tone_sd_px=tone_sd_px, tolerance_m=given.tolerance_m(model) or 0.0
+    )
     try:
-        found = judged(images, names, model, camera, pose, settings)
+        found = judged(images, names, model, given.camera, pose, settings)
     except GeometryError as error:
         raise BadInput(str(error)) from error
     return judgement_result(pose, found)

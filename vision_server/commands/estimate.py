@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from geometry.pose import Pose
     from vision_server.image_set import ImageSet
     from vision_server.matching.match import Anywhere
+    from vision_server.serve.inputs import GivenCamera
 
 
 def read_set(
@@ -69,16 +70,16 @@ def read_set(
     return image_set, names, tone_sd_px
 
 
-def started_at(options: Namespace, model: Model, camera: Camera) -> Pose | Anywhere:
-    """Where a command with ``seed_pose`` and ``camera`` looks first; a model of a doubtful size is said."""
-    from vision_server.serve.inputs import read_anywhere, read_seed_pose, size_warning, unit_warning
+def started_at(options: Namespace, model: Model, given: GivenCamera) -> Pose | Anywhere:
+    """Where a command with ``seed_pose`` looks first; a model of a doubtful size is said."""
+    from vision_server.serve.inputs import read_seed_pose, size_warning, unit_warning
 
     if options.seed_pose is None:
         if (doubt := unit_warning(model)) is not None:
             print(f"vision_server: {doubt}", file=sys.stderr)
-        return read_anywhere(options.camera)
+        return given.anywhere()
     seed_pose = read_seed_pose(options.seed_pose, model)
-    if (doubt := size_warning(model, camera, seed_pose)) is not None:
+    if (doubt := size_warning(model, given.camera, seed_pose)) is not None:
         print(f"vision_server: {doubt}", file=sys.stderr)
     return seed_pose
 
@@ -91,13 +92,13 @@ def _estimated(options: Namespace) -> dict[str, Any]:
     from vision_server.matching.match import SearchRange
     from vision_server.matching.region import region_of
     from vision_server.pipeline import PipelineSettings, estimate_pose
-    from vision_server.serve.inputs import read_camera, read_model, read_tolerance, told_raw
+    from vision_server.serve.inputs import read_camera_file, read_model, told_raw
     from vision_server.serve.results import estimate_result
 
-    camera, table = read_camera(options.camera)
+    given = read_camera_file(options.camera)
+    camera, table = given.camera, given.table
     model = read_model(options.model, options.unit)
-    tolerance_m = read_tolerance(options.camera, model) or 0.0
-    start = started_at(options, model, camera)
+    start = started_at(options, model, given)
     usual = (SEARCH_ROTATION_DEG, search_translation_px(camera.width))
     try:
         told = (options.rotation_range_deg, options.translation_range_px)
@@ -109,7 +110,7 @@ def _estimated(options: Namespace) -> dict[str, Any]:
             matcher=options.matcher,
             seed=options.seed,
             tone_sd_px=tone_sd_px,
-            tolerance_m=tolerance_m,
+            tolerance_m=given.tolerance_m(model) or 0.0,
             rotation_range_deg=reach.rotation_deg,
             translation_range_px=reach.translation_px,
         )

@@ -20,7 +20,7 @@ from vision_server.commands.estimate import started_at
 from vision_server.commands.options import add_gamma, add_model_and_camera, add_seed, told_gamma
 
 if TYPE_CHECKING:
-    from geometry.camera import Camera
+    from vision_server.serve.inputs import GivenCamera
     from vision_server.tracking.tracker import Tracked, Tracker
 
 
@@ -75,12 +75,12 @@ def run(options: Namespace) -> int:
 
 def _tracked(options: Namespace) -> int:
     from vision_server.channels.depth import rounded
-    from vision_server.serve.inputs import read_camera, told_raw
+    from vision_server.serve.inputs import read_camera_file, told_raw
     from vision_server.tracking.sources import Source
 
-    camera, table = read_camera(options.camera)
-    source = Source(options.frames, told_raw(table), options.switch_lights)
-    tracker = _tracker(options, camera, told_gamma(options.gamma, table), source.gamma)
+    camera = read_camera_file(options.camera)
+    source = Source(options.frames, told_raw(camera.table), options.switch_lights)
+    tracker = _tracker(options, camera, told_gamma(options.gamma, camera.table), source.gamma)
     film = None
     if options.overlay is not None:
         from report.film import Film
@@ -129,7 +129,9 @@ def _ctrl_c() -> Iterator[Callable[[], None]]:
         signal.signal(signal.SIGINT, before)
 
 
-def _tracker(options: Namespace, camera: Camera, given: float | None, file_gamma: float | None) -> Tracker:
+def _tracker(
+    options: Namespace, camera: GivenCamera, given: float | None, file_gamma: float | None
+) -> Tracker:
     from vision_server.channels.tone import KNOWN_TONE_SD_PX, NOMINAL_TONE_SD_PX
     from vision_server.serve.inputs import read_model
     from vision_server.tracking.tracker import Tracker
@@ -139,7 +141,12 @@ def _tracker(options: Namespace, camera: Camera, given: float | None, file_gamma
     nominal = given is None and file_gamma is not None
     gamma = given or file_gamma or 1.0
     return Tracker(
-        model, camera, start, gamma, NOMINAL_TONE_SD_PX if nominal else KNOWN_TONE_SD_PX, options.seed
+        model,
+        camera.camera,
+        start,
+        gamma,
+        NOMINAL_TONE_SD_PX if nominal else KNOWN_TONE_SD_PX,
+        options.seed,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +26,65 @@ SIZES_SEEN = (0.02, 20.0)  # of a part, over the frame's width: beyond, unit or 
 NEAREST = 1e-6  # of the target's size: nearer to its middle a camera has no direction from which it looks
 
 
-def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:
-    """The camera of a TOML file with ``[camera]`` (or nothing else), and all keys of that table.
+@dataclass(frozen=True)
+class GivenCamera:
+    """What a camera file gives.
+
+    Parameters
+    ----------
+    path
+        Of the file.
+    camera
+        Its camera.
+    table
+        All keys of its ``[camera]``.
+    target
+        Its ``[target]``, whatever that is; empty where there is none.
+    """
+
+    path: Path
+    camera: Camera
+    table: dict[str, Any]
+    target: Any
+
+    def anywhere(self) -> Anywhere:
+        """What ``[target]`` tells where there is no seed pose: ``range_m`` and ``view``.
+
+        Raises
+        ------
+        BadInput
+            They are no numbers, or not as many.
+        """
+        try:
+            known = {
+                key: tuple(float(value) for value in self.target[key])
+                for key in ("range_m", "view")
+                if key in self.target
+            }
+            if len(known.get("range_m", (0, 0))) != 2 or len(known.get("view", (0, 0, 0))) != 3:
+                raise GeometryError("range_m must be two numbers, view three")
+            return Anywhere(**known)  # type: ignore[arg-type]  # of these lengths
+        except (TypeError, ValueError, GeometryError) as error:
+            raise BadInput(
+                f"{self.path}: [target]: {error}.",
+                "Give range_m = [least, greatest] in m, view = [x, y, z].",
+            ) from error
+
+    def tolerance_m(self, model: Model) -> float | None:
+        """``[target] tolerance_m``: how far lines of the part may be off the model's; None if untold."""
+        told = self.target.get("tolerance_m") if isinstance(self.target, dict) else None
+        return None if told is None else checked_tolerance(told, model, f"{self.path}: [target] ")
+
+
+def read_camera_file(path: Path) -> GivenCamera:
+    """A TOML file with ``[camera]`` (or nothing else), and perhaps ``[target]``.
 
     Files of OpenCV, ROS, Kalibr and ViSP are read, too, see `camera_table`.
+
+    Raises
+    ------
+    BadInput
+        It cannot be read, or has no camera that can be used.
     """
     if path.suffix.lower() in FOREIGN:
         from vision_server.serve.camera_files import camera_table  # most sessions do without YAML and XML
@@ -43,11 +99,17 @@ def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:
         strange = unknown_camera_key(table)
         if strange is not None:
             raise GeometryError(strange)
-        return Camera.from_dict(table), table
+        return GivenCamera(path, Camera.from_dict(table), table, data.get("target", {}))
     except GeometryError as error:
         raise BadInput(
             f"{path}: {error}.", "A [camera] table needs width, height, fx, fy, cx and cy."
         ) from error
+
+
+def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:
+    """The camera of a file, and all keys of its ``[camera]``; raises as `read_camera_file`."""
+    given = read_camera_file(path)
+    return given.camera, given.table
 
 
 def told_raw(table: Mapping[str, Any], bits: int | None = None) -> Raw:
@@ -82,34 +144,6 @@ def read_seed_pose(path: Path, model: Model) -> Pose:
         raise BadInput(
             f"{path}: {error}.", "Give [target.seed_pose] with rotation_vector and translation."
         ) from error
-
-
-def read_anywhere(path: Path) -> Anywhere:
-    """What a file's ``[target]`` tells where there is no seed pose: ``range_m`` and ``view``."""
-    target = _target_table(path)
-    try:
-        known = {
-            key: tuple(float(value) for value in target[key]) for key in ("range_m", "view") if key in target
-        }
-        if len(known.get("range_m", (0, 0))) != 2 or len(known.get("view", (0, 0, 0))) != 3:
-            raise GeometryError("range_m must be two numbers, view three")
-        return Anywhere(**known)  # type: ignore[arg-type]  # of these lengths
-    except (TypeError, ValueError, GeometryError) as error:
-        raise BadInput(
-            f"{path}: [target]: {error}.", "Give range_m = [least, greatest] in m, view = [x, y, z]."
-        ) from error
-
-
-def read_tolerance(path: Path, model: Model) -> float | None:
-    """A file's ``[target] tolerance_m``: how far lines of the part may be off the model's; None if untold."""
-    target = _target_table(path)
-    told = target.get("tolerance_m") if isinstance(target, dict) else None
-    return None if told is None else checked_tolerance(told, model, f"{path}: [target] ")
-
-
-def _target_table(path: Path) -> Any:
-    """``[target]`` of a camera file, whatever it is; empty where none is, and of other programs' files."""
-    return {} if path.suffix.lower() in FOREIGN else read_toml(path, "camera file").get("target", {})
 
 
 def checked_tolerance(value: Any, model: Model, whose: str = "Parameter ") -> float:

@@ -23,13 +23,12 @@ from stack.tables import as_table
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import PipelineSettings
 from vision_server.serve.inputs import (
+    GivenCamera,
     checked_pose,
     checked_tolerance,
-    read_anywhere,
-    read_camera,
+    read_camera_file,
     read_model,
     read_seed_pose,
-    read_tolerance,
     told_raw,
 )
 from vision_server.serve.recorder import Recorder
@@ -81,8 +80,9 @@ def open_task(
     """
     model_file, unit = _model_file(args, describe)
     model = read_model(model_file, unit)
-    if args.camera_file is not None:
-        camera, table = read_camera(Path(args.camera_file))
+    given = None if args.camera_file is None else read_camera_file(Path(args.camera_file))
+    if given is not None:
+        camera, table = given.camera, given.table
     elif describe.camera is not None:
         table = msgspec.to_builtins(describe.camera)
         camera = Camera.from_dict(table)
@@ -91,14 +91,14 @@ def open_task(
             "The image server does not know its camera.", "Give a camera file (--camera-model TOML)."
         )
     gain, gamma = (_positive(table, key, describe) for key in ("gain", "gamma"))
-    anywhere = _anywhere(args, describe)
+    anywhere = _anywhere(given, describe)
     seed_pose = _seed_pose(args, describe, model)
     reach_px = search_translation_px(camera.width)
     settings = PipelineSettings(
         matcher=args.matcher,
         seed=args.seed,
         translation_range_px=reach_px,
-        tolerance_m=_tolerance(args, describe, model),
+        tolerance_m=_tolerance(given, describe, model),
     )
     task = PoseTask(describe, model, camera, gain, gamma, seed_pose or anywhere, settings, anywhere)
     task.raw = told_raw(table, 16)
@@ -149,9 +149,9 @@ def _seed_pose(args: StartArgs, describe: Describe, model: Model) -> Pose | None
         raise BadInput(f"{whose}: {error}.") from error
 
 
-def _anywhere(args: StartArgs, describe: Describe) -> Anywhere:
+def _anywhere(given: GivenCamera | None, describe: Describe) -> Anywhere:
     """What narrows the search without a seed pose: the camera file's [target], or what is described."""
-    told = Anywhere() if args.camera_file is None else read_anywhere(Path(args.camera_file))
+    told = Anywhere() if given is None else given.anywhere()
     if told != Anywhere() or describe.target is None:
         return told
     try:
@@ -160,9 +160,9 @@ def _anywhere(args: StartArgs, describe: Describe) -> Anywhere:
         raise BadInput(f"The image server's target: {error}.") from error
 
 
-def _tolerance(args: StartArgs, describe: Describe, model: Model) -> float:
+def _tolerance(given: GivenCamera | None, describe: Describe, model: Model) -> float:
     """How far lines of the part may be off, m: as the camera file or the image server says, or 0."""
-    told = None if args.camera_file is None else read_tolerance(Path(args.camera_file), model)
+    told = None if given is None else given.tolerance_m(model)
     if told is None and describe.target is not None and describe.target.tolerance_m is not None:
         return checked_tolerance(describe.target.tolerance_m, model, "The image server's target: ")
     return told or 0.0

@@ -13,7 +13,7 @@ from bridge.errors import BadInput
 from geometry.pose import Pose, disturbed
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, one_image, photographed
 from vision_server.pipeline import estimate_pose
-from vision_server.serve.inputs import read_anywhere, read_camera
+from vision_server.serve.inputs import read_camera, read_camera_file
 
 MATRIX = np.array([[700.0, 0.0, 321.5], [0.0, 690.0, 238.0], [0.0, 0.0, 1.0]])
 PINHOLE = (-0.25, 0.08, 0.001, -0.002, 0.01)
@@ -126,7 +126,7 @@ def test_each_file_projects_as_its_program_does(
     true = expected("fisheye" if lens in ("fisheye", "equidistant") else "pinhole", coefficients)
     np.testing.assert_allclose(seen, true, atol=1e-6)
     np.testing.assert_allclose(camera.undistort_points(seen), camera.ideal.project(points()), atol=1e-6)
-    assert read_anywhere(path).range_m is None
+    assert read_camera_file(path).anywhere().range_m is None
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from bridge.messages import Describe, PoseMessage, Settings, TargetDescription
 from bridge.start_messages import StartArgs
 from geometry.model import find_target
 from geometry.pose import Pose
+from stack.tables import read_toml
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import Estimate
 from vision_server.serve.opening import GIVEN_FRAMES, given_values, open_task
@@ -39,6 +40,19 @@ def test_what_is_known_narrows_the_search(tmp_path: Path) -> None:
     assert isinstance(opened(tmp_path, seed_pose=SEED).seed_pose, Pose)
     with pytest.raises(BadInput, match="range_m"):
         opened(tmp_path, range_m=(2.0, 0.5))
+
+
+def test_a_camera_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[Path] = []
+
+    def seen(path: Path, what: str) -> object:
+        read.append(path)
+        return read_toml(path, what)
+
+    monkeypatch.setattr("vision_server.serve.inputs.read_toml", seen)
+    task = opened(tmp_path, "[target]\nrange_m = [1, 3]\ntolerance_m = 1e-4")
+    assert (task.anywhere, task.settings.tolerance_m) == (Anywhere((1.0, 3.0)), 1e-4)
+    assert read == [tmp_path / "camera.toml"]
 
 
 def test_what_lines_of_the_part_may_be_off_is_told_by_a_file_or_the_description(tmp_path: Path) -> None:

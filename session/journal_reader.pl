@@ -1,4 +1,4 @@
-:- module(session_telling, []).
+:- module(session_journal_reader, []).
 :- use_module(display, []).             % words for what is wrong
 :- use_module(plan, [session_plan/2]).
 :- use_module(reasons).
@@ -14,7 +14,7 @@
 
 /** <module> What the journal of a session tells, running or ended
 
-    swipl session/telling.pl RUN_FOLDER newest|every
+    swipl session/journal_reader.pl RUN_FOLDER newest|every
 
 Each line on standard input asks once, and is answered by one JSON object on a line: the result so far, the program
 that is left, and the actions that no answer has told yet (from the one numbered `first`), with the reasons of every
@@ -45,11 +45,11 @@ follow(Folder, Reasons) :-
     session_plan(Options, Plan),
     load_theory(Plan.theory),
     run_file(Folder, 'history.pl', Journal),
-    b_setval(telling_actions, []),
-    b_setval(telling_first, 0),
+    b_setval(journal_reader_actions, []),
+    b_setval(journal_reader_first, 0),
     indigolog(Plan.program,
-              [ check(false), replay(Journal), on_action(session_telling:note),
-                follow(session_telling:answered(Reasons, Options, Plan)), outcome(_) ]).
+              [ check(false), replay(Journal), on_action(session_journal_reader:note),
+                follow(session_journal_reader:answered(Reasons, Options, Plan)), outcome(_) ]).
 
 %   Somebody wants to know; fails where nobody will ask any more.
 asked :-
@@ -79,21 +79,21 @@ answered(Reasons, Options, Plan, Rest, Situation) :-
     Session = session{options:Options, plan:Plan, status:running, seconds:[], errors:errors(null, [], []), command:""},
     session_result(Session, Situation, Result),
     left(Rest, Left),
-    b_getval(telling_actions, Newest),
-    b_getval(telling_first, First),
+    b_getval(journal_reader_actions, Newest),
+    b_getval(journal_reader_first, First),
     foldl(action_dict(Reasons), Newest, []-[], _-Actions),
     statistics(cputime, Spent),
     answer(_{result:Result, first:First, actions:Actions, left:Left, controller_file:Plan.controller_file,
              spent_s:Spent}),
     length(Actions, Count),
     Next is First + Count,
-    b_setval(telling_first, Next),
-    b_setval(telling_actions, []),
+    b_setval(journal_reader_first, Next),
+    b_setval(journal_reader_actions, []),
     asked.
 
 note(Action, Situation) :-
-    b_getval(telling_actions, Before),
-    b_setval(telling_actions, [Action-Situation|Before]).
+    b_getval(journal_reader_actions, Before),
+    b_setval(journal_reader_actions, [Action-Situation|Before]).
 
 %   The newest action comes first here, and Told are the names of those whose reasons are there.
 action_dict(Reasons, Action-Situation, Told0-Dicts, Told-[Dict|Dicts]) :-
