@@ -110,11 +110,7 @@ def trace(
             image[written, 0] = ends[0] + along * (ends[2] - ends[0])
             image[written, 1] = ends[1] + along * (ends[3] - ends[1])
             direction[written, 0], direction[written, 1] = sign * course[j, 0], sign * course[j, 1]
-            x = ends3[0, 0] + at * (ends3[1, 0] - ends3[0, 0]) - translation[0]
-            y = ends3[0, 1] + at * (ends3[1, 1] - ends3[0, 1]) - translation[1]
-            z = ends3[0, 2] + at * (ends3[1, 2] - ends3[0, 2]) - translation[2]
-            for c in range(3):
-                out[written, c] = rotation[0, c] * x + rotation[1, c] * y + rotation[2, c] * z
+            _on_target(rotation, translation, ends3, at, out[written])
             if outline[j]:
                 outline_tangent(solid, i, out[written], centre, along3[written])
             else:
@@ -146,6 +142,16 @@ def _in_camera_frame(solid: Solid, rotation: Floats, translation: Floats) -> tup
             + rotation[2, k] * translation[2]
         )
     return points, centre
+
+
+@kernel()
+def _on_target(rotation: Floats, translation: Floats, ends: Floats, at: float, out: Floats) -> None:
+    """The point a share of the way between two ends (2, 3) in the camera's frame, in the target's."""
+    x = ends[0, 0] + at * (ends[1, 0] - ends[0, 0]) - translation[0]
+    y = ends[0, 1] + at * (ends[1, 1] - ends[0, 1]) - translation[1]
+    z = ends[0, 2] + at * (ends[1, 2] - ends[0, 2]) - translation[2]
+    for c in range(3):
+        out[c] = rotation[0, c] * x + rotation[1, c] * y + rotation[2, c] * z
 
 
 @kernel()
