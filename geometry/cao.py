@@ -14,6 +14,7 @@ from geometry.surface import Surface
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# Chosen by hand where nothing else is said.
 FLAT_DEG = 1.0  # adjacent faces that bend less are one surface cut in pieces
 ROUND_SIDES = 36  # sides of a tessellated cylinder or circle
 WELD = 1e-9  # points of round parts closer than this fraction of the model's size are one

@@ -19,6 +19,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
+# Chosen by hand where nothing else is said.
 TOUCH = 1e-4  # a point this fraction of the model's diameter behind a face lies on it: a block on a plate
 FEWEST_SAMPLES = 5.0  # of a line, for what is said of its straightness
 NEAR = 1e-3  # nearest depth that is drawn, as a fraction of the model's diameter

@@ -10,6 +10,7 @@ from geometry.obj_polygons import cut_polygons
 from geometry.ply import must_be_few, read_ply
 from geometry.surface import Surface
 
+# Chosen by hand where nothing else is said.
 FLAT_DEG = 0.01  # rounding of coordinates; anything above may be part of a fine tessellation
 SHARP_DEG = 30.0  # edges bent by more are lines of the wireframe
 MOST_TRIANGLES = 50_000  # read in some 5 s; what finer facets add is under a pixel

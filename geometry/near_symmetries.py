@@ -14,6 +14,7 @@ from geometry.rotation import matrix_of
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said.
 POINTS, LEAST_POINTS = 300, 2  # along all lines together, and on each line
 SCREENED = 10  # each so many-th point alone is turned first
 TOLERANCE = 0.012  # how far a turned point may be from a line, share of the diameter

@@ -12,6 +12,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
+# Chosen by hand where nothing else is said.
 FEW = 64  # triangles that are looked through one by one; more are sorted into ...
 TILES_PER_SIDE = 32  # ... so many tiles across the lines' part of the image and down
 

@@ -20,6 +20,7 @@ from numerics.kernels import kernel
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# Chosen by hand where nothing else is said.
 SPACING = 0.004  # of the points that a turned body is held against, share of the diameter
 MOST_POINTS = 20000  # of them, and ...
 HELD = 400  # ... so many of these are turned

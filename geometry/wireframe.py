@@ -13,6 +13,7 @@ from geometry.pose import Pose
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said.
 SPACING_PX = 1.0
 GAP = 1.6  # samples of a line farther apart than this many steps have something hidden between them
 LENS_STEP_PX = 6  # with lens distortion, lines are drawn as chords of about this length

@@ -149,7 +149,7 @@ carry_out(advance(RangeM), true) :-
     assertz(own_move),
     ask(vision_server, parameters, _{seed_pose:_{best_at_range_m:RangeM}}, _).
 
-settings_searched_for(32).             % the best may be of states to avoid
+settings_searched_for(32).             % the best may be of states to avoid; chosen by hand
 
 outlook_term(Found, adds(Found.bits, Settings, Found.line)) :-
     settings_dict(Settings, Found.settings).

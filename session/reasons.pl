@@ -19,7 +19,7 @@ All of it follows from the situation after an action, so that it can be told of 
 journal, of one that has ended.
 */
 
-most_shown(5).
+most_shown(5).                          % as many as are remembered (domain/reasoning/outlook.pl)
 
 %!  decision_reason(+Action, +Situation, -Reason) is semidet.
 %

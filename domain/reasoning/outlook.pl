@@ -14,7 +14,7 @@ What settings would add is foreseen by the vision server, line by line; here is 
 which of those that it answers with are worth choosing.
 */
 
-remembered(5).                          % enough to see what was nearly chosen
+remembered(5).                          % enough to see what was nearly chosen; by hand
 
 %!  worth_predicting(+Device, +Unfavourable, -Settings) is det.
 %

@@ -16,7 +16,7 @@ a short list of what was set last, newest first, over the large tree, so that se
 fluent that is set often costs what it costs in a small theory.
 */
 
-% Most fluents in the list.
+% Most fluents in the list; chosen by hand.
 most_recent(8).
 
 no_values(Values) :-

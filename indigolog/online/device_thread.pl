@@ -17,12 +17,12 @@ Requests and puts reply(Id, Result) into Replies; in between it asks the device
 for events and puts event(Action) into the queue of the run.
 */
 
-% Seconds a device has to end its thread.
+% Seconds a device has to end its thread; chosen by hand.
 closing_time(1.0).
 
 %!  poll_interval(-Seconds) is det.
 %
-%   Between two looks for events.
+%   Between two looks for events; chosen by hand.
 
 poll_interval(0.01).
 

@@ -42,7 +42,7 @@ Devices here are devices(List, Run, Theory); a member of List is
 device(Module, Deadline, Where), Where being `here` or thread(Id, Requests, Replies).
 */
 
-% How long a device in a thread has for an action where no deadline is given.
+% How long a device in a thread has for an action where no deadline is given; chosen by hand.
 default_deadline(60).
 
 %!  open_devices(+Options, +Theory, +Run, -Devices) is det.

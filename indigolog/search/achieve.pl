@@ -18,7 +18,7 @@ The planner of Levesque that the published interpreter has for achieve/3: depth 
 with a growing bound, in forward direction.
 */
 
-% Most exogenous actions that a simulator may suppose before one action.
+% Most exogenous actions that a simulator may suppose before one action; chosen by hand.
 most_supposed(1000).
 
 %!  plan_for(+Goal, +Situation, +Max, +Options, -Plan) is nondet.

@@ -22,7 +22,7 @@ configuration the SHA-1 of its program and values, an atom, and an atomic value;
 % Megabytes of a search, where no option says otherwise: half of the stack that Prolog has by default.
 most_megabytes(500).
 
-% Configurations between two looks at how much memory is used.
+% Configurations between two looks at how much memory is used; chosen by hand.
 look_interval(1000).
 
 %!  new_memory(+Program, +Situation, +Options, -Memory) is det.

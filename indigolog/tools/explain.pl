@@ -36,7 +36,7 @@ A Why is one of
 and is printed by explanations//1 of explanation_text.pl.
 */
 
-% Most dead ends that are told of, and configurations that are looked at for them.
+% Most dead ends that are told of, and configurations that are looked at for them; chosen by hand.
 most_dead_ends(20).
 most_configurations(10_000).
 

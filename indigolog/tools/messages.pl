@@ -112,7 +112,7 @@ some_terms(Terms, Text) :-
     atomic_list_concat(Words, ', ', Listed),
     atom_concat(Listed, More, Text).
 
-most_terms(8).
+most_terms(8).                          % chosen by hand
 
 error_text(Error) -->
     { said(Error, Format, Args) },

@@ -10,6 +10,7 @@ from vision_server.channels.depth import Field, Grey, Pixels, is_deep, linear_im
 from vision_server.channels.gaussian import Kernels
 from vision_server.channels.gradient_pixels import Gradient, GradientPixels, gradient, joined, pixels_of_rows
 
+# Chosen by hand where nothing else is said.
 BAND_PIXELS = 1 << 20  # an image of no more is one band; 12 bytes of gradient for each
 SAMPLED_ROW_STEP = 16  # rows whose magnitudes are sampled, for the noise in flat parts ...
 MOST_SAMPLED_ROWS = 64  # ... of an image of several bands no more than that

@@ -16,6 +16,7 @@ from vision_server.channels.gaussian import contrast_kernels
 Slopes = NDArray[np.int16]
 Ints = NDArray[np.int64]
 
+# Chosen by hand where nothing else is said.
 FINE_PX, COARSE_PX = 1.0, 2.0  # scales compared, in pixels of the halved image
 SMOOTHING = (22, 62, 88)  # of 256: half a Gaussian of 1.2 px, before ridges of the gradient are looked for
 STRONGEST_SHARE = 0.03  # of the pixels: what counts as a strong edge; chosen by hand

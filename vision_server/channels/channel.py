@@ -39,6 +39,7 @@ from vision_server.channels.noise import gradient_scale, grey_noise, smooth_nois
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said.
 SCALE_OF_BLUR = 0.2  # of the gradient, at least: much finer than the blur it would see noise only
 FLOOR_NOISE_RATIO = 3.0  # a gradient under so many of its own standard deviations is no edge: 1.1 % of noise
 SHARE_BESIDE_LIGHTING = 0.65  # of the rows, listed on one core while the other finds how lit the image is

@@ -15,6 +15,7 @@ Grey = NDArray[np.uint8]
 Field = NDArray[np.float32]
 Places = NDArray[np.int32]
 
+# Chosen by hand where nothing else is said.
 FLANK_RATIO = np.float32(0.65)  # under this share of what is a step along its gradient it is an edge's foot
 NARROW_RADIUS = 2  # of the kernels of sharp and clean images, which are most
 NEGLIGIBLE = 0.015  # of a kernel's largest tap: less at both ends of both kernels is left out

@@ -19,6 +19,7 @@ SCALES_PX = (1.0, 2.0, 4.0, 8.0)  # Gaussian derivatives: sharp, soft, defocused
 Region = tuple[int, int, int, int]  # left, top, right, bottom, px; right and bottom are one past
 
 NOWHERE: Region = (0, 0, 0, 0)
+# Chosen by hand where nothing else is said.
 MARGIN_PX = 32  # filled around what is asked for: the next pose is near this one
 ALIGNED_PX = 32  # regions start at multiples: filters that work on blocks then give the same everywhere
 

@@ -21,6 +21,7 @@ from vision_server.channels.depth import (
 MAD_TO_SD = 1.4826  # of a Gaussian
 MASK_NORM = 6.0  # Euclidean norm of the mask [1 -2 1; -2 4 -2; 1 -2 1]
 LARGEST_RESPONSE = 8 * 255  # of that mask
+# Chosen by hand where nothing else is said.
 MIN_SAMPLES = 200  # in a grey band before its spread is believed
 BANDS = 16  # of grey; chosen by hand
 SAMPLED_ROWS = 60  # of second differences: tens of thousands of samples are plenty

@@ -14,6 +14,7 @@ import numpy as np
 from vision_server.channels.depth import Pixels
 from vision_server.channels.noise import SATURATED_GREY
 
+# Chosen by hand where nothing else is said.
 STEP = 2  # of the pixels that are compared
 LIT_GREY = 16  # darker pixels tell no ratio
 LEAST_STOPS = 0.5  # on six stacks, one lamp each and all together, no image was brighter by as much

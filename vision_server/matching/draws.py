@@ -12,6 +12,7 @@ from vision_server.matching.match import SearchRange
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said.
 MARGIN = 0.1  # of the search range; a true pose at its border must not be lost to noise
 MARGIN_DEG, MARGIN_PX = 3.0, 6.0  # for narrow ranges: what edges may pull a pose by
 GOLDEN = 1.1127756842787055  # root of x^7 = x + 1

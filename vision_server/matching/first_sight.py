@@ -35,6 +35,7 @@ from vision_server.matching.views import Views
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said.
 NORMAL_PX = 400.0  # the largest target of a grid of sizes is looked at as if it were so wide
 CANDIDATES, ALIGNED, KEPT = 1500, 300, 60  # poses of each grid of sizes
 FINISHED = 12  # likewise: scores of different grids are only roughly comparable

@@ -17,6 +17,7 @@ from vision_server.matching.views import ViewTable
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# Chosen by hand where nothing else is said.
 TURN = 0.25  # sine of the angle between model line and segment at which support ends
 ALIGN_TURN = 0.15  # likewise, beyond which a segment is no partner: clutter then has little to hold on to ...
 LEAST_ALIGN_TURN = 0.08  # ... shrinking to this ...

@@ -19,6 +19,7 @@ from vision_server.matching.views import UNBOUNDED_PX, frame_towards, sparse_sol
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said.
 DIRECTIONS = 320  # on the sphere, 11 degrees apart
 CELLS_ACROSS = 40  # of the largest target of a grid
 

@@ -17,6 +17,7 @@ Floats = NDArray[np.float64]
 
 VIEW_DEG = 50.0  # around a direction of view that is told; chosen by hand
 
+# Chosen by hand where nothing else is said.
 SAME_ROTATION_DEG = 2.0  # poses closer than this and ...
 SAME_TRANSLATION = 0.01  # ... than this fraction of the range are one
 

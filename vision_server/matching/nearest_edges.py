@@ -19,6 +19,7 @@ from numerics.kernels import kernel
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int16]
 
+# Chosen by hand where nothing else is said.
 BINS = 8  # over 180°
 OVERLAP = 0.5  # a segment also enters a bin from which it is off by this fraction of a bin
 CELL_PX = 2.0  # chosen by hand

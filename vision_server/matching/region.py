@@ -15,6 +15,7 @@ from vision_server.matching.match import SearchRange
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said.
 LEAST_PIXELS = 2_000_000  # of a frame: reading all of a smaller one costs little, and tells more of its noise
 WORTH_SHARE = 0.6  # of the frame: more than that is not cut
 BESIDE_PX = 48  # around the target: what blurs over its edges, and what the refinement looks for beside them

@@ -31,6 +31,7 @@ Ints = NDArray[np.int64]
 Offsets = NDArray[np.int16]
 Bytes = NDArray[np.uint8]
 
+# Chosen by hand where nothing else is said.
 ROLLS = 30  # each look is turned by 12 degrees about the line of sight
 LARGEST, SMALLEST = 1.3, 0.18  # the target's diameter, over the smaller side of the frame
 SIZE_STEP = 1.19

@@ -26,6 +26,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
+# Chosen by hand where nothing else is said.
 CELL_DEG = 8.0  # width of a cell of directions
 CELLS_PER_SIDE = 64  # more than 360° / CELL_DEG
 UNBOUNDED_PX = 1e9

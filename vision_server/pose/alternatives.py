@@ -14,6 +14,7 @@ from vision_server.pose.trust import RIVAL_NATS
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said.
 SAME = (3.0, 0.03)  # degrees, share of the range: poses that are one, or images of one another by a symmetry
 LEAST_CHANCE = 0.01  # of a pose that is listed
 

@@ -20,6 +20,7 @@ from numerics.kernels import kernel
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# Chosen by hand where nothing else is said.
 ALONG_COSINE = 0.9  # lines that cross at more than about 25 degrees do not compete
 BEYOND_PX = 2.0  # past its ends, where a line still has a claim
 NEIGHBOUR_HEIGHT = 0.5  # of a neighbour's contrast over the edge's own; it is not known

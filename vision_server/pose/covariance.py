@@ -12,6 +12,7 @@ from vision_server.pose.solver import SAMPLES_TOGETHER
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said; `python -m benchmarks.constants` shows what other values do.
 LAGS = 60  # samples over which residuals of one line may hang together
 POOLED_SHARE = 30.0  # samples that the pooled variance counts as, beside a line's own
 # Tukey's weights shrink the residuals that the variance is taken from, and cost the estimate a twentieth of

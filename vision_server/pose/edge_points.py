@@ -12,6 +12,7 @@ from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said.
 PEAKS = 3  # kept for each sample and channel, strongest first
 MIN_SNR = 4.0  # of the derivative against its noise, for a maximum to count
 MIN_ALIGNED = 0.85  # least |cos| between the gradient and the line's normal: about 30 degrees

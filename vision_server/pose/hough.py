@@ -14,6 +14,7 @@ from numerics.kernels import kernel
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# Chosen by hand where nothing else is said.
 ALONG_BINS = 12
 BINS_PER_REACH = 10  # to either side
 PRIOR_DROP = 0.4  # how much less a vote at the end of the reach counts

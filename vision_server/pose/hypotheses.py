@@ -29,6 +29,7 @@ from vision_server.pose.steps import moved, step_jacobian, turning_point
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said; `python -m benchmarks.constants` shows what other values do.
 REACH_PX = 24.0  # how far beside a line another edge is looked for
 APART_PX = 1.5  # an edge closer than this to the line is the line's own
 SAME_PLACE_PX = 0.5  # edge points of several channels this close are one edge

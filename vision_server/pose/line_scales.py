@@ -22,6 +22,7 @@ from vision_server.pose.sampling import thinned
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# Chosen by hand where nothing else is said; `python -m benchmarks.constants` shows what other values do.
 SPACING_PX = 3.0
 REACH_PX = 4.0  # around a hypothesis' lines, where the blur of the edges is looked at
 SOFTER_RATIO = 0.70  # peak at twice the scale over peak at the scale: above this the edge is the softer one

@@ -26,6 +26,7 @@ from vision_server.pose.steps import step_jacobian, turning_point
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# Chosen by hand where nothing else is said; `python -m benchmarks.constants` shows what other values do.
 VOTE_WIDTH_PX = 1.0  # tolerance of a line's vote for a sharp edge
 STRONG_SHARE = 0.8  # of the edge points of a channel are weaker than its strong ones
 # Index into SCALES_PX of the filter, for each softness: half of the blur and no more than 2 px. A wider one

@@ -18,6 +18,7 @@ from vision_server.pose.spun import spun
 from vision_server.pose.support import PoseSupport, support_at
 from vision_server.pose.trust import quality
 
+# Chosen by hand where nothing else is said; `python -m benchmarks.constants` shows what other values do.
 SAME = (0.15, 0.001)  # degrees, share of the range: a step that ends this close has come to a known pose
 NEAR = (0.5, 0.004)  # of coarsely refined poses, when both would end at one place
 REFINED = 5  # hypotheses of the matcher that are looked at

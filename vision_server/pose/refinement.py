@@ -17,6 +17,7 @@ from vision_server.pose.weights import base_weights
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said; `python -m benchmarks.constants` shows what other values do.
 REACHES_PX = (6.0, 4.0, 3.0, 3.0)
 EXACT_REACH_PX = 3.0  # the pose is near its place when so little is looked around
 CLIPPING_SD_PX = 0.8  # shift of an edge per unit of the second nuisance: clipping by the sensor

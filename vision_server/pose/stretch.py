@@ -28,6 +28,7 @@ from vision_server.pose.trust import Misfit
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said.
 STRETCH_SD = 0.1  # of the logarithm of an axis' scale: what is still taken for the same part (chosen by hand)
 TOLERATED_SD = 0.003  # of it, for a model to be true: moves the pose by a third of what counts as wrong
 ENOUGH_SUPPORT = 0.95  # of the visible length, with which another model has nothing to explain

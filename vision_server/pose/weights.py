@@ -18,6 +18,7 @@ SYSTEMATIC_SD_PX = 0.12  # of one edge point: pixel grid, texture and shading be
 # Where lines meet, each pulls at the other's edge: the scatter is 0.42 px at blurred corners, 0.2 px three
 # and 0.08 px six pixels away.
 END_SD_PX, END_REACH_PX = 0.45, 4.0
+# Chosen by hand where nothing else is said.
 STRONG_SHARE = 0.7  # of the edge points of a channel are weaker than its strong ones
 FEW = 48  # values that are sorted one by one for their median
 FADED = 25.0  # exponent from which on the scatter at the end of a line is nothing beside the rest

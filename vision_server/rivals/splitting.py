@@ -15,6 +15,7 @@ from vision_server.segments.line_fit import Edgels, fit_lines
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said.
 MAX_DEVIATION_RATIO = 0.03  # of max |d_i| to D, the distance between the piece's ends
 MIN_DEVIATION_PX = 1.0  # deviations under this are the noise of edgels, whatever the length
 CLOSED_PX = 1e-9  # ends so near to each other have no chord: distances are taken from them

@@ -18,6 +18,7 @@ Floats = NDArray[np.float64]
 
 FEWEST = 3  # six unknowns, two numbers of each
 MOST = 1000  # more than anybody clicks
+# Chosen by hand where nothing else is said.
 THIN = 0.01  # of the model's size: points nearer than this to one line leave the turn about it open
 THIN_PX = 2.0  # the same in the image: about what a click is off by
 

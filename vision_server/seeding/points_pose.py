@@ -25,6 +25,7 @@ from vision_server.seeding.pairs import Pairs, must_tell_a_pose, wide_triple
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said.
 CLICK_PX = 2.0  # what a click is off by: poses that fit the points within it of the best fit as well
 SAME = (1.0, 0.01)  # degrees, share of the range: poses nearer to each other are one
 ON_LINE_PX = 3.0  # a point that is so near to a visible line is seen; chosen by hand

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from numerics.kernels import kernel
 
+# Chosen by hand where nothing else is said.
 STEP_PX = 0.5  # between samples of a profile across the line
 LOBE_RATIO = 0.5  # of the peak: what belongs to the edge
 MIN_TURNED_PX = 20.0  # shorter lines are shifted only: their two ends say too little about direction

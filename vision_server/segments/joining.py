@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from numerics.kernels import kernel
 from vision_server.segments.line_fit import Edgels, FittedLines
 
+# Chosen by hand where nothing else is said.
 MAX_GAP_PX = 20.0  # between the ends that face each other
 MAX_GAP_SHARE = 0.5  # of the shorter line: a gap longer than that proves nothing
 MAX_OFFSET_PX = 1.0  # of the shorter line's ends from the longer line

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from numerics.kernels import kernel
 from vision_server.edges.edge_map import EdgeMap
 
+# Chosen by hand where nothing else is said.
 EDGEL_SD_PX = 0.1  # smallest believable scatter of edgels about a line
 CELL_PX, CELLS = 8, 5  # the density of edgels is taken in 5 x 5 cells of 8 x 8 px
 

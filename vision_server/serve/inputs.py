@@ -19,6 +19,7 @@ from stack.tables import read_toml
 from vision_server.channels.depth import Raw
 from vision_server.matching.match import Anywhere
 
+# Chosen by hand where nothing else is said.
 SIZES_MEANT_M = (0.003, 30.0)  # across: parts outside are rare, and files in another unit than told are not
 FOREIGN = (".yaml", ".yml", ".xml")  # camera files of other programs
 MOST_TOLERANCE = 0.05  # of the target's size: what is so far off is another part

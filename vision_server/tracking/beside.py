@@ -20,6 +20,7 @@ from vision_server.pose.sampling import thinned
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said.
 REACH_PX = 6.0  # to either side; print farther away is seldom mistaken for an edge that is followed
 APART_PX = 1.0  # edges closer than this are one
 WIDTH_PX = 0.75  # of a course, to either side

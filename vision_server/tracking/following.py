@@ -25,6 +25,7 @@ from vision_server.tracking.frame import NAME, Tone, problem_of, window
 
 Floats = NDArray[np.float64]
 
+# Chosen by hand where nothing else is said.
 NEAR_REACHES_PX = (6.0,)  # where the motion was foreseen
 SETTLED_PX = 0.3  # a step that moves no line farther was looked at from near enough
 PASSES = 3  # at most, until it has settled

@@ -19,6 +19,7 @@ from vision_server.pose.weights import SCATTER_PX
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# Chosen by hand where nothing else is said.
 FEWEST = 4  # edge points of a line that show where it lies and how it is turned
 FITS = 5  # of a line's straight course, reweighted
 OFF_PX = 0.5  # from that course, at which an edge point counts half

@@ -36,6 +36,7 @@ Chances = tuple[tuple[float, float], ...]
 """Of each pose around a given one: its share by likelihood, and the chance, were it alone, that the given one
 is right: that its lines are where they seem, times how much of its covariance is within LIMITS."""
 
+# Chosen by hand where nothing else is said.
 OK, LOST = 0.8, 0.2  # probabilities from which on, and below which
 LIMITS = (1.0, 0.01)  # degrees, share of the range: a pose is right within them
 DRAWS = 400  # of a pose from its covariance

@@ -28,6 +28,7 @@ from vision_server.tracking.motion import Motion
 Floats = NDArray[np.float64]
 State = Literal["sure", "unsure", "lost"]
 
+# Chosen by hand where nothing else is said.
 SURE = 0.9  # probability from which on a pose is believed to be the right one; exact enough, it is sure
 STAYS = 0.5  # and from which on it stays believed, from one frame to the next
 HELD = 0.3  # and from which on it is still followed
