@@ -30,8 +30,9 @@ from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scene import joined, target_part
 from stack.exposure import relative_exposure
 from vision_server.channels.channel import channel_statistics
-from vision_server.edges.kinds import CREASE, FIXED, KINDS, NOISE, OUTLINE, SHADOW, EdgeKinds, edge_kinds
+from vision_server.edges.kinds import EdgeKinds, edge_kinds
 from vision_server.edges.kinds_table import kinds_picture
+from vision_server.edges.likelihoods import CREASE, FIXED, KINDS, NOISE, OUTLINE, SHADOW
 from vision_server.edges.suppression import edge_picture
 
 Flags = NDArray[np.bool_]

@@ -14,7 +14,8 @@ from benchmarks.lines import Show
 from bridge.messages import Settings
 from image_server.simulator import Simulator
 from vision_server.channels.channel import channel_statistics
-from vision_server.edges.kinds import FIXED, edge_kinds
+from vision_server.edges.kinds import edge_kinds
+from vision_server.edges.likelihoods import FIXED
 from vision_server.edges.merging import ImageSetStatistics, merge_channels
 from vision_server.edges.suppression import edgel_thresholds, hysteresis
 from vision_server.segments.extraction import extract_segments

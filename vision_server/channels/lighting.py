@@ -20,6 +20,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.kernels import kernel
 from vision_server.channels.depth import LEVELS, Field, Pixels, is_deep
 from vision_server.channels.noise import SATURATED_GREY
 
@@ -103,3 +104,14 @@ def _looked_up(level: Any, table: Field) -> Field:
     if is_deep(level):
         return np.asarray(np.interp(level, LEVELS, table), np.float32)
     return np.asarray(cv2.LUT(level, table), np.float32)
+
+
+@kernel(nogil=True, error_model="numpy")
+def coarse_places(places: NDArray[np.int32], columns: int, coarse: tuple[int, int]) -> NDArray[np.int32]:
+    """Flat indices (N,) of the 2 x 2 px, of which there are ``coarse`` rows and columns, that hold pixels."""
+    found = np.empty(len(places), np.int32)
+    for i in range(len(places)):
+        y = places[i] // columns
+        v, u = min(y >> 1, coarse[0] - 1), min((places[i] - y * columns) >> 1, coarse[1] - 1)
+        found[i] = v * coarse[1] + u
+    return found

@@ -97,7 +97,8 @@ def run(options: Namespace) -> None:
     from vision_server.channels.channel import channel_statistics
     from vision_server.channels.depth import Raw, rounded
     from vision_server.channels.image_files import read_image_set
-    from vision_server.edges.kinds import FIXED, KINDS, edge_kinds
+    from vision_server.edges.kinds import edge_kinds
+    from vision_server.edges.likelihoods import FIXED, KINDS
     from vision_server.edges.merging import merge_channels
     from vision_server.edges.moved import moved_since, sure_edgels
     from vision_server.edges.suppression import edge_picture

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.edges.kinds import HIGHLIGHT, KINDS, NOISE, SHADOW, EdgeKinds
+from vision_server.edges.kinds import EdgeKinds
+from vision_server.edges.likelihoods import HIGHLIGHT, KINDS, NOISE, SHADOW
 from vision_server.edges.suppression import edgel_thresholds, hysteresis
 
 COLOURS = ((255, 255, 255), (70, 220, 90), (60, 170, 255), (255, 90, 60), (255, 225, 60), (0, 0, 0))

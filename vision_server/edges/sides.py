@@ -12,7 +12,7 @@ from numerics.kernels import kernel
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.depth import Field
 from vision_server.channels.gaussian import contrast_kernels, noise_gain
-from vision_server.channels.lighting import LENS_BLUR_PX
+from vision_server.channels.lighting import LENS_BLUR_PX, coarse_places
 from vision_server.channels.noise import SATURATED_GREY
 from vision_server.edges.edge_map import EdgeMap
 
@@ -20,6 +20,8 @@ from vision_server.edges.edge_map import EdgeMap
 # groove ends; of sharp images, in others as much further as they are blurred. Chosen by hand:
 # `python -m benchmarks.edge_kinds`.
 REACH_PX = np.array([2.0, 4.0, 6.0], np.float32)
+ALONG = 3  # places beside the edge whose mean is taken
+PLACES = ALONG + len(REACH_PX) - 1  # that are looked at on either side
 SMOOTHED_NOISE = 0.44  # of the noise of single pixels, in the mean of three bilinear values a pixel apart
 DARK_GREY = 4.0  # of the longest exposed frame: less is black, whatever its noise
 
@@ -56,60 +58,94 @@ def evenly_weighted(channel: ChannelStatistics) -> ChannelStatistics:
 
 def sides_of(edges: EdgeMap) -> Sides:
     """Both sides of each edgel in each of the channels that were merged."""
-    rows, columns = np.divmod(edges.places, np.int32(edges.shape[1]))
     reach = REACH_PX * np.float32(max(edges.blur_px / LENS_BLUR_PX, 1.0))
-    near, brightest, noise, known = [], [], [], []
-    for channel in edges.channels:
-        beside, lit = _read(channel.linear, edges.points, edges.normals, reach)
-        known.append(beside.max(axis=0) < channel.linear_of[SATURATED_GREY])
-        near.append(beside / np.float32(channel.exposure))
-        brightest.append(lit / np.float32(channel.exposure))
-        noise.append(_noise(channel, rows, columns))
-    dark = DARK_GREY / max(channel.exposure for channel in edges.channels)
-    return Sides(np.stack(near), np.stack(brightest), np.stack(noise), np.stack(known), dark)
+    pixels, parts = _places(edges.points, edges.normals, reach, *edges.shape)
+    count, channels = len(edges), edges.channels
+    coarse = channels[0].light.noise.shape
+    coarse_at = coarse_places(edges.places, edges.shape[1], (coarse[0], coarse[1]))
+    near, brightest = np.empty((2, len(channels), 2, count), np.float32)
+    noise = np.empty((len(channels), count), np.float32)
+    known = np.empty((len(channels), count), np.bool_)
+    for number, channel in enumerate(channels):
+        _read(channel.linear, pixels, parts, near[number], brightest[number])
+        known[number] = near[number].max(axis=0) < channel.linear_of[SATURATED_GREY]
+        noise[number] = _noise(channel, coarse_at)
+        if channel.exposure != 1.0:
+            near[number] /= np.float32(channel.exposure)
+            brightest[number] /= np.float32(channel.exposure)
+    dark = DARK_GREY / max(channel.exposure for channel in channels)
+    return Sides(near, brightest, noise, known, dark)
 
 
-@kernel(inline="always")
-def _bilinear(linear: Field, x: np.float32, y: np.float32) -> np.float32:
-    """Intensity between pixels; outside, the image is as at its border."""
-    rows, columns = linear.shape
-    x = min(max(x, np.float32(0.0)), np.float32(columns - 1))
-    y = min(max(y, np.float32(0.0)), np.float32(rows - 1))
-    u, v = min(int(x), columns - 2), min(int(y), rows - 2)
-    right, down = x - np.float32(u), y - np.float32(v)
-    a, b, c, d = linear[v, u], linear[v, u + 1], linear[v + 1, u], linear[v + 1, u + 1]
+@kernel(nogil=True, error_model="numpy")
+def _places(
+    points: Field, normals: Field, reach: Field, rows: int, columns: int
+) -> tuple[NDArray[np.int32], Field]:
+    """Where intensities are read: of each of N edgels PLACES behind and as many ahead.
+
+    Beside the edge three along it, a pixel apart, and one at each further reach; outside, the image is as at
+    its border.
+
+    Returns
+    -------
+    Flat indices of the pixels above and left of them, int32 (N, 2 * PLACES), and which share of the way they
+    are to the next column and to the next row, float32 (N, 2 * PLACES, 2).
+    """
+    pixels, parts = (
+        np.empty((len(points), 2 * PLACES), np.int32),
+        np.empty((len(points), 2 * PLACES, 2), np.float32),
+    )
+    for i in range(len(points)):
+        nx, ny = normals[i, 0], normals[i, 1]
+        for k in range(2 * PLACES):
+            number = k % PLACES
+            away = reach[max(number - ALONG + 1, 0)] * np.float32(1 if k >= PLACES else -1)
+            along = np.float32((0, 1, -1, 0, 0)[number])
+            x = points[i, 0] + away * nx - along * ny
+            y = points[i, 1] + away * ny + along * nx
+            x = min(max(x, np.float32(0.0)), np.float32(columns - 1))
+            y = min(max(y, np.float32(0.0)), np.float32(rows - 1))
+            u, v = min(int(x), columns - 2), min(int(y), rows - 2)
+            pixels[i, k] = v * columns + u
+            parts[i, k, 0], parts[i, k, 1] = x - np.float32(u), y - np.float32(v)
+    return pixels, parts
+
+
+@kernel(inline="always", error_model="numpy")
+def _bilinear(grey: Field, columns: int, at: np.int32, right: np.float32, down: np.float32) -> np.float32:
+    """Intensity between the pixel ``at`` and those right of it and below."""
+    a, b, c, d = grey[at], grey[at + 1], grey[at + columns], grey[at + columns + 1]
     above, below = a + right * (b - a), c + right * (d - c)
     value: np.float32 = above + down * (below - above)
     return value
 
 
 @kernel(nogil=True, error_model="numpy")
-def _read(linear: Field, points: Field, normals: Field, reach: Field) -> tuple[Field, Field]:
-    """Intensities (2, N) behind and ahead of each point, and the largest up to further away.
+def _read(linear: Field, pixels: NDArray[np.int32], parts: Field, near: Field, brightest: Field) -> None:
+    """Intensities (2, N) behind and ahead of each edgel, and the largest up to further away; outputs.
 
-    Beside the edge each is the mean of three places along it, a pixel apart.
+    Beside the edge each is the mean of the three places along it.
     """
-    near, brightest = np.empty((2, len(points)), np.float32), np.empty((2, len(points)), np.float32)
+    columns, grey = linear.shape[1], linear.ravel()
     third = np.float32(1.0 / 3.0)
-    for i in range(len(points)):
-        nx, ny = normals[i, 0], normals[i, 1]
+    for i in range(len(pixels)):
         for side in range(2):
-            sign = np.float32(2 * side - 1)
-            x, y = points[i, 0] + sign * reach[0] * nx, points[i, 1] + sign * reach[0] * ny
-            value = _bilinear(linear, x, y) + _bilinear(linear, x - ny, y + nx)
-            value = (value + _bilinear(linear, x + ny, y - nx)) * third
+            value = np.float32(0.0)
+            for k in range(side * PLACES, side * PLACES + ALONG):
+                value += _bilinear(grey, columns, pixels[i, k], parts[i, k, 0], parts[i, k, 1])
+            value *= third
             near[side, i] = value
-            for k in range(1, len(reach)):
-                x, y = points[i, 0] + sign * reach[k] * nx, points[i, 1] + sign * reach[k] * ny
-                value = max(value, _bilinear(linear, x, y))
+            for k in range(side * PLACES + ALONG, (side + 1) * PLACES):
+                further = _bilinear(grey, columns, pixels[i, k], parts[i, k, 0], parts[i, k, 1])
+                value = max(value, further)
             brightest[side, i] = value
-    return near, brightest
 
 
-def _noise(channel: ChannelStatistics, rows: NDArray[np.int32], columns: NDArray[np.int32]) -> Field:
-    """Standard deviation of a smoothed intensity: that of the contrast there, brought back to one place."""
-    coarse = channel.light.noise
-    v, u = np.minimum(rows >> 1, coarse.shape[0] - 1), np.minimum(columns >> 1, coarse.shape[1] - 1)
+def _noise(channel: ChannelStatistics, at: NDArray[np.int32]) -> Field:
+    """Standard deviation of a smoothed intensity: that of the contrast there, brought back to one place.
+
+    ``at`` are flat indices into the 2 x 2 px for which the noise is kept.
+    """
     gain = noise_gain(contrast_kernels(channel.sigma_px, 1.0))
-    least = channel.rounding_sd / channel.exposure
-    return np.asarray(np.maximum(coarse[v, u] * (SMOOTHED_NOISE / gain), least), np.float32)
+    least = np.float32(channel.rounding_sd / channel.exposure)
+    return np.asarray(np.maximum(channel.light.noise.ravel()[at] * np.float32(SMOOTHED_NOISE / gain), least))

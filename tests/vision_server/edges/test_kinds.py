@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 from bridge.errors import BadInput
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
-from vision_server.edges.kinds import (
+from vision_server.edges.edge_map import EdgeMap
+from vision_server.edges.kinds import edge_kinds, fit_kinds
+from vision_server.edges.kinds_table import kinds_picture, kinds_table
+from vision_server.edges.likelihoods import (
     BACKGROUND_SD,
     CREASE,
     FIXED,
@@ -21,15 +24,13 @@ from vision_server.edges.kinds import (
     OUTLINE,
     PRINT,
     SHADOW,
-    edge_kinds,
-    fit_kinds,
+    Scatter,
     likelihoods,
     log_normal,
-    log_normal_of_one_mean,
+    sum_of_logs,
 )
-from vision_server.edges.kinds_table import kinds_picture, kinds_table
 from vision_server.edges.merging import merge_channels
-from vision_server.edges.sides import Sides
+from vision_server.edges.sides import REACH_PX, Sides, sides_of
 
 Floats = NDArray[np.float64]
 
@@ -88,9 +89,30 @@ def test_a_common_mean_is_integrated_out() -> None:
     x, variance = random.normal(size=(3, 2)), random.uniform(0.1, 1.0, (3, 2))
     means = np.linspace(-8.0, 8.0, 4001)
     density = np.exp(log_normal(x[..., None] - means, variance[..., None]).sum(axis=0))
-    prior = np.exp(log_normal(means - 0.3, np.full(1, BACKGROUND_SD**2)))
+    prior = np.exp(log_normal(means, np.full(1, BACKGROUND_SD**2)))
     expected = np.log(np.trapezoid(density * prior, means, axis=1))
-    np.testing.assert_allclose(log_normal_of_one_mean(x, variance, 0.3, BACKGROUND_SD), expected, rtol=1e-6)
+    np.testing.assert_allclose(Scatter.of(x, variance).about_a_mean(BACKGROUND_SD), expected, rtol=1e-6)
+
+
+def test_the_logarithm_of_a_product_holds_any_number_of_channels() -> None:
+    values = np.geomspace(1e-38, 1e38, 101, dtype=np.float32)[:, None] * np.ones(2, np.float32)
+    for some in (values, values[:40], values[60:]):
+        np.testing.assert_allclose(sum_of_logs(some), np.log(some.astype(np.float64)).sum(axis=0), atol=1e-4)
+
+
+def test_the_sides_are_read_beside_the_edge_and_further_away() -> None:
+    ramp = np.tile(np.arange(40, 200, 2, dtype=np.uint8), (60, 1))
+    ridge, axis, offset = np.zeros((3, *ramp.shape), np.float32)
+    ridge[30, [1, 40]] = 1.0  # across x; the first one's far sides are beyond the border
+    offset[30, 40] = 0.25
+    channel = channel_statistics(ramp, 2.0)
+    found = sides_of(replace(EdgeMap.from_fields(ridge, axis, offset, 1.0), channels=(channel,), blur_px=0.0))
+    near, far = REACH_PX[[0, -1]]
+    at = np.array([1.0, 40.25])
+    grey = [40.0 + 2.0 * np.clip(at + reach, 0.0, 79.0) for reach in (-near, near, far)]
+    np.testing.assert_allclose(found.near[0], np.stack(grey[:2]) / 2.0, atol=1e-3)
+    np.testing.assert_allclose(found.brightest[0], np.stack([grey[0], grey[2]]) / 2.0, atol=1e-3)
+    assert found.known.all()
 
 
 def test_em_finds_how_frequent_the_kinds_are() -> None:

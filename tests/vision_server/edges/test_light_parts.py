@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vision_server.edges.kinds import CREASE, PRINT, SHADOW, likelihoods
 from vision_server.edges.light_parts import parts_of
+from vision_server.edges.likelihoods import CREASE, PRINT, SHADOW, likelihoods
 from vision_server.edges.sides import Sides
 
 LEVELS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.6, 0.6]])
