@@ -23,13 +23,10 @@
             step_through/2,           % +Program, +Options
             fluent_value/3,           % ?Fluent, +Situation, -Value
             situation_holds/2,        % +Formula, +Situation
-            situation_history/2,      % +Situation, -History
-            random_fraction/1,        % -Fraction
-            random_pick/2             % +List, -Element
+            situation_history/2       % +Situation, -History
           ]).
 :- use_module(library(error), [must_be/2]).
 :- use_module(library(option), [option/2, option/3]).
-:- use_module(language/chance, [random_fraction/1, random_pick/2]).
 :- use_module(language/context, [top_context/1]).
 :- use_module(language/formula, [test/2]).
 :- use_module(language/loading, [load_theory/1, load_theory/2, unload_theory/1]).

@@ -1,6 +1,5 @@
 :- module(session_plan,
-          [ session_plan/2,             % +Options, -Plan
-            hold_ranges/3               % +FirstM, +ContactM, -RangesM
+          [ session_plan/2              % +Options, -Plan
           ]).
 :- use_module(installation, [installation_root/1]).
 :- use_module(usage, [did_you_mean/3, usage_error/2]).
@@ -101,8 +100,6 @@ program(Options, session(Ranges)) :-
     hold_ranges(First, Contact, Ranges).
 program(_, session).
 
-%!  hold_ranges(+FirstM, +ContactM, -RangesM) is det.
-%
 %   Hold points from the first to the contact range, each at about three quarters
 %   of the one before.
 

@@ -1,10 +1,7 @@
 :- module(indigolog_chance,
           [ with_seed/2,              % +Seed, :Goal
-            random_fraction/1,        % -Fraction
-            random_pick/2,            % +List, -Element
             shuffled/2                % +List, -Permutation
           ]).
-:- use_module(library(lists), [nth0/3]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(pairs), [pairs_values/2]).
 
@@ -41,8 +38,6 @@ state(State) :-
     ;   State = 0x853C49E6748FEA9B
     ).
 
-%!  random_fraction(-Fraction) is det.
-%
 %   A float in [0, 1).
 
 random_fraction(Fraction) :-
@@ -51,15 +46,6 @@ random_fraction(Fraction) :-
              /\ 0xFFFFFFFFFFFFFFFF,
     nb_setval(indigolog_chance, State),
     Fraction is (State >> 11) / 9007199254740992.0.
-
-%!  random_pick(+List, -Element) is semidet.
-
-random_pick(List, Element) :-
-    length(List, N),
-    N > 0,
-    random_fraction(F),
-    I is truncate(F*N),
-    nth0(I, List, Element).
 
 %!  shuffled(+List, -Permutation) is det.
 
