@@ -4,14 +4,15 @@
     .venv/bin/python -m benchmarks.referee --stacks STACK_FOLDER [--stacks ...]
 
 Each scene is a target of the project under a scenario drawn from the simulator's, or a frame of a simulated
-film before clutter, half of these of printed boxes with rounded edges, seen in one to three images; or three
-sets of images of each light stack (``--stacks``, once for each). Of each, poses are judged that are off by
-0.02 to 30 degrees and as much of the image, and poses as programs get them wrong: refined from a start too
-far away, and turned onto a near symmetry. One JSON object: the expected error of the probability (the mean
-distance between it and the share that is right, in ten bins of equal count), Brier score, and shares of
-states. With ``--rows`` poses that were judged are kept, and not judged again. ``--fit`` prints the two
-coefficients by maximum likelihood, and what they are worth: each fifth of the scenes judged by a fit to
-the others, which is also what is plotted.
+film before clutter, of a random part or of a printed box with rounded edges, seen in one to three images; or
+three sets of images of each light stack (``--stacks``, once for each). Of each, poses are judged that are off
+by 0.02 to 30 degrees and as much of the image, and poses as programs get them wrong: refined from a start too
+far away, from corners of which two are interchanged, and turned onto a near symmetry. One JSON object: the
+expected error of the probability (the mean distance between it and the share that is right, in ten bins of
+equal count), Brier score, and shares of states. With ``--rows`` poses that were judged are kept, and not
+judged again. ``--fit`` prints the two coefficients by maximum likelihood, and what they are worth: the poses
+of each target judged by a fit to the others' (all random parts are one, and all boxes), which is also what is
+plotted.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from pathlib import Path
 from typing import Annotated
 from zlib import crc32
 
+import cv2
 import msgspec
 import numpy as np
 import typer
@@ -55,7 +57,7 @@ SCENARIOS = ("nominal", "textured", "harsh", "eclipse", "grazing", "back-lit", "
 BINS = 10
 RIDGE = 1e-3
 LEAST_LIKELY = 1e-6
-FOLDS = 5
+CORNERS, MOST_OFF_PX, INTERCHANGED = 8, 3.0, 0.3
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,7 @@ class Row:
     """One judged pose."""
 
     scene: str
+    shape: str
     right: bool
     chances: Chances
     rotation_deg: float
@@ -72,7 +75,7 @@ def scene(number: int) -> tuple[ImageSet, Model, Camera, Pose]:
     """A scene by number: images, and the true pose."""
     rng = np.random.default_rng([number, 77])
     if number % 3 == 0:
-        model, shown = film(number, "printed" if number % 2 else "lights", 3)
+        model, shown = film(number, "printed", 3) if number % 2 else film(4 * number + 3, "lights", 3)
         frame = next(shown)
         images = ImageSet(CAMERA.width, CAMERA.height)
         images.add("i1", frame.pixels, 1.0, 1.0)
@@ -106,10 +109,26 @@ def given_poses(number: int, images: ImageSet, model: Model, camera: Camera, tru
         if k >= POSES - 2:  # as programs get them: refined from too far away
             solution = refine(problem, _off(rng, model, true, rng.uniform(2.0, 15.0)))
             pose = pose if solution is None else solution.pose
+        elif k == POSES - 3:  # and from corners that a network found
+            pose = _of_corners(rng, model, camera, true) or pose
         elif k == 0 and len(turns):
             pose = _off(rng, model, true.compose(turns[int(rng.integers(len(turns)))]), 0.05)
         poses.append(pose)
     return [pose for pose in poses if pose.apply(model.pivot[None])[0, 2] > 0.0]
+
+
+def _of_corners(rng: np.random.Generator, model: Model, camera: Camera, true: Pose) -> Pose | None:
+    """A pose from corners that are off by some px, now and then with two of them interchanged."""
+    chosen = rng.permutation(len(model.vertices))[:CORNERS]
+    points = model.vertices[chosen]
+    pixels = camera.project(true.apply(points)) + rng.uniform(0.0, MOST_OFF_PX) * rng.normal(
+        size=(len(points), 2)
+    )
+    if rng.random() < INTERCHANGED:
+        pixels[:2] = pixels[1::-1].copy()
+    rays = (pixels - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
+    found, turn, shift = cv2.solvePnP(points, rays, np.eye(3), None, flags=cv2.SOLVEPNP_SQPNP)
+    return Pose(np.asarray(turn[:, 0], np.float64), np.asarray(shift[:, 0], np.float64)) if found else None
 
 
 def _off(rng: np.random.Generator, model: Model, pose: Pose, degrees: float) -> Pose:
@@ -131,7 +150,7 @@ def judged_poses(
         error = pose.error_to(true)
         found = judged(images, names, model, camera, pose, endpoints=endpoints)
         right = error.within(*LIMITS)
-        rows.append(Row(name, right, found.chances, error.rotation_deg))
+        rows.append(Row(name, model.name, right, found.chances, error.rotation_deg))
     return rows
 
 
@@ -218,13 +237,13 @@ def plotted(probability: Floats, right: NDArray[np.bool_], out: Path) -> None:
 
 
 def cross_validated(rows: list[Row]) -> tuple[Floats, Floats]:
-    """The coefficients, and the probability of each row by a fit to the other folds of scenes."""
-    fold = np.array([crc32(row.scene.encode()) % FOLDS for row in rows])
+    """The coefficients, and the probability of each row by a fit to the other shapes."""
     stated = np.zeros(len(rows))
-    for number in range(FOLDS):
-        beta = fitted([row for row, own in zip(rows, fold, strict=True) if own != number])
-        for k in np.flatnonzero(fold == number):
-            stated[k] = probability(rows[k].chances, *beta)
+    for shape in {row.shape for row in rows}:
+        beta = fitted([row for row in rows if row.shape != shape])
+        for k, row in enumerate(rows):
+            if row.shape == shape:
+                stated[k] = probability(row.chances, *beta)
     return fitted(rows), stated
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.pose import origin_jacobian
-from geometry.rotation import cross_matrix
+from geometry.pose import Pose, origin_jacobian
+from geometry.rotation import cross_matrix, vector_of
 from vision_server.pose.refinement import LINE_BIAS_PX, Solution, line_biases, prior_precision
 from vision_server.pose.solver import SAMPLES_TOGETHER
 
@@ -19,6 +19,7 @@ POOLED_SHARE = 30.0  # samples that the pooled variance counts as, beside a line
 # its efficiency; for Gaussian residuals the variance so found is 0.79 of the one that the formula asks for.
 TUKEY_SHRINKS = 0.79
 LEAST_VARIANCE_PX2 = 0.02**2
+DRAWS = 400  # of a pose from its covariance
 
 
 def pose_covariance(solution: Solution) -> Floats:
@@ -132,3 +133,29 @@ def uncertainty(covariance: Floats, translation: Floats) -> float:
     rotation = np.linalg.eigvalsh(covariance[:3, :3])[-1]
     range_m = float(np.linalg.norm(translation))
     return float(max(np.sqrt(max(position, 0.0)) / range_m, np.degrees(np.sqrt(max(rotation, 0.0))) / 100.0))
+
+
+def share_within(
+    limits: tuple[float, float], one: Pose, covariance: Floats, given: Pose | None = None
+) -> float:
+    """Share of the poses that one may stand for by its covariance (6, 6), that a given one is right for.
+
+    Parameters
+    ----------
+    limits
+        Degrees and share of the range, within which it is right.
+    given
+        Without it, the one itself.
+    """
+    given = one if given is None else given
+    rng = np.random.default_rng(0)
+    steps = rng.multivariate_normal(np.zeros(6), covariance, DRAWS, method="eigh")
+    turn, shift, angle = steps[:, :3], steps[:, 3:], np.linalg.norm(steps[:, :3], axis=1)[:, None]
+    across = np.cross(turn, one.translation)  # Rodrigues' formula
+    moved = one.translation + np.sinc(angle / np.pi) * across
+    moved += 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * np.cross(turn, across) + shift
+    between = vector_of(given.matrix @ one.matrix.T)  # of small turns; larger ones are not within limits
+    degrees = np.degrees(np.linalg.norm(between - turn, axis=1))
+    apart = np.linalg.norm(given.translation - moved, axis=1) / np.linalg.norm(moved, axis=1)
+    near = int(((degrees < limits[0]) & (apart < limits[1])).sum())
+    return (near + 0.5) / (DRAWS + 1)

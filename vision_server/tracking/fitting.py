@@ -29,9 +29,9 @@ Floats = NDArray[np.float64]
 TAIL = 4.0  # degrees of freedom of Student's t, by which lines are off
 ITERATIONS = 8
 # By hand, on printed boxes (radii of 1 to 4 % of the shortest side) and exact models (none):
-ROUNDING_SD = 0.015  # of the shorter lines: the radius of rounded edges, as half a normal
-EVEN_PX, POWER = 0.13, 6.0  # lines that are off so much are as likely of rounded edges as of sharp ones
-UNSEEN = 1.0  # numbers that OFF_PX counts as in what lines say of that
+ROUNDING_SD = 0.02  # of the shorter lines: the radius of rounded edges, as half a normal
+EVEN_PX, POWER = 0.09, 6.0  # lines that are off so much are as likely of rounded edges as of sharp ones
+UNSEEN = 0.2  # numbers that OFF_PX counts as in what lines say of that
 SHORTER = 25.0  # percent of the lines
 LEARNT = (
     0.02  # share of a frame's lines and radius in what is known after it: its errors are those of the next
@@ -203,7 +203,7 @@ def solved(
     known = lines.variance.ravel() < np.inf
     value, scatter = lines.value.ravel()[known], lines.variance.ravel()[known]
     slack = np.repeat(lines.slack, 2)[known] ** 2 / 3.0
-    radius_m = habits.radius_m
+    radius_m2 = habits.radius_m**2  # expected square of the radius
     rows = lines.rows.reshape(-1, 9)[known]
     pulled = np.zeros(9)
     pulled[8] = prior[8] * habits.radius_m
@@ -212,14 +212,14 @@ def solved(
     covariance: Floats = np.eye(9)
     told = (0.0, 0.0)
     for _ in range(ITERATIONS):
-        noise = scatter + slack * radius_m**2
+        noise = scatter + slack * radius_m2
         variance = noise + off_px2
         weighted = rows * (factor / variance)[:, None]
         covariance = np.asarray(np.linalg.inv(weighted.T @ rows + np.diag(prior)))
         step = covariance @ (weighted.T @ value + pulled)
         told = (1.0 / covariance[8, 8] - prior[8], step[8] / covariance[8, 8] - pulled[8])
         step, covariance = none_or_rounded(step, covariance, habits.at_first_m, rounded_odds(own, left))
-        radius_m = float(step[8])
+        radius_m2 = float(step[8]) ** 2 + float(covariance[8, 8])
         residual = value - rows @ step
         free = 1.0 - ((weighted @ covariance) * rows).sum(axis=1)
         left = max(float(free.sum()), 0.0)

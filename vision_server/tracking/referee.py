@@ -14,10 +14,9 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
-from geometry.rotation import vector_of
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import Estimate, PipelineSettings, pose_of_segments
-from vision_server.pose.covariance import pose_covariance, uncertainty
+from vision_server.pose.covariance import pose_covariance, share_within, uncertainty
 from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import FINE_REACHES_PX, NEAR, refined
@@ -39,7 +38,6 @@ is right: that its lines are where they seem, times how much of its covariance i
 # Chosen by hand where nothing else is said.
 OK, LOST = 0.8, 0.2  # probabilities from which on, and below which
 LIMITS = (1.0, 0.01)  # degrees, share of the range: a pose is right within them
-DRAWS = 400  # of a pose from its covariance
 BOUND_99 = 16.81  # of a squared difference of six dimensions in units of its covariance
 LEAST_ODDS = 1e-4  # probabilities are never taken for surer than this
 # By maximum likelihood on simulated frames, poses right and wrong: python -m benchmarks.referee --fit
@@ -219,24 +217,9 @@ def chances_of(around: Sequence[Around], pose: Pose) -> Chances:
     shares = np.exp(nats - nats.max())
     shares /= shares.sum()
     return tuple(
-        (float(share), one.believed * share_within(one.pose, one.covariance, pose))
+        (float(share), one.believed * share_within(LIMITS, one.pose, one.covariance, pose))
         for share, one in zip(shares, around, strict=True)
     )
-
-
-def share_within(one: Pose, covariance: Floats, given: Pose) -> float:
-    """Share of the poses that one may stand for by its covariance (6, 6), that the given one is right for."""
-    rng = np.random.default_rng(0)
-    steps = rng.multivariate_normal(np.zeros(6), covariance, DRAWS, method="eigh")
-    turn, shift, angle = steps[:, :3], steps[:, 3:], np.linalg.norm(steps[:, :3], axis=1)[:, None]
-    across = np.cross(turn, one.translation)  # Rodrigues' formula
-    moved = one.translation + np.sinc(angle / np.pi) * across
-    moved += 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * np.cross(turn, across) + shift
-    between = vector_of(given.matrix @ one.matrix.T)  # of small turns; larger ones are not within LIMITS
-    degrees = np.degrees(np.linalg.norm(between - turn, axis=1))
-    apart = np.linalg.norm(given.translation - moved, axis=1) / np.linalg.norm(moved, axis=1)
-    near = int(((degrees < LIMITS[0]) & (apart < LIMITS[1])).sum())
-    return (near + 0.5) / (DRAWS + 1)
 
 
 def squared_difference(one: Pose, other: Pose, covariance: Floats) -> float:

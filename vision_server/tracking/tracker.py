@@ -17,9 +17,9 @@ from vision_server.channels.depth import Pixels
 from vision_server.image_set import ImageSet
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
-from vision_server.pose.covariance import uncertainty
+from vision_server.pose.covariance import share_within
 from vision_server.pose.support import PoseSupport
-from vision_server.pose.trust import LIMIT, TAILS, quality
+from vision_server.pose.trust import TAILS, quality
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.frame import NAME, Tone
@@ -29,7 +29,8 @@ Floats = NDArray[np.float64]
 State = Literal["sure", "unsure", "lost"]
 
 # Chosen by hand where nothing else is said.
-SURE = 0.9  # probability from which on a pose is believed to be the right one; exact enough, it is sure
+SURE = 0.9  # probability from which on a pose is believed to be the right one; exact enough, it is sure:
+LIMITS, WITHIN = (3.0, 0.02), 0.9  # within degrees and a share of the range with so much of its covariance
 STAYS = 0.5  # and from which on it stays believed, from one frame to the next
 HELD = 0.3  # and from which on it is still followed
 HELD_SHARE = 0.2  # of the lines' length, on lines seen whole: what an occluder leaves is followed, not surely
@@ -214,7 +215,7 @@ class Tracker:
         self._held(found.pose, found.quality, believed)
         if believed:
             self._habits = self._habits.after(found.fit)
-        sure = believed and found.uncertainty <= LIMIT
+        sure = believed and is_exact(found.pose, found.covariance)
         support = {line.line: line.support for line in found.support.lines}
         return "sure" if sure else "unsure", found.pose, found.covariance, support
 
@@ -246,7 +247,7 @@ class Tracker:
         found = self._sight.near(pixels, pose, self._habits)  # on whole lines, as every frame is
         if found is not None and found.pose.error_to(pose).within(*SAME):
             pose, covariance = found.pose, found.covariance
-        sure = believed and uncertainty(covariance, pose.translation) <= LIMIT
+        sure = believed and is_exact(pose, covariance)
         self._motion = Motion.at_rest(pose, covariance, self._sight.model.middle)
         self._held(pose, worth, believed)
         support = {line.line: line.support for line in estimate.lines}
@@ -275,6 +276,11 @@ class Tracker:
                 other = estimate_pose(images, [NAME], sight.model, sight.camera, pose, self._settings)
                 found = max(found, other, key=lambda one: one.score)
         return found
+
+
+def is_exact(pose: Pose, covariance: Floats) -> bool:
+    """Whether a pose is known, by its covariance (6, 6), as exactly as a sure one is."""
+    return share_within(LIMITS, pose, covariance) >= WITHIN
 
 
 def whole_share(support: PoseSupport) -> float:

@@ -1,6 +1,7 @@
 """Poses on whole lines: what rounded edges do to them, and what lines that are off do to the covariance."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ from benchmarks.printed_boxes import sharp
 from tests.vision_server.synthetic import CAMERA
 from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_at
 from vision_server.pose.observation import observe
-from vision_server.tracking.fitting import Habits, fitted, none_or_rounded, rounded_odds
+from vision_server.tracking import fitting
+from vision_server.tracking.fitting import Floats, Habits, fitted, none_or_rounded, rounded_odds
 from vision_server.tracking.frame import Tone, Window, problem_of
 from vision_server.tracking.lines import line_fits, rounding_shifts
 
@@ -113,6 +115,36 @@ def test_lines_that_are_true_tell_of_sharp_edges() -> None:
     assert rounded_odds(0.02**2, 11.0) < 0.3
     assert rounded_odds(0.25**2, 11.0) > 10.0
     assert rounded_odds(0.0, 0.0) == rounded_odds(0.2**2, 1.0) > 10.0
+
+
+def test_lines_that_are_off_by_a_tenth_of_a_pixel_do_not_tell_of_sharp_edges() -> None:
+    assert rounded_odds(0.05**2, 12.0) < 0.2
+    assert rounded_odds(0.1**2, 12.0) > 1.0
+
+
+def test_creases_count_less_where_the_radius_is_hardly_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their edge may be anywhere on the rounding, also where a radius of nought is the likeliest."""
+
+    def hardly_known(unknowns: Floats, covariance: Floats, *_: float) -> tuple[Floats, Floats]:
+        unknowns, covariance = unknowns.copy(), covariance.copy()
+        unknowns[-1], covariance[-1, -1] = 0.0, 0.002**2
+        return unknowns, covariance
+
+    box, pose = plain_box(0.0002), seen_at(TURNS[0])
+    problem = problem_of(Window(pictured(box, pose), CAMERA), sharp(box), TONE)
+    monkeypatch.setattr(fitting, "none_or_rounded", hardly_known)
+    spread = []
+    for share in (0.0, 1.0):
+
+        def shifts(*seen: Any, share: float = share) -> tuple[Floats, Floats]:
+            shift, slack = rounding_shifts(*seen)
+            return shift, share * slack
+
+        monkeypatch.setattr(fitting, "rounding_shifts", shifts)
+        fit = fitted(problem, pose, 3.0, SPACING_PX, Habits.of(sharp(box)))
+        assert fit is not None
+        spread.append(np.linalg.det(fit.covariance))
+    assert spread[1] > 2.0 * spread[0]
 
 
 def test_the_range_of_rounded_boxes_is_not_too_far() -> None:

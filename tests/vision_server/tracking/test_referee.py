@@ -10,6 +10,7 @@ from geometry.pose import Pose
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from tests.vision_server.tracking.films import GREYS
 from vision_server.image_set import ImageSet
+from vision_server.pose.covariance import share_within
 from vision_server.tracking.referee import (
     LOST,
     OK,
@@ -17,7 +18,6 @@ from vision_server.tracking.referee import (
     chances_of,
     judged,
     probability,
-    share_within,
 )
 
 
@@ -71,7 +71,7 @@ def test_the_share_within_limits_is_that_of_poses_drawn_one_by_one(degrees: floa
     rng = np.random.default_rng(1)
     drawn = [POSE.stepped(step) for step in rng.multivariate_normal(np.zeros(6), spread, 4000)]
     expected = np.mean([given.error_to(one).within(1.0, 0.01) for one in drawn])
-    assert share_within(POSE, spread, given) == pytest.approx(expected, abs=0.06)
+    assert share_within((1.0, 0.01), POSE, spread, given) == pytest.approx(expected, abs=0.06)
 
 
 def test_probability_grows_with_what_is_believed() -> None:

@@ -15,9 +15,9 @@ from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_
 from tests.vision_server.tracking.films import filmed, moving
 from vision_server.channels.depth import Pixels
 from vision_server.pipeline import Estimate
-from vision_server.pose.covariance import uncertainty
 from vision_server.tracking.following import Sight
-from vision_server.tracking.tracker import LOOKED_AT_ANEW, SURPRISING, Tracked, Tracker
+from vision_server.tracking.motion import about
+from vision_server.tracking.tracker import LOOKED_AT_ANEW, SURPRISING, Tracked, Tracker, is_exact
 
 NEAR = disturbed(POSE, np.random.default_rng(1), 10.0, 10.0, CAMERA.fx)
 
@@ -116,7 +116,7 @@ def test_a_pose_that_is_believed_but_not_exact_is_unsure_and_is_followed(
         return search(self, pixels, widened)
 
     monkeypatch.setattr(Tracker, "_estimate", counted)
-    monkeypatch.setattr("vision_server.tracking.tracker.LIMIT", 0.0)
+    monkeypatch.setattr("vision_server.tracking.tracker.WITHIN", 1.1)
     poses = moving(12, still=3)
     told = followed(model, list(poses))
     assert {one.state for one in told} == {"unsure"}
@@ -125,12 +125,16 @@ def test_a_pose_that_is_believed_but_not_exact_is_unsure_and_is_followed(
     assert told[-1].pose.error_to(poses[-1]).within(0.3, 0.003)
 
 
-def test_sure_poses_are_stated_to_a_degree_and_a_percent(model: Model) -> None:
-    for one in followed(model, list(moving(8))):
-        if one.state == "sure":
-            assert one.pose is not None
-            assert one.covariance is not None
-            assert uncertainty(one.covariance, one.pose.translation) <= 0.01
+@pytest.mark.parametrize(
+    ("degrees", "percent", "exact"),
+    [(0.5, 1.0, True), (0.5, 1.4, False), (1.1, 0.5, True), (2.0, 0.5, False)],
+)
+def test_a_sure_pose_is_known_to_three_degrees_and_two_percent(
+    degrees: float, percent: float, exact: bool
+) -> None:
+    pose = Pose(np.zeros(3), np.array([0.0, 0.0, 0.5]))
+    target = np.diag([np.radians(degrees) ** 2] * 3 + [1e-8, 1e-8, (0.005 * percent) ** 2])
+    assert is_exact(pose, about(-pose.translation, target)) is exact
 
 
 def test_what_searches_doubted_is_believed_when_as_many_believed_it(
