@@ -34,6 +34,7 @@ def test_sure_frames_of_a_target_that_is_not_there_are_told(monkeypatch: pytest.
     wrong = told["wrong"]
     assert isinstance(wrong, list)
     assert [one["frame"] for one in wrong] == [0, 1, 2]
+    assert all(one["off"] for one in wrong)
     assert wrong[0]["visible"] == 0.0
     assert wrong[0]["degrees"] < 0.5
 
@@ -45,3 +46,15 @@ def test_another_part_has_a_plate_of_its_own(monkeypatch: pytest.MonkeyPatch) ->
     assert isinstance(other, Model)
     sides = [np.ptp(model.vertices, axis=0) for model in (part, other)]
     assert np.abs(np.log(sides[0][:2] / sides[1][:2])).max() > 0.05
+
+
+def test_what_is_two_degrees_off_is_beyond_one_and_not_wrong(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(long_films, "LENGTH", 2)
+    turned = np.radians([0.0, 0.0, 2.0])
+    monkeypatch.setattr(long_films, "is_right", lambda *_: False)
+    monkeypatch.setattr(long_films, "truth", lambda _, pose: pose.stepped(np.r_[turned, 0.0, 0.0, 0.0]))
+    long_films.main(tmp_path / "rows.jsonl", 2, ["fast"])
+    told = json.loads(capsys.readouterr().out)
+    assert (told["value"], told["sure_and_beyond_1"], told["sure"]) == (0, 2, 2)
