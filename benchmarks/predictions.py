@@ -40,7 +40,7 @@ from vision_server.pose.observation import PoseProblem, observe
 from vision_server.prediction.information import Forecast
 from vision_server.prediction.response import read_beside
 from vision_server.serve.opening import open_task
-from vision_server.serve.prediction import forecast, lit_image, numbers, predict
+from vision_server.serve.prediction import forecast, lit_images, numbers, predict
 from vision_server.serve.task import PoseTask
 
 Floats = NDArray[np.float64]
@@ -87,7 +87,7 @@ def lit(seen: Seen) -> tuple[Floats, Floats]:
     """Brightness foreseen and seen beside each sample, both sides, shares of full scale, (2, N) each."""
     asked = numbers(seen.task, [seen.settings])
     mean, _ = seen.known.response.brightness(asked.exposure, asked.lights)
-    image = lit_image(seen.task, seen.name, asked.exposure[0], asked.lights[0])
+    (image,) = lit_images(seen.task, [seen.name])
     values, sd, clipped = read_beside(seen.known.samples, [image])
     usable = np.isfinite(sd[0]) & ~clipped[0]
     return np.clip(mean[0], 0.0, 1.0), np.where(usable, values[0] * image.exposure, np.nan)

@@ -66,10 +66,21 @@ class MovedTold(Message, frozen=True):
     box_px: tuple[int, int, int, int]
 
 
+CauseName = Literal["target_moved", "light_dead", "lights_swapped", "sun_changed"]
+
+
+class Doubt(Message, frozen=True):
+    """What may have happened before an image, by the names of the lights that it is about."""
+
+    cause: CauseName
+    lights: tuple[str, ...] = ()
+
+
 class VisionCaptureResult(Message, frozen=True):
     """Result of `capture` and `add`: what the frame was taken under, and what is in it.
 
-    ``surprise`` is what has happened before, where the frame is not as `predict` foresaw it.
+    ``surprise`` is what has happened before, where the frame is not as `predict` foresaw it, and
+    ``surprise_lights`` are the lights that it is about; ``doubt`` is what may have, where nothing is sure.
     """
 
     image: ImageId
@@ -77,7 +88,9 @@ class VisionCaptureResult(Message, frozen=True):
     verified: bool
     statistics: FrameStatistics
     seconds: Seconds
-    surprise: Literal["target_moved"] | None = None
+    surprise: CauseName | None = None
+    surprise_lights: tuple[str, ...] = ()
+    doubt: Doubt | None = None
     events: tuple[EventTold, ...] = ()
     moved: MovedTold | None = None
 

@@ -11,6 +11,7 @@
 :- use_module(reasoning/instead).
 :- use_module(reasoning/merit).
 :- use_module(reasoning/outlook).
+:- use_module(reasoning/surprises).
 
 % ---------------------------------------------------------------- fluents
 
@@ -37,6 +38,8 @@ fun_fluent(line_support(_)).    % how much of a model line the last estimate fou
 fun_fluent(outlook).            % adds(Bits, Settings, Line), best first: what was predicted last
 fun_fluent(richest_gamma).        % of the image appraised last: below 1 its gradients want more light
 fun_fluent(surprise).               % because(Image, Cause) when the last image was not as foreseen, or none
+fun_fluent(doubt).                  % a cause for which the last image may not be as foreseen, or none
+fun_fluent(tested).                 % settings chosen since something was doubted, newest first
 fun_fluent(parameter(_)).       % what the vision server was told
 fun_fluent(working(_)).         % is this light alive?
 fun_fluent(range).              % commanded range of the target in m, or unknown
@@ -66,6 +69,8 @@ initially(line_support(_), 0).
 initially(outlook, []).
 initially(richest_gamma, 1.0).
 initially(surprise, none).
+initially(doubt, none).
+initially(tested, []).
 initially(parameter(_), default).
 initially(working(_), true).
 initially(range, unknown).
@@ -92,7 +97,8 @@ exog_action(light_fault(_)).
 exog_action(camera_fault).
 exog_action(sun_changed).
 exog_action(target_moved).
-exog_action(surprise(_, _)).            % an image is not as foreseen, for this cause: target_moved
+exog_action(surprise(_, _)).            % an image is not as foreseen, for this cause (reasoning/surprises.pl)
+exog_action(doubt(_, _)).               % perhaps for this one
 
 poss(connect, true).
 poss(choose(S), and(neg(device = unknown), settings_in_range(device, S))).
@@ -128,11 +134,14 @@ senses(predict(_, _, _), Outlook, outlook, Outlook, true).
 
 causes_val(choose(_), settings, Lit, and(instead(iteration, device, S), lit_settings(device, S, Lit))).  % what if?
 causes_val(choose(_), surprise, none, true).
+causes_val(choose(_), tested, [], doubt = none).
+causes_val(choose(S), tested, Settings, and(neg(doubt = none), Settings = [S|tested])).
 causes_val(choose(S), settings, Lit, lit_settings(device, S, Lit)).
 
 causes_val(capture(_, _), iteration, N, N is iteration + 1).
 causes_val(capture(_, _), taken, N, N is taken + 1).
 causes_val(capture(I, _), candidate, I, true).
+causes_val(capture(_, _), doubt, none, true).
 
 causes_val(estimate(Images), measured, Images, true).
 
@@ -141,8 +150,14 @@ causes_val(keep(I), image_set, Set,
            and(qualitative_state(device, settings, State), Set = [kept(I, State)|image_set])).
 causes_val(keep(_), best, Fix, Fix = fix).
 causes_val(keep(_), merit, Merit, merit(fix, Merit)).
-causes_val(keep(I), steps, Steps, and(remark(surprise, Why), step(I, keep, Why, 1, Steps))).
+causes_val(keep(I), steps, Steps, and(remark(surprise, doubt, Why), step(I, keep, Why, 1, Steps))).
 causes_val(surprise(Image, Cause), surprise, because(Image, Cause), true).
+causes_val(doubt(_, Cause), doubt, Cause, true).
+% Light goes together with settings in another way: of what was learnt of that, the last image is true.
+causes_val(surprise(_, Cause), readings, [Last], and(light_changed(Cause), readings = [Last|_])).
+causes_val(surprise(_, Cause), unfavourable, [], light_changed(Cause)).
+causes_val(surprise(_, light_dead(Light)), working(Light), false, true).
+causes_val(surprise(_, light_dead(Light)), device, Device, without_light(device, Light, Device)).
 
 causes_val(Judged, least_merit, Merit, and(improves(fix, least_merit), merit(fix, Merit))) :- judged(Judged).
 causes_val(Judged, fruitless, 0, improves(fix, least_merit)) :- judged(Judged).

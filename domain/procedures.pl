@@ -42,7 +42,13 @@ proc(well_exposed(S),
 % Settings s under which the gradients of the image appraised last should be richer; those of now when they are rich.
 proc(richer(S), relit(device, settings, richest_gamma, S)).
 
+% The last image may not be as foreseen, and no more than two test images have been taken for that.
+proc(doubted, and([neg(doubt = none), length(tested, Asked), Asked =< 2])).
+
 % ---------------------------------------------------------------- settings
+
+% Settings s whose image would tell what is doubted.
+proc(telling(S), and(doubt = Cause, telling_settings(device, readings, Cause, tested, S))).
 
 % The settings that were predicted to add most, of those that no image of this scene was taken under.
 proc(foremost(S), and(member(adds(_, S, _), outlook), neg(member(reading(S, _), readings)))).
@@ -51,6 +57,7 @@ proc(choose_random,    pi(s, [?(random_settings(device, s)), choose(s)])).
 proc(choose_reference, pi(s, [?(reference_settings(device, s)), choose(s)])).
 proc(choose_safe,      pi(s, [?(safest(device, s)), choose(s)])).
 proc(choose_promising, pi(s, [?(promising(s)), choose(s)])).
+proc(choose_telling,   if(some(s, telling(s)), pi(s, [?(telling(s)), choose(s)]), choose_informative)).
 
 % The settings whose image is predicted to add most to the pose, line by line; promising ones while no pose is likely.
 proc(choose_informative,

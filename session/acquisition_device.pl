@@ -234,9 +234,18 @@ exogenous(Actions) :-
 surprised_by(Image, Result) :-
     string(Result.get(surprise)),
     !,
-    atom_string(Cause, Result.surprise),
+    cause_term(Result.surprise, Result.get(surprise_lights, []), Cause),
     assertz(surprised(surprise(Image, Cause))).
+surprised_by(Image, Result) :-
+    is_dict(Result.get(doubt)),
+    !,
+    cause_term(Result.doubt.cause, Result.doubt.get(lights, []), Cause),
+    assertz(surprised(doubt(Image, Cause))).
 surprised_by(_, _).
+
+cause_term(Name, Lights, Cause) :-
+    maplist(atom_string, Words, [Name|Lights]),
+    Cause =.. Words.
 
 % The target moved because it was told to: advance/1 has said so.
 ours(target_moved) :-

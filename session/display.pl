@@ -12,7 +12,7 @@
 :- use_module(viewing, [view_address/1]).
 :- use_module(wrapping, [wrapped/3]).
 :- use_module('../domain/reasoning/device').
-:- use_module('../domain/reasoning/outlook', [cause_words/2]).
+:- use_module('../domain/reasoning/surprises', [cause_words/2]).
 :- use_module('../domain/reasoning/merit').
 :- use_module('../domain/reasoning/qualitative').
 :- use_module('../indigolog/indigolog', [fluent_value/3]).
@@ -85,7 +85,7 @@ shown(discard(_, _), Situation, step(Device, Step)) :-
 shown(advance(Range), _, hold(Range)).
 shown(hold_done(Outcome), _, hold_done(Outcome)).
 shown(Event, _, event(Event)) :-
-    memberchk(Event, [light_fault(_), camera_fault, sun_changed, surprise(_, _)]).
+    memberchk(Event, [light_fault(_), camera_fault, sun_changed, surprise(_, _), doubt(_, _)]).
 
 %   What --explain adds: why these settings, what the image shows, what it changed.
 explained(Action, Situation, because(Device, Reason)) :-
@@ -159,6 +159,10 @@ session_message(event(surprise(Image, Cause))) -->
     !,
     { cause_words(Cause, Words) },
     [ ansi(fg(yellow), '  ~w is not as foreseen: ~w', [Image, Words]) ].
+session_message(event(doubt(Image, Cause))) -->
+    !,
+    { cause_words(Cause, Words) },
+    [ ansi(fg(yellow), '  ~w is not as foreseen, perhaps: ~w', [Image, Words]) ].
 session_message(event(Action)) -->
     [ ansi(fg(yellow), '  event: ~w', [Action]) ].
 session_message(limit(Limit)) -->

@@ -244,7 +244,7 @@ missed_events([Action|Newer], Told0, Missed) :-
     (   memberchk(Action, [sun_changed, target_moved])
     ->  ( told_of(Action, Told0, Told) -> true ; Told = Told0 ),
         missed_events(Newer, Told, Missed)
-    ;   memberchk(Action, [light_fault(_), camera_fault, surprise(_, _)])
+    ;   memberchk(Action, [light_fault(_), camera_fault, surprise(_, _), doubt(_, _)])
     ->  missed_events(Newer, Told0, Missed)
     ;   Action = advance(_)
     ->  ( told_of(target_moved, Told0, Missed) -> true ; Missed = Told0 )

@@ -80,6 +80,10 @@ message('DiscardResult',
         [ image-string,
           images-list(string, 0, inf)
         ]).
+message('Doubt',
+        [ cause-one_of(["light_dead", "lights_swapped", "sun_changed", "target_moved"]),
+          lights-optional(list(string, 0, inf))
+        ]).
 message('EstimateResult',
         [ pose-nullable(message('PoseMessage')),
           covariance-nullable(list(tuple([number([]), number([]), number([]), number([]), number([]), number([])]), 6, 6)),
@@ -254,7 +258,9 @@ message('VisionCaptureResult',
           verified-boolean,
           statistics-message('FrameStatistics'),
           seconds-map(number([ge(0)])),
-          surprise-optional(nullable(one_of(["target_moved"]))),
+          surprise-optional(nullable(one_of(["light_dead", "lights_swapped", "sun_changed", "target_moved"]))),
+          surprise_lights-optional(list(string, 0, inf)),
+          doubt-optional(nullable(message('Doubt'))),
           events-optional(list(message('EventTold'), 0, inf)),
           moved-optional(nullable(message('MovedTold')))
         ]).

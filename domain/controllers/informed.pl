@@ -1,11 +1,12 @@
 % Light where it matters: each image is taken under the settings that are predicted, line by line, to add most to
 % the pose.  What they added is its part of the evidence and kept, unless the pose got worse with it.  One image
-% alone is never believed.  A target that is seen to have moved (`surprise`) is another pose: the set begins anew.
+% alone is never believed.  Where an image is not as foreseen and it is not sure why, the next one is taken to tell;
+% a target that is seen to have moved (`surprise`) is another pose: the set begins anew.
 
 proc(control,
      [ choose_safe, take_image, judge,
-       while(neg(or([and(converged, confirmed), exhausted, spent])),
-             [choose_informative, take_image, judge]) ]).
+       while(and(neg(exhausted), or(doubted, neg(or(and(converged, confirmed), spent)))),
+             [if(doubted, choose_telling, choose_informative), take_image, judge]) ]).
 
 proc(judge,
      [ measure,

@@ -1,8 +1,6 @@
 :- module(domain_outlook,
           [ worth_predicting/3,         % +Device, +Unfavourable, -Settings
-            best_outlook/4,             % +Device, +Unfavourable, +Foreseen, -Outlook
-            remark/2,                   % +Surprise, -Text
-            cause_words/2               % +Cause, -Text
+            best_outlook/4              % +Device, +Unfavourable, +Foreseen, -Outlook
           ]).
 :- use_module(candidates, [candidate/2, unfavourable/3]).
 :- use_module(library(apply), [exclude/3]).
@@ -36,16 +34,3 @@ best_outlook(Device, Unfavourable, Foreseen, Outlook) :-
 
 adds_unfavourably(Device, Unfavourable, adds(_, Settings, _)) :-
     unfavourable(Device, Unfavourable, Settings).
-
-%!  remark(+Surprise, -Text) is det.
-%
-%   What is to be said of an image: nothing, or why it was not as foreseen.
-
-remark(none, '').
-remark(because(_, Cause), Text) :-
-    cause_words(Cause, Words),
-    format(atom(Text), "not as foreseen: ~w", [Words]).
-
-%!  cause_words(+Cause, -Text) is det.
-
-cause_words(target_moved, 'the target has moved').

@@ -171,6 +171,28 @@ def test_a_target_that_moved_unannounced_is_told_and_the_set_begins_anew(
     assert asked(mock_vision_server, "estimate")[2]["images"] == ["i3"]
 
 
+def test_a_doubt_is_told_and_tested_and_a_dead_light_stays_off(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    def capture_without_left(args: Any) -> Any:
+        reply = mock_vision_server.capture(args)
+        if args.image == "i2":
+            reply.result["doubt"] = {"cause": "light_dead", "lights": ["left"]}
+        if args.image == "i3":
+            reply.result["surprise"] = "light_dead"
+            reply.result["surprise_lights"] = ["left"]
+        return reply
+
+    mock_vision_server.answer("capture", capture_without_left)
+    words = "--controller", "informed", "--max-iterations", "5", "--threshold", NEVER
+    _, result, shown = run(mock_vision_server, mock_image_server, tmp_path, *words)
+    assert "i2 is not as foreseen, perhaps: the light left is dead" in shown
+    assert "i3 is not as foreseen: the light left is dead" in shown
+    assert result["steps"][1]["reason"] == "not as foreseen: perhaps the light left is dead"
+    levels = [call["settings"]["lights"][0] for call in asked(mock_vision_server, "capture")]
+    assert levels[2:] == [0, 0, 0]
+
+
 def test_a_request_that_is_refused_ends_the_session(
     mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
 ) -> None:

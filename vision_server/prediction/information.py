@@ -109,6 +109,8 @@ class Forecast:
         The set, not empty, and the settings it was taken under.
     positions
         (3,) m of each light, camera frame, or None where it is not known.
+    old
+        So many of the images, the first ones, were taken under another sun.
 
     Attributes
     ----------
@@ -125,13 +127,14 @@ class Forecast:
         taken: Candidates,
         positions: Sequence[Floats | None],
         sensor: Sensor,
+        old: int = 0,
     ) -> None:
         model, camera, pose, support = view
         self.view, self.taken, self.sensor = view, taken, sensor
         self.samples = spread_samples(model, camera, pose)
         if len(self.samples.line) == 0:
             return
-        self.response = learn_response(self.samples, model, pose, images, positions)
+        self.response = learn_response(self.samples, model, pose, images[old:], positions)
         self._blur = _blur_coefficients(taken.blur, np.array([image.blur_px for image in images]))
         self._seen = support[self.samples.line]
         precision, shared, self._shown = self._placing(taken)

@@ -1,8 +1,7 @@
 """Whether a target is still where images before have seen it.
 
 A prediction says where the lines of a target will be. Where most of them are missing in an image, and are
-found a little beside, the target has moved. Other surprises were tried (docs/lighting.md) and are not told
-apart surely enough to be said.
+found a little beside, the target has moved. What else may have happened: `causes`.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import msgspec
 import numpy as np
@@ -18,7 +19,6 @@ from vision_server.pose.support import support_at
 from vision_server.prediction.information import Candidates, Forecast, Sensor, View, blur_inputs
 from vision_server.prediction.response import LitImage
 from vision_server.prediction.search import Ints, climb
-from vision_server.prediction.surprise import moved_to
 from vision_server.serve.task import PoseTask
 
 SPACING_PX = 3.0  # of samples: a third of what an estimate looks at
@@ -47,34 +47,28 @@ def predict(task: PoseTask, args: PredictArgs) -> PredictResult:
 
 def forecast(task: PoseTask, images: Sequence[str], pose: Pose) -> Forecast:
     """What these images (not none) tell of images to come."""
-    taken = numbers(task, [task.applied[name] for name in images])
-    lit = [lit_image(task, name, taken.exposure[row], taken.lights[row]) for row, name in enumerate(images)]
+    taken = numbers(task, [task.applied[name] for name in images], images)
+    lit = lit_images(task, images)
     describe = task.describe
     camera = describe.camera or CameraDescription(width=1, height=1, fx=1.0, fy=1.0, cx=0.0, cy=0.0)
     sensor = Sensor(camera.full_well_e / task.gain, camera.read_noise_e, task.gamma)
     positions = [None if light.position is None else np.array(light.position) for light in describe.lights]
     view = View(task.model, task.camera, pose, _support(task, images, pose))
-    return Forecast(view, lit, taken, positions, sensor)
+    return Forecast(view, lit, taken, positions, sensor, old=_under_another_sun(task, images))
 
 
-def lit_image(task: PoseTask, name: str, exposure: float, lights: Floats) -> LitImage:
-    """An image of the set as readings of brightness; made once."""
-    if name not in task.lit:
-        channel = task.images.images[name].statistics
-        linear = channel.linear / np.float32(255.0)
-        task.lit[name] = LitImage(linear, exposure, lights, channel.blur_px)
-    return task.lit[name]
-
-
-def target_moved(task: PoseTask, image: str) -> bool:
-    """Whether the target has moved before this image, of which something was foreseen, was taken."""
-    if task.expected is None:
-        return False
-    problem = PoseProblem.at_scale(task.images.gradients([image]), task.model, task.camera)
-    if moved_to(problem, task.expected) is None:
-        return False
-    task.expected = task.best = None
-    return True
+def lit_images(task: PoseTask, images: Sequence[str]) -> list[LitImage]:
+    """Images of the set as readings of brightness; made once, but for the lights, see `outputs`."""
+    taken = numbers(task, [task.applied[name] for name in images], images)
+    for row, name in enumerate(images):
+        if name not in task.lit:
+            channel = task.images.images[name].statistics
+            linear = channel.linear / np.float32(255.0)
+            task.lit[name] = LitImage(linear, float(taken.exposure[row]), taken.lights[row], channel.blur_px)
+    return [
+        replace(task.lit[name], lights=taken.lights[row]) if task.happened else task.lit[name]
+        for row, name in enumerate(images)
+    ]
 
 
 def _searched(
@@ -126,8 +120,30 @@ def _support(task: PoseTask, images: Sequence[str], pose: Pose) -> Floats:
     return support
 
 
-def numbers(task: PoseTask, settings: Sequence[Settings]) -> Candidates:
-    """Settings as exposures, light outputs and what blurs, on a task's device.
+def _under_another_sun(task: PoseTask, images: Sequence[str]) -> int:
+    """How many of the images, but for the last, tell nothing of the sun of now."""
+    since = [one.since for one in task.happened if one.cause == "sun_changed" and one.since in task.applied]
+    order = list(task.applied)
+    first = max((order.index(image) for image in since), default=0)
+    return min(sum(order.index(image) < first for image in images), len(images) - 1)
+
+
+def outputs(task: PoseTask, settings: Settings, image: str | None = None) -> Floats:
+    """Light outputs (L,) that settings gave in an image, or give now, by what has happened to the lights."""
+    powers = np.array(light_powers(task.describe.lights, settings.lights))
+    order = list(task.applied)
+    for one in task.happened:
+        if image is not None and one.since in order and order.index(image) < order.index(one.since):
+            continue
+        if one.cause == "light_dead":
+            powers[list(one.lights)] = 0.0
+        elif one.cause == "lights_swapped":
+            powers[list(one.lights)] = powers[list(one.lights[::-1])]
+    return powers
+
+
+def numbers(task: PoseTask, settings: Sequence[Settings], images: Sequence[str] = ()) -> Candidates:
+    """Settings as exposures, light outputs and what blurs on a task's device, of images to come or these.
 
     Raises
     ------
@@ -144,7 +160,8 @@ def numbers(task: PoseTask, settings: Sequence[Settings]) -> Candidates:
             )
     shutter = np.array([one.shutter_s for one in settings])
     aperture = np.array([one.aperture for one in settings])
-    lights = [light_powers(describe.lights, one.lights) for one in settings]
+    names = images or (None,) * len(settings)
+    lights = [outputs(task, one, name) for one, name in zip(settings, names, strict=True)]
     return Candidates(
         exposure=np.array([task.exposure(one) for one in settings]),
         lights=np.array(lights).reshape(len(settings), len(describe.lights)),

@@ -223,11 +223,11 @@ def _taken(
         task.recorder.save(image, applied, pixels)  # while its edges are looked for
     statistics = task.add(image, pixels, applied)
     moved = task.images.moved(image)
-    surprise = None
+    cause = doubt = None
     if task.expected is not None:
-        from vision_server.serve.prediction import target_moved
+        from vision_server.serve.surprises import surprise_of
 
-        surprise = "target_moved" if target_moved(task, image) else None
+        cause, doubt = surprise_of(task, image)
     if task.recorder is not None:
         task.recorder.flush()
     return {
@@ -236,7 +236,9 @@ def _taken(
         "verified": verified,
         "statistics": statistics,
         "moved": None if moved is None else moved._asdict(),
-        "surprise": surprise,
+        "surprise": cause and cause[0],
+        "surprise_lights": cause[1] if cause else (),
+        "doubt": doubt and {"cause": doubt[0], "lights": doubt[1]},
         "seconds": {"capture": capture_s, "edges": time.perf_counter() - began},
     }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bridge.arrays import FramePixels
 from bridge.errors import BadInput
@@ -29,6 +29,14 @@ if TYPE_CHECKING:
     from vision_server.tracking.tracker import Tracker
 
 RATHER_RIGHT = 0.5  # score from which a pose is rather right than wrong
+
+
+class Happened(NamedTuple):
+    """What was found to have happened: a cause, the lights that it is about, the first image after it."""
+
+    cause: str
+    lights: tuple[int, ...]
+    since: str
 
 
 @dataclass(eq=False)
@@ -58,6 +66,10 @@ class PoseTask:
         What follows the target since its first frame, where a client has it followed.
     expected
         Where the target was taken to be when something was predicted last; None where that was unsure.
+    doubted
+        The image before which something may have happened, while that is not sure.
+    happened
+        What images that were not as foreseen have told, in order of time.
     """
 
     describe: Describe
@@ -77,6 +89,8 @@ class PoseTask:
     lit: dict[str, LitImage] = field(default_factory=dict)
     tracker: Tracker | None = None
     expected: Pose | None = None
+    doubted: str | None = None
+    happened: list[Happened] = field(default_factory=list)
     _known: dict[tuple[str, ...], Estimate] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -108,6 +108,34 @@ def test_a_target_that_moved_is_told_with_the_image_where_something_was_foreseen
     assert surprise("i6", shifted) is None  # it is where it was when i5 was taken
 
 
+def test_a_light_that_died_unannounced_is_named_and_nothing_is_foreseen_of_it(
+    vision: Client, images: Running, simulator: Simulator
+) -> None:
+    asked(vision, "start", image_server=images.endpoint)
+    levels = ((7, 7, 7), (0, 7, 3), (7, 0, 0), (3, 3, 7))
+    taken = [SETTINGS | {"lights": list(lights), "shutter_s": 1 / 240} for lights in levels]
+    for number, settings in enumerate(taken):
+        told = asked(vision, "capture", image=f"i{number}", settings=settings)
+        assert (told["surprise"], told["surprise_lights"], told["doubt"]) == (None, [], None)
+        asked(vision, "estimate", images=[f"i{one}" for one in range(number + 1)])
+        before = asked(vision, "predict", settings=[SETTINGS | {"lights": [7, 0, 0]}])["gains"][0]
+
+    def dark_left(image: str, lights: list[int]) -> VisionCaptureResult:
+        settings = SETTINGS | {"lights": lights, "shutter_s": 1 / 240}
+        without = msgspec.convert(settings | {"lights": [0, *lights[1:]]}, Settings)
+        frame = simulator.capture(without).pixels
+        told, _ = vision.request("add", {"image": image, "settings": settings}, arrays=[frame])
+        return msgspec.convert(told, VisionCaptureResult)
+
+    answers = [dark_left("i5", [7, 1, 1]), dark_left("i6", [7, 7, 7])]
+    doubts = [one.doubt for one in answers if one.doubt is not None]
+    assert [(doubt.cause, doubt.lights) for doubt in doubts] in ([], [("light_dead", ("left",))])
+    named = [one for one in answers if one.surprise is not None]
+    assert [(one.surprise, one.surprise_lights) for one in named] == [("light_dead", ("left",))]
+    after = asked(vision, "predict", settings=[SETTINGS | {"lights": [7, 0, 0]}])["gains"][0]
+    assert after["bits"] < before["bits"]  # it is as dark as without a light
+
+
 def test_fused_images_are_one_image_to_the_estimate(vision: Client, images: Running) -> None:
     asked(vision, "start", image_server=images.endpoint)
     for image, shutter in (("i1", 1 / 240), ("i2", 1 / 60)):

@@ -1,0 +1,100 @@
+:- module(domain_surprises,
+          [ light_changed/1,            % +Cause
+            telling_settings/5,         % +Device, +Readings, +Cause, +Tested, -Settings
+            remark/3,                   % +Surprise, +Doubt, -Text
+            cause_words/2               % +Cause, -Text
+          ]).
+:- use_module(device).
+:- use_module(library(apply), [maplist/2]).
+:- use_module(library(lists), [last/2, member/2, nth1/3, same_length/2]).
+
+/** <module> Images that are not as foreseen
+
+A cause is target_moved, sun_changed, light_dead(Light) or lights_swapped(Light1, Light2), lights by their names.  The
+vision server weighs them; where it is not sure, an image tells that is taken under the right light.
+*/
+
+%!  light_changed(+Cause) is semidet.
+%
+%   Light goes together with settings in another way than before.
+
+light_changed(sun_changed).
+light_changed(light_dead(_)).
+light_changed(lights_swapped(_, _)).
+
+%!  telling_settings(+Device, +Readings, +Cause, +Tested, -Settings) is semidet.
+%
+%   Settings whose image would tell whether Cause has happened, but for those that were Tested: the last image again
+%   without the suspected light, which is the same image if the light is dead; the first image again, in which nothing
+%   can differ but what has changed; suspected lights alone; no light at all.  Readings are newest first.
+
+telling_settings(Device, Readings, Cause, Tested, Settings) :-
+    telling(Cause, Device, Readings, Settings),
+    \+ memberchk(Settings, Tested),
+    !.
+
+telling(light_dead(Light), Device, Readings, settings(Levels, Shutter, Aperture)) :-
+    light_number(Device, Light, N),
+    once(( member(reading(settings(Lit, Shutter, Aperture), _), Readings),
+           put_out(N, Lit, Levels) )).
+telling(light_dead(_), _, Readings, First) :-
+    first(Readings, First).
+telling(light_dead(Light), Device, Readings, Settings) :-
+    alone(Device, Light, Readings, Settings).
+telling(sun_changed, _, Readings, First) :-
+    first(Readings, First).
+telling(sun_changed, Device, Readings, settings(Levels, Shutter, Aperture)) :-
+    first(Readings, settings(_, Shutter, Aperture)),
+    full_levels(Device, Full),
+    same_length(Full, Levels),
+    maplist(=(0), Levels).
+telling(lights_swapped(Light, _), Device, Readings, Settings) :-
+    alone(Device, Light, Readings, Settings).
+telling(lights_swapped(_, Light), Device, Readings, Settings) :-
+    alone(Device, Light, Readings, Settings).
+telling(lights_swapped(_, _), _, Readings, First) :-
+    first(Readings, First).
+
+first(Readings, First) :-
+    last(Readings, reading(First, _)).
+
+alone(Device, Light, Readings, settings(Levels, Shutter, Aperture)) :-
+    first(Readings, settings(_, Shutter, Aperture)),
+    light_number(Device, Light, N),
+    only_light(Device, N, Levels).
+
+%   The N-th level, which is not 0, as 0.
+put_out(1, [Level|Rest], [0|Rest]) :-
+    !,
+    Level > 0.
+put_out(N, [Level|Rest0], [Level|Rest]) :-
+    N1 is N - 1,
+    put_out(N1, Rest0, Rest).
+
+light_number(Device, Light, N) :-
+    device_lights(Device, Lights),
+    nth1(N, Lights, light(Light, Levels)),
+    Levels \== dead.
+
+%!  remark(+Surprise, +Doubt, -Text) is det.
+%
+%   What is to be said of an image: nothing, or why it is, or may be, not as foreseen.
+
+remark(none, none, '') :-
+    !.
+remark(none, Cause, Text) :-
+    !,
+    cause_words(Cause, Words),
+    format(atom(Text), "not as foreseen: perhaps ~w", [Words]).
+remark(because(_, Cause), _, Text) :-
+    cause_words(Cause, Words),
+    format(atom(Text), "not as foreseen: ~w", [Words]).
+
+%!  cause_words(+Cause, -Text) is det.
+
+cause_words(target_moved, 'the target has moved').
+cause_words(sun_changed, 'the sun has changed').
+cause_words(light_dead(Light), Text) :-
+    format(atom(Text), "the light ~w is dead", [Light]).
+cause_words(lights_swapped(One, Other), Text) :-
+    format(atom(Text), "the lights ~w and ~w are swapped", [One, Other]).

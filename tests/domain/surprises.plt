@@ -1,0 +1,62 @@
+:- module(test_surprises, []).
+:- use_module(library(plunit)).
+:- use_module(library(lists)).
+:- use_module('../../domain/reasoning/surprises').
+:- use_module('../../domain/testing/simulated_world').
+:- use_module('../../indigolog/indigolog').
+
+/** <module> Images that are not as foreseen, and the test images that tell why */
+
+never(threshold(1.0e-6)).
+
+taken_after(Events, Images, Settings, Situation) :-
+    never(Never),
+    in_world([Never, images(Images)|Events], informed, session, final, Situation),
+    settings_taken(Situation, Settings).
+
+:- begin_tests(surprises).
+
+test(a_light_that_is_found_dead_is_not_lit_again, Later == [0, 0, 0]) :-
+    taken_after([happens(surprise(i2, light_dead(left)), i2)], 5, [_, settings([7|_], _, _)|Settings], Situation),
+    findall(Left, member(settings([Left|_], _, _), Settings), Later),
+    assertion(fluent_value(working(left), Situation, false)),
+    assertion(\+ fluent_value(image_set, Situation, [_])).
+test(of_another_sun_only_the_last_image_is_remembered, [forall(member(Cause, [sun_changed, lights_swapped(left, top)])), true(Number == 3)]) :-
+    taken_after([happens(surprise(i2, Cause), i2)], 4, _, Situation),
+    fluent_value(readings, Situation, Readings),
+    length(Readings, Number),
+    fluent_value(image_set, Situation, Set),
+    assertion(length(Set, 4)).          % edges are where they were
+test(another_sun_shows_in_the_first_image_again, First == Test) :-
+    taken_after([happens(doubt(i2, sun_changed), i2)], 3, [First, _, Test], _).
+test(without_a_dead_light_the_last_image_is_the_same, Test == settings([0, 1, 0], Shutter, Aperture)) :-
+    taken_after([happens(doubt(i2, light_dead(left)), i2)], 3, [_, settings([7, 1, 0], Shutter, Aperture), Test], _).
+test(a_light_that_was_off_is_put_out_where_it_was_lit, Test == settings([7, 7, 0], Shutter, Aperture)) :-
+    taken_after([happens(doubt(i2, light_dead(top)), i2)], 3, [settings(_, Shutter, Aperture), _, Test], _).
+test(an_image_without_doubt_ends_the_questions, First == Test) :-
+    taken_after([happens(doubt(i3, sun_changed), i3)], 5, [First, _, _, Test, Next], _),
+    assertion(Next \= settings([0, 0, 0], _, _)).
+test(swapped_lights_are_looked_at_one_by_one, Levels == [[0, 7, 0], [0, 0, 7]]) :-
+    Cause = lights_swapped(right, top),
+    taken_after([happens(doubt(i2, Cause), i2), happens(doubt(i3, Cause), i3)], 4, [_, _|Settings], _),
+    findall(L, member(settings(L, _, _), Settings), Levels).
+test(three_test_images_are_the_last, [true(Again-Without == First-[0, 7, 7]), nondet]) :-
+    Cause = light_dead(left),
+    findall(happens(doubt(Image, Cause), Image), member(Image, [i2, i3, i4, i5]), Events),
+    taken_after(Events, 6, [First, _, _, Again, settings(Without, _, _), Next], _),
+    assertion(Next \= settings(Without, _, _)).
+test(a_trusted_pose_does_not_end_a_session_in_doubt, Taken == 3) :-
+    in_world([threshold(99.0), happens(doubt(i2, sun_changed), i2)], informed, session, final, Situation),
+    fluent_value(taken, Situation, Taken).
+test(nothing_is_tested_where_no_more_images_may_be_taken, Taken == 2) :-
+    never(Never),
+    in_world([Never, images(2), happens(doubt(i2, sun_changed), i2)], informed, session, final, Situation),
+    fluent_value(taken, Situation, Taken).
+test(the_step_says_why, Reasons == ['not as foreseen: the light left is dead', 'not as foreseen: perhaps the sun has changed', '']) :-
+    taken_after([happens(doubt(i2, sun_changed), i2), happens(surprise(i3, light_dead(left)), i3)], 3, _, Situation),
+    fluent_value(steps, Situation, Steps),
+    findall(Reason, member(step(_, _, _, _, keep, Reason, _, _, _), Steps), Reasons).
+test(lights_are_told_by_their_names, Text == 'not as foreseen: the lights left and top are swapped') :-
+    remark(because(i3, lights_swapped(left, top)), none, Text).
+
+:- end_tests(surprises).

@@ -1,0 +1,109 @@
+"""What has happened before an image, in pictures of which the lights are known."""
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from geometry.model import Model
+from tests.vision_server.prediction.lit_scenes import POSITIONS, SUN, lambert
+from tests.vision_server.synthetic import CAMERA, POSE, linear_picture
+from vision_server.prediction.causes import DOUBT_NATS, Cause, likely_causes, verdict
+from vision_server.prediction.places import MOST_PLACES, read
+from vision_server.prediction.response import LitImage
+
+ASKED = ((1.0, 1.0), (0.3, 1.0), (1.0, 0.0), (0.4, 0.7))
+
+
+def taken(
+    model: Model,
+    asked: tuple[float, float],
+    given: tuple[float, float],
+    sun: float = SUN,
+    blur_px: float = 0.7,
+) -> LitImage:
+    """An image under lights that give other than was asked for."""
+    greys = sun + sum(
+        power * np.array(lambert(model, place)) for power, place in zip(given, POSITIONS, strict=True)
+    )
+    picture = linear_picture(model, CAMERA, POSE, tuple(0.5 * greys), background=0.0)
+    return LitImage(np.minimum(picture, 1.0).astype(np.float32), 0.5, np.array(asked), 0.7)
+
+
+def found(
+    model: Model, images: list[LitImage], positions: list[NDArray[np.float64] | None] | None = None
+) -> list[Cause]:
+    places, readings = read(model, CAMERA, POSE, positions or list(POSITIONS), images)
+    return likely_causes(places, readings, np.array([image.lights for image in images]))
+
+
+def test_nothing_is_named_where_nothing_has_happened(model: Model) -> None:
+    images = [taken(model, asked, asked) for asked in ASKED]
+    for count in range(2, len(images) + 1):
+        causes = found(model, images[:count])
+        assert verdict(causes, count) == (None, None)
+        assert causes[0].nats < DOUBT_NATS
+
+
+def test_a_dead_light_two_swapped_and_another_sun_are_told_apart(model: Model) -> None:
+    before = [taken(model, asked, asked) for asked in ASKED]
+    dead = [*before, taken(model, (1.0, 0.8), (0.0, 0.8)), taken(model, (1.0, 1.0), (0.0, 1.0))]
+    swapped = [*before, taken(model, (1.0, 0.1), (0.1, 1.0)), taken(model, (0.0, 0.8), (0.8, 0.0))]
+    sun = [*before, *(taken(model, asked, asked, sun=0.2) for asked in ((0.5, 0.5), (1.0, 0.0)))]
+    told = [verdict(found(model, images), len(images))[0] for images in (dead, swapped, sun)]
+    assert [cause and (cause.name, cause.lights) for cause in told] == [
+        ("light_dead", (0,)),
+        ("lights_swapped", (0, 1)),
+        ("sun_changed", ()),
+    ]
+    assert all(cause is not None and cause.since == len(before) for cause in told)
+
+
+def test_where_lights_are_not_known_to_be_nothing_is_named_either(model: Model) -> None:
+    images = [taken(model, asked, asked) for asked in ASKED]
+    assert verdict(found(model, images, [None, None]), len(images)) == (None, None)
+
+
+def test_few_images_look_back_to_where_something_was_doubted(model: Model) -> None:
+    images = [taken(model, asked, asked) for asked in ASKED]
+    images += [taken(model, asked, (0.0, asked[1])) for asked in ((1.0, 0.8), (0.6, 0.2), (0.8, 0.3))]
+    places, readings = read(model, CAMERA, POSE, list(POSITIONS), images)
+    lights = np.array([image.lights for image in images])
+    assert min(cause.since for cause in likely_causes(places, readings, lights)) == 5
+    causes = likely_causes(places, readings, lights, doubted=4)
+    assert causes[0][:3] == ("light_dead", (0,), 4)
+
+
+def test_images_that_are_saturated_say_nothing(model: Model) -> None:
+    images = [taken(model, (1.0, 1.0), (9.0, 9.0), sun=9.0) for _ in range(2)]
+    places, readings = read(model, CAMERA, POSE, list(POSITIONS), images)
+    assert not readings.known.any()
+    assert likely_causes(places, readings, np.ones((2, 2))) == []
+
+
+@pytest.mark.parametrize("blurs", [(0.7, 3.0), (3.0, 0.7)])
+def test_light_adds_up_at_every_place_of_images_that_are_not_equally_sharp(
+    model: Model, blurs: tuple[float, float]
+) -> None:
+    images = []
+    for blur, lights in zip(blurs, ((1.0, 1.0), (0.5, 0.5)), strict=True):
+        image = taken(model, lights, lights, sun=0.0)
+        sharp = np.asarray(cv2.GaussianBlur(image.linear, (0, 0), blur), dtype=np.float32)
+        images.append(LitImage(sharp, image.exposure, image.lights, blur))
+    places, readings = read(model, CAMERA, POSE, list(POSITIONS), images)
+    assert places.at.shape == (MOST_PLACES, 2)
+    np.testing.assert_allclose(readings.value[1], 0.5 * readings.value[0], rtol=0.05, atol=0.01)
+
+
+def test_a_cause_is_sure_only_where_others_are_far_behind() -> None:
+    def causes(*nats: float, since: int) -> list[Cause]:
+        return [Cause("light_dead", (light,), since, each) for light, each in enumerate(nats)]
+
+    assert verdict(causes(50.0, 5.0, since=3), 4)[0] is not None
+    for unsure in (causes(50.0, 45.0, since=3), causes(30.0, 5.0, since=3), causes(30.0, 25.0, since=2)):
+        assert verdict(unsure, 4) == (None, unsure[0])
+    assert verdict(causes(30.0, 5.0, since=2), 4)[0] is not None
+    assert verdict(causes(3.0, since=2), 4) == (None, None)
+    assert verdict([], 4) == (None, None)
+    same = [Cause("light_dead", (1,), since, nats) for since, nats in ((2, 30.0), (3, 29.0))]
+    assert verdict(same, 4)[0] == same[0]  # since when does not matter

@@ -1,0 +1,169 @@
+"""What has happened before an image that is not as foreseen: a light that is dead, two swapped, another sun.
+
+Light adds up, wherever one looks: a place of the target has the linear brightness e (a_0 + sum_l a_l x_l) in
+an image of relative exposure e and light outputs x_l, to a hundredth. Each cause says how inputs and outputs
+went together since an image: x_l is 0, x_l and x_m are exchanged, a_0 is another. The coefficients are
+integrated out under a Gaussian prior that all places share (`Prior`), so that few images say as much as they
+can and no more; the evidence of a cause is held against that of nothing having happened (Bayesian model
+selection: MacKay, Information Theory, Inference, and Learning Algorithms, chapter 28).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision_server.prediction.places import Places, Readings
+
+Floats = NDArray[np.float64]
+
+# Of the prior, all as shares of what Lambert's law says of a light; chosen by hand.
+ALBEDO = 0.5  # of a place, under all lights alike
+LIGHT_GAIN, UNKNOWN_GAIN, SUN_GAIN = 0.3, 1.0, 2.0  # of a light whose place is known, or is not; of the sun
+SIDE, SUN_SIDE, PLACE = 0.5, 1.5, 0.2  # shadows and what is reflected: of a side of the target, of a place
+FLOOR = 0.2  # of a light's mean: no side gets nothing
+ONE_SIDE = 0.1  # of 1 - the cosine between the normals of places that are of about one side
+SUNS = (1.0, 6.0, 36.0)  # the sun beside a light: about so many times it
+SCALES = np.exp(np.linspace(-1.6, 1.6, 9))  # of all brightness, about what the readings say
+NOISES = np.array([1.0, 1.5, 2.2, 3.3, 5.0, 7.5])  # by so much readings may scatter more: wrong tone curves
+# How they were chosen: benchmarks/surprises.py counts what is named, and false alarms.
+DOUBT_NATS = 7.0  # log odds against nothing from which on a cause is doubted; is sure, and against others,
+SURE_NATS, CLEAR_NATS = 16.0, 8.0  # where more than one image was taken since,
+SURE_AT_ONCE_NATS, CLEAR_AT_ONCE_NATS = 40.0, 20.0  # and where one was: the prior weighs more then
+LEAST_READINGS = 8  # from fewer nothing is said
+MOST_IMAGES = 6  # that are looked back on
+MOST_SINCE = 2  # something may have happened before so many of the last, where nothing is doubted yet
+MOST_PAIRS = 28  # of lights that may have been swapped: all of eight; of more only neighbours are asked for
+
+
+class Cause(NamedTuple):
+    """What may have happened, to which lights, before which image; its log odds against nothing."""
+
+    name: str
+    lights: tuple[int, ...]
+    since: int
+    nats: float
+
+
+class Prior:
+    """Coefficients of all places under one scale: means, and covariances between places, of each coefficient.
+
+    A place's albedo is common to all its coefficients, a light's gain to all places, shadows to a side. The
+    sun is so many times a light.
+    """
+
+    def __init__(self, places: Places, sun: float) -> None:
+        same = np.exp((places.normal @ places.normal.T - 1.0) / ONE_SIDE)
+        gain = [SUN_GAIN, *np.where(places.located, LIGHT_GAIN, UNKNOWN_GAIN).tolist()]
+        self.mean = places.shape.T * np.array([[sun], *[[1.0]] * len(places.located)])
+        self.between = np.empty((len(self.mean), len(same), len(same)))
+        for row, mean in enumerate(self.mean):
+            side = SUN_SIDE if row == 0 else SIDE
+            floor = (FLOOR * float(mean.mean())) ** 2
+            self.between[row] = np.outer(mean, mean) * (gain[row] ** 2 + side**2 * same) + floor * same
+            self.between[row] += np.diag(PLACE**2 * mean**2 + floor)
+
+    def of_readings(self, inputs: Floats, source: Sequence[int]) -> tuple[Floats, Floats]:
+        """Mean (K, P), covariance (K P, K P) under inputs (K, J), columns being of these coefficients."""
+        mean = inputs @ self.mean[list(source)]
+        pairs = inputs[:, None, :] * inputs[None, :, :]
+        covariance = np.tensordot(pairs, self.between[list(source)], axes=(2, 0)).transpose(0, 2, 1, 3)
+        places = np.arange(mean.shape[1])
+        covariance = np.ascontiguousarray(covariance)
+        covariance[:, places, :, places] += ALBEDO**2 * np.einsum("kp,lp->pkl", mean, mean)
+        return mean, covariance.reshape(mean.size, mean.size)
+
+
+def verdict(causes: Sequence[Cause], images: int) -> tuple[Cause | None, Cause | None]:
+    """What has surely happened, and what is to be doubted where nothing is sure.
+
+    Parameters
+    ----------
+    causes
+        Likeliest first.
+    images
+        How many there are; causes say which of them they are about.
+    """
+    if not causes or causes[0].nats < DOUBT_NATS:
+        return None, None
+    best = causes[0]
+    others = (cause.nats for cause in causes if (cause.name, cause.lights) != (best.name, best.lights))
+    once = best.since == images - 1
+    most, apart = (SURE_AT_ONCE_NATS, CLEAR_AT_ONCE_NATS) if once else (SURE_NATS, CLEAR_NATS)
+    sure = best.nats >= most and best.nats - next(others, 0.0) >= apart
+    return (best, None) if sure else (None, best)
+
+
+def likely_causes(
+    places: Places, readings: Readings, lights: Floats, doubted: int | None = None
+) -> list[Cause]:
+    """All that may have happened before the last image, or one not long before it, likeliest first.
+
+    Parameters
+    ----------
+    lights
+        (K, L), outputs of the lights as they were asked for, in order of time.
+    doubted
+        Before which image something may have happened, where that was doubted before.
+    """
+    last = slice(max(0, len(lights) - MOST_IMAGES), None)
+    earlier, lights = last.start, lights[last]
+    readings = Readings(readings.value[last], readings.sd[last], readings.known[last])
+    if len(lights) < 2 or readings.known[-1].sum() < LEAST_READINGS:
+        return []
+    priors = [Prior(places, sun) for sun in SUNS]
+    sun = np.ones((len(lights), 1))
+    usual = range(1 + lights.shape[1])
+    nothing = _log_evidence(priors, readings, np.hstack([sun, lights]), usual)
+    found = []
+    oldest = len(lights) - MOST_SINCE if doubted is None else doubted - earlier
+    for since in range(max(1, oldest), len(lights)):
+        for name, which, changed in _happened(lights, since):
+            nats = _log_evidence(priors, readings, np.hstack([sun, changed]), usual) - nothing
+            found.append(Cause(name, which, earlier + since, nats))
+        before = (np.arange(len(lights)) < since)[:, None].astype(np.float64)
+        inputs = np.hstack([before, lights, 1.0 - before])
+        nats = _log_evidence(priors, readings, inputs, [*usual, 0]) - nothing
+        found.append(Cause("sun_changed", (), earlier + since, nats))
+    return sorted(found, key=lambda cause: -cause.nats)
+
+
+def _happened(lights: Floats, since: int) -> Iterator[tuple[str, tuple[int, ...], Floats]]:
+    """What can have become of the lights since an image, where that makes a difference; the outputs then."""
+    after = lights[since:]
+    for light in np.flatnonzero(after.any(axis=0)).tolist():
+        changed = lights.copy()
+        changed[since:, light] = 0.0
+        yield "light_dead", (light,), changed
+    pairs = list(combinations(range(lights.shape[1]), 2))
+    if len(pairs) > MOST_PAIRS:
+        pairs = [(one, other) for one, other in pairs if other == one + 1]
+    for one, other in pairs:
+        if (after[:, one] != after[:, other]).any():
+            changed = lights.copy()
+            changed[since:, [one, other]] = after[:, [other, one]]
+            yield "lights_swapped", (one, other), changed
+
+
+def _log_evidence(
+    priors: Sequence[Prior], readings: Readings, inputs: Floats, source: Sequence[int]
+) -> float:
+    """Of readings under inputs (K, J), the mean over priors, and scales of brightness and of noise."""
+    logs = np.concatenate([_logs(prior, readings, inputs, source) for prior in priors])
+    return float(logs.max() + np.log(np.exp(logs - logs.max()).mean()))
+
+
+def _logs(prior: Prior, readings: Readings, inputs: Floats, source: Sequence[int]) -> Floats:
+    mean, covariance = prior.of_readings(inputs, source)
+    use = np.flatnonzero(readings.known)
+    mean, value, sd = mean.ravel()[use], readings.value.ravel()[use], readings.sd.ravel()[use]
+    scale = np.exp(np.median(np.log(np.maximum(value, 1e-4)) - np.log(np.maximum(mean, 1e-4))))
+    variance, axes = np.linalg.eigh(covariance[np.ix_(use, use)] / np.outer(sd, sd))
+    squares = ((scale * SCALES) ** 2)[:, None, None]
+    spread = NOISES[:, None] ** 2 + squares * np.maximum(variance, 0.0)
+    misfit = (value / sd) @ axes - np.sqrt(squares) * ((mean / sd) @ axes)
+    return np.asarray(-0.5 * (misfit**2 / spread + np.log(spread)).sum(axis=2).ravel())
