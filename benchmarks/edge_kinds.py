@@ -1,6 +1,7 @@
 """Kinds of edges against the simulator's truth: precision-recall of each, and what is taken for what.
 
-    .venv/bin/python -m benchmarks.edge_kinds [--parts 3] [--seeds 2] [--picture OUT.png]
+    .venv/bin/python -m benchmarks.edge_kinds [--parts 3] [--seeds 2] [--first 0] [--levels]
+        [--picture OUT.png]
 
 Three lights, one at a time and all together, and a sun that is always there; targets of the project, and
 parts drawn at random. True outlines, creases and shadow edges come from the ray tracer's faces and distances
@@ -140,13 +141,13 @@ def simulated(name: str, target: str | Path, seed: int) -> Scene:
     return Scene(name, images, 1.0, Truth(*(edge & seen for edge in truth_of(simulator))))
 
 
-def scenes(parts: int, seeds: int) -> Iterator[Scene]:
-    """Targets of the project, and random parts."""
+def scenes(parts: int, seeds: int, first: int = 0) -> Iterator[Scene]:
+    """Targets of the project, and random parts, from the ``first`` draws on."""
     for target in TARGETS:
-        for seed in range(seeds):
+        for seed in range(first, first + seeds):
             yield simulated(target, target, seed + 1)
     with tempfile.TemporaryDirectory() as folder:
-        for number in range(parts):
+        for number in range(first, first + parts):
             file = Path(folder) / f"part-{number}.obj"
             file.write_text(_obj(random_part(np.random.default_rng(number), PART_LINES)))
             file.with_suffix(".toml").write_text(
@@ -225,13 +226,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--parts", type=int, default=3, help="random parts (default: %(default)s)")
     parser.add_argument("--seeds", type=int, default=2, help="views of each target (default: %(default)s)")
+    parser.add_argument(
+        "--first", type=int, default=0, help="draws that are left out before (default: %(default)s)"
+    )
     parser.add_argument("--levels", action="store_true", help="say what the lights' levels were")
     parser.add_argument("--picture", type=Path, help="draw a scene, its kinds and its contour into this file")
     options = parser.parse_args()
     results: dict[int, list[Found]] = {kind: [] for kind in JUDGED}
     taken: list[Flags] = []
     lost: list[Flags] = []
-    for scene in scenes(options.parts, options.seeds):
+    for scene in scenes(options.parts, options.seeds, options.first):
         channels = [channel_statistics(image, scene.exposure) for image in scene.images]
         kinds = edge_kinds(channels, np.array(LEVELS) / np.max(LEVELS) if options.levels else None)
         if options.picture is not None and scene.name == PICTURED:
