@@ -8,13 +8,17 @@ turned onto themselves but for one block), a flange that is turned onto itself b
 While a pose is not trusted, another image of the same place under another lamp is added, up to so many. One
 JSON object per target: how often the right pose (1 degree, 1 % of the range, up to the target's symmetry) is
 the first or as probable as the first, how often it is listed, both after all images and after the first one;
-how many wrong ones were trusted; and the processor's seconds of a first image, of all cores. ``--write``
-leaves a picture of each trial in which the first pose is not right.
+(a turn that an estimate calls free counts as right); how many wrong ones were trusted; and the processor's
+seconds of a first image, of all cores. ``--write`` leaves a picture of each trial in which the first pose is
+not right, and a line of each trial in ``trials.jsonl``: what is there is not run again, and counts with
+the rest, so that runs of several seeds add up.
 """
 
 from __future__ import annotations
 
+import json
 import time
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated
@@ -42,6 +46,7 @@ COUNTS = {"machined": 48, "prisms": 60, **dict.fromkeys(ROUND, 128)}  # segments
 FILLS = (0.35, 0.9)  # of the frame's height, the target's diameter
 TRUSTED = 0.93  # score, docs/trust.md
 SAME_PROBABILITY = 0.999
+TRIALS = "trials.jsonl"  # in the folder of results
 
 
 def target_of(name: str, rng: np.random.Generator) -> Model:
@@ -94,48 +99,88 @@ def is_right(pose: Pose, true: Pose, symmetry: Symmetry) -> bool:
 
 
 def judged(found: Estimate, true: Pose, symmetry: Symmetry) -> tuple[bool, bool, bool]:
-    """Whether the right pose is first (or as probable as that), is listed, and a wrong one trusted."""
+    """Whether the right pose is first (or as probable as that), is listed, and a wrong one trusted.
+
+    Where the images are said to leave a turn free, poses so turned are the same.
+    """
+    if found.free and symmetry.free_axis is None:
+        symmetry = replace(symmetry, free_axis=found.free[0])
     right = [one for one in found.poses if is_right(one.pose, true, symmetry)]
     first = bool(right) and right[0].probability >= SAME_PROBABILITY * found.poses[0].probability
     wrong = found.pose is not None and not is_right(found.pose, true, symmetry)
     return first, bool(right), wrong and found.score > TRUSTED
 
 
-class Tally:
-    """What came of the trials of one target."""
+@dataclass(frozen=True)
+class Conditions:
+    """Under what a trial is made: its target, width of the frame px, images at most, polygons behind it."""
 
-    def __init__(self) -> None:
-        self.first_image: list[tuple[bool, bool, bool]] = []
-        self.at_the_end: list[tuple[bool, bool, bool]] = []
-        self.seconds: list[float] = []
-        self.images: list[int] = []
+    target: str
+    width: int
+    most: int
+    clutter: int
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What came of one trial; verdicts are those of `judged`, after one image and after all."""
+
+    seed: int
+    number: int
+    one: tuple[bool, bool, bool]
+    all: tuple[bool, bool, bool]
+    images: int
+    seconds: float
+    score: float
+    size_px: float
 
 
 def looked_at(
-    model: Model, camera: Camera, pose: Pose, rng: np.random.Generator, most: int, clutter: int, tally: Tally
-) -> tuple[NDArray[np.uint8], Estimate]:
-    """Images until a pose is trusted; the first of them, and what all say."""
-    images, symmetry, behind = ImageSet(camera.width, camera.height), symmetry_of(model), rng.integers(2**32)
+    model: Model, camera: Camera, pose: Pose, rng: np.random.Generator, given: Conditions
+) -> tuple[NDArray[np.uint8], list[tuple[Estimate, float]]]:
+    """The first of the images until a pose is trusted; what each told and its processor's seconds."""
+    images, behind = ImageSet(camera.width, camera.height), rng.integers(2**32)
     names: list[str] = []
-    while True:
+    told: list[tuple[Estimate, float]] = []
+    while len(names) < given.most and not (told and told[-1][0].score > TRUSTED):
         pixels = rendered(model, camera, pose, rng)
-        if clutter:
-            pixels = in_front_of_clutter(pixels, model, camera, pose, np.random.default_rng(behind), clutter)
+        if given.clutter:
+            other = np.random.default_rng(behind)
+            pixels = in_front_of_clutter(pixels, model, camera, pose, other, given.clutter)
         if not names:
             first = pixels
         names.append(f"i{len(names) + 1}")
         images.add(names[-1], pixels, 1.0, 1.0)
         began = time.process_time()
         found = estimate_pose(images, names, model, camera, Anywhere())
-        verdict = judged(found, pose, symmetry)
-        if len(names) == 1:
-            tally.seconds.append(time.process_time() - began)
-            tally.first_image.append(verdict)
-        if len(names) == most or found.score > TRUSTED:
-            break
-    tally.at_the_end.append(verdict)
-    tally.images.append(len(names))
-    return first, found
+        told.append((found, time.process_time() - began))
+    return first, told
+
+
+def tried(given: Conditions, seed: int, number: int, write: Path | None) -> Trial:
+    """One trial; its picture into a folder where the first pose is not right."""
+    height = 3 * given.width // 4
+    focal = 1.2 * given.width
+    camera = Camera(given.width, height, focal, focal, 0.5 * given.width - 0.5, 0.5 * height - 0.5)
+    rng = np.random.default_rng((seed, number))
+    model = target_of(given.target, rng)
+    pose, symmetry = any_pose(rng, model, camera), symmetry_of(model)
+    pixels, told = looked_at(model, camera, pose, rng, given)
+    found = told[-1][0]
+    one, last = judged(told[0][0], pose, symmetry), judged(found, pose, symmetry)
+    if write is not None and not last[0]:
+        file = write / f"{given.target}-{seed}-{number}.png"
+        cv2.imwrite(str(file), picture(pixels, model, camera, pose, found))  # type: ignore[call-overload]
+    size = focal * model.diameter / float(pose.apply(model.middle[None])[0, 2])
+    return Trial(seed, number, one, last, len(told), told[0][1], found.score, size)
+
+
+def known(folder: Path, given: Conditions) -> list[Trial]:
+    """The trials under these conditions that a folder tells of."""
+    file, wanted = folder / TRIALS, asdict(given)
+    rows = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    mine = [row for row in rows if {key: row[key] for key in wanted} == wanted]
+    return [Trial(**{key: row[key] for key in row if key not in wanted}) for row in mine]
 
 
 def picture(pixels: NDArray[np.uint8], model: Model, camera: Camera, true: Pose, found: Estimate) -> object:
@@ -154,32 +199,33 @@ def main(
     write: Annotated[Path | None, typer.Option(help="Folder for pictures of what is not right.")] = None,
 ) -> None:
     """Targets found without a seed pose."""
-    height = 3 * width // 4
-    camera = Camera(width, height, 1.2 * width, 1.2 * width, 0.5 * width - 0.5, 0.5 * height - 0.5)
     for name in targets.split(","):
-        tally = Tally()
+        given = Conditions(name, width, images, clutter)
+        done = [] if write is None else known(write, given)
         for number in range(trials):
-            rng = np.random.default_rng((seed, number))
-            model = target_of(name, rng)
-            pose = any_pose(rng, model, camera)
-            pixels, found = looked_at(model, camera, pose, rng, images, clutter, tally)
-            if write is not None and not tally.at_the_end[-1][0]:
-                file = write / f"{name}-{seed}-{number}.png"
-                cv2.imwrite(str(file), picture(pixels, model, camera, pose, found))  # type: ignore[call-overload]
-        first, listed, trusted = np.mean(tally.at_the_end, axis=0)
-        once = np.mean(tally.first_image, axis=0)
+            if (seed, number) in [(one.seed, one.number) for one in done]:
+                continue
+            done.append(tried(given, seed, number, write))
+            if write is not None:
+                with (write / TRIALS).open("a") as file:
+                    file.write(json.dumps({**asdict(given), **asdict(done[-1])}) + "\n")
+        if not done:
+            continue
+        first, listed, trusted = np.mean([one.all for one in done], axis=0)
+        once = np.mean([one.one for one in done], axis=0)
+        seconds = [one.seconds for one in done]
         show(
             f"first sight of {name}",
             first,
             "share first",
             listed=listed,
-            wrong_and_trusted=round(trials * trusted),
+            wrong_and_trusted=round(len(done) * trusted),
             first_of_one=once[0],
             listed_of_one=once[1],
-            trials=trials,
-            images=float(np.mean(tally.images)),
-            processor_s=float(np.median(tally.seconds)),
-            slowest=max(tally.seconds),
+            trials=len(done),
+            images=float(np.mean([one.images for one in done])),
+            processor_s=float(np.median(seconds)),
+            slowest=max(seconds),
         )
 
 

@@ -26,6 +26,8 @@ BESIDE_RAD = np.radians(
     3.0
 )  # a turn by so much more or less moves the farthest points twice the tolerance ...
 PEAK = 1.1  # ... and must bring back less by this factor, or the turn is only a small one
+APART_RAD = np.radians(4.0)  # less than the least of FOLDS; products of turns about two middles differ by 0
+MOST_PRODUCTS = 80  # 36-fold turns, and each turned over
 MOST_LINES = 500  # more are no wireframe: a turn of a round body changes nothing that could be told
 
 
@@ -69,6 +71,25 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
         found += angles.values()
     found.sort(key=lambda one: -one[0])
     return tuple(pose for _, pose in found)
+
+
+@lru_cache(maxsize=8)
+def near_symmetries_and_products(model: Model) -> tuple[Pose, ...]:
+    """The `near_symmetries` and what two of them make: a wheel may be turned over and about its axis at once.
+
+    No two nearer than APART_RAD; MOST_PRODUCTS at most.
+    """
+    turns = near_symmetries(model)
+    found = list(turns)
+    rotations = [np.eye(3), *(turn.matrix for turn in turns)]
+    for one in turns:
+        for other in turns:
+            both = one.compose(other)
+            cosines = 0.5 * (np.einsum("nij,ij->n", np.array(rotations), both.matrix) - 1.0)
+            if len(found) < MOST_PRODUCTS and cosines.max() < np.cos(APART_RAD):
+                found.append(both)
+                rotations.append(both.matrix)
+    return tuple(found)
 
 
 def _share(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -19,6 +20,7 @@ Floats = NDArray[np.float64]
 ROUND = 0.35  # share of the length of the sharp lines that any turn must bring back (chosen by hand)
 POINTS = 4000  # along them, of which ...
 TURNED = 300  # ... so many are turned
+RIM = 0.95  # of the largest distance from the axis: chamfers of a rim count as rim
 
 
 @lru_cache(maxsize=8)
@@ -49,6 +51,28 @@ def turned_about(pose: Pose, axis: Floats, centre: Floats, angle_rad: float) -> 
     """A pose whose target is turned about an axis of its own."""
     turn = matrix_of(angle_rad * axis)
     return pose.compose(Pose.from_matrix(turn, centre - turn @ centre))
+
+
+def rim_middle(model: Model, axis: Floats, centre: Floats) -> Floats:
+    """The point (3,) of an axis, metres, about which the outermost rim lies."""
+    from_centre = model.vertices - centre
+    along = from_centre @ axis
+    aside = np.linalg.norm(from_centre - along[:, None] * axis, axis=1)
+    rim = along[aside >= RIM * aside.max()]
+    return np.asarray(centre + 0.5 * (rim.min() + rim.max()) * axis)
+
+
+def other_sides(pose: Pose, axis: Floats, middle: Floats) -> list[Pose]:
+    """The three other poses in which a rim about an axis looks alike: from behind, and tilted the other way.
+
+    The rim's ``middle`` (3,), in the target's frame, stays where it is.
+    """
+    place = pose.apply(middle[None])[0]
+    half = matrix_of(math.pi * place / np.linalg.norm(place))  # about the line of sight: tilted the other way
+    across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    flip = matrix_of(math.pi * across / np.linalg.norm(across))
+    rotations = [pose.matrix @ flip, half @ pose.matrix, half @ pose.matrix @ flip]
+    return [Pose.from_matrix(one, place - one @ middle) for one in rotations]
 
 
 def _share(some: Floats, cloud: Floats, turn: Floats, centre: Floats, model: Model) -> float:

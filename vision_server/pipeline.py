@@ -22,11 +22,13 @@ from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
 from vision_server.matching import MATCHERS, Anywhere, Hypothesis, SearchRange, match_genetic
 from vision_server.matching.match import distinct
+from vision_server.pose.all_sides import of_most_evidence
 from vision_server.pose.alternatives import PoseChance, chances, image_of, without_free_turn
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.other_hand import the_other_way
-from vision_server.pose.ranking import TURNED_NATS, Refined, best_first, of_most_evidence, turned
+from vision_server.pose.ranking import TURNED_NATS, Refined, best_first, turned
+from vision_server.pose.spun import unseen_turns
 from vision_server.pose.stretch import misfit
 from vision_server.pose.support import LineSupport, PoseSupport
 from vision_server.pose.trust import WORTH_DOUBTING, Misfit, ambiguity, confidence, odds
@@ -190,6 +192,11 @@ def pose_of_segments(
     estimate = _best(refined, symmetry, _matcher(endpoints, camera, seed_pose, settings))
     if isinstance(seed_pose, Anywhere):
         estimate = _with_poses(estimate, refined, symmetry, partial(seed_pose.allows, middle=model.middle))
+        if estimate.pose is not None:
+            best = refined[0]
+            estimate = replace(
+                estimate, free=estimate.free + unseen_turns(best.problem, best.pose, best.spacing_px)
+            )
     watch.lap("refinement")
     return replace(estimate, segments=len(endpoints), seconds=watch.seconds)
 

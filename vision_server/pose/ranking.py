@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -29,8 +28,6 @@ SETTLED_PX = 0.03  # a step that moves no line farther is the last one
 CLEAR_QUALITY = 2.0  # from here on, nothing beside the pose can be as good
 BESIDE = 6  # starts that are looked at beside the best pose
 BESIDE_ROUNDS = 3  # and again when that has found a better one
-SIDES, APART_DEG = 3, 20.0  # poses beside which others are looked for at first sight; chosen by hand
-MOST_TURNED = 12  # turns of a target that are looked at at first sight
 TURNED_NATS = 10.0  # of evidence, that a target is turned as its seed pose says (chosen by hand)
 ROUGHLY_NATS = 10.0  # that fewer samples may miss
 
@@ -83,15 +80,13 @@ def best_first(
     coarse: list[Refined] = []
     sparse = fewer_lines(problem)
     for pose in hypotheses[:looked_at]:
-        scaled = replace(sparse, scale=line_scales(sparse, pose))
-        spacing = spacing_for(sparse.model, problem.camera, pose)
-        rough = refined(scaled, pose, COARSE_REACHES_PX, spacing, COARSER, known=coarse)
+        rough = roughly(sparse, pose, coarse)
         if rough is not None:
             coarse.append(rough)
     coarse.sort(key=_rank)
     for first in coarse[:1]:
         for pose in spun(first.problem, first.pose, COARSER * first.spacing_px, spin_rad):
-            _add_refined(coarse, first, pose)
+            add_refined(coarse, first, pose)
     coarse.sort(key=_rank)
     for _ in range(BESIDE_ROUNDS if coarse else 0):
         first = coarse[0]
@@ -105,13 +100,20 @@ def best_first(
         if not any(better.ends_at(one.pose, NEAR) for better in distinct):
             distinct.append(one)
     if sparse is not problem:
-        distinct = [_of_all_lines(one, problem) for one in distinct]
+        distinct = [of_all_lines(one, problem) for one in distinct]
     least = FINISHED_SHARE * max((one.quality for one in distinct), default=0.0)
     out = [finished(one) if one.quality >= least else one for one in distinct]
     return sorted(out, key=_rank)
 
 
-def _of_all_lines(rough: Refined, problem: PoseProblem) -> Refined:
+def roughly(sparse: PoseProblem, pose: Pose, known: Sequence[Refined]) -> Refined | None:
+    """One hypothesis, refined coarsely on scales of its own; None where it ends at a known one."""
+    scaled = replace(sparse, scale=line_scales(sparse, pose))
+    spacing = spacing_for(sparse.model, sparse.camera, pose)
+    return refined(scaled, pose, COARSE_REACHES_PX, spacing, COARSER, known=known)
+
+
+def of_all_lines(rough: Refined, problem: PoseProblem) -> Refined:
     """A pose that was refined on some of the lines only, with what supports all of them."""
     scaled = replace(problem, scale=line_scales(problem, rough.pose))
     spacing = spacing_for(problem.model, problem.camera, rough.pose)
@@ -171,64 +173,16 @@ def turned(best: Refined) -> list[tuple[Pose, PoseSupport]]:
     return found
 
 
-def of_most_evidence(problem: PoseProblem, hypotheses: Sequence[Pose], looked_at: int) -> list[Refined]:
-    """The hypotheses of a first sight, refined, those beside them and turned; most evidence first.
-
-    They show the target from different sides, and there quality, a mean over the lines that are seen, favours
-    the side with the fewest: a plate from behind, where all that stands on it is seen too. Evidence adds up.
-    """
-    found = best_first(problem, hypotheses, looked_at, math.pi)
-    found.sort(key=_evidence, reverse=True)
-    for side in _sides(found):
-        beside = [side]
-        add_beside(beside)
-        found += [one for one in beside if not any(known.ends_at(one.pose, NEAR) for known in found)]
-    found.sort(key=_evidence, reverse=True)
-    if found:
-        least = found[0].support.evidence - ROUGHLY_NATS
-        found = [finished(one) if one.support.evidence >= least else one for one in found]
-        found.sort(key=_evidence, reverse=True)
-    _add_turned(found)
-    return found
-
-
-def _sides(found: Sequence[Refined]) -> list[Refined]:
-    """The first few of them that see the target from different sides."""
-    out: list[Refined] = []
-    for one in found:
-        if len(out) < SIDES and all(one.pose.error_to(other.pose).rotation_deg > APART_DEG for other in out):
-            out.append(one)
-    return out
-
-
-def _evidence(one: Refined) -> float:
-    return one.support.evidence
-
-
-def _add_turned(found: list[Refined]) -> None:
-    """Add the first pose turned by what nearly brings the target back onto itself; most evidence first again.
-
-    From behind, a target often looks the same turned so.
-    """
-    for turn in near_symmetries(found[0].problem.model)[:MOST_TURNED] if found else ():
-        first = found[0]
-        start = first.pose.compose(turn)
-        other = refined(first.problem, start, COARSE_REACHES_PX, first.spacing_px, COARSER, known=found)
-        if other is not None:
-            found.append(finished(other))
-    found.sort(key=_evidence, reverse=True)
-
-
 def add_beside(found: list[Refined]) -> None:
     """Add the rivals that lie beside the first pose, see `hypotheses`; best first again."""
     first = found[0]
     near = edges_around(first.problem, first.pose)
     for start in hypotheses_beside(near, first.pose, len(first.problem.model.lines), BESIDE):
-        _add_refined(found, first, start)
+        add_refined(found, first, start)
     found.sort(key=_rank)
 
 
-def _add_refined(found: list[Refined], like: Refined, start: Pose) -> None:
+def add_refined(found: list[Refined], like: Refined, start: Pose) -> None:
     """Add what a start leads to with the scales and samples of another pose, unless it is known."""
     other = refined(like.problem, start, COARSE_REACHES_PX, like.spacing_px, COARSER, known=found)
     if other is not None:

@@ -1,0 +1,143 @@
+"""The poses of a first sight, refined, with what else they may be: turned, or seen from another side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from geometry.model import Model
+from geometry.near_symmetries import near_symmetries_and_products
+from geometry.pose import Pose
+from geometry.round_axes import other_sides, rim_middle, round_axes
+from geometry.symmetries import symmetry_of
+from vision_server.pose.detail import fewer_lines
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.ranking import (
+    COARSE_REACHES_PX,
+    COARSER,
+    NEAR,
+    ROUGHLY_NATS,
+    Refined,
+    add_beside,
+    add_refined,
+    best_first,
+    finished,
+    of_all_lines,
+    refined,
+    roughly,
+)
+from vision_server.pose.spun import spun
+from vision_server.pose.support import support_at
+
+SIDES, APART_DEG = 3, 20.0  # poses beside which others are looked for; chosen by hand
+LOOKS_TURNED, MOST_TURNED = 2, 12  # looks that are turned; turns of each that are refined
+ONE_LOOK = (3.0, 0.005)  # degrees, share of the range, between poses that a near symmetry makes one look
+ALONG = 0.999  # cosine between an axis and itself turned, for a turn about it
+
+
+def of_most_evidence(problem: PoseProblem, hypotheses: Sequence[Pose], looked_at: int) -> list[Refined]:
+    """The hypotheses of a first sight, refined, those beside them and turned; most evidence first.
+
+    They show the target from different sides, and there quality, a mean over the lines that are seen, favours
+    the side with the fewest: a plate from behind, where all that stands on it is seen too. Evidence adds up.
+    """
+    turns = near_symmetries_and_products(problem.model)
+    firsts = _firsts_of_looks(hypotheses, turns)
+    others = [index for index in range(len(hypotheses)) if index not in firsts]
+    ordered = [hypotheses[index] for index in firsts + others]
+    found = best_first(problem, ordered, looked_at, _spin_rad(problem.model))
+    found.sort(key=_evidence, reverse=True)
+    for side in _sides(found):
+        beside = [side]
+        add_beside(beside)
+        found += [one for one in beside if not any(known.ends_at(one.pose, NEAR) for known in found)]
+    found.sort(key=_evidence, reverse=True)
+    if found:
+        least = found[0].support.evidence - ROUGHLY_NATS
+        found = [finished(one) if one.support.evidence >= least else one for one in found]
+        found.sort(key=_evidence, reverse=True)
+    _add_other_sides(problem, found)
+    for index in _firsts_of_looks([one.pose for one in found], turns)[:LOOKS_TURNED]:
+        _add_turned(found, found[index], turns)
+    return sorted(found, key=_evidence, reverse=True)
+
+
+def _firsts_of_looks(poses: Sequence[Pose], turns: Sequence[Pose]) -> list[int]:
+    """The first of the poses of each look: those that a near symmetry turns into each other are one."""
+    firsts: list[int] = []
+    for index, pose in enumerate(poses):
+        alike = [poses[one].compose(turn) for one in firsts for turn in turns]
+        if not any(pose.error_to(one).within(*ONE_LOOK) for one in [*alike, *(poses[one] for one in firsts)]):
+            firsts.append(index)
+    return firsts
+
+
+def _sides(found: Sequence[Refined]) -> list[Refined]:
+    """The first few of them that see the target from different sides."""
+    out: list[Refined] = []
+    for one in found:
+        if len(out) < SIDES and all(one.pose.error_to(other.pose).rotation_deg > APART_DEG for other in out):
+            out.append(one)
+    if (
+        found and found[0].support.evidence < 0.0
+    ):  # of what fits badly, a pose as small as a speck misses least
+        most = max(found, key=lambda one: one.support.supported_fraction)
+        out += [most] if most not in out else []
+    return out
+
+
+def _evidence(one: Refined) -> float:
+    return one.support.evidence
+
+
+def _spin_rad(model: Model) -> float:
+    """How far a nearly round target need be turned to either side until it has looked all ways it can."""
+    axes = [axis for axis, _ in round_axes(model)]
+    if not axes:
+        return 0.0
+    about = [turn for turn in symmetry_of(model).turns if turn.matrix @ axes[0] @ axes[0] > ALONG]
+    return math.pi / len(about) if len(axes) == 1 else math.pi
+
+
+def _add_other_sides(problem: PoseProblem, found: list[Refined]) -> None:
+    """Add what the first pose of a nearly round target leads to when its rim is seen from the other sides.
+
+    A rim is the same ellipse from before and behind, and tilted the other way; only what is small about it
+    tells, and a search that is led by the rim may have come from one side alone.
+    """
+    sparse = fewer_lines(problem)
+    for first in found[:1]:
+        for axis, centre in round_axes(problem.model):
+            for start in other_sides(first.pose, axis, rim_middle(problem.model, axis, centre)):
+                rough = roughly(sparse, start, found)
+                if rough is None:
+                    continue
+                beside = [rough]
+                for pose in spun(
+                    rough.problem, rough.pose, COARSER * rough.spacing_px, _spin_rad(problem.model)
+                ):
+                    add_refined(beside, rough, pose)
+                best = max(beside, key=_evidence)
+                if sparse is not problem:
+                    best = of_all_lines(best, problem)
+                least = found[0].support.evidence - ROUGHLY_NATS
+                found.append(finished(best) if best.support.evidence >= least else best)
+    found.sort(key=_evidence, reverse=True)
+
+
+def _add_turned(found: list[Refined], first: Refined, turns: Sequence[Pose]) -> None:
+    """Add a pose turned by what nearly brings the target back onto itself.
+
+    From behind, a target often looks the same turned so. Of many turns those are refined that fit best.
+    """
+    seen: list[tuple[float, Pose]] = []
+    for turn in turns:
+        start = first.pose.compose(turn)
+        support = support_at(first.problem, start, COARSER * first.spacing_px)
+        if support is not None:
+            seen.append((support.evidence, start))
+    seen.sort(key=lambda one: -one[0])
+    for _, start in seen[:MOST_TURNED]:
+        other = refined(first.problem, start, COARSE_REACHES_PX, first.spacing_px, COARSER, known=found)
+        if other is not None:
+            found.append(finished(other))
