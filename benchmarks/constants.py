@@ -102,13 +102,18 @@ def main(
                 )
                 rows[f"{module}.{name} = {patches[0][2]}, not {value}"] = patches
     ROWS.update(rows)
-    found: list[dict[str, Any]] = []
-    for folder in stacks:
-        for file in sorted(folder.glob("*/stack.toml"))[::every]:
-            found += run_scene(partial(seeded_scenes, file.parent), ["default", *rows], starts)
-    base = [one for one in found if one["row"] == "default"]
-    for row in ("default", *rows):
-        print(json.dumps(summary(row, "all", [one for one in found if one["row"] == row], base)), flush=True)
+    scenes = [
+        list(seeded_scenes(file.parent))
+        for folder in stacks
+        for file in sorted(folder.glob("*/stack.toml"))[::every]
+    ]
+
+    def found(row: str) -> list[dict[str, Any]]:
+        return [one for some in scenes for one in run_scene(partial(iter, some), [row], starts)]
+
+    base = found("default")
+    for row in ("default", *rows):  # each is told when it is known
+        print(json.dumps(summary(row, "all", found(row), base)), flush=True)
 
 
 if __name__ == "__main__":
