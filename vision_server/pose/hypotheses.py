@@ -29,7 +29,9 @@ from vision_server.pose.steps import moved, step_jacobian, turning_point
 
 Floats = NDArray[np.float64]
 
-# Chosen by hand where nothing else is said; `python -m benchmarks.constants` shows what other values do.
+# Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
+# recorded and hard stacks), what must agree and be explained, how far is loosened and the weight of what is
+# laid change at most two poses from right to wrong or back.
 REACH_PX = 24.0  # how far beside a line another edge is looked for
 APART_PX = 1.5  # an edge closer than this to the line is the line's own
 SAME_PLACE_PX = 0.5  # edge points of several channels this close are one edge

@@ -18,7 +18,8 @@ from vision_server.pose.weights import line_trust
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-# Chosen by hand where nothing else is said; `python -m benchmarks.constants` shows what other values do.
+# Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
+# recorded and hard stacks), cap and reach of support change at most two poses from right to wrong or back.
 CAP_PX = 4.0  # distance that a part of a visible line without support counts with
 SUPPORT_PX = 1.0  # a part has support when its edge point is this close (times sqrt of the filter's scale)
 LEAST_TRUST = 0.02  # of a line in a channel, for its edge points to be support
