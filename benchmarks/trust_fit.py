@@ -101,7 +101,7 @@ def inputs(rows: Sequence[Row]) -> Floats:
 def chance(coefficients: Floats, rows: Sequence[Row], x: Floats) -> Floats:
     """Probability that rows are right, by coefficients (7,) of their `inputs` (N, 7)."""
     spread = np.array([row["uncertainty"] for row in rows])
-    unclear = np.array([row["ambiguity"] for row in rows])
+    unclear = np.array([max(row["ambiguity"], row["otherwise"]) for row in rows])
     within = erf(LIMIT / (math.sqrt(2.0) * TAILS * np.maximum(spread, 1e-9)))
     return np.asarray(np.clip(within * expit(x @ coefficients) / (1.0 + unclear), 1e-9, 1.0 - 1e-9))
 
@@ -149,11 +149,16 @@ def fit(
             "wrong model": int((over & ~true).sum()), "of wrong models": int((~true).sum()),
         }))  # fmt: skip
     weight = np.where(true, 1.0, WRONG_MODELS)
-    strata = {name: true & np.array([name in row["strata"] for row in rows]) for name in STRATA}
+    of = {name: np.array([name in row["strata"] for row in rows]) for name in STRATA}
+    strata = {name: true & part for name, part in of.items()}
     for name, part in {"all": weight > 0.0, "true models": true, **strata, "wrong models": ~true}.items():
         if part.any():
             own = [row["normalised"] for row in compress(rows, part & right)]
             show_stratum(name, p[part], right[part], weight[part], own)
+    for name, part in of.items():
+        if part.any():
+            error = calibration_error(p[part], right[part], weight[part])
+            print(json.dumps({"name": f"of all models, {name}", "calibration error": round(error, 3)}))
     if plot is not None:
         _drawn(calibration(p, right, weight), plot)
 
@@ -180,10 +185,15 @@ def calibration(p: Floats, right: Flags, weight: Floats) -> list[tuple[float, fl
     return out
 
 
+def calibration_error(p: Floats, right: Flags, weight: Floats) -> float:
+    """Expected calibration error, from tenths of the probabilities (N,)."""
+    bins = calibration(p, right, weight)
+    return float(sum(n * abs(said - seen) for said, seen, n in bins) / weight.sum())
+
+
 def show_stratum(name: str, p: Floats, right: Flags, weight: Floats, normalised: Sequence[float]) -> None:
     """Print how well one stratum is calibrated, and the squared normalised errors of its right poses."""
-    bins = calibration(p, right, weight)
-    error = sum(n * abs(said - seen) for said, seen, n in bins) / weight.sum()
+    error = calibration_error(p, right, weight)
     told = {
         "name": f"stratum {name}", "estimates": len(p), "right": int(right.sum()),
         "mean probability": round(float(weight @ p / weight.sum()), 3),

@@ -164,6 +164,7 @@ def row_of(studio: Studio, found: Estimate) -> Row:
         "pose": True, "rotation_deg": error.rotation_deg, "translation": error.translation_fraction_of_range,
         "within": error.within(1.0, 0.01), "confirmed": found.support.confirmed,
         "missing": found.support.missing, "uncertainty": found.uncertainty, "ambiguity": found.ambiguity,
+        "otherwise": doubt.otherwise if doubt else 0.0,
         "gain": doubt.gain if doubt else 0.0, "significance": doubt.significance if doubt else 0.0,
         "score": found.score,
         "normalised": normalised_error_squared(found.pose, found.covariance, studio.true),

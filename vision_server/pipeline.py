@@ -21,17 +21,25 @@ from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
 from vision_server.matching import MATCHERS, Anywhere, Hypothesis, SearchRange, match_genetic
-from vision_server.matching.match import distinct
+from vision_server.matching.match import distinct, ideal_segments
+from vision_server.matching.search import match_near
 from vision_server.pose.all_sides import of_most_evidence
 from vision_server.pose.alternatives import PoseChance, chances, image_of, without_free_turn
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.other_hand import the_other_way
+from vision_server.pose.other_hand import Matcher, the_other_way
 from vision_server.pose.ranking import TURNED_NATS, Refined, best_first, turned
 from vision_server.pose.spun import unseen_turns
 from vision_server.pose.stretch import misfit
 from vision_server.pose.support import LineSupport, PoseSupport
-from vision_server.pose.trust import WORTH_DOUBTING, Misfit, ambiguity, confidence, odds
+from vision_server.pose.trust import (
+    WORTH_DOUBTING,
+    WORTH_TURNING,
+    Misfit,
+    ambiguity,
+    confidence,
+    odds,
+)
 from vision_server.segments.extraction import extract_segments
 
 Floats = NDArray[np.float64]
@@ -189,7 +197,8 @@ def pose_of_segments(
         spin_rad = 2.0 * math.radians(settings.rotation_range_deg)  # from one end of the range to the other
         refined = best_first(problem, worth, spin_rad=spin_rad)
     symmetry = symmetry_of(model) if anywhere or model.smooth.any() else ASYMMETRIC
-    estimate = _best(refined, symmetry, _matcher(endpoints, camera, seed_pose, settings))
+    match = partial(match_near, ideal_segments(endpoints, camera), camera, settings.seed)
+    estimate = _best(refined, symmetry, match)
     if isinstance(seed_pose, Anywhere):
         estimate = _with_poses(estimate, refined, symmetry, partial(seed_pose.allows, middle=model.middle))
         if estimate.pose is not None:
@@ -215,8 +224,7 @@ def _matched(
 ) -> list[Hypothesis]:
     if settings.matcher not in MATCHERS:
         raise BadInput(f"Unknown matcher {settings.matcher!r}.", f"Use {' or '.join(sorted(MATCHERS))}.")
-    if camera.distorted and len(ends):
-        ends = np.ascontiguousarray(camera.undistort_points(ends.reshape(-1, 2)).reshape(-1, 4))
+    ends = ideal_segments(ends, camera)
     if isinstance(seed_pose, Anywhere):
         if settings.matcher != PipelineSettings.matcher:
             raise BadInput(f"The {settings.matcher} matcher needs a seed pose.", "Give one, or use search.")
@@ -236,18 +244,7 @@ def _worth_refining(found: list[Hypothesis]) -> list[Pose]:
     return [one.pose for one in found if best <= 0.0 or one.score >= WORTH_REFINING * best]
 
 
-def _matcher(
-    endpoints: Floats, camera: Camera, seed_pose: Pose | Anywhere, settings: PipelineSettings
-) -> Callable[[Model], list[Pose]] | None:
-    """What matches other models with the same segments from the same seed pose; None without one."""
-    if isinstance(seed_pose, Anywhere):
-        return None
-    return lambda model: _worth_refining(_matched(endpoints, model, camera, seed_pose, settings))
-
-
-def _best(
-    found: list[Refined], symmetry: Symmetry, match: Callable[[Model], list[Pose]] | None = None
-) -> Estimate:
+def _best(found: list[Refined], symmetry: Symmetry, match: Matcher) -> Estimate:
     if not found:
         return Estimate()
     keep = distinct(
@@ -263,14 +260,15 @@ def _best(
     covariance = pose_covariance(best.solution)
     spread = uncertainty(without_free_turn(covariance, best.pose, symmetry), best.pose.translation)
     unclear = ambiguity(best.support, [(support, prior) for _, support, prior in rivals])
-    score, doubt = confidence(best.support, unclear, spread), None
-    if score >= WORTH_DOUBTING:
-        doubt = misfit(best)
-        if match is not None:
-            unclear = max(unclear, the_other_way(best, match))
-        score = confidence(best.support, unclear, spread, doubt)
+    score = confidence(best.support, unclear, spread)
     if score < LEAST_SCORE:
         return Estimate()
+    doubt = misfit(best) if score >= WORTH_DOUBTING else None
+    score = confidence(best.support, unclear, spread, doubt)
+    if doubt is not None and score >= WORTH_TURNING:
+        doubt = replace(doubt, otherwise=the_other_way(best, match))
+        score = confidence(best.support, unclear, spread, doubt)
+        unclear = min(1.0, max(unclear, doubt.otherwise))
     return Estimate(
         pose=best.pose,
         covariance=covariance,

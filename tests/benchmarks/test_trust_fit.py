@@ -24,8 +24,8 @@ def rows(count: int) -> list[dict[str, object]]:
     return [
         {"scene": f"s{k % 20}", "model": "true", "empty": False, "pose": True, "within": bool(right[k]),
          "right": bool(right[k]), "confirmed": float(confirmed[k]), "missing": float(rng.uniform(0.0, 0.5)),
-         "uncertainty": 0.001, "ambiguity": 0.0, "gain": 0.0, "significance": 0.0,
-         "strata": ["mild"], "normalised": 6.0, "score": 0.5}
+         "uncertainty": 0.001, "ambiguity": 0.0, "otherwise": 0.0, "gain": 0.0,
+         "significance": 0.0, "strata": ["mild"], "normalised": 6.0, "score": 0.5}
         for k in range(count)
     ]  # fmt: skip
 
@@ -39,6 +39,13 @@ def test_what_confirms_counts_and_noise_does_not() -> None:
     assert chance[1] < 0.15
 
 
+def test_a_model_that_is_likelier_the_other_way_round_is_hardly_believed() -> None:
+    one = rows(1)[0]
+    told = [one, {**one, "otherwise": 99.0}]
+    likely, mirrored = chance(TODAY, told, inputs(told))
+    assert mirrored == pytest.approx(likely / 100.0)
+
+
 def test_the_command_prints_constants_and_calibration(tmp_path: Path) -> None:
     file, plot = tmp_path / "rows.jsonl", tmp_path / "plot.png"
     file.write_text("".join(json.dumps(row) + "\n" for row in rows(400)))
@@ -47,7 +54,7 @@ def test_the_command_prints_constants_and_calibration(tmp_path: Path) -> None:
     told = [json.loads(line) for line in ran.output.splitlines()]
     assert told[0]["estimates"] == 400
     strata = {one["name"]: one for one in told if "calibration error" in one}
-    assert list(strata) == ["stratum all", "stratum true models", "stratum mild"]
+    assert list(strata) == ["stratum all", "stratum true models", "stratum mild", "of all models, mild"]
     assert strata["stratum mild"]["calibration error"] < 0.1
     assert strata["stratum mild"]["normalised error, mean"] == 6.0
     assert plot.stat().st_size > 0

@@ -120,6 +120,13 @@ def checked_segments(segments: Floats) -> Floats:
     return segments
 
 
+def ideal_segments(segments: Floats, camera: Camera) -> Floats:
+    """Segments (N, 4), px, as a camera without distortion sees them."""
+    if camera.distorted and len(segments):
+        return np.ascontiguousarray(camera.undistort_points(segments.reshape(-1, 2)).reshape(-1, 4))
+    return segments
+
+
 def must_be_in_front(seed_pose: Pose) -> None:
     """Raise GeometryError when a search around a seed pose makes no sense."""
     if not seed_pose.translation[2] > 0:

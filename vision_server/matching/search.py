@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,12 +56,18 @@ class Effort:
     screened : the best of these, scored with all samples.
     aligned : the best of these, aligned with the edges from afar.
     kept : the best of these, aligned to the end.
+    finished : the best distinct ones of these, with exact visibility.
     """
 
     draws: int = 4096
     screened: int = 1024
     aligned: int = 100
     kept: int = 50
+    finished: int = FINISHED
+
+
+NEAR_DEG, NEAR_SHARE = 3.0, 0.4  # turn, and motion as a share of the size, near a pose (chosen by hand)
+LITTLE = Effort(draws=192, screened=96, aligned=16, kept=6, finished=3)  # chosen by hand
 
 
 def match_search(
@@ -89,6 +96,19 @@ def match_search(
     if len(problem.segments) == 0:
         return []
     edges = nearest_edges(problem.segments, problem.camera)
+    return _searched(edges, problem, model, camera, seed_pose, seed, search_range, effort)
+
+
+def _searched(
+    edges: NearestEdges,
+    problem: Problem,
+    model: Model,
+    camera: Camera,
+    seed_pose: Pose,
+    seed: int,
+    search_range: SearchRange,
+    effort: Effort,
+) -> list[Hypothesis]:
     poses = poses_around(seed_pose, camera, search_range, even_numbers(effort.draws, seed))
     poses = best_of(poses, scores_of(edges, problem, *poses, 0.0, SCREEN_EVERY), effort.screened)
     poses = best_of(poses, scores_of(edges, problem, *poses, 0.0), effort.aligned)
@@ -97,7 +117,30 @@ def match_search(
     aligned(edges, problem, *poses, KEPT_REACHES_PX)
     scores = scores_of(edges, problem, *poses, FINAL_REACH_PX)
     scores[~in_range(seed_pose, camera, search_range, *poses)] = -np.inf
-    return finished(edges, model, problem.camera, poses, scores)
+    return finished(edges, model, problem.camera, poses, scores, effort.finished)
+
+
+def match_near(
+    segments: Floats, camera: Camera, seed: int, models: Sequence[Model], pose: Pose
+) -> list[list[tuple[float, Pose]]]:
+    """Find, with little effort, where each of some models of one size fits near a pose.
+
+    Returns
+    -------
+    For each model scores and poses, best first.
+    """
+    size = size_px(models[0], camera, pose)
+    ends, small = at_scale(checked_segments(segments), camera, min(1.0, MATCHED_PX / size))
+    reach = SearchRange(NEAR_DEG, NEAR_SHARE * size)
+    out: list[list[tuple[float, Pose]]] = [[] for _ in models]
+    edges = None
+    for own, model in zip(out, models if pose.translation[2] > 0.0 else (), strict=False):
+        problem = matching_problem(ends, model, small, pose, COARSE_SPACING_PX)
+        if len(problem.segments) > 0:
+            edges = nearest_edges(problem.segments, problem.camera) if edges is None else edges
+            found = _searched(edges, problem, model, camera, pose, seed, reach, LITTLE)
+            own += [(one.score, one.pose) for one in found]
+    return out
 
 
 def size_px(model: Model, camera: Camera, pose: Pose) -> float:

@@ -1,31 +1,41 @@
-"""Is the model the right way round? Where most of it is out of sight, a mirrored or turned one is tried.
+"""Is the model the right way round? Where much of it is not seen, a mirrored or turned one is tried.
 
-A model that is mirrored, or lies upside down, shows its plain back where the part shows its front: few lines,
-all of them seen, and nothing of its own speaks against them. The same model the other way round explains what
-these few lines leave.
+A model that is mirrored, or lies upside down, fits the outline of the part at a pose near by, but has what
+stands on the part on its other side: its lines are missing there, or it shows its plain back, few lines, all
+of them seen. The same model the other way round explains what the images show.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.surface import face_normals
+from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import Refined, best_first
+from vision_server.pose.ranking import COARSE_REACHES_PX, COARSER, Refined, of_fewer_lines, refined
+from vision_server.pose.support import PoseSupport
 from vision_server.pose.trust import odds
 
 Floats = NDArray[np.float64]
+Matcher = Callable[[Sequence[Model], Pose], list[list[tuple[float, Pose]]]]
 
-HIDDEN_SHARE = 0.5  # of a model's lines: when fewer are out of sight, those in sight tell (by hand); ...
-IN_SIGHT = 9  # ... and so do more than the lines that a plain box shows
-UNLIKELY_NATS = 10.0  # of evidence, that a model is the right way round, as for turns (chosen by hand)
-LOOKED_AT = 2  # hypotheses of each other way
+# The lines in sight say that the model is the right way round where no more than this share of their length
+# is missing, and they are more than a plain box shows or more than are out of sight (chosen by hand).
+LITTLE_MISSING, IN_SIGHT, HIDDEN_SHARE = 0.1, 9, 0.5
+UNLIKELY_NATS = 20.0  # of evidence, that a model is the wrong way round; those that were left 25 unexplained
+# What the other way leaves unexplained counts so many times more: one thing in the way hides many lines. A
+# plain back then misses less than a front that is half hidden, but has fewer of the edges (chosen by hand).
+LOST = 3.0
+MOST_ODDS = 1000.0  # more say no more
+SAME = 1e-3  # of the diameter, between corners of one model and of another that is the same (chosen by hand)
 WAYS = tuple(np.diag(signs) for signs in np.array(
     [[-1, 1, 1], [1, -1, 1], [1, 1, -1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=np.float64
 ))  # fmt: skip
@@ -42,24 +52,60 @@ def changed(model: Model, change: Floats) -> Model:
     )
 
 
-def the_other_way(best: Refined, match: Callable[[Model], Sequence[Pose]]) -> float:
-    """Chance that the model is mirrored or turned by half over that it is not, at most 1.
+@lru_cache(maxsize=4)
+def other_ways(model: Model) -> tuple[Model, ...]:
+    """The model mirrored and turned by half about each axis, where that makes another one; each once."""
+    out = [model]
+    for way in WAYS:
+        other = changed(model, way)
+        if not any(_same(other, known) for known in out):
+            out.append(other)
+    return tuple(out[1:])
+
+
+def _same(one: Model, other: Model) -> bool:
+    """Whether two models have the same corners."""
+    apart, _ = cKDTree(other.vertices).query(one.vertices)
+    return float(apart.max()) <= SAME * one.diameter
+
+
+def the_other_way(best: Refined, match: Matcher) -> float:
+    """Chance that the model is mirrored or turned by half over that it is not, at most MOST_ODDS.
 
     Parameters
     ----------
     match
-        Hypotheses for another model from the same segments and seed pose, best first.
+        Scores and poses of each of some models from the same segments, near a pose, best first.
     """
-    model = best.problem.model
-    if len(best.support.lines) > min(IN_SIGHT, (1.0 - HIDDEN_SHARE) * len(model.lines)):
+    seen, lines = len(best.support.lines), len(best.problem.model.lines)
+    few = seen <= min(IN_SIGHT, (1.0 - HIDDEN_SHARE) * lines)
+    if best.support.missing <= LITTLE_MISSING and not few:
         return 0.0
-    most = 0.0
-    for way in WAYS:
-        other = changed(model, way)
-        own = best.problem
-        problem = PoseProblem.at_scale(
-            own.channels, other, own.camera, tone_sd_px=own.tone_sd_px, tolerance_m=own.tolerance_m
-        )
-        for found in best_first(problem, match(other), LOOKED_AT):
-            most = max(most, odds(best.support, found.support, UNLIKELY_NATS))
-    return most
+    own = of_fewer_lines(best)
+    model = own.problem.model
+    others = other_ways(model)
+    if not others:
+        return 0.0
+    itself, *found = match((model, *others), own.pose)
+    least = itself[0][0] if itself else 0.0
+    likely = [
+        (other, one[0][1]) for other, one in zip(others, found, strict=True) if one and one[0][0] > least
+    ]
+    fits = [_fit(own, other, pose) for other, pose in likely]
+    return max((_chance(own.support, fit.support) for fit in fits if fit is not None), default=0.0)
+
+
+def _chance(own: PoseSupport, other: PoseSupport) -> float:
+    """Chance of the other way over the model's own, at most MOST_ODDS."""
+    lost = max(0.0, own.confirmed - other.confirmed)
+    return odds(own, other, UNLIKELY_NATS + LOST * lost, MOST_ODDS)
+
+
+def _fit(own: Refined, other: Model, pose: Pose) -> Refined | None:
+    """What another model's hypothesis leads to."""
+    of = own.problem
+    problem = PoseProblem.at_scale(
+        of.channels, other, of.camera, tone_sd_px=of.tone_sd_px, tolerance_m=of.tolerance_m
+    )
+    scaled = replace(problem, scale=line_scales(problem, pose))
+    return refined(scaled, pose, COARSE_REACHES_PX, own.spacing_px, COARSER)

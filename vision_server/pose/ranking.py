@@ -150,6 +150,13 @@ def refined(
     return None if support is None else Refined(problem, solution, support, spacing_px)
 
 
+def of_fewer_lines(best: Refined) -> Refined:
+    """The pose with the support of the longest lines only, where there are very many."""
+    sparse = fewer_lines(best.problem)
+    support = None if sparse is best.problem else support_at(sparse, best.pose, best.spacing_px)
+    return best if support is None else replace(best, problem=sparse, support=support)
+
+
 def finished(rough: Refined) -> Refined:
     """A coarsely refined pose, refined to the end."""
     fine = refined(rough.problem, rough.pose, FINE_REACHES_PX, rough.spacing_px)

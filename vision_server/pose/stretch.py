@@ -18,12 +18,10 @@ from geometry.pose import Pose
 from geometry.surface import face_normals
 from geometry.visibility import Samples
 from vision_server.pose.covariance import unknowns_of
-from vision_server.pose.detail import fewer_lines
 from vision_server.pose.hypotheses import edges_around, explained
-from vision_server.pose.ranking import COARSER, Refined, refined
+from vision_server.pose.ranking import COARSER, Refined, of_fewer_lines, refined
 from vision_server.pose.refinement import Solution, prior_precision
 from vision_server.pose.steps import moved
-from vision_server.pose.support import support_at
 from vision_server.pose.trust import Misfit
 
 Floats = NDArray[np.float64]
@@ -54,7 +52,7 @@ def misfit(best: Refined) -> Misfit:
     covariance = covariance + TOLERATED_SD**2 * np.eye(3)
     significance = float(between @ np.linalg.solve(BETWEEN_AXES @ covariance @ BETWEEN_AXES.T, between))
     gain, found = 0.0, np.r_[step, np.zeros(3)]
-    best = _of_fewer_lines(best)
+    best = of_fewer_lines(best)
     starts = _scanned(best) if best.support.supported_fraction < ENOUGH_SUPPORT else []
     itself = refined(best.problem, best.pose, NEAR_PX, best.spacing_px, COARSER) if starts else None
     if itself is not None and itself.quality > 0.0:
@@ -64,13 +62,6 @@ def misfit(best: Refined) -> Misfit:
                 gain, found = better, strain
     found[:3] -= found[:3].mean()
     return Misfit(significance, gain, tuple(found.tolist()))
-
-
-def _of_fewer_lines(best: Refined) -> Refined:
-    """The pose with the support of the longest lines only, where there are very many."""
-    sparse = fewer_lines(best.problem)
-    support = None if sparse is best.problem else support_at(sparse, best.pose, best.spacing_px)
-    return best if support is None else replace(best, problem=sparse, support=support)
 
 
 def stretched(model: Model, strain: Floats) -> Model:

@@ -20,12 +20,13 @@ LIMIT = 0.01  # 1 % of the range, 1 degree
 TAILS = 1.3  # errors over stated standard deviations, in hard light (by hand, from their 90th percentile)
 RIVAL_NATS = 3.0  # of evidence between two poses, for odds of e: neighbouring lines speak together; by hand
 LEAST_UNCERTAINTY = 0.0005  # being surer than this is no further reason to believe
-WORTH_DOUBTING = 0.3  # a less likely pose is doubted anyway
+WORTH_DOUBTING = 0.05  # a less likely pose is not believed anyway
+WORTH_TURNING = 0.8  # whether its model is the right way round; a less likely one is not trusted anyway
 
 
 @dataclass(frozen=True)
 class Misfit:
-    """How much better a stretched model would do.
+    """How much better another model would do: one that is stretched, or the other way round.
 
     Attributes
     ----------
@@ -36,11 +37,14 @@ class Misfit:
         Quality of the best stretched model over the model's own, as a power of 2; 0 for none.
     strain
         (6,), of that model, or of the lines where they are, see `stretch.stretched`.
+    otherwise
+        Chance of the model mirrored or turned by half over its own, see `other_hand`; may be over 1.
     """
 
     significance: float
     gain: float
     strain: tuple[float, ...] = (0.0,) * 6
+    otherwise: float = 0.0
 
 
 def quality(support: PoseSupport) -> float:
@@ -82,12 +86,13 @@ def belief(support: PoseSupport, ambiguity: float, uncertainty: float, doubt: Mi
             0.0, doubt.gain - CLEAR_GAIN
         )
         logit += PER_LOG2_SIGNIFICANCE * math.log2(1.0 + doubt.significance / USUAL)
+        ambiguity = max(ambiguity, doubt.otherwise)
     return 1.0 / (1.0 + math.exp(-logit)) / (1.0 + ambiguity)
 
 
-def odds(own: PoseSupport, rival: PoseSupport, prior_nats: float = 0.0) -> float:
-    """Chance of another pose over this one's, at most 1; ``prior_nats`` speak against it beforehand."""
-    return math.exp(min(0.0, (rival.evidence - own.evidence - prior_nats) / RIVAL_NATS))
+def odds(own: PoseSupport, rival: PoseSupport, prior_nats: float = 0.0, most: float = 1.0) -> float:
+    """Chance of another pose over this one's, at most ``most``; ``prior_nats`` speak against the other."""
+    return math.exp(min(math.log(most), (rival.evidence - own.evidence - prior_nats) / RIVAL_NATS))
 
 
 def ambiguity(own: PoseSupport, rivals: Sequence[tuple[PoseSupport, float]]) -> float:

@@ -8,6 +8,7 @@ from geometry.model import find_target, load_model
 from geometry.pose import Pose, disturbed, search_translation_px
 from tests.vision_server.matching_scenes import CAMERA, segments_of
 from vision_server.matching import MATCHERS, SearchRange, match_search
+from vision_server.matching.search import match_near
 
 POSE = Pose(np.array([0.5, 0.4, 0.2]), np.array([0.02, -0.01, 0.9]))
 
@@ -119,3 +120,15 @@ def test_bad_input_is_refused(matcher: str) -> None:
 def test_a_search_range_must_make_sense(rotation_deg: float, translation_px: float) -> None:
     with pytest.raises(GeometryError, match="search range"):
         SearchRange(rotation_deg, translation_px)
+
+
+def test_of_models_near_a_pose_the_one_that_is_seen_scores_most() -> None:
+    model, smaller = load_model(find_target("satellite")), load_model(find_target("fixture"))
+    segments = segments_of(model, POSE, clutter=60, seed=1)
+    near = disturbed(POSE, np.random.default_rng(1), 1.5, 20.0, CAMERA.fx)
+    own, other = match_near(segments, CAMERA, 1, (model, smaller), near)
+    assert own[0][1].error_to(POSE).within(1.0, 0.01)
+    assert own[0][0] > max((score for score, _ in other), default=0.0)
+    assert match_near(np.zeros((0, 4)), CAMERA, 1, (model, smaller), near) == [[], []]
+    behind = Pose(POSE.rotation_vector, -POSE.translation)
+    assert match_near(segments, CAMERA, 1, (model, smaller), behind) == [[], []]

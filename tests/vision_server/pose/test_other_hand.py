@@ -1,4 +1,4 @@
-"""A model that is mirrored or upside down, and shows its plain back, is not believed."""
+"""A model that is mirrored or upside down, and shows its plain back or the part's, is not believed."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,9 @@ import pytest
 from geometry.model import Model, find_target, load_model
 from tests.vision_server.synthetic import CAMERA, POSE, SIZE_M, boxes, linear_picture, one_image, photographed
 from vision_server.pipeline import Estimate, estimate_pose
-from vision_server.pose.other_hand import changed
+from vision_server.pose.other_hand import changed, other_ways
+from vision_server.pose.stretch import stretched
+from vision_server.pose.trust import confidence
 
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 
@@ -20,8 +22,19 @@ def part(tmp_path_factory: pytest.TempPathFactory) -> Model:
     return boxes(tmp_path_factory.mktemp("part"), [(low * half, high * half) for low, high in np.array(ends)])
 
 
+@pytest.fixture(scope="module")
+def plate(tmp_path_factory: pytest.TempPathFactory) -> Model:
+    """The cuboid with three lower blocks on that side: many short lines."""
+    half = 0.5 * np.array(SIZE_M)
+    ends = [[[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]], [[-0.8, -0.8, -1.25], [-0.3, -0.1, -1.0]],
+            [[0.1, -0.7, -1.2], [0.6, 0.4, -1.0]], [[-0.6, 0.2, -1.15], [-0.1, 0.8, -1.0]]]  # fmt: skip
+    return boxes(
+        tmp_path_factory.mktemp("plate"), [(low * half, high * half) for low, high in np.array(ends)]
+    )
+
+
 def estimated(part: Model, model: Model) -> Estimate:
-    picture = photographed(linear_picture(part, CAMERA, POSE, GREYS * 3))
+    picture = photographed(linear_picture(part, CAMERA, POSE, GREYS * 4))
     return estimate_pose(one_image(picture), ["i1"], model, CAMERA, POSE)
 
 
@@ -30,6 +43,43 @@ def test_a_mirrored_model_whose_back_fits_is_not_believed(part: Model) -> None:
     for way in ([1.0, 1.0, -1.0], [1.0, -1.0, -1.0]):
         found = estimated(part, changed(part, np.diag(way)))
         assert found.score < 0.6
+
+
+@pytest.mark.parametrize("way", [[1.0, 1.0, -1.0], [1.0, -1.0, -1.0]])
+def test_a_model_whose_front_lies_where_the_part_has_its_plain_back_is_not_believed(
+    plate: Model, way: list[float]
+) -> None:
+    found = estimated(changed(plate, np.diag(way)), plate)
+    assert found.support is not None
+    assert found.misfit is not None
+    assert found.uncertainty is not None
+    assert found.support.missing > 0.3
+    assert confidence(found.support, 0.0, found.uncertainty) > 0.9  # but for the look
+    assert found.misfit.otherwise > 10.0
+    assert found.score < 0.1
+    assert found.ambiguity == 1.0
+
+
+@pytest.mark.parametrize("right_of_middle_px", [-20, -5, 0])
+def test_a_part_of_which_much_is_hidden_is_still_the_right_way_round(
+    plate: Model, right_of_middle_px: int
+) -> None:
+    """A plain back would miss less, but explain less as well."""
+    picture = photographed(linear_picture(plate, CAMERA, POSE, GREYS * 4))
+    picture[:, : CAMERA.width // 2 + right_of_middle_px] = 20
+    found = estimate_pose(one_image(picture), ["i1"], plate, CAMERA, POSE)
+    assert found.pose is not None
+    assert found.support is not None
+    assert found.misfit is not None
+    assert found.pose.error_to(POSE).within(1.0, 0.01)
+    assert found.support.missing > 0.3
+    assert found.misfit.otherwise < 0.01
+
+
+def test_a_mirror_that_changes_nothing_is_no_other_way(plate: Model, model: Model) -> None:
+    assert other_ways(model) == ()
+    assert len(other_ways(plate)) == 6
+    assert len(other_ways(stretched(model, np.array([0.0, 0.0, 0.0, 0.2, 0.0, 0.0])))) == 1
 
 
 def test_a_true_model_is_believed_from_its_plain_back(part: Model, model: Model) -> None:

@@ -7,7 +7,8 @@ import pytest
 
 from geometry.model import Model
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
-from vision_server.pipeline import Estimate, estimate_pose
+from vision_server import pipeline
+from vision_server.pipeline import LEAST_SCORE, Estimate, estimate_pose
 from vision_server.pose.stretch import stretched
 from vision_server.pose.trust import WORTH_DOUBTING, Misfit, confidence
 
@@ -52,7 +53,25 @@ def test_a_shear_is_the_angle_that_two_axes_lean_towards_each_other(model: Model
 def test_a_part_of_another_size_is_the_same_part_at_another_range(model: Model) -> None:
     larger = stretched(model, np.full(3, np.log(1.05)))
     assert np.allclose(np.ptp(larger.vertices, axis=0), 1.05 * np.ptp(model.vertices, axis=0))
-    assert estimated(larger, model).score > WORTH_DOUBTING
+    assert estimated(larger, model).score > 0.3
+
+
+def test_a_pose_that_is_rather_wrong_is_compared_with_other_models_too(model: Model) -> None:
+    found = estimated(stretched(model, np.log([0.8, 1.25, 1.0])), model)
+    assert found.support is not None
+    assert found.uncertainty is not None
+    assert WORTH_DOUBTING < confidence(found.support, found.ambiguity, found.uncertainty) < 0.3
+    assert found.score < 0.01
+
+
+def test_a_pose_is_told_however_much_better_another_model_fits(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pipeline, "misfit", lambda _: Misfit(0.0, 5.0))
+    found = estimated(model, model)
+    assert found.score < LEAST_SCORE
+    assert found.pose is not None
+    assert found.pose.error_to(POSE).within(0.2, 0.002)
 
 
 def test_a_stretched_model_that_fits_better_lowers_the_score(model: Model) -> None:
