@@ -5,6 +5,7 @@ import sys
 from bridge.command_line import run_command
 from bridge.errors import EXIT_BAD_INPUT
 from bridge.lifeline import leave
+from numerics.blas import use_one_blas_thread
 
 COMMANDS = {
     "run": "Compute the cells of a plan that have no row yet; the same command again continues.",
@@ -15,6 +16,7 @@ COMMANDS = {
 
 def main() -> int:
     """Run a command; the exit status."""
+    use_one_blas_thread()  # workers inherit it
     about = "Plans of many sessions: run them anywhere, continue them, compare strategies."
     try:
         return run_command("experiments", about, COMMANDS, sys.argv[1:])

@@ -4,6 +4,7 @@ import sys
 
 from bridge.command_line import run_command
 from bridge.lifeline import leave
+from numerics.blas import use_one_blas_thread
 from numerics.memory import collect_rarely, keep_freed_memory
 
 COMMANDS = {
@@ -21,6 +22,7 @@ COMMANDS = {
 
 def main() -> None:
     """`python -m vision_server`, and `vision-server` where it is installed."""
+    use_one_blas_thread()
     keep_freed_memory()
     collect_rarely()
     leave(run_command("vision_server", "Images in, edges and poses out.", COMMANDS, sys.argv[1:]))

@@ -78,9 +78,7 @@ def _sides(found: Sequence[Refined]) -> list[Refined]:
     for one in found:
         if len(out) < SIDES and all(one.pose.error_to(other.pose).rotation_deg > APART_DEG for other in out):
             out.append(one)
-    if (
-        found and found[0].support.evidence < 0.0
-    ):  # of what fits badly, a pose as small as a speck misses least
+    if found and found[0].support.evidence < 0.0:  # of bad fits a pose as small as a speck misses least
         most = max(found, key=lambda one: one.support.supported_fraction)
         out += [most] if most not in out else []
     return out
