@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from bridge.door import Prolog
 from bridge.messages import Describe, Settings
-from bridge.start_messages import StartArgs
+from bridge.start_messages import CauseTold, StartArgs
 from bridge.vision_messages import PredictArgs
 from image_server.replay import Replay
 from image_server.serve.device import Device
@@ -148,13 +148,11 @@ def prolog() -> Prolog:
     return door
 
 
-def telling(
-    describe: Describe, first: Settings, doubt: tuple[str, tuple[str, ...]], asked: list[Settings]
-) -> Settings | None:
+def telling(describe: Describe, first: Settings, doubt: CauseTold, asked: list[Settings]) -> Settings | None:
     """Settings of the test image for a doubt, as `telling_settings` has them."""
     lights = ", ".join(f"light({light.name}, {light.levels})" for light in describe.lights)
     device = f"device([{lights}], [], [], none, none, 0.001)"
-    cause = doubt[0] + (f"({', '.join(doubt[1])})" if doubt[1] else "")
+    cause = doubt.cause + (f"({', '.join(doubt.lights)})" if doubt.lights else "")
     tested = ", ".join(map(_term, asked))
     goal = (
         f"telling_settings({device}, [reading({_term(first)}, none)], {cause}, [{tested}], settings(L, T, A))"
@@ -199,7 +197,8 @@ def said(
 
 def is_right(told: Surprise, fault: Fault, describe: Describe) -> bool:
     """Whether it is the fault that was planted."""
-    return told.cause == (fault.name, tuple(describe.lights[light].name for light in fault.lights))
+    lights = tuple(describe.lights[light].name for light in fault.lights)
+    return told.cause is not None and (told.cause.cause, told.cause.lights) == (fault.name, lights)
 
 
 def visible(task: PoseTask, frame: Grey, without: Grey) -> bool:

@@ -73,24 +73,45 @@ class EstimateTold(Message, frozen=True):
     ambiguity: float
 
 
+CauseName = Literal["target_moved", "light_dead", "lights_swapped", "sun_changed"]
+
+
+class CauseTold(Message, frozen=True):
+    """What has happened, or may have: a cause, and the names of the lights that it is about.
+
+    ``since`` is the first image after it, None one that is still to come.
+    """
+
+    cause: CauseName
+    lights: tuple[str, ...] = ()
+    since: ImageId | None = None
+
+
 class ToldStep(Message, frozen=True):
-    """One thing that a server must know again: an answer of `estimate`, or arguments of `parameters`."""
+    """One thing that a server must know again.
+
+    An answer of `estimate`, arguments of `parameters`, that `predict` was asked, or what has happened.
+    """
 
     estimate: EstimateTold | None = None
     parameters: dict[str, Any] = field(default_factory=dict)
+    predicted: bool = False
+    happened: CauseTold | None = None
 
 
 class RestoreArgs(StartArgs, frozen=True, kw_only=True):
     """`restore`: go on with a session from its folder ``out``; ``images`` are those that were in the set.
 
     ``discarded`` names images that were taken and dropped, so that their names are not used again; ``told``
-    is, in order, what best estimate, seed pose and parameters depend on.
+    is, in order, what best estimate, seed pose, parameters and predictions depend on, and ``doubted`` the
+    image before which something may have happened.
     """
 
     out: FileName
     images: tuple[ImageId, ...] = ()
     discarded: tuple[ImageId, ...] = ()
     told: tuple[ToldStep, ...] = ()
+    doubted: ImageId | None = None
 
 
 class ModelTold(Message, frozen=True):

@@ -18,7 +18,15 @@ from bridge.messages import (
     Settings,
     Vector3,
 )
-from bridge.start_messages import Covariance, NotNegative, RestoreArgs, StartArgs, StartResult
+from bridge.start_messages import (
+    CauseName,
+    CauseTold,
+    Covariance,
+    NotNegative,
+    RestoreArgs,
+    StartArgs,
+    StartResult,
+)
 
 Parameter = bool | int | float | str | dict[str, Any] | None
 Seconds = dict[str, NotNegative]
@@ -66,21 +74,12 @@ class MovedTold(Message, frozen=True):
     box_px: tuple[int, int, int, int]
 
 
-CauseName = Literal["target_moved", "light_dead", "lights_swapped", "sun_changed"]
-
-
-class Doubt(Message, frozen=True):
-    """What may have happened before an image, by the names of the lights that it is about."""
-
-    cause: CauseName
-    lights: tuple[str, ...] = ()
-
-
 class VisionCaptureResult(Message, frozen=True):
     """Result of `capture` and `add`: what the frame was taken under, and what is in it.
 
-    ``surprise`` is what has happened before, where the frame is not as `predict` foresaw it, and
-    ``surprise_lights`` are the lights that it is about; ``doubt`` is what may have, where nothing is sure.
+    ``surprise`` is what has happened before, where the frame is not as `predict` foresaw it,
+    ``surprise_lights`` are the lights that it is about, and ``surprise_since`` is the first image after it;
+    ``doubt`` is what may have happened, where nothing is sure.
     """
 
     image: ImageId
@@ -90,7 +89,8 @@ class VisionCaptureResult(Message, frozen=True):
     seconds: Seconds
     surprise: CauseName | None = None
     surprise_lights: tuple[str, ...] = ()
-    doubt: Doubt | None = None
+    surprise_since: ImageId | None = None
+    doubt: CauseTold | None = None
     events: tuple[EventTold, ...] = ()
     moved: MovedTold | None = None
 

@@ -235,13 +235,18 @@ surprised_by(Image, Result) :-
     string(Result.get(surprise)),
     !,
     cause_term(Result.surprise, Result.get(surprise_lights, []), Cause),
-    assertz(surprised(surprise(Image, Cause))).
+    first_after(Result.get(surprise_since, Image), Since),
+    assertz(surprised(surprise(Since, Cause))).
 surprised_by(Image, Result) :-
     is_dict(Result.get(doubt)),
     !,
     cause_term(Result.doubt.cause, Result.doubt.get(lights, []), Cause),
-    assertz(surprised(doubt(Image, Cause))).
+    first_after(Result.doubt.get(since, Image), Since),
+    assertz(surprised(doubt(Since, Cause))).
 surprised_by(_, _).
+
+first_after(Told, Image) :-
+    atom_string(Image, Told).
 
 cause_term(Name, Lights, Cause) :-
     maplist(atom_string, Words, [Name|Lights]),

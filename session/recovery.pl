@@ -11,11 +11,11 @@
           ]).
 :- use_module(connections).
 :- use_module(display, [show/2, show_address/0]).
-:- use_module(json_terms).
+:- use_module(restoration, [known_again/2]).
 :- use_module(resumption, [missed_events/3]).
 :- use_module(live_table, [pulse/2, table_is_live/0]).
 :- use_module(servers).
-:- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
+:- use_module('../indigolog/indigolog', [situation_history/2]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2, nth1/3, reverse/2, subtract/3]).
 
 /** <module> A server that dies, or does not answer, is brought back to where the session is
@@ -278,22 +278,6 @@ move_again(Ranges) :-
 
 restore(Situation) :-
     opened_with(_, StartArgs),
-    fluent_value(image_set, Situation, Kept),
-    fluent_value(candidate, Situation, Candidate),
-    findall(Image, ( member(kept(Image, _), Kept) ; Candidate \== none, Image = Candidate ), Newer),
-    reverse(Newer, Images),
-    situation_history(Situation, Newest),
-    findall(Image, member(capture(Image, _), Newest), Taken),
-    subtract(Taken, Images, Discarded),
-    reverse(Newest, Oldest),
-    findall(Step, ( member(Event, Oldest), told_step(Event, Step) ), Told),
-    ask(vision_server, restore, StartArgs.put(_{images:Images, discarded:Discarded, told:Told}), _),
+    known_again(Situation, Known),
+    ask(vision_server, restore, StartArgs.put(Known), _),
     server_started.
-
-told_step(e(estimate(_), Fix), _{estimate:Estimate}) :-
-    Fix = fix(_, _, _, _),
-    fix_dict(Fix, Dict),
-    del_dict(lines, Dict, _, Estimate).
-told_step(set_parameter(Name, Value), _{parameters:Parameters}) :-
-    dict_pairs(Parameters, parameters, [Name-Value]).
-told_step(advance(RangeM), _{parameters:_{seed_pose:_{best_at_range_m:RangeM}}}).

@@ -53,6 +53,11 @@ message('CameraDescription',
           bits-optional(integer([ge(8), le(16)])),
           bayer-optional(boolean)
         ]).
+message('CauseTold',
+        [ cause-one_of(["light_dead", "lights_swapped", "sun_changed", "target_moved"]),
+          lights-optional(list(string, 0, inf)),
+          since-optional(nullable(string))
+        ]).
 message('CheckResult',
         [ probability-number([ge(0), le(1)]),
           state-one_of(["doubtful", "lost", "ok"]),
@@ -79,10 +84,6 @@ message('Describe',
 message('DiscardResult',
         [ image-string,
           images-list(string, 0, inf)
-        ]).
-message('Doubt',
-        [ cause-one_of(["light_dead", "lights_swapped", "sun_changed", "target_moved"]),
-          lights-optional(list(string, 0, inf))
         ]).
 message('EstimateResult',
         [ pose-nullable(message('PoseMessage')),
@@ -260,7 +261,8 @@ message('VisionCaptureResult',
           seconds-map(number([ge(0)])),
           surprise-optional(nullable(one_of(["light_dead", "lights_swapped", "sun_changed", "target_moved"]))),
           surprise_lights-optional(list(string, 0, inf)),
-          doubt-optional(nullable(message('Doubt'))),
+          surprise_since-optional(nullable(string)),
+          doubt-optional(nullable(message('CauseTold'))),
           events-optional(list(message('EventTold'), 0, inf)),
           moved-optional(nullable(message('MovedTold')))
         ]).

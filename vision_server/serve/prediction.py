@@ -22,7 +22,6 @@ from vision_server.prediction.search import Ints, climb
 from vision_server.serve.task import PoseTask
 
 SPACING_PX = 3.0  # of samples: a third of what an estimate looks at
-LEAST_SCORE = 0.5  # of a pose, for its prediction to be held against an image
 LIGHT_STEPS = 1 / 4, 1 / 8  # of a light's levels, that search turns it by; chosen by hand
 
 Floats = NDArray[np.float64]
@@ -34,7 +33,7 @@ def predict(task: PoseTask, args: PredictArgs) -> PredictResult:
     task.images.check(images)
     found = task.estimate_of(images) if images else None
     known = None if found is None or found.pose is None else forecast(task, images, found.pose)
-    task.expected = None if found is None or found.score < LEAST_SCORE else found.pose
+    task.expect(found)
     if known is None:
         return PredictResult(gains=None)
     bits, lines = known.gains(numbers(task, args.settings))
@@ -122,9 +121,8 @@ def _support(task: PoseTask, images: Sequence[str], pose: Pose) -> Floats:
 
 def _under_another_sun(task: PoseTask, images: Sequence[str]) -> int:
     """How many of the images, but for the last, tell nothing of the sun of now."""
-    since = [one.since for one in task.happened if one.cause == "sun_changed" and one.since in task.applied]
     order = list(task.applied)
-    first = max((order.index(image) for image in since), default=0)
+    first = max((task.before(one) for one in task.happened if one.cause == "sun_changed"), default=0)
     return min(sum(order.index(image) < first for image in images), len(images) - 1)
 
 
@@ -133,7 +131,7 @@ def outputs(task: PoseTask, settings: Settings, image: str | None = None) -> Flo
     powers = np.array(light_powers(task.describe.lights, settings.lights))
     order = list(task.applied)
     for one in task.happened:
-        if image is not None and one.since in order and order.index(image) < order.index(one.since):
+        if image is not None and order.index(image) < task.before(one):
             continue
         if one.cause == "light_dead":
             powers[list(one.lights)] = 0.0

@@ -118,6 +118,8 @@ class VisionServer(Service):
         self._files.check_place(args.out)
         self._sessions.make_room(self.caller, args.out)  # what it has to write is on the disk now
         out = Path(args.out)
+        from vision_server.serve import surprises  # late: a session that is not gone on with need not load it
+
         frames = recorded_frames(out / FOLDER)
         missing = [image for image in args.images if image not in frames]
         if missing:
@@ -131,6 +133,11 @@ class VisionServer(Service):
             if step.estimate is not None:
                 task.note(restored_estimate(step.estimate))
             task.set_parameters(step.parameters)
+            if step.predicted:
+                task.expect(task.best)
+            if step.happened is not None:
+                surprises.restore(task, step.happened)
+        task.doubted = args.doubted
         for image in args.images:
             task.add(image, read_pixels(out / FOLDER / f"{image}.png"), frames[image].settings())
         task.retired |= set(args.discarded)
@@ -236,9 +243,10 @@ def _taken(
         "verified": verified,
         "statistics": statistics,
         "moved": None if moved is None else moved._asdict(),
-        "surprise": cause and cause[0],
-        "surprise_lights": cause[1] if cause else (),
-        "doubt": doubt and {"cause": doubt[0], "lights": doubt[1]},
+        "surprise": cause and cause.cause,
+        "surprise_lights": cause.lights if cause else (),
+        "surprise_since": cause and cause.since,
+        "doubt": doubt and msgspec.to_builtins(doubt),
         "seconds": {"capture": capture_s, "edges": time.perf_counter() - began},
     }
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
+from bridge.errors import BadInput
+from bridge.start_messages import CauseName, CauseTold
 from geometry.pose import Pose
 from vision_server.pose.observation import PoseProblem
 from vision_server.prediction.causes import Cause, likely_causes, verdict
@@ -17,10 +19,10 @@ from vision_server.serve.task import Happened, PoseTask
 
 
 class Surprise(NamedTuple):
-    """What has surely happened, and what may have: a cause and the lights that it is about, or None."""
+    """What has surely happened, or what may have."""
 
-    cause: tuple[str, tuple[str, ...]] | None = None
-    doubt: tuple[str, tuple[str, ...]] | None = None
+    cause: CauseTold | None = None
+    doubt: CauseTold | None = None
 
 
 def surprise_of(task: PoseTask, image: str) -> Surprise:
@@ -29,15 +31,14 @@ def surprise_of(task: PoseTask, image: str) -> Surprise:
     if pose is None:
         return Surprise()
     if target_moved(task, image, pose):
-        task.expected = task.best = None
-        task.happened = [*task.happened, Happened("target_moved", (), image)]
-        return Surprise(cause=("target_moved", ()))
+        task.learn(Happened("target_moved", (), image))
+        return Surprise(cause=CauseTold(cause="target_moved", since=image))
     images = images_of_scene(task)
     sure, doubt = verdict(causes(task, images, pose), len(images))
     task.doubted = images[doubt.since] if doubt is not None else None
     if sure is not None:
-        task.happened = [*task.happened, Happened(sure.name, sure.lights, images[sure.since])]
-    return Surprise(_named(task, sure), _named(task, doubt))
+        task.learn(Happened(sure.name, sure.lights, images[sure.since]))
+    return Surprise(_named(task, images, sure), _named(task, images, doubt))
 
 
 def target_moved(task: PoseTask, image: str, pose: Pose) -> bool:
@@ -58,13 +59,27 @@ def causes(task: PoseTask, images: Sequence[str], pose: Pose) -> list[Cause]:
 
 def images_of_scene(task: PoseTask) -> list[str]:
     """The images of the target where it is now, under the sun of now, in order of time."""
-    images = list(task.applied)
-    begun = [one.since for one in task.happened if one.cause in ("target_moved", "sun_changed")]
-    first = max((images.index(since) for since in begun if since in images), default=0)
-    return images[first:]
+    begun = [one for one in task.happened if one.cause in ("target_moved", "sun_changed")]
+    return [*task.applied][max(map(task.before, begun), default=0) :]
 
 
-def _named(task: PoseTask, cause: Cause | None) -> tuple[str, tuple[str, ...]] | None:
+def restore(task: PoseTask, told: CauseTold) -> None:
+    """Have a task know what an earlier one has named.
+
+    Raises
+    ------
+    BadInput
+        A light that its device does not have.
+    """
+    names = [light.name for light in task.describe.lights]
+    for name in told.lights:
+        if name not in names:
+            raise BadInput(f"The {task.describe.device} has no light {name}.", f"It has {', '.join(names)}.")
+    task.learn(Happened(told.cause, tuple(map(names.index, told.lights)), told.since))
+
+
+def _named(task: PoseTask, images: Sequence[str], cause: Cause | None) -> CauseTold | None:
     if cause is None:
         return None
-    return cause.name, tuple(task.describe.lights[light].name for light in cause.lights)
+    lights = tuple(task.describe.lights[light].name for light in cause.lights)
+    return CauseTold(cause=cast(CauseName, cause.name), lights=lights, since=images[cause.since])

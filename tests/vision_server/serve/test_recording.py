@@ -10,6 +10,9 @@ import pytest
 
 from bridge.client import Client
 from bridge.errors import ServerError
+from bridge.messages import Settings
+from bridge.start_messages import EstimateTold
+from bridge.vision_messages import VisionCaptureResult
 from geometry.camera import Camera
 from geometry.drawn_wireframes import WIREFRAMES, drawn_runs
 from geometry.model import load_model
@@ -80,6 +83,33 @@ def test_a_restored_session_measures_where_the_best_pose_is(
     assert asked(vision, "parameters")["seed_pose"] == fix["pose"]
     asked(vision, "restore", **arguments, images=["i1"], told=told[:1])
     assert asked(vision, "parameters")["seed_pose"] != fix["pose"]
+
+
+def test_a_restored_session_holds_images_against_what_was_foreseen_and_knows_what_has_happened(
+    vision: Client, images: Running, simulator: Simulator, tmp_path: Path
+) -> None:
+    arguments = {"image_server": images.endpoint, "out": str(tmp_path)}
+    asked(vision, "start", **arguments)
+    for image in ("i1", "i2"):
+        asked(vision, "capture", image=image, settings=SETTINGS)
+    fix = asked(vision, "estimate", images=["i1", "i2"])
+    keys = EstimateTold.__struct_fields__
+    told: list[dict[str, Any]] = [{"estimate": {key: fix[key] for key in keys}}, {"predicted": True}]
+    pixels = simulator.capture(msgspec.convert(SETTINGS, Settings)).pixels
+    shifted = np.roll(pixels, (5, 6), (0, 1))
+
+    def restored(*more: dict[str, Any]) -> VisionCaptureResult:
+        asked(vision, "restore", **arguments, images=["i1", "i2"], told=[*told, *more])
+        answer, _ = vision.request("add", {"image": "i3", "settings": SETTINGS}, arrays=[shifted])
+        return msgspec.convert(answer, VisionCaptureResult)
+
+    moved = restored()
+    assert (moved.surprise, moved.surprise_since) == ("target_moved", "i3")
+    again = restored({"happened": {"cause": "target_moved", "since": "i2"}})
+    assert again.surprise is None  # nothing was foreseen since
+    assert asked(vision, "best")["pose"] is None
+    with pytest.raises(ServerError, match="no light torch"):
+        restored({"happened": {"cause": "light_dead", "lights": ["torch"]}})
 
 
 def test_what_is_seen_of_the_model_is_written_with_each_pose(

@@ -1,0 +1,63 @@
+:- module(session_restoration,
+          [ known_again/2,              % +Situation, -Known
+            told_again/3                % +Newest, +Images, -Told
+          ]).
+:- use_module(json_terms, [fix_dict/2]).
+:- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2, subtract/3]).
+
+/** <module> What a vision server is told that has to know again what another one knew
+
+Images are in the run folder; what it answered and was told is in the situation.
+*/
+
+%!  known_again(+Situation, -Known) is det.
+%
+%   What the request `restore` says beside what `start` said.
+
+known_again(Situation, _{images:Images, discarded:Discarded, told:Told, doubted:Doubted}) :-
+    fluent_value(image_set, Situation, Kept),
+    fluent_value(candidate, Situation, Candidate),
+    findall(Image, ( member(kept(Image, _), Kept) ; Candidate \== none, Image = Candidate ), Newer),
+    reverse(Newer, Images),
+    situation_history(Situation, Newest),
+    findall(Image, member(capture(Image, _), Newest), Taken),
+    subtract(Taken, Images, Discarded),
+    told_again(Newest, Images, Told),
+    doubted(Situation, Newest, Doubted).
+
+%!  told_again(+Newest, +Images, -Told) is det.
+%
+%   Of a history, newest action first: what best estimate, seed pose, parameters and predictions depend on, in order of
+%   time.  What has happened is told with the first of the Images after it, or null.
+
+told_again(Newest, Images, Told) :-
+    findall(Image, member(capture(Image, _), Newest), Last),
+    reverse(Last, Taken),
+    reverse(Newest, Oldest),
+    findall(Step, ( member(Event, Oldest), told_step(Event, Taken, Images, Step) ), Told).
+
+told_step(e(estimate(_), Fix), _, _, _{estimate:Estimate}) :-
+    Fix = fix(_, _, _, _),
+    fix_dict(Fix, Dict),
+    del_dict(lines, Dict, _, Estimate).
+told_step(set_parameter(Name, Value), _, _, _{parameters:Parameters}) :-
+    dict_pairs(Parameters, parameters, [Name-Value]).
+told_step(advance(RangeM), _, _, _{parameters:_{seed_pose:_{best_at_range_m:RangeM}}}).
+told_step(e(predict(_, _, [_|_]), _), _, _, _{predicted:true}).
+told_step(surprise(Since, Cause), Taken, Images, _{happened:_{cause:Name, lights:Lights, since:First}}) :-
+    Cause =.. [Name|Lights],
+    (   append(_, [Since|Later], Taken),
+        member(Image, [Since|Later]),
+        memberchk(Image, Images)
+    ->  First = Image
+    ;   First = null
+    ).
+
+%   The image before which something may have happened, while that is doubted, or null.
+doubted(Situation, Newest, Since) :-
+    fluent_value(doubt, Situation, Cause),
+    Cause \== none,
+    memberchk(doubt(Since, Cause), Newest),
+    !.
+doubted(_, _, null).

@@ -1,0 +1,35 @@
+:- module(test_session_restoration, []).
+:- use_module(library(plunit)).
+:- use_module(library(lists), [last/2]).
+:- use_module('../../session/restoration').
+
+/** <module> What a vision server is told again */
+
+lit(settings([7], 0.01, 4)).
+
+% An image that is dropped after it was told that a light is dead before it.
+history([ discard(i3, dark), surprise(i3, light_dead(left)), e(capture(i3, S), 0), capture(i3, S),
+          e(predict(device, [], [i1, i2]), []), set_parameter(population, 50), e(capture(i2, S), 0), capture(i2, S),
+          e(predict(device, [], []), []), e(capture(i1, S), 0), capture(i1, S), connect ]) :-
+    lit(S).
+
+:- begin_tests(restoration).
+
+test(what_is_told_is_in_order_of_time) :-
+    history(Newest),
+    told_again(Newest, [i1, i2], [Set, Predicted, Happened]),
+    Set.parameters.population == 50,
+    Predicted.predicted == true,
+    Happened.happened.cause == light_dead.
+
+test(what_happened_is_told_with_the_first_image_that_is_left, [true(Since-After == null-i4)]) :-
+    history(Newest),
+    lit(S),
+    told_again(Newest, [i1, i2], Told),
+    last(Told, Happened),
+    Since = Happened.happened.since,
+    told_again([e(capture(i4, S), 0), capture(i4, S)|Newest], [i1, i2, i4], Later),
+    last(Later, Again),
+    After = Again.happened.since.
+
+:- end_tests(restoration).

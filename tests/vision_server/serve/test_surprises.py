@@ -1,0 +1,56 @@
+"""What is known of light after an image that was not as foreseen."""
+
+import numpy as np
+import pytest
+
+from bridge.errors import BadInput
+from bridge.messages import Settings
+from bridge.start_messages import CauseTold, StartArgs
+from image_server.simulator import Simulator
+from vision_server.serve.opening import open_task
+from vision_server.serve.prediction import outputs
+from vision_server.serve.surprises import images_of_scene, restore
+from vision_server.serve.task import Happened, PoseTask
+
+FULL = Settings(lights=(7, 7, 7), shutter_s=1 / 60, aperture=4.0)
+
+
+@pytest.fixture
+def task(simulator: Simulator) -> PoseTask:
+    """Four images of the cube's simulator."""
+    opened = open_task(StartArgs(), simulator.describe())
+    for image in ("i1", "i2", "i3", "i4"):
+        opened.add(image, simulator.capture(FULL).pixels, FULL)
+    return opened
+
+
+def lit(task: PoseTask, image: str | None) -> list[bool]:
+    return np.greater(outputs(task, FULL, image), 0.0).tolist()
+
+
+def test_a_dead_light_is_dead_from_its_image_on_also_when_that_goes(task: PoseTask) -> None:
+    task.learn(Happened("light_dead", (0,), "i3"))
+    task.discard("i3")
+    assert [lit(task, image)[0] for image in ("i1", "i2", "i4", None)] == [True, True, False, False]
+    task.discard("i4")
+    assert [lit(task, image)[0] for image in ("i1", "i2", None)] == [True, True, False]
+    task.add("i5", np.zeros((task.camera.height, task.camera.width), np.uint8), FULL)
+    assert [lit(task, image)[0] for image in ("i2", "i5")] == [True, False]
+
+
+def test_images_of_another_sun_are_no_evidence_when_the_first_of_the_new_sun_goes(task: PoseTask) -> None:
+    task.learn(Happened("sun_changed", (), "i3"))
+    assert images_of_scene(task) == ["i3", "i4"]
+    task.discard("i3")
+    assert images_of_scene(task) == ["i4"]
+
+
+def test_what_another_task_has_named_is_known(task: PoseTask) -> None:
+    lights = [light.name for light in task.describe.lights]
+    restore(task, CauseTold(cause="lights_swapped", lights=(lights[0], lights[2]), since="i2"))
+    task.add("i5", np.zeros((task.camera.height, task.camera.width), np.uint8), FULL)
+    one = Settings(lights=(7, 0, 0), shutter_s=1 / 60, aperture=4.0)
+    assert np.greater(outputs(task, one, "i1"), 0.0).tolist() == [True, False, False]
+    assert np.greater(outputs(task, one, "i5"), 0.0).tolist() == [False, False, True]
+    with pytest.raises(BadInput, match="no light torch"):
+        restore(task, CauseTold(cause="light_dead", lights=("torch",)))
