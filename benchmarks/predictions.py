@@ -87,7 +87,7 @@ def lit(seen: Seen) -> tuple[Floats, Floats]:
     """Brightness foreseen and seen beside each sample, both sides, shares of full scale, (2, N) each."""
     asked = numbers(seen.task, [seen.settings])
     mean, _ = seen.known.response.brightness(asked.exposure, asked.lights)
-    (image,) = lit_images(seen.task, [seen.name])
+    _, (image,) = lit_images(seen.task, [seen.name])
     values, sd, clipped = read_beside(seen.known.samples, [image])
     usable = np.isfinite(sd[0]) & ~clipped[0]
     return np.clip(mean[0], 0.0, 1.0), np.where(usable, values[0] * image.exposure, np.nan)

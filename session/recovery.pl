@@ -16,7 +16,7 @@
 :- use_module(live_table, [pulse/2, table_is_live/0]).
 :- use_module(servers).
 :- use_module('../indigolog/indigolog', [situation_history/2]).
-:- use_module(library(lists), [append/3, member/2, memberchk/2, nth1/3, reverse/2, subtract/3]).
+:- use_module(library(lists), [member/2, memberchk/2, nth1/3, reverse/2]).
 
 /** <module> A server that dies, or does not answer, is brought back to where the session is
 

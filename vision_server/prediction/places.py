@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from vision_server.prediction.response import LitImage
+from vision_server.prediction.response import LitImage, lambert, towards_camera
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -141,20 +141,12 @@ def _described(
     normal = np.zeros((len(at[0]), 3))
     if model.faces:
         middles = pose.apply(np.array([model.vertices[polygon].mean(axis=0) for polygon in model.faces]))
-        normals = model.face_normals @ pose.matrix.T
-        normals = np.where((normals * middles).sum(axis=1, keepdims=True) > 0.0, -normals, normals)
+        normals = towards_camera(model.face_normals @ pose.matrix.T, middles)
         normal = normals[face[at]]
-        lit = [_lit(middles, normals, place) for place in positions if place is not None]
+        lit = [lambert(middles, normals, place) for place in positions if place is not None]
         unit = float(np.mean([part[face[at]] for part in lit])) if lit and len(at[0]) else 0.0
         known = np.flatnonzero(located)
         for light, part in zip(known.tolist(), lit if unit > 0.0 else (), strict=unit > 0.0):
             picture = np.where(face >= 0, part[face] / unit, 0.0).astype(np.float32)
             shape[:, 1 + light] = cv2.GaussianBlur(picture, (0, 0), blur_px / SMALLER)[at]
     return Places(np.stack(at, axis=1), normal, shape, located)
-
-
-def _lit(middles: Floats, normals: Floats, position: Floats) -> Floats:
-    """What a light gives to each face, by Lambert's law and the square of the distance."""
-    towards = position - middles
-    distance = np.linalg.norm(towards, axis=1)
-    return np.asarray(np.maximum((normals * towards).sum(axis=1) / distance, 0.0) / distance**2)

@@ -165,19 +165,27 @@ def _expected_shape(samples: Samples, model: Model, pose: Pose, positions: Seque
     face = _face_beside(samples, model, pose)
     shape = np.ones((*face.shape, 1 + len(positions)))
     points = pose.apply(samples.points)
-    normals = model.face_normals[np.maximum(face, 0)] @ pose.matrix.T
-    normals = np.where((normals * points).sum(axis=-1, keepdims=True) > 0.0, -normals, normals)
+    normals = towards_camera(model.face_normals[np.maximum(face, 0)] @ pose.matrix.T, points)
     for light, position in enumerate(positions):
         if position is None:
             continue
-        towards = position - points
-        distance = np.linalg.norm(towards, axis=-1)
-        cosine = np.maximum((normals * towards).sum(axis=-1) / distance, 0.0)
-        lit = np.where(face >= 0, cosine / distance**2, np.nan)
+        lit = np.where(face >= 0, lambert(points, normals, position), np.nan)
         mean = np.nanmean(lit) if (face >= 0).any() else np.nan
         if mean > 0.0:
             shape[..., 1 + light] = np.where(face >= 0, lit / mean, BACKGROUND_SHARE)
     return shape
+
+
+def towards_camera(normals: Floats, points: Floats) -> Floats:
+    """Normals (..., 3) in the camera's frame of what is seen at points (..., 3): that side of it."""
+    return np.where((normals * points).sum(axis=-1, keepdims=True) > 0.0, -normals, normals)
+
+
+def lambert(points: Floats, normals: Floats, position: Floats) -> Floats:
+    """What a light gives to surfaces (..., 3), by Lambert's law and the square of the distance (...)."""
+    towards = position - points
+    distance = np.linalg.norm(towards, axis=-1)
+    return np.asarray(np.maximum((normals * towards).sum(axis=-1) / distance, 0.0) / distance**2)
 
 
 def _face_beside(samples: Samples, model: Model, pose: Pose) -> NDArray[np.int64]:

@@ -46,8 +46,7 @@ def predict(task: PoseTask, args: PredictArgs) -> PredictResult:
 
 def forecast(task: PoseTask, images: Sequence[str], pose: Pose) -> Forecast:
     """What these images (not none) tell of images to come."""
-    taken = numbers(task, [task.applied[name] for name in images], images)
-    lit = lit_images(task, images)
+    taken, lit = lit_images(task, images)
     describe = task.describe
     camera = describe.camera or CameraDescription(width=1, height=1, fx=1.0, fy=1.0, cx=0.0, cy=0.0)
     sensor = Sensor(camera.full_well_e / task.gain, camera.read_noise_e, task.gamma)
@@ -56,18 +55,18 @@ def forecast(task: PoseTask, images: Sequence[str], pose: Pose) -> Forecast:
     return Forecast(view, lit, taken, positions, sensor, old=_under_another_sun(task, images))
 
 
-def lit_images(task: PoseTask, images: Sequence[str]) -> list[LitImage]:
-    """Images of the set as readings of brightness; made once, but for the lights, see `outputs`."""
+def lit_images(task: PoseTask, images: Sequence[str]) -> tuple[Candidates, list[LitImage]]:
+    """What images of the set were taken under, and they as readings of brightness.
+
+    These are made once, but for the lights, see `outputs`.
+    """
     taken = numbers(task, [task.applied[name] for name in images], images)
     for row, name in enumerate(images):
         if name not in task.lit:
             channel = task.images.images[name].statistics
             linear = channel.linear / np.float32(255.0)
             task.lit[name] = LitImage(linear, float(taken.exposure[row]), taken.lights[row], channel.blur_px)
-    return [
-        replace(task.lit[name], lights=taken.lights[row]) if task.happened else task.lit[name]
-        for row, name in enumerate(images)
-    ]
+    return taken, [replace(task.lit[name], lights=taken.lights[row]) for row, name in enumerate(images)]
 
 
 def _searched(
@@ -121,17 +120,15 @@ def _support(task: PoseTask, images: Sequence[str], pose: Pose) -> Floats:
 
 def _under_another_sun(task: PoseTask, images: Sequence[str]) -> int:
     """How many of the images, but for the last, tell nothing of the sun of now."""
-    order = list(task.applied)
-    first = max((task.before(one) for one in task.happened if one.cause == "sun_changed"), default=0)
-    return min(sum(order.index(image) < first for image in images), len(images) - 1)
+    suns = [one.before for one in task.happened if one.cause == "sun_changed"]
+    return min(sum(any(image in before for before in suns) for image in images), len(images) - 1)
 
 
 def outputs(task: PoseTask, settings: Settings, image: str | None = None) -> Floats:
     """Light outputs (L,) that settings gave in an image, or give now, by what has happened to the lights."""
     powers = np.array(light_powers(task.describe.lights, settings.lights))
-    order = list(task.applied)
     for one in task.happened:
-        if image is not None and order.index(image) < task.before(one):
+        if image in one.before:
             continue
         if one.cause == "light_dead":
             powers[list(one.lights)] = 0.0

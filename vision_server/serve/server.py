@@ -118,8 +118,6 @@ class VisionServer(Service):
         self._files.check_place(args.out)
         self._sessions.make_room(self.caller, args.out)  # what it has to write is on the disk now
         out = Path(args.out)
-        from vision_server.serve import surprises  # late: a session that is not gone on with need not load it
-
         frames = recorded_frames(out / FOLDER)
         missing = [image for image in args.images if image not in frames]
         if missing:
@@ -136,7 +134,9 @@ class VisionServer(Service):
             if step.predicted:
                 task.expect(task.best)
             if step.happened is not None:
-                surprises.restore(task, step.happened)
+                from vision_server.serve import surprises  # late: few sessions need it
+
+                surprises.restore(task, step.happened, args.images)
         task.doubted = args.doubted
         for image in args.images:
             task.add(image, read_pixels(out / FOLDER / f"{image}.png"), frames[image].settings())

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import takewhile
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -31,13 +32,13 @@ def surprise_of(task: PoseTask, image: str) -> Surprise:
     if pose is None:
         return Surprise()
     if target_moved(task, image, pose):
-        task.learn(Happened("target_moved", (), image))
+        task.learn(Happened("target_moved", (), frozenset(task.applied) - {image}))
         return Surprise(cause=CauseTold(cause="target_moved", since=image))
     images = images_of_scene(task)
     sure, doubt = verdict(causes(task, images, pose), len(images))
     task.doubted = images[doubt.since] if doubt is not None else None
     if sure is not None:
-        task.learn(Happened(sure.name, sure.lights, images[sure.since]))
+        task.learn(Happened(sure.name, sure.lights, images_before(task.applied, images[sure.since])))
     return Surprise(_named(task, images, sure), _named(task, images, doubt))
 
 
@@ -51,31 +52,39 @@ def causes(task: PoseTask, images: Sequence[str], pose: Pose) -> list[Cause]:
     """What may have happened before the last of these images of one scene."""
     lights = task.describe.lights
     positions = [None if light.position is None else np.array(light.position) for light in lights]
-    shown = lit_images(task, images)
+    taken, shown = lit_images(task, images)
     places, readings = read(task.model, task.camera, pose, positions, shown)
     doubted = images.index(task.doubted) if task.doubted in images else None
-    return likely_causes(places, readings, np.array([image.lights for image in shown]), doubted)
+    return likely_causes(places, readings, taken.lights, doubted)
 
 
 def images_of_scene(task: PoseTask) -> list[str]:
     """The images of the target where it is now, under the sun of now, in order of time."""
-    begun = [one for one in task.happened if one.cause in ("target_moved", "sun_changed")]
-    return [*task.applied][max(map(task.before, begun), default=0) :]
+    begun = [one.before for one in task.happened if one.cause in ("target_moved", "sun_changed")]
+    return [image for image in task.applied if not any(image in before for before in begun)]
 
 
-def restore(task: PoseTask, told: CauseTold) -> None:
-    """Have a task know what an earlier one has named.
+def images_before(images: Iterable[str], since: str) -> frozenset[str]:
+    """Of images, in order of time, those before one of them."""
+    return frozenset(takewhile(lambda image: image != since, images))
+
+
+def restore(task: PoseTask, told: CauseTold, images: Sequence[str]) -> None:
+    """Have a task, which is to have these images, know what an earlier one has named.
 
     Raises
     ------
     BadInput
-        A light that its device does not have.
+        An image that it is not to have, or a light that its device does not have.
     """
+    if told.since is not None and told.since not in images:
+        raise BadInput(f"What happened since {told.since} is told without that image.", "Name one of images.")
     names = [light.name for light in task.describe.lights]
     for name in told.lights:
         if name not in names:
             raise BadInput(f"The {task.describe.device} has no light {name}.", f"It has {', '.join(names)}.")
-    task.learn(Happened(told.cause, tuple(map(names.index, told.lights)), told.since))
+    before = frozenset(images) if told.since is None else images_before(images, told.since)
+    task.learn(Happened(told.cause, tuple(map(names.index, told.lights)), before))
 
 
 def _named(task: PoseTask, images: Sequence[str], cause: Cause | None) -> CauseTold | None:

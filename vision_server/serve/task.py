@@ -34,12 +34,12 @@ RATHER_RIGHT = 0.5  # score from which a pose is rather right than wrong
 class Happened(NamedTuple):
     """What was found to have happened: a cause, and the lights that it is about.
 
-    ``since`` is the first image of the set after it, None one that is still to come.
+    ``before`` are the images of the set that were taken before it.
     """
 
     cause: str
     lights: tuple[int, ...]
-    since: str | None
+    before: frozenset[str]
 
 
 @dataclass(eq=False)
@@ -114,7 +114,6 @@ class PoseTask:
         """Add a frame, as it came, to the set; its statistics."""
         self.images.add(image, self.raw.grey(pixels), self.exposure(applied), self.gamma)
         self.applied[image] = applied
-        self.happened = [one._replace(since=one.since or image) for one in self.happened]
         region = target_region(self.model, self.camera, self.likely_pose())
         return frame_statistics(self.images.images[image].statistics, region, self.gamma)
 
@@ -128,8 +127,6 @@ class PoseTask:
     def discard(self, image: str) -> None:
         """Forget an image of the set; its name stays taken."""
         if image not in self.retired:
-            later = iter([*self.applied][[*self.applied].index(image) + 1 :])
-            self._after(image, next(later, None))
             self.images.remove(image)
             del self.applied[image]
             self.lit.pop(image, None)
@@ -144,14 +141,6 @@ class PoseTask:
         self.happened = [*self.happened, happened]
         if happened.cause == "target_moved":
             self.expected = self.best = None
-
-    def before(self, happened: Happened) -> int:
-        """How many images of the set were taken before something happened."""
-        return len(self.applied) if happened.since is None else [*self.applied].index(happened.since)
-
-    def _after(self, image: str, later: str | None) -> None:
-        """Images of the set were taken after something happened from a later one on: this one goes."""
-        self.happened = [one._replace(since=later) if one.since == image else one for one in self.happened]
 
     def estimate(self, names: Sequence[str]) -> Estimate:
         """Pose from the named images; the same question is answered once."""
@@ -223,7 +212,6 @@ class PoseTask:
         self.retired |= set(self.images.images)
         self.images = ImageSet(self.camera.width, self.camera.height)
         self.applied.clear()
-        self.happened = [one._replace(since=None) for one in self.happened]
         self.lit.clear()
         self.expected = None
         self.best = None

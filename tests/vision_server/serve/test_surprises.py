@@ -29,7 +29,7 @@ def lit(task: PoseTask, image: str | None) -> list[bool]:
 
 
 def test_a_dead_light_is_dead_from_its_image_on_also_when_that_goes(task: PoseTask) -> None:
-    task.learn(Happened("light_dead", (0,), "i3"))
+    task.learn(Happened("light_dead", (0,), frozenset({"i1", "i2"})))
     task.discard("i3")
     assert [lit(task, image)[0] for image in ("i1", "i2", "i4", None)] == [True, True, False, False]
     task.discard("i4")
@@ -39,7 +39,7 @@ def test_a_dead_light_is_dead_from_its_image_on_also_when_that_goes(task: PoseTa
 
 
 def test_images_of_another_sun_are_no_evidence_when_the_first_of_the_new_sun_goes(task: PoseTask) -> None:
-    task.learn(Happened("sun_changed", (), "i3"))
+    task.learn(Happened("sun_changed", (), frozenset({"i1", "i2"})))
     assert images_of_scene(task) == ["i3", "i4"]
     task.discard("i3")
     assert images_of_scene(task) == ["i4"]
@@ -47,10 +47,22 @@ def test_images_of_another_sun_are_no_evidence_when_the_first_of_the_new_sun_goe
 
 def test_what_another_task_has_named_is_known(task: PoseTask) -> None:
     lights = [light.name for light in task.describe.lights]
-    restore(task, CauseTold(cause="lights_swapped", lights=(lights[0], lights[2]), since="i2"))
+    kept = ("i1", "i2", "i3", "i4")
+    restore(task, CauseTold(cause="lights_swapped", lights=(lights[0], lights[2]), since="i2"), kept)
     task.add("i5", np.zeros((task.camera.height, task.camera.width), np.uint8), FULL)
     one = Settings(lights=(7, 0, 0), shutter_s=1 / 60, aperture=4.0)
     assert np.greater(outputs(task, one, "i1"), 0.0).tolist() == [True, False, False]
     assert np.greater(outputs(task, one, "i5"), 0.0).tolist() == [False, False, True]
     with pytest.raises(BadInput, match="no light torch"):
-        restore(task, CauseTold(cause="light_dead", lights=("torch",)))
+        restore(task, CauseTold(cause="light_dead", lights=("torch",)), kept)
+    with pytest.raises(BadInput, match="since i9"):
+        restore(task, CauseTold(cause="sun_changed", since="i9"), kept)
+
+
+def test_what_is_told_before_the_images_come_back_is_of_the_next_one(simulator: Simulator) -> None:
+    task = open_task(StartArgs(), simulator.describe())
+    lights = [light.name for light in task.describe.lights]
+    restore(task, CauseTold(cause="light_dead", lights=(lights[0],)), ("i1", "i2"))
+    for image in ("i1", "i2", "i3"):
+        task.add(image, simulator.capture(FULL).pixels, FULL)
+    assert [lit(task, image)[0] for image in ("i1", "i2", "i3", None)] == [True, True, False, False]
