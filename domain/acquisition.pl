@@ -120,9 +120,9 @@ senses(connect, session(Device, _, _), device, Device, true).
 senses(connect, session(_, Px, _), threshold, Px, true).
 senses(connect, session(_, _, N), max_iterations, N, true).
 senses(connect, session(_, _, N), allowed, N, true).
-senses(capture(_, _), Statistics, statistics, Statistics, true).
-senses(capture(_, S), Statistics, readings, Readings,
-       Readings = [reading(S, Statistics)|readings]).
+senses(capture(_, _), Seen, statistics, Statistics, statistics_seen(Seen, Statistics)).
+senses(capture(_, S), Seen, readings, Readings,
+       and(statistics_seen(Seen, Statistics), Readings = [reading(S, Statistics)|readings])).
 senses(estimate(_), no_pose, fix, none, true).
 senses(estimate(_), fix(P, C, Q, L), fix, fix(P, C, Q, L), true).
 senses(estimate(_), fix(_, _, _, Lines), line_support(L), Support,

@@ -11,6 +11,7 @@
 :- use_module(display, [show/2]).
 :- use_module(json_terms).
 :- use_module(recovery).
+:- use_module(restoration, [unmet_surprise/2]).
 :- use_module(servers, [captures_taken/1, own_server/1]).
 :- use_module(strategy_file, [check_against_device/2, check_instead/2]).
 :- use_module('../indigolog/indigolog', [situation_history/2]).
@@ -30,7 +31,7 @@ results, events as exogenous actions.  Pixels stay on the other side.
 | Action             | Request              | Sensing result                       |
 |--------------------|----------------------|--------------------------------------|
 | connect            | start                | session(Device, Threshold, Limit)    |
-| capture(Image, S)  | capture              | statistics(P50, P95, Dark, Saturated, BlurPx) |
+| capture(Image, S)  | capture              | statistics(P50, P95, Dark, Saturated, BlurPx), with what came with it told(Statistics, Event) |
 | estimate(Images)   | estimate             | no_pose, or fix(...) as in merit.pl  |
 | predict(Device, States, Images) | predict            | the best adds(Bits, Settings, Line), best first |
 | appraise(Image)    | appraise             | the richest tone curve               |
@@ -107,7 +108,7 @@ carry_out(connect, session(Device, Threshold, Limit)) :-
     default_threshold(Default),
     option(threshold(Threshold), Options, Default),
     option(max_iterations(Limit), Options).
-carry_out(capture(Image, Settings), Statistics) :-
+carry_out(capture(Image, Settings), Seen) :-
     settings_dict(Settings, Dict),
     (   own_server(image_server)        % whose captures are this session's: a frame is the same however often it is asked for
     ->  captures_taken(Taken),
@@ -117,9 +118,13 @@ carry_out(capture(Image, Settings), Statistics) :-
     ),
     ask(vision_server, capture, Args, Result),
     came_with(Result),
-    surprised_by(Image, Result),
     told_of_others(Image, Settings, Result.applied),
-    statistics_term(Result.statistics, Statistics).
+    statistics_term(Result.statistics, Statistics),
+    (   surprise_told(Image, Result, Event)
+    ->  assertz(surprised(Event)),
+        Seen = told(Statistics, Event)
+    ;   Seen = Statistics
+    ).
 carry_out(estimate(Images), Fix) :-
     ask(vision_server, estimate, _{images:Images}, Result),
     fix_term(Result, Fix).
@@ -163,6 +168,7 @@ resumed(Situation) :-
     memberchk(connect, Newest),
     !,
     take_over(Situation),
+    forall(unmet_surprise(Newest, Event), assertz(surprised(Event))),
     ask(image_server, describe, _{}, Description),
     listen(Description).                % only now: the events of moves that were done again have been met
 resumed(_).
@@ -230,20 +236,17 @@ exogenous(Actions) :-
     findall(Surprise, retract(surprised(Surprise)), Surprises),
     append(Told, Surprises, Actions).
 
-%   An image that is not as it was foreseen, and what has most likely happened.
-surprised_by(Image, Result) :-
+%   An image that is not as it was foreseen, and what has most likely happened.  The journal has it with the image: what
+%   is killed before the event is met meets it when it goes on.
+surprise_told(Image, Result, surprise(Since, Cause)) :-
     string(Result.get(surprise)),
     !,
     cause_term(Result.surprise, Result.get(surprise_lights, []), Cause),
-    first_after(Result.get(surprise_since, Image), Since),
-    assertz(surprised(surprise(Since, Cause))).
-surprised_by(Image, Result) :-
+    first_after(Result.get(surprise_since, Image), Since).
+surprise_told(Image, Result, doubt(Since, Cause)) :-
     is_dict(Result.get(doubt)),
-    !,
     cause_term(Result.doubt.cause, Result.doubt.get(lights, []), Cause),
-    first_after(Result.doubt.get(since, Image), Since),
-    assertz(surprised(doubt(Since, Cause))).
-surprised_by(_, _).
+    first_after(Result.doubt.get(since, Image), Since).
 
 first_after(Told, Image) :-
     atom_string(Image, Told).

@@ -1,6 +1,7 @@
 :- module(session_restoration,
           [ known_again/2,              % +Situation, -Known
-            told_again/3                % +Newest, +Images, -Told
+            told_again/3,               % +Newest, +Images, -Told
+            unmet_surprise/2            % +Newest, -Event
           ]).
 :- use_module(json_terms, [fix_dict/2]).
 :- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
@@ -24,7 +25,7 @@ known_again(Situation, _{images:Images, discarded:Discarded, told:Told, doubted:
     findall(Image, member(capture(Image, _), Newest), Taken),
     subtract(Taken, Images, Discarded),
     told_again(Newest, Images, Told),
-    doubted(Situation, Newest, Doubted).
+    doubted(Newest, Doubted).
 
 %!  told_again(+Newest, +Images, -Told) is det.
 %
@@ -45,7 +46,7 @@ told_step(set_parameter(Name, Value), _, _, _{parameters:Parameters}) :-
     dict_pairs(Parameters, parameters, [Name-Value]).
 told_step(advance(RangeM), _, _, _{parameters:_{seed_pose:_{best_at_range_m:RangeM}}}).
 told_step(e(predict(_, _, [_|_]), _), _, _, _{predicted:true}).
-told_step(surprise(Since, Cause), Taken, Images, _{happened:_{cause:Name, lights:Lights, since:First}}) :-
+told_step(e(capture(_, _), told(_, surprise(Since, Cause))), Taken, Images, _{happened:_{cause:Name, lights:Lights, since:First}}) :-
     Cause =.. [Name|Lights],
     (   append(_, [Since|Later], Taken),
         member(Image, [Since|Later]),
@@ -54,10 +55,19 @@ told_step(surprise(Since, Cause), Taken, Images, _{happened:_{cause:Name, lights
     ;   First = null
     ).
 
-%   The image before which something may have happened, while that is doubted, or null.
-doubted(Situation, Newest, Since) :-
-    fluent_value(doubt, Situation, Cause),
-    Cause \== none,
-    memberchk(doubt(Since, Cause), Newest),
+%   The image before which something may have happened, where the last image has that doubted, or null.
+doubted(Newest, Since) :-
+    memberchk(e(capture(_, _), Seen), Newest),
+    Seen = told(_, doubt(Since, _)),
     !.
-doubted(_, _, null).
+doubted(_, null).
+
+%!  unmet_surprise(+Newest, -Event) is semidet.
+%
+%   What came with the last image of a history that was cut before it became an action of its own.
+
+unmet_surprise(Newest, Event) :-
+    append(Newer, [e(capture(_, _), Seen)|_], Newest),
+    !,
+    Seen = told(_, Event),
+    \+ memberchk(Event, Newer).

@@ -1,6 +1,7 @@
 :- module(domain_surprises,
           [ light_changed/1,            % +Cause
             telling_settings/5,         % +Device, +Readings, +Cause, +Tested, -Settings
+            statistics_seen/2,          % +Seen, -Statistics
             remark/3,                   % +Surprise, +Doubt, -Text
             cause_words/2               % +Cause, -Text
           ]).
@@ -75,6 +76,15 @@ light_number(Device, Light, N) :-
     device_lights(Device, Lights),
     nth1(N, Lights, light(Light, Levels)),
     Levels \== dead.
+
+%!  statistics_seen(+Seen, -Statistics) is det.
+%
+%   Of what a capture senses: an image's statistics, alone or with the event that they come with as told(Statistics, Event).
+
+statistics_seen(told(Statistics0, _), Statistics) =>
+    Statistics = Statistics0.
+statistics_seen(Statistics0, Statistics) =>
+    Statistics = Statistics0.
 
 %!  remark(+Surprise, +Doubt, -Text) is det.
 %

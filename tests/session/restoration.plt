@@ -8,7 +8,8 @@
 lit(settings([7], 0.01, 4)).
 
 % An image that is dropped after it was told that a light is dead before it.
-history([ discard(i3, dark), surprise(i3, light_dead(left)), e(capture(i3, S), 0), capture(i3, S),
+history([ discard(i3, dark), surprise(i3, light_dead(left)), e(capture(i3, S), told(0, surprise(i3, light_dead(left)))),
+          capture(i3, S),
           e(predict(device, [], [i1, i2]), []), set_parameter(population, 50), e(capture(i2, S), 0), capture(i2, S),
           e(predict(device, [], []), []), e(capture(i1, S), 0), capture(i1, S), connect ]) :-
     lit(S).
@@ -31,5 +32,20 @@ test(what_happened_is_told_with_the_first_image_that_is_left, [true(Since-After 
     told_again([e(capture(i4, S), 0), capture(i4, S)|Newest], [i1, i2, i4], Later),
     last(Later, Again),
     After = Again.happened.since.
+
+% The session was killed between an image's answer and what it brought with it.
+test(a_surprise_that_was_not_met_is_in_what_the_image_sensed, Event-Since == surprise(i3, light_dead(left))-i3) :-
+    history([_, surprise(_, _)|Newest]),
+    unmet_surprise(Newest, Event),
+    told_again(Newest, [i1, i2, i3], Told),
+    last(Told, Happened),
+    Since = Happened.happened.since.
+test(what_was_met_is_not_met_again, fail) :-
+    history(Newest),
+    unmet_surprise(Newest, _).
+test(of_images_before_the_last_nothing_is_unmet, fail) :-
+    history([_, surprise(_, _)|Newest]),
+    lit(S),
+    unmet_surprise([e(capture(i4, S), 0), capture(i4, S)|Newest], _).
 
 :- end_tests(restoration).

@@ -9,7 +9,7 @@ import pytest
 from bridge.errors import ServerError
 from bridge.mock_session import mock_session
 from bridge.mocks import MockImageServer, MockVisionServer, mock_image_server, mock_vision_server
-from tests.session.command import ROOT
+from tests.session.command import ROOT, controller, cut
 
 pytestmark = pytest.mark.slow
 
@@ -191,6 +191,33 @@ def test_a_doubt_is_told_and_tested_and_a_dead_light_stays_off(
     assert result["steps"][1]["reason"] == "not as foreseen: perhaps the light left is dead"
     levels = [call["settings"]["lights"][0] for call in asked(mock_vision_server, "capture")]
     assert levels[2:] == [0, 0, 0]
+
+
+def test_killed_between_an_image_and_its_surprise_a_session_goes_on_with_it(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    def capture_without_left(args: Any) -> Any:
+        reply = mock_vision_server.capture(args)
+        if args.image == "i2":
+            reply.result["surprise"] = "light_dead"
+            reply.result["surprise_lights"] = ["left"]
+        return reply
+
+    mock_vision_server.answer("capture", capture_without_left)
+    words = "--controller", "informed", "--max-iterations", "4", "--threshold", NEVER
+    _, whole, _ = run(mock_vision_server, mock_image_server, tmp_path, *words)
+    cut(tmp_path / "history.pl", "capture(i2")
+    (tmp_path / "result.json").unlink()
+    resumed = controller(
+        "--resume", tmp_path, "--no-report", "--json",
+        "--image-server", mock_image_server.endpoint, "--vision-server", mock_vision_server.endpoint,
+    )  # fmt: skip
+    steps = json.loads(resumed.stdout)["steps"]
+    for key in ("settings", "decision", "reason"):
+        assert [step[key] for step in steps] == [step[key] for step in whole["steps"]]
+    assert steps[1]["reason"] == "not as foreseen: the light left is dead"
+    told = asked(mock_vision_server, "restore")[0]["told"]
+    assert told[-1]["happened"] == {"cause": "light_dead", "lights": ["left"], "since": "i2"}
 
 
 def test_a_request_that_is_refused_ends_the_session(
