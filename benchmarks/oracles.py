@@ -20,8 +20,8 @@ import msgspec
 import numpy as np
 import typer
 
-from benchmarks.predictions import true_pose
-from benchmarks.surprises import SCENES, candidates, opened
+from benchmarks.planted_faults import opened, true_pose
+from benchmarks.surprises import SCENES, candidates
 from bridge.messages import Settings
 from bridge.start_messages import StartArgs
 from bridge.vision_messages import PredictArgs

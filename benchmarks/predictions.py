@@ -24,17 +24,16 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from benchmarks.surprises import SCENES, candidates, opened
+from benchmarks.planted_faults import opened, true_pose
+from benchmarks.surprises import SCENES, candidates
 from bridge.messages import Settings
 from bridge.start_messages import StartArgs
 from bridge.vision_messages import PredictArgs
 from geometry.pose import RIGHT, Pose
-from image_server.serve.device import Device
 from image_server.simulator import Simulator
 from image_server.simulator.light import Light
 from image_server.simulator.scenario import load_scenario
 from stack.exposure import in_words
-from stack.read import load_stack
 from vision_server.channels.noise import MAD_TO_SD
 from vision_server.pose.observation import PoseProblem, observe
 from vision_server.prediction.information import Forecast
@@ -56,16 +55,6 @@ class Seen(NamedTuple):
     known: Forecast
     settings: Settings
     name: str
-
-
-def true_pose(scene: str, device: Device) -> Pose:
-    """For measurements only."""
-    if isinstance(device, Simulator):
-        return device.true_pose
-    told = load_stack(Path(scene)).table.target.true_pose
-    if told is None:
-        raise typer.BadParameter(f"{scene} does not know its true pose.")
-    return Pose(np.array(told.rotation_vector), np.array(told.translation))
 
 
 def placed(seen: Seen, true: Pose) -> Floats:

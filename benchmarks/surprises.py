@@ -4,8 +4,9 @@
 
 A scene is a stack folder (kind basis) or a scenario of the simulator (target: cube). Images are chosen as
 `informed` does. From the second on, each is also taken with a light dead, with two lights swapped, under
-another sun, and of a target that has moved by 1 % of the range (the picture shifted); where the vision server
-is in doubt, test images follow as `informed` takes them. One JSON object a kind of fault: images, of how many
+another sun, of a target that has moved by 1 % of the range (the picture turned), and behind an arm that is
+drawn in front; where the vision server is in doubt, test images follow as `informed` takes them. Whole
+sessions are `benchmarks.faulty_sessions`. One JSON object a kind of fault: images, of how many
 something was foreseen (from a pose that is rather right), after how many what is said at last is `right`,
 something else (`wrong`), or no more than a doubt (`doubted`), and the test images taken. Of "nothing",
 whatever is said is wrong. `visible` are the faults that change the brightness by a tenth, in the median over
@@ -18,56 +19,39 @@ import json
 import sys
 from collections import Counter
 from functools import lru_cache
-from itertools import combinations
-from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
-import cv2
 import msgspec
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
+from benchmarks.planted_faults import (
+    KINDS,
+    Fault,
+    Grey,
+    camera_and_region,
+    drawn,
+    opened,
+    pictured,
+    relit,
+    true_pose,
+)
 from bridge.door import Prolog
 from bridge.messages import Describe, Settings
 from bridge.start_messages import CauseTold, StartArgs
 from bridge.vision_messages import PredictArgs
-from image_server.replay import Replay
-from image_server.serve.device import Device
-from image_server.simulator import Simulator
-from image_server.simulator.scenario import load_scenario
-from image_server.simulator.scenario import with_conditions as scenario_with
-from stack.read import BasisStack, load_stack
-from stack.read import with_conditions as stack_with
 from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import predict
 from vision_server.serve.statistics import target_region
 from vision_server.serve.surprises import Surprise, surprise_of
 from vision_server.serve.task import PoseTask
 
-Grey = NDArray[np.uint8]
-
 SCENES = ("nominal", "eclipse", "harsh", "textured", "grazing", "blur")
-MOVED = 0.01  # of the range
-SUNS = (0.0, 0.25, 4.0)  # times what it was; from nothing to FIRST_SUN
-FIRST_SUN = 4.0
+IN_MID_SESSION = [kind for kind in KINDS if kind != "model_wrong"]
 FIRST_FAULT = 2  # image: of the first nothing is foreseen
 MOST_TESTS = 3  # images, as `doubted` has it in domain/procedures.pl
 LEAST_CHANGE, DARK = 0.1, 8  # share of the brighter picture, where that is brighter than so many grey
 COUNTED = "images", "foreseen", "right", "wrong", "doubted", "tests", "visible", "visible_right"
-
-
-@lru_cache(8)
-def opened(scene: str, seed: int, sun: float | None = None) -> tuple[Device, float]:
-    """The device of a scene, its sun's strength as it is or as given; that strength."""
-    if not Path(scene).is_dir():
-        scenario = load_scenario(scene)
-        changed = scenario_with(scenario, ambient_scale=sun)
-        return Simulator("cube", changed, seed), scenario.ambient_scale
-    stack = load_stack(Path(scene))
-    if not isinstance(stack, BasisStack):
-        raise typer.BadParameter(f"{scene} holds recorded frames: nothing can be planted in them.")
-    return Replay(stack_with(stack, ambient_scale=sun), seed), stack.table.ambient_scale
 
 
 def candidates(describe: Describe) -> tuple[Settings, ...]:
@@ -89,55 +73,13 @@ def first_settings(describe: Describe) -> Settings:
     return Settings(lights=levels, shutter_s=min(describe.shutters_s), aperture=max(describe.apertures))
 
 
-class Fault(NamedTuple):
-    """What is planted: its name, as it would be said; the lights it is about; the sun's strength then."""
-
-    name: str
-    lights: tuple[int, ...] = ()
-    sun: float | None = None
-    shift_px: tuple[float, float] = (0.0, 0.0)
-
-
-def faults(
-    scene: str, seed: int, settings: Settings, describe: Describe, rng: np.random.Generator
-) -> list[Fault]:
-    """One of each kind that would make a difference under these settings, and nothing."""
-    lit = [index for index, level in enumerate(settings.lights) if level > 0]
-    pairs = [
-        pair
-        for pair in combinations(range(len(settings.lights)), 2)
-        if len({settings.lights[one] for one in pair}) > 1
-    ]
-    now = opened(scene, seed)[1]
-    angle = rng.uniform(0.0, 2.0 * np.pi)
-    assert describe.camera is not None
-    far = MOVED * describe.camera.fx
-    planted = [Fault("nothing")]
-    if lit:
-        planted.append(Fault("light_dead", (int(rng.choice(lit)),)))
-    if pairs:
-        planted.append(Fault("lights_swapped", pairs[rng.integers(len(pairs))]))
-    planted.append(Fault("sun_changed", sun=float(rng.choice(SUNS)) * now if now > 0.0 else FIRST_SUN))
-    return [*planted, Fault("target_moved", shift_px=(far * np.cos(angle), far * np.sin(angle)))]
-
-
 def taken(scene: str, seed: int, number: int, settings: Settings, fault: Fault) -> Grey:
     """The frame after a fault."""
-    levels = list(settings.lights)
-    if fault.name == "light_dead":
-        levels[fault.lights[0]] = 0
-    if fault.name == "lights_swapped":
-        one, other = fault.lights
-        levels[one], levels[other] = levels[other], levels[one]
     device, _ = opened(scene, seed, fault.sun)
     device.come_to(number)
-    pixels = device.capture(msgspec.structs.replace(settings, lights=tuple(levels))).pixels
-    if fault.shift_px == (0.0, 0.0):
-        return np.asarray(pixels, dtype=np.uint8)
-    affine = np.array([[1.0, 0.0, fault.shift_px[0]], [0.0, 1.0, fault.shift_px[1]]])
-    size = pixels.shape[::-1]
-    out = cv2.warpAffine(pixels, affine, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-    return np.asarray(out, dtype=np.uint8)
+    describe = device.describe()
+    frame = np.asarray(device.capture(relit(settings, fault)).pixels, dtype=np.uint8)
+    return pictured(frame, *camera_and_region(describe, true_pose(scene, device)), fault, number)
 
 
 @lru_cache(1)
@@ -223,10 +165,11 @@ def play(scene: str, seed: int, images: int, count: Counter[tuple[str, str]]) ->
         if task.applied:
             task.estimate(tuple(task.applied))
             foreseen = predict(task, PredictArgs(settings=asked, search=1)).found
-        drawn = first_settings(describe) if number == 1 else asked[rng.integers(len(asked))]
-        settings = foreseen[0].settings if foreseen else drawn
+        settings = first_settings(describe) if number == 1 else asked[rng.integers(len(asked))]
+        settings = foreseen[0].settings if foreseen else settings
         without = None
-        for fault in faults(scene, seed, settings, describe, rng) if number >= FIRST_FAULT else ():
+        planted = [drawn(kind, settings, opened(scene, seed)[1], rng) for kind in IN_MID_SESSION]
+        for fault in [Fault("nothing"), *filter(None, planted)] if number >= FIRST_FAULT else ():
             count[fault.name, "images"] += 1
             if task.expected is None:
                 continue
