@@ -2,6 +2,8 @@
 
 PYTHON ?= python3
 export PYTHON
+# What is compiled stays, whatever the shell says: every start of Python would read its sources again.
+unexport PYTHONDONTWRITEBYTECODE
 VENV    = .venv/bin/python
 PYTEST  = $(VENV) -m pytest -n 2 --dist loadfile
 # What a session loads.

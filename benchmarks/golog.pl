@@ -9,21 +9,24 @@
 /** <module> What steps of Golog programs cost
 
     swipl benchmarks/golog.pl
+    swipl benchmarks/golog.pl smallest
     swipl benchmarks/golog.pl memory offline|online
 
 One JSON object a line.  Each time is processor time, the least of a few runs after one that
-does not count.  `memory` is the most that a process held in memory which did a hundred
-thousand steps.
+does not count.  `smallest` leaves all but the smallest program of each kind out.  `memory` is the most that a
+process held in memory which did a hundred thousand steps.
 */
 
 main :-
     current_prolog_flag(argv, Argv),
     (   Argv == []
-    ->  times
+    ->  times(all)
+    ;   Argv == [smallest]
+    ->  times(smallest)
     ;   Argv = [memory, Mode],
         memberchk(Mode, [offline, online])
     ->  memory(Mode)
-    ;   format(user_error, "usage: swipl benchmarks/golog.pl [memory offline|online]~n", []),
+    ;   format(user_error, "usage: swipl benchmarks/golog.pl [smallest | memory offline|online]~n", []),
         ( Argv == ['--help'] -> halt(0) ; halt(2) )
     ).
 
@@ -46,24 +49,29 @@ high_water_mark(Kilobytes) :-
     !,
     number_string(Kilobytes, Text).
 
-times :-
-    steps(offline, count, count),
-    steps(online, count, count),
-    steps(offline, count, frame),
-    steps(offline, toggle, toggle),
-    steps(offline, fluents, count),
+times(Which) :-
+    steps(Which, offline, count, count),
+    steps(Which, online, count, count),
+    steps(Which, offline, count, frame),
+    steps(Which, offline, toggle, toggle),
+    steps(Which, offline, fluents, count),
     beside_many_fluents,
-    forall(member(K, [1, 10, 50]), case(interrupts, none, interrupts(K, 100))),
-    forall(member(Size, [10, 100, 500]), case(pick, Size, pick(50))),
-    forall(member(K, [2, 4, 8]), case(conc, none, side_by_side(K, 50))),
-    forall(member(Size, [4, 5, 6, 7]), case(blocks, Size, deepening)),
-    forall(member(Size, [8, 12]), case(blocks, Size, astar)).
+    forall(size(Which, [1, 10, 50], K), case(interrupts, none, interrupts(K, 100))),
+    forall(size(Which, [10, 100, 500], Size), case(pick, Size, pick(50))),
+    forall(size(Which, [2, 4, 8], K), case(conc, none, side_by_side(K, 50))),
+    forall(size(Which, [4, 5, 6, 7], Size), case(blocks, Size, deepening)),
+    forall(size(Which, [8, 12], Size), case(blocks, Size, astar)).
 
-%   steps(+Mode, +Theory, +Name): cost per step as the loop grows.
+size(all, Sizes, Size) :-
+    member(Size, Sizes).
+size(smallest, [Size|_], Size).
 
-steps(Mode, Theory, Name) :-
+%   steps(+Which, +Mode, +Theory, +Name): cost per step as the loop grows.
+
+steps(Which, Mode, Theory, Name) :-
     theory(Theory, none),
-    foldl(steps_of(Mode, Theory, Name), [1000, 5000, 20_000, 100_000], none, _).
+    findall(N, size(Which, [1000, 5000, 20_000, 100_000], N), Ns),
+    foldl(steps_of(Mode, Theory, Name), Ns, none, _).
 
 steps_of(Mode, Theory, Name, N, First0, First) :-
     Program =.. [Name, N],

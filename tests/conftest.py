@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from numerics.stale_kernels import remove_stale_kernels
+from tests.session.serving import end_kept_servers
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -15,13 +16,24 @@ ROOT = Path(__file__).resolve().parent.parent
 def pytest_configure(config: pytest.Config) -> None:
     """A kernel that was compiled with an older callee would pass for the one that is tested.
 
-    What tests, and the programs that they start, make in the folder for temporary files is in one that goes.
+    What tests, and the programs that they start, make in the folder for temporary files is in one that goes;
+    so are the sockets of servers that stay between sessions.
     """
-    remove_stale_kernels()
     if not hasattr(config, "workerinput"):  # the workers of a parallel run have their parent's
+        remove_stale_kernels()
         os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())  # what tmp_path gives stays
         os.environ["TMPDIR"] = tempfile.mkdtemp(prefix="t")  # short: paths of sockets are in it
         tempfile.tempdir = None
+        os.environ["XDG_RUNTIME_DIR"] = tempfile.mkdtemp(prefix="r")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """End the servers that sessions of the tests have left to each other."""
+    if not hasattr(session.config, "workerinput"):
+        runtime = Path(os.environ["XDG_RUNTIME_DIR"])
+        end_kept_servers(runtime / "lights-and-camera")
+        shutil.rmtree(runtime)
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -148,9 +148,9 @@ test(nothing_is_left_behind) :-
     json_text(_{numbers:Ns, text:"é"}, Text),
     forall(between(1, 1000, _), ( json_term(Text, T), json_text(T, _) )),
     resident(Before),
-    forall(between(1, 20000, _), ( json_term(Text, T), json_text(T, _) )),
+    forall(between(1, 4000, _), ( json_term(Text, T), json_text(T, _) )),
     resident(After),
-    assertion(After - Before < 20000).
+    assertion(After - Before < 4000).
 
 resident(KiB) :-
     garbage_collect,

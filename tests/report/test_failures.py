@@ -13,7 +13,7 @@ from report.fragments import fragments
 from report.page import write_report
 from tests.report.browser import Browser
 from tests.report.viewers import view_of
-from tests.session.command import controller
+from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
@@ -23,7 +23,7 @@ def dark(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run folder of a session that took one black image."""
     out = tmp_path_factory.mktemp("dark") / "run"
     lights_off = "i1: left 0, 1/240 s, f/5.6"
-    done = controller(
+    done = served(
         "--out", out, "--scenario", "eclipse", "--max-iterations", "1", "--instead", lights_off, "--quiet"
     )
     assert done.returncode == 3, done.stderr

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from report.following import Action, Journal
-from tests.session.command import controller
+from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
@@ -22,7 +22,7 @@ def told(folder: Path, every_reason: bool) -> list[Action]:
 
 
 def test_who_follows_is_told_the_newest_reasons_and_the_report_every_one(tmp_path: Path) -> None:
-    done = controller(
+    done = served(
         "--out", tmp_path, "--controller", "greedy", "--threshold", "0.000001", "--max-iterations", "3",
         "--no-report", "--quiet",
     )  # fmt: skip

@@ -7,7 +7,7 @@ import pytest
 
 from tests.report.browser import Browser
 from tests.report.viewers import view_of
-from tests.session.command import controller
+from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
@@ -20,7 +20,7 @@ TABLES_FIT = f"{TABLES}.every(one => one.scrollWidth <= one.clientWidth)"
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run folder of a short session."""
     out = tmp_path_factory.mktemp("session") / "run"
-    done = controller(
+    done = served(
         "--out", out, "--threshold", "0.000001", "--max-iterations", "3", "--seed", "2", "--quiet"
     )
     assert done.returncode == 3, done.stderr
@@ -49,7 +49,7 @@ def approach(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run folder of an approach of three hold points."""
     out = tmp_path_factory.mktemp("approach") / "run"
     ranges = ("--first-range", "0.8", "--contact-range", "0.5")
-    done = controller("--approach", *ranges, "--out", out, "--seed", "3", "--quiet")
+    done = served("--approach", *ranges, "--out", out, "--seed", "3", "--quiet")
     assert done.returncode in (0, 3), done.stderr
     return out
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from report.records import read_result
-from tests.session.command import controller
 from tests.session.kills import stack
+from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
@@ -29,7 +29,7 @@ def what_if(root: Path, *words: str | Path) -> "subprocess.CompletedProcess[str]
 @pytest.fixture(scope="module")
 def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("sessions") / "run"
-    done = controller("--out", folder, "--threshold", "0.000001", "--max-iterations", "3", "--no-report")
+    done = served("--out", folder, "--threshold", "0.000001", "--max-iterations", "3", "--no-report")
     assert done.returncode == 3, done.stderr
     return folder
 
@@ -67,7 +67,7 @@ def test_a_stack_is_replayed_with_another_choice(
         replayed = request.getfixturevalue("shared_data") / "stacks" / "satellite-1" if beside else stack()
         other = "i2", "left 7, 1/15 s, f/4"
     never = ("--threshold", "0.000001", "--max-iterations", "3", "--no-report")
-    assert controller("--stack", replayed, "--out", tmp_path / "was", *never).returncode == 3
+    assert served("--stack", replayed, "--out", tmp_path / "was", *never).returncode == 3
     at = other[0].removeprefix("i")
     done = what_if(root, tmp_path / "was", "--at", at, "--settings", str(other[1]), "--out", tmp_path / "new")
     assert done.returncode == 0, done.stderr

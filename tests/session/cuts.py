@@ -8,45 +8,17 @@ object for each cut that leads elsewhere, and one for each kind of session.
 
 import argparse
 import json
-import os
 import shutil
-import signal
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from tests.session.command import alive, controller, gone, outcome
+from tests.session.command import outcome
 from tests.session.kills import CASES, frames, stack
+from tests.session.serving import kept_servers, served
 
-KEEPING = ("--keep-servers", "--idle-s", "60", "--no-report", "--quiet")
-
-
-@contextmanager
-def kept_servers() -> Iterator[Path]:
-    """A folder where servers are kept; they end with it. Its environment is this process's meanwhile."""
-    before = os.environ.get("XDG_RUNTIME_DIR")
-    with tempfile.TemporaryDirectory() as parent:  # a socket's path must be short
-        os.environ["XDG_RUNTIME_DIR"] = parent
-        folder = Path(parent) / "lights-and-camera"
-        try:
-            yield folder
-        finally:
-            running = kept(folder)
-            for pid in running.values():
-                os.kill(pid, signal.SIGTERM)
-            gone(running, 20)
-            if before is None:
-                del os.environ["XDG_RUNTIME_DIR"]
-            else:
-                os.environ["XDG_RUNTIME_DIR"] = before
-
-
-def kept(folder: Path) -> dict[str, int]:
-    """Process ids of the servers that run there, by the name of their socket."""
-    named = {file.stem: int(file.read_text().rstrip(".\n")) for file in folder.glob("*.pid")}
-    return {name: pid for name, pid in named.items() if alive(pid)}
+BRIEF = ("--no-report", "--quiet")
 
 
 def places(journal: bytes, every: int, last_lines: int) -> list[int]:
@@ -61,7 +33,7 @@ def cut_everywhere(case: str, every: int, last_lines: int) -> Iterator[dict[str,
     with tempfile.TemporaryDirectory() as folder:
         whole = Path(folder) / "whole"
         words = [str(stack()) if word == "STACK" else word for word in CASES[case]]
-        done = controller(*words, *KEEPING, "--out", whole)
+        done = served(*words, *BRIEF, "--out", whole)
         assert done.returncode in (0, 3), done.stderr
         expected, pixels, journal = outcome(whole), frames(whole), (whole / "history.pl").read_bytes()
         for at in places(journal, every, last_lines):
@@ -69,7 +41,7 @@ def cut_everywhere(case: str, every: int, last_lines: int) -> Iterator[dict[str,
             shutil.copytree(whole, out)
             (out / "result.json").unlink()
             (out / "history.pl").write_bytes(journal[:at])
-            resumed = controller("--resume", out, *KEEPING)
+            resumed = served("--resume", out, *BRIEF)
             same = (
                 resumed.returncode == done.returncode and outcome(out) == expected and frames(out) == pixels
             )

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.session.cuts import cut_everywhere, kept_servers
+from tests.session.cuts import cut_everywhere
 
 pytestmark = pytest.mark.slow
 
@@ -12,7 +12,6 @@ pytestmark = pytest.mark.slow
     [("turning-sun", 2, 0), ("drifting", 3, 0), ("approach", 4, 0), ("long", 9, 1)],
 )
 def test_cut_anywhere_it_comes_to_the_same_outcome(case: str, every: int, last_lines: int) -> None:
-    with kept_servers():
-        found = list(cut_everywhere(case, every, last_lines))
+    found = list(cut_everywhere(case, every, last_lines))
     assert len(found) > 3
     assert [one for one in found if not one["same"]] == []

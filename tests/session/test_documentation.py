@@ -6,11 +6,14 @@ import re
 import shlex
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
 
+from tests.commands import Done, process
 from tests.session.command import ROOT, controller
+from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
@@ -38,9 +41,9 @@ def test_readme_shows_sessions() -> None:
 def test_sessions_of_the_readme(line: str, tmp_path: Path) -> None:
     options = shlex.split(line)[2:]
     if options == ["--help"]:
-        assert controller("--help").returncode == 0
+        assert "--controller" in session_help()
         return
-    done = controller(*options, "--out", tmp_path / "run", cwd=ROOT)
+    done = served(*options, "--out", tmp_path / "run", cwd=ROOT)
     assert done.returncode in ((0, 3) if "--approach" in options else (0,)), done.stderr
     assert (tmp_path / "run" / "report.html").stat().st_size > 10_000
 
@@ -62,31 +65,35 @@ def test_make_has_the_targets(page: str, line: str) -> None:
     assert done.returncode == 0, (page, done.stderr)
 
 
+@cache
+def help_of(module: str, *command: str) -> Done:
+    """What a command says of its options; many lines show the same one."""
+    return process(module, *command, "--help", env={"COLUMNS": "200"})
+
+
 @pytest.mark.parametrize(("page", "line"), [*shown(".venv/bin/python -m"), *shown("python -m")])
 def test_python_commands_take_the_options_that_are_shown(page: str, line: str) -> None:
     words = shlex.split(line, comments=True)
     module = words[words.index("-m") + 1]
     command = [word for word in words[words.index("-m") + 2 :][:1] if re.fullmatch("[a-z][a-z-]*", word)]
-    done = subprocess.run(
-        [sys.executable, "-m", module, *command, "--help"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=240,
-        env={**os.environ, "COLUMNS": "200"},
-        check=False,
-    )
+    done = help_of(module, *command)
     assert done.returncode == 0, (page, done.stderr)
     for option in (word.split("=")[0] for word in words if word.startswith("--")):
         assert option in done.stdout, f"{page}: {line} has {option}, which is none of\n{done.stdout}"
 
 
+@cache
+def session_help() -> str:
+    """What `swipl main.pl` says of its options."""
+    done = controller("--help")
+    assert done.returncode == 0
+    return done.stdout + done.stderr
+
+
 @pytest.mark.parametrize(("page", "line"), shown("swipl main.pl"))
 def test_session_options_that_are_shown_exist(page: str, line: str) -> None:
-    help_text = controller("--help")
-    known = help_text.stdout + help_text.stderr
     for option in (word for word in shlex.split(line, comments=True) if word.startswith("--")):
-        assert option in known, f"{page}: {line}"
+        assert option in session_help(), f"{page}: {line}"
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,7 @@
 """Sessions that are told nothing of where the target is."""
 
 import json
-import subprocess
-import sys
+import shutil
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,9 @@ import pytest
 import tomli_w
 
 from geometry.pose import Pose
-from tests.session.command import ROOT, controller, cut, outcome, start_controller
+from tests.commands import command
+from tests.session.command import cut, outcome
+from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
@@ -32,7 +33,7 @@ def result_of(out: Path) -> dict[str, Any]:
 def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """One on the simulator, of a target of which nearly all sides differ."""
     out = tmp_path_factory.mktemp("first-sight") / "run"
-    done = controller("--first-sight", "--target", "fixture", "--seed", "2", "--out", out, *SHORT)
+    done = served("--first-sight", "--target", "fixture", "--seed", "2", "--out", out, *SHORT)
     assert done.returncode in (0, 3), done.stderr
     return out
 
@@ -49,26 +50,21 @@ def test_it_finds_the_target_and_tells_what_else_fits(session: Path) -> None:
 
 
 def test_its_estimate_is_made_again(session: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "vision_server", "verify", str(session)],
-        capture_output=True, text=True, timeout=120, cwd=ROOT, check=False,
-    )  # fmt: skip
+    done = command("vision_server", "verify", session)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_it_goes_on_after_a_kill(session: Path, tmp_path: Path) -> None:
-    out = tmp_path / "run"
-    begun = start_controller("--first-sight", "--target", "fixture", "--seed", "2", "--out", out, *SHORT)
-    begun.wait(120)
+    out = Path(shutil.copytree(session, tmp_path / "run"))
     (out / "result.json").unlink()
     cut(out / "history.pl", "capture(i2")
-    resumed = controller("--resume", out, "--no-report", "--quiet")
+    resumed = served("--resume", out, "--no-report", "--quiet")
     assert resumed.returncode in (0, 3), resumed.stderr
     assert outcome(out) == outcome(session)
 
 
 def test_a_dry_run_says_that_it_will_look_everywhere() -> None:
-    done = controller("--first-sight", "--target", "fixture", "--dry-run")
+    done = served("--first-sight", "--target", "fixture", "--dry-run")
     assert done.returncode == 0, done.stderr
     assert "looked for everywhere" in done.stdout + done.stderr
 
@@ -76,7 +72,7 @@ def test_a_dry_run_says_that_it_will_look_everywhere() -> None:
 def test_a_seed_pose_beside_it_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "seed.toml"
     file.write_text("[target.seed_pose]\nrotation_vector = [0, 0, 0]\ntranslation = [0, 0, 1]\n")
-    done = controller("--first-sight", "--seed-pose", file, "--dry-run")
+    done = served("--first-sight", "--seed-pose", file, "--dry-run")
     assert done.returncode == 2
     assert "--first-sight looks everywhere" in done.stderr
 
@@ -96,7 +92,7 @@ def test_a_stack_without_a_seed_pose(name: str, shared_data: Path, tmp_path: Pat
         if file.name != "stack.toml":
             (stack / file.name).symlink_to(file)
     (stack / "stack.toml").write_text(tomli_w.dumps(table))
-    done = controller("--stack", stack, "--out", tmp_path / "run", *SHORT)
+    done = served("--stack", stack, "--out", tmp_path / "run", *SHORT)
     assert done.returncode in (0, 3), done.stderr
     result = result_of(tmp_path / "run")
     assert any(pose_of(one["pose"]).error_to(true).within(*LIMITS) for one in result["poses"])

@@ -17,7 +17,7 @@ from image_server.v4l2.camera import V4L2Camera
 from image_server.v4l2.camera_file import CameraFile
 from tests.equipment.line import EmulatedLineDriver
 from tests.image_server.v4l2.scripted_camera import HEIGHT, WIDTH, ScriptedCamera
-from tests.session.command import controller
+from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
@@ -60,7 +60,7 @@ def bench(tmp_path: Path) -> Iterator[tuple[Bench, str]]:
 def test_the_session_goes_on_without_a_light_that_died(bench: tuple[Bench, str], tmp_path: Path) -> None:
     device, endpoint = bench
     (tmp_path / "seed.toml").write_text(SEED_POSE)
-    done = controller(
+    done = served(
         "--image-server", endpoint, "--target", "cube", "--seed-pose", tmp_path / "seed.toml",
         "--max-iterations", "5", "--controller", "simple", "--no-report", "--out", tmp_path / "run",
     )  # fmt: skip
@@ -80,13 +80,13 @@ def test_the_session_goes_on_without_a_light_that_died(bench: tuple[Bench, str],
 
 def test_what_is_missing_for_a_camera_is_bad_input(bench: tuple[Bench, str], tmp_path: Path) -> None:
     _, endpoint = bench
-    done = controller("--image-server", endpoint, "--no-report", "--out", tmp_path / "run")
+    done = served("--image-server", endpoint, "--no-report", "--out", tmp_path / "run")
     assert done.returncode == 2, done.stderr
     assert "--target FILE" in done.stderr
 
 
 def test_without_a_seed_pose_it_is_looked_for_everywhere(bench: tuple[Bench, str], tmp_path: Path) -> None:
     _, endpoint = bench
-    done = controller("--image-server", endpoint, "--target", "cube", "--dry-run", "--out", tmp_path / "run")
+    done = served("--image-server", endpoint, "--target", "cube", "--dry-run", "--out", tmp_path / "run")
     assert done.returncode == 0, done.stderr
     assert "looked for everywhere (no seed pose)" in done.stdout + done.stderr

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from tests.session.command import DEADLINE_S, controller, gone, start_controller
-from tests.session.cuts import kept, kept_servers
+from tests.session.serving import kept, kept_servers
 
 IDLE_S = 20.0
 """Longer than any of these tests needs between two sessions, on a busy machine."""

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from stack.read import recorded_frames
-from tests.session.command import ROOT, controller, cut, steps_of
+from tests.session.command import ROOT, cut, steps_of
+from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
@@ -26,7 +27,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("name", ["heuristic", "greedy", "simple", "auto_exposed", "fixed"])
 def test_every_strategy_is_served_and_it_is_said_once(recorded: Path, tmp_path: Path, name: str) -> None:
-    done = controller("--stack", recorded, "--controller", name, "--out", tmp_path / "run", "--no-report")
+    done = served("--stack", recorded, "--controller", name, "--out", tmp_path / "run", "--no-report")
     assert done.returncode == 0, done.stderr
     assert done.stderr.count(SAID) == 1
     result = json.loads((tmp_path / "run" / "result.json").read_text())
@@ -37,11 +38,11 @@ def test_every_strategy_is_served_and_it_is_said_once(recorded: Path, tmp_path: 
 
 def test_a_resumed_session_is_not_shown_the_same_frames_again(recorded: Path, tmp_path: Path) -> None:
     never = ("--threshold", "0.000001", "--max-iterations", "5", "--no-report")
-    whole = controller("--stack", recorded, "--out", tmp_path, "--quiet", *never)
+    whole = served("--stack", recorded, "--out", tmp_path, "--quiet", *never)
     assert whole.returncode == 3, whole.stderr
     expected = steps_of(tmp_path)
     (tmp_path / "result.json").unlink()
     cut(tmp_path / "history.pl", "keep(i2)")
-    resumed = controller("--resume", tmp_path, "--no-report", "--quiet")
+    resumed = served("--resume", tmp_path, "--no-report", "--quiet")
     assert resumed.returncode == 3, resumed.stderr
     assert steps_of(tmp_path) == expected

@@ -14,7 +14,8 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from tests.session.command import DEADLINE_S, ROOT, controller, cut, gone, outcome, running_session, steps_of
+from tests.session.command import DEADLINE_S, ROOT, cut, gone, outcome, running_session, steps_of
+from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
@@ -40,12 +41,12 @@ def limit(journal: Path, images: int) -> None:
 
 @pytest.mark.parametrize("after", ["capture(i2", "keep(i2)", "connect"])
 def test_it_comes_to_the_same_end(tmp_path: Path, after: str) -> None:
-    whole = controller(*OPTIONS, "--out", tmp_path, "--quiet")
+    whole = served(*OPTIONS, "--out", tmp_path, "--quiet")
     assert whole.returncode == 3, whole.stderr
     expected = steps_of(tmp_path)
     (tmp_path / "result.json").unlink()
     cut(tmp_path / "history.pl", after)
-    resumed = controller("--resume", tmp_path, "--no-report", "--json")
+    resumed = served("--resume", tmp_path, "--no-report", "--json")
     assert resumed.returncode == 3, resumed.stderr
     assert steps_of(tmp_path) == expected
     assert json.loads(resumed.stdout)["seed"] == 3
@@ -69,14 +70,14 @@ def test_an_approach_is_taken_up_half_way(tmp_path: Path) -> None:
 def check_cuts(tmp_path: Path, options: tuple[str, ...], every: int) -> None:
     """Resume a session whose journal is cut after every so manyth line."""
     whole = tmp_path / "whole"
-    assert controller(*options, "--out", whole, "--quiet").returncode in {0, 3}
+    assert served(*options, "--out", whole, "--quiet").returncode in {0, 3}
     lines = (whole / "history.pl").read_text().splitlines(keepends=True)
     for kept in range(every, len(lines), every):
         out = tmp_path / f"cut{kept}"
         shutil.copytree(whole, out)
         (out / "result.json").unlink()
         (out / "history.pl").write_text("".join(lines[:kept]))
-        resumed = controller("--resume", out, "--no-report", "--quiet")
+        resumed = served("--resume", out, "--no-report", "--quiet")
         assert resumed.returncode in {0, 3}, (lines[kept - 1], resumed.stderr)
         assert outcome(out) == outcome(whole), lines[kept - 1]
         shutil.rmtree(out)
@@ -88,7 +89,7 @@ def test_after_the_controller_was_killed(tmp_path: Path) -> None:
     session.communicate(timeout=DEADLINE_S)
     assert gone(servers)
     limit(tmp_path / "history.pl", 12)
-    resumed = controller("--resume", tmp_path, "--no-report", "--json")
+    resumed = served("--resume", tmp_path, "--no-report", "--json")
     assert resumed.returncode == 3, resumed.stderr
     result = json.loads(resumed.stdout)
     assert result["iterations"] == 12
@@ -102,14 +103,14 @@ def test_after_a_signal(tmp_path: Path) -> None:
     session.communicate(timeout=DEADLINE_S)
     assert json.loads((tmp_path / "result.json").read_text())["status"] == "stopped"
     limit(tmp_path / "history.pl", 3)
-    assert controller("--resume", tmp_path, "--no-report", "--quiet").returncode == 3
+    assert served("--resume", tmp_path, "--no-report", "--quiet").returncode == 3
     assert json.loads((tmp_path / "result.json").read_text())["status"] == "exhausted"
 
 
 def test_a_finished_session_is_left_alone(tmp_path: Path) -> None:
-    assert controller("--out", tmp_path, "--no-report", "--quiet").returncode == 0
+    assert served("--out", tmp_path, "--no-report", "--quiet").returncode == 0
     before = (tmp_path / "history.pl").read_text()
-    again = controller("--resume", tmp_path)
+    again = served("--resume", tmp_path)
     assert again.returncode == 2
     assert "finished" in again.stderr
     assert (tmp_path / "history.pl").read_text() == before
@@ -118,10 +119,10 @@ def test_a_finished_session_is_left_alone(tmp_path: Path) -> None:
 def test_a_folder_with_the_target_s_name_is_not_the_target(tmp_path: Path) -> None:
     (tmp_path / "fixture").mkdir()
     out = tmp_path / "run"
-    whole = controller(*OPTIONS, "--target", "fixture", "--out", out, "--quiet", cwd=tmp_path)
+    whole = served(*OPTIONS, "--target", "fixture", "--out", out, "--quiet", cwd=tmp_path)
     assert whole.returncode == 3, whole.stderr
     cut(out / "history.pl", "capture(i1")
-    resumed = controller("--resume", out, "--no-report", "--json", cwd=tmp_path)
+    resumed = served("--resume", out, "--no-report", "--json", cwd=tmp_path)
     assert resumed.returncode == 3, resumed.stderr
     assert json.loads(resumed.stdout)["target"] == "fixture"
 
@@ -130,7 +131,7 @@ def test_a_folder_with_the_target_s_name_is_not_the_target(tmp_path: Path) -> No
 def interrupted(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A session of two images that was killed when its program had ended."""
     out = tmp_path_factory.mktemp("run")
-    done = controller(*OPTIONS[:-3], "--max-iterations", "2", "--no-report", "--quiet", "--out", out)
+    done = served(*OPTIONS[:-3], "--max-iterations", "2", "--no-report", "--quiet", "--out", out)
     assert done.returncode == 3, done.stderr
     (out / "result.json").rename(out / "expected.json")
     return out
@@ -138,7 +139,7 @@ def interrupted(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def refused(out: Path, *options: str | Path) -> str:
     """The one plain message with which a session is not resumed."""
-    done = controller("--resume", out, *options, "--no-report", "--quiet")
+    done = served("--resume", out, *options, "--no-report", "--quiet")
     assert done.returncode == 2, done.stderr
     assert len(done.stderr.strip().splitlines()) <= 2, done.stderr
     assert not (out / "result.json").exists()
@@ -148,18 +149,18 @@ def refused(out: Path, *options: str | Path) -> str:
 def test_killed_before_the_result_was_written(interrupted: Path, tmp_path: Path) -> None:
     out = shutil.copytree(interrupted, tmp_path / "run")
     assert (out / "history.pl").read_text().endswith("ended(final).\n")
-    assert controller("--resume", out, "--no-report", "--quiet").returncode == 3
+    assert served("--resume", out, "--no-report", "--quiet").returncode == 3
     (tmp_path / "whole").mkdir()
     (out / "expected.json").rename(tmp_path / "whole" / "result.json")
     assert outcome(out) == outcome(tmp_path / "whole")
-    assert controller("--resume", out).returncode == 2
+    assert served("--resume", out).returncode == 2
 
 
 def test_a_lost_last_frame_is_taken_again(interrupted: Path, tmp_path: Path) -> None:
     out = shutil.copytree(interrupted, tmp_path / "run")
     frame = (out / "images" / "i2.png").read_bytes()
     (out / "images" / "i2.png").unlink()
-    assert controller("--resume", out, "--no-report", "--quiet").returncode == 3
+    assert served("--resume", out, "--no-report", "--quiet").returncode == 3
     assert (out / "images" / "i2.png").read_bytes() == frame
     (out / "expected.json").rename(tmp_path / "result.json")
     assert outcome(out) == outcome(tmp_path)
@@ -194,7 +195,7 @@ def test_a_controller_that_came_with_the_folder_runs_only_when_the_user_says_so(
     out, strategy, mark = tmp_path / "run", tmp_path / "mine.pl", tmp_path / "mark"
     source = (ROOT / "domain" / "controllers" / "simple.pl").read_text()
     strategy.write_text(source)
-    done = controller("--controller", strategy, *OPTIONS[2:], "--out", out, "--quiet")
+    done = served("--controller", strategy, *OPTIONS[2:], "--out", out, "--quiet")
     assert done.returncode == 3, done.stderr
     (out / "result.json").unlink()
     strategy.write_text(f"{source}\n:- shell('touch {mark}').\n")
@@ -207,7 +208,7 @@ def test_a_controller_that_came_with_the_folder_runs_only_when_the_user_says_so(
     inside.write_text(source)
     rewritten(out / "session.pl", f"'{strategy}'", f"'{inside}'")
     assert "if you trust it, add --controller" in refused(out)
-    assert controller("--resume", out, "--controller", inside, "--no-report", "--quiet").returncode == 3
+    assert served("--resume", out, "--controller", inside, "--no-report", "--quiet").returncode == 3
 
 
 def rewritten(file: Path, old: str, new: str) -> None:
@@ -222,10 +223,10 @@ def test_a_folder_is_one_session_s_at_a_time(tmp_path: Path) -> None:
     session, _ = running_session(tmp_path / "run")
     try:
         for option in ("--resume", "--out"):
-            second = controller(option, tmp_path / "run")
+            second = served(option, tmp_path / "run")
             assert second.returncode == 2
             assert "session" in second.stderr
-        assert "another session is running" in controller("--resume", tmp_path / "run").stderr
+        assert "another session is running" in served("--resume", tmp_path / "run").stderr
         assert session.poll() is None
     finally:
         session.terminate()
@@ -233,12 +234,12 @@ def test_a_folder_is_one_session_s_at_a_time(tmp_path: Path) -> None:
 
 
 def test_a_folder_in_use_is_not_mixed(interrupted: Path, tmp_path: Path) -> None:
-    assert "interrupted session" in controller("--out", interrupted).stderr
+    assert "interrupted session" in served("--out", interrupted).stderr
     (tmp_path / "thesis.tex").touch()
-    other = controller("--out", tmp_path)
+    other = served("--out", tmp_path)
     assert other.returncode == 2
     assert "thesis.tex" in other.stderr
-    nothing = controller("--out", "", cwd=tmp_path)
+    nothing = served("--out", "", cwd=tmp_path)
     assert nothing.returncode == 2
     assert "--out" in nothing.stderr
     assert {file.name for file in tmp_path.iterdir()} == {"thesis.tex"}
@@ -254,7 +255,7 @@ def test_a_session_that_was_killed_before_it_began_is_begun_by_its_command(
     (out / "history.pl").write_text("begun(sess")
     (out / ".write-test").touch()
     assert "begun anew by its command" in refused(out)
-    anew = controller(*OPTIONS[:-3], "--max-iterations", "2", "--no-report", "--quiet", "--out", out)
+    anew = served(*OPTIONS[:-3], "--max-iterations", "2", "--no-report", "--quiet", "--out", out)
     assert anew.returncode == 3, anew.stderr
     assert (out / "session.pl").read_text() == (interrupted / "session.pl").read_text()
     assert (out / "history.pl").read_text().count("begun(") == 1
@@ -278,7 +279,7 @@ def test_the_images_go_on_coming_from_where_they_came(interrupted: Path, tmp_pat
     with TemporaryDirectory(prefix="s") as folder:
         with scene(Path(folder), "satellite", 9) as endpoint:
             options = ("--image-server", endpoint, "--max-iterations", "2", *OPTIONS[2:6])
-            done = controller(*options, "--out", out)
+            done = served(*options, "--out", out)
             assert done.returncode == 3, done.stderr
             (out / "result.json").unlink()
             cut(out / "history.pl", "keep(i1)")
@@ -287,15 +288,15 @@ def test_the_images_go_on_coming_from_where_they_came(interrupted: Path, tmp_pat
                 assert "another target or scene" in refused(out)
         with scene(Path(folder), "satellite", 9) as endpoint:
             assert "not from --image-server" in refused(interrupted, "--image-server", endpoint)
-            resumed = controller("--resume", out, "--no-report")
+            resumed = served("--resume", out, "--no-report")
             assert resumed.returncode in {0, 3}, resumed.stderr
     assert not (out / "image_server.log").exists()
 
 
 def test_what_cannot_be_resumed_is_said(tmp_path: Path) -> None:
-    nothing = controller("--resume", tmp_path)
+    nothing = served("--resume", tmp_path)
     assert nothing.returncode == 2
     assert "holds no session" in nothing.stderr
-    other = controller("--resume", tmp_path, "--target", "cube")
+    other = served("--resume", tmp_path, "--target", "cube")
     assert other.returncode == 2
     assert "leave --target away" in other.stderr

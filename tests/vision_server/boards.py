@@ -25,15 +25,26 @@ def board_pose(rng: np.random.Generator, corners: tuple[int, int]) -> Pose:
     return Pose.from_matrix(rotation, ahead - rotation @ middle)
 
 
-def photographed(camera: Camera, pose: Pose, corners: tuple[int, int], rng: np.random.Generator) -> Grey:
-    """The board, of squares of one unit, at a pose, before grey; noise of one grey value."""
+def rays_of(camera: Camera) -> NDArray[np.float64]:
+    """Directions (3, N) of the samples of a frame, row by row: the lens takes most of a photograph's time."""
     row, column = np.mgrid[: camera.height * FINER, : camera.width * FINER]
     pixels = (np.column_stack([column.ravel(), row.ravel()]) + 0.5) / FINER - 0.5
     ideal = camera.undistort_points(pixels)
-    rays = np.column_stack([(ideal - [camera.cx, camera.cy]) / [camera.fx, camera.fy], np.ones(len(ideal))])
-    normal = pose.matrix[:, 2]
-    points = rays * (normal @ pose.translation / (rays @ normal))[:, None] - pose.translation
-    x, y = (points @ pose.matrix)[:, :2].T
+    x, y = ((ideal - [camera.cx, camera.cy]) / [camera.fx, camera.fy]).T
+    return np.stack([x, y, np.ones_like(x)])
+
+
+def photographed(
+    camera: Camera,
+    rays: NDArray[np.float64],
+    pose: Pose,
+    corners: tuple[int, int],
+    rng: np.random.Generator,
+) -> Grey:
+    """The board, of squares of one unit, at a pose, before grey; noise of one grey value."""
+    onto_board = np.linalg.inv(np.column_stack([pose.matrix[:, :2], pose.translation]))
+    x, y, far = onto_board @ rays
+    x, y = x / far, y / far
     inside = (x > -1) & (x < corners[0]) & (y > -1) & (y < corners[1])
     paper = (x > -1 - RIM) & (x < corners[0] + RIM) & (y > -1 - RIM) & (y < corners[1] + RIM)
     dark = (np.floor(x) + np.floor(y)) % 2 == 0
@@ -47,8 +58,9 @@ def write_boards(folder: Path, camera: Camera, corners: tuple[int, int], count: 
     """Photographs ``board01.png`` and so on."""
     folder.mkdir(parents=True, exist_ok=True)
     files = []
+    rays = rays_of(camera)
     for number in range(1, count + 1):
         rng = np.random.default_rng(number)
         files.append(folder / f"board{number:02d}.png")
-        cv2.imwrite(str(files[-1]), photographed(camera, board_pose(rng, corners), corners, rng))
+        cv2.imwrite(str(files[-1]), photographed(camera, rays, board_pose(rng, corners), corners, rng))
     return files

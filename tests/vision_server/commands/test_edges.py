@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import cv2
@@ -12,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.commands import Done, command, process
 from tests.vision_server.edge_scenes import polygon_with_shadows, square_outline
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.image_files import read_grey
@@ -34,13 +33,13 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     return paths
 
 
-def edges(root: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "vision_server", "edges", *map(str, arguments)]
-    return subprocess.run(command, cwd=root, capture_output=True, text=True, check=False, timeout=120)
+def edges(*arguments: object) -> Done:
+    return command("vision_server", "edges", *arguments)
 
 
-def test_magnitude_is_that_of_the_fixed_edges(root: Path, images: list[Path], tmp_path: Path) -> None:
-    done = edges(root, *images, "--out", tmp_path / "e.png", "--magnitude", tmp_path / "m.npy")
+def test_magnitude_is_that_of_the_fixed_edges(images: list[Path], tmp_path: Path) -> None:
+    written = ("--out", tmp_path / "e.png", "--magnitude", tmp_path / "m.npy")
+    done = process("vision_server", "edges", *images, *written)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     magnitude = np.load(tmp_path / "m.npy")
     assert magnitude.dtype == np.float32
@@ -52,25 +51,25 @@ def test_magnitude_is_that_of_the_fixed_edges(root: Path, images: list[Path], tm
     assert np.all(magnitude[picture > 0] > 0)
 
 
-def test_one_image_has_its_own_ridge(root: Path, images: list[Path], tmp_path: Path) -> None:
-    done = edges(root, images[0], "--out", tmp_path / "e.png", "--magnitude", tmp_path / "m.npy")
+def test_one_image_has_its_own_ridge(images: list[Path], tmp_path: Path) -> None:
+    done = edges(images[0], "--out", tmp_path / "e.png", "--magnitude", tmp_path / "m.npy")
     assert (done.returncode, done.stderr) == (0, "")
     expected = merge_channels([channel_statistics(read_grey(images[0]))]).ridge
     np.testing.assert_array_equal(np.load(tmp_path / "m.npy"), expected)
 
 
 def test_a_saturated_image_among_good_ones_is_said_and_hides_nothing(
-    root: Path, images: list[Path], tmp_path: Path
+    images: list[Path], tmp_path: Path
 ) -> None:
     saturated, out = tmp_path / "saturated.png", tmp_path / "m.npy"
     cv2.imwrite(str(saturated), cv2.convertScaleAbs(polygon_with_shadows(4)[3], alpha=4.0))
     asked = ("--out", tmp_path / "e.png", "--magnitude", out)
-    assert edges(root, *images, *asked).returncode == 0
+    assert edges(*images, *asked).returncode == 0
     without = outline_kept(np.load(out))
-    done = edges(root, *images, saturated, *asked)
+    done = edges(*images, saturated, *asked)
     assert (done.returncode, str(saturated) in done.stderr, "--exposures" in done.stderr) == (0, True, True)
     assert outline_kept(np.load(out)) > 0.9 * without
-    done = edges(root, *images, saturated, *asked, "--exposures", "1,1,1,1")
+    done = edges(*images, saturated, *asked, "--exposures", "1,1,1,1")
     assert (done.returncode, done.stderr) == (0, "")
 
 
@@ -79,10 +78,10 @@ def outline_kept(magnitude: NDArray[np.float32]) -> float:
     return float(np.quantile(magnitude[square_outline() & (magnitude > 0)], 0.2))
 
 
-def test_kinds_come_as_picture_and_tables(root: Path, images: list[Path], tmp_path: Path) -> None:
+def test_kinds_come_as_picture_and_tables(images: list[Path], tmp_path: Path) -> None:
     picture, table = tmp_path / "k.png", tmp_path / "k.npz"
     asked = ("--out", tmp_path / "e.png", "--kinds", picture, "--npz", table, "--json")
-    done = edges(root, *images, *asked)
+    done = edges(*images, *asked)
     assert (done.returncode, done.stderr) == (0, "")
     said = json.loads(done.stdout)
     with np.load(table, allow_pickle=False) as saved:
@@ -95,23 +94,23 @@ def test_kinds_come_as_picture_and_tables(root: Path, images: list[Path], tmp_pa
     assert {COLOURS[SHADOW], COLOURS[NOISE]} < colours <= set(COLOURS)
 
 
-def test_the_kind_that_is_asked_for(root: Path, images: list[Path], tmp_path: Path) -> None:
+def test_the_kind_that_is_asked_for(images: list[Path], tmp_path: Path) -> None:
     kinds = edge_kinds([channel_statistics(read_grey(path)) for path in images])
     for name in ("shadow", "outline"):
         asked = ("--out", tmp_path / "e.png", "--magnitude", tmp_path / "m.npy", "--kind", name)
-        assert edges(root, *images, *asked).returncode == 0
+        assert edges(*images, *asked).returncode == 0
         expected = kinds.of_kinds([KINDS.index(name)]).ridge
         np.testing.assert_array_equal(np.load(tmp_path / "m.npy"), expected)
 
 
-def test_levels_of_the_lights_tell_more(root: Path, images: list[Path], tmp_path: Path) -> None:
+def test_levels_of_the_lights_tell_more(images: list[Path], tmp_path: Path) -> None:
     tables = []
     for levels in (
         "1,0,0;0,1,0;0,0,1",
         "1,0;0,1;1,1",
     ):
         out = tmp_path / "k.npz"
-        done = edges(root, *images, "--out", tmp_path / "e.png", "--npz", out, "--levels", levels)
+        done = edges(*images, "--out", tmp_path / "e.png", "--npz", out, "--levels", levels)
         assert done.returncode == 0, done.stderr
         with np.load(out) as table:
             tables.append(table["probability"])
@@ -120,7 +119,7 @@ def test_levels_of_the_lights_tell_more(root: Path, images: list[Path], tmp_path
 
 
 @pytest.mark.parametrize("method", ["mean", "max-image", "max-gradient", "di-zenzo", "mertens"])
-def test_other_methods(root: Path, images: list[Path], tmp_path: Path, method: str) -> None:
+def test_other_methods(images: list[Path], tmp_path: Path, method: str) -> None:
     arguments = (
         "--out",
         tmp_path / "e.png",
@@ -131,7 +130,7 @@ def test_other_methods(root: Path, images: list[Path], tmp_path: Path, method: s
         "--exposures",
         "1,2,0.5",
     )
-    done = edges(root, *images, *arguments)
+    done = edges(*images, *arguments)
     assert done.returncode == 0, done.stderr
     magnitude = np.load(tmp_path / "m")
     assert magnitude.max() > 10
@@ -160,24 +159,24 @@ def test_other_methods(root: Path, images: list[Path], tmp_path: Path, method: s
     ],
 )
 def test_bad_input_ends_with_2_and_a_plain_message(
-    root: Path, images: list[Path], tmp_path: Path, arguments: list[str], words: str
+    images: list[Path], tmp_path: Path, arguments: list[str], words: str
 ) -> None:
     filled = [
         str(tmp_path / a) if a.startswith(("e.", "no/")) else a.format(image=images[0]) for a in arguments
     ]
-    done = edges(root, *filled)
+    done = edges(*filled)
     assert done.returncode == 2
     assert words in done.stderr
     assert "Traceback" not in done.stderr
 
 
-def test_a_moved_target_is_said(root: Path, tmp_path: Path) -> None:
+def test_a_moved_target_is_said(tmp_path: Path) -> None:
     lit = [np.repeat(np.repeat(image, 2, axis=0), 2, axis=1) for image in polygon_with_shadows(3)]
     files = [tmp_path / f"{number}.png" for number in range(3)]
     for file, image, shift in zip(files, lit, (0, 0, 12), strict=True):
         cv2.imwrite(str(file), np.roll(image, (shift, shift), axis=(0, 1)))
-    assert edges(root, *files[:2], "--out", tmp_path / "e.png").stderr == ""
-    done = edges(root, *files, "--out", tmp_path / "e.png")
+    assert edges(*files[:2], "--out", tmp_path / "e.png").stderr == ""
+    done = edges(*files, "--out", tmp_path / "e.png")
     assert done.returncode == 0
     assert "2.png" in done.stderr
     assert "elsewhere" in done.stderr

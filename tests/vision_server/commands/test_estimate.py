@@ -1,8 +1,6 @@
 """`python -m vision_server estimate`: exit statuses, and one JSON object on stdout."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import cv2
@@ -10,6 +8,7 @@ import numpy as np
 import pytest
 
 from geometry.pose import Pose, disturbed
+from tests.commands import Done, command, process
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, photographed
 from vision_server.commands.warm import drawn
 
@@ -37,24 +36,27 @@ def write_pose(path: Path, rotation: list[float], translation: list[float]) -> N
     path.write_text(f"[target.seed_pose]\nrotation_vector = {rotation}\ntranslation = {translation}\n")
 
 
-def estimate(
-    root: Path,
+def words_of(
     folder: Path,
     *images: str,
-    seed_pose: str = "seed.toml",
+    seed_pose: str | None = "seed.toml",
     camera: str = "camera.toml",
     **options: str,
-) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "vision_server", "estimate", "--model", str(folder / "cuboid.cao")]
-    command += ["--camera", str(folder / camera), "--seed-pose", str(folder / seed_pose)]
+) -> list[str]:
+    words = ["estimate", "--model", str(folder / "cuboid.cao"), "--camera", str(folder / camera)]
+    if seed_pose is not None:
+        words += ["--seed-pose", str(folder / seed_pose)]
     for name, value in options.items():
-        command += [f"--{name}", value] if value else [f"--{name}"]
-    command += [str(folder / image) for image in images]
-    return subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=120, check=False)
+        words += [f"--{name}", value] if value else [f"--{name}"]
+    return words + [str(folder / image) for image in images]
 
 
-def test_one_json_object_with_the_pose(root: Path, folder: Path) -> None:
-    done = estimate(root, folder, "a.png", "b.png", exposures="0.8,0.4", json="")
+def estimate(folder: Path, *images: str, **options: str | None) -> Done:
+    return command("vision_server", *words_of(folder, *images, **options))
+
+
+def test_one_json_object_with_the_pose(folder: Path) -> None:
+    done = process("vision_server", *words_of(folder, "a.png", "b.png", exposures="0.8,0.4", json=""))
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     assert {"pose", "covariance", "rms_px", "lines", "seconds", "seed", "kept"} <= set(result)
@@ -64,19 +66,19 @@ def test_one_json_object_with_the_pose(root: Path, folder: Path) -> None:
     assert Pose.from_dict(result["pose"]).error_to(POSE).within(0.5, 0.005)
 
 
-def test_a_part_that_may_be_off_its_model_has_a_less_certain_pose(root: Path, folder: Path) -> None:
+def test_a_part_that_may_be_off_its_model_has_a_less_certain_pose(folder: Path) -> None:
     camera = (folder / "camera.toml").read_text()
     (folder / "told.toml").write_text(camera + "[target]\ntolerance_m = 0.0001\n")
     exact, told = (
-        json.loads(estimate(root, folder, "a.png", camera=name, json="").stdout)
+        json.loads(estimate(folder, "a.png", camera=name, json="").stdout)
         for name in ("camera.toml", "told.toml")
     )
     assert told["uncertainty"] > 1.5 * exact["uncertainty"]
 
 
-def test_people_get_a_table(root: Path, folder: Path) -> None:
+def test_people_get_a_table(folder: Path) -> None:
     (folder / "lit [left].png").write_bytes((folder / "a.png").read_bytes())
-    done = estimate(root, folder, "lit [left].png", overlay=str(folder / "over.png"))
+    done = estimate(folder, "lit [left].png", overlay=str(folder / "over.png"))
     assert done.returncode == 0, done.stderr
     assert "lit [left].png" in done.stdout  # the file that shows a line best, by its own name
     drawn, plain = (cv2.imread(str(folder / name)) for name in ("over.png", "a.png"))
@@ -85,43 +87,43 @@ def test_people_get_a_table(root: Path, folder: Path) -> None:
     assert "RMS" in done.stdout
 
 
-def test_a_wrong_unit_is_suspected(root: Path, folder: Path) -> None:
-    done = estimate(root, folder, "a.png", unit="mm", json="")
+def test_a_wrong_unit_is_suspected(folder: Path) -> None:
+    done = estimate(folder, "a.png", unit="mm", json="")
     assert "--unit" in done.stderr
     assert json.loads(done.stdout)["pose"] is None
 
 
-def test_no_pose_is_said_honestly(root: Path, folder: Path) -> None:
-    done = estimate(root, folder, "black.png", json="")
+def test_no_pose_is_said_honestly(folder: Path) -> None:
+    done = estimate(folder, "black.png", json="")
     assert done.returncode == 3, done.stderr
     assert json.loads(done.stdout)["pose"] is None
     assert "no pose: the images have 0 straight edges" in done.stderr
 
 
-def test_no_pose_beside_a_wrong_seed_is_drawn_and_a_wider_search_finds_it(root: Path, folder: Path) -> None:
+def test_no_pose_beside_a_wrong_seed_is_drawn_and_a_wider_search_finds_it(folder: Path) -> None:
     beside = POSE.translation + np.array([60.0 / CAMERA.fx * POSE.translation[2], 0.0, 0.0])
     write_pose(folder / "beside.toml", POSE.rotation_vector.tolist(), beside.tolist())
     over = folder / "seed.png"
     near = {"rotation-range-deg": "1", "translation-range-px": "1"}
-    done = estimate(root, folder, "a.png", seed_pose="beside.toml", overlay=str(over), json="", **near)
+    done = estimate(folder, "a.png", seed_pose="beside.toml", overlay=str(over), json="", **near)
     assert done.returncode == 3, done.stdout
     assert "within 1 degrees and 1 px of the seed pose" in done.stderr
     drawn, plain = (cv2.imread(str(file)) for file in (over, folder / "a.png"))
     assert np.any(np.not_equal(drawn, plain), axis=2).mean() > 0.002
     wide = {"translation-range-px": "90"}
-    done = estimate(root, folder, "a.png", seed_pose="beside.toml", json="", **wide)
+    done = estimate(folder, "a.png", seed_pose="beside.toml", json="", **wide)
     assert Pose.from_dict(json.loads(done.stdout)["pose"]).error_to(POSE).within(0.5, 0.005)
 
 
-def test_a_seed_outside_of_the_frame_is_said(root: Path, folder: Path) -> None:
+def test_a_seed_outside_of_the_frame_is_said(folder: Path) -> None:
     away = POSE.translation + np.array([3.0 * POSE.translation[2], 0.0, 0.0])
     write_pose(folder / "away.toml", POSE.rotation_vector.tolist(), away.tolist())
-    done = estimate(root, folder, "a.png", seed_pose="away.toml", json="")
+    done = estimate(folder, "a.png", seed_pose="away.toml", json="")
     assert done.returncode == 3, done.stdout
     assert "no line of the model is in the frame" in done.stderr
 
 
-def test_of_a_large_frame_that_part_is_looked_at_where_the_target_can_be(root: Path, folder: Path) -> None:
+def test_of_a_large_frame_that_part_is_looked_at_where_the_target_can_be(folder: Path) -> None:
     camera = CAMERA.scaled(6.0)
     picture = drawn(cuboid(folder), camera, POSE, 0.8)
     picture[:, :200:20] = 200  # nothing of the target's: hundreds of edges
@@ -132,7 +134,7 @@ def test_of_a_large_frame_that_part_is_looked_at_where_the_target_can_be(root: P
     write_pose(folder / "aside.toml", POSE.rotation_vector.tolist(), aside.tolist())
     over = str(folder / "l.png")
     options = {"camera": "large.toml", "seed_pose": "aside.toml", "json": "", "overlay": over}
-    done = estimate(root, folder, "large.png", **options)
+    done = estimate(folder, "large.png", **options)
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     assert Pose.from_dict(result["pose"]).error_to(POSE).within(0.2, 0.002)
@@ -162,7 +164,7 @@ def test_of_a_large_frame_that_part_is_looked_at_where_the_target_can_be(root: P
     ],
 )
 def test_bad_input_is_one_plain_line(
-    root: Path, folder: Path, images: list[str], options: dict[str, str], word: str
+    folder: Path, images: list[str], options: dict[str, str], word: str
 ) -> None:
     (folder / "nan.toml").write_text(
         "[target.seed_pose]\nrotation_vector = [nan, 0, 0]\ntranslation = [0, 0, 1]\n"
@@ -171,26 +173,16 @@ def test_bad_input_is_one_plain_line(
     camera = (folder / "camera.toml").read_text()
     (folder / "loose.toml").write_text(camera + "[target]\ntolerance_m = -0.001\n")
     (folder / "misspelt.toml").write_text(camera.replace("distortion", "distorsion"))
-    done = estimate(root, folder, *images, **options)
+    done = estimate(folder, *images, **options)
     assert done.returncode == 2, done.stdout + done.stderr
     assert word in done.stderr
     assert "Traceback" not in done.stderr
     assert done.stdout == ""
 
 
-def test_without_a_seed_pose_all_poses_that_fit_are_told(root: Path, folder: Path) -> None:
+def test_without_a_seed_pose_all_poses_that_fit_are_told(folder: Path) -> None:
     """A cuboid looks the same after half turns: four poses, as probable as each other, none of them sure."""
-    command = [
-        sys.executable,
-        "-m",
-        "vision_server",
-        "estimate",
-        "--model",
-        str(folder / "cuboid.cao"),
-        "--json",
-    ]
-    command += ["--camera", str(folder / "camera.toml"), str(folder / "a.png")]
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=120, check=False)
+    done = estimate(folder, "a.png", seed_pose=None, json="")
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout)
     poses = [Pose.from_dict(one["pose"]) for one in result["poses"]]
@@ -203,13 +195,11 @@ def test_without_a_seed_pose_all_poses_that_fit_are_told(root: Path, folder: Pat
     assert "free" not in result
 
 
-def test_a_wrong_unit_is_what_is_said_with_a_seed_pose_and_without(root: Path, folder: Path) -> None:
-    seeded = estimate(root, folder, "a.png", unit="mm")
+def test_a_wrong_unit_is_what_is_said_with_a_seed_pose_and_without(folder: Path) -> None:
+    seeded = estimate(folder, "a.png", unit="mm")
     assert seeded.returncode == 3
     assert "Check the model's unit" in seeded.stderr
     assert "Correct the seed pose" not in seeded.stderr
-    command = [sys.executable, "-m", "vision_server", "estimate", "--model", str(folder / "cuboid.cao")]
-    command += ["--camera", str(folder / "camera.toml"), "--unit", "mm", str(folder / "a.png")]
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True, timeout=120, check=False)
+    done = estimate(folder, "a.png", seed_pose=None, unit="mm")
     assert "0.000141 m across" in done.stderr
     assert "--unit is wrong" in done.stderr

@@ -1,8 +1,6 @@
 """`python -m vision_server seed`: pairs in, out a seed pose that `estimate` takes; wrong ones are said."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import cv2
@@ -10,7 +8,7 @@ import numpy as np
 import pytest
 
 from geometry.pose import Pose
-from tests.session.command import ROOT
+from tests.commands import Done, command, process
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, photographed
 from vision_server.serve.inputs import read_model, read_seed_pose
 
@@ -32,27 +30,26 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def seed(folder: Path, *words: str | Path) -> subprocess.CompletedProcess[str]:
-    files = [folder / "a.png", "--model", folder / "cuboid.cao", "--camera", folder / "camera.toml"]
-    return subprocess.run(
-        [sys.executable, "-m", "vision_server", "seed", *map(str, [*files, *words])],
-        cwd=ROOT, capture_output=True, text=True, timeout=120, check=False,
-    )  # fmt: skip
+def words_of(folder: Path, *words: str | Path) -> list[str | Path]:
+    model, camera = folder / "cuboid.cao", folder / "camera.toml"
+    return ["seed", folder / "a.png", "--model", model, "--camera", camera, *words]
+
+
+def seed(folder: Path, *words: str | Path) -> Done:
+    return command("vision_server", *words_of(folder, *words))
 
 
 def test_pairs_give_a_seed_pose_that_estimate_takes(folder: Path, tmp_path: Path) -> None:
     files = ["--out", tmp_path / "seed.toml", "--overlay", tmp_path / "o.png"]
-    done = seed(folder, "--points", folder / "points.txt", *files)
+    done = process("vision_server", *words_of(folder, "--points", folder / "points.txt", *files))
     assert done.returncode == 0, done.stderr
     assert done.stdout == (tmp_path / "seed.toml").read_text()
     model = read_model(folder / "cuboid.cao")
     assert read_seed_pose(tmp_path / "seed.toml", model).error_to(POSE).within(0.01, 1e-4)
     drawn, plain = (cv2.imread(str(file)) for file in (tmp_path / "o.png", folder / "a.png"))
     assert 0.005 < np.any(np.not_equal(drawn, plain), axis=2).mean() < 0.2
-    estimate = [sys.executable, "-m", "vision_server", "estimate", str(folder / "a.png"), "--json",
-                "--model", str(folder / "cuboid.cao"), "--camera", str(folder / "camera.toml"),
-                "--seed-pose", str(tmp_path / "seed.toml")]  # fmt: skip
-    told = subprocess.run(estimate, cwd=ROOT, capture_output=True, text=True, timeout=120, check=True)
+    told = command("vision_server", "estimate", folder / "a.png", "--json", "--model", folder / "cuboid.cao",
+                   "--camera", folder / "camera.toml", "--seed-pose", tmp_path / "seed.toml")  # fmt: skip
     assert Pose.from_dict(json.loads(told.stdout)["pose"]).error_to(POSE).within(0.5, 0.005)
 
 

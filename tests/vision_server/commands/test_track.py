@@ -17,6 +17,7 @@ from bridge.command_line import run_command
 from geometry.pose import Pose
 from image_server.serve.server import ImageServer
 from image_server.simulator import Simulator
+from tests.commands import command, process
 from tests.vision_server.serve.running import Running
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid
 from tests.vision_server.tracking.films import filmed, moving
@@ -54,19 +55,17 @@ def write_pose(path: Path, pose: Pose) -> None:
     path.write_text("".join(f"{key} = {value}\n" for key, value in values.items()))
 
 
-def command(root: Path, folder: Path | None, name: str, *words: str) -> "subprocess.CompletedProcess[str]":
-    fixed = []
-    if folder is not None:
-        fixed = ["--model", str(folder / "cuboid.cao"), "--camera", str(folder / "camera.toml")]
-    line = [sys.executable, "-m", "vision_server", name, *fixed, *words]
-    return subprocess.run(line, cwd=root, capture_output=True, text=True, timeout=120, check=False)
+def of(folder: Path, *words: str) -> list[str]:
+    """The words of a command about the cuboid."""
+    return ["--model", str(folder / "cuboid.cao"), "--camera", str(folder / "camera.toml"), *words]
 
 
 @pytest.mark.parametrize("source", ["frames", "film.avi"])
-def test_one_object_a_frame_and_a_film(root: Path, folder: Path, tmp_path: Path, source: str) -> None:
+def test_one_object_a_frame_and_a_film(folder: Path, tmp_path: Path, source: str) -> None:
     film = tmp_path / "out.mp4"
     words = [str(folder / source), "--json", "--seed-pose", str(folder / "right.toml")]
-    done = command(root, folder, "track", *words, "--overlay", str(film))
+    runs = process if source == "frames" else command
+    done = runs("vision_server", "track", *of(folder, *words, "--overlay", str(film)))
     assert done.returncode == 0, done.stderr
     told = [json.loads(line) for line in done.stdout.splitlines()]
     assert [one["frame"] for one in told] == list(range(COUNT))
@@ -78,40 +77,47 @@ def test_one_object_a_frame_and_a_film(root: Path, folder: Path, tmp_path: Path,
     assert int(video.get(cv2.CAP_PROP_FRAME_COUNT)) == COUNT
 
 
-def test_a_video_that_was_cut_off_is_said(root: Path, folder: Path, tmp_path: Path) -> None:
+def test_a_video_that_was_cut_off_is_said(folder: Path, tmp_path: Path) -> None:
+    # What a library writes by itself would be on standard error, too.
     content = (folder / "film.avi").read_bytes()
     seed = ["--seed-pose", str(folder / "right.toml"), "--json"]
     (tmp_path / "cut.avi").write_bytes(content[: len(content) * 3 // 5])
-    done = command(root, folder, "track", str(tmp_path / "cut.avi"), *seed)
+    done = process("vision_server", "track", *of(folder, str(tmp_path / "cut.avi"), *seed))
     assert done.returncode in (0, 2)
     assert len(done.stderr.strip().splitlines()) == 1
     assert "cut.avi" in done.stderr
     (tmp_path / "none.mp4").write_bytes(content[:100])
-    done = command(root, folder, "track", str(tmp_path / "none.mp4"), *seed)
+    done = process("vision_server", "track", *of(folder, str(tmp_path / "none.mp4"), *seed))
     assert done.returncode == 2
     assert "is no video or camera that can be read" in done.stderr
 
 
-def test_frames_of_another_size_end_in_a_message(root: Path, folder: Path) -> None:
+def test_frames_of_another_size_end_in_a_message(folder: Path) -> None:
     frames = [str(folder / "frames" / "000.png"), str(folder / "small.png")]
-    done = command(root, folder, "track", *frames, "--seed-pose", str(folder / "right.toml"), "--json")
+    done = command(
+        "vision_server", "track", *of(folder, *frames, "--seed-pose", str(folder / "right.toml"), "--json")
+    )
     assert done.returncode == 2
     assert len(done.stdout.splitlines()) == 1
     assert "Frame 1 has 100x100 px of uint8, the camera 320x240" in done.stderr
     assert "Traceback" not in done.stderr
 
 
-def test_a_pose_is_judged(root: Path, folder: Path) -> None:
+def test_a_pose_is_judged(folder: Path) -> None:
     image = str(folder / "frames" / "000.png")
-    right = command(root, folder, "check", image, "--pose", str(folder / "right.toml"), "--json")
+    right = command(
+        "vision_server", "check", *of(folder, image, "--pose", str(folder / "right.toml"), "--json")
+    )
     told = json.loads(right.stdout)
     assert (right.returncode, told["state"], told["better"]) == (0, "ok", None)
     assert told["probability"] > 0.9
-    wrong = command(root, folder, "check", image, "--pose", str(folder / "wrong.toml"), "--json")
+    wrong = command(
+        "vision_server", "check", *of(folder, image, "--pose", str(folder / "wrong.toml"), "--json")
+    )
     told = json.loads(wrong.stdout)
     assert (wrong.returncode, told["state"]) == (3, "lost")
     assert Pose.from_dict(told["better"]).error_to(POSE).within(0.3, 0.003)
-    assert command(root, folder, "check", image, "--pose", "nothing.toml").returncode == 2
+    assert command("vision_server", "check", *of(folder, image, "--pose", "nothing.toml")).returncode == 2
 
 
 @pytest.fixture
@@ -130,8 +136,8 @@ def served(tmp_path: Path) -> Iterator[list[str]]:
         server.stop()
 
 
-def test_the_command_follows_what_a_server_shows(root: Path, served: list[str]) -> None:
-    done = command(root, None, "track", *served, "--switch-lights", "--count", "3")
+def test_the_command_follows_what_a_server_shows(served: list[str]) -> None:
+    done = command("vision_server", "track", *served, "--switch-lights", "--count", "3")
     assert done.returncode == 0, done.stderr
     assert len(done.stdout.splitlines()) == 3
 

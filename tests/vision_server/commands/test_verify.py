@@ -2,31 +2,27 @@
 
 import json
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import cv2
 import pytest
 
-from tests.session.command import ROOT, controller
+from tests.commands import Done, command, process
+from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
 
-def verify(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "vision_server", "verify", *map(str, arguments)],
-        capture_output=True, text=True, timeout=120, cwd=ROOT, check=False,
-    )  # fmt: skip
+def verify(*arguments: str | Path) -> Done:
+    return command("vision_server", "verify", *arguments)
 
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """One of several images, of which some are discarded."""
     out = tmp_path_factory.mktemp("verify") / "run"
-    done = controller(
+    done = served(
         "--controller", "heuristic", "--target", "satellite", "--scenario", "harsh", "--seed", "2",
         "--threshold", "0.000001", "--max-iterations", "6", "--no-report", "--quiet", "--out", out,
     )  # fmt: skip
@@ -49,7 +45,7 @@ def changed(folder: Path, **values: Any) -> None:
 
 def test_a_session_is_as_it_states_wherever_its_folder_is(session: Path, copy: Path) -> None:
     stated = json.loads((session / "result.json").read_text())
-    done = verify(copy, "--json")
+    done = process("vision_server", "verify", copy, "--json")
     assert done.returncode == 0, done.stderr + done.stdout
     found = json.loads(done.stdout)
     assert found["as_stated"]
