@@ -17,9 +17,8 @@ from vision_server.channels.depth import Pixels
 from vision_server.image_set import ImageSet
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
-from vision_server.pose.covariance import share_within
-from vision_server.pose.support import PoseSupport
 from vision_server.pose.trust import TAILS, quality
+from vision_server.tracking.acceptance import HELD, STAYS, SURE, is_exact, is_likely, is_whole, whole_share
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.frame import NAME, Tone
@@ -29,13 +28,7 @@ Floats = NDArray[np.float64]
 State = Literal["sure", "unsure", "lost"]
 
 # Chosen by hand where nothing else is said.
-SURE = 0.9  # probability from which on a pose is believed to be the right one; exact enough, it is sure:
-LIMITS, WITHIN = (3.0, 0.02), 0.9  # within degrees and a share of the range with so much of its covariance
-STAYS = 0.5  # and from which on it stays believed, from one frame to the next
-HELD = 0.3  # and from which on it is still followed
 HELD_SHARE = 0.2  # of the lines' length, on lines seen whole: what an occluder leaves is followed, not surely
-WHOLE = 0.75  # of a line's length, seen
-MISSING = 0.3  # support of a line under which it is not seen
 SURPRISING = 38.3  # squared innovation that one pose in a million exceeds where the filter is honest
 AS_BEFORE = 0.5  # of the quality that believed frames have: below, the frame is looked at again ...
 LIKE_BEFORE = 0.25  # ... and below this nothing in it is believed
@@ -46,7 +39,6 @@ MOST_AGAINST = 3  # searches in doubt that count: as many must believe before wh
 FARTHER = 1.6  # than when it was last seen, or nearer, it may be then
 PERIOD_S = 1.0 / 30.0  # between frames, where nothing tells
 LONGEST_S = 0.5  # without a pose, until velocity says nothing
-MOST_MISSING = 0.15  # of the visible length on lines not seen, to be sure of a target found again; by hand
 SAME = (3.0, 0.03)  # degrees, share of the range, that a fit to whole lines moves a pose that was searched
 WIDENED, WIDEST = 1.25, 2.5  # the range of a search, with each frame that found nothing, and at most
 
@@ -100,6 +92,7 @@ class Tracker:
         self._believed = False  # whether the last search that found something believed it
         self._typical = 0.0  # quality of believed frames
         self._was_believed = False
+        self._met = False  # whether any pose was found yet
         self._misses = 0
         self._vain = 0  # searches that were not believed, in a row
         self._against = 0  # searches that doubted what they found, less those that did not
@@ -168,7 +161,9 @@ class Tracker:
             found = self._followed(pixels, self._motion)
             if found is not None and (self._doubted < LOOKED_AT_ANEW or self._is_believed(found)):
                 return self._taken(found)
-        return self._searched(pixels)
+            if found is not None and found.belief(0.0) >= HELD:
+                return self._searched(pixels, found)
+        return self._searched(pixels, None)
 
     def _followed(self, pixels: Pixels, expected: Motion) -> Found | None:
         """The pose around the expected one, or where the target was, that a frame supports best."""
@@ -220,38 +215,58 @@ class Tracker:
         return "sure" if sure else "unsure", found.pose, found.covariance, support
 
     def _held(self, pose: Pose, quality: float, believed: bool) -> None:
-        self._around, self._misses, self._since_s, self._was_believed = pose, 0, 0.0, believed
+        self._around, self._met, self._misses, self._since_s = pose, True, 0, 0.0
+        self._was_believed = believed
         self._doubted = 0 if believed else self._doubted + 1
         self._trusted = pose if believed else self._trusted
         if believed:
             self._typical += (quality - self._typical) * (REMEMBERED if self._typical > 0.0 else 1.0)
 
-    def _searched(self, pixels: Pixels) -> tuple[State, Pose | None, Floats | None, dict[int, float] | None]:
-        """Search everything around the last pose, farther with each frame that finds nothing."""
+    def _searched(
+        self, pixels: Pixels, followed: Found | None
+    ) -> tuple[State, Pose | None, Floats | None, dict[int, float] | None]:
+        """Search everything around the last pose, farther with each frame that finds nothing.
+
+        A pose that was ``followed`` and is not believed stays unless what is found is better.
+        """
         estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
         self._doubted = 0
-        if estimate.pose is None or estimate.covariance is None or estimate.score < HELD:
+        likely = estimate.score >= HELD or is_likely(estimate, self._met)
+        found = None  # on whole lines, as every frame is
+        if likely and estimate.pose is not None:
+            found = self._sight.near(pixels, estimate.pose, self._habits)
+            if found is not None and not found.pose.error_to(estimate.pose).within(*SAME):
+                found = None
+        if followed is not None and (found is None or found.quality <= followed.quality):
+            same = estimate.pose is not None and followed.pose.error_to(estimate.pose).within(*SAME)
+            self._was_believed = self._believed = self._judged(estimate) and same
+            return self._taken(followed)
+        if not likely or estimate.pose is None or estimate.covariance is None:
             self._misses, self._was_believed = self._misses + 1, False
             if self._since_s > LONGEST_S:
                 self._motion = None
             return "lost", None, None, None
         assert estimate.support is not None
-        self._ambiguity = estimate.ambiguity
-        worth = quality(estimate.support)
-        believed = estimate.score >= SURE and worth >= LIKE_BEFORE * self._typical
-        if self._misses > 0:  # a wider search meets more that looks alike
-            believed = believed and missing_share(estimate.support) <= MOST_MISSING
-        self._against = max(min(self._against + (-1 if believed else 1), MOST_AGAINST), 0)
-        self._believed = believed = believed and self._against == 0
+        self._believed = believed = self._judged(estimate)
         pose, covariance = estimate.pose, TAILS**2 * estimate.covariance
-        found = self._sight.near(pixels, pose, self._habits)  # on whole lines, as every frame is
-        if found is not None and found.pose.error_to(pose).within(*SAME):
+        if found is not None:
             pose, covariance = found.pose, found.covariance
         sure = believed and is_exact(pose, covariance)
         self._motion = Motion.at_rest(pose, covariance, self._sight.model.middle)
-        self._held(pose, worth, believed)
+        self._held(pose, quality(estimate.support), believed)
         support = {line.line: line.support for line in estimate.lines}
         return "sure" if sure else "unsure", pose, covariance, support
+
+    def _judged(self, estimate: Estimate) -> bool:
+        """Whether what a search found is believed, after what those before it found."""
+        self._ambiguity = estimate.ambiguity
+        if estimate.support is None or estimate.score < HELD:
+            return False
+        believed = estimate.score >= SURE and quality(estimate.support) >= LIKE_BEFORE * self._typical
+        if self._misses > 0:  # a wider search meets more that looks alike
+            believed = believed and is_whole(estimate.support)
+        self._against = max(min(self._against + (-1 if believed else 1), MOST_AGAINST), 0)
+        return believed and self._against == 0
 
     def _estimate(self, pixels: Pixels, widened: float) -> Estimate:
         sight = self._sight
@@ -276,22 +291,3 @@ class Tracker:
                 other = estimate_pose(images, [NAME], sight.model, sight.camera, pose, self._settings)
                 found = max(found, other, key=lambda one: one.score)
         return found
-
-
-def is_exact(pose: Pose, covariance: Floats) -> bool:
-    """Whether a pose is known, by its covariance (6, 6), as exactly as a sure one is."""
-    return share_within(LIMITS, pose, covariance) >= WITHIN
-
-
-def whole_share(support: PoseSupport) -> float:
-    """Share of the visible length that is on lines of which WHOLE is seen; clutter gives pieces."""
-    lines = support.lines
-    whole = sum(line.visible_px for line in lines if line.support >= WHOLE)
-    return whole / max(sum(line.visible_px for line in lines), 1e-9)
-
-
-def missing_share(support: PoseSupport) -> float:
-    """Share of the visible length that is on lines of which hardly anything is seen."""
-    lines = support.lines
-    missing = sum(line.visible_px for line in lines if line.support < MISSING)
-    return missing / max(sum(line.visible_px for line in lines), 1e-9)

@@ -15,9 +15,10 @@ from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_
 from tests.vision_server.tracking.films import filmed, moving
 from vision_server.channels.depth import Pixels
 from vision_server.pipeline import Estimate
+from vision_server.tracking.acceptance import is_exact, is_likely
 from vision_server.tracking.following import Sight
 from vision_server.tracking.motion import about
-from vision_server.tracking.tracker import LOOKED_AT_ANEW, SURPRISING, Tracked, Tracker, is_exact
+from vision_server.tracking.tracker import LOOKED_AT_ANEW, SURPRISING, Tracked, Tracker
 
 NEAR = disturbed(POSE, np.random.default_rng(1), 10.0, 10.0, CAMERA.fx)
 
@@ -116,7 +117,7 @@ def test_a_pose_that_is_believed_but_not_exact_is_unsure_and_is_followed(
         return search(self, pixels, widened)
 
     monkeypatch.setattr(Tracker, "_estimate", counted)
-    monkeypatch.setattr("vision_server.tracking.tracker.WITHIN", 1.1)
+    monkeypatch.setattr("vision_server.tracking.acceptance.WITHIN", 1.1)
     poses = moving(12, still=3)
     told = followed(model, list(poses))
     assert {one.state for one in told} == {"unsure"}
@@ -173,3 +174,42 @@ def test_of_believed_poses_the_one_that_the_motion_foresees_is_taken(
     monkeypatch.setattr(Sight, "far", lambda *_: [other])
     monkeypatch.setattr(Sight, "near", lambda *_: right)
     assert tracker._followed(frames[3], expected) is right
+
+
+def test_a_pose_that_is_followed_stays_where_a_search_finds_nothing_better(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search, scores = Tracker._estimate, iter([0.5])
+
+    def scored(self: Tracker, pixels: Pixels, widened: float) -> Estimate:
+        found = search(self, pixels, widened)
+        score = next(scores, None)
+        return replace(found, pose=None, score=0.0) if score is None else replace(found, score=score)
+
+    monkeypatch.setattr(Tracker, "_estimate", scored)
+    poses = moving(12, still=3)
+    told = followed(model, list(poses))
+    assert {one.state for one in told} == {"unsure"}
+    for one, true in zip(told, poses, strict=True):
+        assert one.pose is not None
+        assert one.pose.error_to(true).within(0.3, 0.003)
+
+
+def test_a_low_score_whose_lines_are_there_is_followed_and_never_sure(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search, seen = Tracker._estimate, []
+
+    def scored(self: Tracker, pixels: Pixels, widened: float) -> Estimate:
+        seen.append(replace(search(self, pixels, widened), score=0.1))
+        return seen[-1]
+
+    monkeypatch.setattr(Tracker, "_estimate", scored)
+    told = followed(model, list(moving(8, still=8)))
+    assert {one.state for one in told} == {"unsure"}
+    assert seen[0].support is not None
+    assert is_likely(seen[0], known=True)
+    monkeypatch.setattr("vision_server.tracking.acceptance.MISSING", 1.1)  # as if no line were seen
+    assert not is_likely(seen[0], known=True)
+    assert is_likely(seen[0], known=False)
+    assert not is_likely(replace(seen[0], pose=None), known=False)

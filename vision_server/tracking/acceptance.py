@@ -1,0 +1,57 @@
+"""What a pose has to show to be followed, believed and called sure."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.pose import Pose
+from vision_server.pipeline import Estimate
+from vision_server.pose.covariance import share_within, uncertainty
+from vision_server.pose.support import PoseSupport
+from vision_server.pose.trust import belief
+
+Floats = NDArray[np.float64]
+
+# Chosen by hand.
+SURE = 0.9  # probability from which on a pose is believed to be the right one; exact enough, it is sure:
+LIMITS, WITHIN = (3.0, 0.02), 0.9  # within degrees and a share of the range with so much of its covariance
+STAYS = 0.5  # and from which on it stays believed, from one frame to the next
+HELD = 0.3  # and from which on it is still followed
+WHOLE = 0.75  # of a line's length, seen
+MISSING = 0.3  # support of a line under which it is not seen
+MOST_MISSING = 0.15  # of the visible length on lines not seen, to be sure of a target found again
+
+
+def is_likely(estimate: Estimate, known: bool) -> bool:
+    """Whether a searched pose of a low score is worth following, if not surely.
+
+    A score is low also where a stretched model would do better, and rounded edges make a target look
+    stretched. What may have left, as it is ``known`` from frames before, has to show its lines.
+    """
+    if estimate.pose is None or estimate.covariance is None or estimate.support is None:
+        return False
+    spread = uncertainty(estimate.covariance, estimate.pose.translation)
+    believed = belief(estimate.support, estimate.ambiguity, spread)
+    if known:
+        return believed >= STAYS and is_whole(estimate.support)
+    return believed >= HELD
+
+
+def is_exact(pose: Pose, covariance: Floats) -> bool:
+    """Whether a pose is known, by its covariance (6, 6), as exactly as a sure one is."""
+    return share_within(LIMITS, pose, covariance) >= WITHIN
+
+
+def whole_share(support: PoseSupport) -> float:
+    """Share of the visible length that is on lines of which WHOLE is seen; clutter gives pieces."""
+    lines = support.lines
+    whole = sum(line.visible_px for line in lines if line.support >= WHOLE)
+    return whole / max(sum(line.visible_px for line in lines), 1e-9)
+
+
+def is_whole(support: PoseSupport) -> bool:
+    """Whether hardly anything is missing: lines of which next to nothing is seen are MOST_MISSING at most."""
+    lines = support.lines
+    missing = sum(line.visible_px for line in lines if line.support < MISSING)
+    return missing <= MOST_MISSING * sum(line.visible_px for line in lines)
