@@ -9,7 +9,14 @@ from typing import Any
 
 from bridge.errors import BadInput
 from vision_server.commands.estimate import read_set
-from vision_server.commands.options import add_exposures, add_gamma, add_model_and_camera, add_seed
+from vision_server.commands.options import (
+    add_edge_radius,
+    add_exposures,
+    add_gamma,
+    add_model_and_camera,
+    add_seed,
+    told_edge_radius,
+)
 
 EXITS = {"ok": 0, "doubtful": 1, "lost": 3}
 
@@ -26,6 +33,7 @@ def add_options(parser: ArgumentParser) -> None:
         help="File with rotation_vector (rad) and translation (m), camera_T_target.",
     )  # fmt: skip
     add_exposures(parser)
+    add_edge_radius(parser)
     parser.add_argument("--json", action="store_true", help="One JSON object on stdout.")
     add_seed(parser)
     add_gamma(parser)
@@ -53,10 +61,13 @@ def _judged(options: Namespace) -> dict[str, Any]:
     pose = read_seed_pose(options.pose, model)
     images, names, tone_sd_px = read_set(options, given.camera, given.table)
     settings = PipelineSettings(
-        seed=options.seed, tone_sd_px=tone_sd_px, tolerance_m=given.tolerance_m(model) or 0.0
+        seed=options.seed,
+        tone_sd_px=tone_sd_px,
+        tolerance_m=given.tolerance_m(model) or 0.0,
     )
     try:
-        found = judged(images, names, model, given.camera, pose, settings)
+        radius_m = told_edge_radius(options.edge_radius, given, model)
+        found = judged(images, names, model, given.camera, pose, settings, edge_radius_m=radius_m)
     except GeometryError as error:
         raise BadInput(str(error)) from error
     return judgement_result(pose, found)

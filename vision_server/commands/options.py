@@ -5,10 +5,14 @@ from __future__ import annotations
 import math
 from argparse import ArgumentParser
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bridge.command_line import number, whole_number
 from bridge.errors import BadInput
+
+if TYPE_CHECKING:
+    from geometry.model import Model
+    from vision_server.serve.inputs import GivenCamera
 
 
 def add_model_and_camera(parser: ArgumentParser) -> None:
@@ -42,6 +46,24 @@ def add_gamma(parser: ArgumentParser) -> None:
         "--gamma", type=number(0.01, 100.0),
         help="Tone curve to undo: linear = grey^gamma; else [camera] gamma, or what the files tell.",
     )  # fmt: skip
+
+
+def add_edge_radius(parser: ArgumentParser) -> None:
+    """How round the target's edges are."""
+    parser.add_argument(
+        "--edge-radius", type=number(0.0, 1e6), metavar="M",
+        help="Radius of the target's rounded edges, m; else [target] edge_radius_m of the camera's file, "
+        "or what the frames show.",
+    )  # fmt: skip
+
+
+def told_edge_radius(option: float | None, given: GivenCamera, model: Model) -> float | None:
+    """What the command line or [target] says of that, None if nothing; raises as `checked_edge_radius`."""
+    from vision_server.serve.inputs import checked_edge_radius
+
+    return (
+        given.edge_radius_m(model) if option is None else checked_edge_radius(option, model, "--edge-radius")
+    )
 
 
 def told_gamma(option: float | None, table: dict[str, Any]) -> float | None:

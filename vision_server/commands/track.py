@@ -17,7 +17,14 @@ from typing import TYPE_CHECKING
 from bridge.command_line import number, whole_number
 from bridge.errors import EXIT_NO_POSE, BadInput
 from vision_server.commands.estimate import started_at
-from vision_server.commands.options import add_gamma, add_model_and_camera, add_seed, told_gamma
+from vision_server.commands.options import (
+    add_edge_radius,
+    add_gamma,
+    add_model_and_camera,
+    add_seed,
+    told_edge_radius,
+    told_gamma,
+)
 
 if TYPE_CHECKING:
     from vision_server.serve.inputs import GivenCamera
@@ -57,6 +64,7 @@ def add_options(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--count", type=whole_number(1), metavar="N", help="End after so many frames; else Ctrl-C ends."
     )
+    add_edge_radius(parser)
     add_seed(parser)
     add_gamma(parser)
 
@@ -147,6 +155,7 @@ def _tracker(
         gamma,
         NOMINAL_TONE_SD_PX if nominal else KNOWN_TONE_SD_PX,
         options.seed,
+        told_edge_radius(options.edge_radius, camera, model),
     )
 
 

@@ -22,6 +22,7 @@ from vision_server.matching.match import Anywhere
 # Chosen by hand where nothing else is said.
 SIZES_MEANT_M = (0.003, 30.0)  # across: parts outside are rare, and files in another unit than told are not
 FOREIGN = (".yaml", ".yml", ".xml")  # camera files of other programs
+MOST_ROUNDED = 0.1  # of the target's size: lines of what is rounder are no edges any more
 MOST_TOLERANCE = 0.05  # of the target's size: what is so far off is another part
 SIZES_SEEN = (0.02, 20.0)  # of a part, over the frame's width: beyond, unit or seed pose are wrong
 NEAREST = 1e-6  # of the target's size: nearer to its middle a camera has no direction from which it looks
@@ -75,6 +76,13 @@ class GivenCamera:
         """``[target] tolerance_m``: how far lines of the part may be off the model's; None if untold."""
         told = self.target.get("tolerance_m") if isinstance(self.target, dict) else None
         return None if told is None else checked_tolerance(told, model, f"{self.path}: [target] ")
+
+    def edge_radius_m(self, model: Model) -> float | None:
+        """``[target] edge_radius_m``: by how much the target's edges are rounded; None if untold."""
+        told = self.target.get("edge_radius_m") if isinstance(self.target, dict) else None
+        return (
+            None if told is None else checked_edge_radius(told, model, f"{self.path}: [target] edge_radius_m")
+        )
 
 
 def read_camera_file(path: Path) -> GivenCamera:
@@ -160,6 +168,23 @@ def checked_tolerance(value: Any, model: Model, whose: str = "Parameter ") -> fl
         raise BadInput(
             f"{whose}tolerance_m must be a number from 0 to {most:.3g} m, not {value!r}.",
             f"At most {MOST_TOLERANCE:.0%} of the model's size; half a permille is usual for machined parts.",
+        )
+    return float(value)
+
+
+def checked_edge_radius(value: Any, model: Model, name: str) -> float:
+    """The radius of rounded edges in metres, as it is used.
+
+    Raises
+    ------
+    BadInput
+        No number, negative, or more than MOST_ROUNDED of the model's size.
+    """
+    most = MOST_ROUNDED * model.diameter
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 <= value <= most:
+        raise BadInput(
+            f"{name} must be a number from 0 to {most:.3g} m, not {value!r}.",
+            f"At most {MOST_ROUNDED:.0%} of the model's size; 0 is for sharp edges.",
         )
     return float(value)
 

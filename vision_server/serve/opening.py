@@ -102,6 +102,7 @@ def open_task(
     )
     task = PoseTask(describe, model, camera, gain, gamma, seed_pose or anywhere, settings, anywhere)
     task.raw = told_raw(table, 16)
+    task.edge_radius_m = None if given is None else given.edge_radius_m(model)
     if args.out is not None:
         source = Path(args.camera_file or "describe")
         shown = _recorded(describe, task, table, model_file, unit, source)

@@ -52,6 +52,8 @@ class PoseTask:
         The set, and with it what was computed for each image.
     retired
         Names of images of earlier sets, which went when the scene's geometry changed; they stay taken.
+    edge_radius_m
+        Of the target's rounded edges, where the camera's file tells it.
     raw
         What the pixels of frames are, as they come.
     seed_pose
@@ -85,6 +87,7 @@ class PoseTask:
     anywhere: Anywhere = field(default_factory=Anywhere)
     recorder: Recorder | None = None
     raw: Raw = field(default_factory=lambda: Raw(16))
+    edge_radius_m: float | None = None
     images: ImageSet = field(init=False)
     retired: set[str] = field(default_factory=set)
     best: Estimate | None = None

@@ -23,7 +23,13 @@ def tracked(task: PoseTask, pixels: FramePixels, time_s: float | None) -> dict[s
     if task.tracker is None:
         settings = task.settings
         task.tracker = Tracker(
-            task.model, task.camera, task.seed_pose, task.gamma, settings.tone_sd_px, settings.seed
+            task.model,
+            task.camera,
+            task.seed_pose,
+            task.gamma,
+            settings.tone_sd_px,
+            settings.seed,
+            task.edge_radius_m,
         )
     told = task.tracker.step(task.raw.grey(pixels), time_s)
     return {**tracked_result(told), "note": told.note}
@@ -34,7 +40,15 @@ def checked(task: PoseTask, args: CheckArgs) -> dict[str, Any]:
     pose = Pose(np.array(args.pose.rotation_vector), np.array(args.pose.translation))
     try:
         checked_pose(pose, task.model)
-        found = judged(task.images, args.images, task.model, task.camera, pose, task.settings)
+        found = judged(
+            task.images,
+            args.images,
+            task.model,
+            task.camera,
+            pose,
+            task.settings,
+            edge_radius_m=task.edge_radius_m,
+        )
     except GeometryError as error:
         raise BadInput(f"The pose to be checked: {error}.") from error
     return judgement_result(pose, found)

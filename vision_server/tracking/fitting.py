@@ -30,6 +30,7 @@ TAIL = 4.0  # degrees of freedom of Student's t, by which lines are off
 ITERATIONS = 8
 # By hand, on printed boxes (radii of 1 to 4 % of the shortest side) and exact models (none):
 ROUNDING_SD = 0.02  # of the shorter lines: the radius of rounded edges, as half a normal
+KNOWN_TO, SHARP_TO = 0.1, 1e-4  # of a radius that was told, of the shorter lines: one sd
 EVEN_PX, POWER = 0.09, 6.0  # lines that are off so much are as likely of rounded edges as of sharp ones
 UNSEEN = 0.2  # numbers that OFF_PX counts as in what lines say of that
 SHORTER = 25.0  # percent of the lines
@@ -51,7 +52,7 @@ class Habits(NamedTuple):
     ----------
     off_px2 : variance of what they are off; worth ``seen`` lines.
     radius_m, radius_sd_m : of its edges, were they rounded: a normal to be cut off at 0.
-    at_first_m : the standard deviation of that before anything was seen.
+    at_first_m : the standard deviation of that before anything was seen; 0 where the radius is known.
     """
 
     off_px2: float
@@ -61,10 +62,14 @@ class Habits(NamedTuple):
     at_first_m: float
 
     @classmethod
-    def of(cls, model: Model) -> Habits:
-        """Of a target that was not seen yet."""
+    def of(cls, model: Model, edge_radius_m: float | None = None) -> Habits:
+        """Of a target that was not seen yet; ``edge_radius_m`` of its edges where that is known."""
         lengths = np.linalg.norm(np.diff(model.vertices[model.lines], axis=1)[:, 0], axis=1)
-        radius_sd_m = ROUNDING_SD * float(np.percentile(lengths, SHORTER))
+        shorter_m = float(np.percentile(lengths, SHORTER))
+        if edge_radius_m is not None:
+            known_sd_m = max(KNOWN_TO * edge_radius_m, SHARP_TO * shorter_m)
+            return cls(OFF_PX**2, SEEN_AS, edge_radius_m, known_sd_m, 0.0)
+        radius_sd_m = ROUNDING_SD * shorter_m
         return cls(OFF_PX**2, SEEN_AS, 0.0, radius_sd_m, radius_sd_m)
 
     def after(self, fit: Fit) -> Habits:
@@ -153,7 +158,8 @@ def none_or_rounded(
 
     Parameters
     ----------
-    at_first_sd : of the radius before anything was seen, that of half a normal, were the edges rounded.
+    at_first_sd : of the radius before anything was seen, that of half a normal, were the edges rounded; 0
+        where they are for certain.
     odds_before : that they are, before the radius was looked at.
 
     Returns
@@ -167,8 +173,10 @@ def none_or_rounded(
     above = max(float(unknowns[-1]) / sd, -FARTHEST)
     mass = mills_ratio(above)
     hazard = 1.0 / mass
-    odds = odds_before * 2.0 * sd / at_first_sd / math.sqrt(2.0 * math.pi) * mass
-    rounded = odds / (1.0 + odds)
+    rounded = 1.0
+    if at_first_sd > 0.0:
+        odds = odds_before * 2.0 * sd / at_first_sd / math.sqrt(2.0 * math.pi) * mass
+        rounded = odds / (1.0 + odds)
     mean, spread = sd * (above + hazard), variance * max(1.0 - hazard * (hazard + above), 0.0)
     spread = rounded * (spread + (1.0 - rounded) * mean**2)
     gain = covariance[:, -1] / variance

@@ -93,11 +93,13 @@ def judged(
     pose: Pose,
     settings: PipelineSettings = PipelineSettings(),
     endpoints: Floats | None = None,
+    edge_radius_m: float | None = None,
 ) -> Judgement:
     """Judge a pose by images of one set; ``endpoints`` (N, 4) px of its segments spare finding them again.
 
     The pose is compared with what refinement makes of it, with what a search around it finds, and with turns
-    of that onto near symmetries of the target.
+    of that onto near symmetries of the target. ``edge_radius_m`` is that of the target's rounded edges, where
+    it is known.
 
     Raises
     ------
@@ -116,7 +118,7 @@ def judged(
     if endpoints is None:
         endpoints = extract_segments(images.edge_map(names)).endpoints
     wide = pose_of_segments(endpoints, problem.channels, model, camera, pose, settings)
-    around = _poses_around(problem, wide, pose)
+    around = _poses_around(problem, wide, pose, edge_radius_m)
     if given is None or not around:
         return Judgement(0.0, None, None, missing, ())
     best = around[0]
@@ -139,7 +141,9 @@ def log_odds(believed: float) -> float:
     return math.log(believed / (1.0 - believed))
 
 
-def _poses_around(problem: PoseProblem, wide: Estimate, pose: Pose) -> list[Around]:
+def _poses_around(
+    problem: PoseProblem, wide: Estimate, pose: Pose, edge_radius_m: float | None
+) -> list[Around]:
     """All poses that the given one may be mistaken for or is, the likeliest first; none twice.
 
     ``wide`` is what a search around the given pose finds.
@@ -161,7 +165,8 @@ def _poses_around(problem: PoseProblem, wide: Estimate, pose: Pose) -> list[Arou
             distinct.append(one)
     distinct.sort(key=lambda one: -one.nats)
     worth = [one for one in distinct if one.nats > distinct[0].nats + RIVAL_NATS * math.log(LEAST_ODDS)]
-    return [_on_lines(problem, one) for one in worth]
+    habits = Habits.of(problem.model, edge_radius_m)
+    return [_on_lines(problem, one, habits) for one in worth]
 
 
 def _refined(problem: PoseProblem, poses: Sequence[Pose]) -> list[Around]:
@@ -178,12 +183,11 @@ def _refined(problem: PoseProblem, poses: Sequence[Pose]) -> list[Around]:
     return found
 
 
-def _on_lines(problem: PoseProblem, one: Around) -> Around:
+def _on_lines(problem: PoseProblem, one: Around, habits: Habits) -> Around:
     """The pose fitted to whole lines, whose covariance knows what they are off by more than noise.
 
     Where too few are seen for that, the covariance is that of edge points, and its tails.
     """
-    habits = Habits.of(problem.model)
     problem = replace(problem, scale=line_scales(problem, one.pose))
     spacing = spacing_for(problem.model, problem.camera, one.pose)
     beside = beside_px2(problem, one.pose)

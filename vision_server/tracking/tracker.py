@@ -72,6 +72,7 @@ class Tracker:
     seed_pose : where the target is in the first frame, within the search range, or what is known without.
     gamma, tone_sd_px : the frames' tone curve, see `estimate_pose`.
     seed : of the searches' draws.
+    edge_radius_m : of the target's rounded edges, where that is known.
     """
 
     def __init__(
@@ -82,12 +83,13 @@ class Tracker:
         gamma: float = 1.0,
         tone_sd_px: float = 0.01,
         seed: int = 0,
+        edge_radius_m: float | None = None,
     ) -> None:
         self._sight = Sight(model, camera, Tone.of(gamma, tone_sd_px))
         self._settings = PipelineSettings(seed=seed, tone_sd_px=tone_sd_px)
         self._around = self._trusted = seed_pose  # the last pose, and the last believed one
         self._motion: Motion | None = None
-        self._habits = Habits.of(model)
+        self._habits = Habits.of(model, edge_radius_m)
         self._ambiguity = 0.0
         self._believed = False  # whether the last search that found something believed it
         self._typical = 0.0  # quality of believed frames

@@ -103,6 +103,32 @@ def test_frames_of_another_size_end_in_a_message(folder: Path) -> None:
     assert "Traceback" not in done.stderr
 
 
+def test_a_radius_of_edges_is_told_by_file_or_option(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told, camera, start = [], tmp_path / "camera.toml", Tracker.__init__
+
+    def heard(self: Tracker, *values: object) -> None:
+        told.append(values[-1])
+        start(self, *values)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Tracker, "__init__", heard)
+    words = ["track", str(folder / "frames" / "000.png"), "--model", str(folder / "cuboid.cao")]
+    words += ["--camera", str(camera), "--seed-pose", str(folder / "right.toml"), "--json"]
+    for line, more in (("", []), ("edge_radius_m = 0.001", []), ("", ["--edge-radius", "0.0005"])):
+        camera.write_text((folder / "camera.toml").read_text() + f"[target]\n{line}\n")
+        assert run_command("vision_server", "Vision server.", COMMANDS, [*words, *more]) == 0
+    assert told == [None, 0.001, 0.0005]
+    capsys.readouterr()
+    camera.write_text((folder / "camera.toml").read_text() + "[target]\nedge_radius_m = -1\n")
+    assert run_command("vision_server", "Vision server.", COMMANDS, words) == 2
+    assert "edge_radius_m must be a number from 0 to" in capsys.readouterr().err
+    check = ["check", *words[1:-3], "--pose", str(folder / "right.toml"), "--edge-radius", "1"]
+    camera.write_text((folder / "camera.toml").read_text())
+    assert run_command("vision_server", "Vision server.", COMMANDS, check) == 2
+    assert "--edge-radius must be a number from 0 to" in capsys.readouterr().err
+
+
 def test_a_pose_is_judged(folder: Path) -> None:
     image = str(folder / "frames" / "000.png")
     right = command(

@@ -72,6 +72,14 @@ def test_what_lines_of_the_part_may_be_off_is_told_by_a_file_or_the_description(
     assert task.settings.tolerance_m == 1e-4
 
 
+def test_how_round_edges_are_is_told_by_the_camera_s_file(tmp_path: Path) -> None:
+    assert opened(tmp_path).edge_radius_m is None
+    assert opened(tmp_path, "[target]\nedge_radius_m = 2e-3").edge_radius_m == 2e-3
+    for bad in ("-1e-4", "10.0", "nan", "true", "'1 mm'"):
+        with pytest.raises(BadInput, match="edge_radius_m must be a number"):
+            opened(tmp_path, f"[target]\nedge_radius_m = {bad}")
+
+
 def test_a_tolerance_goes_with_the_recorded_folder(tmp_path: Path) -> None:
     known = TargetDescription(model=str(find_target("cube")), seed_pose=SEED, tolerance_m=1e-4)
     (tmp_path / "camera.toml").write_text(CAMERA)

@@ -167,3 +167,21 @@ def test_frames_that_say_nothing_of_the_radius_leave_it_where_it_was() -> None:
     silent = replace(fit, radius_told=(0.0, 0.0))
     after = first.after(silent)
     assert (after.radius_m, after.radius_sd_m) == (first.radius_m, pytest.approx(first.radius_sd_m))
+
+
+def test_a_radius_that_is_told_puts_rounded_boxes_where_they_are() -> None:
+    radius, box = 0.005, plain_box(0.005)
+    off = {}
+    for told in (None, radius, 0.0):
+        habits, errors = Habits.of(sharp(box), told), []
+        for number, turn in enumerate(TURNS):
+            pose = seen_at(turn)
+            problem = problem_of(Window(pictured(box, pose, number), CAMERA), sharp(box), TONE)
+            fit = fitted(problem, pose, 4.0, SPACING_PX, habits)
+            assert fit is not None
+            errors.append(fit.pose.error_to(pose).translation_m / pose.translation[2])
+            if told is not None:
+                assert abs(fit.radius_m - told) < 0.3 * radius
+        off[told] = float(np.median(errors))
+    assert off[radius] < 0.6 * off[None]
+    assert off[radius] < 0.3 * off[0.0]
