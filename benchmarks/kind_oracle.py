@@ -35,13 +35,14 @@ from geometry.visibility import visible_samples
 from image_server.simulator import Simulator
 from image_server.simulator.material import MaterialChanges, Texture
 from image_server.simulator.scenario import Background, Scenario, load_scenario, with_conditions
+from vision_server.channels.gradients import Normals
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.edges.kinds import EdgeKinds, edge_kinds
 from vision_server.edges.likelihoods import HIGHLIGHT, PRINT, SHADOW
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import PipelineSettings, pose_of_segments
 from vision_server.pose import hypotheses, line_scales, observation
-from vision_server.pose.edge_points import EdgePoints, Normals
+from vision_server.pose.edge_points import EdgePoints
 from vision_server.pose.edge_search import search
 from vision_server.segments.extraction import extract_segments
 

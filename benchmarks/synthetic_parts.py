@@ -1,7 +1,7 @@
 """Parts drawn at random, of as many lines as asked for, and images of them by a plain rasteriser.
 
     .venv/bin/python -m benchmarks.synthetic_parts [--shape prisms] [--counts 12,100,500,1000] [--trials 12]
-        [--width 640] [--away-m 0] [--occluded 0] [--rotation-deg 25] [--translation-px 40]
+        [--width 640] [--away-m 0] [--occluded 0] [--rotation-deg 25] [--translation-px 40] [--seed 0]
 
 Prisms on a plate have so many lines; round and machined parts so many segments to a circle. One JSON object
 per count: how many poses from disturbed starts are right (1 degree, 1 % of the range, up to symmetry), the
@@ -221,6 +221,7 @@ def main(  # noqa: PLR0913  # the options of a command
     hidden: Annotated[float, typer.Option("--occluded", help="Share of the part.")] = 0.0,
     rotation_deg: float = 25.0,
     translation_px: Annotated[float, typer.Option(help="At 640 px; more on wider frames.")] = 40.0,
+    seed: Annotated[int, typer.Option(help="Draws parts, poses, lamps and starts.")] = 0,
     write: Annotated[Path | None, typer.Option(help="Folder for the images.")] = None,
 ) -> None:
     """Poses of random parts from disturbed starts."""
@@ -229,14 +230,16 @@ def main(  # noqa: PLR0913  # the options of a command
     for count in map(int, counts.split(",")):
         errors, seconds, wrong, sure, drawn = [], [], 0, 0, []
         for number in range(trials):
-            rng = np.random.default_rng((count, number))
+            rng = np.random.default_rng((seed, count, number))
             surface = part_of(shape, count, rng)
             model = Model.of_surface("part", surface)
             drawn.append(len(model.lines))
             true = random_view(rng, model, camera)
             pixels = rendered(model, camera, true, rng)
             if hidden:
-                aside_rng = np.random.default_rng((count, number, 1))  # the rest of the draw stays as it is
+                aside_rng = np.random.default_rng(
+                    (seed, count, number, 1)
+                )  # the rest of the draw stays as it is
                 pixels = occluded(pixels, model, camera, true, aside_rng, hidden)
             if write is not None:
                 cv2.imwrite(str(write / f"{shape}_{count}_{number}.png"), pixels)

@@ -1,175 +1,257 @@
-"""The smoothed gradient of one channel at the scales that refinement asks for, computed once and kept."""
+"""The smoothed gradient of one channel at the scales that refinement asks for, computed where it looks.
+
+A pose is measured on the normals of lines, a few pixels to either side: of a large image hardly anything is
+ever looked at. So the image is cut into tiles, and a tile is computed when a normal first runs into it.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
+from numerics.kernels import kernel
 from vision_server.channels.channel import ChannelStatistics
-from vision_server.channels.depth import Field, Grey, linear_image
+from vision_server.channels.depth import Field, Grey, Pixels, is_deep, linear_image, rounded
 from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient, gaussian_kernels, noise_gain
 from vision_server.channels.noise import SATURATED_GREY
 
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Numbers = NDArray[np.int32]
+
 SCALES_PX = (1.0, 2.0, 4.0, 8.0)  # Gaussian derivatives: sharp, soft, defocused, motion-blurred
+# Chosen by hand: smaller tiles cost more for what surrounds each of them, larger ones hold more that nobody
+# looks at.
+TILE_BITS = 5
+TILE_PX = 1 << TILE_BITS
+FULL = 0.2  # of a block of tiles, at least, that are computed at once
+ALIGNED_PX = (
+    32  # blocks start at multiples: filters that work on some pixels at once give the same everywhere
+)
+SIDE_PX = (
+    TILE_PX + 1
+)  # kept of a tile: with the first row and column of the next ones, to look between pixels
+NONE: Field = np.empty((0, 0), np.float32)
 
 
-Region = tuple[int, int, int, int]  # left, top, right, bottom, px; right and bottom are one past
+class Normals(NamedTuple):
+    """Where edges are looked for.
 
-NOWHERE: Region = (0, 0, 0, 0)
-# Chosen by hand where nothing else is said.
-MARGIN_PX = 32  # filled around what is asked for: the next pose is near this one
-ALIGNED_PX = 32  # regions start at multiples: filters that work on blocks then give the same everywhere
+    Attributes
+    ----------
+    image, normal : (N, 2) px; the unit normal of the line in the image.
+    reach_px : (N,), how far to look to either side.
+    """
 
-
-class FrameSource(Protocol):
-    """A frame, of which a part is computed when that is asked for."""
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Height and width, px."""
-
-    def within(self, region: Region) -> tuple[Field, Field, Grey]:
-        """Linear intensity 0..255 at the frame's own exposure; the standard deviation of its noise; 1 where
-        the sensor was saturated; (h, w) each, of a region."""
+    image: Floats
+    normal: Floats
+    reach_px: Floats
 
 
-class WholeFrame(NamedTuple):
-    """A frame that is computed already, (H, W) each, as `FrameSource.within` tells it."""
+class Frame(NamedTuple):
+    """What a channel's tiles are made of.
 
-    linear: Field
-    noise: Field
-    clipped: Grey
+    Attributes
+    ----------
+    image
+        uint8 (H, W), as it came; ``linear_of`` (256,) is the linear intensity of each grey, 0..255, at the
+        frame's own exposure.
+    deep
+        float32 (H, W), linear intensity of an image of more than 8 bits; (0, 0) of others.
+    level
+        uint8 (H, W) or (H // 2, W // 2), grey of each pixel or of each 2 x 2 px, and ``noise_of`` (256,) the
+        standard deviation of the linear intensity from sensor noise at each grey.
+    deep_level
+        float32, as ``level``, of an image of more than 8 bits; (0, 0) of others.
+    """
 
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Height and width, px."""
-        height, width = self.linear.shape
-        return height, width
+    image: Grey
+    linear_of: Field
+    deep: Field
+    level: Grey
+    deep_level: Field
+    noise_of: Field
 
-    def within(self, region: Region) -> tuple[Field, Field, Grey]:
-        """Of a region."""
-        left, top, right, bottom = region
-        there = np.s_[top:bottom, left:right]
-        return self.linear[there], self.noise[there], self.clipped[there]
+    @classmethod
+    def of(cls, image: Pixels, linear_of: Field, deep: Field | None, level: Pixels, noise_of: Field) -> Frame:
+        """With (0, 0) for what an image of eight bits does not have."""
+        return cls(
+            np.ascontiguousarray(rounded(image)),
+            linear_of,
+            NONE if deep is None else np.ascontiguousarray(deep),
+            np.ascontiguousarray(rounded(level)),
+            np.ascontiguousarray(level) if is_deep(level) else NONE,
+            noise_of,
+        )
+
+
+@kernel(error_model="numpy")
+def noise_at(frame: Frame, row: int, column: int) -> float:
+    """Standard deviation of the linear intensity of a pixel from sensor noise."""
+    if len(frame.level) < len(frame.image):
+        row, column = min(row >> 1, frame.level.shape[0] - 1), min(column >> 1, frame.level.shape[1] - 1)
+    if frame.deep_level.size == 0:
+        return float(frame.noise_of[frame.level[row, column]])
+    grey = max(float(frame.deep_level[row, column]), 0.0)
+    low = min(int(grey), 254)
+    share = min(grey - low, 1.0)
+    return float((1.0 - share) * frame.noise_of[low] + share * frame.noise_of[low + 1])
+
+
+class Tiles(NamedTuple):
+    """The tiles of a channel, in the order in which they were asked for; memory that is not used is none.
+
+    Attributes
+    ----------
+    number
+        int32 (S, V, U), of each tile at each scale, -1 where nobody has looked.
+    gradient
+        float32 (S, V U, SIDE_PX^2, 2), derivatives along x and y per px.
+    near_clipped
+        uint8 (S, V U, TILE_PX^2), 1 where a saturated pixel is within the filter's reach.
+    smooth
+        float32 (V U, TILE_PX^2), linear intensity smoothed at the first scale, numbered as that.
+    """
+
+    number: Numbers
+    gradient: Field
+    near_clipped: Grey
+    smooth: Field
 
 
 @dataclass(eq=False)
 class GradientChannel:
-    """One channel as refinement sees it.
-
-    The arrays have the image's size, but are filled only where and when something is looked for: memory that
-    nobody writes to is none.
-
-    Attributes
-    ----------
-    name
-        Of the image.
-    frame
-        What is filled in from.
-    noise
-        float32 (H, W), standard deviation of the linear intensity from sensor noise.
-    gradient
-        float32 (S, H, W, 2), derivatives along x and y per px; filled per scale, see `prepare`.
-    smooth
-        float32 (H, W), linear intensity smoothed at the first scale, filled with that.
-    near_clipped
-        uint8 (S, H, W), 1 where a saturated pixel is within the filter's reach.
-    """
+    """One channel as refinement sees it: its tiles, what they are made of, how many there are by scale."""
 
     name: str
-    frame: FrameSource
-    noise: Field = field(init=False)
-    gradient: Field = field(init=False)
-    smooth: Field = field(init=False)
-    near_clipped: Grey = field(init=False)
-    _filled: list[Region] = field(init=False)
+    frame: Frame
+    tiles: Tiles = field(init=False)
+    count: Ints = field(init=False)
 
     def __post_init__(self) -> None:
-        shape = (len(SCALES_PX), *self.frame.shape)
-        self.gradient = np.empty((*shape, 2), np.float32)
-        self.noise, self.smooth = np.empty(shape[1:], np.float32), np.empty(shape[1:], np.float32)
-        self.near_clipped = np.zeros(shape, np.uint8)
-        self._filled = [NOWHERE] * len(SCALES_PX)
-
-    def prepare(self, scales: int, needed: Region | None = None) -> None:
-        """Fill the first ``scales`` scales of SCALES_PX where ``needed`` says; everywhere without it."""
-        height, width = self.frame.shape
-        wanted = (0, 0, width, height) if needed is None else _within(needed, width, height)
-        for index in range(scales):
-            filled = self._filled[index]
-            if wanted == NOWHERE or _union(filled, wanted) == filled:
-                continue
-            left, top, right, bottom = wanted
-            around = (left - MARGIN_PX, top - MARGIN_PX, right + MARGIN_PX, bottom + MARGIN_PX)
-            self._filled[index] = _union(filled, _within(around, width, height))
-            self._fill(index, self._filled[index])
-
-    def _fill(self, index: int, region: Region) -> None:
-        """One scale in one region, from what surrounds it."""
-        height, width = self.frame.shape
-        kernels = gaussian_kernels(SCALES_PX[index])
-        reach = len(kernels[0]) // 2
-        left, top, right, bottom = region
-        x0, y0, x1, y1 = _within(
-            (left - reach, top - reach, right + reach + ALIGNED_PX, bottom + reach), width, height
+        rows, columns = (-(-side // TILE_PX) for side in self.frame.image.shape)
+        scales, total = len(SCALES_PX), rows * columns
+        self.tiles = Tiles(
+            np.full((scales, rows, columns), -1, np.int32),
+            np.empty((scales, total, SIDE_PX * SIDE_PX, 2), np.float32),
+            np.zeros((scales, total, TILE_PX * TILE_PX), np.uint8),
+            np.empty((total, TILE_PX * TILE_PX), np.float32),
         )
-        x0 -= x0 % ALIGNED_PX
-        source, noise, clipped = self.frame.within((x0, y0, x1, y1))
-        there = np.s_[top:bottom, left:right]
-        inner = np.s_[top - y0 : bottom - y0, left - x0 : right - x0]
-        along_x, along_y = gaussian_gradient(source, kernels)
-        cv2.merge([along_x[inner], along_y[inner]], dst=self.gradient[index][there])
+        self.count = np.zeros(scales, np.int64)
+
+    def prepare(self, scale: Ints, normals: Normals, beyond_px: float) -> None:
+        """Compute the tiles that normals run into, and so many px farther, that are not there yet.
+
+        Parameters
+        ----------
+        scale
+            (N,), index into SCALES_PX for each normal; the first scale is needed everywhere.
+        """
+        known = self.count.copy()
+        new = _claimed(self.tiles.number, self.count, self.frame.image.shape, scale, normals, beyond_px)
+        for index in np.flatnonzero(self.count > known).tolist():
+            first = int(known[index])
+            for block in blocks_of(new[index, first : self.count[index]]):
+                self._fill(index, first, block)
+
+    def _fill(self, index: int, first: int, block: Numbers) -> None:
+        """The new tiles of a block, numbered from ``first`` on, from what surrounds it."""
+        image, kernels, tiles = self.frame.image, gaussian_kernels(SCALES_PX[index]), self.tiles
+        reach = len(kernels[0]) // 2
+        top, left = (max(TILE_PX * int(start) - reach, 0) for start in block[:2])
+        bottom, right = (TILE_PX * int(end) + 1 + reach for end in block[2:])
+        left -= left % ALIGNED_PX
+        there = np.s_[top:bottom, left : right + ALIGNED_PX]
+        deep = self.frame.deep
+        source = linear_image(image[there], 1.0, self.frame.linear_of) if deep.size == 0 else deep[there]
+        corner, number = np.array([top, left]), tiles.number[index]
+
+        def lay(field: Pixels, side: int, out: Pixels) -> None:
+            _cut(field, corner, block, number, first, side, out)
+
+        for axis, along in enumerate(gaussian_gradient(source, kernels)):
+            lay(along, SIDE_PX, tiles.gradient[index, :, :, axis])
         if index == 0:
             blurred = cv2.GaussianBlur(source, (0, 0), SCALES_PX[0], borderType=cv2.BORDER_REPLICATE)
-            self.smooth[there], self.noise[there] = blurred[inner], noise[inner]
+            lay(blurred, TILE_PX, tiles.smooth)
+        clipped = (image[there] >= SATURATED_GREY).astype(np.uint8)
         if cv2.countNonZero(clipped):
-            side = 2 * int(np.ceil(2.0 * SCALES_PX[index])) + 1
-            grown = cv2.dilate(clipped, np.ones((side, side), np.uint8))
-            self.near_clipped[index][there] = grown[inner]
+            side = 2 * clip_reach(index) + 1
+            lay(cv2.dilate(clipped, np.ones((side, side), np.uint8)), TILE_PX, tiles.near_clipped[index])
 
 
-def _within(region: Region, width: int, height: int) -> Region:
-    """The part of a region that is in the image."""
-    left, top, right, bottom = region
-    left, top, right, bottom = max(left, 0), max(top, 0), min(right, width), min(bottom, height)
-    return (left, top, right, bottom) if left < right and top < bottom else NOWHERE
+def clip_reach(index: int) -> int:
+    """How far from a saturated pixel the filter of a scale is not to be trusted, px."""
+    return int(np.ceil(2.0 * SCALES_PX[index]))
 
 
-def _union(one: Region, other: Region) -> Region:
-    """The least region that holds both."""
-    if NOWHERE in (one, other):
-        return other if one == NOWHERE else one
-    return (min(one[0], other[0]), min(one[1], other[1]), max(one[2], other[2]), max(one[3], other[3]))
+@kernel(nogil=True)
+def _claimed(
+    number: Numbers, count: Ints, shape: tuple[int, int], scale: Ints, normals: Normals, beyond_px: float
+) -> Numbers:
+    """Number the tiles that are missing; row and column (S, V U, 2) of those by their numbers."""
+    places = np.empty((number.shape[0], number[0].size, 2), np.int32)
+    for i in range(len(scale)):
+        reach, image, normal = normals.reach_px[i] + beyond_px, normals.image[i], normals.normal[i]
+        across, down = reach * abs(normal[0]) + 1.0, reach * abs(normal[1]) + 1.0
+        left, right = max(image[0] - across, 0.0), min(image[0] + across, shape[1] - 1.0)
+        top, bottom = max(image[1] - down, 0.0), min(image[1] + down, shape[0] - 1.0)
+        if not (left <= right and top <= bottom):
+            continue
+        for index in (0, scale[i]):
+            for v in range(int(top) >> TILE_BITS, (int(bottom) >> TILE_BITS) + 1):
+                for u in range(int(left) >> TILE_BITS, (int(right) >> TILE_BITS) + 1):
+                    if number[index, v, u] < 0:
+                        number[index, v, u] = count[index]
+                        places[index, count[index], 0], places[index, count[index], 1] = v, u
+                        count[index] += 1
+    return places
 
 
-@dataclass(frozen=True, eq=False)
-class _OfStatistics:
-    """The frame whose edge statistics are known; their noise is that of the contrast, and is brought back to
-    single pixels here."""
-
-    statistics: ChannelStatistics
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        return self.statistics.shape
-
-    def within(self, region: Region) -> tuple[Field, Field, Grey]:
-        known, (left, top, right, bottom) = self.statistics, region
-        image = known.image[top:bottom, left:right]
-        deep = None if known.deep is None else known.deep[top:bottom, left:right]
-        kernels = contrast_kernels(known.sigma_px, known.exposure)
-        gain = np.float32(noise_gain(kernels) * known.noise_factor)
-        coarse = known.light.noise
-        rows = np.minimum(np.arange(top, bottom) // 2, coarse.shape[0] - 1)
-        columns = np.minimum(np.arange(left, right) // 2, coarse.shape[1] - 1)
-        noise = coarse[np.ix_(rows, columns)] / gain
-        linear = linear_image(image, 1.0, known.linear_of) if deep is None else deep
-        return linear, np.asarray(noise, np.float32), (image >= SATURATED_GREY).astype(np.uint8)
+def blocks_of(places: Numbers) -> Iterator[Numbers]:
+    """Rectangles that hold all of some tiles (N, 2), and hardly others: first and last row and column."""
+    low, high = places.min(axis=0), places.max(axis=0) + 1
+    if len(places) >= FULL * np.prod(high - low):
+        yield np.concatenate([low, high])
+        return
+    axis = int(np.argmax(high - low))
+    before = places[:, axis] < (low[axis] + high[axis]) // 2
+    for part in (places[before], places[~before]):
+        if len(part):
+            yield from blocks_of(part)
 
 
-def gradient_channel(name: str, statistics: ChannelStatistics) -> GradientChannel:
-    """The refinement's view of a channel whose edge statistics are known."""
-    return GradientChannel(name, _OfStatistics(statistics))
+@kernel(nogil=True)
+def _cut(
+    image: Field, corner: Ints, block: Numbers, number: Numbers, first: int, side: int, out: Field
+) -> None:
+    """Lay an image whose first pixel is at a ``corner`` (row, column) into the new tiles of a block.
+
+    ``side`` px of each tile, of which ``out`` (V U, side^2) has one value each.
+    """
+    for v in range(block[0], block[2]):
+        for u in range(block[1], block[3]):
+            if number[v, u] < first:
+                continue
+            top, left, tile = TILE_PX * v - corner[0], TILE_PX * u - corner[1], out[number[v, u]]
+            for y in range(side):
+                row = image[min(top + y, len(image) - 1)]
+                for x in range(side):
+                    tile[y * side + x] = row[min(left + x, len(row) - 1)]
+
+
+def gradient_channel(name: str, known: ChannelStatistics) -> GradientChannel:
+    """The refinement's view of a channel whose edge statistics are known.
+
+    Their noise is that of the contrast, and is brought back to single pixels here.
+    """
+    kernels = contrast_kernels(known.sigma_px, known.exposure)
+    noise_of = known.light.noise_of / np.float32(noise_gain(kernels) * known.noise_factor)
+    return GradientChannel(
+        name, Frame.of(known.image, known.linear_of, known.deep, known.light.level, noise_of)
+    )

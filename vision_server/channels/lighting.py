@@ -43,20 +43,46 @@ class Lighting(NamedTuple):
 
     Attributes
     ----------
-    weight
-        float32, how lit they are in this channel.
-    noise
-        float32, standard deviation of the contrast from sensor noise, grey at reference exposure.
-    clear
-        bool, False within reach of a clipped pixel.
-    level
-        Their grey, smoothed, uint8 or float32 as the image.
+    level, darkest, brightest
+        Their grey, smoothed, and the least and the largest within reach, uint8 or float32 as the image.
+    noise_of
+        float32 (256,), for each grey the standard deviation of the contrast from sensor noise, grey at
+        reference exposure.
+    weight_of_darkest, weight_of_brightest
+        float32 (256,), for each grey its factor of the weight.
     """
 
-    weight: Field
-    noise: Field
-    clear: NDArray[np.bool_]
     level: Pixels
+    darkest: Pixels
+    brightest: Pixels
+    noise_of: Field
+    weight_of_darkest: Field
+    weight_of_brightest: Field
+
+    def rows(self, first: int, end: int) -> Lighting:
+        """Of these rows of 2 x 2 px."""
+        level, darkest, brightest = (grey[first:end] for grey in self[:3])
+        return self._replace(level=level, darkest=darkest, brightest=brightest)
+
+    @property
+    def weight(self) -> Field:
+        """How lit they are in this channel, float32 (H // 2, W // 2)."""
+        darkest = _looked_up(self.darkest, self.weight_of_darkest)
+        return np.asarray(cv2.multiply(darkest, _looked_up(self.brightest, self.weight_of_brightest)))
+
+    @property
+    def clear(self) -> NDArray[np.bool_]:
+        """False within reach of a clipped pixel, (H // 2, W // 2)."""
+        return np.asarray(self.brightest < SATURATED_GREY)
+
+    def noise_at(self, places: NDArray[np.int32]) -> Field:
+        """`noise` at flat indices (N,) into the 2 x 2 px."""
+        return _looked_up(self.level.ravel()[places], self.noise_of).ravel()
+
+    @property
+    def noise(self) -> Field:
+        """Standard deviation of the contrast from sensor noise, float32 (H // 2, W // 2)."""
+        return _looked_up(self.level, self.noise_of)
 
 
 def smoothed(half: Pixels) -> Pixels:
@@ -94,9 +120,7 @@ def lighting(
     reach = max(int(np.round(0.5 * REACH * spread_px)), 1)
     window = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
     darkest, brightest = cv2.erode(level, window), cv2.dilate(level, window)
-    weight = cv2.multiply(_looked_up(darkest, root), _looked_up(brightest, root_of_brightest))
-    clear = np.asarray(brightest) < SATURATED_GREY
-    return Lighting(np.asarray(weight), _looked_up(level, noise_of), clear, level)
+    return Lighting(level, np.asarray(darkest), np.asarray(brightest), noise_of, root, root_of_brightest)
 
 
 def _looked_up(level: Any, table: Field) -> Field:

@@ -23,8 +23,8 @@ from bridge.errors import BadInput
 from numerics.kernels import kernel
 from numerics.two_cores import both
 from vision_server.channels.channel import ChannelStatistics
+from vision_server.channels.depth import Field
 from vision_server.channels.gradient_pixels import GradientPixels
-from vision_server.channels.lighting import Lighting
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.mixture import BINS, fit_mixture
 from vision_server.edges.ridges import FLANK_X, FLANK_Y, FLANKS, MASS, SetState, find_ridges
@@ -62,14 +62,19 @@ def _number(places: NDArray[np.int32], numbers: NDArray[np.int32], count: int) -
 
 
 @kernel(nogil=True, error_model="numpy")
-def _accumulate(pixels: GradientPixels, light: Lighting, state: SetState, begin: int, end: int) -> None:
-    """Add one channel's rows ``begin`` (even) up to ``end`` to the state."""
-    rows, columns = state.numbers.shape
-    last_row, last_column = light.weight.shape[0] - 1, light.weight.shape[1] - 1
-    for v in range(begin >> 1, last_row + 1 if end == rows else end >> 1):
+def _accumulate(
+    pixels: GradientPixels, weight: Field, noise: Field, state: SetState, begin: int, end: int
+) -> None:
+    """Add one channel's rows ``begin`` (even) up to ``end`` to the state.
+
+    ``weight``, ``noise``: of their 2 x 2 px, see `Lighting`.
+    """
+    columns = state.numbers.shape[1]
+    first, last_row, last_column = begin >> 1, weight.shape[0] - 1, weight.shape[1] - 1
+    for v in range(len(weight)):
         for u in range(last_column + 1):
-            state.weights[v, u] += light.weight[v, u]
-            state.noises[v, u] += light.weight[v, u] * light.noise[v, u]
+            state.weights[first + v, u] += weight[v, u]
+            state.noises[first + v, u] += weight[v, u] * noise[v, u]
     per_rad = np.float32(BINS / np.pi)
     y = begin
     places = pixels.places
@@ -77,7 +82,7 @@ def _accumulate(pixels: GradientPixels, light: Lighting, state: SetState, begin:
         while places[i] >= (y + 1) * columns:
             y += 1
         x = places[i] - y * columns
-        w = light.weight[min(y >> 1, last_row), min(x >> 1, last_column)]
+        w = weight[min((y >> 1) - first, last_row), min(x >> 1, last_column)]
         mass = w * pixels.magnitude[i]
         position = pixels.axis[i] * per_rad
         low = int(position)
@@ -156,20 +161,20 @@ class ImageSetStatistics:
 
     def _clear(self, like: ChannelStatistics) -> None:
         self._summed = self._count = 0
-        self._state = _empty_state(like.shape, like.light.weight.shape)
+        self._state = _empty_state(like.shape, like.light.level.shape)
 
     def _sum(self, channels: Sequence[ChannelStatistics]) -> None:
         for channel in channels:
             self._count = _number(channel.gradient.places, self._state.numbers, self._count)
         self._reserve(self._count)
-        state = self._state
+        state, rows, coarse_rows = self._state, len(self._state.numbers), len(self._state.weights)
 
         def add(begin: int, end: int) -> None:
             for channel in channels:
                 if len(channel.gradient.places):  # a white image would have all the say, and nothing to say
-                    _accumulate(channel.gradient, channel.light, state, begin, end)
+                    light = channel.light.rows(begin // 2, coarse_rows if end == rows else end // 2)
+                    _accumulate(channel.gradient, light.weight, light.noise, state, begin, end)
 
-        rows = len(state.numbers)
         if sum(len(channel.gradient.places) for channel in channels) < WORTH_TWO_CORES:
             add(0, rows)
         else:

@@ -56,18 +56,25 @@ class Movement(NamedTuple):
 
 
 class SureEdgels(NamedTuple):
-    """1 where an image has a sure edge, uint8 (H, W), and the image's blur, px."""
+    """Where an image has sure edges, flat indices (N,) into (H, W); its shape; its blur, px."""
 
-    at: Grey
+    places: NDArray[np.int32]
+    shape: tuple[int, int]
     blur_px: float
+
+    @property
+    def at(self) -> Grey:
+        """1 where there is one, uint8 (H, W)."""
+        out = np.zeros(self.shape, np.uint8)
+        out.ravel()[self.places] = 1
+        return out
 
 
 def sure_edgels(channel: ChannelStatistics) -> SureEdgels:
     """The edgels that `movement` compares."""
     edges = merge_channels([channel])
-    sure = np.zeros(edges.shape, np.uint8)
-    sure.ravel()[edges.places[edges.strength > edgel_thresholds(edges)[1]]] = 1
-    return SureEdgels(sure, channel.blur_px)
+    sure = edges.places[edges.strength > edgel_thresholds(edges)[1]]
+    return SureEdgels(sure, edges.shape, channel.blur_px)
 
 
 def movement(first: SureEdgels, second: SureEdgels) -> Movement | None:

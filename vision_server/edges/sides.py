@@ -52,8 +52,9 @@ class Sides(NamedTuple):
 
 def evenly_weighted(channel: ChannelStatistics) -> ChannelStatistics:
     """The channel with the same say everywhere: merged so, shadows and highlights stay edges."""
-    even = np.ones_like(channel.light.weight)
-    return replace(channel, light=channel.light._replace(weight=even))
+    even = np.ones(256, np.float32)
+    light = channel.light._replace(weight_of_darkest=even, weight_of_brightest=even)
+    return replace(channel, light=light)
 
 
 def sides_of(edges: EdgeMap) -> Sides:
@@ -61,7 +62,7 @@ def sides_of(edges: EdgeMap) -> Sides:
     reach = REACH_PX * np.float32(max(edges.blur_px / LENS_BLUR_PX, 1.0))
     pixels, parts = _places(edges.points, edges.normals, reach, *edges.shape)
     count, channels = len(edges), edges.channels
-    coarse = channels[0].light.noise.shape
+    coarse = channels[0].light.level.shape
     coarse_at = coarse_places(edges.places, edges.shape[1], (coarse[0], coarse[1]))
     near, brightest = np.empty((2, len(channels), 2, count), np.float32)
     noise = np.empty((len(channels), count), np.float32)
@@ -148,4 +149,5 @@ def _noise(channel: ChannelStatistics, at: NDArray[np.int32]) -> Field:
     """
     gain = noise_gain(contrast_kernels(channel.sigma_px, 1.0))
     least = np.float32(channel.rounding_sd / channel.exposure)
-    return np.asarray(np.maximum(channel.light.noise.ravel()[at] * np.float32(SMOOTHED_NOISE / gain), least))
+    noise = channel.light.noise_at(at)
+    return np.asarray(np.maximum(noise * np.float32(SMOOTHED_NOISE / gain), least))

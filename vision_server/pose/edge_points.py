@@ -9,8 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from numerics.kernels import kernel
+from vision_server.channels.gradients import SIDE_PX, TILE_BITS, TILE_PX, Frame, Normals, Tiles, noise_at
 
 Floats = NDArray[np.float64]
+
+BITS, INSIDE = np.uint32(TILE_BITS), np.uint32(TILE_PX - 1)  # of a row or column: its tile, its place in that
 
 # Chosen by hand where nothing else is said.
 PEAKS = 3  # kept for each sample and channel, strongest first
@@ -23,36 +26,37 @@ MOST_SHIFT_PX = 1.0  # of a peak from where the pixel-wide steps see it
 CURVATURE_NOISE = math.sqrt(3.0 / (16.0 * math.pi))  # sd of the second derivative: this * sd / sigma^3
 
 
+class Channel(NamedTuple):
+    """The tiles of one channel at one scale, see `Tiles`, and that scale, px."""
+
+    number: NDArray[np.int32]
+    gradient: NDArray[np.float32]
+    near_clipped: NDArray[np.uint8]
+    sigma: float
+
+
 @kernel(error_model="numpy")
-def _gradient(gradient: NDArray[np.float32], x: float, y: float) -> tuple[float, float]:
+def _gradient(channel: Channel, x: float, y: float) -> tuple[float, float]:
     """Derivatives along x and y between pixels, bilinear; the caller keeps 0 <= x < W - 1, 0 <= y < H - 1.
 
-    ``gradient`` (H, W, 2); unsigned places spare the look for negative ones.
+    Unsigned places spare the look for negative ones.
     """
     column, row = np.uint32(x), np.uint32(y)
-    right, below = column + np.uint32(1), row + np.uint32(1)
     a, b = x - np.float64(column), y - np.float64(row)
     c, d = (1.0 - a) * (1.0 - b), a * (1.0 - b)
     e, f = (1.0 - a) * b, a * b
-    along_x = (
-        c * gradient[row, column, 0]
-        + d * gradient[row, right, 0]
-        + e * gradient[below, column, 0]
-        + f * gradient[below, right, 0]
-    )
-    along_y = (
-        c * gradient[row, column, 1]
-        + d * gradient[row, right, 1]
-        + e * gradient[below, column, 1]
-        + f * gradient[below, right, 1]
-    )
+    tile = channel.gradient[np.uint32(channel.number[row >> BITS, column >> BITS])]
+    here = (row & INSIDE) * np.uint32(SIDE_PX) + (column & INSIDE)
+    right, below, last = here + np.uint32(1), here + np.uint32(SIDE_PX), here + np.uint32(SIDE_PX + 1)
+    along_x = c * tile[here, 0] + d * tile[right, 0] + e * tile[below, 0] + f * tile[last, 0]
+    along_y = c * tile[here, 1] + d * tile[right, 1] + e * tile[below, 1] + f * tile[last, 1]
     return along_x, along_y
 
 
 @kernel(error_model="numpy")
-def _derivative(gradient: NDArray[np.float32], x: float, y: float, nx: float, ny: float) -> float:
+def _derivative(channel: Channel, x: float, y: float, nx: float, ny: float) -> float:
     """Derivative along (nx, ny) at a place as in `_gradient`."""
-    along_x, along_y = _gradient(gradient, x, y)
+    along_x, along_y = _gradient(channel, x, y)
     return float(nx * along_x + ny * along_y)
 
 
@@ -82,34 +86,10 @@ class EdgePoints(NamedTuple):
     strength: Floats
 
 
-class Channel(NamedTuple):
-    """One channel at one scale, see `GradientChannel`: (H, W, 2), (H, W) and (H, W); the scale in px."""
-
-    gradient: NDArray[np.float32]
-    noise: NDArray[np.float32]
-    near_clipped: NDArray[np.uint8]
-    sigma: float
-
-
-class Normals(NamedTuple):
-    """Where edges are looked for.
-
-    Attributes
-    ----------
-    image, normal : (N, 2) px; the unit normal of the line in the image.
-    reach_px : (N,), how far to look to either side.
-    """
-
-    image: Floats
-    normal: Floats
-    reach_px: Floats
-
-
 @kernel(error_model="numpy")
 def find_edge_points(
-    gradient: NDArray[np.float32],
-    noise: NDArray[np.float32],
-    near_clipped: NDArray[np.uint8],
+    frame: Frame,
+    tiles: Tiles,
     scale: NDArray[np.int64],
     sigmas: Floats,
     normals: Normals,
@@ -126,19 +106,19 @@ def find_edge_points(
 
     Parameters
     ----------
-    gradient, noise, near_clipped
-        (S, H, W, 2), (H, W) and (S, H, W), see `GradientChannel`.
+    frame, tiles
+        Of the channel; the tiles that the normals run into are there, see `GradientChannel.prepare`.
     scale, sigmas
         (N,), index into (S,) px for each sample.
     c
         Which channel it is.
     """
-    rows, columns = noise.shape
+    rows, columns = frame.image.shape
     out.offset[c], out.snr[c], out.sd[c], out.strength[c] = np.nan, 0.0, 0.0, 0.0
     profile = np.empty(2 * int(np.ceil(normals.reach_px.max())) + 3)
     for i in range(len(scale)):
         s = scale[i]
-        channel = Channel(gradient[s], noise, near_clipped[s], sigmas[s])
+        channel = Channel(tiles.number[s], tiles.gradient[s], tiles.near_clipped[s], sigmas[s])
         image, normal = normals.image[i], normals.normal[i]
         nx, ny = normal[0], normal[1]
         half = int(np.ceil(normals.reach_px[i])) + 1
@@ -146,14 +126,14 @@ def find_edge_points(
             u = float(k - half)
             x, y = image[0] + u * nx, image[1] + u * ny
             inside = x >= 0.0 and y >= 0.0 and x < columns - 1 and y < rows - 1
-            profile[k] = _derivative(channel.gradient, x, y, nx, ny) if inside else 0.0
+            profile[k] = _derivative(channel, x, y, nx, ny) if inside else 0.0
         found = 0
         for k in range(1, 2 * half):
             here = abs(profile[k])
             if here <= abs(profile[k - 1]) or here < abs(profile[k + 1]):
                 continue
             place, snr, sd, strength = _refined_maximum(
-                channel, image, normal, float(k - half), profile[k - 1 : k + 2]
+                frame, channel, image, normal, float(k - half), profile[k - 1 : k + 2]
             )
             if snr == 0.0 or abs(place) > normals.reach_px[i]:
                 continue
@@ -170,20 +150,20 @@ def find_edge_points(
 
 @kernel(error_model="numpy")
 def _refined_maximum(
-    channel: Channel, image: Floats, normal: Floats, u: float, values: Floats
+    frame: Frame, channel: Channel, image: Floats, normal: Floats, u: float, values: Floats
 ) -> tuple[float, float, float, float]:
     """Place, SNR, standard deviation and strength of a maximum ``u`` px from a sample; SNR 0 for none.
 
     ``values`` (3,) are the derivatives from u - 1 to u + 1.
     """
     none = (0.0, 0.0, 0.0, 0.0)
-    rows, columns = channel.noise.shape
+    rows, columns = frame.image.shape
     right, bottom = columns - 2.0, rows - 2.0
     nx, ny, sigma = normal[0], normal[1], channel.sigma
     x, y = image[0] + u * nx, image[1] + u * ny
     if x < 1.0 or y < 1.0 or x >= right or y >= bottom:
         return none
-    pixel_noise = channel.noise[int(y + 0.5), int(x + 0.5)]
+    pixel_noise = noise_at(frame, int(y + 0.5), int(x + 0.5))
     to_snr = sigma * sigma / (DERIVATIVE_NOISE * pixel_noise)
     sign = 1.0 if values[1] > 0.0 else -1.0
     here = abs(values[1])
@@ -196,12 +176,12 @@ def _refined_maximum(
     x, y = image[0] + place * nx, image[1] + place * ny
     if x < 2.0 or y < 2.0 or x >= right - 1.0 or y >= bottom - 1.0:
         return none
-    along_x, along_y = _gradient(channel.gradient, x, y)
+    along_x, along_y = _gradient(channel, x, y)
     here = sign * (nx * along_x + ny * along_y)
     if not here > 0.0:
         return none
-    before = sign * _derivative(channel.gradient, x - nx, y - ny, nx, ny)
-    after = sign * _derivative(channel.gradient, x + nx, y + ny, nx, ny)
+    before = sign * _derivative(channel, x - nx, y - ny, nx, ny)
+    after = sign * _derivative(channel, x + nx, y + ny, nx, ny)
     shift, bend = _parabola(before, here, after)
     across = nx * along_y - ny * along_x
     if not abs(shift) <= 0.5 or here < MIN_ALIGNED * math.sqrt(here * here + across * across):
@@ -210,7 +190,9 @@ def _refined_maximum(
     if snr < MIN_SNR:
         return none
     sd = CURVATURE_NOISE * pixel_noise / (sigma * sigma * sigma * here * bend)
-    if channel.near_clipped[int(y + 0.5), int(x + 0.5)] != 0:
+    row, column = int(y + 0.5), int(x + 0.5)
+    tile = channel.near_clipped[channel.number[row >> TILE_BITS, column >> TILE_BITS]]
+    if tile[row % TILE_PX * TILE_PX + column % TILE_PX] != 0:
         sd = math.sqrt(sd * sd + (CLIPPED_SD_PX * sigma) ** 2)
         snr *= 0.5
     return place + shift, snr, sd, sign * here

@@ -19,7 +19,7 @@ from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
 from numerics.cholesky import solve_positive
 from numerics.kernels import kernel
-from vision_server.pose.edge_points import Normals
+from vision_server.channels.gradients import Normals
 from vision_server.pose.edge_search import search
 from vision_server.pose.hough import vote
 from vision_server.pose.observation import PoseProblem, places_on_lines

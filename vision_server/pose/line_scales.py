@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
 from numerics.kernels import kernel
-from vision_server.channels.gradients import SCALES_PX
-from vision_server.pose.edge_points import Normals
+from vision_server.channels.gradients import SCALES_PX, Normals
 from vision_server.pose.edge_search import search
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import thinned

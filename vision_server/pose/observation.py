@@ -15,10 +15,18 @@ from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
 from numerics.kernels import kernel
-from vision_server.channels.gradients import SCALES_PX, GradientChannel
+from vision_server.channels.gradients import (
+    SCALES_PX,
+    TILE_BITS,
+    TILE_PX,
+    Frame,
+    GradientChannel,
+    Normals,
+    Tiles,
+)
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.pose.association import associate, neighbour_pulls
-from vision_server.pose.edge_points import CLIPPED_SD_PX, EdgePoints, Normals
+from vision_server.pose.edge_points import CLIPPED_SD_PX, EdgePoints
 from vision_server.pose.edge_search import search
 from vision_server.pose.hough import choose, vote
 from vision_server.pose.steps import step_jacobian, turning_point
@@ -152,7 +160,7 @@ def observe(problem: PoseProblem, pose: Pose, reach_px: float, spacing_px: float
     filters = np.array(SCALES_PX)[problem.filters]
     found = _Chosen(np.empty(shape), np.empty(shape), np.empty(shape), np.empty((*shape, 2)))
     for c, channel in enumerate(channels):
-        _take_chosen(c, chosen, points, channel.smooth, samples, sigma, filters, found)
+        _take_chosen(c, chosen, points, channel.frame, channel.tiles, samples, sigma, filters, found)
     centre = turning_point(problem.model, pose)
     jacobian = step_jacobian(problem.camera, pose.apply(samples.points), normal, centre)
     return Observation(
@@ -244,7 +252,8 @@ def _take_chosen(
     c: int,
     chosen: Ints,
     points: EdgePoints,
-    smooth: NDArray[np.float32],
+    frame: Frame,
+    tiles: Tiles,
     samples: Samples,
     sigma: Floats,
     filters: Floats,
@@ -255,7 +264,7 @@ def _take_chosen(
     The tone curve moves an edge in proportion to the step's height over the mean of its sides, times its
     softness; clipping moves it towards its dark side. ``sigma``, ``filters`` (C, L), px: softness and filter.
     """
-    rows, columns = smooth.shape
+    rows, columns = frame.image.shape
     for i in range(chosen.shape[1]):
         k = chosen[c, i]
         out.offset[c, i], out.sd[c, i], out.strength[c, i] = np.nan, np.inf, 0.0
@@ -270,7 +279,9 @@ def _take_chosen(
         column = min(max(int(x + 0.5), 0), columns - 1)
         row = min(max(int(y + 0.5), 0), rows - 1)
         # the smoothed level at the nearest pixel, carried to the edge along its slope
-        level = max(smooth[row, column] + ((x - column) * nx + (y - row) * ny) * slope, LEAST_LEVEL)
+        tile = tiles.smooth[tiles.number[0, row >> TILE_BITS, column >> TILE_BITS]]
+        level = tile[row % TILE_PX * TILE_PX + column % TILE_PX]
+        level = max(level + ((x - column) * nx + (y - row) * ny) * slope, LEAST_LEVEL)
         step = slope * own * math.sqrt(2.0 * math.pi) / level
         out.nuisance[c, i, 0] = min(max(step, -MOST_STEP), MOST_STEP) * own
         if points.sd[c, i, k] >= CLIPPED_SD_PX * filters[c, samples.line[i]]:

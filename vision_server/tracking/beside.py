@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
+from vision_server.channels.gradients import Normals
 from vision_server.pose.association import associate
-from vision_server.pose.edge_points import Normals
 from vision_server.pose.edge_search import search
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import thinned

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from vision_server.channels.depth import Pixels, linear_image, linear_table, rounded
-from vision_server.channels.gradients import GradientChannel, WholeFrame
-from vision_server.channels.noise import SATURATED_GREY, grey_noise
+from vision_server.channels.depth import Pixels, is_deep, linear_image, linear_table, rounded
+from vision_server.channels.gradients import Frame, GradientChannel
+from vision_server.channels.noise import grey_noise
 from vision_server.pose.observation import PoseProblem
 
 Floats = NDArray[np.float64]
@@ -57,12 +57,8 @@ def problem_of(seen: Window, model: Model, tone: Tone, scale: NDArray[np.int64] 
     """What a pose is refined on in a window; ``scale`` (1, L) of the filters where it is known."""
     linear, whole = tone.linear, rounded(seen.pixels)
     noise = (grey_noise(seen.pixels) * np.gradient(linear.astype(np.float64))).astype(np.float32)
-    frame = WholeFrame(
-        linear_image(seen.pixels, tone.gamma, linear),
-        np.asarray(cv2.LUT(whole, noise), dtype=np.float32),
-        (whole >= SATURATED_GREY).astype(np.uint8),
-    )
-    channel = GradientChannel(NAME, frame)
+    deep = linear_image(seen.pixels, tone.gamma, linear) if is_deep(seen.pixels) else None
+    channel = GradientChannel(NAME, Frame.of(whole, linear, deep, whole, noise))
     problem = PoseProblem.at_scale([channel], model, seen.camera, 0, tone.sd_px)
     return problem if scale is None else replace(problem, scale=scale)
 

@@ -48,7 +48,7 @@ def test_an_image_that_agrees_with_one_before_it_did_not_move(lit: list[Image]) 
 
 
 def test_nothing_to_see_is_no_movement() -> None:
-    nothing = SureEdgels(np.zeros((240, 320), np.uint8), 1.0)
+    nothing = SureEdgels(np.zeros(0, np.int32), (240, 320), 1.0)
     assert movement(nothing, nothing) is None
 
 

@@ -8,8 +8,9 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.vision_server.synthetic import one_image
-from vision_server.channels.gradients import GradientChannel, WholeFrame
-from vision_server.pose.edge_points import CURVATURE_NOISE, DERIVATIVE_NOISE, Normals
+from tests.vision_server.whole_tiles import deep_frame, everywhere, whole
+from vision_server.channels.gradients import GradientChannel, Normals
+from vision_server.pose.edge_points import CURVATURE_NOISE, DERIVATIVE_NOISE
 from vision_server.pose.edge_search import search
 
 
@@ -22,19 +23,14 @@ def step_image(place: float, angle: float, blur: float, size: int = 81) -> NDArr
 
 
 def channel(linear: NDArray[np.float64], noise: float) -> GradientChannel:
-    field = linear.astype(np.float32)
-    made = GradientChannel(
-        "i1", WholeFrame(field, np.full_like(field, noise), np.zeros(field.shape, np.uint8))
-    )
-    made.prepare(2)
-    return made
+    return GradientChannel("i1", deep_frame(linear.astype(np.float32), noise))
 
 
 def points_on(
     made: GradientChannel, angle: float, count: int = 21, scale: int = 0
 ) -> list[NDArray[np.float64]]:
     """Offset, SNR, standard deviation and strength (count, PEAKS) on an edge through the middle."""
-    half = made.frame.shape[0] // 2
+    half = made.frame.image.shape[0] // 2
     along = np.linspace(-15, 15, count)
     image = half + np.stack([-along * math.sin(angle), along * math.cos(angle)], axis=1)
     normal = np.tile([math.cos(angle), math.sin(angle)], (count, 1))
@@ -57,6 +53,8 @@ def test_the_kernel_agrees_with_its_equations() -> None:
     rng = np.random.default_rng(1)
     linear = step_image(0.3, 0.5, 1.0) + rng.normal(0, 1.0, (81, 81))
     made = channel(linear, 1.0)
+    everywhere(made)
+    fields_of = whole(made).gradient[0]
     offset, snr, sd, strength = points_on(made, 0.5, count=9)
     along = np.linspace(-15, 15, 9)
     nx, ny = math.cos(0.5), math.sin(0.5)
@@ -64,7 +62,7 @@ def test_the_kernel_agrees_with_its_equations() -> None:
     def derivatives(i: int, u: NDArray[np.float64]) -> NDArray[np.float64]:
         x = (40 - along[i] * ny + u * nx).astype(np.float32)[None]
         y = (40 + along[i] * nx + u * ny).astype(np.float32)[None]
-        fields = [cv2.remap(field, x, y, cv2.INTER_LINEAR) for field in cv2.split(made.gradient[0])]
+        fields = [cv2.remap(field, x, y, cv2.INTER_LINEAR) for field in cv2.split(fields_of)]
         return np.asarray(nx * fields[0] + ny * fields[1], dtype=float)[0]
 
     def parabola(three: NDArray[np.float64]) -> tuple[float, float]:
@@ -105,7 +103,6 @@ def test_noise_alone_has_few_edges() -> None:
 def test_edges_beside_saturated_pixels_are_less_certain() -> None:
     pixels = np.clip(np.round(2.0 * step_image(0.0, 0.0, 0.8)), 0, 255).astype(np.uint8)
     made = one_image(pixels).gradients(["i1"])[0]
-    made.prepare(1)
     _, snr, sd, _ = points_on(made, 0.0)
     best = np.take_along_axis(sd, snr.argmax(axis=1)[:, None], axis=1)
     assert (best > 0.4).all()
