@@ -91,6 +91,7 @@ def prolog_imports(file: Path) -> Iterator[Path]:
         yield found
 
 
+@cache
 def graph(suffix: str, late: bool) -> dict[Path, set[Path]]:
     """Which file imports which."""
     if suffix == ".py":

@@ -26,6 +26,7 @@ def test_it_says_how_and_measures_nothing(command: list[str], status: int, said:
     assert '"value"' not in done.stdout
 
 
+@pytest.mark.slow
 def test_only_the_part_that_is_named_is_measured() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "benchmarks", "transport"], cwd=ROOT, capture_output=True, text=True,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from benchmarks.gallery import CAMERA, PANEL_PX, failures, panels, parts, told
 from vision_server.pipeline import Estimate
@@ -17,6 +18,7 @@ def test_six_parts_are_whole_in_the_frame() -> None:
         assert (seen < [CAMERA.width, CAMERA.height]).all()
 
 
+@pytest.mark.slow
 def test_a_view_is_drawn_three_times_under_what_came_of_it() -> None:
     drawn = panels(failures(seed=3)[1], np.random.default_rng(0))
     assert drawn.shape[1:] == (3 * PANEL_PX, 3)

@@ -20,6 +20,7 @@ def test_target_and_light_change_with_each_frame() -> None:
     assert second.mean() > 1.1 * first.mean()  # the sun alone, then a lamp as well
 
 
+@pytest.mark.slow
 def test_the_picture_has_every_frame_that_is_due_and_the_numbers_are_of_all(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -15,9 +15,9 @@ from tests.experiments.experiment import EMPTY, ROOT, plan_file, rows, run, star
 pytest.importorskip("distributed")
 pytestmark = pytest.mark.slow
 
-SLOW = EMPTY.format(last=150) + "threshold = 0.02\n"  # a cell of this test takes 0.02 s
+SLOW = EMPTY.format(last=50) + "threshold = 0.02\n"  # a cell of this test takes 0.02 s
 SESSIONS = (
-    'controllers = ["heuristic", "auto_exposed"]\ntargets = ["cube"]\nseeds = "1-8"\nmax_iterations = 3\n'
+    'controllers = ["heuristic", "auto_exposed"]\ntargets = ["cube"]\nseeds = "1-4"\nmax_iterations = 2\n'
 )
 
 
@@ -93,7 +93,7 @@ def wait_for_rows(out: Path, count: int) -> None:
         time.sleep(0.02)
 
 
-@pytest.mark.parametrize(("text", "first", "second", "cells"), [(SLOW, 20, 60, 300), (SESSIONS, 3, 7, 16)])
+@pytest.mark.parametrize(("text", "first", "second", "cells"), [(SLOW, 10, 30, 100), (SESSIONS, 2, 4, 8)])
 def test_a_worker_killed_and_the_scheduler_restarted_give_the_same_table(
     tmp_path: Path, cluster: Cluster, text: str, first: int, second: int, cells: int
 ) -> None:
@@ -127,7 +127,7 @@ def approx(value: float) -> object:
 
 
 def test_processes_of_this_machine_as_a_cluster(tmp_path: Path) -> None:
-    plan = plan_file(tmp_path, EMPTY.format(last=3000))
+    plan = plan_file(tmp_path, EMPTY.format(last=500))
     done = run(plan, tmp_path / "out", "--cluster", "local:2")
     assert done.returncode == 0, done.stderr
     run(plan, tmp_path / "alone", "--workers", "1")

@@ -121,6 +121,7 @@ def test_a_comparison_says_who_is_better_where_and_how_sure(
     assert "…" not in shown  # no cell is cut, however narrow the terminal
 
 
+@pytest.mark.slow
 def test_a_page_has_its_tables_and_pictures_renewed(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text(

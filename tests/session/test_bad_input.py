@@ -2,12 +2,15 @@
 
 import subprocess
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from bridge.start_messages import MATCHER_NAMES
+from tests.commands import Done
 from tests.session.command import DEADLINE_S, ROOT, controller, start_controller
+from tests.session.serving import served
 
 STACK = """
 kind = "basis"
@@ -31,9 +34,9 @@ translation = [0.0, 0.0, 1.0]
 """
 
 
-def refused(*options: str | Path) -> str:
+def refused(*options: str | Path, by: Callable[..., Done] = controller) -> str:
     """Run with bad options; returns the message after checking that it is short and the status is 2."""
-    done = controller(*options)
+    done = by(*options)
     assert done.returncode == 2, done.stderr
     lines = [line for line in done.stderr.strip().splitlines() if "  waiting for the" not in line]
     assert 1 <= len(lines) <= 4, done.stderr
@@ -49,7 +52,7 @@ def test_a_controller_s_file_may_be_the_first_option(tmp_path: Path) -> None:
     strategy = tmp_path / "mine.pl"
     strategy.write_text("proc(control, []).\n")
     for options in ([f"--controller={strategy}", "--dry-run"], ["--controller", str(strategy), "--dry-run"]):
-        done = controller(*options)
+        done = served(*options)
         assert done.returncode == 0, done.stderr
         assert str(strategy) in done.stderr
     assert "no such" in refused("--controller=no such.pl")
@@ -158,7 +161,7 @@ def test_what_the_device_does_not_have_is_said_before_anything_is_done(
 ) -> None:
     file = tmp_path / "mine.pl"
     file.write_text(f"proc(control, {body}).\n")
-    message = refused("--controller", file, "--dry-run")
+    message = refused("--controller", file, "--dry-run", by=served)
     for word in words:
         assert word in message
     assert "mine.pl" in message
@@ -176,7 +179,7 @@ def test_what_the_device_does_not_have_is_said_before_anything_is_done(
 def test_what_is_not_possible_is_said_with_its_place(tmp_path: Path, body: str, words: list[str]) -> None:
     file = tmp_path / "mine.pl"
     file.write_text(f"proc(control, {body}).\n")
-    message = refused("--controller", file, "--out", tmp_path / "run", "--no-report", "--quiet")
+    message = refused("--controller", file, "--out", tmp_path / "run", "--no-report", "--quiet", by=served)
     for word in words:
         assert word in message
     assert "mine.pl" in message
@@ -198,7 +201,7 @@ def test_a_strategy_that_never_ends_is_told_so_in_one_line(
 ) -> None:
     file = tmp_path / "mine.pl"
     file.write_text(program)
-    message = refused("--controller", file, "--out", tmp_path / "run", "--no-report", "--quiet")
+    message = refused("--controller", file, "--out", tmp_path / "run", "--no-report", "--quiet", by=served)
     (line,) = [line for line in message.splitlines() if "ERROR" in line]
     assert all(word in line for word in ["mine", "never end?", *words])
     assert (tmp_path / "run" / "result.json").exists()
@@ -211,10 +214,7 @@ def test_a_dry_run_checks_what_a_session_needs(tmp_path: Path) -> None:
     assert "its log is" not in message
     (tmp_path / "bad.cao").write_text("V1 garbage")
     assert "bad.cao:1" in refused("--target", tmp_path / "bad.cao", "--dry-run")
-    nobody = controller("--image-server", f"ipc://{tmp_path}/nobody", "--dry-run")
-    assert nobody.returncode == 4
-    assert "did not answer 'describe'" in nobody.stderr
-    done = controller("--dry-run", cwd=tmp_path)
+    done = served("--dry-run", cwd=tmp_path)
     assert done.returncode == 0
     assert "3 lights, 5 shutters, 3 apertures" in done.stderr
     assert {file.name for file in tmp_path.iterdir()} == {"bad.toml", "bad.cao"}

@@ -25,6 +25,7 @@ from tests.session.command import (
     servers_of,
     start_controller,
 )
+from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
@@ -72,7 +73,7 @@ def test_an_approach_that_is_stopped_between_hold_points_tells_where_it_was(tmp_
 
 
 def test_an_approach_that_aborts_says_what_may_help(tmp_path: Path) -> None:
-    done = controller(
+    done = served(
         "--approach", "--first-range", "0.6", "--contact-range", "0.5", "--threshold", "0.000001",
         "--controller", "fixed", "--out", tmp_path / "run", "--no-report",
     )  # fmt: skip
@@ -83,17 +84,25 @@ def test_an_approach_that_aborts_says_what_may_help(tmp_path: Path) -> None:
     assert "a --threshold above" in helps
 
 
+@pytest.fixture(scope="module")
+def turning(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The run folder of a session under a sun that turns, with nothing in its way."""
+    out = tmp_path_factory.mktemp("turning") / "run"
+    assert served("--out", out, *TURNING).returncode == 3
+    return out
+
+
 @pytest.mark.parametrize("victim", sorted(SERVERS))
-def test_a_server_that_is_killed_comes_back_and_the_session_goes_on(tmp_path: Path, victim: str) -> None:
-    whole = tmp_path / "whole"
-    assert controller("--out", whole, *TURNING).returncode == 3
+def test_a_server_that_is_killed_comes_back_and_the_session_goes_on(
+    turning: Path, tmp_path: Path, victim: str
+) -> None:
     session = start_controller("--out", tmp_path / "run", *TURNING)
     captured(session, tmp_path / "run", "i2")
     os.kill(servers_of(session.pid)[victim], signal.SIGKILL)
     _, messages = session.communicate(timeout=DEADLINE_S)
     assert session.returncode == 3, messages
     assert f"the {victim} ended by itself (killed(9)): it is brought back" in messages
-    assert outcome(tmp_path / "run") == outcome(whole)
+    assert outcome(tmp_path / "run") == outcome(turning)
 
 
 def test_a_server_that_dies_again_and_again_ends_the_session(tmp_path: Path) -> None:
@@ -196,14 +205,14 @@ def test_a_session_whose_disk_is_full_is_resumed_when_there_is_space(
 ) -> None:
     options = ("--seed", "3", "--threshold", "0.000001", "--max-iterations", "12", "--no-report")
     whole = tmp_path / "whole"
-    assert controller("--out", whole, *options).returncode == 3
+    assert served("--out", whole, *options).returncode == 3
     full = controller("--out", small_disk / "run", *options)
     assert full.returncode == 2, full.stderr
     last = full.stderr.splitlines()[-1]
     assert last.startswith("ERROR: ")
     assert f"--resume {small_disk / 'run'}" in last
     subprocess.run(["mount", "-o", "remount,size=50m", str(small_disk)], check=True)
-    assert controller("--resume", small_disk / "run", "--no-report").returncode == 3
+    assert served("--resume", small_disk / "run", "--no-report").returncode == 3
     assert outcome(small_disk / "run") == outcome(whole)
 
 

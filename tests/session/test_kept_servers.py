@@ -15,6 +15,8 @@ import pytest
 from tests.session.command import DEADLINE_S, controller, gone, start_controller
 from tests.session.serving import kept, kept_servers
 
+pytestmark = pytest.mark.slow
+
 IDLE_S = 20.0
 """Longer than any of these tests needs between two sessions, on a busy machine."""
 

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.session.command import DEADLINE_S, ROOT, controller
+from tests.session.command import DEADLINE_S, ROOT, start_controller
+from tests.session.serving import KEEPING, served
 
 pytestmark = pytest.mark.slow
 
@@ -59,7 +60,8 @@ def shown(written: str) -> tuple[list[str], list[list[str]]]:
 
 
 def test_no_word_is_broken_on_a_narrow_terminal(tmp_path: Path) -> None:
-    options = ("--seed", "3", "--threshold", "0.001", "--max-iterations", "2", "--explain", "--no-report")
+    options = ("--seed", "3", "--threshold", "0.001", "--max-iterations", "2", "--explain", "--no-report",
+               *KEEPING)  # fmt: skip
     wide = in_a_terminal(300, *options, "--out", tmp_path / "wide")
     narrow = in_a_terminal(80, *options, "--out", tmp_path / "narrow")
     assert COLOUR.search(wide) and COLOUR.search(narrow)
@@ -90,12 +92,16 @@ def test_a_session_is_a_table_with_what_is_done_now_below_it(tmp_path: Path) -> 
 
 def test_after_a_second_it_is_said_what_is_waited_for(tmp_path: Path) -> None:
     endpoint = f"ipc://{tmp_path / 'nobody'}"
+    dry = start_controller("--image-server", endpoint, "--dry-run")  # waits as long, meanwhile
     session = in_a_terminal(80, "--image-server", endpoint, "--out", tmp_path / "run")
     assert any("waiting for the image server to start, 2 s" in " ".join(block) for block in shown(session)[1])
+    _, said = dry.communicate(timeout=DEADLINE_S)
+    assert dry.returncode == 4
+    assert "did not answer 'describe'" in said
 
 
 def test_no_table_where_the_cursor_cannot_move_or_nothing_is_wanted(tmp_path: Path) -> None:
-    options = ("--seed", "3", "--no-report", "--out")
+    options = (*KEEPING, "--seed", "3", "--no-report", "--out")
     dumb = in_a_terminal(80, *options, tmp_path / "dumb", TERM="dumb")
     quiet = in_a_terminal(80, *options, tmp_path / "quiet", "--quiet")
     for written in (dumb, quiet):
@@ -112,19 +118,19 @@ def test_errors_are_broken_between_words_too() -> None:
 
 
 def test_no_colour_where_none_is_wanted(tmp_path: Path) -> None:
-    assert COLOUR.search(in_a_terminal(80, "--dry-run"))
-    assert "\x1b" not in in_a_terminal(80, "--dry-run", NO_COLOR="1")
+    assert COLOUR.search(in_a_terminal(80, "--dry-run", *KEEPING))
+    assert "\x1b" not in in_a_terminal(80, "--dry-run", *KEEPING, NO_COLOR="1")
     session = in_a_terminal(80, "--seed", "3", "--no-report", "--out", str(tmp_path / "run"), NO_COLOR="1")
     assert CLEARED.search(session) and not COLOUR.search(session)
 
 
 def test_the_result_is_on_standard_output_however_quiet(tmp_path: Path) -> None:
-    done = controller("--seed", "3", "--out", tmp_path / "run", "--no-report", "--quiet")
+    done = served("--seed", "3", "--out", tmp_path / "run", "--no-report", "--quiet")
     assert done.stderr == ""
     assert done.stdout.startswith("Pose found after ")
     assert "translation" in done.stdout
     assert not COLOUR.search(done.stdout)
-    one = controller(
+    one = served(
         "--seed", "3", "--out", tmp_path / "one", "--no-report", "--quiet", "--max-iterations", "1"
     )
     assert "after 1 image, 1 kept" in one.stdout
