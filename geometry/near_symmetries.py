@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
@@ -27,15 +30,18 @@ BESIDE_RAD = np.radians(
 )  # a turn by so much more or less moves the farthest points twice the tolerance ...
 PEAK = 1.1  # ... and must bring back less by this factor, or the turn is only a small one
 APART_RAD = np.radians(4.0)  # less than the least of FOLDS; products of turns about two middles differ by 0
+MOST_MIDDLES = 2  # of rings of lines, for each axis
 MOST_PRODUCTS = 80  # 36-fold turns, and each turned over
 MOST_LINES = 500  # more are no wireframe: a turn of a round body changes nothing that could be told
 
 
 @lru_cache(maxsize=8)
 def near_symmetries(model: Model) -> tuple[Pose, ...]:
-    """Turns by multiples of 360 / n degrees, n in FOLDS, about the target's axes.
+    """Turns by multiples of 360 / n degrees, n in FOLDS, about axes along the target's own.
 
-    They go through the middle of the bounding box or the wireframe's centroid: one mark moves either.
+    They go through the middle of the bounding box, the wireframe's centroid, or what lines that are alike lie
+    around (`middles_of_rings`): one mark moves the first two, and a ring of seven is not in the middle of its
+    box.
 
     Returns
     -------
@@ -44,33 +50,51 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
     """
     if not 0 < len(model.lines) <= MOST_LINES:
         return ()
-    points, weights = points_along(model.vertices, model.lines, 0.0, POINTS, LEAST_POINTS)
-    middles = [model.middle, weights @ points / weights.sum()]
-    if np.linalg.norm(middles[1] - middles[0]) <= 0.1 * TOLERANCE * model.diameter:
-        middles.pop()
+    wires = _Wireframe.of_model(model)
+    middles = [model.middle, wires.weights @ wires.points]
     found: list[tuple[float, Pose]] = []
     for axis in np.eye(3):
-        angles: dict[float, tuple[float, Pose]] = {}
-        for n in FOLDS:
-            for middle in middles:
-                angle = 2.0 * np.pi / n
-                alike = _share(points, weights, axis, angle, middle, model)[0]
-                if alike < ALIKE or alike < PEAK * max(
-                    _share(points, weights, axis, angle + off, middle, model)[0]
-                    for off in (-BESIDE_RAD, BESIDE_RAD)
-                ):
-                    continue
-                for k in range(1, n):
-                    share, turn = _share(points, weights, axis, k * angle, middle, model)
-                    known, _ = angles.get(round(360.0 * k / n, 6), (0.0, None))
-                    if ALIKE <= share < EXACT and share > known:
-                        angles[round(360.0 * k / n, 6)] = (
-                            share,
-                            Pose.from_matrix(turn, middle - turn @ middle),
-                        )
-        found += angles.values()
+        best: dict[Fraction, tuple[float, Floats]] = {}
+        through = [*middles, *middles_of_rings(model, axis)]
+        for middle in _distinct(through, axis, 0.1 * TOLERANCE * model.diameter):
+            for part, share in _shares(wires, axis, middle).items():
+                if ALIKE <= share < EXACT and share > best.get(part, (0.0, middle))[0]:
+                    best[part] = (share, middle)
+        for part, (share, middle) in best.items():
+            turn = matrix_of(2.0 * np.pi * float(part) * axis)
+            found.append((share, Pose.from_matrix(turn, middle - turn @ middle)))
     found.sort(key=lambda one: -one[0])
-    return tuple(pose for _, pose in found)
+    return tuple(turn for _, turn in found)
+
+
+def middles_of_rings(model: Model, axis: Floats) -> list[Floats]:
+    """Points that an axis of this direction may go through, for the lines of the model that are alike.
+
+    Lines that a turn takes into each other are as long as each other, as steep, and as high along its axis;
+    their middles lie on a circle around it, also where some of the ring are missing.
+
+    Returns
+    -------
+    (3,), metres, those that most of the wireframe lies around first, MOST_MIDDLES at most.
+    """
+    ends = model.vertices[model.lines]
+    along = ends[:, 1] - ends[:, 0]
+    middles, lengths = ends.mean(axis=1), np.linalg.norm(along, axis=1)
+    alike = np.stack([lengths, np.abs(along @ axis), middles @ axis], axis=1)
+    tolerance = TOLERANCE * model.diameter
+    left = np.ones(len(alike), dtype=bool)
+    rings: list[tuple[float, Floats]] = []
+    for line in range(len(alike)):
+        ring = left & (np.abs(alike - alike[line]).max(axis=1) <= tolerance)
+        left &= ~ring
+        middle = _middle_of_ring(middles[ring], axis, tolerance) if ring.sum() > 1 else None
+        if middle is not None:
+            rings.append((float(lengths[ring].sum()), middle))
+    weights = np.array([weight for weight, _ in rings])
+    places = np.array([middle for _, middle in rings]).reshape(-1, 3)
+    near = np.linalg.norm(places[:, None] - places, axis=2) <= 0.5 * tolerance
+    order = np.argsort(-(near @ weights), kind="stable")
+    return _distinct(list(places[order]), axis, tolerance)[:MOST_MIDDLES]
 
 
 @lru_cache(maxsize=8)
@@ -92,26 +116,88 @@ def near_symmetries_and_products(model: Model) -> tuple[Pose, ...]:
     return tuple(found)
 
 
-def _share(
-    points: Floats, weights: Floats, axis: Floats, angle: float, middle: Floats, model: Model
-) -> tuple[float, Floats]:
-    """Share of the wireframe that a turn brings back onto itself, few points first; and the turn (3, 3)."""
-    turn = matrix_of(angle * axis)
-    for every, least in ((SCREENED, SCREENED_ALIKE), (1, 0.0)):
-        some, own = points[::every], weights[::every]
-        near = _distance_to_lines((some - middle) @ turn.T + middle, model) <= TOLERANCE * model.diameter
-        share = float(own[near].sum() / own.sum())
-        if share < least:
-            break
-    return share, turn
+@dataclass(frozen=True, eq=False)
+class _Wireframe:
+    """Points along a model's lines, and the lines that they may come to lie on again.
+
+    Attributes
+    ----------
+    points : (N, 3), metres, with their ``weights`` (N,), of the length, 1 in all.
+    start, direction : (L, 3), of the lines.
+    tolerance : metres.
+    """
+
+    points: Floats
+    weights: Floats
+    start: Floats
+    direction: Floats
+    tolerance: float
+
+    @classmethod
+    def of_model(cls, model: Model) -> _Wireframe:
+        points, weights = points_along(model.vertices, model.lines, 0.0, POINTS, LEAST_POINTS)
+        start, end = model.vertices[model.lines[:, 0]], model.vertices[model.lines[:, 1]]
+        return cls(points, weights / weights.sum(), start, end - start, TOLERANCE * model.diameter)
+
+    def shares(self, axis: Floats, angles: Sequence[float], middle: Floats, every: int = 1) -> Floats:
+        """Share of the wireframe that each turn brings back onto itself, by each ``every``-th point."""
+        some, weights = self.points[::every] - middle, self.weights[::every]
+        turned = np.concatenate([some @ matrix_of(angle * axis).T for angle in angles]) + middle
+        near = self._on_a_line(turned).reshape(len(angles), len(some))
+        return np.asarray(near @ weights / weights.sum())
+
+    def _on_a_line(self, points: Floats) -> NDArray[np.bool_]:
+        """Whether points (N, 3) are no farther than the tolerance from the nearest line."""
+        square = np.maximum(np.einsum("ij,ij->i", self.direction, self.direction), 1e-30)
+        along = points @ self.direction.T - np.einsum("ij,ij->i", self.start, self.direction)
+        to_start = np.einsum("ij,ij->i", points, points)[:, None] - 2.0 * points @ self.start.T
+        to_start += np.einsum("ij,ij->i", self.start, self.start)
+        share = np.clip(along / square, 0.0, 1.0)
+        squared = to_start + share * (share * square - 2.0 * along)
+        return np.asarray(squared.min(axis=1) <= self.tolerance**2)
 
 
-def _distance_to_lines(points: Floats, model: Model) -> Floats:
-    """Distance (N,) of points (N, 3) from the nearest line."""
-    start = model.vertices[model.lines[:, 0]]
-    direction = model.vertices[model.lines[:, 1]] - start
-    square = np.maximum(np.einsum("ij,ij->i", direction, direction), 1e-30)
-    beside = points[:, None] - start
-    share = np.clip(np.einsum("nlk,lk->nl", beside, direction) / square, 0.0, 1.0)
-    beside -= share[:, :, None] * direction
-    return np.asarray(np.sqrt(np.einsum("nlk,nlk->nl", beside, beside).min(axis=1)))
+def _shares(wires: _Wireframe, axis: Floats, middle: Floats) -> dict[Fraction, float]:
+    """Shares that turns about an axis bring back, by their part of a full turn.
+
+    Of all folds that bring back more than a little less or more of their angle does.
+    """
+    full = 2.0 * np.pi
+    screened = wires.shares(axis, [full / n for n in FOLDS], middle, SCREENED) >= SCREENED_ALIKE
+    out: dict[Fraction, float] = {}
+    for n in np.array(FOLDS)[screened].tolist():
+        (alike,) = wires.shares(axis, [full / n], middle)
+        if alike < ALIKE:
+            continue
+        beside = wires.shares(axis, [full / n - BESIDE_RAD, full / n + BESIDE_RAD], middle)
+        if alike < PEAK * beside.max():
+            continue
+        parts = [part for part in (Fraction(k, n) for k in range(1, n)) if part not in out]
+        if parts:
+            shares = wires.shares(axis, [full * float(part) for part in parts], middle)
+            out.update(zip(parts, shares.tolist(), strict=True))
+    return out
+
+
+def _middle_of_ring(points: Floats, axis: Floats, tolerance: float) -> Floats | None:
+    """The middle (3,) of a circle about an axis of this direction through points (N, 3); None off circles."""
+    across = np.linalg.svd(axis[None])[2][1:]
+    centre = points.mean(axis=0)
+    if len(points) == 2:
+        return np.asarray(centre)
+    flat = (points - centre) @ across.T
+    equations = np.c_[2.0 * flat, np.ones(len(flat))]
+    solved, _, rank, _ = np.linalg.lstsq(equations, (flat**2).sum(axis=1), rcond=1e-6)
+    if rank < 3:
+        return None
+    radii = np.linalg.norm(flat - solved[:2], axis=1)
+    return np.asarray(centre + solved[:2] @ across) if np.ptp(radii) <= tolerance else None
+
+
+def _distinct(points: Sequence[Floats], axis: Floats, tolerance: float) -> list[Floats]:
+    """Those (3,) through which go different lines of this direction, in order."""
+    kept: list[Floats] = []
+    for point in points:
+        if all(np.linalg.norm(np.cross(point - other, axis)) > tolerance for other in kept):
+            kept.append(point)
+    return kept

@@ -21,14 +21,15 @@ from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
 from vision_server.matching import MATCHERS, Anywhere, Hypothesis, SearchRange, match_genetic
-from vision_server.matching.match import distinct, ideal_segments
+from vision_server.matching.draws import in_range_of
+from vision_server.matching.match import distinct, ideal_segments, worth_refining
 from vision_server.matching.search import match_near
 from vision_server.pose.all_sides import of_most_evidence
 from vision_server.pose.alternatives import PoseChance, chances, image_of, without_free_turn
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.other_hand import Matcher, the_other_way
-from vision_server.pose.ranking import TURNED_NATS, Refined, best_first, turned
+from vision_server.pose.ranking import TURNED_NATS, Refined, best_first, nowhere, turned
 from vision_server.pose.spun import unseen_turns
 from vision_server.pose.stretch import misfit
 from vision_server.pose.support import LineSupport, PoseSupport
@@ -46,7 +47,6 @@ Floats = NDArray[np.float64]
 
 LOOKED_AT = 10  # hypotheses, at first sight
 LEAST_SCORE = 0.02  # of a pose that is returned: of less likely ones, one in hundred was right
-WORTH_REFINING = 0.5  # of the best hypothesis' score; right poses were seen down to 0.68 of a wrong one's
 
 
 @dataclass(frozen=True)
@@ -86,6 +86,11 @@ class PipelineSettings:
     tone_sd_px: float = KNOWN_TONE_SD_PX
     tolerance_m: float = 0.0
     fusion: bool = False
+
+    @property
+    def search_range(self) -> SearchRange:
+        """How far the matchers look."""
+        return SearchRange(self.rotation_range_deg, self.translation_range_px)
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,15 +195,17 @@ def pose_of_segments(
     least = SCALES_PX.index(settings.refinement_scale_px)
     problem = PoseProblem.at_scale(channels, model, camera, least, settings.tone_sd_px, settings.tolerance_m)
     anywhere = isinstance(seed_pose, Anywhere)
-    worth = _worth_refining(hypotheses)
-    if anywhere:
+    worth = worth_refining(hypotheses)
+    searched: Callable[[Pose], bool] = nowhere
+    if isinstance(seed_pose, Anywhere):
         refined = of_most_evidence(problem, worth, LOOKED_AT)
     else:
+        searched = in_range_of(seed_pose, camera, settings.search_range)
         spin_rad = 2.0 * math.radians(settings.rotation_range_deg)  # from one end of the range to the other
-        refined = best_first(problem, worth, spin_rad=spin_rad)
+        refined = best_first(problem, worth, spin_rad=spin_rad, searched=searched)
     symmetry = symmetry_of(model) if anywhere or model.smooth.any() else ASYMMETRIC
     match = partial(match_near, ideal_segments(endpoints, camera), camera, settings.seed)
-    estimate = _best(refined, symmetry, match)
+    estimate = _best(refined, symmetry, match, searched)
     if isinstance(seed_pose, Anywhere):
         estimate = _with_poses(estimate, refined, symmetry, partial(seed_pose.allows, middle=model.middle))
         if estimate.pose is not None:
@@ -234,17 +241,12 @@ def _matched(
     matcher = MATCHERS[settings.matcher]
     if settings.matcher == "genetic":
         matcher = partial(match_genetic, generations=settings.generations, population=settings.population)
-    reach = SearchRange(settings.rotation_range_deg, settings.translation_range_px)
-    return matcher(ends, model, camera, seed_pose, settings.seed, reach)
+    return matcher(ends, model, camera, seed_pose, settings.seed, settings.search_range)
 
 
-def _worth_refining(found: list[Hypothesis]) -> list[Pose]:
-    """Those that come near the best one's score; costs (negative scores) are not comparable so far."""
-    best = max((one.score for one in found), default=0.0)
-    return [one.pose for one in found if best <= 0.0 or one.score >= WORTH_REFINING * best]
-
-
-def _best(found: list[Refined], symmetry: Symmetry, match: Matcher) -> Estimate:
+def _best(
+    found: list[Refined], symmetry: Symmetry, match: Matcher, searched: Callable[[Pose], bool]
+) -> Estimate:
     if not found:
         return Estimate()
     keep = distinct(
@@ -255,7 +257,7 @@ def _best(found: list[Refined], symmetry: Symmetry, match: Matcher) -> Estimate:
     )
     best = found[keep[0]]
     others = [found[index] for index in keep[1:]]
-    rivals = [(pose, support, TURNED_NATS) for pose, support in turned(best)]
+    rivals = [(pose, support, TURNED_NATS) for pose, support in turned(best, searched)]
     rivals += [(one.pose, one.support, 0.0) for one in others if not image_of(one.pose, best.pose, symmetry)]
     covariance = pose_covariance(best.solution)
     spread = uncertainty(without_free_turn(covariance, best.pose, symmetry), best.pose.translation)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -69,6 +71,15 @@ def in_range(
     moved = np.abs(translations - seed_pose.translation) <= reach_m
     inside: NDArray[np.bool_] = turned & moved.all(axis=1)
     return inside
+
+
+def in_range_of(seed_pose: Pose, camera: Camera, search_range: SearchRange) -> Callable[[Pose], bool]:
+    """Whether a pose is `in_range`."""
+
+    def within(pose: Pose) -> bool:
+        return bool(in_range(seed_pose, camera, search_range, pose.matrix[None], pose.translation[None])[0])
+
+    return within
 
 
 def _largest_angle(turn: Floats) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from geometry.near_symmetries import near_symmetries
@@ -63,8 +63,17 @@ def _rank(one: Refined) -> tuple[float, float]:
     return -one.quality, -one.support.evidence
 
 
+def nowhere(_pose: Pose) -> bool:
+    """The search range where there is no seed pose to search around."""
+    return False
+
+
 def best_first(
-    problem: PoseProblem, hypotheses: Sequence[Pose], looked_at: int = REFINED, spin_rad: float = 0.0
+    problem: PoseProblem,
+    hypotheses: Sequence[Pose],
+    looked_at: int = REFINED,
+    spin_rad: float = 0.0,
+    searched: Callable[[Pose], bool] = nowhere,
 ) -> list[Refined]:
     """The hypotheses, refined, best first.
 
@@ -78,6 +87,8 @@ def best_first(
         So many hypotheses at most.
     spin_rad
         How far a nearly round target may be turned about its axis from the hypotheses, see `spun`.
+    searched
+        Whether a pose is in the search range: the first is turned onto those of its near symmetries that are.
     """
     coarse: list[Refined] = []
     sparse = fewer_lines(problem)
@@ -97,6 +108,11 @@ def best_first(
         add_beside(coarse)
         if coarse[0] is first:
             break
+    for first in coarse[:1]:
+        for start in map(first.pose.compose, near_symmetries(problem.model)):
+            if searched(start):
+                add_refined(coarse, first, start)
+    coarse.sort(key=_rank)
     distinct: list[Refined] = []
     for one in coarse:
         if not any(better.ends_at(one.pose, NEAR) for better in distinct):
@@ -163,15 +179,18 @@ def finished(rough: Refined) -> Refined:
     return rough if fine is None else fine
 
 
-def turned(best: Refined) -> list[tuple[Pose, PoseSupport]]:
+def turned(best: Refined, searched: Callable[[Pose], bool]) -> list[tuple[Pose, PoseSupport]]:
     """Turns of a target that is nearly symmetric which explain the images as well as ``best``, or better.
 
-    They lie outside the search range. A seed pose that is turned wrongly leads to a pose that fits most
-    lines; the others tell. Where no image shows these, the seed pose is believed.
+    Those outside the search range: `best_first` has looked at the others. A seed pose that is turned wrongly
+    leads to a pose that fits most lines; the others tell. Where no image shows these, the seed pose is
+    believed.
     """
     found = []
     for turn in near_symmetries(best.problem.model):
         pose, support = best.pose.compose(turn), None
+        if searched(pose):
+            continue
         for coarser, slack in ((COARSER, ROUGHLY_NATS), (1.0, 0.0)):
             support = support_at(best.problem, pose, coarser * best.spacing_px)
             if support is None or support.evidence <= best.support.evidence - slack:

@@ -67,7 +67,7 @@ def test_two_poses_that_explain_the_image_are_both_reported() -> None:
 def test_a_seed_upside_down_is_told_by_the_few_lines_that_differ(seed: int) -> None:
     """The fixture turned by half fits all lines but those of its bar and box."""
     one = simulated("fixture", "nominal", seed)
-    (turn,) = near_symmetries(one.model)
+    turn = near_symmetries(one.model)[0]
     chosen = PipelineSettings(tone_sd_px=one.tone_sd_px)
     rng = np.random.default_rng(seed)
     for start, believed in ((one.true, True), (one.true.compose(turn), False)):
