@@ -18,23 +18,32 @@ Floats = NDArray[np.float64]
 MOST_NOISE = 6.0  # of a part, in that of single channels: more lights that are hardly told apart
 
 
-def parts_of(sides: Sides, levels: Floats) -> Sides | None:
+def lights_of(levels: Floats) -> Floats:
+    """How far each light is on in each channel, float64 (C, L + 1).
+
+    Parameters
+    ----------
+    levels
+        float64 (C, L), level of each lamp in each channel, as a share of its full one. Another light, the
+        sun, is on in all: the last column. Lamps that are never on are left out.
+    """
+    return np.hstack([levels[:, levels.any(axis=0)], np.ones((len(levels), 1))])
+
+
+def parts_of(sides: Sides, lights: Floats) -> Sides | None:
     """What each light gives to the sides of N edgels: sides in as many channels as there are lights.
 
     Parameters
     ----------
     sides
         In C channels.
-    levels
-        float64 (C, L), level of each lamp in each channel, as a share of its full one. Another light, the
-        sun, is on in all.
+    lights
+        float64 (C, L), as `lights_of` gives them.
 
     Returns
     -------
-    Sides of the L + 1 lights, less the lamps that are never on; None where they cannot be told apart.
+    Sides of the L lights; None where they cannot be told apart.
     """
-    lamps = levels[:, levels.any(axis=0)]
-    lights = np.hstack([lamps, np.ones((len(levels), 1))])
     if len(lights) < lights.shape[1] or np.linalg.matrix_rank(lights) < lights.shape[1]:
         return None
     share = np.linalg.pinv(lights)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bridge.errors import BadInput
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
+from vision_server.edges.densities import Scatter, log_normal, sum_of_logs
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.kinds import edge_kinds, fit_kinds
 from vision_server.edges.kinds_table import kinds_picture, kinds_table
@@ -24,10 +25,7 @@ from vision_server.edges.likelihoods import (
     OUTLINE,
     PRINT,
     SHADOW,
-    Scatter,
     likelihoods,
-    log_normal,
-    sum_of_logs,
 )
 from vision_server.edges.merging import merge_channels
 from vision_server.edges.sides import REACH_PX, Sides, sides_of

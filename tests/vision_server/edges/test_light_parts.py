@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vision_server.edges.light_parts import parts_of
-from vision_server.edges.likelihoods import CREASE, PRINT, SHADOW, likelihoods
+from vision_server.edges.light_parts import lights_of, parts_of
+from vision_server.edges.likelihoods import CREASE, OUTLINE, PRINT, SHADOW, likelihoods
 from vision_server.edges.sides import Sides
 
 LEVELS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.6, 0.6]])
@@ -21,7 +21,7 @@ def shown(left: np.ndarray, right: np.ndarray, levels: np.ndarray = LEVELS) -> S
 
 def test_the_parts_are_those_that_were_summed() -> None:
     right = np.array([50.0, 0.0, 40.0, 30.0])
-    parts = parts_of(shown(LEFT, right), LEVELS)
+    parts = parts_of(shown(LEFT, right), lights_of(LEVELS))
     assert parts is not None
     np.testing.assert_allclose(parts.near[:, :, 0], np.stack([LEFT, right], axis=1), atol=1e-3)
     assert parts.noise.min() > 1.0
@@ -29,7 +29,7 @@ def test_the_parts_are_those_that_were_summed() -> None:
 
 def test_a_lamp_that_is_never_on_has_no_part() -> None:
     idle = np.hstack([LEVELS, np.zeros((4, 1))])
-    parts = parts_of(shown(LEFT, LEFT), idle)
+    parts = parts_of(shown(LEFT, LEFT), lights_of(idle))
     assert parts is not None
     assert len(parts.near) == 4
 
@@ -38,24 +38,47 @@ def test_a_lamp_that_is_never_on_has_no_part() -> None:
     "levels", [LEVELS[:3], np.ones((4, 3)), np.full((4, 3), 0.5) + 1e-3 * LEVELS], ids=["few", "same", "near"]
 )
 def test_lights_that_are_not_told_apart_have_no_parts(levels: np.ndarray) -> None:
-    assert parts_of(shown(LEFT, LEFT, levels), levels) is None
+    assert parts_of(shown(LEFT, LEFT, levels), lights_of(levels)) is None
 
 
-@pytest.mark.parametrize("blocked", [[1], [3], [0, 3], [0, 1, 2]], ids=str)
-def test_any_lights_that_are_blocked_are_a_shadow(blocked: list[int]) -> None:
+def kind_of(sides: Sides, levels: np.ndarray = LEVELS) -> int:
+    return int(likelihoods(sides, 1.0, levels)[:, 0].argmax())
+
+
+@pytest.mark.parametrize("levels", [LEVELS, LEVELS[:3]], ids=["parts", "fewer images than lights"])
+@pytest.mark.parametrize("blocked", range(4))
+def test_one_light_that_is_blocked_is_a_shadow(blocked: int, levels: np.ndarray) -> None:
     right = LEFT.copy()
     right[blocked] = 0.0
-    assert likelihoods(shown(LEFT, right), 1.0, LEVELS)[:, 0].argmax() == SHADOW
+    assert kind_of(shown(LEFT, right, levels), levels) == SHADOW
+    assert kind_of(shown(right, LEFT, levels), levels) == SHADOW
+
+
+@pytest.mark.parametrize("blocked", [[0, 2], [1, 2], [0, 1, 2]], ids=str)
+def test_two_lights_do_not_end_at_one_place_but_behind_an_outline(blocked: list[int]) -> None:
+    right = LEFT.copy()
+    right[blocked] = 0.0
+    assert kind_of(shown(LEFT, right)) == OUTLINE
+    assert kind_of(shown(right, LEFT)) == OUTLINE
+
+
+def test_a_light_of_which_half_is_left_is_not_blocked() -> None:
+    half, none = LEFT * [1.0, 0.5, 1.0, 1.0], LEFT * [1.0, 0.0, 1.0, 1.0]
+    of_half, of_none = (
+        likelihoods(shown(3.0 * LEFT, 3.0 * right), 1.0, LEVELS) for right in (half, none)
+    )
+    assert (of_none[SHADOW] - of_none[CREASE])[0] > (of_half[SHADOW] - of_half[CREASE])[0] + 4.0
 
 
 def test_what_every_light_shows_otherwise_is_no_shadow() -> None:
     for kind, right in ((CREASE, LEFT * [0.3, 1.3, 0.6, 0.9]), (PRINT, 0.4 * LEFT)):
-        assert likelihoods(shown(LEFT, right), 1.0, LEVELS)[:, 0].argmax() == kind
+        assert kind_of(shown(LEFT, right)) == kind
 
 
-def test_beside_a_clipped_channel_shadows_are_told_without_parts() -> None:
+def test_beside_a_clipped_channel_shadows_are_told_by_the_others() -> None:
     right = LEFT.copy()
     right[1] = 0.0
     sides = shown(LEFT, right)
+    sides.near[0] = 255.0
     sides.known[0] = False
-    np.testing.assert_array_equal(likelihoods(sides, 1.0, LEVELS)[SHADOW], likelihoods(sides, 1.0)[SHADOW])
+    assert kind_of(sides) == SHADOW
