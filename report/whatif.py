@@ -128,7 +128,7 @@ def session_options(folder: Path, result: Result) -> list[str]:
             or sha256(controller.read_bytes()).hexdigest() != told["controller_sha256"]
         ):
             raise ReportError(f"{controller}: not the file any more that the session was begun with")
-    options = []
+    options = ["--keep-servers"] if "--keep-servers" in command else []
     left_out = NOT_OPTIONS
     if told.get("approach") != "true":
         left_out |= OF_APPROACHES

@@ -25,7 +25,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from tests.session.command import ROOT, SERVERS, alive, outcome, servers_of
+from tests.session.command import ROOT, SERVERS, alive, controller, outcome, servers_of
+from tests.session.serving import KEEPING, kept_servers
 
 NEVER = ("--threshold", "0.000001", "--max-iterations")
 CASES: dict[str, tuple[str, ...]] = {
@@ -53,6 +54,7 @@ class Session:
     seed: int
     folder: Path
     environment: dict[str, str] = field(default_factory=dict)
+    more: tuple[str, ...] = ()
 
     @property
     def out(self) -> Path:
@@ -68,7 +70,7 @@ class Session:
             case = [str(stack()) if word == "STACK" else word for word in CASES[self.case]]
             words = [*case, "--seed", str(self.seed), "--out", str(self.out)]
         return subprocess.Popen(
-            ["swipl", str(ROOT / "main.pl"), *words, "--no-report"],
+            ["swipl", str(ROOT / "main.pl"), *words, *self.more, "--no-report"],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
@@ -122,13 +124,21 @@ def frames(out: Path) -> dict[str, bytes]:
 
 @cache
 def undisturbed(case: str, seed: int) -> tuple[dict[str, object], dict[str, bytes], float]:
-    """Outcome, frames and duration of a session that nobody kills."""
+    """Outcome and frames of a session that nobody kills, and how long one on its own servers takes."""
     with scratch() as folder:
-        session = Session(case, seed, folder)
+        session = Session(case, seed, folder, more=KEEPING)
         began = time.monotonic()
         status, said = session.finish(session.start())
         assert status in (0, 3), said
-        return outcome(session.out), frames(session.out), time.monotonic() - began
+        return outcome(session.out), frames(session.out), time.monotonic() - began + starting_s()
+
+
+@cache
+def starting_s() -> float:
+    """How long it takes until a session's own servers have been started."""
+    began = time.monotonic()
+    assert controller("--dry-run").returncode == 0
+    return time.monotonic() - began
 
 
 def judged(session: Session, status: int, said: str, pids: set[int]) -> dict[str, Any]:
@@ -260,9 +270,10 @@ def main() -> int:
         else random_kills(options.sessions, options.seed)
     )
     found = []
-    for one in runs:
-        print(json.dumps(one), flush=True)
-        found.append(one)
+    with kept_servers():
+        for one in runs:
+            print(json.dumps(one), flush=True)
+            found.append(one)
     total = summary(found)
     print(json.dumps(total), flush=True)
     wrong = total["same"] < total["sessions"] or any(

@@ -185,6 +185,7 @@ def test_what_is_not_possible_is_said_with_its_place(tmp_path: Path, body: str, 
     assert "mine.pl" in message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("program", "words"),
     [
@@ -207,6 +208,7 @@ def test_a_strategy_that_never_ends_is_told_so_in_one_line(
     assert (tmp_path / "run" / "result.json").exists()
 
 
+@pytest.mark.slow
 def test_a_dry_run_checks_what_a_session_needs(tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text("x = [")
     message = refused("--scenario", tmp_path / "bad.toml", "--dry-run")
@@ -220,6 +222,7 @@ def test_a_dry_run_checks_what_a_session_needs(tmp_path: Path) -> None:
     assert {file.name for file in tmp_path.iterdir()} == {"bad.toml", "bad.cao"}
 
 
+@pytest.mark.slow
 def test_a_dry_run_leaves_no_folder(tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text("x = [")
     session = start_controller("--scenario", tmp_path / "bad.toml", "--dry-run")

@@ -274,6 +274,7 @@ for asked in sys.stdin:
 """
 
 
+@pytest.mark.slow
 def test_lights_of_a_server_that_hangs_go_out_and_it_knows(bench: tuple[Emulator, Path]) -> None:
     emulator, file = bench
     file.write_text(f"hold_off_s = 4.0\n{file.read_text()}")

@@ -18,7 +18,11 @@ from vision_server.matching.first_sight import match_anywhere
 from vision_server.matching.templates import Templates, sizes_px, templates, vote
 from vision_server.segments.extraction import extract_segments
 
-CASES = [(name, seed) for name in ("fixture", "satellite") for seed in range(3)]
+CASES = [
+    pytest.param(name, seed, marks=[pytest.mark.slow] if seed else [])
+    for name in ("fixture", "satellite")
+    for seed in range(3)
+]
 
 
 def any_pose(seed: int, size: float, diameter: float, middle: NDArray[np.float64]) -> Pose:
@@ -39,6 +43,7 @@ def test_finds_any_orientation_in_clutter(name: str, seed: int) -> None:
     assert found[0].pose.error_to(pose).within(2.0, 0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 3])
 def test_a_part_that_shows_curves_only_is_found(seed: int) -> None:
     """Its small holes are not seen as segments, and a very small flange fits any of its edges."""

@@ -64,6 +64,7 @@ def test_where_lights_are_not_known_to_be_nothing_is_named_either(model: Model) 
     assert verdict(found(model, images, [None, None]), len(images)) == (None, None)
 
 
+@pytest.mark.slow
 def test_few_images_look_back_to_where_something_was_doubted(model: Model) -> None:
     images = [taken(model, asked, asked) for asked in ASKED]
     images += [taken(model, asked, (0.0, asked[1])) for asked in ((1.0, 0.8), (0.6, 0.2), (0.8, 0.3))]
