@@ -9,10 +9,12 @@ behind an outline lies in the shadow of what is before it.
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.edges.densities import Floats, Scatter, log_normal, logarithms
+from vision_server.edges.densities import Floats, Scatter, either, log_normal, logarithms, sum_of_logs
 from vision_server.edges.sides import Sides
 
 # Of log-ratios; chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
@@ -48,7 +50,7 @@ def shadow_of_one(
         if parts is not None:
             found = found + np.where(parts.known[number], _nothing_of(parts, number, behind), 0.0)
         each.append(found)
-    return np.asarray(np.logaddexp.reduce(each, axis=0) - np.log(len(each)))
+    return np.asarray(reduce(either, each) - np.log(len(each)))
 
 
 def one_blocked(
@@ -59,17 +61,18 @@ def one_blocked(
     Where one side has the intensity I in a channel, the other has I + m light: m is fitted. Also, whether the
     brighter side is the one behind.
     """
-    on = light.astype(np.float32)[:, None]
-    variance, both = noise + np.float32(FLAT_SD**2), np.exp(logs)
-    weight = on / (variance * np.square(both.max(axis=1)))
+    on, variance = light.astype(np.float32)[:, None], noise + np.float32(FLAT_SD**2)
+    both, precision = np.maximum(sides.near, 0.0) + np.float32(sides.dark), 1.0 / variance
+    weight = on * precision / np.square(np.maximum(both[:, 0], both[:, 1]))
     missing = np.sum(weight * (sides.near[:, 0] - sides.near[:, 1]), axis=0) / np.sum(weight * on, axis=0)
     behind = missing > 0.0
-    ratio = np.log1p(np.abs(missing) * on / np.where(behind, both[:, 1], both[:, 0]))
+    ratio = np.log(1.0 + np.abs(missing) * on / np.where(behind, both[:, 1], both[:, 0]))
     depth = np.maximum(np.max(ratio * (variance < TELLING_VARIANCE), axis=0), np.float32(LEAST_DEPTH))
-    precision = np.sum(np.square(ratio / depth) / variance, axis=0)
-    fitted = Scatter.of(logs[:, 0] - logs[:, 1] - np.where(behind, ratio, -ratio), variance).alone
+    told = np.sum(np.square(ratio) * precision, axis=0) / np.square(depth)
+    left = logs[:, 0] - logs[:, 1] - np.where(behind, ratio, -ratio)
+    fitted = -0.5 * (np.sum(np.square(left) * precision, axis=0) + sum_of_logs(2.0 * np.pi * variance))
     # Laplace's integral over the depth: its prior, and by how much that is wider than what is left of it
-    prior = -0.5 * (np.log1p(DEPTH_SD**2 * precision) + np.square(depth / DEPTH_SD))
+    prior = -0.5 * (np.log(1.0 + DEPTH_SD**2 * told) + np.square(depth / DEPTH_SD))
     return np.asarray(fitted + prior), behind
 
 
@@ -95,6 +98,6 @@ def several_less_crease(parts: Sides) -> Floats:
     alike = log_normal(ratio, noise + FLAT_SD**2) + np.log(ALIKE)
     none, one, several = alike[0], blocked[0], np.full_like(alike[0], -np.inf)
     for free, ends in zip(alike[1:], blocked[1:], strict=True):
-        several = np.logaddexp(several + np.logaddexp(free, ends), one + ends)
-        one, none = np.logaddexp(one + free, none + ends), none + free
+        several = either(several + either(free, ends), one + ends)
+        one, none = either(one + free, none + ends), none + free
     return np.asarray(several - Scatter.of(ratio, noise + PART_SD**2).about_a_mean(MEAN_SD))

@@ -49,6 +49,15 @@ class Sides(NamedTuple):
     known: NDArray[np.bool_]
     dark: float = DARK_GREY
 
+    def of(self, edgels: slice) -> Sides:
+        """Those of some of the edgels."""
+        return self._replace(
+            near=self.near[..., edgels],
+            brightest=self.brightest[..., edgels],
+            noise=self.noise[:, edgels],
+            known=self.known[:, edgels],
+        )
+
 
 def evenly_weighted(channel: ChannelStatistics) -> ChannelStatistics:
     """The channel with the same say everywhere: merged so, shadows and highlights stay edges."""

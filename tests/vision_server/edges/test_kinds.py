@@ -198,3 +198,13 @@ def test_a_saturated_image_among_good_ones_tells_no_kinds() -> None:
     good = [channel_statistics(image) for image in images]
     bright = channel_statistics(np.clip(images[0].astype(int) * 6, 0, 255).astype(np.uint8))
     np.testing.assert_array_equal(edge_kinds([*good, bright]).probability, edge_kinds(good).probability)
+
+
+def test_edgels_are_judged_each_by_itself_however_many_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    some = sides([(np.asarray(left), np.asarray(right)) for left, right in OF_KIND.values()] * 3)
+    levels = np.eye(4)[:, :3]
+    for known in (None, levels):
+        whole = likelihoods(some, 1.0, known)
+        with monkeypatch.context() as patch:
+            patch.setattr("vision_server.edges.likelihoods.BLOCK", 4)
+            np.testing.assert_allclose(likelihoods(some, 1.0, known), whole, rtol=1e-5, atol=1e-5)
