@@ -5,7 +5,8 @@ export PYTHON
 # What is compiled stays, whatever the shell says: every start of Python would read its sources again.
 unexport PYTHONDONTWRITEBYTECODE
 VENV    = .venv/bin/python
-PYTEST  = $(VENV) -m pytest -n 2 --dist loadfile
+# A file goes to one worker, whose tests share what it prepares; in the order of folders, so that short files come last.
+PYTEST  = $(VENV) -m pytest --dist loadfile --no-loadscope-reorder
 # What a session loads.
 PROLOG  = $(shell find main.pl bridge domain indigolog session -name '*.pl' ! -path 'domain/testing/*' | \
             xargs grep -l '^:- module' | xargs grep -L '^:- initialization')
@@ -55,19 +56,20 @@ bridge/prolog/zmq4pl.so: $(wildcard bridge/prolog/*.c bridge/prolog/*.h) | syste
 dock: setup
 	@swipl main.pl $(ARGS)
 
-# Two files of Python tests at a time, and the Prolog tests beside them: their words come when they are done.
+# Two files of Python tests at a time, three where some wait for what they have killed or nobody answers, and the Prolog
+# tests beside them: their words come when they are done.
 test: setup check
 	@echo "test: Prolog (plunit) and Python (pytest, all), beside each other"
-	@setup/beside "swipl -g main tests/run.pl" "$(PYTEST)"
+	@setup/beside "swipl -g main tests/run.pl" "$(PYTEST) -n 3"
 
 test-quick: setup
 	@echo "test-quick: Prolog (plunit) and Python (pytest, without those marked slow), beside each other"
-	@setup/beside "swipl -g main tests/run.pl" "$(PYTEST) -m 'not slow'"
+	@setup/beside "swipl -g main tests/run.pl" "$(PYTEST) -n 2 -m 'not slow'"
 
 coverage: setup
 	@echo "coverage: Python tests, and which lines of the rooms they run (build/coverage)"
 	@mkdir -p build
-	$(PYTEST) --cov --cov-report=term --cov-report=html:build/coverage
+	$(PYTEST) -n 2 --cov --cov-report=term --cov-report=html:build/coverage
 
 api: setup
 	@echo "api: pages from docstrings (pdoc) and from PlDoc, into build/api"

@@ -92,9 +92,9 @@ test(events_from_its_thread, Trace == [bump, bump, inc]) :-
 test(failure_from_its_thread, Trace == [failed(switch(b), lamp_broken), inc]) :-
     trace([switch(b), inc], [device(worker, [])], Trace).
 
-test(no_answer, [forall(member(Device, [device(worker, [deadline(2)]), device(worker)])),
-                 Trace == [failed(switch(c), golog(deadline(switch(c), 2))), inc]]) :-
-    trace([switch(c), inc], [Device, deadline(2)], Trace).
+test(no_answer, [forall(member(Device, [device(worker, [deadline(0.5)]), device(worker)])),
+                 Trace == [failed(switch(c), golog(deadline(switch(c), 0.5))), inc]]) :-
+    trace([switch(c), inc], [Device, deadline(0.5)], Trace).
 
 test(a_device_that_fails, Trace == [failed(inc, golog(device_failed(refusing, inc)))]) :-
     trace(inc, [device(refusing, [])], Trace).

@@ -10,6 +10,7 @@ import pytest
 
 from bridge.mocks import MockImageServer, MockVisionServer, mock_image_server, mock_vision_server
 from tests.session.command import ROOT, controller
+from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
@@ -51,7 +52,7 @@ def test_the_page_names_every_key() -> None:
 
 
 def test_a_session_on_the_simulator(tmp_path: Path) -> None:
-    done = controller("--seed", "3", "--out", tmp_path, "--no-report", "--json", "--quiet")
+    done = served("--seed", "3", "--out", tmp_path, "--no-report", "--json", "--quiet")
     result = checked(tmp_path)
     assert json.loads(done.stdout) == result
     assert (result["scenario"], result["stack"]) == ("nominal", None)
@@ -60,7 +61,7 @@ def test_a_session_on_the_simulator(tmp_path: Path) -> None:
 
 
 def test_an_approach(tmp_path: Path) -> None:
-    controller(
+    served(
         "--approach", "--first-range", "0.8", "--contact-range", "0.65", "--out", tmp_path, "--no-report"
     )
     result = checked(tmp_path)

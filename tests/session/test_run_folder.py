@@ -7,6 +7,7 @@ import pytest
 
 from stack.read import FramesStack, load_stack
 from tests.session.command import ROOT, controller
+from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
@@ -40,12 +41,12 @@ def test_a_model_in_millimetres_gives_the_pose_in_metres(tmp_path: Path) -> None
     ]
     (tmp_path / "part.cao").write_text("\n".join(scaled) + "\n")
     options = ("--seed", "3", "--no-report", "--quiet", "--json", "--max-iterations", "3")
-    part = controller("--target", tmp_path / "part.cao", "--unit", "mm", "--out", tmp_path / "run", *options)
+    part = served("--target", tmp_path / "part.cao", "--unit", "mm", "--out", tmp_path / "run", *options)
     assert part.returncode == 0, part.stderr
     result = json.loads(part.stdout)
     assert 0.2 < result["pose"]["translation"][2] < 2.0
     assert result["error"]["translation_fraction_of_range"] < 0.01
-    taken_for_metres = controller(
+    taken_for_metres = served(
         "--target",
         tmp_path / "part.cao",
         "--max-iterations",
@@ -65,7 +66,7 @@ def test_what_is_drawn_depends_on_the_seed_and_on_the_scene(tmp_path: Path) -> N
         [("cube", "1"), ("cube", "1"), ("satellite", "1"), ("cube", "2")]
     ):
         out = tmp_path / str(number)
-        controller(
+        served(
             "--target", target, "--seed", seed, "--controller", "simple", "--max-iterations", "2",
             "--threshold", "0.000001", "--no-report", "--out", out,
         )  # fmt: skip
