@@ -4,7 +4,8 @@
 
 Simulated targets, each light alone. Between two images: how far apart their edgels on one edge lie across it,
 of those that stand LEAST_SIGNAL of their own noise out of it. Of the merge: how far its edgels lie from the
-visible lines of the model at the true pose, of those whose signal is about 20.
+visible lines of the model at the true pose, of those whose signal is about 20; and of these, on lines that
+have no other visible line beside them: what is printed on a narrow side moves both of its edges.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ SIGNAL = (15.0, 25.0)
 REACH_PX = 1.5
 LEAST_COSINE = 0.97
 SPACING_PX = 2.0
+ALONE_PX = 6.0  # to the nearest line that runs alike: nearer ones are the edges of one narrow side
 
 
 def nearest(edges: EdgeMap, points: Floats, normals: Floats) -> tuple[Floats, NDArray[np.int64]]:
@@ -61,8 +63,20 @@ def between(first: ChannelStatistics, second: ChannelStatistics) -> Floats:
     return np.abs(offset[seen])
 
 
-def beside_truth(simulator: Simulator, edges: EdgeMap) -> Floats:
-    """Distances (N,) of edgels of about SIGNAL from the model's visible lines, signed, px."""
+def alone(points: Floats, along: Floats, line: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which samples (N, 2) of lines have no sample of another line that runs alike beside them, bool (N,)."""
+    free = np.ones(len(points), np.bool_)
+    for i, direction in enumerate(along):
+        away = points - points[i]
+        beside = (line != line[i]) & (np.abs(along @ direction) > LEAST_COSINE)
+        beside &= np.abs(away @ direction) < SPACING_PX
+        across = away[beside] @ np.array([-direction[1], direction[0]])
+        free[i] = not (np.abs(across) < ALONE_PX).any()
+    return free
+
+
+def beside_truth(simulator: Simulator, edges: EdgeMap) -> tuple[Floats, NDArray[np.bool_]]:
+    """Distances (N,) of edgels of about SIGNAL from the visible lines, signed, px; which are `alone`."""
     samples = visible_samples(simulator.model, simulator.camera, simulator.true_pose, SPACING_PX)
     along = samples.image_direction / np.linalg.norm(samples.image_direction, axis=1, keepdims=True)
     normals = np.stack([-along[:, 1], along[:, 0]], axis=1)
@@ -70,7 +84,7 @@ def beside_truth(simulator: Simulator, edges: EdgeMap) -> Floats:
     signal = edges.mass / edges.floor
     good = which >= 0
     good[good] = ((signal > SIGNAL[0]) & (signal < SIGNAL[1]))[which[good]]
-    return np.asarray(offset[good])
+    return np.asarray(offset[good]), alone(samples.image, along, samples.line)[good]
 
 
 def main() -> None:
@@ -79,7 +93,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=3, help="views of each target (default: %(default)s)")
     seeds = range(1, parser.parse_args().seeds + 1)
     for target in TARGETS:
-        apart, off = [], []
+        apart, off, free = [], [], []
         for seed in seeds:
             simulator = Simulator(target, "nominal", seed)
             channels = []
@@ -88,12 +102,15 @@ def main() -> None:
                 image = np.asarray(simulator.capture(settings).pixels)
                 channels.append(channel_statistics(image, EXPOSURE))
             apart += [between(*pair) for pair in combinations(channels, 2)]
-            off.append(beside_truth(simulator, merge_channels(channels)))
-        pairs, errors = np.concatenate(apart), np.concatenate(off)
+            of_view, alone_there = beside_truth(simulator, merge_channels(channels))
+            off.append(of_view)
+            free.append(alone_there)
+        pairs, errors, lone = np.concatenate(apart), np.concatenate(off), np.concatenate(free)
         show(f"edge places/{target}, two lights", float(np.median(pairs)), "px", edgels=len(pairs))
         show(
             f"edge places/{target}, merged beside the truth", float(np.median(np.abs(errors))), "px",
             mean_px=float(np.mean(errors)), edgels=len(errors),
+            alone_px=float(np.median(np.abs(errors[lone]))), edgels_alone=int(lone.sum()),
         )  # fmt: skip
 
 
