@@ -3,6 +3,7 @@
 import contextlib
 import io
 import os
+import runpy
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -27,6 +28,25 @@ def command(program: str, *words: object) -> Done:
         except SystemExit as end:  # of argparse
             status = int(end.code or 0)
     return subprocess.CompletedProcess([program, *spoken], status, out.getvalue(), err.getvalue())
+
+
+def module(name: str, *words: object) -> Done:
+    """`python -m NAME WORDS` of a module that is a program by itself, in this process."""
+    out, err = io.StringIO(), io.StringIO()
+    argv, sys.argv = sys.argv, [name, *map(str, words)]
+    imported = sys.modules.pop(name, None)  # by another test
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            try:
+                runpy.run_module(name, run_name="__main__", alter_sys=True)
+                status = 0
+            except SystemExit as end:
+                status = int(end.code or 0)
+    finally:
+        sys.argv = argv
+        if imported is not None:
+            sys.modules[name] = imported
+    return subprocess.CompletedProcess([name, *map(str, words)], status, out.getvalue(), err.getvalue())
 
 
 def process(program: str, *words: object, env: Mapping[str, str] | None = None) -> Done:

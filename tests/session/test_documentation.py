@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.commands import Done, process
+from tests.commands import Done, command, module, process
 from tests.session.command import ROOT, controller
 from tests.session.serving import served
 
@@ -65,18 +65,28 @@ def test_make_has_the_targets(page: str, line: str) -> None:
     assert done.returncode == 0, (page, done.stderr)
 
 
+PROGRAMS = ("vision_server", "image_server", "bridge", "experiments")
+
+
 @cache
-def help_of(module: str, *command: str) -> Done:
+def help_of(name: str, *words: str) -> Done:
     """What a command says of its options; many lines show the same one."""
-    return process(module, *command, "--help", env={"COLUMNS": "200"})
+    if name in PROGRAMS and words:
+        return command(name, *words, "--help")
+    if name.startswith("benchmarks."):
+        return module(name, "--help")
+    return process(name, *words, "--help")
 
 
 @pytest.mark.parametrize(("page", "line"), [*shown(".venv/bin/python -m"), *shown("python -m")])
-def test_python_commands_take_the_options_that_are_shown(page: str, line: str) -> None:
+def test_python_commands_take_the_options_that_are_shown(
+    page: str, line: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
     words = shlex.split(line, comments=True)
-    module = words[words.index("-m") + 1]
-    command = [word for word in words[words.index("-m") + 2 :][:1] if re.fullmatch("[a-z][a-z-]*", word)]
-    done = help_of(module, *command)
+    name = words[words.index("-m") + 1]
+    asked = [word for word in words[words.index("-m") + 2 :][:1] if re.fullmatch("[a-z][a-z-]*", word)]
+    done = help_of(name, *asked)
     assert done.returncode == 0, (page, done.stderr)
     for option in (word.split("=")[0] for word in words if word.startswith("--")):
         assert option in done.stdout, f"{page}: {line} has {option}, which is none of\n{done.stdout}"
