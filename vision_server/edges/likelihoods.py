@@ -34,7 +34,7 @@ UNTOUCHED = 0.6  # share of the channels in which no shadow ends where one does 
 SIDE_STEEPNESS = 2.0  # how surely the side that changed tells shadow from highlight
 MOST_STEEP = 30.0  # the logarithm of how surely: more changes no density and runs out of float32
 RARER_HIGHLIGHT = 4.0  # of its logarithm, where known lights tell shadows: the rest is rather crease
-BLOCK = 8192  # edgels at a time: what is worked out of more goes through memory, at half the speed
+BLOCK = 16384  # edgels at a time: what is worked out of more goes through memory, at half the speed
 RARER_ALIKE = 4.0  # of the logarithm of an outline before a surface that is alike in what light reaches both
 
 
