@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from numerics.memory import collect_rarely
 from numerics.stale_kernels import remove_stale_kernels
 from tests.session.serving import end_kept_servers
 
@@ -19,6 +20,7 @@ def pytest_configure(config: pytest.Config) -> None:
     What tests, and the programs that they start, make in the folder for temporary files is in one that goes;
     so are the sockets of servers that stay between sessions.
     """
+    collect_rarely()  # what thousands of tests load stays
     if not hasattr(config, "workerinput"):  # the workers of a parallel run have their parent's
         remove_stale_kernels()
         os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())  # what tmp_path gives stays

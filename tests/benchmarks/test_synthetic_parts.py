@@ -32,6 +32,7 @@ def test_a_part_is_found_however_intricate_and_wherever_its_origin(lines: int, a
     assert estimate.score > 0.8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "segments"),
     [("cylinder", 256), ("cylinder", 1024), ("ring", 256), ("body", 32), ("machined", 96)],

@@ -6,14 +6,17 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 from tests.experiments.experiment import EMPTY, ROOT, plan_file, rows, run, started
 
-pytest.importorskip("distributed")
-pytestmark = pytest.mark.slow
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(find_spec("distributed") is None, reason="no package distributed"),
+]
 
 SLOW = EMPTY.format(last=50) + "threshold = 0.02\n"  # a cell of this test takes 0.02 s
 SESSIONS = (

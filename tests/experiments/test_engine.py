@@ -183,6 +183,7 @@ def test_rows_of_a_stack_are_those_of_a_single_session(tmp_path: Path, shared_da
     assert row["merit"] == same(single["merit_px"])
 
 
+@pytest.mark.slow
 def test_a_session_that_takes_too_long_is_a_row_and_the_next_one_is_well(tmp_path: Path) -> None:
     text = 'controllers = ["simple"]\ntargets = ["cube"]\nmax_iterations = 1\n'
     (slow,) = cells(tmp_path, text + "deadline_s = 0.05\n")

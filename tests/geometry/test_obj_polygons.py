@@ -33,6 +33,7 @@ def test_concave_faces_are_what_is_inside_their_sides(
     assert not model.two_sided.any()
 
 
+@pytest.mark.slow
 def test_a_face_of_thousands_of_corners_has_no_fan_of_slivers(tmp_path: Path) -> None:
     """Rays look at each triangle whose box they meet: boxes that overlap cost time."""
     turn = np.arange(3000) * 2 * np.pi / 3000

@@ -32,6 +32,7 @@ def test_corners_on_a_straight_side_are_allowed() -> None:
     assert sum(areas) == pytest.approx(4.0)
 
 
+@pytest.mark.slow
 def test_thousands_of_corners_take_little_memory() -> None:
     turn = np.arange(4000) * 2 * np.pi / 4000
     radius = 1 + 0.05 * np.sin(40 * turn)

@@ -237,6 +237,7 @@ def test_stack_with_a_missing_image(tmp_path: Path) -> None:
     assert ".png" in message or "m.cao" in message
 
 
+@pytest.mark.slow
 def test_model_without_faces(tmp_path: Path) -> None:
     model = tmp_path / "lines.cao"
     model.write_text("V1\n2\n0 0 0\n1 0 0\n1\n0 1\n0\n0\n0\n0\n")

@@ -27,6 +27,7 @@ def run(*words: str | Path) -> int:
     return run_command("vision_server", "", COMMANDS, ["calibrate", *map(str, words)])
 
 
+@pytest.mark.slow
 def test_finds_the_camera_that_took_the_boards(
     boards: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -47,6 +48,7 @@ def test_finds_the_camera_that_took_the_boards(
     assert np.abs(apart - turned).max() < 0.7
 
 
+@pytest.mark.slow
 def test_too_few_boards_are_refused(
     boards: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -44,6 +44,7 @@ def problem_of(model: Model, pose: Pose) -> PoseProblem:
     return PoseProblem.at_scale(images.gradients(["i1"]), model, CAMERA)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", range(3))
 def test_a_rim_seen_from_the_wrong_side_leads_to_the_right_one(flange: Model, side: int) -> None:
     true = tilted(flange, 35.0, 300.0)
