@@ -18,6 +18,7 @@ from __future__ import annotations
 import json
 import sys
 from collections import Counter
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Annotated
 
@@ -90,20 +91,23 @@ def prolog() -> Prolog:
     return door
 
 
-def telling(describe: Describe, first: Settings, doubt: CauseTold, asked: list[Settings]) -> Settings | None:
-    """Settings of the test image for a doubt, as `telling_settings` has them."""
+def telling(
+    describe: Describe, taken: Sequence[Settings], doubt: CauseTold, asked: list[Settings]
+) -> Settings | None:
+    """Settings of the test image for a doubt after images, newest first, as `telling_settings` has them."""
     lights = ", ".join(f"light({light.name}, {light.levels})" for light in describe.lights)
     device = f"device([{lights}], [], [], none, none, 0.001)"
     cause = doubt.cause + (f"({', '.join(doubt.lights)})" if doubt.lights else "")
     tested = ", ".join(map(_term, asked))
-    goal = (
-        f"telling_settings({device}, [reading({_term(first)}, none)], {cause}, [{tested}], settings(L, T, A))"
-    )
+    readings = ", ".join(f"reading({_term(settings)}, none)" for settings in taken)
+    goal = f"telling_settings({device}, [{readings}], {cause}, [{tested}], settings(L, T, A))"
     answers = prolog().ask(goal)
     if not answers:
         return None
     found = answers[0]
-    return msgspec.structs.replace(first, lights=tuple(found["L"]), shutter_s=found["T"], aperture=found["A"])
+    return msgspec.structs.replace(
+        taken[0], lights=tuple(found["L"]), shutter_s=found["T"], aperture=found["A"]
+    )
 
 
 def _term(settings: Settings) -> str:
@@ -116,7 +120,6 @@ def said(
     """What is said at last, after so many test images, and the first frame; the task is as before."""
     before = task.happened, task.expected, task.best, task.doubted
     number, added, asked = len(task.applied) + 1, [], list[Settings]()
-    first = next(iter(task.applied.values()))
     while True:
         frame = taken(scene, seed, number + len(asked), settings, fault)
         added.append((f"trial{len(asked)}", frame))
@@ -124,7 +127,8 @@ def said(
         told = surprise_of(task, added[-1][0])
         following = None
         if told.doubt is not None and len(asked) < MOST_TESTS:
-            following = telling(task.describe, first, told.doubt, asked)
+            newest_first = [*task.applied.values()][::-1]
+            following = telling(task.describe, newest_first, told.doubt, asked)
         if following is None:
             break
         settings = following

@@ -73,7 +73,7 @@ class EstimateTold(Message, frozen=True):
     ambiguity: float
 
 
-CauseName = Literal["target_moved", "light_dead", "lights_swapped", "sun_changed"]
+CauseName = Literal["target_moved", "light_dead", "lights_swapped", "sun_changed", "in_the_way"]
 
 
 class CauseTold(Message, frozen=True):

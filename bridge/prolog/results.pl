@@ -54,7 +54,7 @@ message('CameraDescription',
           bayer-optional(boolean)
         ]).
 message('CauseTold',
-        [ cause-one_of(["light_dead", "lights_swapped", "sun_changed", "target_moved"]),
+        [ cause-one_of(["in_the_way", "light_dead", "lights_swapped", "sun_changed", "target_moved"]),
           lights-optional(list(string, 0, inf)),
           since-optional(nullable(string))
         ]).
@@ -259,7 +259,7 @@ message('VisionCaptureResult',
           verified-boolean,
           statistics-message('FrameStatistics'),
           seconds-map(number([ge(0)])),
-          surprise-optional(nullable(one_of(["light_dead", "lights_swapped", "sun_changed", "target_moved"]))),
+          surprise-optional(nullable(one_of(["in_the_way", "light_dead", "lights_swapped", "sun_changed", "target_moved"]))),
           surprise_lights-optional(list(string, 0, inf)),
           surprise_since-optional(nullable(string)),
           doubt-optional(nullable(message('CauseTold'))),

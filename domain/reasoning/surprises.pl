@@ -7,12 +7,12 @@
           ]).
 :- use_module(device).
 :- use_module(library(apply), [maplist/2]).
-:- use_module(library(lists), [last/2, member/2, nth1/3, same_length/2]).
+:- use_module(library(lists), [last/2, member/2, nth1/3, reverse/2, same_length/2]).
 
 /** <module> Images that are not as foreseen
 
-A cause is target_moved, sun_changed, light_dead(Light) or lights_swapped(Light1, Light2), lights by their names.  The
-vision server weighs them; where it is not sure, an image tells that is taken under the right light.
+A cause is target_moved, sun_changed, light_dead(Light), lights_swapped(Light1, Light2), lights by their names, or
+in_the_way.  The vision server weighs them; where it is not sure, an image tells that is taken under the right light.
 */
 
 %!  light_changed(+Cause) is semidet.
@@ -27,7 +27,7 @@ light_changed(lights_swapped(_, _)).
 %
 %   Settings whose image would tell whether Cause has happened, but for those that were Tested: the last image again
 %   without the suspected light, which is the same image if the light is dead; the first image again, in which nothing
-%   can differ but what has changed; suspected lights alone; no light at all.  Readings are newest first.
+%   can differ but what has changed, and others before; suspected lights alone; no light at all.  Readings are newest first.
 
 telling_settings(Device, Readings, Cause, Tested, Settings) :-
     telling(Cause, Device, Readings, Settings),
@@ -55,6 +55,9 @@ telling(lights_swapped(_, Light), Device, Readings, Settings) :-
     alone(Device, Light, Readings, Settings).
 telling(lights_swapped(_, _), _, Readings, First) :-
     first(Readings, First).
+telling(in_the_way, _, Readings, Again) :-
+    reverse(Readings, Oldest),
+    member(reading(Again, _), Oldest).
 
 first(Readings, First) :-
     last(Readings, reading(First, _)).
@@ -104,6 +107,7 @@ remark(because(_, Cause), _, Text) :-
 
 cause_words(target_moved, 'the target has moved').
 cause_words(sun_changed, 'the sun has changed').
+cause_words(in_the_way, 'something is in the way').
 cause_words(light_dead(Light), Text) :-
     format(atom(Text), "the light ~w is dead", [Light]).
 cause_words(lights_swapped(One, Other), Text) :-

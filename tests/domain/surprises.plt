@@ -27,8 +27,18 @@ test(of_another_sun_only_the_last_image_is_remembered, [forall(member(Cause, [su
     length(Readings, Number),
     fluent_value(image_set, Situation, Set),
     assertion(length(Set, 4)).          % edges are where they were
-test(another_sun_shows_in_the_first_image_again, First == Test) :-
-    taken_after([happens(doubt(i2, sun_changed), i2)], 3, [First, _, Test], _).
+test(what_is_new_shows_in_the_first_image_again, [forall(member(Cause, [sun_changed, in_the_way])), true(First == Test)]) :-
+    taken_after([happens(doubt(i2, Cause), i2)], 3, [First, _, Test], _).
+test(what_is_in_the_way_is_looked_at_again_under_the_light_before, Again == Second) :-
+    findall(happens(doubt(Image, in_the_way), Image), member(Image, [i3, i4]), Events),
+    taken_after(Events, 5, [First, Second, _, Test, Again], _),
+    assertion(First == Test).
+test(what_is_in_the_way_changes_nothing_of_light_and_set, [true(Number-Kept == 4-4)]) :-
+    taken_after([happens(surprise(i2, in_the_way), i2)], 4, _, Situation),
+    fluent_value(readings, Situation, Readings),
+    fluent_value(image_set, Situation, Set),
+    length(Readings, Number),
+    length(Set, Kept).
 test(without_a_dead_light_the_last_image_is_the_same, Test == settings([0, 1, 0], Shutter, Aperture)) :-
     taken_after([happens(doubt(i2, light_dead(left)), i2)], 3, [_, settings([7, 1, 0], Shutter, Aperture), Test], _).
 test(a_light_that_was_off_is_put_out_where_it_was_lit, Test == settings([7, 7, 0], Shutter, Aperture)) :-

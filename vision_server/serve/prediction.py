@@ -119,8 +119,8 @@ def _support(task: PoseTask, images: Sequence[str], pose: Pose) -> Floats:
 
 
 def _under_another_sun(task: PoseTask, images: Sequence[str]) -> int:
-    """How many of the images, but for the last, tell nothing of the sun of now."""
-    suns = [one.before for one in task.happened if one.cause == "sun_changed"]
+    """How many of the images, but for the last, tell nothing of the sun of now, or of what is in its way."""
+    suns = [one.before for one in task.happened if one.cause in ("sun_changed", "in_the_way")]
     return min(sum(any(image in before for before in suns) for image in images), len(images) - 1)
 
 

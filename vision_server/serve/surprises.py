@@ -35,7 +35,7 @@ def surprise_of(task: PoseTask, image: str) -> Surprise:
         task.learn(Happened("target_moved", (), frozenset(task.applied) - {image}))
         return Surprise(cause=CauseTold(cause="target_moved", since=image))
     images = images_of_scene(task)
-    sure, doubt = verdict(causes(task, images, pose), len(images))
+    sure, doubt = verdict(causes(task, images, pose))
     task.doubted = images[doubt.since] if doubt is not None else None
     if sure is not None:
         task.learn(Happened(sure.name, sure.lights, images_before(task.applied, images[sure.since])))
@@ -59,8 +59,9 @@ def causes(task: PoseTask, images: Sequence[str], pose: Pose) -> list[Cause]:
 
 
 def images_of_scene(task: PoseTask) -> list[str]:
-    """The images of the target where it is now, under the sun of now, in order of time."""
-    begun = [one.before for one in task.happened if one.cause in ("target_moved", "sun_changed")]
+    """The images of the target, sun and what is in the way as they are now, in order of time."""
+    ends = "target_moved", "sun_changed", "in_the_way"
+    begun = [one.before for one in task.happened if one.cause in ends]
     return [image for image in task.applied if not any(image in before for before in begun)]
 
 

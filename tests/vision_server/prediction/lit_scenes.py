@@ -5,10 +5,13 @@ from numpy.typing import NDArray
 
 from geometry.model import Model
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture
+from vision_server.prediction.causes import Cause, likely_causes
+from vision_server.prediction.places import read
 from vision_server.prediction.response import LitImage
 
 POSITIONS = [np.array([-0.35, 0.0, 0.0]), np.array([0.35, 0.0, 0.0])]
 SUN = 0.03
+ASKED = ((1.0, 1.0), (0.3, 1.0), (1.0, 0.0), (0.4, 0.7))  # of the lights, image by image
 
 
 def lambert(model: Model, position: NDArray[np.float64]) -> tuple[float, ...]:
@@ -25,3 +28,25 @@ def lit(model: Model, lights: tuple[float, float], exposure: float = 1.0) -> Lit
     )
     picture = linear_picture(model, CAMERA, POSE, tuple(greys), background=0.0) * exposure
     return LitImage(np.minimum(picture, 1.0).astype(np.float32), exposure, np.array(lights), 0.7)
+
+
+def taken(
+    model: Model,
+    asked: tuple[float, float],
+    given: tuple[float, float],
+    sun: float = SUN,
+    blur_px: float = 0.7,
+) -> LitImage:
+    """An image under lights that give other than was asked for."""
+    greys = sun + sum(
+        power * np.array(lambert(model, place)) for power, place in zip(given, POSITIONS, strict=True)
+    )
+    picture = linear_picture(model, CAMERA, POSE, tuple(0.5 * greys), background=0.0)
+    return LitImage(np.minimum(picture, 1.0).astype(np.float32), 0.5, np.array(asked), 0.7)
+
+
+def found(
+    model: Model, images: list[LitImage], positions: list[NDArray[np.float64] | None] | None = None
+) -> list[Cause]:
+    places, readings = read(model, CAMERA, POSE, positions or list(POSITIONS), images)
+    return likely_causes(places, readings, np.array([image.lights for image in images]))

@@ -3,45 +3,20 @@
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from geometry.model import Model
-from tests.vision_server.prediction.lit_scenes import POSITIONS, SUN, lambert
-from tests.vision_server.synthetic import CAMERA, POSE, linear_picture
+from tests.vision_server.prediction.lit_scenes import ASKED, POSITIONS, found, taken
+from tests.vision_server.synthetic import CAMERA, POSE
 from vision_server.prediction.causes import DOUBT_NATS, Cause, likely_causes, verdict
 from vision_server.prediction.places import MOST_PLACES, read
 from vision_server.prediction.response import LitImage
-
-ASKED = ((1.0, 1.0), (0.3, 1.0), (1.0, 0.0), (0.4, 0.7))
-
-
-def taken(
-    model: Model,
-    asked: tuple[float, float],
-    given: tuple[float, float],
-    sun: float = SUN,
-    blur_px: float = 0.7,
-) -> LitImage:
-    """An image under lights that give other than was asked for."""
-    greys = sun + sum(
-        power * np.array(lambert(model, place)) for power, place in zip(given, POSITIONS, strict=True)
-    )
-    picture = linear_picture(model, CAMERA, POSE, tuple(0.5 * greys), background=0.0)
-    return LitImage(np.minimum(picture, 1.0).astype(np.float32), 0.5, np.array(asked), 0.7)
-
-
-def found(
-    model: Model, images: list[LitImage], positions: list[NDArray[np.float64] | None] | None = None
-) -> list[Cause]:
-    places, readings = read(model, CAMERA, POSE, positions or list(POSITIONS), images)
-    return likely_causes(places, readings, np.array([image.lights for image in images]))
 
 
 def test_nothing_is_named_where_nothing_has_happened(model: Model) -> None:
     images = [taken(model, asked, asked) for asked in ASKED]
     for count in range(2, len(images) + 1):
         causes = found(model, images[:count])
-        assert verdict(causes, count) == (None, None)
+        assert verdict(causes) == (None, None)
         assert causes[0].nats < DOUBT_NATS
 
 
@@ -50,7 +25,7 @@ def test_a_dead_light_two_swapped_and_another_sun_are_told_apart(model: Model) -
     dead = [*before, taken(model, (1.0, 0.8), (0.0, 0.8)), taken(model, (1.0, 1.0), (0.0, 1.0))]
     swapped = [*before, taken(model, (1.0, 0.1), (0.1, 1.0)), taken(model, (0.0, 0.8), (0.8, 0.0))]
     sun = [*before, *(taken(model, asked, asked, sun=0.2) for asked in ((0.5, 0.5), (1.0, 0.0)))]
-    told = [verdict(found(model, images), len(images))[0] for images in (dead, swapped, sun)]
+    told = [verdict(found(model, images))[0] for images in (dead, swapped, sun)]
     assert [cause and (cause.name, cause.lights) for cause in told] == [
         ("light_dead", (0,)),
         ("lights_swapped", (0, 1)),
@@ -61,7 +36,7 @@ def test_a_dead_light_two_swapped_and_another_sun_are_told_apart(model: Model) -
 
 def test_where_lights_are_not_known_to_be_nothing_is_named_either(model: Model) -> None:
     images = [taken(model, asked, asked) for asked in ASKED]
-    assert verdict(found(model, images, [None, None]), len(images)) == (None, None)
+    assert verdict(found(model, images, [None, None])) == (None, None)
 
 
 @pytest.mark.slow
@@ -96,15 +71,22 @@ def test_light_adds_up_at_every_place_of_images_that_are_not_equally_sharp(
     np.testing.assert_allclose(readings.value[1], 0.5 * readings.value[0], rtol=0.05, atol=0.01)
 
 
-def test_a_cause_is_sure_only_where_others_are_far_behind() -> None:
-    def causes(*nats: float, since: int) -> list[Cause]:
-        return [Cause("light_dead", (light,), since, each) for light, each in enumerate(nats)]
+def test_a_cause_is_sure_only_where_others_are_far_behind_and_sooner_where_it_was_tested() -> None:
+    def causes(*nats: float, tested: bool) -> list[Cause]:
+        return [Cause("light_dead", (light,), 3, each, tested) for light, each in enumerate(nats)]
 
-    assert verdict(causes(50.0, 5.0, since=3), 4)[0] is not None
-    for unsure in (causes(50.0, 45.0, since=3), causes(30.0, 5.0, since=3), causes(30.0, 25.0, since=2)):
-        assert verdict(unsure, 4) == (None, unsure[0])
-    assert verdict(causes(30.0, 5.0, since=2), 4)[0] is not None
-    assert verdict(causes(3.0, since=2), 4) == (None, None)
-    assert verdict([], 4) == (None, None)
-    same = [Cause("light_dead", (1,), since, nats) for since, nats in ((2, 30.0), (3, 29.0))]
-    assert verdict(same, 4)[0] == same[0]  # since when does not matter
+    assert verdict(causes(50.0, 5.0, tested=False))[0] is not None
+    assert verdict(causes(30.0, 5.0, tested=True))[0] is not None
+    rival = [Cause("sun_changed", (), 3, 50.0, True), Cause("light_dead", (0,), 3, 38.0, False)]
+    assert verdict(rival) == (None, rival[0])
+    assert verdict([rival[0], rival[1]._replace(tested=True)])[0] == rival[0]  # 12 apart
+    for unsure in (
+        causes(50.0, 45.0, tested=False),
+        causes(30.0, 5.0, tested=False),
+        causes(30.0, 25.0, tested=True),
+    ):
+        assert verdict(unsure) == (None, unsure[0])
+    assert verdict(causes(3.0, tested=True)) == (None, None)
+    assert verdict([]) == (None, None)
+    same = [Cause("light_dead", (1,), since, nats, True) for since, nats in ((2, 30.0), (3, 29.0))]
+    assert verdict(same)[0] == same[0]  # since when does not matter

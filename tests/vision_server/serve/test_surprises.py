@@ -38,8 +38,11 @@ def test_a_dead_light_is_dead_from_its_image_on_also_when_that_goes(task: PoseTa
     assert [lit(task, image)[0] for image in ("i2", "i5")] == [True, False]
 
 
-def test_images_of_another_sun_are_no_evidence_when_the_first_of_the_new_sun_goes(task: PoseTask) -> None:
-    task.learn(Happened("sun_changed", (), frozenset({"i1", "i2"})))
+@pytest.mark.parametrize("cause", ["sun_changed", "in_the_way"])
+def test_images_of_another_sun_or_without_an_arm_are_no_evidence_when_the_first_with_it_goes(
+    task: PoseTask, cause: str
+) -> None:
+    task.learn(Happened(cause, (), frozenset({"i1", "i2"})))
     assert images_of_scene(task) == ["i3", "i4"]
     task.discard("i3")
     assert images_of_scene(task) == ["i4"]
