@@ -18,6 +18,9 @@ SURE = 0.9  # probability from which on a pose is believed to be the right one; 
 LIMITS, WITHIN = (3.0, 0.02), 0.9  # within degrees and a share of the range with so much of its covariance
 STAYS = 0.5  # and from which on it stays believed, from one frame to the next
 HELD = 0.3  # and from which on it is still followed
+# On 35 films of printed boxes, so that 97 % of the squared errors are within the 99 % bound, sure or not:
+TOLD, TOLD_IN_DOUBT, LEAST_BELIEF = 1.4, 4.0, 0.02  # times the covariance of a fit, and per odds against it
+HELD_SHARE = 0.2  # of the lines' length, on lines seen whole: what an occluder leaves is followed, not surely
 WHOLE = 0.75  # of a line's length, seen
 MISSING = 0.3  # support of a line under which it is not seen
 MOST_MISSING = 0.15  # of the visible length on lines not seen, to be sure of a target found again
@@ -29,25 +32,40 @@ def is_likely(estimate: Estimate, known: bool) -> bool:
     A score is low also where a stretched model would do better, and rounded edges make a target look
     stretched. What may have left, as it is ``known`` from frames before, has to show its lines.
     """
-    if estimate.pose is None or estimate.covariance is None or estimate.support is None:
-        return False
-    spread = uncertainty(estimate.covariance, estimate.pose.translation)
-    believed = belief(estimate.support, estimate.ambiguity, spread)
+    believed = belief_in(estimate)
     if known:
-        return believed >= STAYS and is_whole(estimate.support)
+        return believed >= STAYS and estimate.support is not None and is_whole(estimate.support)
     return believed >= HELD
 
 
+def belief_in(estimate: Estimate) -> float:
+    """Probability that a searched pose is the right one, by its lines; 0 where there is none."""
+    if estimate.pose is None or estimate.covariance is None or estimate.support is None:
+        return 0.0
+    spread = uncertainty(estimate.covariance, estimate.pose.translation)
+    return belief(estimate.support, estimate.ambiguity, spread)
+
+
+def told_covariance(covariance: Floats, believed: float) -> Floats:
+    """The covariance (6, 6) of a fit as it is stated of a pose that is believed with a probability.
+
+    In the middle the fit's own is wide enough. Its tails are not: an edge taken for another that hardly
+    lowers the belief is off by more, and what is hardly believed by much more.
+    """
+    believed = max(believed, LEAST_BELIEF)
+    return (TOLD + TOLD_IN_DOUBT * (1.0 - believed) / believed) * covariance
+
+
 def is_exact(pose: Pose, covariance: Floats) -> bool:
-    """Whether a pose is known, by its covariance (6, 6), as exactly as a sure one is."""
+    """Whether a pose is known, by the covariance (6, 6) of its fit, as exactly as a sure one is."""
     return share_within(LIMITS, pose, covariance) >= WITHIN
 
 
-def whole_share(support: PoseSupport) -> float:
-    """Share of the visible length that is on lines of which WHOLE is seen; clutter gives pieces."""
+def is_partly_whole(support: PoseSupport) -> bool:
+    """Whether HELD_SHARE of the visible length is on lines of which WHOLE is seen; clutter gives pieces."""
     lines = support.lines
     whole = sum(line.visible_px for line in lines if line.support >= WHOLE)
-    return whole / max(sum(line.visible_px for line in lines), 1e-9)
+    return whole >= HELD_SHARE * sum(line.visible_px for line in lines)
 
 
 def is_whole(support: PoseSupport) -> bool:

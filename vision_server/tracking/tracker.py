@@ -18,7 +18,17 @@ from vision_server.image_set import ImageSet
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
 from vision_server.pose.trust import TAILS, quality
-from vision_server.tracking.acceptance import HELD, STAYS, SURE, is_exact, is_likely, is_whole, whole_share
+from vision_server.tracking.acceptance import (
+    HELD,
+    STAYS,
+    SURE,
+    belief_in,
+    is_exact,
+    is_likely,
+    is_partly_whole,
+    is_whole,
+    told_covariance,
+)
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.frame import NAME, Tone
@@ -26,9 +36,9 @@ from vision_server.tracking.motion import Motion
 
 Floats = NDArray[np.float64]
 State = Literal["sure", "unsure", "lost"]
+Seen = tuple[State, Pose | None, Floats | None, dict[int, float] | None]
 
 # Chosen by hand where nothing else is said.
-HELD_SHARE = 0.2  # of the lines' length, on lines seen whole: what an occluder leaves is followed, not surely
 SURPRISING = 38.3  # squared innovation that one pose in a million exceeds where the filter is honest
 AS_BEFORE = 0.5  # of the quality that believed frames have: below, the frame is looked at again ...
 LIKE_BEFORE = 0.25  # ... and below this nothing in it is believed
@@ -154,18 +164,16 @@ class Tracker:
             return note, PERIOD_S
         return note, self._time_s - before
 
-    def _seen(
-        self, pixels: Pixels, seconds: float
-    ) -> tuple[State, Pose | None, Floats | None, dict[int, float] | None]:
+    def _seen(self, pixels: Pixels, seconds: float) -> Seen:
+        found = None
         if self._motion is not None:
             self._motion = self._motion.after(seconds)
             self._since_s += seconds
             found = self._followed(pixels, self._motion)
             if found is not None and (self._doubted < LOOKED_AT_ANEW or self._is_believed(found)):
                 return self._taken(found)
-            if found is not None and found.belief(0.0) >= HELD:
-                return self._searched(pixels, found)
-        return self._searched(pixels, None)
+        held = found is not None and found.belief(0.0) >= HELD
+        return self._searched(pixels, found if held else None)
 
     def _followed(self, pixels: Pixels, expected: Motion) -> Found | None:
         """The pose around the expected one, or where the target was, that a frame supports best."""
@@ -175,9 +183,7 @@ class Tracker:
         if near is not None and near.quality >= AS_BEFORE * self._typical and self._is_believed(near):
             return near
         starts = [start] if isinstance(self._around, Anywhere) else [start, self._around]
-        candidates = self._sight.far(pixels, starts, self._habits)
-        if near is not None:
-            candidates.append(near)
+        candidates = self._sight.far(pixels, starts, self._habits) + ([] if near is None else [near])
         candidates.sort(key=lambda one: -one.quality)
         believed = [one for one in candidates if self._is_believed(one)]
         if believed:  # print may look better than the edge beside it; the motion knows which it was
@@ -186,8 +192,7 @@ class Tracker:
             if one.belief(0.0) >= HELD:
                 return one
         for one in candidates if self._misses == 0 else ():
-            enough = whole_share(one.support) >= HELD_SHARE
-            if enough and expected.surprise(one.pose, one.covariance, middle) <= SURPRISING:
+            if is_partly_whole(one.support) and self._is_foreseen(one):
                 return one
         return None
 
@@ -197,24 +202,26 @@ class Tracker:
         least = STAYS if self._was_believed else SURE
         if found.quality < LIKE_BEFORE * self._typical or found.belief(self._ambiguity) < least:
             return False
-        assert self._motion is not None
-        middle = self._sight.model.middle
-        return self._motion.surprise(found.pose, found.covariance, middle) <= SURPRISING
+        return self._is_foreseen(found)
 
-    def _taken(self, found: Found) -> tuple[State, Pose, Floats, dict[int, float]]:
+    def _is_foreseen(self, found: Found) -> bool:
+        assert self._motion is not None
+        return self._motion.surprise(found.pose, found.covariance, self._sight.model.middle) <= SURPRISING
+
+    def _taken(self, found: Found) -> Seen:
         """A pose that was followed: the motion goes on from it."""
         assert self._motion is not None
         believed, middle = self._is_believed(found), self._sight.model.middle
-        if self._motion.surprise(found.pose, found.covariance, middle) <= SURPRISING:
+        if self._is_foreseen(found):
             self._motion = self._motion.measured(found.pose, found.covariance, middle)
         else:
             self._motion = Motion.at_rest(found.pose, found.covariance, middle)
         self._held(found.pose, found.quality, believed)
         if believed:
             self._habits = self._habits.after(found.fit)
-        sure = believed and is_exact(found.pose, found.covariance)
+        state: State = "sure" if believed and is_exact(found.pose, found.covariance) else "unsure"
         support = {line.line: line.support for line in found.support.lines}
-        return "sure" if sure else "unsure", found.pose, found.covariance, support
+        return state, found.pose, told_covariance(found.covariance, found.belief(self._ambiguity)), support
 
     def _held(self, pose: Pose, quality: float, believed: bool) -> None:
         self._around, self._met, self._misses, self._since_s = pose, True, 0, 0.0
@@ -224,9 +231,7 @@ class Tracker:
         if believed:
             self._typical += (quality - self._typical) * (REMEMBERED if self._typical > 0.0 else 1.0)
 
-    def _searched(
-        self, pixels: Pixels, followed: Found | None
-    ) -> tuple[State, Pose | None, Floats | None, dict[int, float] | None]:
+    def _searched(self, pixels: Pixels, followed: Found | None) -> Seen:
         """Search everything around the last pose, farther with each frame that finds nothing.
 
         A pose that was ``followed`` and is not believed stays unless what is found is better.
@@ -234,11 +239,10 @@ class Tracker:
         estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
         self._doubted = 0
         likely = estimate.score >= HELD or is_likely(estimate, self._met)
-        found = None  # on whole lines, as every frame is
-        if likely and estimate.pose is not None:
-            found = self._sight.near(pixels, estimate.pose, self._habits)
-            if found is not None and not found.pose.error_to(estimate.pose).within(*SAME):
-                found = None
+        found = None
+        if likely and estimate.pose is not None:  # on whole lines, as every frame is
+            near = self._sight.near(pixels, estimate.pose, self._habits)
+            found = near if near is not None and near.pose.error_to(estimate.pose).within(*SAME) else None
         if followed is not None and (found is None or found.quality <= followed.quality):
             same = estimate.pose is not None and followed.pose.error_to(estimate.pose).within(*SAME)
             self._was_believed = self._believed = self._judged(estimate) and same
@@ -250,14 +254,14 @@ class Tracker:
             return "lost", None, None, None
         assert estimate.support is not None
         self._believed = believed = self._judged(estimate)
-        pose, covariance = estimate.pose, TAILS**2 * estimate.covariance
+        pose, covariance, belief = estimate.pose, TAILS**2 * estimate.covariance, belief_in(estimate)
         if found is not None:
-            pose, covariance = found.pose, found.covariance
-        sure = believed and is_exact(pose, covariance)
+            pose, covariance, belief = found.pose, found.covariance, found.belief(self._ambiguity)
+        state: State = "sure" if believed and is_exact(pose, covariance) else "unsure"
         self._motion = Motion.at_rest(pose, covariance, self._sight.model.middle)
         self._held(pose, quality(estimate.support), believed)
         support = {line.line: line.support for line in estimate.lines}
-        return "sure" if sure else "unsure", pose, covariance, support
+        return state, pose, told_covariance(covariance, belief), support
 
     def _judged(self, estimate: Estimate) -> bool:
         """Whether what a search found is believed, after what those before it found."""

@@ -15,8 +15,8 @@ from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_
 from tests.vision_server.tracking.films import filmed, moving
 from vision_server.channels.depth import Pixels
 from vision_server.pipeline import Estimate
-from vision_server.tracking.acceptance import is_exact, is_likely
-from vision_server.tracking.following import Sight
+from vision_server.tracking.acceptance import is_exact, is_likely, told_covariance
+from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.motion import about
 from vision_server.tracking.tracker import LOOKED_AT_ANEW, SURPRISING, Tracked, Tracker
 
@@ -213,3 +213,23 @@ def test_a_low_score_whose_lines_are_there_is_followed_and_never_sure(
     assert not is_likely(seen[0], known=True)
     assert is_likely(seen[0], known=False)
     assert not is_likely(replace(seen[0], pose=None), known=False)
+
+
+def test_what_is_hardly_believed_is_stated_with_wide_tails(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = np.diag(np.arange(1.0, 7.0))
+    widened = [told_covariance(own, belief)[5, 5] / 6.0 for belief in (1.0, 0.9, 0.5, 0.1, 0.0)]
+    assert widened == sorted(widened)
+    assert 1.0 < widened[0] < 0.5 * widened[2] < 0.1 * widened[4] < np.inf
+    frames = list(filmed(model, list(moving(3, still=3))))
+    told = []
+    for belief in (None, 0.5):
+        if belief is not None:
+            monkeypatch.setattr(Found, "belief", lambda *_: 0.5)
+        tracker = Tracker(model, CAMERA, NEAR)
+        told.append([tracker.step(frame) for frame in frames])
+    for own_one, doubted in zip(*told, strict=True):
+        assert own_one.covariance is not None
+        assert doubted.covariance is not None
+        assert np.trace(doubted.covariance[:3, :3]) > 2.0 * np.trace(own_one.covariance[:3, :3])
