@@ -20,9 +20,7 @@ TABLES_FIT = f"{TABLES}.every(one => one.scrollWidth <= one.clientWidth)"
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run folder of a short session."""
     out = tmp_path_factory.mktemp("session") / "run"
-    done = served(
-        "--out", out, "--threshold", "0.000001", "--max-iterations", "3", "--seed", "2", "--quiet"
-    )
+    done = served("--out", out, "--threshold", "0.000001", "--max-iterations", "3", "--seed", "2", "--quiet")
     assert done.returncode == 3, done.stderr
     return out
 

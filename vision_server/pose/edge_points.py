@@ -54,7 +54,7 @@ def _gradient(channel: Channel, x: float, y: float) -> tuple[float, float]:
 
 
 @kernel(error_model="numpy")
-def _derivative(channel: Channel, x: float, y: float, nx: float, ny: float) -> float:
+def derivative_at(channel: Channel, x: float, y: float, nx: float, ny: float) -> float:
     """Derivative along (nx, ny) at a place as in `_gradient`."""
     along_x, along_y = _gradient(channel, x, y)
     return float(nx * along_x + ny * along_y)
@@ -126,7 +126,7 @@ def find_edge_points(
             u = float(k - half)
             x, y = image[0] + u * nx, image[1] + u * ny
             inside = x >= 0.0 and y >= 0.0 and x < columns - 1 and y < rows - 1
-            profile[k] = _derivative(channel, x, y, nx, ny) if inside else 0.0
+            profile[k] = derivative_at(channel, x, y, nx, ny) if inside else 0.0
         found = 0
         for k in range(1, 2 * half):
             here = abs(profile[k])
@@ -180,8 +180,8 @@ def _refined_maximum(
     here = sign * (nx * along_x + ny * along_y)
     if not here > 0.0:
         return none
-    before = sign * _derivative(channel, x - nx, y - ny, nx, ny)
-    after = sign * _derivative(channel, x + nx, y + ny, nx, ny)
+    before = sign * derivative_at(channel, x - nx, y - ny, nx, ny)
+    after = sign * derivative_at(channel, x + nx, y + ny, nx, ny)
     shift, bend = _parabola(before, here, after)
     across = nx * along_y - ny * along_x
     if not abs(shift) <= 0.5 or here < MIN_ALIGNED * math.sqrt(here * here + across * across):

@@ -13,7 +13,8 @@ from vision_server.pose.edge_points import PEAKS, EdgePoints, find_edge_points
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-BEYOND_PX = 4  # of the reach, that the kernel looks at: the next step, bilinear, and around the maximum
+# Of the reach, that the kernel looks at: the next step, bilinear, around the maximum; and the flanks of that.
+BEYOND_PX = 12
 
 
 def search(channels: Sequence[GradientChannel], scale: Ints, normals: Normals) -> EdgePoints:

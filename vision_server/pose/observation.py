@@ -26,9 +26,10 @@ from vision_server.channels.gradients import (
 )
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.pose.association import associate, neighbour_pulls
-from vision_server.pose.edge_points import CLIPPED_SD_PX, EdgePoints
+from vision_server.pose.edge_points import CLIPPED_SD_PX, Channel, EdgePoints
 from vision_server.pose.edge_search import search
 from vision_server.pose.hough import choose, vote
+from vision_server.pose.outline_shading import inside_of, way_back
 from vision_server.pose.steps import step_jacobian, turning_point
 
 Floats = NDArray[np.float64]
@@ -40,6 +41,7 @@ STRONG_SHARE = 0.8  # of the edge points of a channel are weaker than its strong
 # Index into SCALES_PX of the filter, for each softness: half of the blur and no more than 2 px. A wider one
 # takes in what lies beside an edge; on 18 hard stacks right poses were 1.17 times as far off with it.
 FILTER_OF = np.array([0, 0, 1, 1])
+SIGMAS = np.array(SCALES_PX)
 QUALITY_SNR_SHARE = 0.5  # an edge point this many times as strong as its channel's strong ones counts half
 BLUR_REACH = 1.5  # search at least this many times the softness to either side
 GAP_SPACINGS = 2.0  # between samples that are no neighbours
@@ -157,10 +159,12 @@ def observe(problem: PoseProblem, pose: Pose, reach_px: float, spacing_px: float
     shift = vote(samples.line, along, points.offset, _quality(points.snr), lines, farthest, width)
     chosen = choose(samples.line, along, points.offset, shift, width)
     shape = chosen.shape
-    filters = np.array(SCALES_PX)[problem.filters]
+    inside = inside_of(problem.model, problem.camera, pose, samples)
     found = _Chosen(np.empty(shape), np.empty(shape), np.empty(shape), np.empty((*shape, 2)))
     for c, channel in enumerate(channels):
-        _take_chosen(c, chosen, points, channel.frame, channel.tiles, samples, sigma, filters, found)
+        _take_chosen(
+            c, chosen, points, channel.frame, channel.tiles, samples, sigma, problem.filters, inside, found
+        )
     centre = turning_point(problem.model, pose)
     jacobian = step_jacobian(problem.camera, pose.apply(samples.points), normal, centre)
     return Observation(
@@ -256,13 +260,15 @@ def _take_chosen(
     tiles: Tiles,
     samples: Samples,
     sigma: Floats,
-    filters: Floats,
+    filters: Ints,
+    inside: Floats,
     out: _Chosen,
 ) -> None:
     """One channel's chosen edge points with what they may be off by.
 
     The tone curve moves an edge in proportion to the step's height over the mean of its sides, times its
-    softness; clipping moves it towards its dark side. ``sigma``, ``filters`` (C, L), px: softness and filter.
+    softness; clipping moves it towards its dark side. What it is moved by where it is an
+    outline: `way_back`. ``sigma``, ``filters`` (C, L): softness, px, and filter, index into SCALES_PX.
     """
     rows, columns = frame.image.shape
     for i in range(chosen.shape[1]):
@@ -284,5 +290,11 @@ def _take_chosen(
         level = max(level + ((x - column) * nx + (y - row) * ny) * slope, LEAST_LEVEL)
         step = slope * own * math.sqrt(2.0 * math.pi) / level
         out.nuisance[c, i, 0] = min(max(step, -MOST_STEP), MOST_STEP) * own
-        if points.sd[c, i, k] >= CLIPPED_SD_PX * filters[c, samples.line[i]]:
+        s = filters[c, samples.line[i]]
+        if points.sd[c, i, k] >= CLIPPED_SD_PX * SIGMAS[s]:
             out.nuisance[c, i, 1] = -own if slope > 0.0 else own
+        if inside[i] != 0.0:
+            at_scale = Channel(tiles.number[s], tiles.gradient[s], tiles.near_clipped[s], SIGMAS[s])
+            back, unsure = way_back(frame, at_scale, (x, y), (nx, ny), slope, inside[i])
+            out.offset[c, i] += back
+            out.sd[c, i] = math.hypot(out.sd[c, i], unsure)
