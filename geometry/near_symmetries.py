@@ -14,6 +14,7 @@ from geometry.model import Model
 from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
+from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 
@@ -148,13 +149,26 @@ class _Wireframe:
 
     def _on_a_line(self, points: Floats) -> NDArray[np.bool_]:
         """Whether points (N, 3) are no farther than the tolerance from the nearest line."""
-        square = np.maximum(np.einsum("ij,ij->i", self.direction, self.direction), 1e-30)
-        along = points @ self.direction.T - np.einsum("ij,ij->i", self.start, self.direction)
-        to_start = np.einsum("ij,ij->i", points, points)[:, None] - 2.0 * points @ self.start.T
-        to_start += np.einsum("ij,ij->i", self.start, self.start)
-        share = np.clip(along / square, 0.0, 1.0)
-        squared = to_start + share * (share * square - 2.0 * along)
-        return np.asarray(squared.min(axis=1) <= self.tolerance**2)
+        return np.asarray(_on_some_line(points, self.start, self.direction, self.tolerance))
+
+
+@kernel(error_model="numpy")
+def _on_some_line(points: Floats, start: Floats, direction: Floats, tolerance: float) -> NDArray[np.bool_]:
+    """Whether points (N, 3) are within the tolerance of a line from ``start`` along ``direction`` (L, 3)."""
+    out = np.zeros(len(points), dtype=np.bool_)
+    for i in range(len(points)):
+        for line in range(len(start)):
+            along, square = 0.0, 1e-30
+            for k in range(3):
+                along += (points[i, k] - start[line, k]) * direction[line, k]
+                square += direction[line, k] * direction[line, k]
+            share, apart = min(max(along / square, 0.0), 1.0), 0.0
+            for k in range(3):
+                apart += (points[i, k] - start[line, k] - share * direction[line, k]) ** 2
+            if apart <= tolerance * tolerance:
+                out[i] = True
+                break
+    return out
 
 
 def _shares(wires: _Wireframe, axis: Floats, middle: Floats) -> dict[Fraction, float]:
