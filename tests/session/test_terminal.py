@@ -130,9 +130,7 @@ def test_the_result_is_on_standard_output_however_quiet(tmp_path: Path) -> None:
     assert done.stdout.startswith("Pose found after ")
     assert "translation" in done.stdout
     assert not COLOUR.search(done.stdout)
-    one = served(
-        "--seed", "3", "--out", tmp_path / "one", "--no-report", "--quiet", "--max-iterations", "1"
-    )
+    one = served("--seed", "3", "--out", tmp_path / "one", "--no-report", "--quiet", "--max-iterations", "1")
     assert "after 1 image, 1 kept" in one.stdout
 
 

@@ -64,9 +64,7 @@ def test_two_lights_do_not_end_at_one_place_but_behind_an_outline(blocked: list[
 
 def test_a_light_of_which_half_is_left_is_not_blocked() -> None:
     half, none = LEFT * [1.0, 0.5, 1.0, 1.0], LEFT * [1.0, 0.0, 1.0, 1.0]
-    of_half, of_none = (
-        likelihoods(shown(3.0 * LEFT, 3.0 * right), 1.0, LEVELS) for right in (half, none)
-    )
+    of_half, of_none = (likelihoods(shown(3.0 * LEFT, 3.0 * right), 1.0, LEVELS) for right in (half, none))
     assert (of_none[SHADOW] - of_none[CREASE])[0] > (of_half[SHADOW] - of_half[CREASE])[0] + 4.0
 
 
