@@ -4,7 +4,8 @@
 
 loads every test file (`*.plt`) under this folder, or only those whose path below it contains one of the names, runs
 them and prints a closing line. The exit status is 1 when a test failed, when a file did not load without a warning,
-when plunit had something to complain about, or when there was nothing to run.
+when plunit had something to complain about, or when there was nothing to run.  With TESTS=quick in the environment, what takes
+seconds is left out or done less often.
 */
 
 :- module(run_tests,

@@ -71,7 +71,22 @@ def scripts(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     installed = done(*PIP, "--python", python, "install", "--no-deps", "--no-index", wheel, cwd=folder)
     assert installed.returncode == 0, installed.stderr
     (site / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    bring_compiled_kernels(root, site)
     return python.parent
+
+
+def bring_compiled_kernels(root: Path, site: Path) -> None:
+    """What `make setup` has compiled, except numerics': to compile all of them takes a minute.
+
+    Numba knows a source by its size and age.
+    """
+    for kernel in root.glob("*/**/__pycache__/*.nb[ci]"):
+        folder = kernel.parent.parent.relative_to(root)
+        source = folder / f"{kernel.name.partition('.')[0]}.py"
+        if folder.parts[0] != "numerics" and (site / source).is_file():
+            (site / folder / "__pycache__").mkdir(exist_ok=True)
+            shutil.copy2(kernel, site / folder / "__pycache__")
+            shutil.copystat(root / source, site / source)
 
 
 @pytest.fixture(scope="module")
