@@ -133,6 +133,8 @@ def load_model(path: str | Path, unit: str = "m") -> Model:
     if not path.is_file():
         raise GeometryError(f"model file {path} does not exist")
     surface = reader(path)
+    if len(surface.vertices) > 0 and (surface.vertices == surface.vertices[0]).all():
+        raise GeometryError(f"model {path} has no size: all of its points are in one place")
     if not surface.faces:
         raise GeometryError(f"model {path} has no faces; hidden lines cannot be removed without them")
     if not np.isfinite(surface.vertices).all():

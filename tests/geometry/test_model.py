@@ -275,9 +275,18 @@ def test_a_mesh_with_a_hole_or_wound_at_random_has_its_lines(tmp_path: Path) -> 
     assert holed.two_sided.all()
 
 
-@pytest.mark.parametrize("flat", [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)])
-def test_a_mesh_without_area_has_no_faces(tmp_path: Path, flat: tuple[float, ...]) -> None:
+@pytest.mark.parametrize(
+    ("flat", "said"), [((0.0, 0.0, 0.0), "has no size"), ((1.0, 0.0, 0.0), "has no faces")]
+)
+def test_a_mesh_without_area_has_no_faces(tmp_path: Path, flat: tuple[float, ...], said: str) -> None:
     box = trimesh.creation.box((0.1, 0.08, 0.06))
     trimesh.Trimesh(box.vertices * flat, box.faces, process=False).export(tmp_path / "flat.stl")
-    with pytest.raises(GeometryError, match="has no faces"):
+    with pytest.raises(GeometryError, match=said):
         load_model(tmp_path / "flat.stl")
+
+
+def test_a_model_without_size_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "dot.obj"
+    path.write_text("v 1 2 3\n" * 3 + "f 1 2 3\n")
+    with pytest.raises(GeometryError, match="has no size"):
+        load_model(path)

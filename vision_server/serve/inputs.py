@@ -212,7 +212,7 @@ def read_model(path: Path, unit: str = "m") -> Model:
     try:
         return load_model(path, unit)
     except GeometryError as error:
-        raise BadInput(str(error), "Give a .cao, OBJ, STL, PLY or glTF file.") from error
+        raise BadInput(f"{str(error).rstrip('.')}.", "Give a .cao, OBJ, STL, PLY or glTF file.") from error
 
 
 def picture_px(model: Model, camera: Camera, seed_pose: Pose) -> float:
