@@ -14,6 +14,12 @@ from numerics.two_cores import beside, both
 MANY_CORES = pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one core: calls run in turn")
 
 
+@pytest.fixture(autouse=True)
+def many_cores(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A worker of experiments that another test ran in this process has left it one core."""
+    monkeypatch.setattr("numerics.two_cores._alone", False)
+
+
 def test_both_results_come_back_in_order() -> None:
     for number in range(20):
         assert both(lambda n=number: n, lambda n=number: -n) == (number, -number)
