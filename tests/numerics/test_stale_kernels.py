@@ -40,10 +40,11 @@ def sample(tmp_path: Path) -> Path:
 
 
 def run(root: Path, sample: Path, program: str, **environment: str) -> list[str]:
+    """What a program prints, without bytecode: a source changed within the second would pass for the old."""
     paths = os.pathsep.join([str(root), str(sample.parent)])
     done = subprocess.run(
         [sys.executable, "-c", program],
-        env={**os.environ, "PYTHONPATH": paths, **environment},
+        env={**os.environ, "PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1", **environment},
         capture_output=True, text=True, timeout=240, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

@@ -177,7 +177,8 @@ class GradientChannel:
         for axis, along in enumerate(gaussian_gradient(source, kernels)):
             lay(along, SIDE_PX, tiles.gradient[index, :, :, axis])
         if index == 0:
-            blurred = cv2.GaussianBlur(source, (0, 0), SCALES_PX[0], borderType=cv2.BORDER_REPLICATE)
+            smooth = kernels[0]
+            blurred = cv2.sepFilter2D(source, cv2.CV_32F, smooth, smooth, borderType=cv2.BORDER_REPLICATE)
             lay(blurred, TILE_PX, tiles.smooth)
         clipped = (image[there] >= SATURATED_GREY).astype(np.uint8)
         if cv2.countNonZero(clipped):
