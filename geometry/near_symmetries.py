@@ -26,9 +26,7 @@ ALIKE = 0.4  # share of the wireframe that must come back onto itself ...
 SCREENED_ALIKE = 0.25  # ... less of few points, which miss some ...
 EXACT = 0.995  # ... and from which on the turn changes nothing that could be seen
 FOLDS = range(2, 37)  # n-fold turns that are tried: a dial's to 10 degrees
-BESIDE_RAD = np.radians(
-    3.0
-)  # a turn by so much more or less moves the farthest points twice the tolerance ...
+BESIDE_RAD = np.radians(3.0)  # so much more or less moves the farthest points twice the tolerance ...
 PEAK = 1.1  # ... and must bring back less by this factor, or the turn is only a small one
 APART_RAD = np.radians(4.0)  # less than the least of FOLDS; products of turns about two middles differ by 0
 MOST_MIDDLES = 2  # of rings of lines, for each axis
@@ -144,12 +142,8 @@ class _Wireframe:
         """Share of the wireframe that each turn brings back onto itself, by each ``every``-th point."""
         some, weights = self.points[::every] - middle, self.weights[::every]
         turned = np.concatenate([some @ matrix_of(angle * axis).T for angle in angles]) + middle
-        near = self._on_a_line(turned).reshape(len(angles), len(some))
-        return np.asarray(near @ weights / weights.sum())
-
-    def _on_a_line(self, points: Floats) -> NDArray[np.bool_]:
-        """Whether points (N, 3) are no farther than the tolerance from the nearest line."""
-        return np.asarray(_on_some_line(points, self.start, self.direction, self.tolerance))
+        near = _on_some_line(turned, self.start, self.direction, self.tolerance)
+        return np.asarray(near.reshape(len(angles), len(some)) @ weights / weights.sum())
 
 
 @kernel(error_model="numpy")

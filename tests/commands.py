@@ -6,7 +6,7 @@ import os
 import runpy
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import TypeAlias
@@ -20,33 +20,33 @@ Done: TypeAlias = "subprocess.CompletedProcess[str]"
 
 def command(program: str, *words: object) -> Done:
     """`python -m PROGRAM WORDS` in this process: what it writes, and its exit status."""
-    out, err = io.StringIO(), io.StringIO()
     spoken = list(map(str, words))
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        try:
-            status = run_command(program, "", import_module(f"{program}.__main__").COMMANDS, spoken)
-        except SystemExit as end:  # of argparse
-            status = int(end.code or 0)
-    return subprocess.CompletedProcess([program, *spoken], status, out.getvalue(), err.getvalue())
+    commands = import_module(f"{program}.__main__").COMMANDS
+    return _done([program, *spoken], lambda: run_command(program, "", commands, spoken))
 
 
 def module(name: str, *words: object) -> Done:
     """`python -m NAME WORDS` of a module that is a program by itself, in this process."""
-    out, err = io.StringIO(), io.StringIO()
-    argv, sys.argv = sys.argv, [name, *map(str, words)]
+    before, sys.argv = sys.argv, [name, *map(str, words)]
     imported = sys.modules.pop(name, None)  # by another test
     try:
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            try:
-                runpy.run_module(name, run_name="__main__", alter_sys=True)
-                status = 0
-            except SystemExit as end:
-                status = int(end.code or 0)
+        return _done(sys.argv, lambda: runpy.run_module(name, run_name="__main__", alter_sys=True))
     finally:
-        sys.argv = argv
+        sys.argv = before
         if imported is not None:
             sys.modules[name] = imported
-    return subprocess.CompletedProcess([name, *map(str, words)], status, out.getvalue(), err.getvalue())
+
+
+def _done(words: list[str], run: Callable[[], object]) -> Done:
+    """What is written meanwhile, and the exit status: what is returned, if that is one, or exited with."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            returned = run()
+            status = returned if isinstance(returned, int) else 0
+        except SystemExit as end:  # of argparse
+            status = int(end.code or 0)
+    return subprocess.CompletedProcess(words, status, out.getvalue(), err.getvalue())
 
 
 def process(program: str, *words: object, env: Mapping[str, str] | None = None) -> Done:

@@ -16,6 +16,7 @@ pytestmark = pytest.mark.slow
 __all__ = ["mock_image_server", "mock_vision_server"]
 
 NEVER = "0.000001"
+LEFT_IS_DEAD = {"surprise": "light_dead", "surprise_lights": ["left"]}
 
 
 def run(
@@ -24,6 +25,17 @@ def run(
     """One session against the mocks; exit status, result.json, and what the terminal showed."""
     done = mock_session(vision, image, out, *options)
     return done.status, done.result, done.shown
+
+
+def tell_with(vision: MockVisionServer, **images: dict[str, Any]) -> None:
+    """Have captures of these images tell this, too."""
+
+    def capture(args: Any) -> Any:
+        reply: Any = vision.capture(args)
+        reply.result.update(images.get(args.image, {}))
+        return reply
+
+    vision.answer("capture", capture)
 
 
 def asked(vision: MockVisionServer, op: str) -> list[dict[str, Any]]:
@@ -157,13 +169,7 @@ def test_a_light_that_dies_is_left_out(
 def test_a_target_that_moved_unannounced_is_told_and_the_set_begins_anew(
     mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
 ) -> None:
-    def capture_elsewhere(args: Any) -> Any:
-        reply = mock_vision_server.capture(args)
-        if args.image == "i3":
-            reply.result["surprise"] = "target_moved"
-        return reply
-
-    mock_vision_server.answer("capture", capture_elsewhere)
+    tell_with(mock_vision_server, i3={"surprise": "target_moved"})
     words = "--controller", "informed", "--max-iterations", "4", "--threshold", NEVER
     _, result, shown = run(mock_vision_server, mock_image_server, tmp_path, *words)
     assert "i3 is not as foreseen: the target has moved" in shown
@@ -174,16 +180,7 @@ def test_a_target_that_moved_unannounced_is_told_and_the_set_begins_anew(
 def test_a_doubt_is_told_and_tested_and_a_dead_light_stays_off(
     mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
 ) -> None:
-    def capture_without_left(args: Any) -> Any:
-        reply = mock_vision_server.capture(args)
-        if args.image == "i2":
-            reply.result["doubt"] = {"cause": "light_dead", "lights": ["left"]}
-        if args.image == "i3":
-            reply.result["surprise"] = "light_dead"
-            reply.result["surprise_lights"] = ["left"]
-        return reply
-
-    mock_vision_server.answer("capture", capture_without_left)
+    tell_with(mock_vision_server, i2={"doubt": {"cause": "light_dead", "lights": ["left"]}}, i3=LEFT_IS_DEAD)
     words = "--controller", "informed", "--max-iterations", "5", "--threshold", NEVER
     _, result, shown = run(mock_vision_server, mock_image_server, tmp_path, *words)
     assert "i2 is not as foreseen, perhaps: the light left is dead" in shown
@@ -196,14 +193,7 @@ def test_a_doubt_is_told_and_tested_and_a_dead_light_stays_off(
 def test_killed_between_an_image_and_its_surprise_a_session_goes_on_with_it(
     mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
 ) -> None:
-    def capture_without_left(args: Any) -> Any:
-        reply = mock_vision_server.capture(args)
-        if args.image == "i2":
-            reply.result["surprise"] = "light_dead"
-            reply.result["surprise_lights"] = ["left"]
-        return reply
-
-    mock_vision_server.answer("capture", capture_without_left)
+    tell_with(mock_vision_server, i2=LEFT_IS_DEAD)
     words = "--controller", "informed", "--max-iterations", "4", "--threshold", NEVER
     _, whole, _ = run(mock_vision_server, mock_image_server, tmp_path, *words)
     cut(tmp_path / "history.pl", "capture(i2")

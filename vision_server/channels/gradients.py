@@ -30,12 +30,8 @@ SCALES_PX = (1.0, 2.0, 4.0, 8.0)  # Gaussian derivatives: sharp, soft, defocused
 TILE_BITS = 5
 TILE_PX = 1 << TILE_BITS
 FULL = 0.2  # of a block of tiles, at least, that are computed at once
-ALIGNED_PX = (
-    32  # blocks start at multiples: filters that work on some pixels at once give the same everywhere
-)
-SIDE_PX = (
-    TILE_PX + 1
-)  # kept of a tile: with the first row and column of the next ones, to look between pixels
+ALIGNED_PX = 32  # blocks start at multiples: filters of some pixels at once give the same everywhere
+SIDE_PX = TILE_PX + 1  # kept of a tile: with the first row and column of the next, to look between pixels
 NONE: Field = np.empty((0, 0), np.float32)
 
 

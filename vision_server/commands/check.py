@@ -61,9 +61,7 @@ def _judged(options: Namespace) -> dict[str, Any]:
     pose = read_seed_pose(options.pose, model)
     images, names, tone_sd_px = read_set(options, given.camera, given.table)
     settings = PipelineSettings(
-        seed=options.seed,
-        tone_sd_px=tone_sd_px,
-        tolerance_m=given.tolerance_m(model) or 0.0,
+        seed=options.seed, tone_sd_px=tone_sd_px, tolerance_m=given.tolerance_m(model) or 0.0
     )
     try:
         radius_m = told_edge_radius(options.edge_radius, given, model)

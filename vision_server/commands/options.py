@@ -61,9 +61,9 @@ def told_edge_radius(option: float | None, given: GivenCamera, model: Model) -> 
     """What the command line or [target] says of that, None if nothing; raises as `checked_edge_radius`."""
     from vision_server.serve.inputs import checked_edge_radius
 
-    return (
-        given.edge_radius_m(model) if option is None else checked_edge_radius(option, model, "--edge-radius")
-    )
+    if option is None:
+        return given.edge_radius_m(model)
+    return checked_edge_radius(option, model, "--edge-radius")
 
 
 def told_gamma(option: float | None, table: dict[str, Any]) -> float | None:

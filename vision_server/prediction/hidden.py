@@ -8,15 +8,12 @@ that it is no brighter than the brightest.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vision_server.prediction.places import Readings
-
-if TYPE_CHECKING:
-    from vision_server.prediction.causes import Prior
+from vision_server.prediction.prior import Prior
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

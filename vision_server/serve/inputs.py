@@ -74,15 +74,16 @@ class GivenCamera:
 
     def tolerance_m(self, model: Model) -> float | None:
         """``[target] tolerance_m``: how far lines of the part may be off the model's; None if untold."""
-        told = self.target.get("tolerance_m") if isinstance(self.target, dict) else None
+        told = self._told("tolerance_m")
         return None if told is None else checked_tolerance(told, model, f"{self.path}: [target] ")
 
     def edge_radius_m(self, model: Model) -> float | None:
         """``[target] edge_radius_m``: by how much the target's edges are rounded; None if untold."""
-        told = self.target.get("edge_radius_m") if isinstance(self.target, dict) else None
-        return (
-            None if told is None else checked_edge_radius(told, model, f"{self.path}: [target] edge_radius_m")
-        )
+        told = self._told(key := "edge_radius_m")
+        return None if told is None else checked_edge_radius(told, model, f"{self.path}: [target] {key}")
+
+    def _told(self, key: str) -> Any:
+        return self.target.get(key) if isinstance(self.target, dict) else None
 
 
 def read_camera_file(path: Path) -> GivenCamera:
@@ -156,35 +157,29 @@ def read_seed_pose(path: Path, model: Model) -> Pose:
 
 
 def checked_tolerance(value: Any, model: Model, whose: str = "Parameter ") -> float:
-    """A tolerance in metres, as it is used.
-
-    Raises
-    ------
-    BadInput
-        No number, negative, or more than MOST_TOLERANCE of the model's size.
-    """
-    most = MOST_TOLERANCE * model.diameter
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 <= value <= most:
-        raise BadInput(
-            f"{whose}tolerance_m must be a number from 0 to {most:.3g} m, not {value!r}.",
-            f"At most {MOST_TOLERANCE:.0%} of the model's size; half a permille is usual for machined parts.",
-        )
-    return float(value)
+    """A tolerance in metres, as it is used; raises as `_checked_length`."""
+    advice = "half a permille is usual for machined parts"
+    return _checked_length(value, model, MOST_TOLERANCE, f"{whose}tolerance_m", advice)
 
 
 def checked_edge_radius(value: Any, model: Model, name: str) -> float:
-    """The radius of rounded edges in metres, as it is used.
+    """The radius of rounded edges in metres, as it is used; raises as `_checked_length`."""
+    return _checked_length(value, model, MOST_ROUNDED, name, "0 is for sharp edges")
+
+
+def _checked_length(value: Any, model: Model, share: float, name: str, advice: str) -> float:
+    """A length in metres.
 
     Raises
     ------
     BadInput
-        No number, negative, or more than MOST_ROUNDED of the model's size.
+        No number, negative, or more than a share of the model's size.
     """
-    most = MOST_ROUNDED * model.diameter
+    most = share * model.diameter
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 <= value <= most:
         raise BadInput(
             f"{name} must be a number from 0 to {most:.3g} m, not {value!r}.",
-            f"At most {MOST_ROUNDED:.0%} of the model's size; 0 is for sharp edges.",
+            f"At most {share:.0%} of the model's size; {advice}.",
         )
     return float(value)
 

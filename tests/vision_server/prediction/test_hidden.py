@@ -5,9 +5,10 @@ import numpy as np
 from geometry.model import Model
 from tests.vision_server.prediction.lit_scenes import ASKED, POSITIONS, found, taken
 from tests.vision_server.synthetic import CAMERA, POSE
-from vision_server.prediction.causes import SUNS, Prior, verdict
+from vision_server.prediction.causes import SUNS, verdict
 from vision_server.prediction.hidden import MOST_HIDDEN, hidden_places, log_of_hidden
 from vision_server.prediction.places import read
+from vision_server.prediction.prior import Prior
 from vision_server.prediction.response import LitImage
 
 ARM_PX, ARM_GREY = 15, 0.1
