@@ -13,7 +13,7 @@ from typing import Any
 import msgspec
 
 from report.errors import ReportError
-from report.holding import held, must_be_session, session_process
+from report.holding import must_be_session, session_process, waits
 from report.records import ReasonRecord, Result, read_result
 
 JOURNAL_READER = Path(__file__).resolve().parent.parent / "session" / "journal_reader.pl"
@@ -147,6 +147,7 @@ class Follower:
         if seen == self._seen:
             return None
         self._seen = seen
+        waiting = waits(self.folder)  # before the journal is read: what led here is in it
         told = Told() if not (self.folder / "history.pl").is_file() else self._journal.ask()
         if self._has_result():
             try:
@@ -155,7 +156,7 @@ class Follower:
                 return State(Result("broken", message=str(error)), "broken", told)
             return State(result, result.status, told)
         result = told.result or Result("running")
-        status = "paused" if held(self.folder) == "pause" else "running"
+        status = "paused" if waiting else "running"
         if session_process(self.folder) is None:
             status = "interrupted"
         result = msgspec.structs.replace(result, status=status, seconds=self._seconds())
@@ -179,7 +180,7 @@ class Follower:
 
     def _signature(self) -> Any:
         """What changes when there is something new to see."""
-        files = [self.folder / name for name in ("history.pl", "result.json", "hold", "session.pl", SECONDS)]
+        files = [self.folder / name for name in ("history.pl", "result.json", "held", "session.pl", SECONDS)]
         files += sorted((self.folder / "images").glob("*.*"))
         stats = [(file.name, *_changed(file)) for file in files]
         return stats, session_process(self.folder)

@@ -37,12 +37,9 @@ def session_process(folder: Path) -> int | None:
     return None if kind == fcntl.F_UNLCK else max(0, process)
 
 
-def held(folder: Path) -> str:
-    """What the session was told to do after its present action: pause, step, stop, or nothing."""
-    try:
-        return (folder / "hold").read_text().strip()
-    except OSError:
-        return ""
+def waits(folder: Path) -> bool:
+    """Whether the session was told to pause and has ended the action it was in."""
+    return (folder / "held").exists()
 
 
 def hold(folder: Path, word: str) -> None:

@@ -10,6 +10,8 @@
 | `pause` | wait until the file says something else, or is gone |
 | `step`  | go on, and pause after the next action              |
 | `stop`  | end as by SIGTERM                                   |
+
+While it waits there is a file `held` as well: before, it is still busy with the action in which it was told to.
 */
 
 look_again_s(0.1).                      % chosen by hand
@@ -17,7 +19,10 @@ look_again_s(0.1).                      % chosen by hand
 %!  forget_hold(+Folder) is det.
 
 forget_hold(Folder) :-
-    run_file(Folder, hold, File),
+    forall(member(Name, [hold, held]), forget(Folder, Name)).
+
+forget(Folder, Name) :-
+    run_file(Folder, Name, File),
     catch(delete_file(File), error(_, _), true).
 
 %!  wait_while_held(+Folder) is det.
@@ -25,20 +30,32 @@ forget_hold(Folder) :-
 %   Between two actions.
 
 wait_while_held(Folder) :-
-    run_file(Folder, hold, File),
-    exists_file(File),
+    word_held(Folder, Word),
     !,
-    catch(read_file_to_string(File, Text, []), error(_, _), Text = ""),
-    split_string(Text, "", " \n", [Word]),
-    obeyed(Word, Folder, File).
+    obeyed(Word, Folder).
 wait_while_held(_).
 
-obeyed("step", _, File) =>
-    setup_call_cleanup(open(File, write, Stream), format(Stream, "pause~n", []), close(Stream)).
-obeyed("stop", _, File) =>
-    catch(delete_file(File), error(_, _), true),
+word_held(Folder, Word) :-
+    run_file(Folder, hold, File),
+    exists_file(File),
+    catch(read_file_to_string(File, Text, []), error(_, _), Text = ""),
+    split_string(Text, "", " \n", [Word]).
+
+obeyed("step", Folder) =>
+    write_word(Folder, hold, pause).
+obeyed("stop", Folder) =>
+    forget(Folder, hold),
     throw(stopped(term)).
-obeyed(_, Folder, _) =>
+obeyed(_, Folder) =>
+    setup_call_cleanup(write_word(Folder, held, yes), wait_for_another_word(Folder, Word), forget(Folder, held)),
+    ( Word == go -> true ; obeyed(Word, Folder) ).
+
+wait_for_another_word(Folder, Word) :-
     look_again_s(Seconds),
     sleep(Seconds),
-    wait_while_held(Folder).
+    ( word_held(Folder, Now) -> true ; Now = go ),
+    ( memberchk(Now, ["step", "stop", go]) -> Word = Now ; wait_for_another_word(Folder, Word) ).
+
+write_word(Folder, Name, Word) :-
+    run_file(Folder, Name, File),
+    setup_call_cleanup(open(File, write, Stream), format(Stream, "~w~n", [Word]), close(Stream)).

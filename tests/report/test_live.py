@@ -68,7 +68,7 @@ def test_a_real_session_is_followed_paused_stepped_and_seen_to_its_end(tmp_path:
     finally:
         session.kill()
         session.communicate()
-    assert not (tmp_path / "hold").exists() and not (tmp_path / "seconds.json").exists()
+    assert not {"hold", "held", "seconds.json"} & {file.name for file in tmp_path.iterdir()}
 
 
 def hold_soon(folder: Path) -> None:
@@ -205,6 +205,32 @@ def test_what_cannot_be_followed_is_told_on_the_page(
         assert follower.look() is None
     finally:
         follower.close()
+
+
+LOCKED = """
+import fcntl, sys
+file = open(sys.argv[1], "r+")
+fcntl.lockf(file, fcntl.LOCK_EX)
+print(flush=True)
+input()
+"""
+
+
+def test_a_session_is_paused_when_its_action_has_ended(make_run: RunMaker) -> None:
+    folder = make_run()
+    (folder / "result.json").unlink()
+    (folder / "session.pl").touch()
+    works = [sys.executable, "-c", LOCKED, str(folder / "session.pl")]
+    with subprocess.Popen(works, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as session:
+        assert session.stdout is not None and session.stdout.readline()
+        hold(folder, "pause")
+        follower = Follower(folder)
+        busy = follower.look()
+        (folder / "held").touch()
+        waits = follower.look()
+        session.kill()
+    assert busy is not None and busy.status == "running"
+    assert waits is not None and waits.status == "paused"
 
 
 def test_a_broken_result_is_told_on_the_page(make_run: RunMaker) -> None:

@@ -1,0 +1,62 @@
+:- module(test_session_holding, []).
+:- use_module(library(plunit)).
+:- use_module(library(filesex)).
+:- use_module('../../session/holding').
+
+/** <module> What a session does with the words it is told in a file */
+
+:- begin_tests(holding).
+
+%   What a session that is told words one after another does with its files: held is there while it waits, only then.
+test(waits_until_told, [setup(folder(Folder)), cleanup(delete_directory_and_contents(Folder)), true(Left == [])]) :-
+    write_hold(Folder, pause),
+    thread_create(session_holding:wait_while_held(Folder), Session),
+    await(file_in(Folder, held)),
+    directory_file_path(Folder, hold, Hold),
+    delete_file(Hold),
+    thread_join(Session, true),
+    left(Folder, Left).
+
+test(steps_once, [setup(folder(Folder)), cleanup(delete_directory_and_contents(Folder)), true(Left == [hold])]) :-
+    write_hold(Folder, pause),
+    thread_create(session_holding:wait_while_held(Folder), Session),
+    await(file_in(Folder, held)),
+    write_hold(Folder, step),
+    thread_join(Session, true),
+    left(Folder, Left).
+
+test(stops_while_it_waits, [ setup(folder(Folder)), cleanup(delete_directory_and_contents(Folder)),
+                             true(Status-Left == exception(stopped(term))-[]) ]) :-
+    write_hold(Folder, pause),
+    thread_create(session_holding:wait_while_held(Folder), Session),
+    await(file_in(Folder, held)),
+    write_hold(Folder, stop),
+    thread_join(Session, Status),
+    left(Folder, Left).
+
+:- end_tests(holding).
+
+folder(Folder) :-
+    tmp_file(holding, Folder),
+    make_directory(Folder).
+
+%   As a script would: at once, so that no empty file is read.
+write_hold(Folder, Word) :-
+    directory_file_path(Folder, new, New),
+    directory_file_path(Folder, hold, Hold),
+    setup_call_cleanup(open(New, write, Stream), format(Stream, "~w~n", [Word]), close(Stream)),
+    rename_file(New, Hold).
+
+file_in(Folder, Name) :-
+    directory_file_path(Folder, Name, File),
+    exists_file(File).
+
+await(Goal) :-
+    call_with_time_limit(60, until(Goal)).
+
+until(Goal) :-
+    ( call(Goal) -> true ; sleep(0.01), until(Goal) ).
+
+left(Folder, Left) :-
+    directory_files(Folder, Files),
+    subtract(Files, ['.', '..'], Left).
