@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from numerics.blas import use_one_blas_thread
 from numerics.memory import collect_rarely
 from numerics.stale_kernels import remove_stale_kernels
 from tests.session.serving import end_kept_servers
@@ -20,6 +21,7 @@ def pytest_configure(config: pytest.Config) -> None:
     What tests, and the programs that they start, make in the folder for temporary files is in one that goes;
     so are the sockets of servers that stay between sessions.
     """
+    use_one_blas_thread()  # as the servers do
     collect_rarely()  # what thousands of tests load stays
     if not hasattr(config, "workerinput"):  # the workers of a parallel run have their parent's
         remove_stale_kernels()
