@@ -14,6 +14,8 @@ from tests.session.serving import end_kept_servers
 
 ROOT = Path(__file__).resolve().parent.parent
 
+use_one_blas_thread()  # as the servers do; here, before the folders' own conftests load NumPy
+
 
 def pytest_configure(config: pytest.Config) -> None:
     """A kernel that was compiled with an older callee would pass for the one that is tested.
@@ -21,7 +23,6 @@ def pytest_configure(config: pytest.Config) -> None:
     What tests, and the programs that they start, make in the folder for temporary files is in one that goes;
     so are the sockets of servers that stay between sessions.
     """
-    use_one_blas_thread()  # as the servers do
     collect_rarely()  # what thousands of tests load stays
     if not hasattr(config, "workerinput"):  # the workers of a parallel run have their parent's
         remove_stale_kernels()
