@@ -23,6 +23,7 @@ image tells as much as it is neither dark nor saturated; a set's errors fall wit
     setting/1,                          % Option of the world
     image/2,                            % Name, Settings
     range/1,                            % m
+    parameter/2,                        % Name, Value: of the vision server
     pending/1.                          % Event to happen
 
 :- meta_predicate in_world(+, :, +, -, -).
@@ -33,10 +34,11 @@ image tells as much as it is neither dark nor saturated; a set's errors fall wit
 %   or a file that ends in `.pl`, looked for beside the test that asks.  Options:
 %   sun(Brightness) at the reference exposure (0.02), images(Most) that may be taken (10), threshold(Px) (1.0),
 %   seed(N) (1), happens(Event, Image) when that image is taken, blind_below(RangeM): no pose nearer than that, and
+%   cured_by(Parameter, Value): until the vision server is told so an image tells a fifth;
 %   useless: every image after the first tells nothing; harmful: makes the pose worse; nothing_foreseen: no prediction.
 
 in_world(Options, Controller, Program, Outcome, Situation) :-
-    maplist(retractall, [setting(_), image(_, _), range(_), pending(_)]),
+    maplist(retractall, [setting(_), image(_, _), range(_), parameter(_, _), pending(_)]),
     forall(member(Option, Options), assertz(setting(Option))),
     load(Controller),
     nb_setval(world_situation, none),
@@ -121,9 +123,10 @@ execute(appraise(Image), Gamma) :-
     image(Image, Settings),
     seen(Settings, statistics(P50, _, _, _, _)),
     Gamma is max(0.53, min(1.9, (P50 / 0.25) ** 0.5)).
-execute(set_parameter(_, _), true).
+execute(set_parameter(Name, Value), true) :-
+    retractall(parameter(Name, _)),
+    assertz(parameter(Name, Value)).
 execute(discard(_, _), true).
-execute(set_parameter(_, _), true).
 execute(advance(Range), true) :-
     retractall(range(_)),
     assertz(range(Range)).
@@ -162,7 +165,8 @@ worth(Image, 0.0) :-
 worth(Image, Worth) :-
     image(Image, Settings),
     seen(Settings, statistics(_, _, Dark, Saturated, _)),
-    Worth is (1 - Dark) * (1 - Saturated).
+    ( setting(cured_by(Name, Value)), \+ parameter(Name, Value) -> Share = 0.2 ; Share = 1 ),
+    Worth is Share * (1 - Dark) * (1 - Saturated).
 
 fix(_, no_pose) :-
     range(Range),

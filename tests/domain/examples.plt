@@ -13,11 +13,11 @@ in_world_with(Options, Name, Situation) :-
 :- begin_tests(strategies_to_copy).
 
 test(each_finds_the_pose_in_mild_light,
-     [forall(member(Name, [one_light_at_a_time, bracket, rules, second_opinion])), nondet]) :-
+     [forall(member(Name, [one_light_at_a_time, bracket, rules, second_opinion, other_parameters])), nondet]) :-
     in_world_with([], Name, Situation),
     situation_holds(converged, Situation).
 test(each_ends_when_no_pose_can_be_had,
-     [forall(member(Name, [one_light_at_a_time, bracket, rules, second_opinion])), nondet]) :-
+     [forall(member(Name, [one_light_at_a_time, bracket, rules, second_opinion, other_parameters])), nondet]) :-
     in_world_with([threshold(1.0e-6), images(4)], Name, Situation),
     situation_holds(neg(converged), Situation),
     fluent_value(iteration, Situation, Taken),
@@ -37,5 +37,22 @@ test(second_opinion_measures_the_newest_image_alone, nondet) :-
     in_world_with([], second_opinion, Situation),
     situation_history(Situation, [_, estimate([Newest])|_]),
     fluent_value(image_set, Situation, [kept(Newest, _), _|_]).
+test(parameters_that_help_stay, Set == [refinement_scale_px-4.0]) :-
+    in_world_with([threshold(2.0), cured_by(refinement_scale_px, 4.0)], other_parameters, Situation),
+    situation_holds(converged, Situation),
+    set_in(Situation, Set).
+test(parameters_that_do_not_help_are_taken_back_on_the_same_image,
+     Set == [refinement_scale_px-4.0, refinement_scale_px-1.0, edge_contrast_grey-4.0, edge_contrast_grey-0.0]) :-
+    in_world_with([threshold(1.0e-6), images(1)], other_parameters, Situation),
+    set_in(Situation, Set).
+test(nothing_is_tuned_where_the_pose_is_trusted, Set == []) :-
+    in_world_with([threshold(50)], other_parameters, Situation),
+    set_in(Situation, Set).
 
 :- end_tests(strategies_to_copy).
+
+%   Parameters of the vision server in the order in which they were set.
+set_in(Situation, Set) :-
+    situation_history(Situation, Newest),
+    findall(Name-Value, member(set_parameter(Name, Value), Newest), Back),
+    reverse(Back, Set).
