@@ -25,18 +25,6 @@ FEWEST_SAMPLES = 5.0  # of a line, for what is said of its straightness
 NEAR = 1e-3  # nearest depth that is drawn, as a fraction of the model's diameter
 
 
-@kernel()
-def _extent(ends: Floats) -> tuple[Floats, Floats]:
-    """Least and greatest x, y (2,) of segments (N, 4); 0 without any."""
-    low, high = np.zeros(2), np.zeros(2)
-    for k in range(2):
-        for i in range(len(ends)):
-            least, most = min(ends[i, k], ends[i, k + 2]), max(ends[i, k], ends[i, k + 2])
-            low[k] = least if i == 0 else min(low[k], least)
-            high[k] = most if i == 0 else max(high[k], most)
-    return low, high
-
-
 class Trace(NamedTuple):
     """Samples of visible lines; N of them.
 
@@ -88,7 +76,11 @@ def trace(
     leader, place, backwards = linked(solid, seen.line, course)
     in_order = np.argsort(leader * (len(solid.lines) + 1) + place)
     numbers, px = _spread(solid, seen, leader, in_order, spacing_px, densest_px, min_line_px)
-    hiders = hiders_of(solid, towards, points, near, intrinsics, *_extent(seen.image))
+    hiders, hidden = (
+        hiders_of(solid, towards, centre, TOUCH * solid.diameter),
+        np.empty((len(solid.triangle_face), 2)),
+    )
+    start, end = np.empty(3), np.empty(3)
     total, written = numbers.sum(), 0
     line, own, of_outline = np.empty(total, np.int64), np.empty(total, np.int64), np.empty(total, np.bool_)
     out, along3 = np.empty((total, 3)), np.empty((total, 3))
@@ -98,13 +90,15 @@ def trace(
         if number == 0:
             continue
         i, ends, ends3 = seen.line[j], seen.image[j], seen.ends[j]
-        count = hidden_parts(hiders, ends, ends3, TOUCH * solid.diameter, j)
+        _on_target(rotation, translation, ends3, 0.0, start)
+        _on_target(rotation, translation, ends3, 1.0, end)
+        count = hidden_parts(hiders, start, end, hidden)
         sign = -1.0 if backwards[j] else 1.0
         inverse_a, inverse_b = 1.0 / ends3[0, 2], 1.0 / ends3[1, 2]
         for k in range(number):
             along = (k + 0.5) / number if sign > 0.0 else 1.0 - (k + 0.5) / number
             at = along * inverse_b / (inverse_a + along * (inverse_b - inverse_a))
-            if _within_any(hiders.hidden, count, at):
+            if _within_any(hidden, count, at):
                 continue
             line[written], own[written], of_outline[written] = leader[j], i, outline[j]
             stands[written] = px[j]

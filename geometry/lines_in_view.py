@@ -31,7 +31,7 @@ class LinesInView(NamedTuple):
     length: Floats
 
 
-@kernel()
+@kernel(error_model="numpy")
 def lines_in_view(
     solid: Solid, towards: Flags, points: Floats, intrinsics: Floats, bounds: Floats, near: float
 ) -> LinesInView:
@@ -39,43 +39,44 @@ def lines_in_view(
     count = len(solid.lines)
     kept, lengths = np.empty(count, dtype=np.int64), np.empty(count)
     seen, cut = np.empty((count, 4)), np.empty((count, 2, 3))
-    kept_count = 0
+    lines, line_faces, smooth, two_sided = solid.lines, solid.line_faces, solid.smooth, solid.two_sided
+    n = 0  # of the next line that is kept
     for i in range(count):
-        if not _line_turned(solid, towards, i):
+        if not _line_turned(line_faces, smooth, two_sided, towards, i):
             continue
-        a, b = solid.lines[i, 0], solid.lines[i, 1]
+        a, b = lines[i, 0], lines[i, 1]
         depth_a, depth_b = points[a, 2], points[b, 2]
         if depth_a <= near and depth_b <= near:
             continue
-        ends, ends3 = seen[kept_count], cut[kept_count]
         low = max(0.0, (near - depth_a) / (depth_b - depth_a)) if depth_a < near else 0.0
         high = min(1.0, (near - depth_a) / (depth_b - depth_a)) if depth_b < near else 1.0
         for k in range(3):
             step = points[b, k] - points[a, k]
-            ends3[0, k] = points[a, k] + low * step
-            ends3[1, k] = points[a, k] + high * step
+            cut[n, 0, k] = points[a, k] + low * step
+            cut[n, 1, k] = points[a, k] + high * step
         for side in range(2):
-            ends[2 * side] = intrinsics[0] * ends3[side, 0] / ends3[side, 2] + intrinsics[2]
-            ends[2 * side + 1] = intrinsics[1] * ends3[side, 1] / ends3[side, 2] + intrinsics[3]
-        low, high = _clipped(ends, bounds)
+            seen[n, 2 * side] = intrinsics[0] * cut[n, side, 0] / cut[n, side, 2] + intrinsics[2]
+            seen[n, 2 * side + 1] = intrinsics[1] * cut[n, side, 1] / cut[n, side, 2] + intrinsics[3]
+        low, high = _clipped(seen, n, bounds)
         if low > 0.0 or high < 1.0:
             if low >= high:
                 continue
-            x, y, dx, dy = ends[0], ends[1], ends[2] - ends[0], ends[3] - ends[1]
-            ends[0], ends[1], ends[2], ends[3] = x + low * dx, y + low * dy, x + high * dx, y + high * dy
-            inverse_a, inverse_b = 1.0 / ends3[0, 2], 1.0 / ends3[1, 2]
+            x, y, dx, dy = seen[n, 0], seen[n, 1], seen[n, 2] - seen[n, 0], seen[n, 3] - seen[n, 1]
+            seen[n, 0], seen[n, 1] = x + low * dx, y + low * dy
+            seen[n, 2], seen[n, 3] = x + high * dx, y + high * dy
+            inverse_a, inverse_b = 1.0 / cut[n, 0, 2], 1.0 / cut[n, 1, 2]
             at_low = low * inverse_b / (inverse_a + low * (inverse_b - inverse_a))
             at_high = high * inverse_b / (inverse_a + high * (inverse_b - inverse_a))
             for k in range(3):
-                first, step = ends3[0, k], ends3[1, k] - ends3[0, k]
-                ends3[0, k] = first + at_low * step
-                ends3[1, k] = first + at_high * step
-        length = math.hypot(ends[2] - ends[0], ends[3] - ends[1])
+                first, step = cut[n, 0, k], cut[n, 1, k] - cut[n, 0, k]
+                cut[n, 0, k] = first + at_low * step
+                cut[n, 1, k] = first + at_high * step
+        length = math.hypot(seen[n, 2] - seen[n, 0], seen[n, 3] - seen[n, 1])
         if length <= 0.0:
             continue
-        kept[kept_count], lengths[kept_count] = i, length
-        kept_count += 1
-    return LinesInView(kept[:kept_count], seen[:kept_count], cut[:kept_count], lengths[:kept_count])
+        kept[n], lengths[n] = i, length
+        n += 1
+    return LinesInView(kept[:n], seen[:n], cut[:n], lengths[:n])
 
 
 @kernel()
@@ -110,24 +111,27 @@ def faces_towards(solid: Solid, centre: Floats) -> Flags:
 
 
 @kernel()
-def _line_turned(solid: Solid, towards: Flags, line: int) -> bool:
+def _line_turned(line_faces: Ints, smooth: Flags, two_sided: Flags, towards: Flags, line: int) -> bool:
     """Whether the faces beside a line let it be seen, other parts of the model apart."""
-    f, g = solid.line_faces[line, 0], solid.line_faces[line, 1]
-    if solid.smooth[line] and f >= 0 and g >= 0:
+    f, g = line_faces[line, 0], line_faces[line, 1]
+    if smooth[line] and f >= 0 and g >= 0:
         return bool(towards[f] != towards[g])
     if f < 0 and g < 0:
         return True
-    if f >= 0 and (towards[f] or solid.two_sided[f]):
+    if f >= 0 and (towards[f] or two_sided[f]):
         return True
-    return bool(g >= 0 and (towards[g] or solid.two_sided[g]))
+    return bool(g >= 0 and (towards[g] or two_sided[g]))
 
 
-@kernel()
-def _clipped(ends: Floats, bounds: Floats) -> tuple[float, float]:
-    """Part (from, to) of a segment [x1, y1, x2, y2] inside bounds [x0, y0, x1, y1]; from > to: none."""
+@kernel(error_model="numpy")
+def _clipped(ends: Floats, row: int, bounds: Floats) -> tuple[float, float]:
+    """Part (from, to) of one segment of (N, 4) [x1, y1, x2, y2] inside bounds [x0, y0, x1, y1].
+
+    From > to: none.
+    """
     low, high = 0.0, 1.0
     for k in range(2):
-        start, step = ends[k], ends[k + 2] - ends[k]
+        start, step = ends[row, k], ends[row, k + 2] - ends[row, k]
         if step == 0.0:
             if start < bounds[k] or start > bounds[k + 2]:
                 return 1.0, 0.0

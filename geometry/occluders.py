@@ -1,4 +1,4 @@
-"""The triangles of a model that can hide something: what each hides of a line, and where they are."""
+"""What of a model's lines its triangles hide from a camera."""
 
 import math
 from typing import NamedTuple
@@ -6,15 +6,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.triangle_tree import TriangleTree
 from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+Place = tuple[float, float, float]
 
-# Chosen by hand where nothing else is said.
-FEW = 64  # triangles that are looked through one by one; more are sorted into ...
-TILES_PER_SIDE = 32  # ... so many tiles across the lines' part of the image and down
+EDGE_ON = 1e-12  # of the model's diameter: a camera this near a triangle's plane sees nothing of it
 
 
 class Solid(NamedTuple):
@@ -28,7 +28,7 @@ class Solid(NamedTuple):
     leader: Ints
     place: Ints
     backwards: Flags
-    triangles: Ints
+    tree: TriangleTree
     triangle_face: Ints
     face_point: Floats
     face_normal: Floats
@@ -36,215 +36,112 @@ class Solid(NamedTuple):
     diameter: float
 
 
-@kernel()
-def occluders(
-    solid: Solid, towards: Flags, points: Floats, near: float, intrinsics: Floats
-) -> tuple[Floats, Floats]:
-    """Triangles that can hide something.
-
-    Returns
-    -------
-    planes : (K, 14), the inner normals of the cone's three sides, then unit normal and offset of the
-        triangle's plane, positive behind it, and the least depth.
-    boxes : (K, 4), bounds in the image; everything when a corner is not in front.
-    """
-    planes = np.empty((len(solid.triangles), 14))
-    boxes = np.empty((len(solid.triangles), 4))
-    count = 0
-    for i in range(len(solid.triangles)):
-        face = solid.triangle_face[i]
-        if not (towards[face] or solid.two_sided[face]):
-            continue
-        corners = solid.triangles[i]
-        if points[corners[0], 2] < near and points[corners[1], 2] < near and points[corners[2], 2] < near:
-            continue
-        row, box = planes[count], boxes[count]
-        for k in range(3):
-            a, b = corners[k], corners[(k + 1) % 3]
-            row[3 * k] = points[a, 1] * points[b, 2] - points[a, 2] * points[b, 1]
-            row[3 * k + 1] = points[a, 2] * points[b, 0] - points[a, 0] * points[b, 2]
-            row[3 * k + 2] = points[a, 0] * points[b, 1] - points[a, 1] * points[b, 0]
-        c = corners[2]
-        volume = row[0] * points[c, 0] + row[1] * points[c, 1] + row[2] * points[c, 2]
-        for k in range(3):
-            row[9 + k] = row[k] + row[3 + k] + row[6 + k]  # (b − a) × (c − a)
-        length = math.sqrt(row[9] * row[9] + row[10] * row[10] + row[11] * row[11])
-        if abs(volume) <= 1e-12 * length * solid.diameter:
-            continue  # seen edge-on
-        sign = 1.0 if volume > 0.0 else -1.0
-        for k in range(9):
-            row[k] *= sign
-        for k in range(9, 12):
-            row[k] *= sign / length
-        row[12] = abs(volume) / length
-        row[13] = min(points[corners[0], 2], points[corners[1], 2], points[c, 2])
-        box[0] = box[1] = np.inf
-        box[2] = box[3] = -np.inf
-        for k in range(3):
-            depth = points[corners[k], 2]
-            if depth < near:
-                box[0] = box[1] = -np.inf
-                box[2] = box[3] = np.inf
-                break
-            x = intrinsics[0] * points[corners[k], 0] / depth + intrinsics[2]
-            y = intrinsics[1] * points[corners[k], 1] / depth + intrinsics[3]
-            box[0], box[1] = min(box[0], x), min(box[1], y)
-            box[2], box[3] = max(box[2], x), max(box[3], y)
-        count += 1
-    return planes[:count], boxes[:count]
-
-
-@kernel()
-def hidden_part(plane: Floats, start: Floats, end: Floats, touch: float) -> tuple[float, float]:
-    """Interval (from, to) of the segment start–end that a triangle hides; from > to: nothing."""
-    low, high = 0.0, 1.0
-    for k in range(4):
-        at_start = plane[3 * k] * start[0] + plane[3 * k + 1] * start[1] + plane[3 * k + 2] * start[2]
-        at_end = plane[3 * k] * end[0] + plane[3 * k + 1] * end[1] + plane[3 * k + 2] * end[2]
-        if k == 3:
-            at_start -= plane[12] + touch
-            at_end -= plane[12] + touch
-        if at_start < 0.0:
-            if at_end < 0.0:
-                return 1.0, 0.0
-            low = max(low, at_start / (at_start - at_end))
-        elif at_end < 0.0:
-            high = min(high, at_start / (at_start - at_end))
-    return low, high
-
-
-class Tiles(NamedTuple):
-    """Which triangles lie over each tile of the image; see `tiled`.
-
-    Attributes
-    ----------
-    origin, size : (2,), where the first tile starts, and how large each is, px.
-    side : number of tiles across and down.
-    first : (side * side + 1,), where the triangles of each tile start in ``triangle``.
-    triangle : (K,), indices.
-    """
-
-    origin: Floats
-    size: Floats
-    side: int
-    first: Ints
-    triangle: Ints
-
-
-@kernel()
-def _tile(value: float, origin: float, size: float, side: int) -> int:
-    return int(min(max((value - origin) / size, 0.0), side - 1.0))
-
-
-@kernel()
-def tiled(boxes: Floats, low: Floats, high: Floats) -> Tiles:
-    """Sort triangles with image bounds (K, 4) into the tiles of a rectangle, ``low`` to ``high`` (2,), px."""
-    side = 1 if len(boxes) <= FEW else TILES_PER_SIDE
-    size = np.maximum(high - low, 1e-9) / side
-    first = np.zeros(side * side + 1, dtype=np.int64)
-    triangle = np.empty(0, dtype=np.int64)
-    for fill in range(2):
-        for k in range(len(boxes)):
-            box = boxes[k]
-            if box[0] > high[0] or box[2] < low[0] or box[1] > high[1] or box[3] < low[1]:
-                continue
-            for row in range(_tile(box[1], low[1], size[1], side), _tile(box[3], low[1], size[1], side) + 1):
-                left, right = _tile(box[0], low[0], size[0], side), _tile(box[2], low[0], size[0], side)
-                for column in range(left, right + 1):
-                    tile = row * side + column
-                    if fill == 0:
-                        first[tile + 1] += 1
-                    else:
-                        triangle[first[tile]] = k
-                        first[tile] += 1
-        if fill == 0:
-            first = np.cumsum(first)
-            triangle = np.empty(first[-1], dtype=np.int64)
-    for tile in range(side * side, 0, -1):  # filling has moved each start to its end
-        first[tile] = first[tile - 1]
-    first[0] = 0
-    return Tiles(low, size, side, first, triangle)
-
-
-@kernel()
-def near_line(tiles: Tiles, box: Floats, stamp: Ints, number: int, out: Ints) -> int:
-    """Count of the triangles in the tiles that a line's image bounds (4,) touch; they in ``out``, each once.
-
-    ``stamp`` (K,) remembers the ``number`` of the line a triangle was last listed for.
-    """
-    count = 0
-    origin, size, side = tiles.origin, tiles.size, tiles.side
-    left, right = _tile(box[0], origin[0], size[0], side), _tile(box[2], origin[0], size[0], side)
-    top, bottom = _tile(box[1], origin[1], size[1], side), _tile(box[3], origin[1], size[1], side)
-    for row in range(top, bottom + 1):
-        for column in range(left, right + 1):
-            tile = row * side + column
-            for m in range(tiles.first[tile], tiles.first[tile + 1]):
-                k = tiles.triangle[m]
-                if stamp[k] != number:
-                    stamp[k] = number
-                    out[count] = k
-                    count += 1
-    return count
-
-
 class Hiders(NamedTuple):
-    """What may hide lines, and room to work in.
+    """What may hide lines from one place.
 
     Attributes
     ----------
-    tiles, planes, boxes : see `tiled` and `occluders`.
-    stamp, listed : (K,), for `near_line`.
-    hidden : (K, 2), for the intervals of a line that are hidden.
+    tree : of the model's triangles.
+    before : (T,), how far the place is before each one's plane, negative on its other side, metres, in the
+        tree's order; 0 for those that are not seen from there.
+    centre : (3,), the place, target frame.
+    touch : how far behind a triangle a point is hidden, metres.
     """
 
-    tiles: Tiles
-    planes: Floats
-    boxes: Floats
-    stamp: Ints
-    listed: Ints
-    hidden: Floats
+    tree: TriangleTree
+    before: Floats
+    centre: Floats
+    touch: float
 
 
 @kernel()
-def hiders_of(
-    solid: Solid, towards: Flags, points: Floats, near: float, intrinsics: Floats, low: Floats, high: Floats
-) -> Hiders:
-    """What may hide lines that lie between ``low`` and ``high`` (2,) in the image; see `occluders`."""
-    planes, boxes = occluders(solid, towards, points, near, intrinsics)
-    count = len(planes)
-    return Hiders(
-        tiled(boxes, low, high),
-        planes,
-        boxes,
-        np.full(count, -1, dtype=np.int64),
-        np.empty(count, dtype=np.int64),
-        np.empty((count, 2)),
-    )
+def hiders_of(solid: Solid, towards: Flags, centre: Floats, touch: float) -> Hiders:
+    """What may hide lines from a camera's centre (3,), target frame; ``towards`` (F,) of the faces."""
+    tree, faces, two_sided = solid.tree, solid.triangle_face, solid.two_sided
+    triangle, plane, edge_on = tree.triangle, tree.plane, EDGE_ON * solid.diameter
+    before, x, y, z = np.zeros(len(triangle)), centre[0], centre[1], centre[2]
+    for n in range(len(triangle)):
+        face = faces[triangle[n]]
+        if towards[face] or two_sided[face]:
+            away = plane[n, 0] * x + plane[n, 1] * y + plane[n, 2] * z - plane[n, 3]
+            before[n] = away if abs(away) > edge_on else 0.0
+    return Hiders(tree, before, centre, touch)
 
 
-@kernel()
-def hidden_parts(hiders: Hiders, ends: Floats, ends3: Floats, touch: float, number: int) -> int:
-    """How many intervals of a line are hidden, which are then in ``hiders.hidden``.
+@kernel(error_model="numpy")
+def hidden_parts(hiders: Hiders, start: Floats, end: Floats, hidden: Floats) -> int:
+    """How many intervals of a line, from 0 at its start to 1, are hidden: the first of ``hidden`` (T, 2).
 
-    Parameters
-    ----------
-    ends, ends3 : (4,) px and (2, 3) metres, in the image and in the camera frame.
-    number : of the line, another one for each.
+    Triangles are looked for in the triangle that the camera spans with the line's ends (3,), target frame:
+    boxes that lie on one side of its plane, or beside it in that plane, hold none that hides. It ends just
+    before the line: what touches that does not hide it.
     """
-    span = np.array(
-        [min(ends[0], ends[2]), min(ends[1], ends[3]), max(ends[0], ends[2]), max(ends[1], ends[3])]
-    )
-    farthest, count = max(ends3[0, 2], ends3[1, 2]), 0
-    for m in range(near_line(hiders.tiles, span, hiders.stamp, number, hiders.listed)):
-        k = hiders.listed[m]
-        box = hiders.boxes[k]
-        if hiders.planes[k, 13] > farthest or box[0] > span[2] or box[2] < span[0]:
+    tree, centre, before, touch, count = hiders.tree, hiders.centre, hiders.before, hiders.touch, 0
+    boxes, after, first, last, plane = tree.boxes, tree.after, tree.first, tree.last, tree.plane
+    cx, cy, cz = centre[0], centre[1], centre[2]
+    ax, ay, az = start[0] - cx, start[1] - cy, start[2] - cz
+    bx, by, bz = end[0] - cx, end[1] - cy, end[2] - cz
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    lx, ly, lz = ny * az - nz * ay, nz * ax - nx * az, nx * ay - ny * ax  # inwards from the side of the start
+    rx, ry, rz = by * nz - bz * ny, bz * nx - bx * nz, bx * ny - by * nx  # and of the end
+    farthest = math.sqrt(max(ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz))
+    near = max(0.0, 1.0 - touch / farthest)
+    low_x, high_x = near * min(ax, bx, 0.0), near * max(ax, bx, 0.0)
+    low_y, high_y = near * min(ay, by, 0.0), near * max(ay, by, 0.0)
+    low_z, high_z = near * min(az, bz, 0.0), near * max(az, bz, 0.0)
+    box = 0
+    while box < len(after):
+        x, y, z = boxes[box, 0] - cx, boxes[box, 1] - cy, boxes[box, 2] - cz
+        hx, hy, hz = boxes[box, 3], boxes[box, 4], boxes[box, 5]
+        if (
+            abs(nx * x + ny * y + nz * z) > abs(nx) * hx + abs(ny) * hy + abs(nz) * hz
+            or x + hx < low_x or x - hx > high_x or y + hy < low_y or y - hy > high_y
+            or z + hz < low_z or z - hz > high_z
+            or lx * x + ly * y + lz * z < -(abs(lx) * hx + abs(ly) * hy + abs(lz) * hz)
+            or rx * x + ry * y + rz * z < -(abs(rx) * hx + abs(ry) * hy + abs(rz) * hz)
+        ):  # fmt: skip
+            box = after[box]
             continue
-        if box[1] > span[3] or box[3] < span[1]:
-            continue
-        low, high = hidden_part(hiders.planes[k], ends3[0], ends3[1], touch)
-        if low <= high:
-            hiders.hidden[count, 0], hiders.hidden[count, 1] = low, high
-            count += 1
+        for n in range(first[box], last[box]):
+            away = before[n]
+            if away == 0.0:
+                continue
+            sign = -1.0 if away > 0.0 else 1.0
+            x, y, z = sign * plane[n, 0], sign * plane[n, 1], sign * plane[n, 2]
+            behind_a = x * ax + y * ay + z * az - abs(away) - touch
+            behind_b = x * bx + y * by + z * bz - abs(away) - touch
+            if behind_a < 0.0 and behind_b < 0.0:
+                continue
+            low, high = 0.0, 1.0
+            if behind_a < 0.0:
+                low = behind_a / (behind_a - behind_b)
+            elif behind_b < 0.0:
+                high = behind_a / (behind_a - behind_b)
+            low, high = _in_cone(tree.corners[n], (cx, cy, cz), (ax, ay, az), (bx, by, bz), sign, low, high)
+            if low <= high:
+                hidden[count, 0], hidden[count, 1] = low, high
+                count += 1
+        box += 1
     return count
+
+
+@kernel(error_model="numpy", inline="always")
+def _in_cone(
+    corners: Floats, centre: Place, a: Place, b: Place, sign: float, low: float, high: float
+) -> tuple[float, float]:
+    """What of a part of a line lies in the cone of a triangle (3, 3); from > to: nothing.
+
+    ``a``, ``b`` are the line's ends, seen from the camera's centre; ``sign`` is -1 where the corners go
+    round the other way.
+    """
+    for i in range(3):
+        j = (i + 1) % 3
+        px, py, pz = corners[i, 0] - centre[0], corners[i, 1] - centre[1], corners[i, 2] - centre[2]
+        qx, qy, qz = corners[j, 0] - centre[0], corners[j, 1] - centre[1], corners[j, 2] - centre[2]
+        x, y, z = sign * (py * qz - pz * qy), sign * (pz * qx - px * qz), sign * (px * qy - py * qx)
+        within_a, within_b = x * a[0] + y * a[1] + z * a[2], x * b[0] + y * b[1] + z * b[2]
+        if within_a < 0.0:
+            low = max(low, within_a / (within_a - within_b)) if within_b >= 0.0 else 2.0
+        elif within_b < 0.0:
+            high = min(high, within_a / (within_a - within_b))
+    return low, high

@@ -13,6 +13,7 @@ from geometry.hidden_lines import trace
 from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
+from geometry.triangle_tree import tree_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -51,9 +52,9 @@ class Samples(NamedTuple):
 @lru_cache(maxsize=8)
 def solid_of(model: Model) -> Solid:
     """Arrays of a model for `trace`; shared, not to be written to."""
-    found = arcs(model)
+    found, vertices = arcs(model), np.ascontiguousarray(model.vertices, dtype=np.float64)
     return Solid(
-        np.ascontiguousarray(model.vertices, dtype=np.float64),
+        vertices,
         np.ascontiguousarray(model.lines, dtype=np.int64),
         np.ascontiguousarray(model.line_faces, dtype=np.int64),
         np.ascontiguousarray(model.smooth, dtype=np.bool_),
@@ -61,7 +62,7 @@ def solid_of(model: Model) -> Solid:
         found.leader,
         found.place,
         found.backwards,
-        np.ascontiguousarray(model.triangles, dtype=np.int64),
+        tree_of(vertices, np.ascontiguousarray(model.triangles, dtype=np.int64), model.diameter),
         np.ascontiguousarray(model.triangle_face, dtype=np.int64),
         np.array([model.vertices[face[0]] for face in model.faces]),
         np.ascontiguousarray(model.face_normals, dtype=np.float64),

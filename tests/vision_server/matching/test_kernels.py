@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from geometry.model import find_target, load_model
 from geometry.pose import Pose, disturbed
-from geometry.visibility import solid_of, visible_samples
+from geometry.visibility import visible_samples
 from tests.vision_server.matching_scenes import CAMERA, segments_of
 from vision_server.matching.draws import even_numbers, in_range, poses_around, poses_in_range
 from vision_server.matching.icp import SIGNIFICANCE, SUM, TURN, Lookup, Merit, align, score_poses
@@ -206,7 +206,7 @@ def test_a_big_model_keeps_its_longest_lines_and_all_that_hides() -> None:
     )
     solid = sparse_solid(big)
     assert len(solid.lines) == MOST_LINES
-    assert len(solid.triangles) == len(solid_of(SATELLITE).triangles)
+    assert len(solid.tree.triangle) == len(SATELLITE.triangles)
     length = np.linalg.norm(np.diff(SATELLITE.vertices[SATELLITE.lines], axis=1)[:, 0], axis=1)
     kept = np.linalg.norm(np.diff(solid.vertices[solid.lines], axis=1)[:, 0], axis=1)
     assert kept.min() > length.min()
