@@ -13,7 +13,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from geometry.model import Model
 from geometry.pose import Pose
@@ -65,6 +64,8 @@ def other_ways(model: Model) -> tuple[Model, ...]:
 
 def _same(one: Model, other: Model) -> bool:
     """Whether two models have the same corners."""
+    from scipy.spatial import cKDTree  # late: few sessions need it, and it takes a quarter of a start
+
     apart, _ = cKDTree(other.vertices).query(one.vertices)
     return float(apart.max()) <= SAME * one.diameter
 

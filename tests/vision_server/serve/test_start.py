@@ -31,6 +31,10 @@ def test_what_has_no_kernel_does_without_numba(root: Path, modules: str) -> None
     run(root, f"import sys, {modules}\nassert 'numba' not in sys.modules")
 
 
+def test_a_session_does_not_wait_for_scipy_s_parts(root: Path) -> None:
+    run(root, "import sys, vision_server.serve.server\nassert 'scipy.spatial' not in sys.modules")
+
+
 ESTIMATE = """
 from pathlib import Path
 
