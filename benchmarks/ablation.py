@@ -41,13 +41,14 @@ from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose, disturbed
+from vision_server import pipeline
 from vision_server.channels.gradients import SCALES_PX
 from vision_server.channels.image_files import read_grey
 from vision_server.channels.tone import file_tone
 from vision_server.image_set import ImageSet
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
-from vision_server.pose import line_scales, observation, ranking
+from vision_server.pose import line_scales, observation, ranking, rivals, settling
 from vision_server.pose.stretch import stretched
 from vision_server.segments import extraction
 from vision_server.serve.inputs import read_camera
@@ -87,8 +88,10 @@ ROWS: dict[str, tuple[Patch, ...]] = {
     "filters as wide as the blur": ((observation, "FILTER_OF", np.arange(len(SCALES_PX))),),
     "lines as sharp as they seem": ((line_scales, "_raise_to_median", lambda *_: None),),
     "no centring": ((extraction, "centre_lines", lambda ends, *_: ends),),
-    "no near symmetries": ((ranking, "near_symmetries", lambda _: ()),),
+    "no near symmetries": tuple((module, "near_symmetries", lambda _: ()) for module in (ranking, rivals)),
     "no pulls of neighbours": ((observation, "neighbour_pulls", no_pulls),),
+    "no last step": ((pipeline, "settled", lambda _: None),),
+    "no stretch in the last step": ((settling, "STRETCHES", ()),),
 }
 
 

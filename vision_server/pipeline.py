@@ -22,14 +22,16 @@ from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
 from vision_server.matching import MATCHERS, Anywhere, Hypothesis, SearchRange, match_genetic
 from vision_server.matching.draws import in_range_of
-from vision_server.matching.match import distinct, ideal_segments, worth_refining
+from vision_server.matching.match import ideal_segments, worth_refining
 from vision_server.matching.search import match_near
 from vision_server.pose.all_sides import of_most_evidence
-from vision_server.pose.alternatives import PoseChance, chances, image_of, without_free_turn
+from vision_server.pose.alternatives import PoseChance, chances, without_free_turn
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.other_hand import Matcher, the_other_way
-from vision_server.pose.ranking import TURNED_NATS, Refined, best_first, nowhere, turned
+from vision_server.pose.ranking import Refined, best_first, nowhere
+from vision_server.pose.rivals import rivals_of
+from vision_server.pose.settling import settled
 from vision_server.pose.spun import unseen_turns
 from vision_server.pose.stretch import misfit
 from vision_server.pose.support import LineSupport, PoseSupport
@@ -205,7 +207,13 @@ def pose_of_segments(
         refined = best_first(problem, worth, spin_rad=spin_rad, searched=searched)
     symmetry = symmetry_of(model) if anywhere or model.smooth.any() else ASYMMETRIC
     match = partial(match_near, ideal_segments(endpoints, camera), camera, settings.seed)
-    estimate = _best(refined, symmetry, match, searched)
+    estimate = Estimate()
+    if refined:
+        rivals = rivals_of(refined, symmetry, searched)
+        first, last = refined[0], settled(refined[0])
+        refined[0] = first if last is None else last.best
+        covariance = pose_covariance(first.solution) if last is None else last.covariance
+        estimate = _judged(first, refined[0], covariance, rivals, symmetry, match)
     if isinstance(seed_pose, Anywhere):
         estimate = _with_poses(estimate, refined, symmetry, partial(seed_pose.allows, middle=model.middle))
         if estimate.pose is not None:
@@ -244,31 +252,24 @@ def _matched(
     return matcher(ends, model, camera, seed_pose, settings.seed, settings.search_range)
 
 
-def _best(
-    found: list[Refined], symmetry: Symmetry, match: Matcher, searched: Callable[[Pose], bool]
+def _judged(
+    first: Refined,
+    best: Refined,
+    covariance: Floats,
+    rivals: list[tuple[Pose, PoseSupport, float]],
+    symmetry: Symmetry,
+    match: Matcher,
 ) -> Estimate:
-    if not found:
-        return Estimate()
-    keep = distinct(
-        np.array([one.pose.matrix for one in found]),
-        np.array([one.pose.translation for one in found]),
-        np.arange(len(found), 0.0, -1.0),
-        len(found),
-    )
-    best = found[keep[0]]
-    others = [found[index] for index in keep[1:]]
-    rivals = [(pose, support, TURNED_NATS) for pose, support in turned(best, searched)]
-    rivals += [(one.pose, one.support, 0.0) for one in others if not image_of(one.pose, best.pose, symmetry)]
-    covariance = pose_covariance(best.solution)
+    """What there is to say about a refined pose, ``first``, that the last step has taken to ``best``."""
     spread = uncertainty(without_free_turn(covariance, best.pose, symmetry), best.pose.translation)
     unclear = ambiguity(best.support, [(support, prior) for _, support, prior in rivals])
     score = confidence(best.support, unclear, spread)
     if score < LEAST_SCORE:
         return Estimate()
-    doubt = misfit(best) if score >= WORTH_DOUBTING else None
+    doubt = misfit(first) if score >= WORTH_DOUBTING else None
     score = confidence(best.support, unclear, spread, doubt)
     if doubt is not None and score >= WORTH_TURNING:
-        doubt = replace(doubt, otherwise=the_other_way(best, match))
+        doubt = replace(doubt, otherwise=the_other_way(first, match))
         score = confidence(best.support, unclear, spread, doubt)
         unclear = min(1.0, max(unclear, doubt.otherwise))
     return Estimate(

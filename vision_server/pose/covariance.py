@@ -32,9 +32,14 @@ def pose_covariance(solution: Solution) -> Floats:
     the lines (integral of their autocorrelation, in samples), its covariance is A^-1 (L sum W^2 v K K' +
     sum_lines g g') A^-1, where g = sum over a line of W b K.
     """
-    turn = np.eye(6)  # of steps about the turning point into steps about the camera: dt = v + centre x w
-    turn[3:, :3] = cross_matrix(solution.observation.centre)
-    covariance = turn @ unknowns_of(solution)[1][:6, :6] @ turn.T
+    return about_camera(unknowns_of(solution)[1][:6, :6], solution.observation.centre)
+
+
+def about_camera(covariance: Floats, centre: Floats) -> Floats:
+    """Covariance (6, 6) of left-multiplied steps, from that of steps that turn about ``centre``."""
+    turn = np.eye(6)  # dt = v + centre x w
+    turn[3:, :3] = cross_matrix(centre)
+    covariance = turn @ covariance @ turn.T
     return np.asarray(0.5 * (covariance + covariance.T))
 
 

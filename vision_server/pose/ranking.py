@@ -30,8 +30,7 @@ SETTLED_PX = 0.03  # a step that moves no line farther is the last one
 CLEAR_QUALITY = 2.0  # from here on, nothing beside the pose can be as good
 BESIDE = 6  # starts that are looked at beside the best pose
 BESIDE_ROUNDS = 3  # and again when that has found a better one
-TURNED_NATS = 10.0  # of evidence, that a target is turned as its seed pose says (chosen by hand)
-ROUGHLY_NATS = 10.0  # that fewer samples may miss
+ROUGHLY_NATS = 10.0  # of evidence, that fewer samples may miss
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,28 +176,6 @@ def finished(rough: Refined) -> Refined:
     """A coarsely refined pose, refined to the end."""
     fine = refined(rough.problem, rough.pose, FINE_REACHES_PX, rough.spacing_px)
     return rough if fine is None else fine
-
-
-def turned(best: Refined, searched: Callable[[Pose], bool]) -> list[tuple[Pose, PoseSupport]]:
-    """Turns of a target that is nearly symmetric which explain the images as well as ``best``, or better.
-
-    Those outside the search range: `best_first` has looked at the others. A seed pose that is turned wrongly
-    leads to a pose that fits most lines; the others tell. Where no image shows these, the seed pose is
-    believed.
-    """
-    found = []
-    for turn in near_symmetries(best.problem.model):
-        pose, support = best.pose.compose(turn), None
-        if searched(pose):
-            continue
-        for coarser, slack in ((COARSER, ROUGHLY_NATS), (1.0, 0.0)):
-            support = support_at(best.problem, pose, coarser * best.spacing_px)
-            if support is None or support.evidence <= best.support.evidence - slack:
-                break
-        else:
-            assert support is not None
-            found.append((pose, support))
-    return found
 
 
 def add_beside(found: list[Refined]) -> None:

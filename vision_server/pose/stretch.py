@@ -78,7 +78,7 @@ def stretched(model: Model, strain: Floats) -> Model:
     return replace(model, vertices=vertices, face_normals=face_normals(vertices, model.faces))
 
 
-def _of_strain(samples: Samples, jacobian: Floats, model: Model, pose: Pose) -> Floats:
+def motion_of_strains(samples: Samples, jacobian: Floats, model: Model, pose: Pose) -> Floats:
     """Motion of samples along their normals, px per unit of each of STRAINS, (N, 6)."""
     aside = samples.points - model.middle
     return np.asarray(np.einsum("ni,kij,nj->nk", jacobian[:, 3:] @ pose.matrix, STRAINS, aside))
@@ -87,7 +87,7 @@ def _of_strain(samples: Samples, jacobian: Floats, model: Model, pose: Pose) -> 
 def _strain(model: Model, solution: Solution, count: int = 6) -> tuple[Floats, Floats]:
     """The first so many STRAINS that bring the lines onto their edge points, with their covariance."""
     seen = solution.observation
-    rates = _of_strain(seen.samples, seen.jacobian, model, solution.pose)[:, :count]
+    rates = motion_of_strains(seen.samples, seen.jacobian, model, solution.pose)[:, :count]
     step, covariance = unknowns_of(solution, rates, np.full(count, STRETCH_SD))
     return step[-count:], covariance[-count:, -count:]
 
@@ -104,7 +104,7 @@ def _scanned(best: Refined) -> list[tuple[Floats, Pose]]:
     holds[[one.line for one in best.support.lines if one.support >= HELD]] = True
     held[~holds[line]] = 0.0
     prior = prior_precision(float(np.linalg.norm(pose.translation)), 1.0)[:6]
-    rates = _of_strain(near.samples, rows, model, pose)
+    rates = motion_of_strains(near.samples, rows, model, pose)
     kept = -np.linalg.solve(
         (rows * held[:, None]).T @ rows + np.diag(prior), rows.T @ (held[:, None] * rates)
     )

@@ -6,7 +6,7 @@ import pytest
 from geometry.model import Model, find_target, load_model
 from tests.vision_server.synthetic import CAMERA, POSE, SIZE_M, boxes, linear_picture, one_image, photographed
 from vision_server.pipeline import Estimate, estimate_pose
-from vision_server.pose import ranking
+from vision_server.pose import ranking, rivals
 from vision_server.pose.other_hand import changed, other_ways
 from vision_server.pose.stretch import stretched
 from vision_server.pose.trust import confidence
@@ -50,7 +50,8 @@ def test_a_mirrored_model_whose_back_fits_is_not_believed(part: Model) -> None:
 def test_a_model_whose_front_lies_where_the_part_has_its_plain_back_is_not_believed(
     plate: Model, way: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ranking, "near_symmetries", lambda _: ())  # a turned rival alone says as much
+    for module in (ranking, rivals):  # a turned rival alone says as much
+        monkeypatch.setattr(module, "near_symmetries", lambda _: ())
     found = estimated(changed(plate, np.diag(way)), plate)
     assert found.support is not None
     assert found.misfit is not None

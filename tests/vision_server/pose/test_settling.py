@@ -1,0 +1,118 @@
+"""The last step of a pose: lines that are off as wholes, and parts whose axes are not the model's."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from experiments.kinds.estimate import normalised_error_squared
+from geometry.model import Model
+from geometry.pose import disturbed
+from tests.vision_server.refined_poses import channels_of
+from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
+from vision_server.pose.courses import FLAT_SHARE, SPREAD_PX, UNKNOWNS, Courses, courses_of
+from vision_server.pose.observation import PoseProblem, observe
+from vision_server.pose.ranking import Refined, best_first
+from vision_server.pose.sampling import spacing_for
+from vision_server.pose.settling import agreed, settled
+from vision_server.pose.stretch import stretched
+from vision_server.pose.weights import base_weights
+
+GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
+PRIOR = np.r_[np.full(3, 0.3), np.full(3, 0.05), 0.01, 0.8] ** -2.0
+
+
+def found(part: Model, model: Model, seed: int) -> Refined:
+    """Where refinement ends on a picture of a part."""
+    random = np.random.default_rng(seed)
+    pixels = photographed(linear_picture(part, CAMERA, POSE, GREYS), seed=seed)
+    start = disturbed(POSE, random, 1.0, 1.5, CAMERA.fx)
+    return best_first(PoseProblem.at_scale(channels_of(pixels), model, CAMERA), [start])[0]
+
+
+def drawn_courses(count: int, seed: int) -> tuple[Courses, NDArray[np.float64]]:
+    """Lines that say where they are to a fiftieth of a pixel, and the unknowns that they agree on."""
+    random = np.random.default_rng(seed)
+    motion = random.normal(0.0, 1.0, (count, 2, UNKNOWNS)) * 300.0
+    motion[:, :, 6:] = 0.0
+    true = np.zeros(UNKNOWNS)
+    true[:6] = random.normal(0.0, 0.003, 6)
+    noise = np.tile(0.02**2 * np.eye(2), (count, 1, 1))
+    place = motion @ true + random.normal(0.0, 0.02, (count, 2))
+    return Courses(place, motion, noise, np.full(count, SPREAD_PX), np.ones(count)), true
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_lines_that_lie_on_shadows_do_not_outvote_those_that_agree(seed: int) -> None:
+    courses, true = drawn_courses(12, seed)
+    step, covariance = agreed(courses, PRIOR)
+    courses.place[:3] += (2.5, 0.0)
+    moved_step, moved_covariance = agreed(courses, PRIOR)
+    off = np.sqrt(np.mean((courses.motion[3:] @ (moved_step - true)) ** 2))
+    plainly = np.linalg.lstsq(courses.motion[:, :, :6].reshape(-1, 6), courses.place.ravel(), rcond=None)[0]
+    assert off < 0.1  # px
+    assert np.sqrt(np.mean((courses.motion[3:, :, :6] @ (plainly - true[:6])) ** 2)) > 0.2
+    assert np.trace(moved_covariance[:6, :6]) > np.trace(covariance[:6, :6])
+    np.testing.assert_allclose(courses.motion @ step, courses.motion @ true, atol=0.15)
+
+
+def test_the_course_of_a_line_is_the_weighted_straight_line_through_its_edge_points(model: Model) -> None:
+    """And the motion of its unknowns is theirs under the same weights."""
+    best = found(model, model, 1)
+    spacing = spacing_for(model, CAMERA, best.pose)
+    seen = observe(best.problem, best.pose, 3.0, spacing)
+    more = np.random.default_rng(0).normal(size=(len(seen.along), 2))
+    base = base_weights(seen)
+    courses = courses_of(seen, more)
+    line, number = seen.samples.line, 0
+    for own in np.unique(line):
+        (at,) = np.nonzero((line == own) & (base[0] > 0))
+        if len(at) < 2:
+            continue
+        t = np.stack([np.ones(len(at)), seen.along[at]])
+        residual, weight = np.zeros(len(at)), base[0, at]
+        for round_ in range(4):
+            cut = 1.5 if round_ == 0 else max(0.55, 4.685 * 1.4826 * np.median(np.abs(residual[weight > 0])))
+            weight = base[0, at] * np.maximum(0.0, 1.0 - (residual / cut) ** 2) ** 2
+            normal = (t * weight) @ t.T + FLAT_SHARE * weight.sum() * np.eye(2)
+            course = np.linalg.solve(normal, (t * weight) @ seen.offset[0, at])
+            residual = seen.offset[0, at] - course @ t
+        rows = np.hstack([seen.jacobian, seen.nuisance[0], more])[at]
+        np.testing.assert_allclose(courses.place[number], course, atol=1e-9)
+        np.testing.assert_allclose(
+            courses.motion[number], np.linalg.solve(normal, (t * weight) @ rows), rtol=1e-6, atol=1e-6
+        )
+        number += 1
+    assert number == len(courses.share) == 9
+
+
+def test_a_part_whose_axes_are_half_a_percent_off_is_where_it_is_seen(model: Model) -> None:
+    part = stretched(model, np.array([0.008, -0.007, 0.0]))
+    errors, squares = [], []
+    for seed in range(4):
+        best = found(part, model, seed)
+        last = settled(best)
+        assert last is not None
+        errors.append([one.pose.error_to(POSE).rotation_deg for one in (best, last.best)])
+        squares.append(normalised_error_squared(last.best.pose, last.covariance, POSE))
+    before, after = np.mean(errors, axis=0)
+    assert after < 0.5 * before, errors
+    assert np.mean(squares) < 12.0
+
+
+def test_a_part_that_is_as_its_model_stays_where_it_was_found(model: Model) -> None:
+    squares = []
+    for seed in range(6):
+        best = found(model, model, seed)
+        last = settled(best)
+        assert last is not None
+        assert last.best.pose.error_to(best.pose).rotation_deg < 0.1
+        squares.append(normalised_error_squared(last.best.pose, last.covariance, POSE))
+    assert np.mean(squares) < 10.0
+
+
+def test_nothing_to_hold_on_to_settles_nothing(model: Model) -> None:
+    best = found(model, model, 0)
+    dark = replace(best.problem, channels=channels_of(np.zeros((240, 320), dtype=np.uint8)))
+    assert settled(replace(best, problem=dark)) is None
