@@ -12,8 +12,8 @@ intensities on both sides of an edgel in each channel, at reference exposure, an
 - *noise*: r = 0.
 
 All of it up to noise, and to what surfaces do to r beside their edges. Where the lights' levels are known,
-exactly one of them is blocked at a shadow's end (`edges.blocked`). Neighbours on one edge are of one kind
-(`edges.along`). `edges.likelihoods` states the densities,
+exactly one of them is blocked at a shadow's end (`edges.each_light`, `edges.blocked`). Neighbours on one
+edge are of one kind (`edges.along`). `edges.likelihoods` states the densities,
 `fit_kinds` is EM: how likely each edgel is of each kind, given how frequent the kinds are (E-step), and how
 frequent they are, given that (M-step). The orientations of the channels are mixed before (`edges.mixture`).
 """

@@ -1,7 +1,7 @@
 """How likely each kind of edge is by what the channels show on both sides of an edgel: the densities.
 
 What each kind answers to lights is in `edges.kinds`; what is blocked where the lights are known in
-`edges.blocked`.
+`edges.each_light`, and where there are fewer images than lights in `edges.blocked`.
 """
 
 from __future__ import annotations
@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.edges.blocked import FLAT_SD, one_blocked, several_less_crease, shadow_of_one
+from vision_server.edges.blocked import FLAT_SD, one_blocked, shadow_of_one
 from vision_server.edges.densities import Scatter, either, logarithms, normal, sum_of_logs
+from vision_server.edges.each_light import less_crease
 from vision_server.edges.light_parts import lights_of, parts_of
 from vision_server.edges.sides import Sides
 
@@ -35,7 +36,7 @@ SIDE_STEEPNESS = 2.0  # how surely the side that changed tells shadow from highl
 MOST_STEEP = 30.0  # the logarithm of how surely: more changes no density and runs out of float32
 RARER_HIGHLIGHT = 4.0  # of its logarithm, where known lights tell shadows: the rest is rather crease
 BLOCK = 16384  # edgels at a time: what is worked out of more goes through memory, at half the speed
-RARER_ALIKE = 4.0  # of the logarithm of an outline before a surface that is alike in what light reaches both
+RARER_ALIKE = 6.0  # of the logarithm of an outline before a surface that is alike in what light reaches both
 
 
 def likelihoods(sides: Sides, background: float, levels: NDArray[np.float64] | None = None) -> Floats:
@@ -76,17 +77,29 @@ def _of_block(sides: Sides, background: float, levels: NDArray[np.float64] | Non
     found[NOISE] = either(constant.about_a_mean(FAINT_SD), uneven) - np.log(2.0)
     found[SHADOW], found[HIGHLIGHT] = _touched(logs, ratio, noise)
     if levels is None:
-        steady, _ = one_blocked(sides, logs, noise, np.ones(len(ratio)))
+        steady = one_blocked(sides, logs, noise, np.ones(len(ratio)))
         found[SHADOW] = either(found[SHADOW], steady) - np.log(2.0)
     else:
         lights = lights_of(levels)
-        parts = parts_of(sides, lights)
-        found[SHADOW] = shadow_of_one(sides, logs, noise, lights, parts)
         found[HIGHLIGHT] -= RARER_HIGHLIGHT
-        if parts is not None:
-            before = np.where(parts.known[0], found[CREASE] + several_less_crease(parts), -np.inf)
-            found[OUTLINE] = either(found[OUTLINE], before - RARER_ALIKE)
+        found[SHADOW], before = _known_lights(sides, logs, noise, lights, found[CREASE])
+        found[OUTLINE] = either(found[OUTLINE], before - RARER_ALIKE)
     return found
+
+
+def _known_lights(
+    sides: Sides, logs: Floats, noise: Floats, lights: NDArray[np.float64], crease: Floats
+) -> tuple[Floats, Floats]:
+    """Log-likelihoods (N,) of a shadow's end, and of an outline before a surface that is alike."""
+    parts = parts_of(sides, lights)
+    if parts is None:
+        return shadow_of_one(sides, logs, noise, lights), np.full_like(crease, -np.inf)
+    shadow, outline = (crease + found for found in less_crease(parts))
+    other = np.flatnonzero(~parts.known[0])
+    if len(other):
+        shadow[other] = shadow_of_one(sides.of(other), logs[..., other], noise[:, other], lights)
+        outline[other] = -np.inf
+    return shadow, outline
 
 
 def _touched(logs: Floats, ratio: Floats, noise: Floats) -> tuple[Floats, Floats]:

@@ -49,7 +49,7 @@ class Sides(NamedTuple):
     known: NDArray[np.bool_]
     dark: float = DARK_GREY
 
-    def of(self, edgels: slice) -> Sides:
+    def of(self, edgels: slice | NDArray[np.int64]) -> Sides:
         """Those of some of the edgels."""
         return self._replace(
             near=self.near[..., edgels],

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vision_server.edges.each_light import less_crease
 from vision_server.edges.light_parts import lights_of, parts_of
-from vision_server.edges.likelihoods import CREASE, OUTLINE, PRINT, SHADOW, likelihoods
+from vision_server.edges.likelihoods import CREASE, FIXED, PRINT, SHADOW, likelihoods
 from vision_server.edges.sides import Sides
 
 LEVELS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.6, 0.6]])
@@ -54,12 +55,28 @@ def test_one_light_that_is_blocked_is_a_shadow(blocked: int, levels: np.ndarray)
     assert kind_of(shown(right, LEFT, levels), levels) == SHADOW
 
 
-@pytest.mark.parametrize("blocked", [[0, 2], [1, 2], [0, 1, 2]], ids=str)
-def test_two_lights_do_not_end_at_one_place_but_behind_an_outline(blocked: list[int]) -> None:
-    right = LEFT.copy()
-    right[blocked] = 0.0
-    assert kind_of(shown(LEFT, right)) == OUTLINE
-    assert kind_of(shown(right, LEFT)) == OUTLINE
+def test_two_shadows_may_end_at_one_place() -> None:
+    left, right = LEFT.copy(), LEFT.copy()
+    left[0] = right[2] = 0.0
+    assert kind_of(shown(left, right)) == SHADOW
+    left[0], left[2] = LEFT[0], 0.3 * LEFT[2]
+    right[0] = 0.0
+    right[2] = LEFT[2]
+    assert kind_of(shown(left, right)) == SHADOW
+
+
+def test_three_shadows_do_not_end_at_one_place() -> None:
+    right = LEFT * [0.0, 0.0, 0.0, 1.0]
+    assert kind_of(shown(LEFT, right)) in FIXED
+    assert kind_of(shown(right, LEFT)) in FIXED
+
+
+def test_behind_an_outline_the_light_that_is_left_may_be_the_same() -> None:
+    for change in (1.0, 0.5):
+        parts = parts_of(shown(LEFT, LEFT * [0.0, 0.0, 1.0, change]), lights_of(LEVELS))
+        assert parts is not None
+        outline = less_crease(parts)[1]
+        assert (outline > 0.0) == (change == 1.0)
 
 
 def test_a_light_of_which_half_is_left_is_not_blocked() -> None:
