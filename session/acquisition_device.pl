@@ -100,6 +100,7 @@ carry_out(connect, session(Device, Threshold, Limit)) :-
     begin(Args, Result),
     server_started,
     show(Options, model(Result.model)),
+    told_of_unknown_places(Options, Result.describe.lights),
     device_term(Result.describe, Device),
     option(controller_file(File), Options),
     check_against_device(File, Device),
@@ -207,6 +208,13 @@ stood(after(N, All), _{moves:Moves}) :-
         integer(Health.get(moves)),
         Moves is N + max(0, Health.moves - All)
     ).
+
+%   Once, what a prediction does without.
+told_of_unknown_places(Options, Lights) :-
+    findall(Name,
+            ( member(Light, Lights), \+ ( get_dict(position, Light, Place), is_list(Place) ), get_dict(name, Light, Name) ),
+            Names),
+    ( Names == [] -> true ; show(Options, unknown_places(Names)) ).
 
 %   An image under other settings than were asked for: a recorded frame, a light that died.  Said once.
 told_of_others(Image, settings(Levels, Shutter, Aperture), Applied) :-

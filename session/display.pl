@@ -112,6 +112,9 @@ session_message(connected(Device)) -->
     { device_words(Device, Words) },
     [ '  ~w'-[Words] ],
     head(Device).
+session_message(unknown_places(Lights)) -->
+    { atomic_list_concat(Lights, ', ', Names) },
+    [ '  `position` of ~w is not told: such a light is expected to light all faces alike, until images tell'-[Names] ].
 session_message(step(Device, Step)) -->
     { table_is_live },
     !,

@@ -1,11 +1,16 @@
 """Sessions on a stack of recorded frames, none of which strategies ask for by their settings."""
 
 import json
+import shutil
 import subprocess
 import sys
+import tomllib
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+import tomli_w
 
 from stack.read import recorded_frames
 from tests.session.command import ROOT, cut, steps_of
@@ -34,6 +39,34 @@ def test_every_strategy_is_served_and_it_is_said_once(recorded: Path, tmp_path: 
     assert result["status"] == "converged"
     taken = recorded_frames(tmp_path / "run" / "images").values()
     assert len({frame.sha256 for frame in taken}) == result["iterations"]  # no image twice
+
+
+def without_places(stack: dict[str, Any]) -> None:
+    for light in stack["lights"]:
+        del light["position"]
+
+
+def further_off(stack: dict[str, Any]) -> None:
+    for light in stack["lights"]:
+        light["position"] = [4.0 * x for x in light["position"]]
+
+
+def one_frame(stack: dict[str, Any]) -> None:
+    del stack["frames"][1:]
+
+
+@pytest.mark.parametrize(("change", "said"), [(without_places, 1), (further_off, 0), (one_frame, 0)])
+def test_informed_does_with_what_is_known_of_the_lights(
+    recorded: Path, tmp_path: Path, change: Callable[[dict[str, Any]], None], said: int
+) -> None:
+    stack = tmp_path / "stack"
+    shutil.copytree(recorded, stack)
+    told = tomllib.loads((stack / "stack.toml").read_text())
+    change(told)
+    (stack / "stack.toml").write_text(tomli_w.dumps(told))
+    done = served("--stack", stack, "--controller", "informed", "--out", tmp_path / "run", "--no-report")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("`position` of left, right, top is not told") == said
 
 
 def test_a_resumed_session_is_not_shown_the_same_frames_again(recorded: Path, tmp_path: Path) -> None:
