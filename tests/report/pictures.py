@@ -10,6 +10,10 @@ from pathlib import Path
 
 import cv2
 
+from benchmarks.planted_faults import Planted
+from bridge.serve import Server
+from experiments.warm_servers import Served
+from image_server.serve.server import ImageServer
 from tests.report.browser import Browser
 from tests.session.command import ROOT, controller
 
@@ -52,6 +56,17 @@ def picture(
     assert cv2.imwrite(str(out), drawn, [cv2.IMWRITE_PNG_COMPRESSION, 9])
 
 
+def with_a_dead_light(folder: Path) -> Path:
+    """A session in which a light dies after the first image, and no one tells; its run folder."""
+    endpoint = f"ipc://{folder}/images"
+    device = Planted("harsh", 1, "light_dead", 2, folder)
+    served = Served(Server(ImageServer(device), endpoint, f"{endpoint}-events"))
+    try:
+        return session(folder / "surprised", "--controller", "informed", "--image-server", endpoint)
+    finally:
+        served.stop()
+
+
 def main(out: Path) -> None:
     """Run the sessions, draw their pages."""
     with tempfile.TemporaryDirectory() as folder:
@@ -71,6 +86,8 @@ def main(out: Path) -> None:
         with live(approach) as address:
             picture(out / "live-approach.png", address, PHONE, slice(0, 1430), f"{loaded} >= 14", dark=True)
         picture(out / "report-phone.png", (informed / "report.html").as_uri(), PHONE, slice(0, 1500))
+        surprised = with_a_dead_light(Path(folder))
+        picture(out / "surprise.png", (surprised / "report.html").as_uri(), WIDE, slice(3210, 4510))
         recorded = session(Path(folder, "recorded"), "--target", "satellite", "--scenario", "grazing",
                            "--threshold", "0.0001", "--max-iterations", "4")  # fmt: skip
         wrong = session(Path(folder, "wrong"), "--stack", str(recorded / "images"), "--target",
