@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -63,13 +65,16 @@ def is_exact(pose: Pose, covariance: Floats) -> bool:
 
 def is_partly_whole(support: PoseSupport) -> bool:
     """Whether HELD_SHARE of the visible length is on lines of which WHOLE is seen; clutter gives pieces."""
-    lines = support.lines
-    whole = sum(line.visible_px for line in lines if line.support >= WHOLE)
-    return whole >= HELD_SHARE * sum(line.visible_px for line in lines)
+    return _share_of_lines(support, WHOLE, math.inf) >= HELD_SHARE
 
 
 def is_whole(support: PoseSupport) -> bool:
     """Whether hardly anything is missing: lines of which next to nothing is seen are MOST_MISSING at most."""
+    return _share_of_lines(support, 0.0, MISSING) <= MOST_MISSING
+
+
+def _share_of_lines(support: PoseSupport, least: float, below: float) -> float:
+    """Share of the visible length that is on lines with so much support."""
     lines = support.lines
-    missing = sum(line.visible_px for line in lines if line.support < MISSING)
-    return missing <= MOST_MISSING * sum(line.visible_px for line in lines)
+    length = sum(line.visible_px for line in lines if least <= line.support < below)
+    return length / sum(line.visible_px for line in lines)

@@ -7,16 +7,19 @@ off by what is between them.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry.pose import Pose
-from geometry.visibility import visible_samples
+from geometry.visibility import Samples, visible_samples
 from vision_server.channels.gradients import Normals
 from vision_server.pose.association import associate
 from vision_server.pose.edge_search import search
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import thinned
+from vision_server.tracking.lines import outward_of
 
 Floats = NDArray[np.float64]
 
@@ -32,26 +35,43 @@ COURSES = np.arange(-REACH_PX, REACH_PX + 0.25, 0.5)
 COURSES = COURSES[np.abs(COURSES) >= APART_PX]
 
 
-def beside_px2(problem: PoseProblem, pose: Pose) -> Floats:
-    """Variance (L,) px^2 of each of L lines for the edge that runs beside its own; 0 without any.
+class Beside(NamedTuple):
+    """Edge points around the visible ones of L lines; N samples.
 
-    Parameters
+    Attributes
     ----------
-    pose
-        Within a pixel or two of the right one.
+    outward : (N,), 1 where outside of the target is ahead along the normal, -1 behind, 0 of no outline.
+    offset : (C, N, K), px along the normal, NaN for none, those that are nearer to another line left out.
     """
+
+    samples: Samples
+    outward: Floats
+    offset: Floats
+    lines: int
+
+    def share_at(self, courses: Floats, sign: Floats, width_px: float) -> Floats:
+        """Share (L, M) of each line's samples with an edge on each course (M,) px along ``sign`` * normal."""
+        signed = self.offset * sign[:, None]
+        seen = np.any(np.abs(signed[..., None] - courses) <= width_px, axis=(0, 2))
+        count = np.maximum(np.bincount(self.samples.line, minlength=self.lines), 1)
+        at = [np.bincount(self.samples.line, of_one, self.lines) for of_one in seen.T]
+        return np.stack(at, axis=1) / count[:, None]
+
+    @property
+    def variance_px2(self) -> Floats:
+        """Of each line for the edge that runs beside its own, (L,); 0 without any."""
+        share = self.share_at(COURSES, np.ones(len(self.outward)), WIDTH_PX)
+        share[share < LEAST_SHARE] = 0.0
+        return np.asarray((TAKEN * share * COURSES**2).max(axis=1))
+
+
+def beside(problem: PoseProblem, pose: Pose) -> Beside:
+    """Look around the visible lines of a pose that is within a pixel or two of the right one."""
     lines = len(problem.model.lines)
     samples = thinned(visible_samples(problem.model, problem.camera, pose, SPACING_PX), MOST_SAMPLES)
-    if len(samples.line) == 0:
-        return np.zeros(lines)
+    outward = outward_of(problem.model, problem.camera, pose, samples)
     reach = np.full(len(samples.line), REACH_PX)
     scale = np.take(problem.scale, samples.line, axis=1)
     points = search(problem.channels, scale, Normals(samples.image, samples.normal, reach))
     associate(samples, lines, points.offset)
-    seen = np.any(np.abs(points.offset[..., None] - COURSES) <= WIDTH_PX, axis=(0, 2))
-    count = np.maximum(np.bincount(samples.line, minlength=lines), 1)
-    share = np.stack(
-        [np.bincount(samples.line, seen[:, k], lines) / count for k in range(len(COURSES))], axis=1
-    )
-    share[share < LEAST_SHARE] = 0.0
-    return np.asarray((TAKEN * share * COURSES**2).max(axis=1))
+    return Beside(samples, outward, points.offset, lines)

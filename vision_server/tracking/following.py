@@ -15,18 +15,24 @@ from geometry.pose import Pose
 from vision_server.channels.depth import Pixels
 from vision_server.pose.covariance import uncertainty
 from vision_server.pose.line_scales import line_scales
+from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, refine
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.support import PoseSupport, support_of
 from vision_server.pose.trust import TAILS, belief, quality
-from vision_server.tracking.beside import beside_px2
+from vision_server.tracking.beside import Beside, beside
 from vision_server.tracking.fitting import Fit, Habits, fitted
-from vision_server.tracking.frame import NAME, Tone, problem_of, window
+from vision_server.tracking.frame import Tone, problem_of, window
+from vision_server.tracking.outermost import outermost
 
 Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said.
 NEAR_REACHES_PX = (6.0,)  # where the motion was foreseen
+# Of a pose on outermost edges (on 22 films of printed boxes): how far around it is looked, so that those
+# inside are left out; by what share of the range it is nearer; and what it may lack of quality and evidence.
+OUTER_REACHES_PX = (2.0, 2.0)
+NEARER, LIKE, PRINT_NATS = 0.003, 0.5, 10.0
 SETTLED_PX = 0.3  # a step that moves no line farther was looked at from near enough
 PASSES = 3  # at most, until it has settled
 FAR = ((4, (7.0, 5.0)), (2, (5.0,)))  # sizes and reaches there, where it was not: 28 px at full size
@@ -82,17 +88,7 @@ class Sight:
         problem = replace(problem, scale=line_scales(problem, expected))
         spacing = spacing_for(self.model, seen.camera, expected)
         first = refine(problem, expected, NEAR_REACHES_PX, spacing)
-        if first is None:
-            return None
-        fit, pose, beside = None, first.pose, beside_px2(problem, first.pose)
-        for _ in range(PASSES):
-            fit = fitted(problem, pose, EXACT_REACH_PX, spacing, habits, beside)
-            if fit is None:
-                return None
-            pose = fit.pose
-            if fit.moved_px < SETTLED_PX:
-                break
-        return None if fit is None else Found(fit, support_of(fit.observation, [NAME]))
+        return None if first is None else settled(problem, first.pose, spacing, habits)
 
     def far(self, pixels: Pixels, expected: Sequence[Pose], habits: Habits) -> list[Found]:
         """The same some 30 px around each of the poses, by way of smaller pictures; best first."""
@@ -109,3 +105,45 @@ class Sight:
             if (one := self.near(pixels, pose, habits)) is not None:
                 found.append(one)
         return sorted(found, key=lambda one: -one.quality)
+
+
+def settled(problem: PoseProblem, near: Pose, spacing_px: float, habits: Habits) -> Found | None:
+    """Fitted to whole lines from nearby; on the outermost edges where those inside of them may be print."""
+    around = beside(problem, near)
+    found = _fitted(problem, near, EXACT_REACH_PX, spacing_px, habits, around)
+    outer = outermost(problem, near, around)
+    if found is None or outer is None:
+        return found
+    refined = refine(problem, outer, OUTER_REACHES_PX, spacing_px)
+    if refined is None:
+        return found
+    around = beside(problem, refined.pose)
+    other = _fitted(problem, refined.pose, OUTER_REACHES_PX[-1], spacing_px, habits, around)
+    return other if other is not None and _is_print(found, other, problem.model.middle) else found
+
+
+def _is_print(found: Found, outer: Found, middle: Floats) -> bool:
+    """Whether one pose is on print, and the target's is the other one, nearer and outside of it.
+
+    Print explains the edges of the first; of the second, chance would have to explain those outside.
+    """
+    ranges = [float(np.linalg.norm(one.pose.apply(middle[None]))) for one in (outer, found)]
+    if ranges[0] > (1.0 - NEARER) * ranges[1] or outer.quality < LIKE * found.quality:
+        return False
+    return outer.support.evidence >= found.support.evidence - PRINT_NATS
+
+
+def _fitted(
+    problem: PoseProblem, pose: Pose, reach_px: float, spacing_px: float, habits: Habits, around: Beside
+) -> Found | None:
+    """Fitted to whole lines in a few passes, until it has settled."""
+    fit, variance = None, around.variance_px2
+    for _ in range(PASSES):
+        fit = fitted(problem, pose, reach_px, spacing_px, habits, variance)
+        if fit is None:
+            return None
+        pose = fit.pose
+        if fit.moved_px < SETTLED_PX:
+            break
+    assert fit is not None
+    return Found(fit, support_of(fit.observation, [channel.name for channel in problem.channels]))

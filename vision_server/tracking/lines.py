@@ -9,8 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from geometry.visibility import Samples
 from numerics.kernels import kernel
 from vision_server.pose.observation import Observation, PoseProblem
 from vision_server.pose.solver import SAMPLES_TOGETHER
@@ -181,6 +183,23 @@ def rounding_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tupl
         pixels = (image * [camera.fx, camera.fy] * seen.samples.normal).sum(axis=1)
         along.append(np.where(rounds, pixels, 0.0))
     return along[0], np.abs(along[1])
+
+
+def outward_of(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Floats:
+    """On which side of its line the target ends, (N,): 1 ahead along the normal, -1 behind, 0 of no outline.
+
+    A line between two faces is an outline where one of them is turned away; those of smooth or hollow places
+    are left out.
+    """
+    faces = model.line_faces[samples.line]
+    one, two = (model.face_normals[faces[:, side]] @ pose.matrix.T for side in (0, 1))
+    points = pose.apply(samples.points)
+    turned = (one * points).sum(axis=1) * (two * points).sum(axis=1) < 0.0
+    outwards = np.cross(points, samples.direction @ pose.matrix.T)
+    outwards *= np.sign((outwards * (one + two)).sum(axis=1))[:, None]
+    image = outwards[:, :2] - outwards[:, 2:] * points[:, :2] / points[:, 2:]
+    side = np.sign((image * [camera.fx, camera.fy] * samples.normal).sum(axis=1))
+    return np.asarray(np.where(turned & _rounds(model)[samples.line], side, 0.0))
 
 
 @lru_cache(maxsize=8)

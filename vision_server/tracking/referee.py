@@ -25,7 +25,7 @@ from vision_server.pose.sampling import spacing_for
 from vision_server.pose.support import PoseSupport, support_at
 from vision_server.pose.trust import RIVAL_NATS, TAILS, confidence, quality
 from vision_server.segments.extraction import extract_segments
-from vision_server.tracking.beside import beside_px2
+from vision_server.tracking.beside import beside
 from vision_server.tracking.fitting import Habits, fitted
 from vision_server.tracking.following import PASSES, SETTLED_PX
 
@@ -190,10 +190,10 @@ def _on_lines(problem: PoseProblem, one: Around, habits: Habits) -> Around:
     """
     problem = replace(problem, scale=line_scales(problem, one.pose))
     spacing = spacing_for(problem.model, problem.camera, one.pose)
-    beside = beside_px2(problem, one.pose)
+    variance = beside(problem, one.pose).variance_px2
     one = replace(one, covariance=TAILS**2 * one.covariance)
     for _ in range(PASSES):
-        fit = fitted(problem, one.pose, EXACT_REACH_PX, spacing, habits, beside)
+        fit = fitted(problem, one.pose, EXACT_REACH_PX, spacing, habits, variance)
         if fit is None:
             break
         one = replace(one, pose=fit.pose, covariance=fit.covariance)

@@ -1,0 +1,69 @@
+"""Where a target is if the outermost edges beside its outlines are its own, and those inside of them print.
+
+A frame printed beside the edges of a face is as straight and as whole as they are, often of more contrast,
+and parallel: the target seems smaller, and farther away. But print lies inside of an outline; that an edge of
+the background runs along all of an outline, and of another one, as the target seen from nearer would, is
+hardly chance.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.pose import Pose
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.refinement import PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD
+from vision_server.pose.steps import moved, step_jacobian, turning_point
+from vision_server.tracking.beside import REACH_PX, Beside
+
+Floats = NDArray[np.float64]
+
+# Chosen by hand.
+LEAST_PX = 1.5  # outside of a line, that the edge is another one
+WHOLE = 0.7  # share of a line's samples that have an edge there
+WIDTH_PX = 1.0  # of a course, to either side
+COURSES = np.arange(LEAST_PX, REACH_PX, 0.5)
+AROUND = 3  # courses further in, of which the one with most edges is the edge's
+OUTER_SD_PX, ELSE_SD_PX = 0.5, 2.0  # of lines with an outer edge, and of those without
+TAIL, ITERATIONS = 4.0, 8  # degrees of freedom of Student's t
+
+
+def outer_edges(found: Beside) -> Floats:
+    """Offset outwards of the outermost edge that runs along each line, (L,) px; NaN without one."""
+    share = found.share_at(COURSES, found.outward, WIDTH_PX)
+    whole = share >= WHOLE
+    outlines = np.bincount(found.samples.line, found.outward != 0.0, found.lines)
+    whole &= (2.0 * outlines > np.bincount(found.samples.line, minlength=found.lines))[:, None]
+    out = np.full(found.lines, np.nan)
+    for line in np.flatnonzero(whole.any(axis=1)):
+        last = int(np.flatnonzero(whole[line])[-1])
+        first = max(0, last - AROUND)
+        near = share[line, first : last + 1]
+        out[line] = COURSES[first + int(np.flatnonzero(near == near.max())[-1])]
+    return out
+
+
+def outermost(problem: PoseProblem, pose: Pose, found: Beside) -> Pose | None:
+    """The pose whose outlines are the outermost edges; None where no line has an edge outside of it."""
+    outer = outer_edges(found)
+    if np.isnan(outer).all():
+        return None
+    samples = found.samples
+    centre = turning_point(problem.model, pose)
+    rows = step_jacobian(problem.camera, pose.apply(samples.points), samples.normal, centre)
+    value = outer[samples.line] * found.outward
+    known = np.isfinite(value)
+    value = np.where(known, value, 0.0)
+    per_line = np.bincount(samples.line, minlength=found.lines)[samples.line]
+    precision = 1.0 / (np.where(known, OUTER_SD_PX, ELSE_SD_PX) ** 2 * per_line)
+    range_m = float(np.linalg.norm(pose.translation))
+    prior = np.repeat([PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD * range_m], 3) ** -2.0
+    step: Floats = np.zeros(6)
+    factor: Floats = np.ones(len(value))
+    for _ in range(ITERATIONS):
+        weighted = rows * (precision * factor)[:, None]
+        step = np.asarray(np.linalg.solve(weighted.T @ rows + np.diag(prior), weighted.T @ value), np.float64)
+        squares = (value - rows @ step) ** 2 * precision * per_line
+        factor = (TAIL + 1.0) / (TAIL + squares)
+    return moved(pose, step, centre)
