@@ -6,7 +6,8 @@ After a first image, all lights full under the shortest shutter and the smallest
 are on offer in each scene, drawn at random. `predict` says what each would add; then each is taken and
 estimated with the first. One JSON object a scene and one of all: rank correlation of what was foreseen with
 the log odds of the score (base 2), and with the accuracy; log odds gained, and the natural logarithm of the
-error (1 is what is right), by the one that was foreseen to add most and in the mean of all.
+error (1 is what is right), by the one that was foreseen to add most and in the mean of all; the most log odds
+that any of them gained.
 """
 
 from __future__ import annotations
@@ -73,6 +74,7 @@ def compared(scene: str, seed: int, choices: int) -> dict[str, float] | None:
         "rank_accuracy": float(-spearmanr(foreseen, errors)[0]),
         "odds_chosen": odds[best],
         "odds_all": float(np.mean(odds)),
+        "odds_best": max(odds),
         "error_chosen": errors[best],
         "error_all": float(np.mean(errors)),
     }
