@@ -92,9 +92,9 @@ def outcome(device: Planted, ended: Ended, kind: str) -> Counter[str]:
     names = [light.name for light in device.describe().lights]
     lights = () if device.fault is None else tuple(names[light] for light in device.fault.lights)
     right = is_right(device, ended.pose)
+    named = [cause == kind and (about == lights or kind == "model_wrong") for cause, about in ended.said]
     count["happened"] = 1
-    count["named"] = int((kind, lights) in ended.said)
-    count["named_otherwise"] = int(any(one != (kind, lights) for one in ended.said))
+    count["named"], count["named_otherwise"] = int(any(named)), int(not all(named))
     count["trusted"], count["right"] = int(ended.trusted), int(right)
     count["wrong_and_trusted"] = int(ended.trusted and not right)
     return count

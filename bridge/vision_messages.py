@@ -125,6 +125,13 @@ class PoseTold(Message, frozen=True):
     probability: Fraction
 
 
+class ModelExcess(Message, frozen=True):
+    """A model that is too long along an axis by this share, beside its others; less than 0: too short."""
+
+    axis: Literal["x", "y", "z"]
+    share: float
+
+
 class EstimateResult(Message, frozen=True):
     """Result of `estimate` and `best`; docs/pose.md explains each key."""
 
@@ -141,6 +148,7 @@ class EstimateResult(Message, frozen=True):
     free: tuple[Vector3, ...] = ()
     segments: Number = 0
     seconds: Seconds = field(default_factory=dict)
+    model_wrong: ModelExcess | None = None
 
 
 class PredictArgs(Message, frozen=True):

@@ -38,6 +38,7 @@ fun_fluent(line_support(_)).    % how much of a model line the last estimate fou
 fun_fluent(outlook).            % adds(Bits, Settings, Line), best first: what was predicted last
 fun_fluent(richest_gamma).        % of the image appraised last: below 1 its gradients want more light
 fun_fluent(surprise).               % because(Image, Cause) when the last image was not as foreseen, or none
+fun_fluent(model_fault).            % wrong(Axis, Share): so much too long along an axis of its own; or none
 fun_fluent(doubt).                  % a cause for which the last image may not be as foreseen, or none
 fun_fluent(tested).                 % settings chosen since something was doubted, newest first
 fun_fluent(parameter(_)).       % what the vision server was told
@@ -69,6 +70,7 @@ initially(line_support(_), 0).
 initially(outlook, []).
 initially(richest_gamma, 1.0).
 initially(surprise, none).
+initially(model_fault, none).
 initially(doubt, none).
 initially(tested, []).
 initially(parameter(_), default).
@@ -152,6 +154,7 @@ causes_val(keep(_), best, Fix, Fix = fix).
 causes_val(keep(_), merit, Merit, merit(fix, Merit)).
 causes_val(keep(I), steps, Steps, and(remark(surprise, doubt, Why), step(I, keep, Why, 1, Steps))).
 causes_val(surprise(Image, Cause), surprise, because(Image, Cause), true).
+causes_val(surprise(_, model_wrong(Axis, Share)), model_fault, wrong(Axis, Share), true).
 causes_val(doubt(_, Cause), doubt, Cause, true).
 % Light goes together with settings in another way: of what was learnt of that, the last image is true.
 causes_val(surprise(_, Cause), readings, [Last], and(light_changed(Cause), readings = [Last|_])).

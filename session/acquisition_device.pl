@@ -19,7 +19,7 @@
 :- use_module('../domain/reasoning/outlook').
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(filesex), [directory_file_path/3]).
-:- use_module(library(lists), [append/3, member/2, memberchk/2]).
+:- use_module(library(lists), [append/3, last/2, member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3]).
 
 /** <module> The device that carries the controller's actions to the servers
@@ -44,6 +44,7 @@ results, events as exogenous actions.  Pixels stay on the other side.
     opened_with/1,                      % Options
     own_move/0,                         % one for each move of ours that is not reported yet
     surprised/1,                        % exogenous action that is not reported yet
+    told_of_model/0,                    % the strategy knows that the model does not fit
     told_others/0.                      % it was said that other settings are applied than are asked for
 
 %!  open_acquisition(+Options) is det.
@@ -66,6 +67,7 @@ close_acquisition :-
     retractall(opened_with(_)),
     retractall(own_move),
     retractall(surprised(_)),
+    retractall(told_of_model),
     retractall(told_others).
 
                 /*******************************
@@ -128,7 +130,8 @@ carry_out(capture(Image, Settings), Seen) :-
     ).
 carry_out(estimate(Images), Fix) :-
     ask(vision_server, estimate, _{images:Images}, Result),
-    fix_term(Result, Fix).
+    fix_term(Result, Fix),
+    model_judged(Images, Result).
 carry_out(predict(_, _, []), []) :-
     !.
 carry_out(predict(Device, Unfavourable, Images), Outlook) :-
@@ -170,6 +173,7 @@ resumed(Situation) :-
     !,
     take_over(Situation),
     forall(unmet_surprise(Newest, Event), assertz(surprised(Event))),
+    ( memberchk(surprise(_, model_wrong(_, _)), Newest) -> assertz(told_of_model) ; true ),
     ask(image_server, describe, _{}, Description),
     listen(Description).                % only now: the events of moves that were done again have been met
 resumed(_).
@@ -255,6 +259,18 @@ surprise_told(Image, Result, doubt(Since, Cause)) :-
     is_dict(Result.get(doubt)),
     cause_term(Result.doubt.cause, Result.doubt.get(lights, []), Cause),
     first_after(Result.doubt.get(since, Image), Since).
+
+%   A model that does not fit is told of once.
+model_judged(Images, Result) :-
+    Wrong = Result.get(model_wrong),
+    is_dict(Wrong),
+    \+ told_of_model,
+    !,
+    assertz(told_of_model),
+    last(Images, Newest),
+    atom_string(Axis, Wrong.axis),
+    assertz(surprised(surprise(Newest, model_wrong(Axis, Wrong.share)))).
+model_judged(_, _).
 
 first_after(Told, Image) :-
     atom_string(Image, Told).

@@ -158,6 +158,10 @@ session_message(others_applied(Image, Applied)) -->
     { atomic_list_concat(Applied.lights, ' ', Levels) },
     [ ansi(fg(yellow), '  ~w was taken under other settings than were asked for, and so may others: ', [Image]),
       ansi(fg(yellow), 'light levels ~w, ~4g s, f/~w', [Levels, Applied.shutter_s, Applied.aperture]) ].
+session_message(event(surprise(_, model_wrong(Axis, Share)))) -->
+    !,
+    { cause_words(model_wrong(Axis, Share), Words) },
+    [ ansi(fg(yellow), '  ~w', [Words]) ].
 session_message(event(surprise(Image, Cause))) -->
     !,
     { cause_words(Cause, Words) },

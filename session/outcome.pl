@@ -2,6 +2,7 @@
           [ advised/3,                  % +Limit, +Result, -Advised
             counted/3                   % +Count, +Name, -Words
           ]).
+:- use_module('../domain/reasoning/surprises', [cause_words/2]).
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(lists), [member/2, reverse/2]).
 
@@ -38,6 +39,7 @@ prolog:message(session_outcome(Result)) -->
     hold_points(Result),
     pose_words(Result),
     error_words(Result),
+    model_words(Result),
     last_fixed(Result),
     what_may_help(Result).
 
@@ -91,6 +93,14 @@ error_words(Result) -->
       Millimetres is 1000 * Error.translation_m },
     [ nl, '  true error ~3f deg, ~2f mm (~3f % of range)'-[Error.rotation_deg, Millimetres, Percent] ].
 error_words(_) -->
+    [].
+
+model_words(Result) -->
+    { Wrong = Result.get(model_wrong) },
+    !,
+    { cause_words(model_wrong(Wrong.axis, Wrong.share), Words) },
+    [ nl, ansi(fg(yellow), '  ~w', [Words]) ].
+model_words(_) -->
     [].
 
 %   An approach that did not come to its end has been somewhere.

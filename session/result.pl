@@ -58,11 +58,18 @@ session_result(Session, Situation, Result) :-
                      seed:Plan.seed, command:Session.command, iterations:Iterations, kept:Kept, discarded:Discarded,
                      merit_px:Merit, seconds:Seconds, steps:StepDicts}),
     number_or_null(Threshold, ThresholdPx),
-    with_holds(Plan.program, Situation, HoldErrors, Told.put(threshold_px, ThresholdPx), WithHolds),
+    fluent_value(model_fault, Situation, Fault),
+    with_fault(Fault, Told.put(threshold_px, ThresholdPx), WithFault),
+    with_holds(Plan.program, Situation, HoldErrors, WithFault, WithHolds),
     with_error(Error, WithHolds, Result).
 
 number_or_null(Value, Number) :-
     ( number(Value) -> Number = Value ; Number = null ).
+
+with_fault(none, Dict0, Dict) =>
+    Dict = Dict0.
+with_fault(wrong(Axis, Share), Dict0, Dict) =>
+    Dict = Dict0.put(model_wrong, _{axis:Axis, share:Share}).
 
 with_error(Error, Dict0, Dict) :-
     ( Error == null -> Dict = Dict0 ; Dict = Dict0.put(error, Error) ).

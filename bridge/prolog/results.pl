@@ -98,7 +98,8 @@ message('EstimateResult',
           poses-optional(list(message('PoseTold'), 0, inf)),
           free-optional(list(tuple([number([ge(-1000000.0), le(1000000.0)]), number([ge(-1000000.0), le(1000000.0)]), number([ge(-1000000.0), le(1000000.0)])]), 0, inf)),
           segments-optional(integer([ge(0), le(9007199254740992)])),
-          seconds-optional(map(number([ge(0)])))
+          seconds-optional(map(number([ge(0)]))),
+          model_wrong-optional(nullable(message('ModelExcess')))
         ]).
 message('EventTold',
         [ event-one_of(["camera_fault", "light_fault", "sun_changed", "target_moved"]),
@@ -158,6 +159,10 @@ message('LineTold',
           support-nullable(number([])),
           rms_px-nullable(number([ge(0)])),
           image-optional(nullable(string))
+        ]).
+message('ModelExcess',
+        [ axis-one_of(["x", "y", "z"]),
+          share-number([])
         ]).
 message('ModelTold',
         [ name-string,

@@ -13,6 +13,7 @@
 
 A cause is target_moved, sun_changed, light_dead(Light), lights_swapped(Light1, Light2), lights by their names, or
 in_the_way.  The vision server weighs them; where it is not sure, an image tells that is taken under the right light.
+What two images and more tell together is model_wrong(Axis, Share): the model is by Share too long along x, y or z.
 */
 
 %!  light_changed(+Cause) is semidet.
@@ -99,6 +100,9 @@ remark(none, Cause, Text) :-
     !,
     cause_words(Cause, Words),
     format(atom(Text), "not as foreseen: perhaps ~w", [Words]).
+remark(because(_, model_wrong(Axis, Share)), _, Text) :-
+    !,
+    cause_words(model_wrong(Axis, Share), Text).
 remark(because(_, Cause), _, Text) :-
     cause_words(Cause, Words),
     format(atom(Text), "not as foreseen: ~w", [Words]).
@@ -108,6 +112,10 @@ remark(because(_, Cause), _, Text) :-
 cause_words(target_moved, 'the target has moved').
 cause_words(sun_changed, 'the sun has changed').
 cause_words(in_the_way, 'something is in the way').
+cause_words(model_wrong(Axis, Share), Text) :-
+    ( Share > 0 -> Long = long ; Long = short ),
+    Percent is 100 * abs(Share),
+    format(atom(Text), "the model does not fit, it is about ~1f % too ~w along ~w", [Percent, Long, Axis]).
 cause_words(light_dead(Light), Text) :-
     format(atom(Text), "the light ~w is dead", [Light]).
 cause_words(lights_swapped(One, Other), Text) :-

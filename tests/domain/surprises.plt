@@ -21,6 +21,15 @@ test(a_light_that_is_found_dead_is_not_lit_again, Later == [0, 0, 0]) :-
     findall(Left, member(settings([Left|_], _, _), Settings), Later),
     assertion(fluent_value(working(left), Situation, false)),
     assertion(\+ fluent_value(image_set, Situation, [_])).
+test(a_model_that_does_not_fit_is_remembered_and_changes_nothing_else, [true(Number-Kept == 4-4)]) :-
+    taken_after([happens(surprise(i2, model_wrong(y, 0.02)), i2)], 4, _, Situation),
+    assertion(fluent_value(model_fault, Situation, wrong(y, 0.02))),
+    fluent_value(readings, Situation, Readings),
+    fluent_value(image_set, Situation, Set),
+    length(Readings, Number),
+    length(Set, Kept).
+test(what_does_not_fit_is_said_with_its_axis, Text == 'the model does not fit, it is about 2.0 % too short along z') :-
+    remark(because(i2, model_wrong(z, -0.02)), none, Text).
 test(of_another_sun_only_the_last_image_is_remembered, [forall(member(Cause, [sun_changed, lights_swapped(left, top)])), true(Number == 3)]) :-
     taken_after([happens(surprise(i2, Cause), i2)], 4, _, Situation),
     fluent_value(readings, Situation, Readings),

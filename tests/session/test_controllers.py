@@ -190,6 +190,19 @@ def test_a_doubt_is_told_and_tested_and_a_dead_light_stays_off(
     assert levels[2:] == [0, 0, 0]
 
 
+def test_a_model_that_does_not_fit_is_said_once_and_stands_in_the_result(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    mock_vision_server.amend("estimate", model_wrong={"axis": "y", "share": -0.021})
+    words = "--controller", "simple", "--max-iterations", "3", "--threshold", NEVER
+    _, result, shown = run(mock_vision_server, mock_image_server, tmp_path, *words)
+    said = "the model does not fit, it is about 2.1 % too short along y"
+    assert result["model_wrong"] == {"axis": "y", "share": -0.021}
+    assert [step["reason"] for step in result["steps"]] == [said, "", ""]
+    assert shown.count(said) >= 2  # when it is found, and at the end
+    assert (tmp_path / "history.pl").read_text().count("model_wrong(") == 1
+
+
 def test_killed_between_an_image_and_its_surprise_a_session_goes_on_with_it(
     mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
 ) -> None:

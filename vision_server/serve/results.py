@@ -10,6 +10,7 @@ import numpy as np
 from bridge.start_messages import EstimateTold
 from geometry.pose import Pose
 from vision_server.pipeline import Estimate
+from vision_server.pose.stretch import excess
 
 if TYPE_CHECKING:
     from vision_server.tracking.referee import Judgement
@@ -47,6 +48,12 @@ def estimate_result(estimate: Estimate) -> dict[str, Any]:
     if estimate.free:
         told["free"] = [axis.tolist() for axis in estimate.free]
     return told
+
+
+def model_wrong(estimate: Estimate) -> dict[str, Any] | None:
+    """What is surely wrong with the model of an estimate from two images or more, as `ModelExcess`."""
+    found = None if estimate.misfit is None else excess(estimate.misfit)
+    return None if found is None else {"axis": "xyz"[found.axis], "share": found.share}
 
 
 def restored_estimate(told: EstimateTold) -> Estimate:

@@ -39,7 +39,7 @@ from vision_server.serve.files import ANY_FILES, Files
 from vision_server.serve.inputs import picture_px, size_warning
 from vision_server.serve.opening import GIVEN_FRAMES, given_values, open_task
 from vision_server.serve.recorder import FOLDER
-from vision_server.serve.results import estimate_result, restored_estimate
+from vision_server.serve.results import estimate_result, model_wrong, restored_estimate
 from vision_server.serve.sessions import Session, Sessions
 from vision_server.serve.task import PoseTask
 
@@ -187,7 +187,9 @@ class VisionServer(Service):
 
     def _on_estimate(self, args: EstimateArgs) -> Reply:
         with self._sessions.of(self.caller) as session:
-            return Reply(estimate_result(session.task.estimate(args.images)))
+            found = session.task.estimate(args.images)
+            several = len(set(args.images)) > 1  # one image alone is never believed
+            return Reply({**estimate_result(found), "model_wrong": model_wrong(found) if several else None})
 
     def _on_discard(self, args: DiscardArgs) -> Reply:
         with self._sessions.of(self.caller) as session:
