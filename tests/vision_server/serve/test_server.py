@@ -1,6 +1,5 @@
 """The vision server on real sockets, with a simulated image server behind it."""
 
-import math
 import re
 from pathlib import Path
 from typing import Any
@@ -19,8 +18,6 @@ from geometry.pose import Pose
 from image_server.simulator import Simulator
 from stack.read import recorded_frames
 from tests.vision_server.serve.running import SETTINGS, Running, asked
-from vision_server import pipeline
-from vision_server.pose.trust import Misfit
 
 
 def test_a_session_from_start_to_best(
@@ -53,18 +50,6 @@ def test_a_session_from_start_to_best(
         asked(vision, "estimate", images=["i1"])
     with pytest.raises(ServerError, match="i1"):
         asked(vision, "capture", image="i1", settings=SETTINGS)
-
-
-def test_a_model_is_judged_by_two_images_and_more(
-    vision: Client, images: Running, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(pipeline, "misfit", lambda _: Misfit(20.0, 0.0, (-0.02, 0.01, 0.01, 0.0, 0.0, 0.0)))
-    asked(vision, "start", image_server=images.endpoint)
-    for image in ("i1", "i2"):
-        asked(vision, "capture", image=image, settings=SETTINGS)
-    assert asked(vision, "estimate", images=["i1"])["model_wrong"] is None
-    told = asked(vision, "estimate", images=["i1", "i2"])["model_wrong"]
-    assert told == {"axis": "x", "share": pytest.approx(math.expm1(0.03))}
 
 
 def test_gains_are_foreseen_once_there_is_a_pose(vision: Client, images: Running) -> None:

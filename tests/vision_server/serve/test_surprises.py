@@ -1,12 +1,18 @@
-"""What is known of light after an image that was not as foreseen."""
+"""What is known of light after an image that was not as foreseen, and of a model by several."""
+
+import math
 
 import numpy as np
 import pytest
 
+from bridge.client import Client
 from bridge.errors import BadInput
 from bridge.messages import Settings
 from bridge.start_messages import CauseTold, StartArgs
 from image_server.simulator import Simulator
+from tests.vision_server.serve.running import SETTINGS, Running, asked
+from vision_server import pipeline
+from vision_server.pose.trust import Misfit
 from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import outputs
 from vision_server.serve.surprises import images_of_scene, restore
@@ -69,3 +75,15 @@ def test_what_is_told_before_the_images_come_back_is_of_the_next_one(simulator: 
     for image in ("i1", "i2", "i3"):
         task.add(image, simulator.capture(FULL).pixels, FULL)
     assert [lit(task, image)[0] for image in ("i1", "i2", "i3", None)] == [True, True, False, False]
+
+
+def test_a_model_is_judged_by_two_images_and_more(
+    vision: Client, images: Running, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pipeline, "misfit", lambda _: Misfit(20.0, 0.0, (-0.02, 0.01, 0.01, 0.0, 0.0, 0.0)))
+    asked(vision, "start", image_server=images.endpoint)
+    for image in ("i1", "i2"):
+        asked(vision, "capture", image=image, settings=SETTINGS)
+    assert asked(vision, "estimate", images=["i1"])["model_wrong"] is None
+    told = asked(vision, "estimate", images=["i1", "i2"])["model_wrong"]
+    assert told == {"axis": "x", "share": pytest.approx(math.expm1(0.03))}
