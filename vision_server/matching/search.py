@@ -13,7 +13,7 @@ from geometry.hidden_lines import trace
 from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
-from geometry.visibility import MIN_LINE_PX, image_bounds
+from geometry.visibility import image_bounds
 from numerics.kernels import kernel
 from vision_server.matching.draws import even_numbers, in_range, poses_around
 from vision_server.matching.icp import SUM, Lookup, Merit, align, align_poses, score_pose, score_poses
@@ -27,7 +27,7 @@ from vision_server.matching.match import (
     matching_problem,
 )
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
-from vision_server.matching.views import ViewTable, runs_of, sparse_solid
+from vision_server.matching.views import ViewTable, least_line_px, runs_of, sparse_solid
 
 Floats = NDArray[np.float64]
 
@@ -198,12 +198,19 @@ def finished(
     merit: Merit = SUM,
 ) -> list[Hypothesis]:
     """The best distinct poses (N, 3, 3), (N, 3), aligned further and scored with their exact visibility."""
-    solid, bounds = sparse_solid(model), image_bounds(camera)
+    solid, bounds, least_px = sparse_solid(model), image_bounds(camera), least_line_px(model)
     found: list[Hypothesis] = []
     for i in distinct(*poses, scores, looked_at):
         rotation, translation = (part[i].copy() for part in poses)
         score, supported = _finish(
-            edges, solid, rotation, translation, camera.intrinsics, bounds, np.array(FINISH_REACHES_PX), merit
+            edges,
+            solid,
+            rotation,
+            translation,
+            camera.intrinsics,
+            bounds,
+            least_px,
+            merit,
         )
         if supported > 0.0:
             found.append(Hypothesis(Pose.from_matrix(rotation, translation), float(score), float(supported)))
@@ -219,11 +226,16 @@ def finished(
 
 @kernel()
 def exact_view(
-    solid: Solid, rotation: Floats, translation: Floats, intrinsics: Floats, bounds: Floats
+    solid: Solid,
+    rotation: Floats,
+    translation: Floats,
+    intrinsics: Floats,
+    bounds: Floats,
+    min_line_px: float,
 ) -> ViewTable:
     """The one view from just this pose, at fine spacing."""
     seen = trace(
-        solid, rotation, translation, intrinsics, bounds, FINE_SPACING_PX, FINE_SPACING_PX, MIN_LINE_PX
+        solid, rotation, translation, intrinsics, bounds, FINE_SPACING_PX, FINE_SPACING_PX, min_line_px
     )
     first, ends = runs_of(solid, seen)
     return ViewTable(np.array([0, len(ends)]), first, ends, seen.points, seen.px)
@@ -237,12 +249,12 @@ def _finish(
     translation: Floats,
     intrinsics: Floats,
     bounds: Floats,
-    reaches: Floats,
+    min_line_px: float,
     merit: Merit,
 ) -> tuple[float, float]:
     """Align one pose, in place, with exact visibility; its score and supported fraction."""
-    for reach in reaches:
-        views = exact_view(solid, rotation, translation, intrinsics, bounds)
+    for reach in FINISH_REACHES_PX:
+        views = exact_view(solid, rotation, translation, intrinsics, bounds, min_line_px)
         align(Lookup(edges, views, intrinsics), 0, rotation, translation, reach, FINISH_ITERATIONS)
-    views = exact_view(solid, rotation, translation, intrinsics, bounds)
+    views = exact_view(solid, rotation, translation, intrinsics, bounds, min_line_px)
     return score_pose(Lookup(edges, views, intrinsics), 0, rotation, translation, FINAL_REACH_PX, 1, merit)

@@ -31,6 +31,9 @@ CELL_DEG = 8.0  # width of a cell of directions
 CELLS_PER_SIDE = 64  # more than 360° / CELL_DEG
 UNBOUNDED_PX = 1e9
 MOST_LINES = 200  # or curves, that a search looks at
+SEEN_LINE_PX = (
+    14.0  # least length of their image: as fine a texture has hardly a segment; 10 found fewer poses
+)
 SEARCH_CURVE_DEG = 11.0  # by which arcs bend that it takes for straight: a circle has 36 lines
 OUTLINE_STEP = 0.01  # of the diameter, between two points that tell an outline's direction
 
@@ -70,6 +73,17 @@ def sparse_solid(model: Model) -> Solid:
     )
 
 
+@lru_cache(maxsize=8)
+def least_line_px(model: Model) -> float:
+    """Lines and chains that are shorter in the image are left out: of a model with MOST_LINES, SEEN_LINE_PX.
+
+    They would be missed by the right pose, of which most are seen, and not by a wrong one that shows few.
+    """
+    solid = sparse_solid(model)
+    many = len(np.unique(solid.chain[~solid.smooth])) >= MOST_LINES
+    return SEEN_LINE_PX if many else MIN_LINE_PX
+
+
 class ViewTable(NamedTuple):
     """Samples of all directions seen so far, for the kernels.
 
@@ -96,7 +110,7 @@ class Views:
     def __init__(self, model: Model, camera: Camera, seed: Pose, spacing_px: float) -> None:
         self._solid = sparse_solid(model)
         self._intrinsics = camera.intrinsics
-        self._spacing_px = spacing_px
+        self._spacing_px, self._least_px = spacing_px, least_line_px(model)
         self._middle = model.middle
         centre = -(seed.matrix.T @ seed.translation) - self._middle
         self._range = float(np.linalg.norm(centre))
@@ -123,6 +137,7 @@ class Views:
                     self._range,
                     self._intrinsics,
                     self._spacing_px,
+                    self._least_px,
                 )
             )
             self._table = None
@@ -205,6 +220,7 @@ def _seen_from(
     distance: float,
     intrinsics: Floats,
     spacing_px: float,
+    min_line_px: float,
 ) -> tuple[Ints, Floats, Floats, Floats]:
     """Starts and ends of the runs, points (N, 3) and px (N,) of the samples, from the middle of a cell."""
     a = math.radians(CELL_DEG) * (cell // CELLS_PER_SIDE - CELLS_PER_SIDE // 2)
@@ -222,7 +238,7 @@ def _seen_from(
             rotation[k, 0] * centre[0] + rotation[k, 1] * centre[1] + rotation[k, 2] * centre[2]
         )
     bounds = np.array([-UNBOUNDED_PX, -UNBOUNDED_PX, UNBOUNDED_PX, UNBOUNDED_PX])
-    seen = trace(solid, rotation, translation, intrinsics, bounds, spacing_px, spacing_px, MIN_LINE_PX)
+    seen = trace(solid, rotation, translation, intrinsics, bounds, spacing_px, spacing_px, min_line_px)
     first, ends = runs_of(solid, seen)
     return first, ends, seen.points, seen.px
 

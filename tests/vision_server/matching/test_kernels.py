@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from geometry.model import find_target, load_model
+from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose, disturbed
-from geometry.visibility import visible_samples
+from geometry.visibility import MIN_LINE_PX, image_bounds, visible_samples
 from tests.vision_server.matching_scenes import CAMERA, segments_of
 from vision_server.matching.draws import even_numbers, in_range, poses_around, poses_in_range
 from vision_server.matching.icp import SIGNIFICANCE, SUM, TURN, Lookup, Merit, align, score_poses
@@ -23,7 +23,15 @@ from vision_server.matching.nearest_edges import (
     nearest_edges,
     offset,
 )
-from vision_server.matching.views import CELL_DEG, MOST_LINES, Views, sparse_solid
+from vision_server.matching.search import exact_view
+from vision_server.matching.views import (
+    CELL_DEG,
+    MOST_LINES,
+    SEEN_LINE_PX,
+    Views,
+    least_line_px,
+    sparse_solid,
+)
 
 Floats = NDArray[np.float64]
 SATELLITE = load_model(find_target("satellite"))
@@ -191,12 +199,12 @@ def test_poses_that_look_alike_share_a_view() -> None:
     assert len(views) == 2
 
 
-def test_a_big_model_keeps_its_longest_lines_and_all_that_hides() -> None:
-    assert len(sparse_solid(SATELLITE).lines) == len(SATELLITE.lines)
+def of_many_lines() -> Model:
+    """The satellite with each of its lines many times."""
     many = 3 * MOST_LINES
     lines = np.tile(SATELLITE.lines, (many // len(SATELLITE.lines) + 1, 1))
     repeated = len(lines) // len(SATELLITE.lines)
-    big = type(SATELLITE)(
+    return Model(
         **{
             **SATELLITE.__dict__,
             "lines": lines,
@@ -204,6 +212,28 @@ def test_a_big_model_keeps_its_longest_lines_and_all_that_hides() -> None:
             "smooth": np.zeros(len(lines), dtype=bool),
         }
     )
+
+
+def test_of_a_big_model_lines_that_are_short_in_the_image_are_not_looked_for() -> None:
+    big, afar = of_many_lines(), Pose(POSE.rotation_vector, np.array([0.0, 0.0, 12.0 * SATELLITE.diameter]))
+    shortest = []
+    for model in (SATELLITE, big):
+        seen = exact_view(
+            sparse_solid(big),
+            afar.matrix,
+            afar.translation,
+            CAMERA.intrinsics,
+            image_bounds(CAMERA),
+            least_line_px(model),
+        )
+        ends = CAMERA.project(afar.apply(seen.ends.reshape(-1, 3))).reshape(-1, 2, 2)
+        shortest.append(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).min())
+    assert MIN_LINE_PX <= shortest[0] < SEEN_LINE_PX <= shortest[1]
+
+
+def test_a_big_model_keeps_its_longest_lines_and_all_that_hides() -> None:
+    assert len(sparse_solid(SATELLITE).lines) == len(SATELLITE.lines)
+    big = of_many_lines()
     solid = sparse_solid(big)
     assert len(solid.lines) == MOST_LINES
     assert len(solid.tree.triangle) == len(SATELLITE.triangles)
