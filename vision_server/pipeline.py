@@ -260,9 +260,9 @@ def _judged(
     symmetry: Symmetry,
     match: Matcher,
 ) -> Estimate:
-    """What there is to say about a refined pose, ``first``, that the last step has taken to ``best``."""
+    """What there is to say about ``best``, which was ``first`` before the last step, as rivals still are."""
     spread = uncertainty(without_free_turn(covariance, best.pose, symmetry), best.pose.translation)
-    unclear = ambiguity(best.support, [(support, prior) for _, support, prior in rivals])
+    unclear = ambiguity(first.support, [(support, prior) for _, support, prior in rivals])
     score = confidence(best.support, unclear, spread)
     if score < LEAST_SCORE:
         return Estimate()
@@ -281,7 +281,7 @@ def _judged(
         score=score,
         ambiguity=unclear,
         lines=best.support.lines,
-        rivals=tuple(Rival(pose, odds(best.support, support, prior)) for pose, support, prior in rivals),
+        rivals=tuple(Rival(pose, odds(first.support, support, prior)) for pose, support, prior in rivals),
         free=() if symmetry.free_axis is None else (symmetry.free_axis,),
         support=best.support,
         misfit=doubt,

@@ -10,7 +10,8 @@ from experiments.kinds.estimate import normalised_error_squared
 from geometry.model import Model
 from geometry.pose import disturbed
 from tests.vision_server.refined_poses import channels_of
-from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
+from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
+from vision_server import pipeline
 from vision_server.pose.courses import FLAT_SHARE, SPREAD_PX, UNKNOWNS, Courses, courses_of
 from vision_server.pose.observation import PoseProblem, observe
 from vision_server.pose.ranking import Refined, best_first
@@ -110,6 +111,23 @@ def test_a_part_that_is_as_its_model_stays_where_it_was_found(model: Model) -> N
         assert last.best.pose.error_to(best.pose).rotation_deg < 0.1
         squares.append(normalised_error_squared(last.best.pose, last.covariance, POSE))
     assert np.mean(squares) < 10.0
+
+
+def test_the_last_step_is_no_advantage_over_rivals_that_have_not_taken_it(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = found(model, model, 0)
+    less = replace(
+        first.support, supports=first.support.supports & (np.arange(len(first.support.distance)) % 2 == 0)
+    )
+    refined = replace(first, support=less)
+    last = settled(refined)
+    assert last is not None
+    assert last.best.support.evidence > less.evidence + 5.0
+    monkeypatch.setattr(pipeline, "best_first", lambda *_, **__: [refined])
+    monkeypatch.setattr(pipeline, "rivals_of", lambda *_: [(first.pose, less, 0.0)])
+    pixels = photographed(linear_picture(model, CAMERA, POSE, GREYS), seed=0)
+    assert pipeline.estimate_pose(one_image(pixels), ["i1"], model, CAMERA, POSE).ambiguity == 1.0
 
 
 def test_nothing_to_hold_on_to_settles_nothing(model: Model) -> None:
