@@ -27,7 +27,6 @@ from benchmarks.surprises import SCENES, candidates
 from bridge.start_messages import StartArgs
 from geometry.pose import RIGHT
 from numerics.two_cores import use_one_core
-from vision_server.pose.stretch import excess
 from vision_server.serve.opening import open_task
 
 SIZES = (2, 5)  # images: the least that is believed, and about as many as a session takes in hard light
@@ -51,7 +50,7 @@ def sets(scene: str, seed: int, axis: int | None) -> Iterator[dict[str, Any]]:
             found = task.estimate(names)
             if found.pose is None or found.misfit is None:
                 continue
-            said = excess(found.misfit)
+            said = found.misfit.excess
             yield {
                 "scene": Path(scene).name,
                 "images": number,

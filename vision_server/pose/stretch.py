@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +22,7 @@ from vision_server.pose.hypotheses import edges_around, explained
 from vision_server.pose.ranking import COARSER, Refined, of_fewer_lines, refined
 from vision_server.pose.refinement import Solution, prior_precision
 from vision_server.pose.steps import moved
-from vision_server.pose.trust import Misfit
+from vision_server.pose.trust import LEAST_STRETCH, Misfit
 
 Floats = NDArray[np.float64]
 
@@ -31,7 +30,6 @@ Floats = NDArray[np.float64]
 STRETCH_SD = 0.1  # of the logarithm of an axis' scale: what is still taken for the same part (chosen by hand)
 TOLERATED_SD = 0.003  # of it, for a model to be true: moves the pose by a third of what counts as wrong
 ENOUGH_SUPPORT = 0.95  # of the visible length, with which another model has nothing to explain
-LEAST_STRETCH = 0.01  # of an axis against another, for a fit to be of another part: what moves a pose by 1 %
 NEAR_PX = (4.0, 3.0)  # reaches
 SETTLED = 2  # steps of a fit towards its scales
 LARGEST = 0.3  # of a logarithm
@@ -43,28 +41,7 @@ STRAINS = np.zeros((6, 3, 3))  # of the axes, and between two of them: the angle
 STRAINS[range(3), range(3), range(3)] = 1.0
 for _shear, (_one, _other) in enumerate(((0, 1), (0, 2), (1, 2)), start=3):
     STRAINS[_shear, _one, _other] = STRAINS[_shear, _other, _one] = 0.5
-# A model is wrong, not perhaps, from here on: of a true one, in 89 sets of two and five images of 45 scenes,
-# the significance is 5.1 and the gain 1.5 at most (benchmarks.wrong_models).
-SURELY_SIGNIFICANT, SURE_GAIN = 10.0, 2.0
 BETWEEN_AXES = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])
-
-
-class Excess(NamedTuple):
-    """A model that is too long along an axis by this share, beside the other two; less than 0: too short."""
-
-    axis: int
-    share: float
-
-
-def excess(found: Misfit) -> Excess | None:
-    """What is surely wrong with a model; None where nothing is."""
-    if found.significance < SURELY_SIGNIFICANT and found.gain < SURE_GAIN:
-        return None
-    scales = np.array(found.strain[:3])
-    beside = 1.5 * (scales - scales.mean())  # against the mean of the other two
-    axis = int(np.argmax(np.abs(beside)))
-    share = math.expm1(-float(beside[axis]))
-    return Excess(axis, share) if abs(share) >= LEAST_STRETCH else None
 
 
 def misfit(best: Refined) -> Misfit:

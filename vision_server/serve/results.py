@@ -10,7 +10,6 @@ import numpy as np
 from bridge.start_messages import EstimateTold
 from geometry.pose import Pose
 from vision_server.pipeline import Estimate
-from vision_server.pose.stretch import excess
 
 if TYPE_CHECKING:
     from vision_server.tracking.referee import Judgement
@@ -52,7 +51,7 @@ def estimate_result(estimate: Estimate) -> dict[str, Any]:
 
 def model_wrong(estimate: Estimate) -> dict[str, Any] | None:
     """What is surely wrong with the model of an estimate from two images or more, as `ModelExcess`."""
-    found = None if estimate.misfit is None else excess(estimate.misfit)
+    found = None if estimate.misfit is None else estimate.misfit.excess
     return None if found is None else {"axis": "xyz"[found.axis], "share": found.share}
 
 

@@ -10,7 +10,7 @@ from geometry.pose import RIGHT
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server import pipeline
 from vision_server.pipeline import LEAST_SCORE, Estimate, estimate_pose
-from vision_server.pose.stretch import excess, stretched
+from vision_server.pose.stretch import stretched
 from vision_server.pose.trust import WORTH_DOUBTING, Misfit, confidence
 
 TRUSTED = 0.93  # the merit is 1 there
@@ -45,21 +45,22 @@ def test_a_model_that_is_too_long_or_too_short_is_told_with_its_axis(
     other = stretched(model, np.log1p(share) * np.eye(3)[axis])
     found = estimated(model, other)
     assert found.misfit is not None
-    told = excess(found.misfit)
+    told = found.misfit.excess
     assert told is not None
     assert told.axis == axis
     assert told.share == pytest.approx(share, abs=0.003)
+    assert found.score < TRUSTED
 
 
 def test_nothing_is_said_of_a_true_model_nor_of_what_is_hardly_stretched(model: Model) -> None:
     found = estimated(model, model)
     assert found.misfit is not None
-    assert excess(found.misfit) is None
+    assert found.misfit.excess is None
     hardly = (-0.004, 0.002, 0.002, 0.0, 0.0, 0.0)
-    assert excess(Misfit(50.0, 5.0, hardly)) is None  # sure, but of what moves no pose
+    assert Misfit(50.0, 5.0, hardly).excess is None  # sure, but of what moves no pose
     clearly = (-0.014, 0.007, 0.007, 0.0, 0.0, 0.0)
-    assert excess(Misfit(9.0, 1.9, clearly)) is None  # large, but not sure
-    assert excess(Misfit(0.0, 2.1, clearly)) == pytest.approx((0, np.expm1(0.021)))
+    assert Misfit(9.0, 1.9, clearly).excess is None  # large, but not sure
+    assert Misfit(0.0, 2.1, clearly).excess == pytest.approx((0, np.expm1(0.021)))
 
 
 @pytest.mark.parametrize("between", [3, 4, 5])
