@@ -64,7 +64,7 @@ test: setup check
 
 test-quick: setup
 	@echo "test-quick: Prolog (plunit) and Python (pytest, without those marked slow), beside each other"
-	@setup/beside "TESTS=quick swipl -g main tests/run.pl" "$(PYTEST) -n 2 -m 'not slow'"
+	@setup/beside "TESTS=quick swipl -g main tests/run.pl" "$(PYTEST) -n 3 -m 'not slow'"
 
 coverage: setup
 	@echo "coverage: Python tests, and which lines of the rooms they run (build/coverage)"

@@ -78,6 +78,7 @@ def test_a_light_falls_with_the_square_of_its_distance(square: Model) -> None:
     assert found == pytest.approx([LIGHT_AT_REFERENCE * 0.6 * k for k in (4.0, 1.0, 0.25)], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_sun_does_not_fall_with_distance_and_follows_the_cosine(square: Model) -> None:
     for depth in (0.4, 1.0):
         for angle in (0.0, 0.5, 1.2):

@@ -12,6 +12,7 @@ from vision_server.prediction.places import MOST_PLACES, read
 from vision_server.prediction.response import LitImage
 
 
+@pytest.mark.slow
 def test_nothing_is_named_where_nothing_has_happened(model: Model) -> None:
     images = [taken(model, asked, asked) for asked in ASKED]
     for count in range(2, len(images) + 1):
@@ -20,6 +21,7 @@ def test_nothing_is_named_where_nothing_has_happened(model: Model) -> None:
         assert causes[0].nats < DOUBT_NATS
 
 
+@pytest.mark.slow
 def test_a_dead_light_two_swapped_and_another_sun_are_told_apart(model: Model) -> None:
     before = [taken(model, asked, asked) for asked in ASKED]
     dead = [*before, taken(model, (1.0, 0.8), (0.0, 0.8)), taken(model, (1.0, 1.0), (0.0, 1.0))]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from tests.vision_server.edge_scenes import edge_map_of, polygon_with_shadows, step
 from vision_server.channels.channel import channel_statistics
@@ -10,6 +11,7 @@ from vision_server.edges.merging import merge_channels
 from vision_server.rivals.linking import link_edgels
 
 
+@pytest.mark.slow
 def test_a_line_is_one_chain_in_order() -> None:
     edges = merge_channels([channel_statistics(step(0.5, 0.0, 50, 150))])
     chains = link_edgels(edges, edges.strength > 30)

@@ -108,6 +108,7 @@ def test_a_target_that_moved_is_told_with_the_image_where_something_was_foreseen
     assert surprise("i6", shifted) is None  # it is where it was when i5 was taken
 
 
+@pytest.mark.slow
 def test_a_light_that_died_unannounced_is_named_and_nothing_is_foreseen_of_it(
     vision: Client, images: Running, simulator: Simulator
 ) -> None:

@@ -169,6 +169,7 @@ def test_frames_that_say_nothing_of_the_radius_leave_it_where_it_was() -> None:
     assert (after.radius_m, after.radius_sd_m) == (first.radius_m, pytest.approx(first.radius_sd_m))
 
 
+@pytest.mark.slow
 def test_a_radius_that_is_told_puts_rounded_boxes_where_they_are() -> None:
     radius, box = 0.005, plain_box(0.005)
     off = {}
