@@ -77,9 +77,12 @@ def agreed(courses: Courses, prior: Floats) -> tuple[Floats, Floats]:
     prior
         (8,), precision of all but the two stretches, whose spread is the likeliest of STRETCHES or none.
     """
+    turned = np.diag([1.0, TURNED**2])
+    variance = courses.noise + courses.spread[:, None, None] ** 2 * turned
+    precision = np.asarray(np.linalg.inv(variance), np.float64)
     best, least = None, np.inf
     for sd in (UNSTRETCHED, *STRETCHES):
-        step, covariance, nats = _at_stretch(courses, np.r_[prior, sd**-2.0, sd**-2.0], best)
+        step, covariance, nats = _at_stretch(courses, precision, np.r_[prior, sd**-2.0, sd**-2.0], best)
         if best is not None and np.ptp(OF_AXES @ step[-2:]) > MOST_STRETCH:
             break  # another part
         nats += 2.0 * np.log(sd / UNSTRETCHED) - 0.5 * float(np.linalg.slogdet(covariance)[1])
@@ -91,12 +94,13 @@ def agreed(courses: Courses, prior: Floats) -> tuple[Floats, Floats]:
 
 
 def _at_stretch(
-    courses: Courses, prior: Floats, start: tuple[Floats, Floats] | None
+    courses: Courses, precision: Floats, prior: Floats, start: tuple[Floats, Floats] | None
 ) -> tuple[Floats, Floats, float]:
-    """Unknowns, covariance, and -ln of what is likely, by iteratively reweighted least squares."""
+    """Unknowns, covariance, and -ln of what is likely, by iteratively reweighted least squares.
+
+    ``precision`` (M, 2, 2), 1/px^2, of the courses.
+    """
     motion, share = courses.motion, courses.share
-    turned = np.diag([1.0, TURNED**2])
-    precision = np.linalg.inv(courses.noise + courses.spread[:, None, None] ** 2 * turned)
     step = np.zeros(len(prior)) if start is None else start[0]
     for _ in range(STEPS):
         off = courses.place - motion @ step

@@ -65,16 +65,14 @@ def is_exact(pose: Pose, covariance: Floats) -> bool:
 
 def is_partly_whole(support: PoseSupport) -> bool:
     """Whether HELD_SHARE of the visible length is on lines of which WHOLE is seen; clutter gives pieces."""
-    return _share_of_lines(support, WHOLE, math.inf) >= HELD_SHARE
+    return _length(support, least=WHOLE) >= HELD_SHARE * _length(support)
 
 
 def is_whole(support: PoseSupport) -> bool:
     """Whether hardly anything is missing: lines of which next to nothing is seen are MOST_MISSING at most."""
-    return _share_of_lines(support, 0.0, MISSING) <= MOST_MISSING
+    return _length(support, below=MISSING) <= MOST_MISSING * _length(support)
 
 
-def _share_of_lines(support: PoseSupport, least: float, below: float) -> float:
-    """Share of the visible length that is on lines with so much support."""
-    lines = support.lines
-    length = sum(line.visible_px for line in lines if least <= line.support < below)
-    return length / sum(line.visible_px for line in lines)
+def _length(support: PoseSupport, least: float = 0.0, below: float = math.inf) -> float:
+    """Visible length, px, of the lines with so much support."""
+    return sum(line.visible_px for line in support.lines if least <= line.support < below)

@@ -25,6 +25,7 @@ def supported(*lines: tuple[float, float]) -> PoseSupport:
         ([(81.0, 0.5), (19.0, 0.75)], False, True),
         ([(85.0, 0.3), (15.0, 0.29)], False, True),
         ([(84.0, 0.9), (16.0, 0.29)], True, False),
+        ([], True, True),
     ],
 )
 def test_lines_count_by_their_length(lines: list[tuple[float, float]], partly: bool, wholly: bool) -> None:
