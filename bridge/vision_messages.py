@@ -19,7 +19,6 @@ from bridge.messages import (
     Vector3,
 )
 from bridge.start_messages import (
-    CauseName,
     CauseTold,
     Covariance,
     NotNegative,
@@ -77,9 +76,8 @@ class MovedTold(Message, frozen=True):
 class VisionCaptureResult(Message, frozen=True):
     """Result of `capture` and `add`: what the frame was taken under, and what is in it.
 
-    ``surprise`` is what has happened before, where the frame is not as `predict` foresaw it,
-    ``surprise_lights`` are the lights that it is about, and ``surprise_since`` is the first image after it;
-    ``doubt`` is what may have happened, where nothing is sure.
+    ``surprise`` is what has happened before, where the frame is not as `predict` foresaw it; ``doubt`` is
+    what may have happened, where nothing is sure.
     """
 
     image: ImageId
@@ -87,9 +85,7 @@ class VisionCaptureResult(Message, frozen=True):
     verified: bool
     statistics: FrameStatistics
     seconds: Seconds
-    surprise: CauseName | None = None
-    surprise_lights: tuple[str, ...] = ()
-    surprise_since: ImageId | None = None
+    surprise: CauseTold | None = None
     doubt: CauseTold | None = None
     events: tuple[EventTold, ...] = ()
     moved: MovedTold | None = None

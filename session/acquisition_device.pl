@@ -251,14 +251,15 @@ exogenous(Actions) :-
 %   An image that is not as it was foreseen, and what has most likely happened.  The journal has it with the image: what
 %   is killed before the event is met meets it when it goes on.
 surprise_told(Image, Result, surprise(Since, Cause)) :-
-    string(Result.get(surprise)),
-    !,
-    cause_term(Result.surprise, Result.get(surprise_lights, []), Cause),
-    first_after(Result.get(surprise_since, Image), Since).
+    cause_told(Image, Result.get(surprise), Since, Cause),
+    !.
 surprise_told(Image, Result, doubt(Since, Cause)) :-
-    is_dict(Result.get(doubt)),
-    cause_term(Result.doubt.cause, Result.doubt.get(lights, []), Cause),
-    first_after(Result.doubt.get(since, Image), Since).
+    cause_told(Image, Result.get(doubt), Since, Cause).
+
+cause_told(Image, Told, Since, Cause) :-
+    is_dict(Told),
+    cause_term(Told.cause, Told.get(lights, []), Cause),
+    first_after(Told.get(since, Image), Since).
 
 %   A model that does not fit is told of once.
 model_judged(Images, Result) :-

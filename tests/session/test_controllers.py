@@ -16,7 +16,7 @@ pytestmark = pytest.mark.slow
 __all__ = ["mock_image_server", "mock_vision_server"]
 
 NEVER = "0.000001"
-LEFT_IS_DEAD = {"surprise": "light_dead", "surprise_lights": ["left"]}
+LEFT_IS_DEAD = {"surprise": {"cause": "light_dead", "lights": ["left"]}}
 
 
 def run(
@@ -169,7 +169,7 @@ def test_a_light_that_dies_is_left_out(
 def test_a_target_that_moved_unannounced_is_told_and_the_set_begins_anew(
     mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
 ) -> None:
-    tell_with(mock_vision_server, i3={"surprise": "target_moved"})
+    tell_with(mock_vision_server, i3={"surprise": {"cause": "target_moved"}})
     words = "--controller", "informed", "--max-iterations", "4", "--threshold", NEVER
     _, result, shown = run(mock_vision_server, mock_image_server, tmp_path, *words)
     assert "i3 is not as foreseen: the target has moved" in shown

@@ -245,9 +245,7 @@ def _taken(
         "verified": verified,
         "statistics": statistics,
         "moved": None if moved is None else moved._asdict(),
-        "surprise": cause and cause.cause,
-        "surprise_lights": cause.lights if cause else (),
-        "surprise_since": cause and cause.since,
+        "surprise": cause and msgspec.to_builtins(cause),
         "doubt": doubt and msgspec.to_builtins(doubt),
         "seconds": {"capture": capture_s, "edges": time.perf_counter() - began},
     }

@@ -11,7 +11,7 @@ import pytest
 from bridge.client import Client
 from bridge.errors import ServerError
 from bridge.messages import Settings
-from bridge.start_messages import EstimateTold
+from bridge.start_messages import CauseTold, EstimateTold
 from bridge.vision_messages import VisionCaptureResult
 from geometry.camera import Camera
 from geometry.drawn_wireframes import WIREFRAMES, drawn_runs
@@ -104,7 +104,7 @@ def test_a_restored_session_holds_images_against_what_was_foreseen_and_knows_wha
         return msgspec.convert(answer, VisionCaptureResult)
 
     moved = restored()
-    assert (moved.surprise, moved.surprise_since) == ("target_moved", "i3")
+    assert moved.surprise == CauseTold(cause="target_moved", since="i3")
     again = restored({"happened": {"cause": "target_moved", "since": "i2"}})
     assert again.surprise is None  # nothing was foreseen since
     assert asked(vision, "best")["pose"] is None

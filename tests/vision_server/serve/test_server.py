@@ -13,6 +13,7 @@ from bridge.client import Client
 from bridge.errors import ServerError
 from bridge.image_messages import IMAGE_OPERATIONS
 from bridge.messages import Settings
+from bridge.start_messages import CauseTold
 from bridge.vision_messages import VISION_OPERATIONS, VisionCaptureResult
 from geometry.pose import Pose
 from image_server.simulator import Simulator
@@ -94,7 +95,7 @@ def test_a_target_that_moved_is_told_with_the_image_where_something_was_foreseen
     pixels = simulator.capture(msgspec.convert(SETTINGS, Settings)).pixels
     shifted = np.roll(pixels, (5, 6), (0, 1))
 
-    def surprise(image: str, frame: np.ndarray) -> str | None:
+    def surprise(image: str, frame: np.ndarray) -> CauseTold | None:
         told, _ = vision.request("add", {"image": image, "settings": SETTINGS}, arrays=[frame])
         return msgspec.convert(told, VisionCaptureResult).surprise
 
@@ -103,7 +104,7 @@ def test_a_target_that_moved_is_told_with_the_image_where_something_was_foreseen
     asked(vision, "discard", image="i3")
     asked(vision, "predict", settings=[SETTINGS], images=["i1", "i2"])
     assert surprise("i4", pixels) is None
-    assert surprise("i5", shifted) == "target_moved"
+    assert surprise("i5", shifted) == CauseTold(cause="target_moved", since="i5")
     assert asked(vision, "best")["pose"] is None
     assert surprise("i6", shifted) is None  # it is where it was when i5 was taken
 
@@ -117,7 +118,7 @@ def test_a_light_that_died_unannounced_is_named_and_nothing_is_foreseen_of_it(
     taken = [SETTINGS | {"lights": list(lights), "shutter_s": 1 / 240} for lights in levels]
     for number, settings in enumerate(taken):
         told = asked(vision, "capture", image=f"i{number}", settings=settings)
-        assert (told["surprise"], told["surprise_lights"], told["doubt"]) == (None, [], None)
+        assert (told["surprise"], told["doubt"]) == (None, None)
         asked(vision, "estimate", images=[f"i{one}" for one in range(number + 1)])
         before = asked(vision, "predict", settings=[SETTINGS | {"lights": [7, 0, 0]}])["gains"][0]
 
@@ -131,8 +132,8 @@ def test_a_light_that_died_unannounced_is_named_and_nothing_is_foreseen_of_it(
     answers = [dark_left("i5", [7, 1, 1]), dark_left("i6", [7, 7, 7])]
     doubts = [one.doubt for one in answers if one.doubt is not None]
     assert [(doubt.cause, doubt.lights) for doubt in doubts] in ([], [("light_dead", ("left",))])
-    named = [one for one in answers if one.surprise is not None]
-    assert [(one.surprise, one.surprise_lights) for one in named] == [("light_dead", ("left",))]
+    named = [one.surprise for one in answers if one.surprise is not None]
+    assert [(one.cause, one.lights) for one in named] == [("light_dead", ("left",))]
     after = asked(vision, "predict", settings=[SETTINGS | {"lights": [7, 0, 0]}])["gains"][0]
     assert after["bits"] < before["bits"]  # it is as dark as without a light
 
