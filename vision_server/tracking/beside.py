@@ -19,7 +19,6 @@ from vision_server.pose.association import associate
 from vision_server.pose.edge_search import search
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import thinned
-from vision_server.tracking.lines import outward_of
 
 Floats = NDArray[np.float64]
 
@@ -40,12 +39,10 @@ class Beside(NamedTuple):
 
     Attributes
     ----------
-    outward : (N,), 1 where outside of the target is ahead along the normal, -1 behind, 0 of no outline.
     offset : (C, N, K), px along the normal, NaN for none, those that are nearer to another line left out.
     """
 
     samples: Samples
-    outward: Floats
     offset: Floats
     lines: int
 
@@ -60,7 +57,7 @@ class Beside(NamedTuple):
     @property
     def variance_px2(self) -> Floats:
         """Of each line for the edge that runs beside its own, (L,); 0 without any."""
-        share = self.share_at(COURSES, np.ones(len(self.outward)), WIDTH_PX)
+        share = self.share_at(COURSES, np.ones(len(self.samples.line)), WIDTH_PX)
         share[share < LEAST_SHARE] = 0.0
         return np.asarray((TAKEN * share * COURSES**2).max(axis=1))
 
@@ -69,9 +66,8 @@ def beside(problem: PoseProblem, pose: Pose) -> Beside:
     """Look around the visible lines of a pose that is within a pixel or two of the right one."""
     lines = len(problem.model.lines)
     samples = thinned(visible_samples(problem.model, problem.camera, pose, SPACING_PX), MOST_SAMPLES)
-    outward = outward_of(problem.model, problem.camera, pose, samples)
     reach = np.full(len(samples.line), REACH_PX)
     scale = np.take(problem.scale, samples.line, axis=1)
     points = search(problem.channels, scale, Normals(samples.image, samples.normal, reach))
     associate(samples, lines, points.offset)
-    return Beside(samples, outward, points.offset, lines)
+    return Beside(samples, points.offset, lines)

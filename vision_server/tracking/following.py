@@ -88,7 +88,7 @@ class Sight:
         problem = replace(problem, scale=line_scales(problem, expected))
         spacing = spacing_for(self.model, seen.camera, expected)
         first = refine(problem, expected, NEAR_REACHES_PX, spacing)
-        return None if first is None else settled(problem, first.pose, spacing, habits)
+        return None if first is None else on_lines(problem, first.pose, spacing, habits)
 
     def far(self, pixels: Pixels, expected: Sequence[Pose], habits: Habits) -> list[Found]:
         """The same some 30 px around each of the poses, by way of smaller pictures; best first."""
@@ -107,7 +107,7 @@ class Sight:
         return sorted(found, key=lambda one: -one.quality)
 
 
-def settled(problem: PoseProblem, near: Pose, spacing_px: float, habits: Habits) -> Found | None:
+def on_lines(problem: PoseProblem, near: Pose, spacing_px: float, habits: Habits) -> Found | None:
     """Fitted to whole lines from nearby; on the outermost edges where those inside of them may be print."""
     around = beside(problem, near)
     found = _fitted(problem, near, EXACT_REACH_PX, spacing_px, habits, around)

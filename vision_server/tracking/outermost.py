@@ -16,6 +16,7 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD
 from vision_server.pose.steps import moved, step_jacobian, turning_point
 from vision_server.tracking.beside import REACH_PX, Beside
+from vision_server.tracking.lines import outward_of
 
 Floats = NDArray[np.float64]
 
@@ -29,11 +30,16 @@ OUTER_SD_PX, ELSE_SD_PX = 0.5, 2.0  # of lines with an outer edge, and of those 
 TAIL, ITERATIONS = 4.0, 8  # degrees of freedom of Student's t
 
 
-def outer_edges(found: Beside) -> Floats:
-    """Offset outwards of the outermost edge that runs along each line, (L,) px; NaN without one."""
-    share = found.share_at(COURSES, found.outward, WIDTH_PX)
+def outer_edges(found: Beside, outward: Floats) -> Floats:
+    """Offset outwards of the outermost edge that runs along each line, (L,) px; NaN without one.
+
+    Parameters
+    ----------
+    outward : (N,), of the samples, see `outward_of`.
+    """
+    share = found.share_at(COURSES, outward, WIDTH_PX)
     whole = share >= WHOLE
-    outlines = np.bincount(found.samples.line, found.outward != 0.0, found.lines)
+    outlines = np.bincount(found.samples.line, outward != 0.0, found.lines)
     whole &= (2.0 * outlines > np.bincount(found.samples.line, minlength=found.lines))[:, None]
     out = np.full(found.lines, np.nan)
     for line in np.flatnonzero(whole.any(axis=1)):
@@ -46,13 +52,14 @@ def outer_edges(found: Beside) -> Floats:
 
 def outermost(problem: PoseProblem, pose: Pose, found: Beside) -> Pose | None:
     """The pose whose outlines are the outermost edges; None where no line has an edge outside of it."""
-    outer = outer_edges(found)
+    outward = outward_of(problem.model, problem.camera, pose, found.samples)
+    outer = outer_edges(found, outward)
     if np.isnan(outer).all():
         return None
     samples = found.samples
     centre = turning_point(problem.model, pose)
     rows = step_jacobian(problem.camera, pose.apply(samples.points), samples.normal, centre)
-    value = outer[samples.line] * found.outward
+    value = outer[samples.line] * outward
     known = np.isfinite(value)
     value = np.where(known, value, 0.0)
     per_line = np.bincount(samples.line, minlength=found.lines)[samples.line]

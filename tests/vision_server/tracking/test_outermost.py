@@ -40,14 +40,15 @@ def test_outlines_end_where_the_background_begins(model: Model) -> None:
 def test_an_outline_has_nothing_outside_of_it(model: Model) -> None:
     seen = problem(model, printed=True)
     found = beside(seen, POSE)
-    assert np.isnan(outer_edges(found)).all()
+    assert np.isnan(outer_edges(found, outward_of(model, CAMERA, POSE, found.samples))).all()
     assert outermost(seen, POSE, found) is None
 
 
 def test_the_pose_on_the_outermost_edges_is_nearer(model: Model) -> None:
     seen, start = problem(model, printed=False), farther(POSE, 1.04)
     found = beside(seen, start)
-    assert np.isfinite(outer_edges(found)).sum() >= 4
+    outward = outward_of(model, CAMERA, start, found.samples)
+    assert np.isfinite(outer_edges(found, outward)).sum() >= 4
     pose = outermost(seen, start, found)
     assert pose is not None
     assert abs(pose.translation[2] / POSE.translation[2] - 1.0) < 0.02
