@@ -1,9 +1,10 @@
 """Workers of a dask cluster: another machine's, a hundred machines', or processes of this one."""
 
 import logging
+import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ class DaskPool:
 
     def __init__(self, address: str, version: str, keep: Path | None) -> None:
         try:
+            import dask.config
             import distributed
         except ImportError:
             raise BadInput(
@@ -37,8 +39,9 @@ class DaskPool:
             ) from None
         logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what counts is said by messages here
         self._distributed: Any = distributed
+        self._config: Any = dask.config
         self._version, self._keep = version, keep
-        self._cluster: Any = None
+        self._ending = ExitStack()
         self._address = address
         if address.startswith(LOCAL):
             self._address = self._local_cluster(address.removeprefix(LOCAL))
@@ -142,21 +145,23 @@ class DaskPool:
     def _local_cluster(self, count: str) -> str:
         if not count.isdecimal() or int(count) < 1:
             raise BadInput(f"--cluster {LOCAL}{count} says no number of processes.", "Write local:4.")
-        self._cluster = self._distributed.LocalCluster(
+        scratch = self._ending.enter_context(tempfile.TemporaryDirectory(prefix="dask-"))
+        self._ending.enter_context(self._config.set({"temporary-directory": scratch}))
+        cluster = self._distributed.LocalCluster(
             n_workers=int(count),
             threads_per_worker=1,
             processes=True,
             dashboard_address=":0",
             silence_logs=logging.CRITICAL,
         )
-        return str(self._cluster.scheduler_address)
+        self._ending.callback(cluster.close, timeout=5.0)
+        return str(cluster.scheduler_address)
 
     def close(self) -> None:
         """Leave the cluster; one that was started here ends."""
         with suppress(Exception):
             self._client.close(timeout=2.0)
-        if self._cluster is not None:
-            self._cluster.close(timeout=5.0)
+        self._ending.close()
 
 
 def timed_rows(cells: list[Cell], version: str, keep: Path | None) -> tuple[list[Row], float]:

@@ -8,9 +8,11 @@ processes and sockets that are left. Prints one JSON object a session, and one o
 """
 
 import argparse
+import atexit
 import json
 import os
 import random
+import shutil
 import signal
 import socket
 import subprocess
@@ -103,7 +105,9 @@ def begun(out: Path) -> bool:
 @cache
 def stack() -> Path:
     """A stack that was recorded from the simulator."""
-    folder = Path(tempfile.mkdtemp(prefix="kills-")) / "stack"
+    made = tempfile.mkdtemp(prefix="kills-")
+    atexit.register(shutil.rmtree, made, ignore_errors=True)
+    folder = Path(made) / "stack"
     words = ["record", str(folder), "--kind", "basis", "--scenario", "nominal", "--seed", "2"]
     command = [sys.executable, "-m", "image_server", *words]
     subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
