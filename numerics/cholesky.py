@@ -45,3 +45,39 @@ def solve_positive(matrix: Floats, vector: Floats, damping: float, floor: float)
             value -= lower[k, i] * out[k]
         out[i] = value / lower[i, i]
     return out
+
+
+@kernel(error_model="numpy")
+def inverse_positive(matrix: Floats) -> Floats:
+    """Inverse (n, n) of a positive definite matrix (n, n); NaN when it is not positive definite.
+
+    Only the lower triangle is read.
+    """
+    size = len(matrix)
+    lower, inverse = np.zeros((size, size)), np.zeros((size, size))
+    for i in range(size):
+        for j in range(i + 1):
+            value = matrix[i, j]
+            for k in range(j):
+                value -= lower[i, k] * lower[j, k]
+            if i > j:
+                lower[i, j] = value / lower[j, j]
+            elif value > 0.0:
+                lower[i, i] = math.sqrt(value)
+            else:
+                return np.full((size, size), np.nan)
+    for i in range(size):  # of the triangle, row by row
+        inverse[i, i] = 1.0 / lower[i, i]
+        for j in range(i):
+            value = 0.0
+            for k in range(j, i):
+                value -= lower[i, k] * inverse[k, j]
+            inverse[i, j] = value / lower[i, i]
+    out = np.empty((size, size))
+    for i in range(size):
+        for j in range(i + 1):
+            value = 0.0
+            for k in range(i, size):
+                value += inverse[k, i] * inverse[k, j]
+            out[i, j] = out[j, i] = value
+    return out

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.rotation import cross_matrix
+from numerics.cholesky import inverse_positive
+from numerics.kernels import kernel
 from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.refinement import ENOUGH_ROWS, prior_precision
 from vision_server.pose.steps import moved
@@ -25,6 +27,8 @@ from vision_server.pose.weights import base_weights
 from vision_server.tracking.lines import LineFits, line_fits, rounding_shifts, united
 
 Floats = NDArray[np.float64]
+Told = tuple[float, float]
+"""What lines tell of the radius: precision 1/m^2, and that times the radius."""
 
 TAIL = 4.0  # degrees of freedom of Student's t, by which lines are off
 ITERATIONS = 8
@@ -104,7 +108,7 @@ class Fit:
     off_px2: float
     lines: int
     radius_m: float
-    radius_told: tuple[float, float]
+    radius_told: Told
 
 
 def fitted(
@@ -151,6 +155,7 @@ def fitted(
     )
 
 
+@kernel(error_model="numpy")
 def none_or_rounded(
     unknowns: Floats, covariance: Floats, at_first_sd: float, odds_before: float
 ) -> tuple[Floats, Floats]:
@@ -184,6 +189,7 @@ def none_or_rounded(
     return unknowns + step, covariance - np.outer(gain, gain) * (variance - spread)
 
 
+@kernel(error_model="numpy")
 def rounded_odds(off_px2: float, numbers: float) -> float:
     """Odds that edges are rounded, by what other than that a frame's lines are off, as so many numbers show.
 
@@ -193,49 +199,55 @@ def rounded_odds(off_px2: float, numbers: float) -> float:
     return float((variance / EVEN_PX**2) ** (0.5 * POWER))
 
 
+@kernel(error_model="numpy")
 def mills_ratio(above: float) -> float:
     """Mass of the standard normal below ``above`` over its density there."""
     above = min(above, FARTHEST)
     return math.sqrt(0.5 * math.pi) * math.exp(0.5 * above**2) * math.erfc(-above / math.sqrt(2.0))
 
 
-def solved(
-    lines: LineFits, prior: Floats, habits: Habits
-) -> tuple[Floats, Floats, float, tuple[float, float]]:
+@kernel(error_model="numpy")
+def solved(lines: LineFits, prior: Floats, habits: Habits) -> tuple[Floats, Floats, float, Told]:
     """Pose, nuisances and radius (9,), their covariance; of these lines alone, what they are off, px^2, and
     what they tell of the radius, see `Fit`.
 
     Iteratively reweighted least squares: the weights are Student's, the variance is that of the residuals,
     each divided by the share of it that the fit did not take up, beside what was known.
     """
-    known = lines.variance.ravel() < np.inf
-    value, scatter = lines.value.ravel()[known], lines.variance.ravel()[known]
-    slack = np.repeat(lines.slack, 2)[known] ** 2 / 3.0
+    values, scatters, rows = lines.value.ravel(), lines.variance.ravel(), lines.rows.reshape(-1, 9)
     radius_m2 = habits.radius_m**2  # expected square of the radius
-    rows = lines.rows.reshape(-1, 9)[known]
-    pulled = np.zeros(9)
-    pulled[8] = prior[8] * habits.radius_m
-    off_px2, factor, own, left = habits.off_px2, np.ones(len(value)), 0.0, 0.0
-    step: Floats = np.zeros(9)
-    covariance: Floats = np.eye(9)
-    told = (0.0, 0.0)
+    factor, off_px2, own, left = np.ones(len(values)), habits.off_px2, 0.0, 0.0
+    step, covariance, told = np.zeros(9), np.eye(9), (0.0, 0.0)
     for _ in range(ITERATIONS):
-        noise = scatter + slack * radius_m2
-        variance = noise + off_px2
-        weighted = rows * (factor / variance)[:, None]
-        covariance = np.asarray(np.linalg.inv(weighted.T @ rows + np.diag(prior)))
-        step = covariance @ (weighted.T @ value + pulled)
-        told = (1.0 / covariance[8, 8] - prior[8], step[8] / covariance[8, 8] - pulled[8])
+        normal, right = np.diag(prior), np.zeros(9)
+        right[8] = prior[8] * habits.radius_m
+        for i in range(len(values)):
+            if scatters[i] < np.inf:
+                variance = scatters[i] + lines.slack[i // 2] ** 2 / 3.0 * radius_m2 + off_px2
+                weight = factor[i] / variance
+                for j in range(9):
+                    right[j] += weight * values[i] * rows[i, j]
+                    for k in range(9):
+                        normal[j, k] += weight * rows[i, j] * rows[i, k]
+        covariance = inverse_positive(normal)
+        step = (covariance * right).sum(axis=1)
+        told = (1.0 / covariance[8, 8] - prior[8], step[8] / covariance[8, 8] - prior[8] * habits.radius_m)
         step, covariance = none_or_rounded(step, covariance, habits.at_first_m, rounded_odds(own, left))
-        radius_m2 = float(step[8]) ** 2 + float(covariance[8, 8])
-        residual = value - rows @ step
-        free = 1.0 - ((weighted @ covariance) * rows).sum(axis=1)
-        left = max(float(free.sum()), 0.0)
-        free = np.maximum(free, LEAST_FREE)
-        factor = (TAIL + 1.0) / (TAIL + residual**2 / variance)
-        share = off_px2 / variance
-        squares = float((share * np.maximum(factor * residual**2 / free - noise, 0.0)).sum())
-        own = squares / max(float(share.sum()), 1e-9)
-        off_px2 = (habits.seen * habits.off_px2 + squares) / (habits.seen + float(share.sum()))
+        shares, squares, left = 0.0, 0.0, 0.0
+        for i in range(len(values)):
+            if scatters[i] < np.inf:
+                noise = scatters[i] + lines.slack[i // 2] ** 2 / 3.0 * radius_m2
+                variance = noise + off_px2
+                residual = values[i] - (rows[i] * step).sum()
+                free = 1.0 - factor[i] / variance * ((covariance * rows[i]).sum(axis=1) * rows[i]).sum()
+                left += free
+                factor[i] = (TAIL + 1.0) / (TAIL + residual**2 / variance)
+                share = off_px2 / variance
+                shares += share
+                squares += share * max(factor[i] * residual**2 / max(free, LEAST_FREE) - noise, 0.0)
+        left = max(left, 0.0)
+        radius_m2 = step[8] ** 2 + covariance[8, 8]
+        own = squares / max(shares, 1e-9)
+        off_px2 = (habits.seen * habits.off_px2 + squares) / (habits.seen + shares)
     covariance[:6, :6] *= 1.0 + FEW / (2.0 * habits.seen + left)
     return step, covariance, own, told

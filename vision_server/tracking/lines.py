@@ -20,6 +20,7 @@ from vision_server.pose.weights import SCATTER_PX
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 # Chosen by hand where nothing else is said.
 FEWEST = 4  # edge points of a line that show where it lies and how it is turned
@@ -162,27 +163,60 @@ def rounding_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tupl
     The shift (N,), and how far a crease may be from there to either side; 0 for lines of open, smooth or
     hollow places.
     """
-    model, camera, line = problem.model, problem.camera, seen.samples.line
+    model, line = problem.model, seen.samples.line
     normals = model.face_normals @ pose.matrix.T
-    one, two = (normals[model.line_faces[line, side]] for side in (0, 1))
-    points = pose.apply(seen.samples.points)
-    sight = points / np.linalg.norm(points, axis=1, keepdims=True)
-    both, apart = one + two, 1.0 + (one * two).sum(axis=1)
-    apex = both / np.maximum(apart, FLAT)[:, None]
-    outward = np.cross(sight, seen.samples.direction @ pose.matrix.T)
-    outward *= (np.sign((outward * both).sum(axis=1)) / np.linalg.norm(outward, axis=1))[:, None]
-    outline = (1.0 - (outward * apex).sum(axis=1))[:, None] * outward
-    crease = both / np.maximum(np.linalg.norm(both, axis=1), FLAT)[:, None] - apex
-    creased = ((one * sight).sum(axis=1) < 0.0) & ((two * sight).sum(axis=1) < 0.0)
-    shift = np.where(creased[:, None], crease, outline)
-    slack = np.where(creased[:, None], 0.5 * (one - two), 0.0)
-    rounds = _rounds(model)[line] & (apart > FLAT)
-    along = []
-    for change in (shift, slack):
-        image = (change[:, :2] - change[:, 2:] * points[:, :2] / points[:, 2:]) / points[:, 2:]
-        pixels = (image * [camera.fx, camera.fy] * seen.samples.normal).sum(axis=1)
-        along.append(np.where(rounds, pixels, 0.0))
-    return along[0], np.abs(along[1])
+    found = _roundings(
+        normals[model.line_faces[:, 0]],
+        normals[model.line_faces[:, 1]],
+        _rounds(model),
+        line,
+        pose.apply(seen.samples.points),
+        seen.samples.direction @ pose.matrix.T,
+        seen.samples.normal * [problem.camera.fx, problem.camera.fy],
+    )
+    return found[0], found[1]
+
+
+@kernel(error_model="numpy")
+def _roundings(
+    one: Floats, two: Floats, rounds: Flags, line: Ints, points: Floats, along: Floats, focal: Floats
+) -> Floats:
+    """Both of `rounding_shifts`, (2, N).
+
+    Parameters
+    ----------
+    one, two : (L, 3), normals of the faces at each line.
+    points, along : (N, 3), and unit vectors along their lines, camera frame.
+    focal : (N, 2), normals in the image times the focal lengths, px.
+    """
+    out = np.zeros((2, len(line)))
+    for i in range(len(line)):
+        n, m, point = one[line[i]], two[line[i]], points[i]
+        cosine = n[0] * m[0] + n[1] * m[1] + n[2] * m[2]
+        if not rounds[line[i]] or 1.0 + cosine <= FLAT:
+            continue
+        facing_n = n[0] * point[0] + n[1] * point[1] + n[2] * point[2]
+        facing_m = m[0] * point[0] + m[1] * point[1] + m[2] * point[2]
+        both, apex = n + m, (n + m) / (1.0 + cosine)
+        if facing_n < 0.0 and facing_m < 0.0:
+            shift = both / max(math.sqrt(2.0 + 2.0 * cosine), FLAT) - apex
+            out[1, i] = abs(_across(0.5 * (n - m), point, focal[i]))
+        else:
+            outward = np.empty(3)
+            for k in range(3):
+                p, q = (k + 1) % 3, (k + 2) % 3
+                outward[k] = point[p] * along[i, q] - point[q] * along[i, p]
+            outward /= math.sqrt((outward**2).sum()) * (1.0 if (outward * both).sum() >= 0.0 else -1.0)
+            shift = (1.0 - (outward * apex).sum()) * outward
+        out[0, i] = _across(shift, point, focal[i])
+    return out
+
+
+@kernel(error_model="numpy")
+def _across(shift: Floats, point: Floats, focal: Floats) -> float:
+    """How far a shift (3,) of a point moves it in the image along the normal that ``focal`` is, px."""
+    x, y = shift[0] - shift[2] * point[0] / point[2], shift[1] - shift[2] * point[1] / point[2]
+    return float((x * focal[0] + y * focal[1]) / point[2])
 
 
 def outward_of(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Floats:
@@ -203,7 +237,7 @@ def outward_of(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Fl
 
 
 @lru_cache(maxsize=8)
-def _rounds(model: Model) -> NDArray[np.bool_]:
+def _rounds(model: Model) -> Flags:
     """Which lines are sharp convex edges between two faces, (L,)."""
     middles = np.array([model.vertices[face].mean(axis=0) for face in model.faces])
     one, two = model.line_faces[:, 0], model.line_faces[:, 1]

@@ -5,10 +5,13 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import cast
 
+import numpy as np
 import pytest
 
+from geometry.pose import Pose
 from vision_server.pose.support import PoseSupport
-from vision_server.tracking.acceptance import is_partly_whole, is_whole
+from vision_server.tracking.acceptance import is_exact, is_partly_whole, is_whole
+from vision_server.tracking.motion import about
 
 
 def supported(*lines: tuple[float, float]) -> PoseSupport:
@@ -31,3 +34,15 @@ def supported(*lines: tuple[float, float]) -> PoseSupport:
 def test_lines_count_by_their_length(lines: list[tuple[float, float]], partly: bool, wholly: bool) -> None:
     assert is_partly_whole(supported(*lines)) == partly
     assert is_whole(supported(*lines)) == wholly
+
+
+def test_what_is_clearly_exact_is_so_by_draws_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    pose, rng = Pose(np.zeros(3), np.array([0.05, 0.0, 0.5])), np.random.default_rng(0)
+    spreads = []
+    for _ in range(60):
+        half = rng.normal(size=(6, 6)) * np.repeat([0.01, 0.002], 3)[:, None] * 10.0 ** rng.uniform(-1, 0.3)
+        spreads.append(about(-pose.translation, half @ half.T))
+    quick = [is_exact(pose, spread) for spread in spreads]
+    monkeypatch.setattr("vision_server.tracking.acceptance.CLEARLY", np.inf)
+    assert quick == [is_exact(pose, spread) for spread in spreads]
+    assert 10 < sum(quick) < 50

@@ -7,13 +7,16 @@ import numpy as np
 import pytest
 
 from benchmarks.printed_boxes import sharp
+from geometry.model import Model
 from tests.vision_server.synthetic import CAMERA
 from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_at
+from tests.vision_server.tracking.plain_roundings import plain_shifts
+from tests.vision_server.tracking.plain_solved import plainly_solved
 from vision_server.pose.observation import observe
 from vision_server.tracking import fitting
-from vision_server.tracking.fitting import Floats, Habits, fitted, none_or_rounded, rounded_odds
+from vision_server.tracking.fitting import Floats, Habits, fitted, none_or_rounded, rounded_odds, solved
 from vision_server.tracking.frame import Tone, Window, problem_of
-from vision_server.tracking.lines import line_fits, rounding_shifts
+from vision_server.tracking.lines import LineFits, line_fits, rounding_shifts
 
 TONE = Tone.of(1.0, 0.01)
 SPACING_PX = 2.0
@@ -34,6 +37,20 @@ def test_outlines_of_rounded_boxes_lie_where_the_shift_says() -> None:
     assert np.abs(shift).max() > 1.5
     assert np.median(np.abs(offset - shift)) < 0.2
     assert np.median(np.abs(offset)) > 0.5
+
+
+@pytest.mark.parametrize("turn", TURNS)
+def test_the_kernel_of_rounded_edges_does_as_numpy_does(model: Model, turn: list[float]) -> None:
+    for one in (model, sharp(plain_box(0.001))):
+        pose = seen_at(turn)
+        problem = problem_of(Window(np.zeros((CAMERA.height, CAMERA.width), np.uint8), CAMERA), one, TONE)
+        seen = observe(problem, pose, 3.0, SPACING_PX)
+        shift, slack = rounding_shifts(problem, pose, seen)
+        assert shift.any()
+        assert slack.any()
+        expected = plain_shifts(problem, pose, seen)
+        np.testing.assert_allclose(shift, expected[0], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(slack, expected[1], rtol=1e-9, atol=1e-9)
 
 
 def test_a_line_that_is_off_and_turned_is_told_so() -> None:
@@ -88,6 +105,23 @@ def test_what_was_learnt_moves_slowly_to_what_frames_say() -> None:
     assert habits.seen > first.seen
 
 
+@pytest.mark.parametrize("radius", [None, 0.0, 0.002])
+def test_the_kernel_solves_as_numpy_does(radius: float | None) -> None:
+    rng = np.random.default_rng(0)
+    habits = Habits.of(sharp(plain_box(0.001)), radius)
+    for count in (4, 9):
+        variance = rng.uniform(0.001, 0.1, (count, 2))
+        variance[1, 1] = np.inf
+        rows = rng.normal(size=(count, 2, 9)) * [500, 500, 500, 1e3, 1e3, 1e3, 0.1, 0.1, 300]
+        value = 0.3 * rng.standard_t(3, (count, 2))
+        lines = LineFits(value, variance, rows, rng.uniform(0, 300, count), np.arange(count))
+        prior = np.r_[np.repeat([1.0, 4.0], 3), 100.0, 100.0, habits.radius_sd_m**-2.0]
+        for one, other in zip(
+            solved(lines, prior, habits), plainly_solved(lines, prior, habits), strict=True
+        ):
+            np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
+
+
 @pytest.mark.parametrize("mean", [-2.0, 0.1, 1.5])
 def test_a_radius_is_none_or_more_than_none_and_the_pose_goes_with_it(mean: float) -> None:
     rng = np.random.default_rng(0)
@@ -133,6 +167,7 @@ def test_creases_count_less_where_the_radius_is_hardly_known(monkeypatch: pytest
     box, pose = plain_box(0.0002), seen_at(TURNS[0])
     problem = problem_of(Window(pictured(box, pose), CAMERA), sharp(box), TONE)
     monkeypatch.setattr(fitting, "none_or_rounded", hardly_known)
+    monkeypatch.setattr(fitting, "solved", plainly_solved)
     spread = []
     for share in (0.0, 1.0):
 

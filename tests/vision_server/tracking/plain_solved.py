@@ -1,0 +1,56 @@
+"""A fit to whole lines, as NumPy says it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision_server.tracking import fitting
+from vision_server.tracking.fitting import FEW, ITERATIONS, LEAST_FREE, TAIL, Habits, rounded_odds
+from vision_server.tracking.lines import LineFits
+
+Floats = NDArray[np.float64]
+
+
+def plainly_solved(
+    lines: LineFits, prior: Floats, habits: Habits
+) -> tuple[Floats, Floats, float, tuple[float, float]]:
+    """Pose, nuisances and radius (9,), their covariance; of these lines alone, what they are off, px^2, and
+    what they tell of the radius, see `Fit`.
+
+    Iteratively reweighted least squares: the weights are Student's, the variance is that of the residuals,
+    each divided by the share of it that the fit did not take up, beside what was known.
+    """
+    known = lines.variance.ravel() < np.inf
+    value, scatter = lines.value.ravel()[known], lines.variance.ravel()[known]
+    slack = np.repeat(lines.slack, 2)[known] ** 2 / 3.0
+    radius_m2 = habits.radius_m**2  # expected square of the radius
+    rows = lines.rows.reshape(-1, 9)[known]
+    pulled = np.zeros(9)
+    pulled[8] = prior[8] * habits.radius_m
+    off_px2, factor, own, left = habits.off_px2, np.ones(len(value)), 0.0, 0.0
+    step: Floats = np.zeros(9)
+    covariance: Floats = np.eye(9)
+    told = (0.0, 0.0)
+    for _ in range(ITERATIONS):
+        noise = scatter + slack * radius_m2
+        variance = noise + off_px2
+        weighted = rows * (factor / variance)[:, None]
+        covariance = np.asarray(np.linalg.inv(weighted.T @ rows + np.diag(prior)))
+        step = covariance @ (weighted.T @ value + pulled)
+        told = (1.0 / covariance[8, 8] - prior[8], step[8] / covariance[8, 8] - pulled[8])
+        step, covariance = fitting.none_or_rounded(
+            step, covariance, habits.at_first_m, rounded_odds(own, left)
+        )
+        radius_m2 = float(step[8]) ** 2 + float(covariance[8, 8])
+        residual = value - rows @ step
+        free = 1.0 - ((weighted @ covariance) * rows).sum(axis=1)
+        left = max(float(free.sum()), 0.0)
+        free = np.maximum(free, LEAST_FREE)
+        factor = (TAIL + 1.0) / (TAIL + residual**2 / variance)
+        share = off_px2 / variance
+        squares = float((share * np.maximum(factor * residual**2 / free - noise, 0.0)).sum())
+        own = squares / max(float(share.sum()), 1e-9)
+        off_px2 = (habits.seen * habits.off_px2 + squares) / (habits.seen + float(share.sum()))
+    covariance[:6, :6] *= 1.0 + FEW / (2.0 * habits.seen + left)
+    return step, covariance, own, told
