@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
@@ -36,6 +37,21 @@ class Window:
         shape = (width // factor, height // factor)
         pixels = np.asarray(cv2.resize(whole, shape, interpolation=cv2.INTER_AREA), dtype=self.pixels.dtype)
         return Window(pixels, self.camera.part((0, 0, width, height)).scaled(1.0 / factor))
+
+
+def check_size(pixels: Pixels, camera: Camera, number: int) -> None:
+    """Refuse a frame that the camera did not take.
+
+    Raises
+    ------
+    BadInput : another size or type.
+    """
+    if pixels.dtype not in (np.uint8, np.float32) or pixels.shape != (camera.height, camera.width):
+        shape = f"{'x'.join(map(str, pixels.shape[1::-1]))} px of {pixels.dtype}"
+        raise BadInput(
+            f"Frame {number} has {shape}, the camera {camera.width}x{camera.height}.",
+            "Give grey frames of the camera's size.",
+        )
 
 
 def window(pixels: Pixels, model: Model, camera: Camera, pose: Pose, margin_px: float) -> Window | None:

@@ -9,7 +9,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import SEARCH_ROTATION_DEG, Pose, search_translation_px
@@ -29,9 +28,10 @@ from vision_server.tracking.acceptance import (
     is_whole,
     told_covariance,
 )
+from vision_server.tracking.choosing import likeliest
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
-from vision_server.tracking.frame import NAME, Tone
+from vision_server.tracking.frame import NAME, Tone, check_size
 from vision_server.tracking.motion import Motion
 
 Floats = NDArray[np.float64]
@@ -41,7 +41,8 @@ Seen = tuple[State, Pose | None, Floats | None, dict[int, float] | None]
 # Chosen by hand where nothing else is said.
 SURPRISING = 38.3  # squared innovation that one pose in a million exceeds where the filter is honest
 AS_BEFORE = 0.5  # of the quality that believed frames have: below, the frame is looked at again ...
-LIKE_BEFORE = 0.25  # ... and below this nothing in it is believed
+SURE_LIKE = 0.4  # ... below this nothing in it is sure (of a real cube, 1 of 214 frames is below) ...
+LIKE_BEFORE = 0.25  # ... and below this nothing is believed
 REMEMBERED = 0.1  # share of the latest frame in that quality
 LOOKED_AT_ANEW = 5  # frames that are not believed in a row before everything is searched again
 EVERYWHERE = 6  # of so many searches that are not believed in a row, one looks without a pose to start from
@@ -101,6 +102,7 @@ class Tracker:
         self._motion: Motion | None = None
         self._habits = Habits.of(model, edge_radius_m)
         self._ambiguity = 0.0
+        self._steady = False  # whether the last frame was followed surely
         self._believed = False  # whether the last search that found something believed it
         self._typical = 0.0  # quality of believed frames
         self._was_believed = False
@@ -138,20 +140,11 @@ class Tracker:
         """
         began = time.process_time()
         self._frame += 1
-        self._check(pixels)
+        check_size(pixels, self._sight.camera, self._frame)
         note, seconds = self._passed(pixels, time_s)
         state, pose, covariance, support = self._seen(pixels, seconds)
         self._last = pixels
         return Tracked(self._frame, state, pose, covariance, time.process_time() - began, note, support)
-
-    def _check(self, pixels: Pixels) -> None:
-        camera = self._sight.camera
-        if pixels.dtype not in (np.uint8, np.float32) or pixels.shape != (camera.height, camera.width):
-            shape = f"{'x'.join(map(str, pixels.shape[1::-1]))} px of {pixels.dtype}"
-            raise BadInput(
-                f"Frame {self._frame} has {shape}, the camera {camera.width}x{camera.height}.",
-                "Give grey frames of the camera's size.",
-            )
 
     def _passed(self, pixels: Pixels, time_s: float | None) -> tuple[str, float]:
         """What is strange about the frame, and seconds since the one before."""
@@ -180,14 +173,15 @@ class Tracker:
         middle = self._sight.model.middle
         start = expected.pose(middle)
         near = self._sight.near(pixels, start, self._habits)
-        if near is not None and near.quality >= AS_BEFORE * self._typical and self._is_believed(near):
+        like = near is not None and near.quality >= AS_BEFORE * self._typical
+        if near is not None and like and self._steady and self._is_believed(near):
             return near
         starts = [start] if isinstance(self._around, Anywhere) else [start, self._around]
         candidates = self._sight.far(pixels, starts, self._habits) + ([] if near is None else [near])
         candidates.sort(key=lambda one: -one.quality)
         believed = [one for one in candidates if self._is_believed(one)]
-        if believed:  # print may look better than the edge beside it; the motion knows which it was
-            return min(believed, key=lambda one: expected.surprise(one.pose, one.covariance, middle))
+        if believed:
+            return likeliest(believed, expected, middle)
         for one in candidates:
             if one.belief(0.0) >= HELD:
                 return one
@@ -219,7 +213,9 @@ class Tracker:
         self._held(found.pose, found.quality, believed)
         if believed:
             self._habits = self._habits.after(found.fit)
-        state: State = "sure" if believed and is_exact(found.pose, found.covariance) else "unsure"
+        like = believed and found.quality >= SURE_LIKE * self._typical
+        self._steady = like and is_exact(found.pose, found.covariance)
+        state: State = "sure" if self._steady else "unsure"
         support = {line.line: line.support for line in found.support.lines}
         return state, found.pose, told_covariance(found.covariance, found.belief(self._ambiguity)), support
 
@@ -236,6 +232,7 @@ class Tracker:
 
         A pose that was ``followed`` and is not believed stays unless what is found is better.
         """
+        self._steady = False
         estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
         self._doubted = 0
         likely = estimate.score >= HELD or is_likely(estimate, self._met)

@@ -16,6 +16,7 @@ from tests.vision_server.tracking.films import filmed, moving
 from vision_server.channels.depth import Pixels
 from vision_server.pipeline import Estimate
 from vision_server.tracking.acceptance import is_exact, is_likely, told_covariance
+from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.motion import about
 from vision_server.tracking.tracker import LOOKED_AT_ANEW, SURPRISING, Tracked, Tracker
@@ -118,6 +119,7 @@ def test_a_pose_that_is_believed_but_not_exact_is_unsure_and_is_followed(
 
     monkeypatch.setattr(Tracker, "_estimate", counted)
     monkeypatch.setattr("vision_server.tracking.acceptance.WITHIN", 1.1)
+    monkeypatch.setattr("vision_server.tracking.acceptance.CLEARLY", np.inf)
     poses = moving(12, still=3)
     told = followed(model, list(poses))
     assert {one.state for one in told} == {"unsure"}
@@ -233,3 +235,33 @@ def test_what_is_hardly_believed_is_stated_with_wide_tails(
         assert own_one.covariance is not None
         assert doubted.covariance is not None
         assert np.trace(doubted.covariance[:3, :3]) > 2.0 * np.trace(own_one.covariance[:3, :3])
+
+
+def test_what_has_lost_most_of_its_support_is_followed_and_not_sure(model: Model) -> None:
+    tracker = Tracker(model, CAMERA, NEAR)
+    frames = list(filmed(model, list(moving(5, still=5))))
+    assert [tracker.step(frame).state for frame in frames[:4]] == ["sure"] * 4
+    tracker._typical /= 0.3
+    told = tracker.step(frames[4])
+    assert told.state == "unsure"
+    assert told.pose is not None
+    assert told.pose.error_to(POSE).within(0.3, 0.003)
+    assert tracker._was_believed
+
+
+def test_after_a_frame_that_was_not_followed_surely_other_poses_are_looked_at(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looks, far = [], Sight.far
+
+    def counted(self: Sight, pixels: Pixels, expected: list[Pose], habits: Habits) -> list[Found]:
+        looks.append(len(expected))
+        return far(self, pixels, expected, habits)
+
+    monkeypatch.setattr(Sight, "far", counted)
+    tracker = Tracker(model, CAMERA, NEAR)
+    counts = []
+    for frame in filmed(model, list(moving(4, still=4))):
+        tracker.step(frame)
+        counts.append(len(looks))
+    assert counts == [0, 1, 1, 1]
