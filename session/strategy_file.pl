@@ -23,7 +23,7 @@ The interpreter checks what any program can get wrong; here is what only the the
 %   @error usage_error(Message) where the strategy has no `control`
 
 check_control(File) :-
-    findall(Name, ( in_file(File, proc(Head, _), _), callable(Head), functor(Head, Name, 0) ), Names),
+    findall(Name, ( in_strategy(File, proc(Head, _), _), callable(Head), functor(Head, Name, 0) ), Names),
     (   memberchk(control, Names)
     ->  true
     ;   ( member(Near, Names), dwim_match(Near, control) -> format(atom(Hint), " Is ~w meant for it?", [Near]) ; Hint = '' ),
@@ -40,13 +40,13 @@ check_control(File) :-
 check_against_device(File, Device) :-
     device_lights(Device, Lights),
     findall(Light, member(light(Light, _), Lights), Names),
-    forall(( in_file(File, working(Light), Line), atom(Light), \+ memberchk(Light, Names) ),
-           no_light(File, Line, Light, Names)),
+    forall(( in_strategy(File, working(Light), Place), atom(Light), \+ memberchk(Light, Names) ),
+           no_light(Place, Light, Names)),
     forall(( member(Action-Settings, [choose(Settings)-Settings, capture(_, Settings)-Settings]),
-             in_file(File, Action, Line),
+             in_strategy(File, Action, Place),
              ground(Settings),
              settings_problem(Device, Settings, Problem) ),
-           usage_error("~w:~d: ~s", [File, Line, Problem])).
+           usage_error("~w: ~s", [Place, Problem])).
 
 %!  check_instead(+Words, +Device) is det.
 %
@@ -65,10 +65,10 @@ check_instead(Words, Device) :-
         usage_error("--instead: '~w' is not an image and its settings on this device, such as 'i3: ~s'", [Words, Shown])
     ).
 
-no_light(File, Line, Light, Names) :-
+no_light(Place, Light, Names) :-
     atomic_list_concat(Names, ', ', Known),
     did_you_mean(Light, Names, Hint),
-    usage_error("~w:~d: working(~w): there is no light ~w; there are ~w.~w", [File, Line, Light, Light, Known, Hint]).
+    usage_error("~w: working(~w): there is no light ~w; there are ~w.~w", [Place, Light, Light, Known, Hint]).
 
 %   In pi and some a lower-case name of one letter or bound by it is a variable: only settings(...) are looked at.
 settings_problem(Device, settings(Levels, Shutter0, Aperture), Problem) :-
@@ -161,6 +161,16 @@ done_by(start_over, start_over).
                 /*******************************
                 *        TERMS OF A FILE       *
                 *******************************/
+
+%   in_strategy(+File, ?Term, -Place): where Term is in the file, or in one that it includes; its own come first.
+in_strategy(File, Term, Place) :-
+    in_file(File, Term, Line),
+    format(atom(Place), "~w:~d", [File, Line]).
+in_strategy(File, Term, Place) :-
+    in_file(File, (:- include(Given)), _),
+    ground(Given),
+    absolute_file_name(Given, Other, [extensions(['', pl]), access(read), relative_to(File), file_errors(fail)]),
+    in_strategy(Other, Term, Place).
 
 %   in_file(+File, ?Term, -Line): where Term is in the file, at any depth; nothing of what cannot be read.
 in_file(File, Term, Line) :-

@@ -4,9 +4,12 @@
 % a target that is seen to have moved (`surprise`) is another pose: the set begins anew.
 
 proc(control,
-     [ choose_safe, take_image, judge,
-       while(and(neg(exhausted), or(doubted, neg(or(and(converged, confirmed), spent)))),
-             [if(doubted, choose_telling, choose_informative), take_image, judge]) ]).
+     [ choose_first, take_image, judge,
+       while(neg(or(exhausted, enough)), [choose_next, take_image, judge]) ]).
+
+proc(choose_first, choose_safe).
+proc(choose_next, if(doubted, choose_telling, choose_informative)).
+proc(enough, and(neg(doubted), or(and(converged, confirmed), spent))).
 
 proc(judge,
      [ measure,

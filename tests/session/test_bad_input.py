@@ -167,6 +167,16 @@ def test_what_the_device_does_not_have_is_said_before_anything_is_done(
     assert "mine.pl" in message
 
 
+def test_what_a_strategy_includes_is_its_own(tmp_path: Path) -> None:
+    (tmp_path / "theirs.pl").write_text("proc(control, [first]).\nproc(first, choose_random).\n")
+    file = tmp_path / "mine.pl"
+    file.write_text(":- include('theirs.pl').\nproc(more, []).\n")
+    assert served("--controller", file, "--dry-run").returncode == 0
+    (tmp_path / "theirs.pl").write_text("proc(control,\n if(working(lft), take_image, [])).\n")
+    message = refused("--controller", file, "--dry-run", by=served)
+    assert "theirs.pl:2: working(lft): there is no light lft" in message
+
+
 @pytest.mark.parametrize(
     ("body", "words"),
     [
