@@ -68,8 +68,7 @@ def _near_pairs(visible: Ints, box: Floats, near_px: Floats) -> Ints:
     From left to right: each line is held against those that begin before it has ended.
     """
     room = 16 * len(visible)
-    keys, count, lines = np.empty(room, dtype=np.int64), 0, len(box)
-    farthest = 0.0
+    pairs, count, farthest = np.empty((room, 2), dtype=np.int64), 0, 0.0
     for mine in visible:
         farthest = max(farthest, near_px[mine])
     in_order = visible[np.argsort(box[visible, 0], kind="mergesort")]
@@ -85,24 +84,48 @@ def _near_pairs(visible: Ints, box: Floats, near_px: Floats) -> Ints:
                 continue
             if count + 2 > room:
                 room *= 2
-                longer = np.empty(room, dtype=np.int64)
-                longer[:count] = keys[:count]
-                keys = longer
+                longer = np.empty((room, 2), dtype=np.int64)
+                longer[:count] = pairs[:count]
+                pairs = longer
             if apart <= near_px[mine]:
-                keys[count] = mine * lines + other
+                pairs[count, 0], pairs[count, 1] = mine, other
                 count += 1
             if apart <= near_px[other]:
-                keys[count] = other * lines + mine
+                pairs[count, 0], pairs[count, 1] = other, mine
                 count += 1
-    keys = np.sort(keys[:count])
-    pairs = np.empty((count, 2), dtype=np.int64)
-    for k in range(count):
-        pairs[k, 0], pairs[k, 1] = keys[k] // lines, keys[k] % lines
-    return pairs
+    return _by_number(_by_number(pairs[:count], 1, len(box)), 0, len(box))
 
 
 @kernel(error_model="numpy")
-def _courses(samples: Samples, near_px: Floats) -> _Courses:
+def _by_number(pairs: Ints, column: int, numbers: int) -> Ints:
+    """Rows in the order of one column, of numbers from 0; equal ones stay as they are (a counting sort)."""
+    place, out = np.zeros(numbers + 1, dtype=np.int64), np.empty_like(pairs)
+    for k in range(len(pairs)):
+        place[pairs[k, column] + 1] += 1
+    for number in range(numbers):
+        place[number + 1] += place[number]
+    for k in range(len(pairs)):
+        number = pairs[k, column]
+        out[place[number], 0], out[place[number], 1] = pairs[k, 0], pairs[k, 1]
+        place[number] += 1
+    return out
+
+
+@kernel(error_model="numpy")
+def _apart(samples: Samples, ends: Ints, along: Floats, mine: int, other: int, near_px: float) -> bool:
+    """Whether all of a straight line is farther than ``near_px`` to one side of another one's course."""
+    image, a = samples.image, ends[other, 0]
+    sides = np.empty(2)
+    for k in range(2):
+        i = ends[mine, k]
+        dx, dy = image[i, 0] - image[a, 0], image[i, 1] - image[a, 1]
+        sides[k] = dx * along[other, 1] - dy * along[other, 0]
+    least = min(abs(sides[0]), abs(sides[1])) if sides[0] * sides[1] > 0.0 else 0.0
+    return bool(least > near_px + 2.0 * STRAIGHT_PX)
+
+
+@kernel(error_model="numpy")
+def courses_of(samples: Samples, near_px: Floats) -> _Courses:
     """The courses of the lines, and which others come as near to each as its ``near_px`` (L,)."""
     lines = len(near_px)
     line, image, direction = samples.line, samples.image, samples.image_direction
@@ -130,14 +153,15 @@ def _courses(samples: Samples, near_px: Floats) -> _Courses:
         middle = (ends[mine, 0] + ends[mine, 1]) // 2
         x, y = direction[middle, 0], direction[middle, 1]
         curved = along[other, 2] > 0.0 and (bow[mine] > 0.0 or bow[other] > 0.0)
-        if curved or abs(along[other, 0] * x + along[other, 1] * y) >= ALONG_COSINE:
+        same_way = abs(along[other, 0] * x + along[other, 1] * y) >= ALONG_COSINE
+        if curved or (same_way and not _apart(samples, ends, along, mine, other, near_px[mine])):
             pairs[count, 0], pairs[count, 1] = mine, other
             count += 1
     return _Courses(ends, along, bow, pairs[:count])
 
 
 @kernel(error_model="numpy")
-def _beside(samples: Samples, courses: _Courses, other: int, x: float, y: float) -> tuple[float, float, int]:
+def beside(samples: Samples, courses: _Courses, other: int, x: float, y: float) -> tuple[float, float, int]:
     """Where a place is beside a line: how far from its straight course, how far past its ends, and at which
     of its samples, px.
 
@@ -183,10 +207,10 @@ def associate(samples: Samples, lines: int, offset: Floats) -> None:
     near = np.zeros(lines)
     for i in range(count):
         near[samples.line[i]] = max(near[samples.line[i]], 2.0 * farthest[i] + BEYOND_PX + 1.0)
-    courses = _courses(samples, near)
+    courses = courses_of(samples, near)
     for mine, other in courses.pairs:
         for i in range(courses.ends[mine, 0], courses.ends[mine, 1] + 1):
-            apart, _, at = _beside(samples, courses, other, image[i, 0], image[i, 1])
+            apart, _, at = beside(samples, courses, other, image[i, 0], image[i, 1])
             crosses = courses.bow[mine] + courses.bow[other] > 0.0 and _crosses(
                 direction, courses, other, i, at
             )
@@ -196,7 +220,7 @@ def associate(samples: Samples, lines: int, offset: Floats) -> None:
                 for k in range(peaks):
                     x = image[i, 0] - offset[c, i, k] * direction[i, 1]
                     y = image[i, 1] + offset[c, i, k] * direction[i, 0]
-                    theirs, beyond, _ = _beside(samples, courses, other, x, y)
+                    theirs, beyond, _ = beside(samples, courses, other, x, y)
                     if not beyond <= BEYOND_PX:
                         continue
                     ours = abs(offset[c, i, k])
@@ -232,11 +256,11 @@ def neighbour_pulls(samples: Samples, lines: int, sigma: Floats) -> Floats:
     for c in range(len(sigma)):
         for m in range(lines):
             near[m] = max(near[m], FAR_BLURS * BLUR_SHARE * sigma[c, m] / ALONG_COSINE + BEYOND_PX)
-    courses = _courses(samples, near)
+    courses = courses_of(samples, near)
     out = np.zeros((len(sigma), len(image)))
     for mine, other in courses.pairs:
         for i in range(courses.ends[mine, 0], courses.ends[mine, 1] + 1):
-            _, beyond, at = _beside(samples, courses, other, image[i, 0], image[i, 1])
+            _, beyond, at = beside(samples, courses, other, image[i, 0], image[i, 1])
             crosses = courses.bow[mine] + courses.bow[other] > 0.0 and _crosses(
                 direction, courses, other, i, at
             )

@@ -135,7 +135,9 @@ class Observation(NamedTuple):
     tolerance: Floats
 
 
-def observe(problem: PoseProblem, pose: Pose, reach_px: float, spacing_px: float) -> Observation:
+def observe(
+    problem: PoseProblem, pose: Pose, reach_px: float, spacing_px: float, pulls: bool = True
+) -> Observation:
     """Look for edge points along the normals of the model's visible lines.
 
     Parameters
@@ -144,29 +146,27 @@ def observe(problem: PoseProblem, pose: Pose, reach_px: float, spacing_px: float
         How far to look to either side; more where the softness asks for it.
     spacing_px
         Between the samples of a line.
+    pulls
+        Whether ``neighbours`` are worked out, which support does not ask for; else zeros.
     """
-    channels, lines = problem.channels, len(problem.model.lines)
-    samples = visible_samples(problem.model, problem.camera, pose, spacing_px)
-    normal = samples.normal
+    channels, model, camera, filters = problem.channels, problem.model, problem.camera, problem.filters
+    lines, samples = len(model.lines), visible_samples(model, camera, pose, spacing_px)
     along, from_end = places_on_lines(samples, GAP_SPACINGS * spacing_px)
-    sigma = np.array(SCALES_PX)[problem.scale]
+    sigma = SIGMAS[problem.scale]
     widest = sigma.max(axis=0) if len(channels) else np.ones(lines)
     reach, width = np.maximum(reach_px, BLUR_REACH * widest), VOTE_WIDTH_PX * np.sqrt(widest)
-    normals = Normals(samples.image, normal, reach[samples.line])
-    points = search(channels, np.take(problem.filters, samples.line, axis=1), normals)
+    normals = Normals(samples.image, samples.normal, reach[samples.line])
+    points = search(channels, np.take(filters, samples.line, axis=1), normals)
     associate(samples, lines, points.offset)
     farthest = float(reach.max(initial=reach_px))
     shift = vote(samples.line, along, points.offset, _quality(points.snr), lines, farthest, width)
     chosen = choose(samples.line, along, points.offset, shift, width)
-    shape = chosen.shape
-    inside = inside_of(problem.model, problem.camera, pose, samples)
+    shape, inside = chosen.shape, inside_of(model, camera, pose, samples)
     found = _Chosen(np.empty(shape), np.empty(shape), np.empty(shape), np.empty((*shape, 2)))
     for c, channel in enumerate(channels):
-        _take_chosen(
-            c, chosen, points, channel.frame, channel.tiles, samples, sigma, problem.filters, inside, found
-        )
-    centre = turning_point(problem.model, pose)
-    jacobian = step_jacobian(problem.camera, pose.apply(samples.points), normal, centre)
+        _take_chosen(c, chosen, points, channel.frame, channel.tiles, samples, sigma, filters, inside, found)
+    centre = turning_point(model, pose)
+    jacobian = step_jacobian(camera, pose.apply(samples.points), normals.normal, centre)
     return Observation(
         samples=samples,
         along=along,
@@ -178,7 +178,7 @@ def observe(problem: PoseProblem, pose: Pose, reach_px: float, spacing_px: float
         sd=found.sd,
         strength=found.strength,
         nuisance=found.nuisance,
-        neighbours=neighbour_pulls(samples, lines, sigma),
+        neighbours=neighbour_pulls(samples, lines, sigma) if pulls else np.zeros(shape),
         tolerance=problem.tolerance_m * np.linalg.norm(jacobian[:, 3:], axis=1),
     )
 

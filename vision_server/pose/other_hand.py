@@ -35,6 +35,7 @@ UNLIKELY_NATS = 20.0  # of evidence, that a model is the wrong way round; those 
 LOST = 3.0
 MOST_ODDS = 1000.0  # more say no more
 SAME = 1e-3  # of the diameter, between corners of one model and of another that is the same (chosen by hand)
+FIRST_CORNERS = 16  # are asked first whether two models are the same
 WAYS = tuple(np.diag(signs) for signs in np.array(
     [[-1, 1, 1], [1, -1, 1], [1, 1, -1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=np.float64
 ))  # fmt: skip
@@ -64,10 +65,15 @@ def other_ways(model: Model) -> tuple[Model, ...]:
 
 def _same(one: Model, other: Model) -> bool:
     """Whether two models have the same corners."""
+    most = SAME * one.diameter
+    some = one.vertices[:: max(1, len(one.vertices) // FIRST_CORNERS)]
+    beside = np.linalg.norm(some[:, None] - other.vertices, axis=2).min(axis=1)
+    if beside.max() > most:
+        return False  # so with nearly all other models, and no tree need be built
     from scipy.spatial import cKDTree  # late: few sessions need it, and it takes a quarter of a start
 
     apart, _ = cKDTree(other.vertices).query(one.vertices)
-    return float(apart.max()) <= SAME * one.diameter
+    return float(apart.max()) <= most
 
 
 def the_other_way(best: Refined, match: Matcher) -> float:
@@ -78,7 +84,7 @@ def the_other_way(best: Refined, match: Matcher) -> float:
     match
         Scores and poses of each of some models from the same segments, near a pose, best first.
     """
-    seen, lines = len(best.support.lines), len(best.problem.model.lines)
+    seen, lines = len(np.unique(best.support.samples.line)), len(best.problem.model.lines)
     few = seen <= min(IN_SIGHT, (1.0 - HIDDEN_SHARE) * lines)
     if best.support.missing <= LITTLE_MISSING and not few:
         return 0.0
