@@ -25,13 +25,13 @@ from vision_server.matching.draws import in_range_of
 from vision_server.matching.match import ideal_segments, worth_refining
 from vision_server.matching.search import match_near
 from vision_server.pose.all_sides import of_most_evidence
-from vision_server.pose.alternatives import PoseChance, chances, without_free_turn
-from vision_server.pose.covariance import pose_covariance, uncertainty
+from vision_server.pose.alternatives import PoseChance, listed, without_free_turn
+from vision_server.pose.covariance import uncertainty
+from vision_server.pose.likely import Likely, last_step, likely_of
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.other_hand import Matcher, the_other_way
 from vision_server.pose.ranking import Refined, best_first, nowhere
 from vision_server.pose.rivals import rivals_of
-from vision_server.pose.settling import settled
 from vision_server.pose.spun import unseen_turns
 from vision_server.pose.stretch import misfit
 from vision_server.pose.support import LineSupport, PoseSupport
@@ -199,25 +199,24 @@ def pose_of_segments(
     anywhere = isinstance(seed_pose, Anywhere)
     worth = worth_refining(hypotheses)
     searched: Callable[[Pose], bool] = nowhere
+    symmetry = symmetry_of(model) if anywhere or model.smooth.any() else ASYMMETRIC
+    likely: list[Likely] = []
     if isinstance(seed_pose, Anywhere):
         refined = of_most_evidence(problem, worth, LOOKED_AT)
+        likely = likely_of(refined, symmetry)
+        refined.sort(key=lambda one: one is not likely[0].refined)
     else:
         searched = in_range_of(seed_pose, camera, settings.search_range)
         spin_rad = 2.0 * math.radians(settings.rotation_range_deg)  # from one end of the range to the other
         refined = best_first(problem, worth, spin_rad=spin_rad, searched=searched)
-    symmetry = symmetry_of(model) if anywhere or model.smooth.any() else ASYMMETRIC
     match = partial(match_near, ideal_segments(endpoints, camera), camera, settings.seed)
     estimate = Estimate()
     if refined:
         rivals = rivals_of(refined, symmetry, searched)
-        first, last = refined[0], settled(refined[0])
-        refined[0] = first if last is None else last.best
-        covariance = pose_covariance(first.solution) if last is None else last.covariance
-        estimate = _judged(first, refined[0], covariance, rivals, symmetry, match)
-    if isinstance(seed_pose, Anywhere):
-        estimate = _with_poses(estimate, refined, symmetry, partial(seed_pose.allows, middle=model.middle))
-        if estimate.pose is not None:
-            best = refined[0]
+        best, covariance = likely[0].last if likely else last_step(refined[0])
+        estimate = _judged(refined[0], best, covariance, rivals, symmetry, match)
+        if isinstance(seed_pose, Anywhere) and estimate.pose is not None:
+            estimate = _with_poses(estimate, likely, symmetry, partial(seed_pose.allows, middle=model.middle))
             estimate = replace(
                 estimate, free=estimate.free + unseen_turns(best.problem, best.pose, best.spacing_px)
             )
@@ -289,12 +288,9 @@ def _judged(
 
 
 def _with_poses(
-    estimate: Estimate, found: list[Refined], symmetry: Symmetry, allowed: Callable[[Pose], bool]
+    estimate: Estimate, likely: list[Likely], symmetry: Symmetry, allowed: Callable[[Pose], bool]
 ) -> Estimate:
     """The estimate with all poses that fit; its score is no more than the first one's probability."""
-    if estimate.support is None or estimate.uncertainty is None:
-        return estimate
-    alone = confidence(estimate.support, 0.0, estimate.uncertainty)
-    poses = chances([(one.pose, one.support.evidence) for one in found], symmetry, alone, allowed)
+    poses = listed([(one.last.best.pose, one.probability) for one in likely], symmetry, allowed)
     first = poses[0].probability if poses else estimate.score
     return replace(estimate, poses=poses, score=min(estimate.score, first))

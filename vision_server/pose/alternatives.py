@@ -58,38 +58,37 @@ def turned_towards(pose: Pose, other: Pose, symmetry: Symmetry) -> Pose:
     return pose.compose(Pose.from_matrix(turn.matrix, centre - turn.matrix @ centre))
 
 
-def chances(
-    found: Sequence[tuple[Pose, float]],
+def shares(found: Sequence[tuple[Pose, float]], symmetry: Symmetry) -> list[tuple[int, float]]:
+    """Which of some poses, with their evidence, nats, best first, are distinct, and the share of each."""
+    distinct: list[int] = []
+    for index, (pose, _) in enumerate(found):
+        if not any(equivalent(pose, found[known][0], symmetry) for known in distinct):
+            distinct.append(index)
+    nats = np.array([found[index][1] for index in distinct]) / RIVAL_NATS
+    weights = np.exp(nats - nats.max(initial=-np.inf))
+    return list(zip(distinct, (weights / weights.sum()).tolist(), strict=True))
+
+
+def listed(
+    likely: Sequence[tuple[Pose, float]],
     symmetry: Symmetry,
-    any_right: float,
     allowed: Callable[[Pose], bool] = lambda _pose: True,
 ) -> tuple[PoseChance, ...]:
-    """The distinct poses, most probable first, and the images of each by the target's symmetries.
+    """Distinct poses and the images of each by the target's symmetries, which share its probability.
 
     Parameters
     ----------
-    found
-        Poses and their evidence, nats, best first.
-    any_right
-        Probability that one of them is right.
+    likely
+        Poses and the probability that each is the right one.
     allowed
         Whether an image of a pose may be, by what is known beforehand.
     """
-    distinct: list[tuple[Pose, float]] = []
-    for pose, evidence in found:
-        if not any(equivalent(pose, known, symmetry) for known, _ in distinct):
-            distinct.append((pose, evidence))
-    if not distinct:
-        return ()
-    nats = np.array([evidence for _, evidence in distinct]) / RIVAL_NATS
-    weights = np.exp(nats - nats.max())
-    shares = any_right * weights / weights.sum()
     out = []
-    for (pose, _), share in zip(distinct, shares, strict=True):
+    for pose, probability in likely:
         turned = [pose.compose(turn) for turn in symmetry.turns[1:]]
         images = [pose, *(image for image in turned if allowed(image))]
-        if share >= LEAST_CHANCE:
-            out += [PoseChance(image, float(share) / len(images)) for image in images]
+        if probability >= LEAST_CHANCE:
+            out += [PoseChance(image, probability / len(images)) for image in images]
     return tuple(out)
 
 

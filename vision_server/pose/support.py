@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from geometry.pose import Pose
 from geometry.visibility import Samples
+from vision_server.pose.coincident import told_once
 from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.weights import line_trust
 
@@ -102,9 +103,18 @@ class PoseSupport:
         return visible, np.asarray(seen, dtype=np.float64)
 
     @cached_property
+    def _told_once(self) -> tuple[Floats, Floats]:
+        """The same, of what does not fall together with an earlier line."""
+        line, count = self.samples.line, self.trust.shape[1]
+        own, seen = told_once(self.samples, count, np.asarray(self.supports.any(axis=0)))
+        visible = np.bincount(line, self.samples.px * own, count)
+        supported = np.bincount(line, self.samples.px * (own & seen), count)
+        return np.asarray(visible, dtype=np.float64), np.asarray(supported, dtype=np.float64)
+
+    @cached_property
     def _evidence(self) -> Floats:
         """Of each visible line, nats: log likelihood of its support if it is there over that by chance."""
-        visible, supported = self._by_line
+        visible, supported = self._told_once
         share = supported[visible > 0] / visible[visible > 0]
         runs = np.minimum(visible[visible > 0] / RUN_PX, MOST_RUNS)
         seen, unseen = math.log(SEEN / BY_CHANCE), math.log((1.0 - SEEN) / (1.0 - BY_CHANCE))
@@ -123,7 +133,7 @@ class PoseSupport:
     @property
     def missing(self) -> float:
         """Share of the visible length that is of lines with support of less than MISSING."""
-        visible, supported = self._by_line
+        visible, supported = self._told_once
         return float(visible[supported < MISSING * visible].sum() / visible.sum())
 
     @cached_property

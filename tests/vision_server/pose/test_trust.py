@@ -9,19 +9,20 @@ from geometry.visibility import Samples
 from vision_server.pose.support import HIDDEN, PoseSupport
 from vision_server.pose.trust import Misfit, ambiguity, confidence, odds
 
-SPACING_PX = 2.0
+SPACING_PX, APART_PX = 2.0, 10.0
 
 
 def support(*shares: float, length_px: float = 40.0) -> PoseSupport:
-    """Of lines of one length, each seen along such a share of it."""
+    """Of level lines of one length, one below the other, each seen along such a share of it."""
     count = int(length_px / SPACING_PX)
     line = np.repeat(np.arange(len(shares)), count)
     seen = np.concatenate([np.arange(count) < round(share * count) for share in shares])
-    empty = np.zeros((len(line), 3))
-    fields = {name: empty for name in Samples._fields} | {"line": line, "px": np.full(len(line), SPACING_PX)}
+    empty, along = np.zeros((len(line), 3)), SPACING_PX * np.tile(np.arange(count), len(shares))
+    image, level = np.stack([along, APART_PX * line], axis=1), np.tile([1.0, 0.0], (len(line), 1))
+    samples = Samples(empty, empty, line, image, level, np.full(len(line), SPACING_PX))
     return PoseSupport(
         rms_px=1.0, supported_fraction=float(seen.mean()), strength=0.5, clipped_fraction=0.0, names=["i1"],
-        samples=Samples(**fields), distance=np.where(seen, 0.1, 4.0), supports=seen[None],
+        samples=samples, distance=np.where(seen, 0.1, 4.0), supports=seen[None],
         trust=np.ones((1, len(shares))),
     )  # fmt: skip
 

@@ -1,0 +1,83 @@
+"""Of the poses of a first sight that one is first which is likely right, not that of most evidence."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.symmetries import ASYMMETRIC, Symmetry
+from tests.vision_server.refined_poses import channels_of, scaled
+from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
+from vision_server.pose import likely
+from vision_server.pose.alternatives import LEAST_CHANCE, listed, shares
+from vision_server.pose.likely import likely_of
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.ranking import Refined, refined
+from vision_server.pose.settling import Settled
+from vision_server.pose.trust import RIVAL_NATS
+
+UNMOVED = Pose(np.zeros(3), np.zeros(3))
+QUARTER, HALF = (Pose(np.array([0.0, 0.0, angle]), np.zeros(3)) for angle in (np.pi / 2.0, np.pi))
+TWO_SIDES = Symmetry((UNMOVED, HALF), None, np.zeros(3))
+EXACT_RAD, VAGUE_RAD = 0.001, 0.1
+
+
+@pytest.fixture(scope="module")
+def right(model: Model) -> Refined:
+    pixels = photographed(linear_picture(model, CAMERA, POSE))
+    problem = PoseProblem.at_scale(channels_of(pixels), model, CAMERA)
+    found = refined(scaled(problem, POSE), POSE, (4.0, 3.0), 2.0)
+    assert found is not None
+    return found
+
+
+def without_a_line(one: Refined) -> Refined:
+    """The same, its first visible line unseen."""
+    samples = one.support.samples
+    supports = one.support.supports & (samples.line != samples.line[0])
+    return replace(one, support=replace(one.support, supports=supports))
+
+
+def turned(one: Refined, turn: Pose) -> Refined:
+    return replace(one, solution=replace(one.solution, pose=one.pose.compose(turn)))
+
+
+@pytest.mark.parametrize("wrong_sd_rad", [EXACT_RAD, VAGUE_RAD])
+def test_a_vague_pose_of_more_evidence_is_not_first(
+    right: Refined, wrong_sd_rad: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wrong, right = turned(right, QUARTER), without_a_line(right)
+    assert wrong.support.evidence > right.support.evidence
+    sds = {id(wrong): wrong_sd_rad, id(right): EXACT_RAD}
+    monkeypatch.setattr(likely, "last_step", lambda one: Settled(one, sds[id(one)] ** 2 * np.eye(6) * 0.1))
+    found = likely_of([wrong, right], ASYMMETRIC)
+    assert found[0].refined is (right if wrong_sd_rad == VAGUE_RAD else wrong)
+    assert found[0].probability >= found[1].probability
+    assert found[0].probability + found[1].probability < 1.0
+
+
+def test_the_last_step_is_done_for_each(right: Refined) -> None:
+    (found,) = likely_of([right], ASYMMETRIC)
+    assert found.last.best.pose.error_to(POSE).within(0.1, 0.001)
+    assert found.probability > 0.9
+    assert likely_of([], ASYMMETRIC) == []
+
+
+def test_shares_are_of_distinct_poses() -> None:
+    other = POSE.compose(QUARTER)
+    found = [(POSE, RIVAL_NATS), (POSE.compose(HALF), 0.9 * RIVAL_NATS), (other, 0.0)]
+    assert [index for index, _ in shares(found, TWO_SIDES)] == [0, 2]
+    first, second = (share for _, share in shares(found, TWO_SIDES))
+    assert first + second == pytest.approx(1.0)
+    assert first / second == pytest.approx(np.e)
+
+
+def test_images_by_a_symmetry_share_a_probability() -> None:
+    other = POSE.compose(QUARTER)
+    poses = listed([(POSE, 0.8), (other, 0.9 * LEAST_CHANCE)], TWO_SIDES)
+    assert [one.probability for one in poses] == [0.4, 0.4]
+    assert poses[1].pose.error_to(POSE.compose(HALF)).within(1e-6, 1e-6)
+    allowed = listed([(POSE, 0.8)], TWO_SIDES, lambda pose: pose is POSE)
+    assert [one.probability for one in allowed] == [0.8]

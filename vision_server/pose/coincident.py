@@ -1,0 +1,67 @@
+"""Lines of a model that fall together in the image are one there, and tell once whether it is seen.
+
+Where a face is seen edge-on, two of its lines lie on each other. An edge point belongs to the nearer of the
+two, by noise alone, in each channel anew: one channel would say that the one is seen, another that the other
+is, and one edge would be evidence of two lines; in a single image each would have half of it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.visibility import Samples
+from numerics.kernels import kernel
+from vision_server.pose.association import ALONG_COSINE, beside, courses_of
+
+Flags = NDArray[np.bool_]
+
+TOGETHER_PX = 1.0  # an edge point that supports one of two nearer lines supports both
+HALF_A_STEP = 0.5 + 1e-6  # of a sample, from the next one of a line that it lies on
+
+
+@kernel(error_model="numpy")
+def told_once(samples: Samples, lines: int, supported: Flags) -> tuple[Flags, Flags]:
+    """Which samples stand for a place of their own, and which of those have support, (N,) each.
+
+    Of visible lines that fall together the first stands for all; it has what supports any of them.
+
+    Parameters
+    ----------
+    samples
+        N, on the visible ones of so many ``lines``.
+    supported
+        (N,), whether an edge point supports a sample's own line.
+    """
+    own, seen = np.ones(len(supported), dtype=np.bool_), supported.copy()
+    courses = courses_of(samples, np.full(lines, TOGETHER_PX))
+    for mine, other in courses.pairs:
+        for i in range(courses.ends[mine, 0], courses.ends[mine, 1] + 1):
+            apart, beyond, _ = beside(samples, courses, other, samples.image[i, 0], samples.image[i, 1])
+            if apart > TOGETHER_PX or beyond > HALF_A_STEP * samples.px[i]:
+                continue
+            there = _on(samples, courses.ends[other, 0], courses.ends[other, 1], i)
+            if there < 0:
+                continue
+            if other > mine:
+                seen[i] = seen[i] or supported[there]
+            elif own[there]:
+                own[i] = False
+    return own, seen
+
+
+@kernel(error_model="numpy")
+def _on(samples: Samples, first: int, last: int, i: int) -> int:
+    """The sample from ``first`` to ``last``, of one line, that sample ``i`` lies on; -1 for none."""
+    image, direction = samples.image, samples.image_direction
+    best, nearest = np.inf, first
+    for j in range(first, last + 1):
+        square = (image[j, 0] - image[i, 0]) ** 2 + (image[j, 1] - image[i, 1]) ** 2
+        if square < best:
+            best, nearest = square, j
+    ux, uy = direction[nearest, 0], direction[nearest, 1]
+    x, y = image[i, 0] - image[nearest, 0], image[i, 1] - image[nearest, 1]
+    along, across = abs(x * ux + y * uy), abs(x * uy - y * ux)
+    same_way = abs(ux * direction[i, 0] + uy * direction[i, 1]) >= ALONG_COSINE
+    step = HALF_A_STEP * max(samples.px[i], samples.px[nearest])
+    return nearest if same_way and across <= TOGETHER_PX and along <= step else -1

@@ -1,0 +1,48 @@
+"""Which pose of a first sight is likely the right one: it has evidence, and it is exact.
+
+Evidence says how many lines lie on edges. A pose that few lines hold can be moved until they do, and then has
+as much of it as the right one, which is held by all; but by itself it would hardly be believed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from geometry.symmetries import Symmetry
+from vision_server.pose.alternatives import shares, without_free_turn
+from vision_server.pose.covariance import pose_covariance, uncertainty
+from vision_server.pose.ranking import Refined
+from vision_server.pose.settling import Settled, settled
+from vision_server.pose.trust import confidence
+
+LEAST_SHARE = 1e-3  # of the evidence; with less, a pose is not looked at (chosen by hand)
+
+
+class Likely(NamedTuple):
+    """A refined pose, what the last step makes of it, and the probability that it is the right one."""
+
+    refined: Refined
+    last: Settled
+    probability: float
+
+
+def last_step(one: Refined) -> Settled:
+    """A pose after the last step, or, where too little holds it for that, as it was refined."""
+    return settled(one) or Settled(one, pose_covariance(one.solution))
+
+
+def likely_of(found: Sequence[Refined], symmetry: Symmetry) -> list[Likely]:
+    """The distinct ones of some poses, most evidence first, by the probability that they are right.
+
+    That is the share of the evidence that a pose has, times the probability that it would be right with no
+    other beside it.
+    """
+    out = []
+    for index, share in shares([(one.pose, one.support.evidence) for one in found], symmetry):
+        if share >= LEAST_SHARE:
+            last = last_step(found[index])
+            pose = last.best.pose
+            spread = uncertainty(without_free_turn(last.covariance, pose, symmetry), pose.translation)
+            out.append(Likely(found[index], last, share * confidence(last.best.support, 0.0, spread)))
+    return sorted(out, key=lambda one: -one.probability)
