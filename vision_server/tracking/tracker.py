@@ -41,8 +41,8 @@ Seen = tuple[State, Pose | None, Floats | None, dict[int, float] | None]
 # Chosen by hand where nothing else is said.
 SURPRISING = 38.3  # squared innovation that one pose in a million exceeds where the filter is honest
 AS_BEFORE = 0.5  # of the quality that believed frames have: below, the frame is looked at again ...
-SURE_LIKE = 0.4  # ... below this nothing in it is sure (of a real cube, 1 of 214 frames is below) ...
-LIKE_BEFORE = 0.25  # ... and below this nothing is believed
+SURE_LIKE = 0.4  # ... below this what is less probable than SURE is not sure (1 of 214 of a real cube) ...
+LIKE_BEFORE = 0.25  # ... and below this nothing in it is believed
 REMEMBERED = 0.1  # share of the latest frame in that quality
 LOOKED_AT_ANEW = 5  # frames that are not believed in a row before everything is searched again
 EVERYWHERE = 6  # of so many searches that are not believed in a row, one looks without a pose to start from
@@ -213,11 +213,12 @@ class Tracker:
         self._held(found.pose, found.quality, believed)
         if believed:
             self._habits = self._habits.after(found.fit)
-        like = believed and found.quality >= SURE_LIKE * self._typical
-        self._steady = like and is_exact(found.pose, found.covariance)
+        belief = found.belief(self._ambiguity)
+        known = believed and (belief >= SURE or found.quality >= SURE_LIKE * self._typical)
+        self._steady = known and is_exact(found.pose, found.covariance)
         state: State = "sure" if self._steady else "unsure"
         support = {line.line: line.support for line in found.support.lines}
-        return state, found.pose, told_covariance(found.covariance, found.belief(self._ambiguity)), support
+        return state, found.pose, told_covariance(found.covariance, belief), support
 
     def _held(self, pose: Pose, quality: float, believed: bool) -> None:
         self._around, self._met, self._misses, self._since_s = pose, True, 0, 0.0

@@ -237,13 +237,17 @@ def test_what_is_hardly_believed_is_stated_with_wide_tails(
         assert np.trace(doubted.covariance[:3, :3]) > 2.0 * np.trace(own_one.covariance[:3, :3])
 
 
-def test_what_has_lost_most_of_its_support_is_followed_and_not_sure(model: Model) -> None:
+@pytest.mark.parametrize(("belief", "state"), [(0.89, "unsure"), (0.91, "sure")])
+def test_what_has_lost_most_of_its_support_is_sure_only_where_it_is_believed_anew(
+    model: Model, monkeypatch: pytest.MonkeyPatch, belief: float, state: str
+) -> None:
     tracker = Tracker(model, CAMERA, NEAR)
     frames = list(filmed(model, list(moving(5, still=5))))
     assert [tracker.step(frame).state for frame in frames[:4]] == ["sure"] * 4
     tracker._typical /= 0.3
+    monkeypatch.setattr(Found, "belief", lambda *_: belief)
     told = tracker.step(frames[4])
-    assert told.state == "unsure"
+    assert told.state == state
     assert told.pose is not None
     assert told.pose.error_to(POSE).within(0.3, 0.003)
     assert tracker._was_believed
