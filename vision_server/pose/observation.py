@@ -26,6 +26,7 @@ from vision_server.channels.gradients import (
 )
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.pose.association import associate, neighbour_pulls
+from vision_server.pose.curved_edges import drawn_in
 from vision_server.pose.edge_points import CLIPPED_SD_PX, Channel, EdgePoints
 from vision_server.pose.edge_search import search
 from vision_server.pose.hough import choose, vote
@@ -174,7 +175,7 @@ def observe(
         jacobian=jacobian,
         centre=centre,
         sigma=sigma,
-        offset=found.offset,
+        offset=found.offset - (inside == 0.0) * drawn_in(samples, sigma, SIGMAS[filters]),
         sd=found.sd,
         strength=found.strength,
         nuisance=found.nuisance,

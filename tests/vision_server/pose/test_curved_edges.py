@@ -1,0 +1,61 @@
+"""Blur draws the edge of a curved line towards its inner side, by as much as is taken back."""
+
+import numpy as np
+import pytest
+
+from benchmarks.machined_parts import ROUND, surface_of
+from benchmarks.synthetic_parts import random_view, rendered
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.visibility import Samples
+from tests.vision_server.synthetic import one_image
+from vision_server.pose.curved_edges import SHARP_PX, bend, drawn_in
+from vision_server.pose.observation import PoseProblem, observe
+
+CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
+STEP_PX = 2.0
+
+
+def arc(radius_px: float, turn: float, count: int = 20) -> Samples:
+    """An arc about (100, 80), clockwise in the image or, with ``turn`` -1, the other way."""
+    angle = turn * STEP_PX / radius_px * np.arange(count)
+    image = np.stack([100.0 + radius_px * np.cos(angle), 80.0 + radius_px * np.sin(angle)], axis=1)
+    way = turn * np.stack([-np.sin(angle), np.cos(angle)], axis=1)
+    empty, line = np.zeros((count, 3)), np.zeros(count, dtype=np.int64)
+    return Samples(empty, empty, line, image, way, np.full(count, STEP_PX))
+
+
+@pytest.mark.parametrize("turn", [1.0, -1.0])
+@pytest.mark.parametrize("radius_px", [6.0, 90.0])
+def test_an_arc_bends_towards_its_centre(radius_px: float, turn: float) -> None:
+    samples = arc(radius_px, turn)
+    centre = samples.image + samples.normal / bend(samples)[:, None]
+    np.testing.assert_allclose(centre, np.tile([100.0, 80.0], (20, 1)), atol=1e-6)
+    (back,) = drawn_in(samples, np.array([[2.0]]), np.array([[1.0]]))
+    assert np.abs(back) == pytest.approx(0.5 * (1.0 + (2.0 * SHARP_PX) ** 2) / radius_px)
+
+
+def test_straight_and_very_short_lines_do_not_bend() -> None:
+    samples = arc(90.0, 1.0)
+    straight = samples._replace(image=samples.image * [0.0, 1.0])
+    assert (bend(straight) == 0.0).all()
+    assert (bend(arc(90.0, 1.0, count=2)) == 0.0).all()
+
+
+def test_rims_and_holes_are_seen_where_they_are() -> None:
+    """How far inwards edges are seen, px, by how much their lines bend, 1/px: half of the squared blur."""
+    model = Model.of_surface("flange", surface_of(ROUND["flange"](128)))
+    rows = []
+    for number in range(4):
+        rng = np.random.default_rng((9, number))
+        true = random_view(rng, model, CAMERA)
+        images = one_image(rendered(model, CAMERA, true, rng))
+        seen = observe(PoseProblem.at_scale(images.gradients(["i1"]), model, CAMERA), true, 3.0, STEP_PX)
+        bends, offset = bend(seen.samples), seen.offset[0]
+        moved_back = drawn_in(seen.samples, seen.sigma, np.ones_like(seen.sigma))[0]
+        sharp = ~model.smooth[seen.samples.line] & (np.abs(bends) > 0.002) & (np.abs(offset) < 0.3)
+        weight = bends / (seen.sd[0] ** 2 + 0.02**2)
+        rows.append(np.stack([offset + moved_back, offset, bends], axis=1)[sharp].T @ weight[sharp])
+    inwards, left, whole = np.sum(rows, axis=0)
+    assert 0.5 < inwards / whole < 1.0
+    assert abs(left) < 0.3 * inwards
