@@ -18,11 +18,14 @@ from vision_server.edges.sides import Sides
 # Of log-ratios; chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
 FLAT_SD = 0.03  # of two places 4 px apart on one flat surface, from light to light
 DEPTH_SD = 0.55  # of a shadow's depth in the channel that shows it best
+KNOWN_DEPTH_SD = 0.65  # where the lights' levels are known: else deeper ones are rather creases
 LEAST_DEPTH = 1e-6
 TELLING_VARIANCE = 1.0  # of a channel's log-ratio: more, as of a black or clipped one, tells no depth
 
 
-def shadow_of_one(sides: Sides, logs: Floats, noise: Floats, lights: NDArray[np.float64]) -> Floats:
+def shadow_of_one(
+    sides: Sides, logs: Floats, noise: Floats, lights: NDArray[np.float64], dark_side: Floats | float = 1.0
+) -> Floats:
     """Log-likelihood (N,) that one of the lights is blocked on one side, each as likely.
 
     Parameters
@@ -33,12 +36,16 @@ def shadow_of_one(sides: Sides, logs: Floats, noise: Floats, lights: NDArray[np.
         As `densities.logarithms` gives them.
     lights
         float64 (C, L), how far each light is on.
+    dark_side
+        (L, N), how much likelier than any other the dark side is to be that of a shadow of each light.
     """
-    each = [one_blocked(sides, logs, noise, light) for light in lights.T]
-    return np.asarray(reduce(either, each) - np.log(len(each)))
+    each = [one_blocked(sides, logs, noise, light, KNOWN_DEPTH_SD) for light in lights.T]
+    return np.asarray(reduce(either, np.asarray(each) + np.log(dark_side)) - np.log(len(each)))
 
 
-def one_blocked(sides: Sides, logs: Floats, noise: Floats, light: NDArray[np.float64]) -> Floats:
+def one_blocked(
+    sides: Sides, logs: Floats, noise: Floats, light: NDArray[np.float64], depth_sd: float = DEPTH_SD
+) -> Floats:
     """Log-likelihood (N,) that a light, on as far as ``light`` (C,) says, is blocked on one side.
 
     Where one side has the intensity I in a channel, the other has I + m light: m is fitted.
@@ -54,5 +61,5 @@ def one_blocked(sides: Sides, logs: Floats, noise: Floats, light: NDArray[np.flo
     left = logs[:, 0] - logs[:, 1] - np.where(behind, ratio, -ratio)
     fitted = -0.5 * (np.sum(np.square(left) * precision, axis=0) + sum_of_logs(2.0 * np.pi * variance))
     # Laplace's integral over the depth: its prior, and by how much that is wider than what is left of it
-    prior = -0.5 * (np.log(1.0 + DEPTH_SD**2 * told) + np.square(depth / DEPTH_SD))
+    prior = -0.5 * (np.log(1.0 + depth_sd**2 * told) + np.square(depth / depth_sd))
     return np.asarray(fitted + prior)

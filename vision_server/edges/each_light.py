@@ -8,14 +8,21 @@ To an edge, one light by itself is one of three things:
 
 At the end of a shadow one light gives nothing to one side, and all others are alike. Now and then the ends of
 two lights' shadows lie within what is read of the sides: then two are not alike, and the second one may be
-seen in part. Behind an outline two lights or more may be missing, where a surface in its shadow is like the
-one before it. At a crease each light is turned, or falls on one of the faces only, whatever the others do:
-that all others are alike is then a coincidence.
+seen in part. Behind an outline some lights may be missing, where a surface in its shadow is like the one
+before it; or it is another one, and what is missing is so on the same side. At a crease each light is turned,
+or falls on one of the faces only, whatever the others do: that all others are alike is then a coincidence.
+
+So it is where one light is mirrored: that one is turned. And where all lights but one have the same ratio,
+and it is not 1, there is a print as well: under the end of a shadow, or of what that light is mirrored in.
 
 All are told as the logarithm of how much likelier they are than a crease.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from functools import reduce
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,45 +37,132 @@ TURNED_SD = 0.8  # of a light's log-ratio between two faces
 FACES_AWAY = 0.1  # share of the lights that reach only one of the faces
 FLAT_SD = 0.04  # of a log-ratio of two places 4 px apart on one flat surface
 DARK_SHARE = 0.03  # of what the brightest light gives: nothing
-TWO_ENDS = 0.1  # share of the shadows' ends beside which another light's shadow ends
+TWO_ENDS = 0.15  # share of the shadows' ends beside which another light's shadow ends
 IN_PART = 0.3  # share of the lights with such an end that still give something
-BEHIND = 0.3  # share of the lights that are missing behind an outline
+ON_PRINT = 0.1  # share of the shadows' ends that lie on a print
+SHADED_PRINT_SD = 0.2  # of the log-ratio of that print
+GLARING_PRINT_SD = 0.7  # of the log-ratio of prints that a light is mirrored in
+BEHIND = 0.3  # share of the lights that are missing behind an outline, before a surface that is alike
+BEHIND_ANY = 0.5  # before any other, and on the same side
+RARER_ANY = 1.0  # of the logarithm of an outline before any other, beside those before one that is alike
 SUREST = 12.0  # the logarithm of how sure one light alone may be
 
 
-def less_crease(parts: Sides) -> tuple[Floats, Floats]:
-    """How much likelier than a crease a shadow's end is, and an outline before a surface that is alike.
+class EachLight(NamedTuple):
+    """Log-likelihoods that each of L lights is alike, gives nothing to the darker side, and is turned.
+
+    Each is less that of what it is at a crease; float64 (L, N).
+    """
+
+    alike: NDArray[np.float64]
+    nothing: NDArray[np.float64]
+    turned: NDArray[np.float64]
+
+
+class LessCrease(NamedTuple):
+    """How much likelier than a crease N edgels are something else: differences of log-likelihoods, (N,).
+
+    Attributes
+    ----------
+    shadow
+        The end of a shadow.
+    outline
+        An outline before a lit surface.
+    mirrored
+        The end of what one light is mirrored in.
+    glare
+        A print on what one light is mirrored in.
+    """
+
+    shadow: Floats
+    outline: Floats
+    mirrored: Floats
+    glare: Floats
+
+
+def less_crease(parts: Sides, dark_side: tuple[Floats, Floats] | None = None) -> LessCrease:
+    """What else than a crease N edgels may be.
 
     Parameters
     ----------
     parts
         What each of L lights gives to both sides of N edgels.
-
-    Returns
-    -------
-    Differences of log-likelihoods, (N,) each.
+    dark_side
+        As `falling.Falling.of` gives it; else the dark side of a shadow may be on any side.
     """
-    count = len(parts.noise)
-    alike, nothing, turned = _each(parts)
-    base = alike.sum(axis=0)
-    nothing, turned = np.exp(nothing - alike), np.exp(turned - alike)
+    each, count = each_light(parts), len(parts.noise)
+    at_end, behind = (np.ones_like(each.alike),) * 2 if dark_side is None else dark_side
+    sure = EachLight(*(np.clip(value, -SUREST, SUREST) for value in each))
+    base = sure.alike.sum(axis=0)
+    nothing, turned = np.exp(sure.nothing - sure.alike), np.exp(sure.turned - sure.alike)
+    others_alike = _but_one(parts, each)
+    clear_end = base + np.log1p(-ON_PRINT) + _log(_shadow_end(at_end * nothing, turned))
+    printed_end = _any_of(each.nothing + np.log(at_end) + others_alike(SHADED_PRINT_SD))
+    before_any = _before_any(parts, turned, behind * nothing) - RARER_ANY
+    return LessCrease(
+        shadow=either(clear_end, printed_end + np.log(ON_PRINT)),
+        outline=base + either(_before_alike(behind * nothing), before_any),
+        mirrored=base + _log(turned.sum(axis=0) / count),
+        glare=_any_of(sure.turned + others_alike(GLARING_PRINT_SD)),
+    )
+
+
+def one_is_missing(parts: Sides) -> NDArray[np.int64]:
+    """Number (N,) of the light that is likeliest the only one to give nothing to one side."""
+    each = each_light(parts)
+    return np.asarray(np.argmax(each.nothing - each.alike, axis=0))
+
+
+def _log(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(np.log(np.maximum(values, np.finfo(values.dtype).tiny)))
+
+
+def _shadow_end(nothing: Floats, turned: Floats) -> NDArray[np.float64]:
+    """How much likelier than that all lights are alike, (N,): one of them ends, or two do."""
+    count = len(nothing)
     end = (1.0 - IN_PART) * nothing + IN_PART * turned
-    missing = BEHIND / (1.0 - BEHIND) * nothing
-    first = two = one_missing = several = np.zeros_like(base)
-    for another_end, is_missing in zip(end, missing, strict=True):
-        two, first = two + first * another_end, first + another_end
-        several = several * (1.0 + is_missing) + one_missing * is_missing
-        one_missing = one_missing + is_missing
+    one = two = np.zeros_like(nothing[0])
+    for another_end in end:
+        two, one = two + one * another_end, one + another_end
     pairs = max(count * (count - 1) / 2, 1.0)
-    shadow = (1.0 - TWO_ENDS) / count * nothing.sum(axis=0) + TWO_ENDS / pairs * two
-    least = np.finfo(base.dtype).tiny
-    outline = np.log(np.maximum(several, least)) + count * np.log(1.0 - BEHIND)
-    return base + np.log(np.maximum(shadow, least)), base + outline
+    return np.asarray((1.0 - TWO_ENDS) / count * nothing.sum(axis=0) + TWO_ENDS / pairs * two)
 
 
-def _each(parts: Sides) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Log-likelihoods (L, N) that each light is alike, gives nothing to the darker side, and is turned, each
-    less that of what it is at a crease."""
+def _before_alike(nothing: Floats) -> NDArray[np.float64]:
+    """Logarithm of how much likelier than all lights alike, (N,): some are missing, the others alike."""
+    share = 1.0 - BEHIND + BEHIND * nothing
+    return _log(np.prod(share, axis=0) - (1.0 - BEHIND) ** len(nothing))
+
+
+def _before_any(parts: Sides, turned: Floats, nothing: Floats) -> NDArray[np.float64]:
+    """Logarithm of how much likelier than all lights alike, (N,): each is turned, or missing behind."""
+    turned, missing = (1.0 - BEHIND_ANY) * turned, BEHIND_ANY * nothing
+    darker = parts.near[:, 0] < parts.near[:, 1]
+    # the density of nothing is of either side: that of the one that is behind is twice as large
+    return _log(sum(0.5 * np.prod(turned + 2.0 * missing * side, axis=0) for side in (darker, ~darker)))
+
+
+def _but_one(parts: Sides, each: EachLight) -> Callable[[float], NDArray[np.float64]]:
+    """How much likelier than a crease, (L, N): all lights but one have the same log-ratio, N(0, sd^2)."""
+    logs, noise = logarithms(parts)
+    precision = 1.0 / (noise.astype(np.float64) + FLAT_SD**2)
+    pull = (logs[:, 0] - logs[:, 1]) * precision
+    alike, precision, pull = (value.sum(axis=0) - value for value in (each.alike, precision, pull))
+
+    def of(sd: float) -> NDArray[np.float64]:
+        wider = 1.0 + sd**2 * precision
+        return np.asarray(alike + 0.5 * ((sd * pull) ** 2 / wider - np.log(wider)))
+
+    return of
+
+
+def _any_of(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Logarithm of the mean over the lights (L, N) of what logarithms are of: each is as likely."""
+    return np.asarray(reduce(either, values) - np.log(len(values)))
+
+
+def each_light(parts: Sides) -> EachLight:
+    """What each light by itself is to N edgels."""
     logs, noise = logarithms(parts)
     ratio, near = logs[:, 0] - logs[:, 1], np.maximum(parts.near, 0.0)
     darker, variance = near.min(axis=1), parts.noise**2 + (DARK_SHARE * near.max(axis=(0, 1))) ** 2
@@ -77,6 +171,4 @@ def _each(parts: Sides) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArr
     turned = log_normal(ratio, noise + TURNED_SD**2)
     crease = either(turned + np.log(1.0 - FACES_AWAY), nothing + np.log(FACES_AWAY))
     alike = log_normal(ratio, noise + FLAT_SD**2)
-    sure = (np.clip(value - crease, -SUREST, SUREST) for value in (alike, nothing, turned))
-    alike, nothing, turned = (value.astype(np.float64) for value in sure)
-    return alike, nothing, turned
+    return EachLight(*((value - crease).astype(np.float64) for value in (alike, nothing, turned)))

@@ -12,10 +12,11 @@ intensities on both sides of an edgel in each channel, at reference exposure, an
 - *noise*: r = 0.
 
 All of it up to noise, and to what surfaces do to r beside their edges. Where the lights' levels are known,
-exactly one of them is blocked at a shadow's end (`edges.each_light`, `edges.blocked`). Neighbours on one
-edge are of one kind (`edges.along`). `edges.likelihoods` states the densities,
-`fit_kinds` is EM: how likely each edgel is of each kind, given how frequent the kinds are (E-step), and how
-frequent they are, given that (M-step). The orientations of the channels are mixed before (`edges.mixture`).
+exactly one of them is blocked at a shadow's end (`edges.each_light`, `edges.blocked`), on the side towards it
+(`edges.falling`). Neighbours on one edge are of one kind (`edges.along`). `edges.likelihoods` states the
+densities, `fit_kinds` is EM: how likely each edgel is of each kind, given how frequent the kinds are
+(E-step), and how frequent they are, given that (M-step). The orientations of the channels are mixed before
+(`edges.mixture`).
 """
 
 from __future__ import annotations
@@ -31,20 +32,26 @@ from bridge.errors import BadInput
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.lighting import coarse_places
 from vision_server.edges.along import mean_along
+from vision_server.edges.background import background_grey, is_enclosed
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.likelihoods import FIXED, KINDS, likelihoods
+from vision_server.edges.falling import Falling, learn_falling
+from vision_server.edges.light_parts import lights_of, parts_of
+from vision_server.edges.likelihoods import FIXED, KINDS, OUTLINE, SHADOW, likelihoods
 from vision_server.edges.merging import merge_channels
 from vision_server.edges.sides import Sides, evenly_weighted, sides_of
 
 Floats = NDArray[np.float64] | NDArray[np.float32]
 
 # Chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
-BACKGROUND_SHARE = 0.02  # of the pixels, in their best lights, that are darker than what counts as background
-SAMPLE_STEP = 4  # of the pixels that are ranked for it, and of those that say whether a channel tells kinds
+SAMPLE_STEP = (
+    4  # of the pixels that say whether a channel tells kinds, of the edgels that say where lights are
+)
 EM_ITERATIONS = 10  # more change no probability by 0.01
 LEAST_LOG = -8.0  # of a likelihood, beside the edgel's largest: no single edgel is surer
-COHERENCE = 1.3  # edgels that neighbours on the same edge count for: what misleads one misleads them, too
-LEAST_SHARE = 1e-3  # of a kind: one that is absent may come
+# Edgels that neighbours on the same edge count for: what misleads one misleads them, too, less so where each
+# light's part is known.
+COHERENCE, KNOWN_COHERENCE = 1.3, 2.5
+LEAST_SHARE = 0.03  # of a kind: one that is absent may come
 LEAST_CLEAR = 0.5  # share of a channel's edges that are not beside clipped pixels
 
 
@@ -98,14 +105,6 @@ def fit_kinds(likelihood: Floats) -> tuple[Floats, Floats]:
     return likely * share[:, None] / (share @ likely), share
 
 
-def background_grey(channels: Sequence[ChannelStatistics]) -> float:
-    """Grey at reference exposure that only few pixels stay under in their best light."""
-    sampled = [
-        channel.linear[::SAMPLE_STEP, ::SAMPLE_STEP] / np.float32(channel.exposure) for channel in channels
-    ]
-    return float(np.quantile(np.max(sampled, axis=0), BACKGROUND_SHARE))
-
-
 def edge_kinds(channels: Sequence[ChannelStatistics], levels: NDArray[np.float64] | None = None) -> EdgeKinds:
     """The edgels of a set of at least two channels, and their kinds.
 
@@ -144,6 +143,23 @@ def kinds_of(
     if len(edges) == 0:
         none = np.zeros((len(KINDS), 0)), np.full(len(KINDS), 1.0 / len(KINDS))
         return EdgeKinds(edges, sides, *none, used)
-    likelihood = likelihoods(sides, background_grey(edges.channels), levels)
+    background = background_grey(edges.channels)
+    enclosed = is_enclosed(edges, sides, background)
+    falling = None if levels is None else _falling_of(sides, background, levels, enclosed)
+    likelihood = likelihoods(sides, background, levels, falling, enclosed)
     likelihood = np.maximum(likelihood - likelihood.max(axis=0), LEAST_LOG)
-    return EdgeKinds(edges, sides, *fit_kinds(COHERENCE * mean_along(edges, likelihood)), used)
+    coherence = COHERENCE if falling is None else KNOWN_COHERENCE
+    return EdgeKinds(edges, sides, *fit_kinds(coherence * mean_along(edges, likelihood)), used)
+
+
+def _falling_of(
+    sides: Sides, background: float, levels: NDArray[np.float64], enclosed: NDArray[np.bool_]
+) -> Falling | None:
+    """To which side each light's shadows fall, by some edgels; None where lights are not told apart."""
+    some, enclosed = sides.of(slice(None, None, SAMPLE_STEP)), enclosed[::SAMPLE_STEP]
+    parts = parts_of(some, lights_of(levels))
+    if parts is None:
+        return None
+    likeliest = likelihoods(some, background, levels, None, enclosed).argmax(axis=0)
+    clear = parts.known[0]
+    return learn_falling(parts, clear & (likeliest == OUTLINE), clear & (likeliest == SHADOW))

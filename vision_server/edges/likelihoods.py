@@ -1,7 +1,8 @@
 """How likely each kind of edge is by what the channels show on both sides of an edgel: the densities.
 
 What each kind answers to lights is in `edges.kinds`; what is blocked where the lights are known in
-`edges.each_light`, and where there are fewer images than lights in `edges.blocked`.
+`edges.each_light`, to which side shadows fall then in `edges.falling`, and where there are fewer images than
+lights in `edges.blocked`.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from vision_server.edges.blocked import FLAT_SD, one_blocked, shadow_of_one
 from vision_server.edges.densities import Scatter, either, logarithms, normal, sum_of_logs
 from vision_server.edges.each_light import less_crease
+from vision_server.edges.falling import Falling
 from vision_server.edges.light_parts import lights_of, parts_of
 from vision_server.edges.sides import Sides
 
@@ -35,11 +37,19 @@ UNTOUCHED = 0.6  # share of the channels in which no shadow ends where one does 
 SIDE_STEEPNESS = 2.0  # how surely the side that changed tells shadow from highlight
 MOST_STEEP = 30.0  # the logarithm of how surely: more changes no density and runs out of float32
 RARER_HIGHLIGHT = 4.0  # of its logarithm, where known lights tell shadows: the rest is rather crease
+RARER_GLARE = 4.0  # of the logarithm of a print where one light is mirrored
+RARER_LIT = 6.0  # of the logarithm of an outline before a lit surface
+RARER_ENCLOSED = 4.0  # of the logarithm of one before a dark place that is surrounded by lit ones
 BLOCK = 16384  # edgels at a time: what is worked out of more goes through memory, at half the speed
-RARER_ALIKE = 6.0  # of the logarithm of an outline before a surface that is alike in what light reaches both
 
 
-def likelihoods(sides: Sides, background: float, levels: NDArray[np.float64] | None = None) -> Floats:
+def likelihoods(
+    sides: Sides,
+    background: float,
+    levels: NDArray[np.float64] | None = None,
+    falling: Falling | None = None,
+    enclosed: NDArray[np.bool_] | None = None,
+) -> Floats:
     """Log-likelihood of each kind.
 
     Parameters
@@ -50,6 +60,10 @@ def likelihoods(sides: Sides, background: float, levels: NDArray[np.float64] | N
         Grey of the background at reference exposure.
     levels
         float64 (C, L), of the lamps in each channel, as a share of the full one, where they are known.
+    falling
+        To which side each light's shadows fall, where that is known.
+    enclosed
+        bool (N,), as `background.is_enclosed` gives it; None: no edgel is.
 
     Returns
     -------
@@ -59,47 +73,64 @@ def likelihoods(sides: Sides, background: float, levels: NDArray[np.float64] | N
     found = np.empty((len(KINDS), count), np.float32)
     for first in range(0, count, BLOCK):
         block = slice(first, first + BLOCK)
-        found[:, block] = _of_block(sides.of(block), background, levels)
+        surrounded = np.zeros(1, np.bool_) if enclosed is None else enclosed[block]
+        found[:, block] = _of_block(sides.of(block), background, surrounded, levels, falling)
     return found
 
 
-def _of_block(sides: Sides, background: float, levels: NDArray[np.float64] | None) -> Floats:
+def _of_block(
+    sides: Sides,
+    background: float,
+    enclosed: NDArray[np.bool_],
+    levels: NDArray[np.float64] | None,
+    falling: Falling | None,
+) -> Floats:
     """As `likelihoods`, of as many edgels as the processor's cache holds."""
     logs, noise = logarithms(sides)
     ratio, surface = logs[:, 0] - logs[:, 1], noise + SURFACE_SD**2
     found = np.empty((len(KINDS), ratio.shape[1]), ratio.dtype)
     darkness = _darker_side(sides) - np.log(background + sides.dark)
     constant = Scatter.of(ratio, noise + FLAT_SD**2)
-    found[OUTLINE] = Scatter.of(darkness, surface).about_a_mean(BACKGROUND_SD)
+    before_background = Scatter.of(darkness, surface).about_a_mean(BACKGROUND_SD)
+    found[OUTLINE] = before_background - RARER_ENCLOSED * enclosed
     found[CREASE] = Scatter.of(ratio, surface + CREASE_SD**2).about_a_mean(PRINT_SD)
     found[PRINT] = constant.about_a_mean(PRINT_SD)
     uneven = Scatter.of(ratio, noise + UNEVEN_SD**2).about_a_mean(UNEVEN_SD)
     found[NOISE] = either(constant.about_a_mean(FAINT_SD), uneven) - np.log(2.0)
-    found[SHADOW], found[HIGHLIGHT] = _touched(logs, ratio, noise)
     if levels is None:
+        found[SHADOW], found[HIGHLIGHT] = _touched(logs, ratio, noise)
         steady = one_blocked(sides, logs, noise, np.ones(len(ratio)))
         found[SHADOW] = either(found[SHADOW], steady) - np.log(2.0)
     else:
-        lights = lights_of(levels)
-        found[HIGHLIGHT] -= RARER_HIGHLIGHT
-        found[SHADOW], before = _known_lights(sides, logs, noise, lights, found[CREASE])
-        found[OUTLINE] = either(found[OUTLINE], before - RARER_ALIKE)
+        _known_lights(found, sides, logs, noise, lights_of(levels), falling)
     return found
 
 
 def _known_lights(
-    sides: Sides, logs: Floats, noise: Floats, lights: NDArray[np.float64], crease: Floats
-) -> tuple[Floats, Floats]:
-    """Log-likelihoods (N,) of a shadow's end, and of an outline before a surface that is alike."""
+    found: Floats,
+    sides: Sides,
+    logs: Floats,
+    noise: Floats,
+    lights: NDArray[np.float64],
+    falling: Falling | None,
+) -> None:
+    """Let known lights say what is shadow, highlight, print and outline in ``found`` (6, N), an output."""
     parts = parts_of(sides, lights)
-    if parts is None:
-        return shadow_of_one(sides, logs, noise, lights), np.full_like(crease, -np.inf)
-    shadow, outline = (crease + found for found in less_crease(parts))
-    other = np.flatnonzero(~parts.known[0])
+    told = np.zeros(found.shape[1], np.bool_) if parts is None else parts.known[0]
+    if parts is not None and told.any():
+        fall = None if falling is None else falling.of(parts.near, parts.normals)
+        shadow, outline, mirrored, glare = (found[CREASE] + more for more in less_crease(parts, fall))
+        found[SHADOW], found[HIGHLIGHT] = shadow, mirrored - RARER_HIGHLIGHT
+        found[PRINT] = np.where(told, either(found[PRINT], glare - RARER_GLARE), found[PRINT])
+        found[OUTLINE] = np.where(told, either(found[OUTLINE], outline - RARER_LIT), found[OUTLINE])
+    other = np.flatnonzero(~told)
     if len(other):
-        shadow[other] = shadow_of_one(sides.of(other), logs[..., other], noise[:, other], lights)
-        outline[other] = -np.inf
-    return shadow, outline
+        some, logs, noise = sides.of(other), logs[..., other], noise[:, other]
+        total = some.near.sum(axis=0, keepdims=True)
+        fall_to = 1.0 if falling is None else falling.of(total, some.normals)[0]
+        found[SHADOW, other] = shadow_of_one(some, logs, noise, lights, fall_to)
+        highlight = _touched(logs, logs[:, 0] - logs[:, 1], noise)[1]
+        found[HIGHLIGHT, other] = highlight - RARER_HIGHLIGHT
 
 
 def _touched(logs: Floats, ratio: Floats, noise: Floats) -> tuple[Floats, Floats]:

@@ -39,6 +39,8 @@ class Sides(NamedTuple):
         float32 (C, N), standard deviation of one intensity.
     known
         bool (C, N), False where a side is clipped: what is there is not known.
+    normals
+        float32 (N, 2), unit vectors ahead, x and y.
     dark
         Grey at reference exposure that is added before logarithms are taken.
     """
@@ -47,6 +49,7 @@ class Sides(NamedTuple):
     brightest: Field
     noise: Field
     known: NDArray[np.bool_]
+    normals: Field
     dark: float = DARK_GREY
 
     def of(self, edgels: slice | NDArray[np.int64]) -> Sides:
@@ -56,6 +59,7 @@ class Sides(NamedTuple):
             brightest=self.brightest[..., edgels],
             noise=self.noise[:, edgels],
             known=self.known[:, edgels],
+            normals=self.normals[edgels],
         )
 
 
@@ -66,9 +70,18 @@ def evenly_weighted(channel: ChannelStatistics) -> ChannelStatistics:
     return replace(channel, light=light)
 
 
+def furthest_reach(edges: EdgeMap) -> np.float32:
+    """How far from the edgels their sides are looked at, px."""
+    return np.float32(_reach(edges)[-1])
+
+
+def _reach(edges: EdgeMap) -> Field:
+    return REACH_PX * np.float32(max(edges.blur_px / LENS_BLUR_PX, 1.0))
+
+
 def sides_of(edges: EdgeMap) -> Sides:
     """Both sides of each edgel in each of the channels that were merged."""
-    reach = REACH_PX * np.float32(max(edges.blur_px / LENS_BLUR_PX, 1.0))
+    reach = _reach(edges)
     pixels, parts = _places(edges.points, edges.normals, reach, *edges.shape)
     count, channels = len(edges), edges.channels
     coarse = channels[0].light.level.shape
@@ -84,7 +97,7 @@ def sides_of(edges: EdgeMap) -> Sides:
             near[number] /= np.float32(channel.exposure)
             brightest[number] /= np.float32(channel.exposure)
     dark = DARK_GREY / max(channel.exposure for channel in channels)
-    return Sides(near, brightest, noise, known, dark)
+    return Sides(near, brightest, noise, known, edges.normals, dark)
 
 
 @kernel(nogil=True, error_model="numpy")

@@ -46,9 +46,9 @@ OF_KIND = {
 
 def sides(pairs: list[tuple[Floats, Floats]]) -> Sides:
     near = np.array([[left, right] for left, right in pairs], np.float32).transpose(2, 1, 0)
-    return Sides(
-        near, near.copy(), np.full(near[:, 0].shape, 1.0, np.float32), np.ones(near[:, 0].shape, bool)
-    )
+    noise, known = np.ones(near[:, 0].shape, np.float32), np.ones(near[:, 0].shape, bool)
+    ahead = np.tile(np.array([[1.0, 0.0]], np.float32), (len(pairs), 1))
+    return Sides(near, near.copy(), noise, known, ahead)
 
 
 def kinds_of(found: Sides) -> list[int]:

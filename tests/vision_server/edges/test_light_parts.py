@@ -7,17 +7,19 @@ import pytest
 
 from vision_server.edges.each_light import less_crease
 from vision_server.edges.light_parts import lights_of, parts_of
-from vision_server.edges.likelihoods import CREASE, FIXED, PRINT, SHADOW, likelihoods
+from vision_server.edges.likelihoods import CREASE, FIXED, HIGHLIGHT, PRINT, SHADOW, likelihoods
 from vision_server.edges.sides import Sides
 
 LEVELS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.6, 0.6]])
+AHEAD = np.array([[1.0, 0.0]], np.float32)
 LEFT = np.array([50.0, 70.0, 40.0, 30.0])  # of three lamps and the sun
 
 
 def shown(left: np.ndarray, right: np.ndarray, levels: np.ndarray = LEVELS) -> Sides:
     lights = np.hstack([levels, np.ones((len(levels), 1))])
     near = np.stack([lights @ left, lights @ right], axis=1)[:, :, None].astype(np.float32)
-    return Sides(near, near, np.ones((len(levels), 1), np.float32), np.ones((len(levels), 1), bool))
+    noise, known = np.ones((len(levels), 1), np.float32), np.ones((len(levels), 1), bool)
+    return Sides(near, near, noise, known, AHEAD)
 
 
 def test_the_parts_are_those_that_were_summed() -> None:
@@ -72,11 +74,12 @@ def test_three_shadows_do_not_end_at_one_place() -> None:
 
 
 def test_behind_an_outline_the_light_that_is_left_may_be_the_same() -> None:
+    found = []
     for change in (1.0, 0.5):
         parts = parts_of(shown(LEFT, LEFT * [0.0, 0.0, 1.0, change]), lights_of(LEVELS))
         assert parts is not None
-        outline = less_crease(parts)[1]
-        assert (outline > 0.0) == (change == 1.0)
+        found.append(less_crease(parts).outline[0])
+    assert found[0] > 6.0 > found[1] + 3.0
 
 
 def test_a_light_of_which_half_is_left_is_not_blocked() -> None:
@@ -88,6 +91,34 @@ def test_a_light_of_which_half_is_left_is_not_blocked() -> None:
 def test_what_every_light_shows_otherwise_is_no_shadow() -> None:
     for kind, right in ((CREASE, LEFT * [0.3, 1.3, 0.6, 0.9]), (PRINT, 0.4 * LEFT)):
         assert kind_of(shown(LEFT, right)) == kind
+
+
+def test_a_shadow_may_end_on_a_print() -> None:
+    print_and_shadow = 0.7 * LEFT * [1.0, 0.0, 1.0, 1.0]
+    assert kind_of(shown(LEFT, print_and_shadow)) == SHADOW
+    assert kind_of(shown(LEFT * [1.0, 0.0, 1.0, 1.0], 0.7 * LEFT)) == SHADOW
+
+
+def test_a_print_stays_one_where_a_light_is_mirrored() -> None:
+    mirrored = np.array([0.0, 0.0, 60.0, 0.0])
+    assert kind_of(shown(3.0 * LEFT + mirrored, LEFT + mirrored)) == PRINT
+
+
+def test_one_light_that_is_mirrored_on_one_side_is_a_highlight_and_no_deep_shadow_is() -> None:
+    assert kind_of(shown(LEFT, LEFT + np.array([0.0, 0.0, 90.0, 0.0]))) == HIGHLIGHT
+    bright = 2.0 * LEFT
+    for blocked in range(4):
+        right = bright.copy()
+        right[blocked] = 0.0
+        assert kind_of(shown(bright, right)) == SHADOW
+
+
+def test_an_outline_before_another_surface_hides_lights_on_one_side_only() -> None:
+    left, right = LEFT * [1.0, 1.0, 2.0, 0.6], LEFT * [0.0, 0.0, 1.0, 1.0]
+    swapped = LEFT * [1.0, 0.0, 2.0, 0.6], LEFT * [0.0, 1.0, 1.0, 1.0]
+    one_sided, both = (parts_of(shown(*pair), lights_of(LEVELS)) for pair in ((left, right), swapped))
+    assert one_sided is not None and both is not None
+    assert less_crease(one_sided).outline[0] > less_crease(both).outline[0] + 2.0
 
 
 def test_beside_a_clipped_channel_shadows_are_told_by_the_others() -> None:

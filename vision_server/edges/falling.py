@@ -1,0 +1,109 @@
+"""To which side each light's shadows fall: the rule of multi-flash cameras, learnt from the images.
+
+A shadow falls away from its light. So where it ends, its dark side is towards the light as the image shows
+it; and what is dark behind the outline that casts it is away from the light (Raskar et al. 2004). The two are
+else hard to tell where the surface behind is like the one before. Where each light is need not be known:
+
+- Most of what looks like the end of a light's shadow is one.
+- Of what stands before the background, the sides towards a light are brighter by it.
+
+Both say how likely each direction to a light is; what a side says of an edgel is the mean over all of them.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision_server.channels.depth import Field
+from vision_server.edges.each_light import one_is_missing
+from vision_server.edges.sides import Sides
+
+Floats = NDArray[np.float64]
+
+# Chosen by hand on renders: `python -m benchmarks.edge_kinds --levels`.
+DIRECTIONS = 72  # that a light may be in
+CONCENTRATION = 1.5  # von Mises, of the sides of a light's shadows about the direction to it
+ANY_SIDE = 0.05  # share of shadows' ends that may face anywhere
+BEHIND_OUTLINES = 0.2  # share of what looks like a shadow's end that is behind an outline
+LIKE_ONE = 10.0  # neighbouring edgels that say no more than one
+SHADING = 15.0  # of the logarithm of how likely a direction is, if all outlines' shading is for it
+ANGLES = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+BELL = np.exp(CONCENTRATION * np.cos(ANGLES[:, None] - ANGLES))
+# How much likelier than any other a dark side is: a row for each direction to the light, a column for each of
+# the dark side.
+AT_END = (1.0 - ANY_SIDE) * BELL / BELL.mean() + ANY_SIDE
+BEHIND = np.roll(AT_END, DIRECTIONS // 2, axis=1)
+LOG_EITHER = np.log((1.0 - BEHIND_OUTLINES) * AT_END + BEHIND_OUTLINES * BEHIND)
+
+
+class Falling(NamedTuple):
+    """How much likelier than any other each side of an edgel is to be the dark one, (L, 72) each.
+
+    Attributes
+    ----------
+    shadow, outline
+        At the end of a light's shadow, and at an outline before a surface in it; by the direction of the
+        dark side.
+    """
+
+    shadow: Floats
+    outline: Floats
+
+    def of(self, near: Field, normals: Field) -> tuple[Floats, Floats]:
+        """For N edgels, (L, N) each.
+
+        Parameters
+        ----------
+        near
+            (L, 2, N), what each light gives behind and ahead of them; or (1, 2, N), what all do.
+        normals
+            (N, 2), ahead.
+        """
+        at = _dark_side(near, normals)
+        lights = np.arange(len(self.shadow))[:, None]
+        return self.shadow[lights, at], self.outline[lights, at]
+
+
+def _dark_side(near: Field, normals: Field) -> NDArray[np.int64]:
+    """Number (L, N) of the direction to the side that each light gives less to."""
+    angle = np.arctan2(normals[:, 1], normals[:, 0])
+    ahead = np.round(angle * (DIRECTIONS / (2.0 * np.pi))).astype(np.int64)
+    return np.asarray((ahead + (DIRECTIONS // 2) * (near[:, 0] < near[:, 1])) % DIRECTIONS)
+
+
+def learn_falling(parts: Sides, is_outline: NDArray[np.bool_], is_shadow: NDArray[np.bool_]) -> Falling:
+    """Learnt from some edgels of a set.
+
+    Parameters
+    ----------
+    parts
+        What each of L lights gives to both sides of N edgels.
+    is_outline, is_shadow
+        bool (N,), which are taken for outlines before the background, and for ends of shadows.
+    """
+    shading = _shading(parts, is_outline)
+    missing = one_is_missing(parts)
+    at = _dark_side(parts.near, parts.normals)
+    tables = []
+    for light, towards in enumerate(shading):
+        seen = np.bincount(at[light, is_shadow & (missing == light)], minlength=DIRECTIONS) / LIKE_ONE
+        likely = LOG_EITHER @ seen + SHADING * (towards[0] * np.cos(ANGLES) + towards[1] * np.sin(ANGLES))
+        likely = np.exp(likely - likely.max())
+        tables.append(likely / likely.sum() @ AT_END)
+    shadow = np.array(tables)
+    return Falling(shadow, np.roll(shadow, DIRECTIONS // 2, axis=1))
+
+
+def _shading(parts: Sides, is_outline: NDArray[np.bool_]) -> Floats:
+    """Mean direction (L, 2) from what stands before the background outwards, by what each light gives there
+    beside its mean; its length is how much all outlines say the same."""
+    near = np.maximum(parts.near[:, :, is_outline], 0.0)
+    both = near.sum(axis=0)
+    behind = both[0] > both[1]
+    share = np.where(behind, near[:, 0], near[:, 1]) / np.maximum(both.max(axis=0), 1.0)
+    outwards = parts.normals[is_outline] * np.where(behind, 1.0, -1.0)[:, None]
+    more = share - share.mean(axis=1, keepdims=True) if share.shape[1] else share
+    return np.asarray(more @ outwards / np.maximum(np.abs(more).sum(axis=1, keepdims=True), 1e-9))
