@@ -1,6 +1,6 @@
 """What frames of 12 megapixels cost `estimate`: memory and processor time, by the target's size.
 
-    .venv/bin/python -m benchmarks.large_frames [--fills 0.25,0.75]
+    .venv/bin/python -m benchmarks.large_frames [--fills 0.25,0.75] [--bits 8]
 
 One JSON object per size of the target (its diameter over the frame's height): by how much the peak of the
 command's memory grows with each image from one to four, that peak with one image, the processor's seconds.
@@ -30,16 +30,18 @@ TARGET = "cube"
 TURNED = np.array([0.5, 0.7, 0.1])
 IMAGES = 4
 BLUR_PX, NOISE_GREY = 0.8, 1.0
+DEPTHS = {8: np.uint8, 16: np.uint16}
 
 
-def write_scene(folder: Path, model: Model, fills: float) -> None:
+def write_scene(folder: Path, model: Model, fills: float, bits: int) -> None:
     """Photographs that differ by their noise, the camera and a poor seed pose, into a folder."""
     range_m = CAMERA.fy * model.diameter / (fills * CAMERA.height)
     pose, rng = Pose(TURNED, np.array([0.0, 0.0, range_m])), np.random.default_rng(0)
     picture = drawn(model, CAMERA, pose, BLUR_PX)
     for number in range(IMAGES):
-        noisy = np.clip(np.rint(picture + rng.normal(0.0, NOISE_GREY, picture.shape)), 0, 255)
-        cv2.imwrite(str(folder / f"{number}.png"), noisy.astype(np.uint8))
+        noisy = np.clip(picture + rng.normal(0.0, NOISE_GREY, picture.shape), 0, 255)
+        stored = np.rint(noisy * ((2**bits - 1) / 255)).astype(DEPTHS[bits])
+        cv2.imwrite(str(folder / f"{number}.png"), stored)
     start = disturbed(pose, rng, 25.0, search_translation_px(CAMERA.width), CAMERA.fx)
     for name, table in (("camera", CAMERA.to_dict()), ("target.seed_pose", start.to_dict())):
         rows = "".join(f"{key} = {value}\n" for key, value in table.items())
@@ -62,18 +64,20 @@ def measured(folder: Path, count: int) -> tuple[float, float]:
 
 def main(
     fills: Annotated[str, typer.Option(help="Diameters, over the frame's height.")] = "0.25,0.75",
+    bits: Annotated[int, typer.Option(help="Of the files: 8 or 16.")] = 8,
 ) -> None:
     """Memory and time of one and of four images."""
     model = load_model(find_target(TARGET))
     for share in map(float, fills.split(",")):
         with TemporaryDirectory() as name:
-            write_scene(Path(name), model, share)
+            write_scene(Path(name), model, share, bits)
             (one_mb, one_s), (all_mb, all_s) = (measured(Path(name), count) for count in (1, IMAGES))
         show(
             "12 megapixels",
             (all_mb - one_mb) / (IMAGES - 1),
             "MB an image",
             fills=share,
+            bits=bits,
             one_image_mb=round(one_mb),
             one_image_s=one_s,
             all_images_s=all_s,
