@@ -39,7 +39,8 @@ def hidden_places(priors: Sequence[Prior], readings: Readings, inputs: Floats, s
 
 def log_of_hidden(readings: Readings, hidden: Flags) -> float:
     """Log probability of hidden readings (K, P), and of just these places being hidden."""
-    brightest = np.where(readings.known, readings.value, 0.0).max(axis=1)[:, None] / readings.sd
+    seen = np.where(readings.known, readings.value, 0.0).max(axis=1)[:, None]
+    brightest = np.maximum(seen / readings.sd, 1.0)  # of an image without any light, as bright as its noise
     share = hidden.any(axis=0).mean()
     which = hidden.shape[1] * (share * np.log(HIDDEN) + (1.0 - share) * np.log(1.0 - HIDDEN))
     return float(which + (0.5 * np.log(2.0 * np.pi) - np.log(brightest[hidden])).sum())

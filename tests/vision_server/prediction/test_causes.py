@@ -36,6 +36,13 @@ def test_a_dead_light_two_swapped_and_another_sun_are_told_apart(model: Model) -
     assert all(cause is not None and cause.since == len(before) for cause in told)
 
 
+def test_an_image_without_any_light_is_no_endless_evidence(model: Model) -> None:
+    images = [taken(model, (1.0, 1.0), (1.0, 1.0), sun=0.0)] * 2
+    causes = found(model, [*images, taken(model, (0.0, 1.0), (0.0, 0.0), sun=0.0)])
+    assert np.isfinite([cause.nats for cause in causes]).all()
+    assert causes[0].name != "in_the_way"
+
+
 def test_where_lights_are_not_known_to_be_nothing_is_named_either(model: Model) -> None:
     images = [taken(model, asked, asked) for asked in ASKED]
     assert verdict(found(model, images, [None, None])) == (None, None)
