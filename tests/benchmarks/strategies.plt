@@ -48,6 +48,18 @@ test(what_is_credulous_ends_with_one_image, Taken-Two == 1-2) :-
     fluent_value(taken, Situation, Taken),
     in_world([Enough], informed, session, final, Confirmed),
     fluent_value(taken, Confirmed, Two).
+test(what_lasts_takes_all_images_it_may, [forall(member(Name, [lasting, lasting_unpredicted, lasting_random])), true(Taken-First == 5-Safe)]) :-
+    informed_first(1, Safe),
+    ended(Name, [threshold(50), images(5)], Situation),
+    fluent_value(taken, Situation, Taken),
+    first_settings(Situation, First).
+test(what_lasts_foresees_only_where_it_is_said_to, Outlooks == [true, false, false]) :-
+    findall(Foreseen,
+            ( member(Name, [lasting, lasting_unpredicted, lasting_random]),
+              ended(Name, [threshold(50), images(4)], Situation),
+              fluent_value(outlook, Situation, Outlook),
+              ( Outlook == [] -> Foreseen = false ; Foreseen = true ) ),
+            Outlooks).
 test(without_tests_a_doubt_is_not_looked_at_again, [true(Third \== First)]) :-
     never(Never),
     ended(untested, [Never, images(3), happens(doubt(i2, sun_changed), i2)], Situation),
