@@ -21,7 +21,7 @@ from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
 from vision_server.matching import MATCHERS, Anywhere, Hypothesis, SearchRange, match_genetic
-from vision_server.matching.draws import in_range_of
+from vision_server.matching.draws import in_range_of, turned_beyond
 from vision_server.matching.match import ideal_segments, worth_refining
 from vision_server.matching.search import match_near
 from vision_server.pose.all_sides import of_most_evidence
@@ -31,7 +31,8 @@ from vision_server.pose.likely import Likely, last_step, likely_of
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.other_hand import Matcher, the_other_way
 from vision_server.pose.ranking import Refined, best_first, nowhere
-from vision_server.pose.rivals import rivals_of
+from vision_server.pose.rivals import anywhere, likeliest_first, rivals_of
+from vision_server.pose.settling import Settled
 from vision_server.pose.spun import unseen_turns
 from vision_server.pose.stretch import misfit
 from vision_server.pose.support import LineSupport, PoseSupport
@@ -126,6 +127,7 @@ class Estimate:
     seconds: dict[str, float] = field(default_factory=dict)
     support: PoseSupport | None = None
     misfit: Misfit | None = None
+    agreeing: float | None = None
 
 
 class _Stopwatch:
@@ -192,31 +194,34 @@ def pose_of_segments(
         found = pose_of_segments(endpoints, channels, centred, camera, seed_pose, settings)
         return _moved(found, to_pivot.inverse())
     watch = _Stopwatch()
-    hypotheses = _matched(endpoints, model, camera, seed_pose, settings)
+    hypotheses = worth_refining(_matched(endpoints, model, camera, seed_pose, settings))
     watch.lap("matching")
     least = SCALES_PX.index(settings.refinement_scale_px)
     problem = PoseProblem.at_scale(channels, model, camera, least, settings.tone_sd_px, settings.tolerance_m)
-    anywhere = isinstance(seed_pose, Anywhere)
-    worth = worth_refining(hypotheses)
     searched: Callable[[Pose], bool] = nowhere
-    symmetry = symmetry_of(model) if anywhere or model.smooth.any() else ASYMMETRIC
+    beyond: Callable[[Pose], float] = anywhere
+    known = not isinstance(seed_pose, Anywhere) and not model.smooth.any()
+    symmetry = ASYMMETRIC if known else symmetry_of(model)
     likely: list[Likely] = []
     if isinstance(seed_pose, Anywhere):
-        refined = of_most_evidence(problem, worth, LOOKED_AT)
+        refined = of_most_evidence(problem, hypotheses, LOOKED_AT)
         likely = likely_of(refined, symmetry)
         refined.sort(key=lambda one: one is not likely[0].refined)
     else:
         searched = in_range_of(seed_pose, camera, settings.search_range)
+        beyond = turned_beyond(seed_pose, settings.search_range)
         spin_rad = 2.0 * math.radians(settings.rotation_range_deg)  # from one end of the range to the other
-        refined = best_first(problem, worth, spin_rad=spin_rad, searched=searched)
+        refined = best_first(problem, hypotheses, spin_rad=spin_rad, searched=searched)
     match = partial(match_near, ideal_segments(endpoints, camera), camera, settings.seed)
     estimate = Estimate()
     if refined:
-        rivals = rivals_of(refined, symmetry, searched)
-        best, covariance = likely[0].last if likely else last_step(refined[0])
-        estimate = _judged(refined[0], best, covariance, rivals, symmetry, match)
+        refined = likeliest_first(refined, beyond)
+        rivals = rivals_of(refined, symmetry, searched, beyond)
+        last = likely[0].last if likely else last_step(refined[0])
+        estimate = _judged(refined[0], last, rivals, symmetry, match)
         if isinstance(seed_pose, Anywhere) and estimate.pose is not None:
-            estimate = _with_poses(estimate, likely, symmetry, partial(seed_pose.allows, middle=model.middle))
+            best, allowed = last.best, partial(seed_pose.allows, middle=model.middle)
+            estimate = _with_poses(estimate, likely, symmetry, allowed)
             estimate = replace(
                 estimate, free=estimate.free + unseen_turns(best.problem, best.pose, best.spacing_px)
             )
@@ -253,23 +258,21 @@ def _matched(
 
 def _judged(
     first: Refined,
-    best: Refined,
-    covariance: Floats,
+    last: Settled,
     rivals: list[tuple[Pose, PoseSupport, float]],
     symmetry: Symmetry,
     match: Matcher,
 ) -> Estimate:
-    """What there is to say about ``best``, which was ``first`` before the last step, as rivals still are."""
+    """What there is to say about a pose that was ``first`` before its last step, as rivals still are."""
+    best, covariance, agreeing = last
     spread = uncertainty(without_free_turn(covariance, best.pose, symmetry), best.pose.translation)
     unclear = ambiguity(first.support, [(support, prior) for _, support, prior in rivals])
-    score = confidence(best.support, unclear, spread)
-    if score < LEAST_SCORE:
+    by_lines = confidence(best.support, unclear, spread)
+    if by_lines < LEAST_SCORE:
         return Estimate()
-    doubt = misfit(first) if score >= WORTH_DOUBTING else None
-    score = confidence(best.support, unclear, spread, doubt)
-    if doubt is not None and score >= WORTH_TURNING:
+    doubt = misfit(first) if by_lines >= WORTH_DOUBTING else None
+    if doubt is not None and confidence(best.support, unclear, spread, doubt) >= WORTH_TURNING:
         doubt = replace(doubt, otherwise=the_other_way(first, match))
-        score = confidence(best.support, unclear, spread, doubt)
         unclear = min(1.0, max(unclear, doubt.otherwise))
     return Estimate(
         pose=best.pose,
@@ -277,13 +280,14 @@ def _judged(
         rms_px=best.support.rms_px,
         uncertainty=spread,
         supported_fraction=best.support.supported_fraction,
-        score=score,
+        score=confidence(best.support, unclear, spread, doubt, agreeing),
         ambiguity=unclear,
         lines=best.support.lines,
         rivals=tuple(Rival(pose, odds(first.support, support, prior)) for pose, support, prior in rivals),
         free=() if symmetry.free_axis is None else (symmetry.free_axis,),
         support=best.support,
         misfit=doubt,
+        agreeing=agreeing,
     )
 
 

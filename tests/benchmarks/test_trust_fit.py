@@ -8,33 +8,34 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.photographs import Studio
-from benchmarks.trust_fit import TODAY, app, chance, fitted, inputs
+from benchmarks.trust_fit import ANEW, NAMES, TODAY, app, chance, fitted, inputs
 from benchmarks.trust_rows import row_of
 from geometry.model import Model
 from image_server.simulator import Simulator
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, one_image, photographed
 from vision_server.pipeline import estimate_pose
+from vision_server.pose.trust import RIGHT_OF_WRONG_MODEL
 
 
 def rows(count: int) -> list[dict[str, object]]:
-    """Estimates that are right the more often, the more lines confirm them."""
+    """Estimates that are right the more often, the more of their lines agree."""
     rng = np.random.default_rng(3)
-    confirmed = rng.uniform(0.0, 60.0, count)
-    right = rng.random(count) < 1.0 / (1.0 + np.exp(-0.2 * (confirmed - 30.0)))
+    agreeing = rng.uniform(0.2, 1.0, count)
+    right = rng.random(count) < 1.0 / (1.0 + np.exp(-15.0 * (agreeing - 0.6)))
     return [
         {"scene": f"s{k % 20}", "model": "true", "empty": False, "pose": True, "within": bool(right[k]),
-         "right": bool(right[k]), "confirmed": float(confirmed[k]), "missing": float(rng.uniform(0.0, 0.5)),
-         "uncertainty": 0.001, "ambiguity": 0.0, "otherwise": 0.0, "gain": 0.0,
-         "significance": 0.0, "strata": ["mild"], "normalised": 6.0, "score": 0.5}
+         "right": bool(right[k]), "confirmed": 30.0, "missing": 0.1, "agreeing": float(agreeing[k]),
+         "uncertainty": 0.001, "ambiguity": 0.0, "otherwise": 0.0, "surely_wrong": False, "gain": 0.0,
+         "significance": float(rng.uniform(0.0, 4.0)), "strata": ["mild"], "normalised": 6.0, "score": 0.5}
         for k in range(count)
     ]  # fmt: skip
 
 
-def test_what_confirms_counts_and_noise_does_not() -> None:
-    of, constants = fitted(rows(400))
-    assert constants[1] > 1.0
-    assert abs(constants[2]) < 0.5
-    chance = of([{**rows(1)[0], "confirmed": 55.0}, {**rows(1)[0], "confirmed": 5.0}])
+def test_what_agrees_counts_and_noise_does_not() -> None:
+    of, constants = fitted(rows(400), ANEW)
+    assert constants[8] > 1.0
+    assert abs(constants[6]) < 0.5
+    chance = of([{**rows(1)[0], "agreeing": 0.95}, {**rows(1)[0], "agreeing": 0.3}])
     assert chance[0] > 0.85
     assert chance[1] < 0.15
 
@@ -46,6 +47,13 @@ def test_a_model_that_is_likelier_the_other_way_round_is_hardly_believed() -> No
     assert mirrored == pytest.approx(likely / 100.0)
 
 
+def test_a_model_that_is_surely_wrong_is_believed_less() -> None:
+    one = rows(1)[0]
+    told = [one, {**one, "surely_wrong": True}]
+    likely, wrong = chance(TODAY, told, inputs(told))
+    assert wrong == pytest.approx(RIGHT_OF_WRONG_MODEL * likely)
+
+
 def test_the_command_prints_constants_and_calibration(tmp_path: Path) -> None:
     file, plot = tmp_path / "rows.jsonl", tmp_path / "plot.png"
     file.write_text("".join(json.dumps(row) + "\n" for row in rows(400)))
@@ -53,6 +61,9 @@ def test_the_command_prints_constants_and_calibration(tmp_path: Path) -> None:
     assert ran.exit_code == 0, ran.output
     told = [json.loads(line) for line in ran.output.splitlines()]
     assert told[0]["estimates"] == 400
+    used = dict(zip(NAMES, TODAY, strict=True))
+    changed = {name for name in NAMES if told[0][name] != pytest.approx(used[name])}
+    assert changed == {"as a rule", "agreeing"}  # tracking believes poses by the others
     strata = {one["name"]: one for one in told if "calibration error" in one}
     assert list(strata) == ["stratum all", "stratum true models", "stratum mild", "of all models, mild"]
     assert strata["stratum mild"]["calibration error"] < 0.1

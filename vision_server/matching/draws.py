@@ -82,6 +82,21 @@ def in_range_of(seed_pose: Pose, camera: Camera, search_range: SearchRange) -> C
     return within
 
 
+def turned_beyond(seed_pose: Pose, search_range: SearchRange) -> Callable[[Pose], float]:
+    """How far a pose is turned beyond the range that a seed pose may be off: 1 is all of the margin.
+
+    0 within the range.
+    """
+    margin_deg = MARGIN * search_range.rotation_deg + MARGIN_DEG
+
+    def beyond(pose: Pose) -> float:
+        turn = (seed_pose.matrix.T @ pose.matrix)[None]
+        angle = np.minimum(_largest_angle(turn), _largest_angle(turn.transpose(0, 2, 1)))
+        return max(0.0, (float(np.degrees(angle[0])) - search_range.rotation_deg) / margin_deg)
+
+    return beyond
+
+
 def _largest_angle(turn: Floats) -> Floats:
     """Largest of the angles of Rx·Ry·Rz, (N, 3, 3) to (N,), rad."""
     angles = [

@@ -45,6 +45,7 @@ class Courses(NamedTuple):
     noise : (M, 2, 2), covariance of both by what the edge points scatter, px^2.
     spread : (M,), one sd of what it may be off as a whole, px.
     share : (M,), of all that is said of the line; of each line 1 in all.
+    line : (M,), index into the model's lines.
     """
 
     place: Floats
@@ -52,24 +53,27 @@ class Courses(NamedTuple):
     noise: Floats
     spread: Floats
     share: Floats
+    line: Ints
 
 
 def courses_of(seen: Observation, more: Floats) -> Courses:
     """Courses of the lines in each channel, by the pose's unknowns, two nuisances and ``more`` (N, 2), px."""
     base = base_weights(seen)
     lines = 1 + int((np.diff(seen.samples.line) != 0).sum())
-    found = Courses(*(np.zeros((len(base) * lines, *of)) for of in ((2,), (2, UNKNOWNS), (2, 2), (), ())))
-    count, line = _read(seen, base, more, found)
-    place, motion, noise, spread, weight = (values[:count] for values in found)
+    room = len(base) * lines
+    place, motion, noise = (np.zeros((room, *of)) for of in ((2,), (2, UNKNOWNS), (2, 2)))
+    spread, weight, line = np.zeros(room), np.zeros(room), np.zeros(room, dtype=np.int64)
+    found = Courses(place, motion, noise, spread, weight, line)
+    count = _read(seen, base, more, found)
+    line, weight = line[:count], weight[:count]
     share = weight / np.bincount(line, weight)[line] if count else weight
-    return Courses(place, motion, noise, spread, share)
+    return Courses(place[:count], motion[:count], noise[:count], spread[:count], share, line)
 
 
 @kernel(error_model="numpy")
-def _read(seen: Observation, base: Floats, more: Floats, out: Courses) -> tuple[int, Ints]:
-    """How many courses there are, and the line of each; ``out`` has room for all, with weights for shares."""
+def _read(seen: Observation, base: Floats, more: Floats, out: Courses) -> int:
+    """How many courses there are; ``out`` has room for all, with weights for shares."""
     line, channels, count = seen.samples.line, len(base), len(more)
-    lines = np.empty(len(out.share), dtype=np.int64)
     weight, residual, room = np.empty(count), np.empty(count), np.empty(count)
     start, found = 0, 0
     while start < count:
@@ -81,10 +85,10 @@ def _read(seen: Observation, base: Floats, more: Floats, out: Courses) -> tuple[
             inverse, course = _straight(along, offset, base[c, start:end], weight, residual, room)
             fit = (weight, residual, inverse)
             if _is_course(seen, (c, start, end), fit, more, out, found):
-                out.place[found], lines[found] = course, line[start]
+                out.place[found], out.line[found] = course, line[start]
                 found += 1
         start = end
-    return found, lines[:found]
+    return found
 
 
 @kernel(error_model="numpy")

@@ -11,24 +11,64 @@ from vision_server.pose.alternatives import image_of
 from vision_server.pose.ranking import COARSER, ROUGHLY_NATS, Refined
 from vision_server.pose.support import PoseSupport, support_at
 
-SAME = (2.0, 0.01)  # degrees, share of the range: two refined poses that are one (chosen by hand)
-TURNED_NATS = 10.0  # of evidence, that a target is turned as its seed pose says (chosen by hand)
+# Chosen by hand.
+SAME = (2.0, 0.01)  # degrees, share of the range: two refined poses that are one
+TURNED_NATS = 10.0  # of evidence, that a target is turned as its seed pose says
+BEYOND = 0.5  # of the search range's margin: turned so far beyond the range, a pose is as unlikely
+ALIKE = 0.8  # share of the quality of two poses that explain the images alike
+
+
+def nats_against(beyond: float) -> float:
+    """What speaks against a pose that is turned so far beyond the search range, see `turned_beyond`."""
+    return TURNED_NATS * min(1.0, beyond / BEYOND)
+
+
+def anywhere(_pose: Pose) -> float:
+    """How far a pose is beyond the search range where there is no seed pose."""
+    return 0.0
+
+
+def likeliest_first(found: Sequence[Refined], beyond: Callable[[Pose], float]) -> list[Refined]:
+    """Refined poses, best first; one within the search range before one beyond it that explains no more.
+
+    ``beyond`` says how far a pose is beyond the search range.
+    """
+
+    def likely(one: Refined) -> float:
+        return one.support.evidence - nats_against(beyond(one.pose))
+
+    first = found[0]
+    alike = [
+        one
+        for one in found[1:]
+        if beyond(one.pose) < beyond(first.pose)
+        and one.quality >= ALIKE * first.quality
+        and not first.ends_at(one.pose, SAME)
+    ]
+    best = max((first, *alike), key=likely)
+    return [best, *(one for one in found if one is not best)]
 
 
 def rivals_of(
-    found: Sequence[Refined], symmetry: Symmetry, searched: Callable[[Pose], bool]
+    found: Sequence[Refined],
+    symmetry: Symmetry,
+    searched: Callable[[Pose], bool],
+    beyond: Callable[[Pose], float],
 ) -> list[tuple[Pose, PoseSupport, float]]:
     """Rivals of the first of some refined poses: pose, support, and nats that speak against it beforehand.
 
-    Those that a symmetry takes to the first are none.
+    Those that a symmetry takes to the first are none. ``beyond`` says how far a pose is beyond the range.
     """
     best, distinct = found[0], list(found[:1])
     for one in found[1:]:
         if not any(better.ends_at(one.pose, SAME) for better in distinct):
             distinct.append(one)
-    out = [(pose, support, TURNED_NATS) for pose, support in turned(best, searched)]
+    own = nats_against(beyond(best.pose))
+    out = [(pose, support, TURNED_NATS - own) for pose, support in turned(best, searched)]
     out += [
-        (one.pose, one.support, 0.0) for one in distinct[1:] if not image_of(one.pose, best.pose, symmetry)
+        (one.pose, one.support, nats_against(beyond(one.pose)) - own)
+        for one in distinct[1:]
+        if not image_of(one.pose, best.pose, symmetry)
     ]
     return out
 

@@ -39,18 +39,24 @@ UNSTRETCHED = 2e-4  # of the logarithm of one axis' scale over another's: none
 STRETCHES = (1e-3, 2e-3, 4e-3, 8e-3)
 CLEARLY_NATS = 3.0  # that speak for a stretch, for it to be one
 MOST_STRETCH = 0.015  # of an axis against another; a part that is off by more is another one
+AGREES = 6.0  # squared distance of a line from its place: 95 % of chi-square's of two degrees of freedom
 
 
 class Settled(NamedTuple):
-    """A pose that was settled, and the covariance (6, 6) of a small left-multiplied step (rad, m)."""
+    """A pose that was settled, and the covariance (6, 6) of a small left-multiplied step (rad, m).
+
+    ``agreeing`` is the share of the visible length on lines that are where the pose has them, as far as they
+    may be off; None for a pose that has not taken this step.
+    """
 
     best: Refined
     covariance: Floats
+    agreeing: float | None = None
 
 
 def settled(best: Refined) -> Settled | None:
     """A refined pose, moved by the last step; None where too little holds it."""
-    problem, pose, covariance = best.problem, best.pose, None
+    problem, pose, covariance, agreeing = best.problem, best.pose, None, 0.0
     for _ in range(ROUNDS):
         seen = observe(problem, pose, EXACT_REACH_PX, best.spacing_px)
         strains = motion_of_strains(seen.samples, seen.jacobian, problem.model, pose)[:, :3]
@@ -63,10 +69,13 @@ def settled(best: Refined) -> Settled | None:
         if not np.isfinite(step).all() or not pose.apply(problem.model.vertices)[:, 2].max() > 0:
             return None
         covariance = about_camera(spread[:6, :6], seen.centre)
+        visible = np.asarray(np.bincount(seen.samples.line, seen.samples.px), np.float64)
+        agreeing = _agreeing(courses, step, visible)
     support = support_at(problem, pose, best.spacing_px)
     if support is None or covariance is None:
         return None
-    return Settled(replace(best, solution=replace(best.solution, pose=pose), support=support), covariance)
+    best = replace(best, solution=replace(best.solution, pose=pose), support=support)
+    return Settled(best, covariance, agreeing)
 
 
 def agreed(courses: Courses, prior: Floats) -> tuple[Floats, Floats]:
@@ -77,9 +86,7 @@ def agreed(courses: Courses, prior: Floats) -> tuple[Floats, Floats]:
     prior
         (8,), precision of all but the two stretches, whose spread is the likeliest of STRETCHES or none.
     """
-    turned = np.diag([1.0, TURNED**2])
-    variance = courses.noise + courses.spread[:, None, None] ** 2 * turned
-    precision = np.asarray(np.linalg.inv(variance), np.float64)
+    precision = _precision(courses)
     best, least = None, np.inf
     for sd in (UNSTRETCHED, *STRETCHES):
         step, covariance, nats = _at_stretch(courses, precision, np.r_[prior, sd**-2.0, sd**-2.0], best)
@@ -91,6 +98,20 @@ def agreed(courses: Courses, prior: Floats) -> tuple[Floats, Floats]:
             best, least = (step, covariance), nats
     assert best is not None
     return best
+
+
+def _precision(courses: Courses) -> Floats:
+    """Inverse covariance (M, 2, 2), 1/px^2, of where courses lie as wholes."""
+    variance = courses.noise + courses.spread[:, None, None] ** 2 * np.diag([1.0, TURNED**2])
+    return np.asarray(np.linalg.inv(variance), np.float64)
+
+
+def _agreeing(courses: Courses, step: Floats, visible: Floats) -> float:
+    """Share of the visible length (L,) on lines that agree with unknowns (K,)."""
+    off = courses.place - courses.motion @ step
+    squares = np.einsum("mi,mij,mj->m", off, _precision(courses), off)
+    agree = np.where(squares < AGREES, courses.share, 0.0)
+    return float(agree @ visible[courses.line] / visible.sum())
 
 
 def _at_stretch(

@@ -1,5 +1,7 @@
 """Poses of a model of very many lines are compared by fewer of them, and supported by all."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -42,9 +44,9 @@ def test_few_looks_take_in_all_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     pixels = rendered(model, CAMERA, true, rng)
     looks: list[int] = []
 
-    def noted(problem: PoseProblem, *others: object) -> Observation:
+    def noted(problem: PoseProblem, *others: Any, **named: Any) -> Observation:
         looks.append(len(problem.model.lines))
-        return observe(problem, *others)  # type: ignore[arg-type]
+        return observe(problem, *others, **named)
 
     for module in ("support", "refinement"):
         monkeypatch.setattr(f"vision_server.pose.{module}.observe", noted)

@@ -41,7 +41,7 @@ def drawn_courses(count: int, seed: int) -> tuple[Courses, NDArray[np.float64]]:
     true[:6] = random.normal(0.0, 0.003, 6)
     noise = np.tile(0.02**2 * np.eye(2), (count, 1, 1))
     place = motion @ true + random.normal(0.0, 0.02, (count, 2))
-    return Courses(place, motion, noise, np.full(count, SPREAD_PX), np.ones(count)), true
+    return Courses(place, motion, noise, np.full(count, SPREAD_PX), np.ones(count), np.arange(count)), true
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -100,6 +100,19 @@ def test_a_part_whose_axes_are_half_a_percent_off_is_where_it_is_seen(model: Mod
     before, after = np.mean(errors, axis=0)
     assert after < 0.5 * before, errors
     assert np.mean(squares) < 12.0
+
+
+def test_the_lines_of_another_part_do_not_agree(model: Model) -> None:
+    """They lie where it has them; those of a longer part lie beside them, or the pose beside its place."""
+    shares = []
+    for scales in ((0.0, 0.0, 0.0), (0.12, 0.0, 0.0), (0.0, 0.0, -0.12)):
+        last = settled(found(stretched(model, np.array(scales)), model, 2))
+        assert last is not None
+        assert last.agreeing is not None
+        shares.append(last.agreeing)
+    assert shares[0] > 0.9
+    assert max(shares[1:]) < 0.9, shares
+    assert min(shares[1:]) < 0.5, shares
 
 
 def test_a_part_that_is_as_its_model_stays_where_it_was_found(model: Model) -> None:

@@ -96,7 +96,7 @@ def test_a_pose_that_is_rather_wrong_is_compared_with_other_models_too(model: Mo
 def test_a_pose_is_told_however_much_better_another_model_fits(
     model: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pipeline, "misfit", lambda _: Misfit(0.0, 5.0))
+    monkeypatch.setattr(pipeline, "misfit", lambda _: Misfit(0.0, 9.0))
     found = estimated(model, model)
     assert found.score < LEAST_SCORE
     assert found.pose is not None

@@ -69,6 +69,23 @@ def test_the_probability_falls_with_each_doubt() -> None:
     assert confidence(good, 1.0, 0.001) == pytest.approx(0.5 * sure)
 
 
+def test_lines_that_are_seen_but_beside_their_place_are_doubted() -> None:
+    good = support(*[0.9] * 8)
+    believed = [confidence(good, 0.0, 0.001, None, share) for share in (0.0, 0.4, 0.7, 0.9, 1.0)]
+    assert believed == sorted(believed)
+    assert believed[0] < 0.3
+    assert confidence(good, 0.0, 0.001) > believed[2]
+    assert believed[-1] > confidence(good, 0.0, 0.001)
+
+
+def test_lines_that_a_rival_shares_do_not_speak_for_a_pose() -> None:
+    """Of a turn that the seed pose rules out, too: where it is turned itself, its lines agree as well."""
+    good = support(*[0.9] * 8)
+    alone = confidence(good, 0.036, 0.001)
+    assert confidence(good, 0.036, 0.001, None, 1.0) == alone
+    assert confidence(good, 0.036, 0.001, None, 0.4) < alone
+
+
 def test_a_pose_of_one_degree_is_right_in_half_of_the_cases_at_most() -> None:
     within = math.erf(1.0 / (math.sqrt(2.0) * 1.3))
     assert confidence(support(*[1.0] * 20), 0.0, 0.01) <= within

@@ -1,0 +1,62 @@
+"""What the seed pose says of a pose, and of two that explain the images alike."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.rotation import matrix_of
+from geometry.symmetries import ASYMMETRIC
+from tests.vision_server.refined_poses import channels_of
+from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
+from vision_server.matching.draws import MARGIN, MARGIN_DEG, turned_beyond
+from vision_server.matching.match import SearchRange
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.ranking import Refined, best_first, nowhere
+from vision_server.pose.rivals import TURNED_NATS, anywhere, likeliest_first, nats_against, rivals_of
+
+GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
+
+
+def turned_by(pose: Pose, degrees: float) -> Pose:
+    """About the target's own x axis."""
+    return Pose.from_matrix(pose.matrix @ matrix_of(np.radians([degrees, 0.0, 0.0])), pose.translation)
+
+
+@pytest.fixture
+def best(model: Model) -> Refined:
+    pixels = photographed(linear_picture(model, CAMERA, POSE, GREYS), seed=1)
+    return best_first(PoseProblem.at_scale(channels_of(pixels), model, CAMERA), [POSE])[0]
+
+
+def at(one: Refined, pose: Pose) -> Refined:
+    """As well supported, at another pose."""
+    return replace(one, solution=replace(one.solution, pose=pose))
+
+
+def test_nothing_speaks_against_a_pose_within_the_range() -> None:
+    beyond = turned_beyond(POSE, SearchRange(25.0, 40.0))
+    margin = MARGIN * 25.0 + MARGIN_DEG
+    assert beyond(turned_by(POSE, 25.0 + margin)) == pytest.approx(1.0)
+    angles = (0.0, 12.5, 24.9, 25.0 + 0.25 * margin, 25.0 + 0.5 * margin, 90.0)
+    against = [nats_against(beyond(turned_by(POSE, angle))) for angle in angles]
+    assert against == pytest.approx([0.0, 0.0, 0.0, 0.5 * TURNED_NATS, TURNED_NATS, TURNED_NATS])
+
+
+def test_of_two_poses_that_explain_the_images_alike_the_one_within_the_range_comes_first(
+    best: Refined,
+) -> None:
+    beyond = turned_beyond(POSE, SearchRange(25.0, 40.0))
+    near, far = at(best, turned_by(POSE, 5.0)), at(best, turned_by(POSE, 27.0))
+    assert likeliest_first([far, near], beyond) == [near, far]
+    assert likeliest_first([near, far], beyond) == [near, far]
+    seen = best.support.supports & (np.arange(len(best.support.distance)) % 3 > 0)
+    less = replace(near, support=replace(near.support, supports=seen))
+    assert likeliest_first([far, less], beyond) == [far, less]
+    against = nats_against(beyond(far.pose))
+    assert 2.0 < against < TURNED_NATS
+    assert [one[2] for one in rivals_of([near, far], ASYMMETRIC, nowhere, beyond)] == [against]
+    assert [one[2] for one in rivals_of([far, near], ASYMMETRIC, nowhere, beyond)] == [-against]
+    assert [one[2] for one in rivals_of([near, far], ASYMMETRIC, nowhere, anywhere)] == [0.0]
