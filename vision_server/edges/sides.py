@@ -12,7 +12,7 @@ from numerics.kernels import kernel
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.depth import Field
 from vision_server.channels.gaussian import contrast_kernels, noise_gain
-from vision_server.channels.lighting import LENS_BLUR_PX, coarse_places
+from vision_server.channels.lighting import coarse_places
 from vision_server.channels.noise import SATURATED_GREY
 from vision_server.edges.edge_map import EdgeMap
 
@@ -20,6 +20,7 @@ from vision_server.edges.edge_map import EdgeMap
 # groove ends; of sharp images, in others as much further as they are blurred. Chosen by hand:
 # `python -m benchmarks.edge_kinds`.
 REACH_PX = np.array([2.0, 4.0, 6.0], np.float32)
+SHARP_BLUR_PX = 1.25  # of images that are no sharper for it, as their blur is measured on them
 ALONG = 3  # places beside the edge whose mean is taken
 PLACES = ALONG + len(REACH_PX) - 1  # that are looked at on either side
 SMOOTHED_NOISE = 0.44  # of the noise of single pixels, in the mean of three bilinear values a pixel apart
@@ -76,7 +77,7 @@ def furthest_reach(edges: EdgeMap) -> np.float32:
 
 
 def _reach(edges: EdgeMap) -> Field:
-    return REACH_PX * np.float32(max(edges.blur_px / LENS_BLUR_PX, 1.0))
+    return REACH_PX * np.float32(max(edges.blur_px / SHARP_BLUR_PX, 1.0))
 
 
 def sides_of(edges: EdgeMap) -> Sides:

@@ -28,7 +28,7 @@ from vision_server.edges.likelihoods import (
     likelihoods,
 )
 from vision_server.edges.merging import merge_channels
-from vision_server.edges.sides import REACH_PX, Sides, sides_of
+from vision_server.edges.sides import REACH_PX, Sides, furthest_reach, sides_of
 
 Floats = NDArray[np.float64]
 
@@ -111,6 +111,12 @@ def test_the_sides_are_read_beside_the_edge_and_further_away() -> None:
     np.testing.assert_allclose(found.near[0], np.stack(grey[:2]) / 2.0, atol=1e-3)
     np.testing.assert_allclose(found.brightest[0], np.stack([grey[0], grey[2]]) / 2.0, atol=1e-3)
     assert found.known.all()
+
+
+def test_of_blurred_images_the_sides_are_read_beside_the_blur() -> None:
+    sharp = merge_channels(channels())
+    reaches = [float(furthest_reach(replace(sharp, blur_px=blur))) for blur in (0.5, 1.25, 1.75, 2.5)]
+    np.testing.assert_allclose(reaches, REACH_PX[-1] * np.array([1.0, 1.0, 1.4, 2.0]), rtol=1e-6)
 
 
 def test_em_finds_how_frequent_the_kinds_are() -> None:
