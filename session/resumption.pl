@@ -9,6 +9,7 @@
 :- use_module('../indigolog/online/journal', [journal_entries/3]).
 :- use_module(run_folder, [replace_file/2, run_file/3]).
 :- use_module(session_file).
+:- use_module(strategy_file, [strategy_sha256/2]).
 :- use_module(usage, [dashes/2, usage_error/2]).
 :- use_module(library(apply), [exclude/3, maplist/3, partition/4]).
 :- use_module(library(http/json), [json_read_dict/2]).
@@ -68,7 +69,7 @@ with_controller_hash(Options, [controller_sha256(Sha256)|Options]) :-
     option(controller(File), Options),
     is_absolute_file_name(File),
     !,
-    file_sha256(File, Sha256).
+    strategy_sha256(File, Sha256).
 with_controller_hash(Options, Options).
 
 with_absolute_path(Option, Absolute) :-
@@ -132,9 +133,10 @@ same_controller(Said, Folder, Recorded0, Recorded) :-
     !,
     option(controller(File), Recorded),
     (   exists_file(File),
-        file_sha256(File, Sha256)
+        strategy_sha256(File, Sha256)
     ->  true
-    ;   usage_error("--resume: the controller ~w is not the file any more that the session was begun with", [File])
+    ;   usage_error("--resume: the controller ~w, or one that it includes, is not the file any more that the session was begun with",
+                    [File])
     ),
     (   Said = [controller(Named)],
         exists_file(Named),

@@ -13,7 +13,7 @@
 :- use_module(viewing, [start_view/2]).
 :- use_module(thinking, [note_thought/0, within_budget/3]).
 :- use_module(times, [forget_times/1, tell_times/3]).
-:- use_module(strategy_file, [blocked/4, check_control/1]).
+:- use_module(strategy_file, [blocked/4, check_control/1, check_includes/1]).
 :- use_module(usage, [usage_error/2]).
 :- use_module('../indigolog/tools/checks').
 :- use_module('../indigolog/tools/explain', [why/3]).
@@ -85,6 +85,7 @@ cannot_go_on(Formal, _) :-
     throw(error(Formal, _)).
 
 check_controller(Plan) :-
+    check_includes(Plan.controller_file),
     load_theory(Plan.theory),
     check_control(Plan.controller_file),
     check_theory,

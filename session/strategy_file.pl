@@ -1,22 +1,34 @@
 :- module(session_strategy_file,
           [ check_control/1,            % +File
             check_against_device/2,     % +File, +Device
+            check_includes/1,           % +File
             check_instead/2,            % +Words, +Device
+            strategy_sha256/2,          % +File, -Sha256
             blocked/4                   % +File, +Action, +Situation, -Message
           ]).
+:- use_module(session_file, [file_sha256/2]).
 :- use_module(usage, [did_you_mean/3, usage_error/2]).
 :- use_module('../domain/reasoning/device').
 :- use_module('../domain/reasoning/instead', [instead_settings/3]).
 :- use_module('../domain/reasoning/qualitative', [settings_words/3, shutter_words/2]).
 :- use_module('../indigolog/indigolog', [fluent_value/3]).
 :- use_module(library(apply), [maplist/3]).
-:- use_module(library(lists), [member/2, memberchk/2, nth1/3]).
+:- use_module(library(lists), [append/2, member/2, memberchk/2, nth1/3]).
+:- use_module(library(pairs), [pairs_keys/2]).
 :- use_module(library(readutil), [read_file_to_string/3]).
+:- use_module(library(sha), [hash_atom/2, sha_hash/3]).
 
 /** <module> What is wrong with a strategy, said in plain words with the place in its file
 
 The interpreter checks what any program can get wrong; here is what only the theory of lights and camera knows.
 */
+
+%!  check_includes(+File) is det.
+%
+%   @error usage_error(Message) where a file includes itself, or one that includes it: it can only be asked before it is loaded
+
+check_includes(File) :-
+    strategy_files(File, _).
 
 %!  check_control(+File) is det.
 %
@@ -164,13 +176,42 @@ done_by(start_over, start_over).
 
 %   in_strategy(+File, ?Term, -Place): where Term is in the file, or in one that it includes; its own come first.
 in_strategy(File, Term, Place) :-
-    in_file(File, Term, Line),
-    format(atom(Place), "~w:~d", [File, Line]).
-in_strategy(File, Term, Place) :-
-    in_file(File, (:- include(Given)), _),
+    strategy_files(File, Files),
+    member(One, Files),
+    in_file(One, Term, Line),
+    format(atom(Place), "~w:~d", [One, Line]).
+
+%   strategy_files(+File, -Files): the file, and after it those that it includes, at any depth.
+strategy_files(File, Files) :-
+    with_included([], File, Files).
+
+%   Above are the files that include it, the nearest first.
+with_included(Above, File, [File|Files]) :-
+    findall(Other-Line, included(File, Other, Line), Pairs),
+    forall(( member(Other-Line, Pairs), member(One, [File|Above]), same_file(Other, One) ),
+           usage_error("~w:~d: it includes ~w, which is included by it: loading would never end", [File, Line, Other])),
+    pairs_keys(Pairs, Others),
+    maplist(with_included([File|Above]), Others, Lists),
+    append(Lists, Files).
+
+included(File, Other, Line) :-
+    in_file(File, (:- include(Given)), Line),
     ground(Given),
-    absolute_file_name(Given, Other, [extensions(['', pl]), access(read), relative_to(File), file_errors(fail)]),
-    in_strategy(Other, Term, Place).
+    absolute_file_name(Given, Other, [extensions(['', pl]), access(read), relative_to(File), file_errors(fail)]).
+
+%!  strategy_sha256(+File, -Sha256) is det.
+%
+%   Of the file alone where it includes none, else of those of all.
+
+strategy_sha256(File, Sha256) :-
+    strategy_files(File, Files),
+    maplist(file_sha256, Files, Hashes),
+    (   Hashes = [Sha256]
+    ->  true
+    ;   atomic_list_concat(Hashes, All),
+        sha_hash(All, Bytes, [algorithm(sha256), encoding(utf8)]),
+        hash_atom(Bytes, Sha256)
+    ).
 
 %   in_file(+File, ?Term, -Line): where Term is in the file, at any depth; nothing of what cannot be read.
 in_file(File, Term, Line) :-

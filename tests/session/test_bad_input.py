@@ -175,6 +175,9 @@ def test_what_a_strategy_includes_is_its_own(tmp_path: Path) -> None:
     (tmp_path / "theirs.pl").write_text("proc(control,\n if(working(lft), take_image, [])).\n")
     message = refused("--controller", file, "--dry-run", by=served)
     assert "theirs.pl:2: working(lft): there is no light lft" in message
+    (tmp_path / "theirs.pl").write_text("proc(control, []).\n:- include('mine.pl').\n")
+    message = refused("--controller", file, "--dry-run", by=served)
+    assert f"theirs.pl:2: it includes {file}, which is included by it" in message
 
 
 @pytest.mark.parametrize(

@@ -188,6 +188,19 @@ def test_a_session_file_that_is_not_whole_is_refused(interrupted: Path, tmp_path
     assert not mark.exists()
 
 
+def test_what_a_controller_includes_is_a_part_of_it(tmp_path: Path) -> None:
+    out, strategy, included = tmp_path / "run", tmp_path / "mine.pl", tmp_path / "theirs.pl"
+    source = (ROOT / "domain" / "controllers" / "simple.pl").read_text()
+    included.write_text(source)
+    strategy.write_text(":- include(theirs).\n")
+    assert served("--controller", strategy, *OPTIONS[2:], "--out", out, "--quiet").returncode == 3
+    (out / "result.json").unlink()
+    included.write_text(f"{source}\nproc(more, []).\n")
+    assert "not the file any more" in refused(out)
+    included.write_text(source)
+    assert served("--resume", out, "--quiet").returncode == 3
+
+
 def test_a_controller_that_came_with_the_folder_runs_only_when_the_user_says_so(tmp_path: Path) -> None:
     out, strategy, mark = tmp_path / "run", tmp_path / "mine.pl", tmp_path / "mark"
     source = (ROOT / "domain" / "controllers" / "simple.pl").read_text()
