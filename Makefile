@@ -56,11 +56,11 @@ bridge/prolog/zmq4pl.so: $(wildcard bridge/prolog/*.c bridge/prolog/*.h) | syste
 dock: setup
 	@swipl main.pl $(ARGS)
 
-# Four files of Python tests at a time, as some wait for what they have killed or nobody answers, and the Prolog
+# Two files of Python tests at a time, three where some wait for what they have killed or nobody answers, and the Prolog
 # tests beside them: their words come when they are done.
 test: setup check
 	@echo "test: Prolog (plunit) and Python (pytest, all), beside each other"
-	@setup/beside "swipl -g main tests/run.pl" "$(PYTEST) -n 4"
+	@setup/beside "swipl -g main tests/run.pl" "$(PYTEST) -n 3"
 
 test-quick: setup
 	@echo "test-quick: Prolog (plunit) and Python (pytest, without those marked slow), beside each other"

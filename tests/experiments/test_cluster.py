@@ -66,9 +66,11 @@ class Cluster:
         return self._start("worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard")
 
     def _start(self, *words: str) -> "subprocess.Popen[bytes]":
-        path = f"{self._folder}{os.pathsep}{ROOT}"
+        environment = {
+            "PYTHONPATH": f"{self._folder}{os.pathsep}{ROOT}", "DASK_TEMPORARY_DIRECTORY": str(self._folder)
+        }  # fmt: skip
         process = subprocess.Popen(
-            [sys.executable, "-m", "dask", *words], cwd=self._folder, env={**os.environ, "PYTHONPATH": path},
+            [sys.executable, "-m", "dask", *words], cwd=self._folder, env={**os.environ, **environment},
             stdout=subprocess.DEVNULL, stderr=(self._folder / "dask.log").open("a"),
         )  # fmt: skip
         self.processes.append(process)

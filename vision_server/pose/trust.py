@@ -21,9 +21,8 @@ PER_LOG2_SIGNIFICANCE, USUAL = -1.04, 4.0  # of 1 + the squared stretch over wha
 # fitted to 1402 such estimates with what is above as it is, -2.8 and 1.79; the first then raised by hand, as
 # right poses behind an arm or blurred are believed too little.
 AS_A_RULE, PER_AGREEING, ROOM = -2.2, 1.79, 0.05
-SHARED = (
-    0.01  # ambiguity from which on lines that agree say nothing for a pose: its rival shares them (by hand)
-)
+# Ambiguity from which on lines that agree say nothing for a pose: its rival shares them. By hand.
+SHARED = 0.01
 LIMIT = 0.01  # 1 % of the range, 1 degree
 LEAST_STRETCH = 0.01  # of an axis against another, for a fit to be of another part: what moves a pose by 1 %
 # A model is wrong, not perhaps, from here on: of a true one, in 89 sets of two and five images of 45 scenes,
