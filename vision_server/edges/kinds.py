@@ -43,9 +43,8 @@ from vision_server.edges.sides import Sides, evenly_weighted, sides_of
 Floats = NDArray[np.float64] | NDArray[np.float32]
 
 # Chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
-SAMPLE_STEP = (
-    4  # of the pixels that say whether a channel tells kinds, of the edgels that say where lights are
-)
+# Of the pixels that say whether a channel tells kinds, of the edgels that say where lights are.
+SAMPLE_STEP = 4
 EM_ITERATIONS = 10  # more change no probability by 0.01
 LEAST_LOG = -8.0  # of a likelihood, beside the edgel's largest: no single edgel is surer
 # Edgels that neighbours on the same edge count for: what misleads one misleads them, too, less so where each

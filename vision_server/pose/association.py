@@ -125,7 +125,7 @@ def _apart(samples: Samples, ends: Ints, along: Floats, mine: int, other: int, n
 
 
 @kernel(error_model="numpy")
-def courses_of(samples: Samples, near_px: Floats) -> _Courses:
+def line_courses(samples: Samples, near_px: Floats) -> _Courses:
     """The courses of the lines, and which others come as near to each as its ``near_px`` (L,)."""
     lines = len(near_px)
     line, image, direction = samples.line, samples.image, samples.image_direction
@@ -207,7 +207,7 @@ def associate(samples: Samples, lines: int, offset: Floats) -> None:
     near = np.zeros(lines)
     for i in range(count):
         near[samples.line[i]] = max(near[samples.line[i]], 2.0 * farthest[i] + BEYOND_PX + 1.0)
-    courses = courses_of(samples, near)
+    courses = line_courses(samples, near)
     for mine, other in courses.pairs:
         for i in range(courses.ends[mine, 0], courses.ends[mine, 1] + 1):
             apart, _, at = beside(samples, courses, other, image[i, 0], image[i, 1])
@@ -256,7 +256,7 @@ def neighbour_pulls(samples: Samples, lines: int, sigma: Floats) -> Floats:
     for c in range(len(sigma)):
         for m in range(lines):
             near[m] = max(near[m], FAR_BLURS * BLUR_SHARE * sigma[c, m] / ALONG_COSINE + BEYOND_PX)
-    courses = courses_of(samples, near)
+    courses = line_courses(samples, near)
     out = np.zeros((len(sigma), len(image)))
     for mine, other in courses.pairs:
         for i in range(courses.ends[mine, 0], courses.ends[mine, 1] + 1):

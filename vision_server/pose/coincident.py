@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from geometry.visibility import Samples
 from numerics.kernels import kernel
-from vision_server.pose.association import ALONG_COSINE, beside, courses_of
+from vision_server.pose.association import ALONG_COSINE, beside, line_courses
 
 Flags = NDArray[np.bool_]
 
@@ -34,7 +34,7 @@ def told_once(samples: Samples, lines: int, supported: Flags) -> tuple[Flags, Fl
         (N,), whether an edge point supports a sample's own line.
     """
     own, seen = np.ones(len(supported), dtype=np.bool_), supported.copy()
-    courses = courses_of(samples, np.full(lines, TOGETHER_PX))
+    courses = line_courses(samples, np.full(lines, TOGETHER_PX))
     for mine, other in courses.pairs:
         for i in range(courses.ends[mine, 0], courses.ends[mine, 1] + 1):
             apart, beyond, _ = beside(samples, courses, other, samples.image[i, 0], samples.image[i, 1])
