@@ -13,14 +13,10 @@ Floats = NDArray[np.float64]
 
 
 @kernel(error_model="numpy")
-def solve_positive(matrix: Floats, vector: Floats, damping: float, floor: float) -> Floats:
-    """Solution (n,) of a positive definite system (n, n), (n,); 0 when it is not positive definite.
-
-    Only the lower triangle is read. Each diagonal value d counts as d * (1 + damping) + floor.
-    """
-    size = len(vector)
+def _factor(matrix: Floats, damping: float, floor: float) -> Floats:
+    """Cholesky's lower factor (n, n), see `solve_positive`; (0, 0) when there is none."""
+    size = len(matrix)
     lower = np.zeros((size, size))
-    out = np.zeros(size)
     for i in range(size):
         for j in range(i + 1):
             value = matrix[i, j]
@@ -30,10 +26,24 @@ def solve_positive(matrix: Floats, vector: Floats, damping: float, floor: float)
                 value -= lower[i, k] * lower[j, k]
             if i == j:
                 if not value > 0.0:
-                    return out
+                    return np.zeros((0, 0))
                 lower[i, i] = math.sqrt(value)
             else:
                 lower[i, j] = value / lower[j, j]
+    return lower
+
+
+@kernel(error_model="numpy")
+def solve_positive(matrix: Floats, vector: Floats, damping: float, floor: float) -> Floats:
+    """Solution (n,) of a positive definite system (n, n), (n,); 0 when it is not positive definite.
+
+    Only the lower triangle is read. Each diagonal value d counts as d * (1 + damping) + floor.
+    """
+    size = len(vector)
+    out = np.zeros(size)
+    lower = _factor(matrix, damping, floor)
+    if len(lower) == 0:
+        return out
     for i in range(size):
         value = vector[i]
         for k in range(i):
@@ -54,18 +64,10 @@ def inverse_positive(matrix: Floats) -> Floats:
     Only the lower triangle is read.
     """
     size = len(matrix)
-    lower, inverse = np.zeros((size, size)), np.zeros((size, size))
-    for i in range(size):
-        for j in range(i + 1):
-            value = matrix[i, j]
-            for k in range(j):
-                value -= lower[i, k] * lower[j, k]
-            if i > j:
-                lower[i, j] = value / lower[j, j]
-            elif value > 0.0:
-                lower[i, i] = math.sqrt(value)
-            else:
-                return np.full((size, size), np.nan)
+    lower = _factor(matrix, 0.0, 0.0)
+    if len(lower) == 0:
+        return np.full((size, size), np.nan)
+    inverse = np.zeros((size, size))
     for i in range(size):  # of the triangle, row by row
         inverse[i, i] = 1.0 / lower[i, i]
         for j in range(i):

@@ -56,7 +56,7 @@ class Settled(NamedTuple):
 
 def settled(best: Refined) -> Settled | None:
     """A refined pose, moved by the last step; None where too little holds it."""
-    problem, pose, covariance, agreeing = best.problem, best.pose, None, 0.0
+    problem, pose, covariance = best.problem, best.pose, None
     for _ in range(ROUNDS):
         seen = observe(problem, pose, EXACT_REACH_PX, best.spacing_px)
         strains = motion_of_strains(seen.samples, seen.jacobian, problem.model, pose)[:, :3]
@@ -69,13 +69,12 @@ def settled(best: Refined) -> Settled | None:
         if not np.isfinite(step).all() or not pose.apply(problem.model.vertices)[:, 2].max() > 0:
             return None
         covariance = about_camera(spread[:6, :6], seen.centre)
-        visible = np.asarray(np.bincount(seen.samples.line, seen.samples.px), np.float64)
-        agreeing = _agreeing(courses, step, visible)
     support = support_at(problem, pose, best.spacing_px)
     if support is None or covariance is None:
         return None
     best = replace(best, solution=replace(best.solution, pose=pose), support=support)
-    return Settled(best, covariance, agreeing)
+    visible = np.asarray(np.bincount(seen.samples.line, seen.samples.px), np.float64)
+    return Settled(best, covariance, _agreeing(courses, step, visible))
 
 
 def agreed(courses: Courses, prior: Floats) -> tuple[Floats, Floats]:
