@@ -9,9 +9,7 @@ from tests.session.kills import CASES, VICTIMS, kill_library, killed_at, killed_
 pytestmark = pytest.mark.slow
 
 DRAW = random.Random(7)
-KILLS = [
-    (case, VICTIMS[number % len(VICTIMS)], DRAW.random()) for number, case in enumerate([*CASES, "long"])
-]
+KILLS = [(case, VICTIMS[number % len(VICTIMS)], DRAW.random()) for number, case in enumerate(CASES)]
 
 
 @pytest.mark.parametrize(("case", "victim", "share"), KILLS)
