@@ -26,6 +26,8 @@ MOST_POINTS = 20000  # of them, and ...
 HELD = 400  # ... so many of these are turned
 SAME_PLACE = 1e-3  # share of the diameter: corners as far from the middle may be each other's images
 ODD_ANGLES_RAD = (0.37, 1.13, 2.2)  # by which only a body of revolution may be turned about its axis
+SAME_TURN = 0.05  # largest difference of the matrices of turns that are one
+MOST_TURNS = 2 * FOLDS[-1]  # of a target with an axis, and upside down
 MOST_TRIED = 20000  # turns that bring corners to corners; one with more alike has n-fold ones only
 
 
@@ -61,9 +63,9 @@ def symmetry_of(model: Model) -> Symmetry:
             return Symmetry(turns, _named(axis), body.centre)
     kept: list[Floats] = []
     for turn in body.candidates():
-        if not any(np.abs(turn - known).max() < 0.05 for known in kept) and body.comes_back(turn):
+        if _is_new(turn, kept) and body.comes_back(turn):
             kept.append(turn)
-    return Symmetry(body.poses(kept), None, body.centre)
+    return Symmetry(body.poses(_with_products(body, kept)), None, body.centre)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +144,7 @@ class _Body:
 
     def poses(self, turns: list[Floats]) -> tuple[Pose, ...]:
         """The identity and these turns about the centre, each once."""
-        others = [turn for turn in turns if np.abs(turn - np.eye(3)).max() >= 0.05]
+        others = [turn for turn in turns if np.abs(turn - np.eye(3)).max() >= SAME_TURN]
         return (
             Pose(np.zeros(3), np.zeros(3)),
             *(Pose.from_matrix(turn, self.centre - turn @ self.centre) for turn in others),
@@ -165,6 +167,25 @@ def count_astray(points: Floats, cloud: Floats, reach: float, most: int) -> int:
             if astray > most:
                 break
     return astray
+
+
+def _is_new(turn: Floats, kept: list[Floats]) -> bool:
+    return not any(np.abs(turn - known).max() < SAME_TURN for known in kept)
+
+
+def _with_products(body: _Body, turns: list[Floats]) -> list[Floats]:
+    """Turns (3, 3) with all that they make one after the other: symmetries are a group.
+
+    The facets of a hole may come to facets by fewer turns than the part around it has, of which some are
+    then found about its axis alone.
+    """
+    kept = list(turns)
+    for turn in kept:  # which grows meanwhile
+        for other in turns:
+            product = turn @ other
+            if len(kept) < MOST_TURNS and _is_new(product, kept) and body.comes_back(product):
+                kept.append(product)
+    return kept
 
 
 def _named(axis: Floats) -> Floats:

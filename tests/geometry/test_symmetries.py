@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from benchmarks.machined_parts import ROUND, surface_of
+from benchmarks.machined_parts import ROUND, circle, drilled, surface_of
 from geometry.model import Model, find_target, load_model
 from geometry.rotation import matrix_of
 from geometry.symmetries import symmetry_of
@@ -55,3 +55,9 @@ def test_a_flange_is_turned_by_each_of_its_bolts_however_fine(segments: int) -> 
 def test_a_thin_rod_has_no_turns_but_those_of_its_sides(tmp_path: Path) -> None:
     assert len(symmetry_of(box(tmp_path, 1.0, 0.12, 0.12)).turns) == 8
     assert len(symmetry_of(box(tmp_path, 1.0, 0.1, 0.06)).turns) == 4
+
+
+@pytest.mark.parametrize("segments", [32, 64, 90])
+def test_a_nut_with_a_hole_of_other_segments_has_all_turns_of_its_sides(segments: int) -> None:
+    nut = drilled(circle(0.03, 6), [circle(0.015, segments)], 0.0, 0.02)
+    assert len(symmetry_of(Model.of_surface("nut", surface_of([nut]))).turns) == 12
