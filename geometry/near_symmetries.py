@@ -10,7 +10,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.chains import chains, runs
 from geometry.model import Model
+from geometry.own_axes import own_axes
 from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
@@ -31,12 +33,13 @@ PEAK = 1.1  # ... and must bring back less by this factor, or the turn is only a
 APART_RAD = np.radians(4.0)  # less than the least of FOLDS; products of turns about two middles differ by 0
 MOST_MIDDLES = 2  # of rings of lines, for each axis
 MOST_PRODUCTS = 80  # 36-fold turns, and each turned over
-MOST_LINES = 500  # more are no wireframe: a turn of a round body changes nothing that could be told
+MOST_LINES = 500  # and chords, of the longest curves
+CHORD_DEG = 11.0  # by which the arc of a chord bends: it is 0.005 radii off, less than the tolerance
 
 
 @lru_cache(maxsize=8)
 def near_symmetries(model: Model) -> tuple[Pose, ...]:
-    """Turns by multiples of 360 / n degrees, n in FOLDS, about axes along the target's own.
+    """Turns by multiples of 360 / n degrees, n in FOLDS, about axes along the target's own (`own_axes`).
 
     They go through the middle of the bounding box, the wireframe's centroid, or what lines that are alike lie
     around (`middles_of_rings`): one mark moves the first two, and a ring of seven is not in the middle of its
@@ -45,29 +48,51 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
     Returns
     -------
     target_T_target: what takes a point of the target to where it is after the turn; the nearest to a symmetry
-    first; empty for a model of more than MOST_LINES lines.
+    first.
     """
-    if not 0 < len(model.lines) <= MOST_LINES:
+    ends = wires_of(model)
+    if len(ends) == 0:
         return ()
-    wires = _Wireframe.of_model(model)
-    middles = [model.middle, wires.weights @ wires.points]
+    wires = _Wireframe.of_ends(ends, model.diameter)
     found: list[tuple[float, Pose]] = []
-    for axis in np.eye(3):
+    for axis, of_box in own_axes(model):
         best: dict[Fraction, tuple[float, Floats]] = {}
-        through = [*middles, *middles_of_rings(model, axis)]
+        through = [of_box, wires.weights @ wires.points, *middles_of_rings(ends, axis, wires.tolerance)]
         for middle in _distinct(through, axis, 0.1 * TOLERANCE * model.diameter):
             for part, share in _shares(wires, axis, middle).items():
-                if ALIKE <= share < EXACT and share > best.get(part, (0.0, middle))[0]:
+                if share > max(ALIKE, best.get(part, (0.0, middle))[0]):
                     best[part] = (share, middle)
         for part, (share, middle) in best.items():
+            if share >= EXACT:
+                continue
             turn = matrix_of(2.0 * np.pi * float(part) * axis)
             found.append((share, Pose.from_matrix(turn, middle - turn @ middle)))
     found.sort(key=lambda one: -one[0])
     return tuple(turn for _, turn in found)
 
 
-def middles_of_rings(model: Model, axis: Floats) -> list[Floats]:
-    """Points that an axis of this direction may go through, for the lines of the model that are alike.
+def wires_of(model: Model) -> Floats:
+    """Both ends (L, 2, 3), metres, of a model's sharp lines; of the facets of a curve, of its chords.
+
+    A hole of 128 segments is 33 chords. Of the longest curves, MOST_LINES are left.
+    """
+    pieces: list[tuple[int, int, int]] = []  # one of the chord's lines, its first and its last corner
+    followed: set[int] = set()
+    for run in runs(model, CHORD_DEG):
+        (first, first_back), (last, last_back) = run[0], run[-1]
+        followed.update(line for line, _ in run)
+        pieces.append((first, model.lines[first, int(first_back)], model.lines[last, int(not last_back)]))
+    alone = np.setdiff1d(np.flatnonzero(~model.smooth), list(followed))
+    pieces += [(line, *model.lines[line]) for line in alone.tolist()]
+    line, start, end = np.array(pieces, dtype=np.int64).reshape(-1, 3).T
+    ends = np.stack([model.vertices[start], model.vertices[end]], axis=1)
+    ends, curve = ends[start != end], chains(model)[line[start != end]]
+    whole = np.bincount(curve, np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), minlength=len(model.lines))
+    return np.asarray(ends[np.argsort(-whole[curve], kind="stable")[:MOST_LINES]])
+
+
+def middles_of_rings(ends: Floats, axis: Floats, tolerance: float) -> list[Floats]:
+    """Points that an axis of this direction may go through, for lines (L, 2, 3) that are alike.
 
     Lines that a turn takes into each other are as long as each other, as steep, and as high along its axis;
     their middles lie on a circle around it, also where some of the ring are missing.
@@ -76,11 +101,9 @@ def middles_of_rings(model: Model, axis: Floats) -> list[Floats]:
     -------
     (3,), metres, those that most of the wireframe lies around first, MOST_MIDDLES at most.
     """
-    ends = model.vertices[model.lines]
     along = ends[:, 1] - ends[:, 0]
     middles, lengths = ends.mean(axis=1), np.linalg.norm(along, axis=1)
     alike = np.stack([lengths, np.abs(along @ axis), middles @ axis], axis=1)
-    tolerance = TOLERANCE * model.diameter
     left = np.ones(len(alike), dtype=bool)
     rings: list[tuple[float, Floats]] = []
     for line in range(len(alike)):
@@ -133,10 +156,11 @@ class _Wireframe:
     tolerance: float
 
     @classmethod
-    def of_model(cls, model: Model) -> _Wireframe:
-        points, weights = points_along(model.vertices, model.lines, 0.0, POINTS, LEAST_POINTS)
-        start, end = model.vertices[model.lines[:, 0]], model.vertices[model.lines[:, 1]]
-        return cls(points, weights / weights.sum(), start, end - start, TOLERANCE * model.diameter)
+    def of_ends(cls, ends: Floats, diameter: float) -> _Wireframe:
+        lines = np.arange(2 * len(ends)).reshape(-1, 2)
+        points, weights = points_along(ends.reshape(-1, 3), lines, 0.0, POINTS, LEAST_POINTS)
+        start, end = ends[:, 0], ends[:, 1]
+        return cls(points, weights / weights.sum(), start, end - start, TOLERANCE * diameter)
 
     def shares(self, axis: Floats, angles: Sequence[float], middle: Floats, every: int = 1) -> Floats:
         """Share of the wireframe that each turn brings back onto itself, by each ``every``-th point."""

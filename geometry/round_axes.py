@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.near_symmetries import EXACT, TOLERANCE
+from geometry.own_axes import own_axes
 from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
@@ -27,8 +28,8 @@ RIM = 0.95  # of the largest distance from the axis: chamfers of a rim count as 
 def round_axes(model: Model) -> tuple[tuple[Floats, Floats], ...]:
     """Unit directions (3,) and a point (3,), metres, of the axes that a part is nearly round about.
 
-    Looked for along the part's own axes, through its origin and its middle; none of a body of revolution,
-    of which a turn changes nothing at all.
+    Looked for along the part's own axes (`own_axes`), through its origin and its middle; none of a body of
+    revolution, of which a turn changes nothing at all.
     """
     sharp = model.lines[~model.smooth]
     if len(sharp) == 0:
@@ -37,8 +38,8 @@ def round_axes(model: Model) -> tuple[tuple[Floats, Floats], ...]:
     place = (np.arange(TURNED) + 0.5) / TURNED * length.sum()
     some = cloud[np.searchsorted(np.cumsum(length), place)]
     found: list[tuple[Floats, Floats]] = []
-    for axis in np.eye(3):
-        for centre in (np.zeros(3), model.middle):
+    for axis, middle in own_axes(model):
+        for centre in (np.zeros(3), middle):
             if any(known is axis for known, _ in found):
                 continue
             shares = [_share(some, cloud, matrix_of(angle * axis), centre, model) for angle in ODD_ANGLES_RAD]

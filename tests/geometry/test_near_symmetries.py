@@ -5,8 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.machined_parts import circle, drilled, rounded, surface_of
 from geometry.model import Model, find_target, load_model
-from geometry.near_symmetries import middles_of_rings, near_symmetries
+from geometry.near_symmetries import TOLERANCE, middles_of_rings, near_symmetries
+from geometry.rotation import matrix_of
 from tests.geometry.boxes import box, model_of
 
 
@@ -77,11 +79,32 @@ def test_a_wheel_with_a_block_is_turned_about_its_axis(tmp_path: Path, sides: in
 
 
 def test_a_ring_has_its_middle_also_where_some_of_it_is_missing(tmp_path: Path) -> None:
-    first, *_ = middles_of_rings(wheel(tmp_path, 9, 0.3, missing=4), np.array([0.0, 0.0, 1.0]))
+    model = wheel(tmp_path, 9, 0.3, missing=4)
+    ends = model.vertices[model.lines]
+    first, *_ = middles_of_rings(ends, np.array([0.0, 0.0, 1.0]), TOLERANCE * model.diameter)
     assert first[:2] == pytest.approx([0.2, 0.1], abs=0.01)
 
 
-def test_a_model_of_very_many_lines_has_none(tmp_path: Path) -> None:
-    angles = np.linspace(0, 2 * np.pi, 600, endpoint=False)
-    ring = np.stack([np.cos(angles), 1.3 * np.sin(angles), 0 * angles], axis=1)
-    assert near_symmetries(model_of(tmp_path, ring, [tuple(range(600))])) == ()
+def drilled_plate(turn: np.ndarray, segments: int) -> Model:
+    """A plate with a hole that is not in its middle, aslant in its file."""
+    hole = circle(0.02, segments, (0.04, 0.01))
+    vertices, triangles = drilled(rounded(0.2, 0.12, 0.01, 4), [hole], -0.01, 0.01)
+    return Model.of_surface("plate", surface_of([(vertices @ matrix_of(turn).T, triangles)]))
+
+
+@pytest.mark.parametrize("segments", [24, 300])
+def test_a_plate_is_nearly_the_same_turned_over_however_fine_its_hole_is(segments: int) -> None:
+    turns = near_symmetries(drilled_plate(np.zeros(3), segments))
+    halves = {tuple(np.rint(np.abs(turn.rotation_vector / np.pi)).astype(int)) for turn in turns}
+    assert halves == {(1, 0, 0), (0, 1, 0), (0, 0, 1)}
+
+
+def test_a_part_that_lies_aslant_in_its_file_has_the_same_turns() -> None:
+    aslant = np.array([0.4, -0.7, 0.2])
+    straight = {
+        tuple(np.round(matrix_of(aslant) @ turn.matrix @ matrix_of(aslant).T, 2).ravel() + 0.0)
+        for turn in near_symmetries(drilled_plate(np.zeros(3), 24))
+    }
+    found = near_symmetries(drilled_plate(aslant, 24))
+    turned = {tuple(np.round(one.matrix, 2).ravel() + 0.0) for one in found}
+    assert straight and straight <= turned

@@ -1,0 +1,67 @@
+"""The directions that a part is built along: its file's axes, and those of its large plane faces."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.model import Model
+
+Floats = NDArray[np.float64]
+
+# Chosen by hand.
+PARALLEL, ACROSS = np.cos(np.radians(1.0)), np.sin(np.radians(1.0))  # cosines between normals
+LEAST_AREA = 0.02  # share of the whole surface's, of faces that a part is built along
+LARGEST = 300  # triangles whose normals are tried
+
+
+class OwnAxis(NamedTuple):
+    """A direction that a part may be symmetric about.
+
+    Attributes
+    ----------
+    direction : (3,), unit.
+    middle : (3,), metres, of the box around the part whose sides lie along this axis and those across it.
+    """
+
+    direction: Floats
+    middle: Floats
+
+
+@lru_cache(maxsize=8)
+def own_axes(model: Model) -> tuple[OwnAxis, ...]:
+    """The file's axes; for a part that lies aslant in its file, also the normal of its largest faces, that of
+    the largest across these, and what is across both.
+    """
+    axes = [OwnAxis(axis, model.middle) for axis in np.eye(3)]
+    frame = _frame_of_faces(model)
+    if frame is None:
+        return tuple(axes)
+    along = model.vertices @ frame.T
+    middle = 0.5 * (along.min(axis=0) + along.max(axis=0)) @ frame
+    aslant = [axis for axis in frame if np.abs(axis).max() < PARALLEL]
+    return (*axes, *(OwnAxis(axis, middle) for axis in aslant))
+
+
+def _frame_of_faces(model: Model) -> Floats | None:
+    """Rows (3, 3): normals of large faces; None where no faces are large."""
+    corners = model.vertices[model.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1)
+    large = np.argsort(-areas, kind="stable")[:LARGEST]
+    large = large[areas[large] > 0.0]
+    tried = normals[large] / areas[large, None]
+    cosines = np.abs(normals @ tried.T) / np.maximum(areas, np.finfo(float).tiny)[:, None]
+    shares = areas @ (cosines > PARALLEL) / areas.sum()
+    if not len(large) or shares.max() < LEAST_AREA:
+        return None
+    first = tried[np.argmax(shares)]
+    across = np.abs(tried @ first) < ACROSS
+    any_across = np.linalg.svd(first[None])[2][1]
+    second = tried[across][np.argmax(shares[across])] if across.any() else any_across
+    third = np.cross(first, second)
+    third /= np.linalg.norm(third)
+    return np.stack([first, np.cross(third, first), third])
