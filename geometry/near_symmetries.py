@@ -33,7 +33,7 @@ PEAK = 1.1  # ... and must bring back less by this factor, or the turn is only a
 APART_RAD = np.radians(4.0)  # less than the least of FOLDS; products of turns about two middles differ by 0
 MOST_MIDDLES = 2  # of rings of lines, for each axis
 MOST_PRODUCTS = 80  # 36-fold turns, and each turned over
-MOST_LINES = 500  # and chords, of the longest curves
+MOST_LINES = 300  # and chords, of the longest curves: 0.15 s of processor time at most
 CHORD_DEG = 11.0  # by which the arc of a chord bends: it is 0.005 radii off, less than the tolerance
 
 
@@ -107,6 +107,8 @@ def middles_of_rings(ends: Floats, axis: Floats, tolerance: float) -> list[Float
     left = np.ones(len(alike), dtype=bool)
     rings: list[tuple[float, Floats]] = []
     for line in range(len(alike)):
+        if not left[line]:
+            continue
         ring = left & (np.abs(alike - alike[line]).max(axis=1) <= tolerance)
         left &= ~ring
         middle = _middle_of_ring(middles[ring], axis, tolerance) if ring.sum() > 1 else None
@@ -174,16 +176,18 @@ class _Wireframe:
 def _on_some_line(points: Floats, start: Floats, direction: Floats, tolerance: float) -> NDArray[np.bool_]:
     """Whether points (N, 3) are within the tolerance of a line from ``start`` along ``direction`` (L, 3)."""
     out = np.zeros(len(points), dtype=np.bool_)
+    inverse, square = np.empty(len(start)), tolerance * tolerance
+    for line in range(len(start)):
+        x, y, z = direction[line]
+        inverse[line] = 1.0 / (x * x + y * y + z * z + 1e-30)
     for i in range(len(points)):
+        px, py, pz = points[i]
         for line in range(len(start)):
-            along, square = 0.0, 1e-30
-            for k in range(3):
-                along += (points[i, k] - start[line, k]) * direction[line, k]
-                square += direction[line, k] * direction[line, k]
-            share, apart = min(max(along / square, 0.0), 1.0), 0.0
-            for k in range(3):
-                apart += (points[i, k] - start[line, k] - share * direction[line, k]) ** 2
-            if apart <= tolerance * tolerance:
+            x, y, z = direction[line]
+            dx, dy, dz = px - start[line, 0], py - start[line, 1], pz - start[line, 2]
+            share = min(max((dx * x + dy * y + dz * z) * inverse[line], 0.0), 1.0)
+            dx, dy, dz = dx - share * x, dy - share * y, dz - share * z
+            if dx * dx + dy * dy + dz * dz <= square:
                 out[i] = True
                 break
     return out
@@ -228,8 +232,10 @@ def _middle_of_ring(points: Floats, axis: Floats, tolerance: float) -> Floats | 
 
 def _distinct(points: Sequence[Floats], axis: Floats, tolerance: float) -> list[Floats]:
     """Those (3,) through which go different lines of this direction, in order."""
-    kept: list[Floats] = []
-    for point in points:
-        if all(np.linalg.norm(np.cross(point - other, axis)) > tolerance for other in kept):
-            kept.append(point)
-    return kept
+    places = np.array(points).reshape(-1, 3)
+    across = places - np.outer(places @ axis, axis)
+    kept: list[int] = []
+    for index, place in enumerate(across):
+        if (((across[kept] - place) ** 2).sum(axis=1) > tolerance**2).all():
+            kept.append(index)
+    return list(places[kept])

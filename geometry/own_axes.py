@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 # Chosen by hand.
 PARALLEL, ACROSS = np.cos(np.radians(1.0)), np.sin(np.radians(1.0))  # cosines between normals
 LEAST_AREA = 0.02  # share of the whole surface's, of faces that a part is built along
-LARGEST = 300  # triangles whose normals are tried
+LARGEST, TRIED = 3000, 200  # triangles that count, and those whose normals are tried
 
 
 class OwnAxis(NamedTuple):
@@ -52,11 +52,10 @@ def _frame_of_faces(model: Model) -> Floats | None:
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(normals, axis=1)
     large = np.argsort(-areas, kind="stable")[:LARGEST]
-    large = large[areas[large] > 0.0]
-    tried = normals[large] / areas[large, None]
-    cosines = np.abs(normals @ tried.T) / np.maximum(areas, np.finfo(float).tiny)[:, None]
-    shares = areas @ (cosines > PARALLEL) / areas.sum()
-    if not len(large) or shares.max() < LEAST_AREA:
+    units = normals[large] / np.maximum(areas[large, None], np.finfo(float).tiny)
+    tried = units[:TRIED]
+    shares = areas[large] @ (np.abs(units @ tried.T) > PARALLEL) / areas.sum()
+    if shares.max() < LEAST_AREA:
         return None
     first = tried[np.argmax(shares)]
     across = np.abs(tried @ first) < ACROSS
