@@ -25,6 +25,7 @@ NEARLY_CLIPPED_GREY = 245  # edges of clipped areas look sharper than they are
 MIN_EDGELS = 20  # fewer say nothing
 MOST_EDGELS = 150  # more say nothing new
 MOST_BLUR_PX = 8.0  # more cannot be told: the coarse scale sees the edge's neighbours
+LARGEST_SLOPE = 2 * 4 * 255  # of Sobel's |gx| + |gy|
 
 
 def halved(image: Pixels) -> Pixels:
@@ -87,6 +88,25 @@ def _slopes(half: Grey, gx: Slopes, gy: Slopes, slope: Slopes) -> None:
 
 
 @kernel(nogil=True)
+def least_strong(slope: Slopes) -> int:
+    """The least slope of the strongest ones: one that the sampled rows' STRONGEST_SHARE reach, 1 at least."""
+    rows, columns = slope[::SAMPLE_STEP].shape
+    counts = np.zeros((2, LARGEST_SLOPE + 1), np.int32)
+    for y in range(0, len(slope), SAMPLE_STEP):
+        for x in range(0, columns - 1, 2):  # in turn: to count the same twice running is slow
+            counts[0, slope[y, x]] += 1
+            counts[1, slope[y, x + 1]] += 1
+        if columns & 1:
+            counts[0, slope[y, columns - 1]] += 1
+    wanted, least = max(int(STRONGEST_SHARE * (rows * columns)), 1), LARGEST_SLOPE
+    reached = counts[0, least] + counts[1, least]
+    while reached < wanted:
+        least -= 1
+        reached += counts[0, least] + counts[1, least]
+    return max(least, 1)
+
+
+@kernel(nogil=True)
 def _ridges(places: Ints, gx: Slopes, gy: Slopes, slope: Slopes, margin: int) -> Ints:
     """Rows (y, x) of the places where ``slope`` is a maximum along the nearest of four directions."""
     rows, columns = slope.shape
@@ -110,10 +130,8 @@ def _strongest_edgels(half: Grey, margin: int) -> Ints:
     """Rows (y, x) on the ridges of the strongest gradients; Sobel's, with the length |gx| + |gy|."""
     gx, gy, slope = np.empty((3, *half.shape), np.int16)
     _slopes(half, gx, gy, slope)
-    ranked = np.sort(slope[::SAMPLE_STEP], axis=None)
-    threshold = max(ranked[-max(int(STRONGEST_SHARE * len(ranked)), 1)], 1)
     brightest = np.asarray(cv2.dilate(half, np.ones((5, 5), np.uint8)))
-    places = np.flatnonzero((slope >= threshold) & (brightest < NEARLY_CLIPPED_GREY))
+    places = np.flatnonzero((slope >= np.int16(least_strong(slope))) & (brightest < NEARLY_CLIPPED_GREY))
     return np.asarray(_ridges(places, gx, gy, slope, margin))
 
 

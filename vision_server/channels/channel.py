@@ -27,6 +27,7 @@ from vision_server.channels.depth import (
     Pixels,
     is_deep,
     linear_image,
+    linear_slope,
     linear_table,
     rounded,
     rounding_sd,
@@ -94,6 +95,12 @@ class ChannelStatistics:
         """Linear intensity at this frame's own exposure, 0..255, float32 (H, W)."""
         return linear_image(self.image, 1.0, self.linear_of) if self.deep is None else self.deep
 
+    def linear_at(self, rows: slice, columns: slice) -> Field:
+        """`linear` of some rows and columns, without the others."""
+        if self.deep is not None:
+            return self.deep[rows, columns]
+        return linear_image(np.ascontiguousarray(self.image[rows, columns]), 1.0, self.linear_of)
+
     @cached_property
     def contrast(self) -> Field:
         """Contrast, 0 where it is below the noise floor, float32 (H, W)."""
@@ -136,11 +143,11 @@ class _Measured(NamedTuple):
 
 def _measured(image: Pixels, gamma: float, exposure: float, sigma_px: float | None) -> _Measured:
     """At a scale, or at the one that suits the image's noise."""
-    grey_sd, linear_of = grey_noise(image), linear_table(gamma)
+    grey_sd = grey_noise(image)
     sigma_px = gradient_scale(image, grey_sd) if sigma_px is None else sigma_px
     kernels = contrast_kernels(sigma_px, exposure)
     found = GradientRows(image, gamma, kernels)
-    white = (grey_sd * np.gradient(linear_of) * noise_gain(kernels)).astype(np.float32)
+    white = (grey_sd * linear_slope(gamma) * noise_gain(kernels)).astype(np.float32)
     factor = smooth_noise_factor(*found.sampled(), white)
     return _Measured(sigma_px, found, white * np.float32(factor), factor)
 

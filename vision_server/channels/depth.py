@@ -8,6 +8,7 @@ is looked at in its rounded values; where edges are measured, in full.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import cv2
@@ -99,6 +100,12 @@ def rounded(image: Pixels) -> Grey:
 def linear_table(gamma: float) -> NDArray[np.float64]:
     """Linear intensity 0..255 of each whole grey, float64 (256,): linear = grey^gamma."""
     return np.asarray(255.0 * (LEVELS / 255.0) ** gamma)
+
+
+@lru_cache
+def linear_slope(gamma: float) -> NDArray[np.float64]:
+    """By how much `linear_table` grows with grey, at each whole one, float64 (256,)."""
+    return np.gradient(linear_table(gamma))
 
 
 def linear_image(image: Pixels, gamma: float, table: Field) -> Field:

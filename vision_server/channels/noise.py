@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -153,17 +152,27 @@ def gradient_scale(image: Pixels, noise: Floats) -> float:
     -------
     Sigma of the Gaussian derivative, px.
     """
-    sampled = np.ascontiguousarray(image[::SAMPLE_STEP, ::SAMPLE_STEP])
     if is_deep(image):
+        sampled = image[::SAMPLE_STEP, ::SAMPLE_STEP]
         low, middle, high = np.quantile(sampled, TELLING_RANKS).tolist()
         share = float(noise[int(0.5 * (middle + high))]) / max(high - low, FINEST_STEP_GREY)
     else:
-        below = np.cumsum(cv2.calcHist([sampled], [0], None, [256], [0, 256]))
+        below = np.cumsum(_counts(image))
         ranks = [int(rank * (below[-1] - 1)) for rank in TELLING_RANKS]
         low, middle, high = np.searchsorted(below, ranks, side="right").tolist()
         share = float(noise[(middle + high) // 2]) / max(high - low, 1)
     scale: float = SCALE_PER_ROOT * share ** (1.0 / 3.0)
     return min(max(scale, FINEST_SCALE_PX), COARSEST_SCALE_PX)
+
+
+@kernel(nogil=True)
+def _counts(image: Grey) -> NDArray[np.int64]:
+    """How many of the sampled pixels have each of the 256 greys."""
+    counts = np.zeros(256, np.int64)
+    for y in range(0, len(image), SAMPLE_STEP):
+        for x in range(0, image.shape[1], SAMPLE_STEP):
+            counts[image[y, x]] += 1
+    return counts
 
 
 def smooth_noise_factor(magnitude: NDArray[np.float32], grey: Pixels, noise_of: NDArray[np.float32]) -> float:

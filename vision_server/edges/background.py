@@ -26,9 +26,8 @@ DARK_RATIO = 2.7  # of such a mean in its best light to the background: more is 
 
 def background_grey(channels: Sequence[ChannelStatistics]) -> float:
     """Grey at reference exposure that only few pixels stay under in their best light."""
-    sampled = [
-        channel.linear[::SAMPLE_STEP, ::SAMPLE_STEP] / np.float32(channel.exposure) for channel in channels
-    ]
+    some = slice(None, None, SAMPLE_STEP)
+    sampled = [channel.linear_at(some, some) / np.float32(channel.exposure) for channel in channels]
     return float(np.quantile(np.max(sampled, axis=0), BACKGROUND_SHARE))
 
 
@@ -56,9 +55,10 @@ def _coarse(channel: ChannelStatistics) -> NDArray[np.float32]:
     """Mean intensity at reference exposure of two pixels in the middle of each whole cell."""
     first, step = CELL_PX // 2 - 1, CELL_PX
     rows, columns = (max(side // step, 1) * step for side in channel.shape)
-    grey = channel.linear[:rows, :columns]
-    two = grey[first::step, first::step] + grey[first + 1 :: step, first + 1 :: step]
-    return np.asarray(two * np.float32(0.5 / channel.exposure), np.float32)
+    one, other = (
+        channel.linear_at(slice(at, rows, step), slice(at, columns, step)) for at in (first, first + 1)
+    )
+    return np.asarray((one + other) * np.float32(0.5 / channel.exposure), np.float32)
 
 
 def _outside(means: Sequence[NDArray[np.float32]], background: float, dark: float) -> NDArray[np.uint8]:

@@ -90,12 +90,14 @@ def less_crease(parts: Sides, dark_side: tuple[Floats, Floats] | None = None) ->
     dark_side
         As `falling.Falling.of` gives it; else the dark side of a shadow may be on any side.
     """
-    each, count = each_light(parts), len(parts.noise)
+    logs, noise = logarithms(parts)
+    ratio = logs[:, 0] - logs[:, 1]
+    each, count = _each_light(parts, ratio, noise), len(parts.noise)
     at_end, behind = (np.ones_like(each.alike),) * 2 if dark_side is None else dark_side
     sure = EachLight(*(np.clip(value, -SUREST, SUREST) for value in each))
     base = sure.alike.sum(axis=0)
     nothing, turned = np.exp(sure.nothing - sure.alike), np.exp(sure.turned - sure.alike)
-    others_alike = _but_one(parts, each)
+    others_alike = _but_one(each.alike, ratio, noise)
     clear_end = base + np.log1p(-ON_PRINT) + _log(_shadow_end(at_end * nothing, turned))
     printed_end = _any_of(each.nothing + np.log(at_end) + others_alike(SHADED_PRINT_SD))
     before_any = _before_any(parts, turned, behind * nothing) - RARER_ANY
@@ -142,12 +144,11 @@ def _before_any(parts: Sides, turned: Floats, nothing: Floats) -> NDArray[np.flo
     return _log(sum(0.5 * np.prod(turned + 2.0 * missing * side, axis=0) for side in (darker, ~darker)))
 
 
-def _but_one(parts: Sides, each: EachLight) -> Callable[[float], NDArray[np.float64]]:
+def _but_one(alike: Floats, ratio: Floats, noise: Floats) -> Callable[[float], NDArray[np.float64]]:
     """How much likelier than a crease, (L, N): all lights but one have the same log-ratio, N(0, sd^2)."""
-    logs, noise = logarithms(parts)
     precision = 1.0 / (noise.astype(np.float64) + FLAT_SD**2)
-    pull = (logs[:, 0] - logs[:, 1]) * precision
-    alike, precision, pull = (value.sum(axis=0) - value for value in (each.alike, precision, pull))
+    pull = ratio * precision
+    alike, precision, pull = (value.sum(axis=0) - value for value in (alike, precision, pull))
 
     def of(sd: float) -> NDArray[np.float64]:
         wider = 1.0 + sd**2 * precision
@@ -164,7 +165,12 @@ def _any_of(values: NDArray[np.float64]) -> NDArray[np.float64]:
 def each_light(parts: Sides) -> EachLight:
     """What each light by itself is to N edgels."""
     logs, noise = logarithms(parts)
-    ratio, near = logs[:, 0] - logs[:, 1], np.maximum(parts.near, 0.0)
+    return _each_light(parts, logs[:, 0] - logs[:, 1], noise)
+
+
+def _each_light(parts: Sides, ratio: Floats, noise: Floats) -> EachLight:
+    """The same by the lights' log-ratios and their variances, (L, N) each."""
+    near = np.maximum(parts.near, 0.0)
     darker, variance = near.min(axis=1), parts.noise**2 + (DARK_SHARE * near.max(axis=(0, 1))) ** 2
     # the density of nothing but noise, on either side, as one of the log-ratio
     nothing = log_normal(darker, variance) + np.log(0.5 * (darker + parts.dark))

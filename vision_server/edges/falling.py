@@ -28,7 +28,7 @@ DIRECTIONS = 72  # that a light may be in
 CONCENTRATION = 1.5  # von Mises, of the sides of a light's shadows about the direction to it
 ANY_SIDE = 0.05  # share of shadows' ends that may face anywhere
 BEHIND_OUTLINES = 0.2  # share of what looks like a shadow's end that is behind an outline
-LIKE_ONE = 10.0  # neighbouring edgels that say no more than one
+LIKE_ONE = 5.0  # sampled edgels that say no more than one: they are neighbours
 SHADING = 15.0  # of the logarithm of how likely a direction is, if all outlines' shading is for it
 ANGLES = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
 BELL = np.exp(CONCENTRATION * np.cos(ANGLES[:, None] - ANGLES))
@@ -62,16 +62,15 @@ class Falling(NamedTuple):
         normals
             (N, 2), ahead.
         """
-        at = _dark_side(near, normals)
-        lights = np.arange(len(self.shadow))[:, None]
-        return self.shadow[lights, at], self.outline[lights, at]
+        at = _dark_side(near, normals) + DIRECTIONS * np.arange(len(self.shadow))[:, None]
+        return self.shadow.take(at), self.outline.take(at)
 
 
 def _dark_side(near: Field, normals: Field) -> NDArray[np.int64]:
     """Number (L, N) of the direction to the side that each light gives less to."""
     angle = np.arctan2(normals[:, 1], normals[:, 0])
-    ahead = np.round(angle * (DIRECTIONS / (2.0 * np.pi))).astype(np.int64)
-    return np.asarray((ahead + (DIRECTIONS // 2) * (near[:, 0] < near[:, 1])) % DIRECTIONS)
+    ahead = np.round(angle * (DIRECTIONS / (2.0 * np.pi))).astype(np.int64) % DIRECTIONS
+    return np.where(near[:, 0] < near[:, 1], (ahead + DIRECTIONS // 2) % DIRECTIONS, ahead)
 
 
 def learn_falling(parts: Sides, is_outline: NDArray[np.bool_], is_shadow: NDArray[np.bool_]) -> Falling:
@@ -85,11 +84,12 @@ def learn_falling(parts: Sides, is_outline: NDArray[np.bool_], is_shadow: NDArra
         bool (N,), which are taken for outlines before the background, and for ends of shadows.
     """
     shading = _shading(parts, is_outline)
-    missing = one_is_missing(parts)
-    at = _dark_side(parts.near, parts.normals)
+    ends = parts.of(np.flatnonzero(is_shadow))
+    missing = one_is_missing(ends)
+    at = _dark_side(ends.near, ends.normals)
     tables = []
     for light, towards in enumerate(shading):
-        seen = np.bincount(at[light, is_shadow & (missing == light)], minlength=DIRECTIONS) / LIKE_ONE
+        seen = np.bincount(at[light, missing == light], minlength=DIRECTIONS) / LIKE_ONE
         likely = LOG_EITHER @ seen + SHADING * (towards[0] * np.cos(ANGLES) + towards[1] * np.sin(ANGLES))
         likely = np.exp(likely - likely.max())
         tables.append(likely / likely.sum() @ AT_END)

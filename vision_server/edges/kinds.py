@@ -35,7 +35,7 @@ from vision_server.edges.along import mean_along
 from vision_server.edges.background import background_grey, is_enclosed
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.falling import Falling, learn_falling
-from vision_server.edges.light_parts import lights_of, parts_of
+from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
 from vision_server.edges.likelihoods import FIXED, KINDS, OUTLINE, SHADOW, likelihoods
 from vision_server.edges.merging import merge_channels
 from vision_server.edges.sides import Sides, evenly_weighted, sides_of
@@ -43,8 +43,8 @@ from vision_server.edges.sides import Sides, evenly_weighted, sides_of
 Floats = NDArray[np.float64] | NDArray[np.float32]
 
 # Chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
-# Of the pixels that say whether a channel tells kinds, of the edgels that say where lights are.
-SAMPLE_STEP = 4
+SAMPLE_STEP = 4  # of the pixels that say whether a channel tells kinds
+FALLING_STEP = 8  # of the edgels that say where lights are: with every fourth one nothing is surer
 EM_ITERATIONS = 10  # more change no probability by 0.01
 LEAST_LOG = -8.0  # of a likelihood, beside the edgel's largest: no single edgel is surer
 # Edgels that neighbours on the same edge count for: what misleads one misleads them, too, less so where each
@@ -110,7 +110,7 @@ def edge_kinds(channels: Sequence[ChannelStatistics], levels: NDArray[np.float64
     Parameters
     ----------
     levels
-        As in `likelihoods`.
+        float64 (C, L), of the lamps in each channel, as a share of the full one, where they are known.
 
     Raises
     ------
@@ -144,21 +144,22 @@ def kinds_of(
         return EdgeKinds(edges, sides, *none, used)
     background = background_grey(edges.channels)
     enclosed = is_enclosed(edges, sides, background)
-    falling = None if levels is None else _falling_of(sides, background, levels, enclosed)
-    likelihood = likelihoods(sides, background, levels, falling, enclosed)
+    lights = None if levels is None else known_lights(levels)
+    falling = None if lights is None else _falling_of(sides, background, lights, enclosed)
+    likelihood = likelihoods(sides, background, lights, falling, enclosed)
     likelihood = np.maximum(likelihood - likelihood.max(axis=0), LEAST_LOG)
     coherence = COHERENCE if falling is None else KNOWN_COHERENCE
     return EdgeKinds(edges, sides, *fit_kinds(coherence * mean_along(edges, likelihood)), used)
 
 
 def _falling_of(
-    sides: Sides, background: float, levels: NDArray[np.float64], enclosed: NDArray[np.bool_]
+    sides: Sides, background: float, lights: KnownLights, enclosed: NDArray[np.bool_]
 ) -> Falling | None:
     """To which side each light's shadows fall, by some edgels; None where lights are not told apart."""
-    some, enclosed = sides.of(slice(None, None, SAMPLE_STEP)), enclosed[::SAMPLE_STEP]
-    parts = parts_of(some, lights_of(levels))
+    some, enclosed = sides.of(slice(None, None, FALLING_STEP)), enclosed[::FALLING_STEP]
+    parts = parts_of(some, lights)
     if parts is None:
         return None
-    likeliest = likelihoods(some, background, levels, None, enclosed).argmax(axis=0)
+    likeliest = likelihoods(some, background, lights, None, enclosed).argmax(axis=0)
     clear = parts.known[0]
     return learn_falling(parts, clear & (likeliest == OUTLINE), clear & (likeliest == SHADOW))

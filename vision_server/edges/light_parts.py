@@ -8,6 +8,8 @@ one of them. At a crease they are not, and no part is.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,41 +20,55 @@ Floats = NDArray[np.float64]
 MOST_NOISE = 6.0  # of a part, in that of single channels: more lights that are hardly told apart
 
 
-def lights_of(levels: Floats) -> Floats:
-    """How far each light is on in each channel, float64 (C, L + 1).
+class KnownLights(NamedTuple):
+    """What lights there are and how far each is on.
+
+    Attributes
+    ----------
+    on
+        float64 (C, L), in each channel, as a share of the full one; the last one is the sun.
+    share
+        float32 (L, C), of what the channels show, what each light gives; None where they cannot be told
+        apart.
+    """
+
+    on: Floats
+    share: NDArray[np.float32] | None
+
+
+def known_lights(levels: Floats) -> KnownLights:
+    """The lamps that are ever on, and the sun, which is on in all channels.
 
     Parameters
     ----------
     levels
-        float64 (C, L), level of each lamp in each channel, as a share of its full one. Another light, the
-        sun, is on in all: the last column. Lamps that are never on are left out.
+        float64 (C, K), level of each lamp in each channel, as a share of its full one.
     """
-    return np.hstack([levels[:, levels.any(axis=0)], np.ones((len(levels), 1))])
+    on = np.hstack([levels[:, levels.any(axis=0)], np.ones((len(levels), 1))])
+    if len(on) < on.shape[1]:
+        return KnownLights(on, None)
+    share = np.linalg.pinv(on)
+    apart = np.allclose(share @ on, np.eye(len(share)))
+    apart &= bool(np.linalg.norm(share, axis=1).max() <= MOST_NOISE)
+    return KnownLights(on, share.astype(np.float32) if apart else None)
 
 
-def parts_of(sides: Sides, lights: Floats) -> Sides | None:
+def parts_of(sides: Sides, lights: KnownLights) -> Sides | None:
     """What each light gives to the sides of N edgels: sides in as many channels as there are lights.
 
     Parameters
     ----------
     sides
         In C channels.
-    lights
-        float64 (C, L), as `lights_of` gives them.
 
     Returns
     -------
     Sides of the L lights; None where they cannot be told apart.
     """
-    if len(lights) < lights.shape[1]:
+    share = lights.share
+    if share is None:
         return None
-    share = np.linalg.pinv(lights)
-    if (
-        not np.allclose(share @ lights, np.eye(len(share)))
-        or np.linalg.norm(share, axis=1).max() > MOST_NOISE
-    ):
-        return None
-    near = np.tensordot(share.astype(np.float32), sides.near, axes=1)
-    noise = np.sqrt(np.square(share).astype(np.float32) @ np.square(sides.noise))
+    near = np.tensordot(share, sides.near, axes=1)
+    noise = np.sqrt(np.square(share) @ np.square(sides.noise))
     known = np.broadcast_to(sides.known.all(axis=0), noise.shape)
     return sides._replace(near=near, brightest=near, noise=noise, known=known)

@@ -14,7 +14,7 @@ from vision_server.edges.blocked import FLAT_SD, one_blocked, shadow_of_one
 from vision_server.edges.densities import Scatter, either, logarithms, normal, sum_of_logs
 from vision_server.edges.each_light import less_crease
 from vision_server.edges.falling import Falling
-from vision_server.edges.light_parts import lights_of, parts_of
+from vision_server.edges.light_parts import KnownLights, parts_of
 from vision_server.edges.sides import Sides
 
 Floats = NDArray[np.float64] | NDArray[np.float32]
@@ -46,7 +46,7 @@ BLOCK = 16384  # edgels at a time: what is worked out of more goes through memor
 def likelihoods(
     sides: Sides,
     background: float,
-    levels: NDArray[np.float64] | None = None,
+    lights: KnownLights | None = None,
     falling: Falling | None = None,
     enclosed: NDArray[np.bool_] | None = None,
 ) -> Floats:
@@ -58,8 +58,8 @@ def likelihoods(
         Of N edgels.
     background
         Grey of the background at reference exposure.
-    levels
-        float64 (C, L), of the lamps in each channel, as a share of the full one, where they are known.
+    lights
+        Where the lamps' levels in each channel are known.
     falling
         To which side each light's shadows fall, where that is known.
     enclosed
@@ -74,7 +74,7 @@ def likelihoods(
     for first in range(0, count, BLOCK):
         block = slice(first, first + BLOCK)
         surrounded = np.zeros(1, np.bool_) if enclosed is None else enclosed[block]
-        found[:, block] = _of_block(sides.of(block), background, surrounded, levels, falling)
+        found[:, block] = _of_block(sides.of(block), background, surrounded, lights, falling)
     return found
 
 
@@ -82,7 +82,7 @@ def _of_block(
     sides: Sides,
     background: float,
     enclosed: NDArray[np.bool_],
-    levels: NDArray[np.float64] | None,
+    lights: KnownLights | None,
     falling: Falling | None,
 ) -> Floats:
     """As `likelihoods`, of as many edgels as the processor's cache holds."""
@@ -97,12 +97,12 @@ def _of_block(
     found[PRINT] = constant.about_a_mean(PRINT_SD)
     uneven = Scatter.of(ratio, noise + UNEVEN_SD**2).about_a_mean(UNEVEN_SD)
     found[NOISE] = either(constant.about_a_mean(FAINT_SD), uneven) - np.log(2.0)
-    if levels is None:
+    if lights is None:
         found[SHADOW], found[HIGHLIGHT] = _touched(logs, ratio, noise)
         steady = one_blocked(sides, logs, noise, np.ones(len(ratio)))
         found[SHADOW] = either(found[SHADOW], steady) - np.log(2.0)
     else:
-        _known_lights(found, sides, logs, noise, lights_of(levels), falling)
+        _known_lights(found, sides, logs, noise, lights, falling)
     return found
 
 
@@ -111,7 +111,7 @@ def _known_lights(
     sides: Sides,
     logs: Floats,
     noise: Floats,
-    lights: NDArray[np.float64],
+    lights: KnownLights,
     falling: Falling | None,
 ) -> None:
     """Let known lights say what is shadow, highlight, print and outline in ``found`` (6, N), an output."""
@@ -128,7 +128,7 @@ def _known_lights(
         some, logs, noise = sides.of(other), logs[..., other], noise[:, other]
         total = some.near.sum(axis=0, keepdims=True)
         fall_to = 1.0 if falling is None else falling.of(total, some.normals)[0]
-        found[SHADOW, other] = shadow_of_one(some, logs, noise, lights, fall_to)
+        found[SHADOW, other] = shadow_of_one(some, logs, noise, lights.on, fall_to)
         highlight = _touched(logs, logs[:, 0] - logs[:, 1], noise)[1]
         found[HIGHLIGHT, other] = highlight - RARER_HIGHLIGHT
 

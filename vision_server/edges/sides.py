@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from numerics.kernels import kernel
 from vision_server.channels.channel import ChannelStatistics
-from vision_server.channels.depth import Field
+from vision_server.channels.depth import Field, Grey
 from vision_server.channels.gaussian import contrast_kernels, noise_gain
 from vision_server.channels.lighting import coarse_places
 from vision_server.channels.noise import SATURATED_GREY
@@ -64,6 +64,28 @@ class Sides(NamedTuple):
         )
 
 
+class FlatGrey(NamedTuple):
+    """The intensities of a channel, which are looked up pixel by pixel: `ChannelStatistics.linear`, flat.
+
+    Attributes
+    ----------
+    image, linear_of, deep
+        As of `ChannelStatistics`, without rows; ``deep`` is empty for images of 8 bits.
+    columns
+        Of a row.
+    """
+
+    image: Grey
+    linear_of: Field
+    deep: Field
+    columns: int
+
+
+def _flat_grey(channel: ChannelStatistics) -> FlatGrey:
+    deep = np.empty(0, np.float32) if channel.deep is None else channel.deep.ravel()
+    return FlatGrey(channel.image.ravel(), channel.linear_of, deep, channel.shape[1])
+
+
 def evenly_weighted(channel: ChannelStatistics) -> ChannelStatistics:
     """The channel with the same say everywhere: merged so, shadows and highlights stay edges."""
     even = np.ones(256, np.float32)
@@ -91,7 +113,7 @@ def sides_of(edges: EdgeMap) -> Sides:
     noise = np.empty((len(channels), count), np.float32)
     known = np.empty((len(channels), count), np.bool_)
     for number, channel in enumerate(channels):
-        _read(channel.linear, pixels, parts, near[number], brightest[number])
+        _read(_flat_grey(channel), pixels, parts, near[number], brightest[number])
         known[number] = near[number].max(axis=0) < channel.linear_of[SATURATED_GREY]
         noise[number] = _noise(channel, coarse_at)
         if channel.exposure != 1.0:
@@ -135,34 +157,34 @@ def _places(
     return pixels, parts
 
 
-@kernel(inline="always", error_model="numpy")
-def _bilinear(grey: Field, columns: int, at: np.int32, right: np.float32, down: np.float32) -> np.float32:
-    """Intensity between the pixel ``at`` and those right of it and below."""
-    a, b, c, d = grey[at], grey[at + 1], grey[at + columns], grey[at + columns + 1]
-    above, below = a + right * (b - a), c + right * (d - c)
-    value: np.float32 = above + down * (below - above)
-    return value
-
-
 @kernel(nogil=True, error_model="numpy")
-def _read(linear: Field, pixels: NDArray[np.int32], parts: Field, near: Field, brightest: Field) -> None:
+def _read(grey: FlatGrey, pixels: NDArray[np.int32], parts: Field, near: Field, brightest: Field) -> None:
     """Intensities (2, N) behind and ahead of each edgel, and the largest up to further away; outputs.
 
-    Beside the edge each is the mean of the three places along it.
+    Beside the edge each is the mean of the three places along it; all are bilinear between four pixels.
     """
-    columns, grey = linear.shape[1], linear.ravel()
-    third = np.float32(1.0 / 3.0)
+    image, linear_of, deep, columns = grey
+    is_deep, third = len(deep) > 0, np.float32(1.0 / 3.0)
     for i in range(len(pixels)):
         for side in range(2):
-            value = np.float32(0.0)
-            for k in range(side * PLACES, side * PLACES + ALONG):
-                value += _bilinear(grey, columns, pixels[i, k], parts[i, k, 0], parts[i, k, 1])
-            value *= third
-            near[side, i] = value
-            for k in range(side * PLACES + ALONG, (side + 1) * PLACES):
-                further = _bilinear(grey, columns, pixels[i, k], parts[i, k, 0], parts[i, k, 1])
-                value = max(value, further)
-            brightest[side, i] = value
+            mean, largest = np.float32(0.0), np.float32(0.0)
+            for number in range(PLACES):
+                k = side * PLACES + number
+                at, right, down = pixels[i, k], parts[i, k, 0], parts[i, k, 1]
+                below = at + columns
+                if is_deep:
+                    a, b, c, d = deep[at], deep[at + 1], deep[below], deep[below + 1]
+                else:
+                    a, b = linear_of[image[at]], linear_of[image[at + 1]]
+                    c, d = linear_of[image[below]], linear_of[image[below + 1]]
+                a += right * (b - a)
+                value = a + down * (c + right * (d - c) - a)
+                if number < ALONG:
+                    mean += value
+                else:
+                    largest = max(largest, value)
+            near[side, i] = mean * third
+            brightest[side, i] = max(mean * third, largest)
 
 
 def _noise(channel: ChannelStatistics, at: NDArray[np.int32]) -> Field:

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from vision_server.channels.blur import blur_sigma, halved
+from vision_server.channels.blur import SAMPLE_STEP, STRONGEST_SHARE, blur_sigma, halved, least_strong
 
 
 def squares(blur_px: float, noise: float = 1.0) -> NDArray[np.uint8]:
@@ -33,3 +33,11 @@ def test_a_sharp_image_is_sharp() -> None:
 def test_without_edges_nothing_is_said() -> None:
     assert blur_sigma(halved(np.full((100, 100), 30, np.uint8))) == 0.0
     assert blur_sigma(halved(np.zeros((3, 3), np.uint8))) == 0.0
+
+
+@pytest.mark.parametrize("shape", [(41, 33), (8, 64)])
+def test_the_least_of_the_strong_slopes_is_that_of_the_sorted_ones(shape: tuple[int, int]) -> None:
+    slope = np.random.default_rng(1).integers(0, 400, shape).astype(np.int16)
+    ranked = np.sort(slope[::SAMPLE_STEP], axis=None)
+    assert least_strong(slope) == ranked[-max(int(STRONGEST_SHARE * len(ranked)), 1)]
+    assert least_strong(np.zeros(shape, np.int16)) == 1

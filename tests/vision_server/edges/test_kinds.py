@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from bridge.errors import BadInput
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
+from vision_server.edges.background import background_grey
 from vision_server.edges.densities import Scatter, log_normal, sum_of_logs
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.kinds import edge_kinds, fit_kinds
 from vision_server.edges.kinds_table import kinds_picture, kinds_table
+from vision_server.edges.light_parts import known_lights
 from vision_server.edges.likelihoods import (
     BACKGROUND_SD,
     CREASE,
@@ -208,9 +210,17 @@ def test_a_saturated_image_among_good_ones_tells_no_kinds() -> None:
 
 def test_edgels_are_judged_each_by_itself_however_many_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
     some = sides([(np.asarray(left), np.asarray(right)) for left, right in OF_KIND.values()] * 3)
-    levels = np.eye(4)[:, :3]
-    for known in (None, levels):
+    for known in (None, known_lights(np.eye(4)[:, :3])):
         whole = likelihoods(some, 1.0, known)
         with monkeypatch.context() as patch:
             patch.setattr("vision_server.edges.likelihoods.BLOCK", 4)
             np.testing.assert_allclose(likelihoods(some, 1.0, known), whole, rtol=1e-5, atol=1e-5)
+
+
+def test_an_image_of_more_bits_is_read_as_one_of_eight_where_it_is_the_same() -> None:
+    channels = [channel_statistics(image, gamma=2.2) for image in polygon_with_shadows(3)]
+    eight = merge_channels(channels)
+    deep = replace(eight, channels=tuple(replace(channel, deep=channel.linear) for channel in channels))
+    for one, other in zip(sides_of(eight), sides_of(deep), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert background_grey(eight.channels) == background_grey(deep.channels)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vision_server.edges.each_light import less_crease
-from vision_server.edges.light_parts import lights_of, parts_of
+from vision_server.edges.light_parts import known_lights, parts_of
 from vision_server.edges.likelihoods import CREASE, FIXED, HIGHLIGHT, PRINT, SHADOW, likelihoods
 from vision_server.edges.sides import Sides
 
@@ -24,7 +24,7 @@ def shown(left: np.ndarray, right: np.ndarray, levels: np.ndarray = LEVELS) -> S
 
 def test_the_parts_are_those_that_were_summed() -> None:
     right = np.array([50.0, 0.0, 40.0, 30.0])
-    parts = parts_of(shown(LEFT, right), lights_of(LEVELS))
+    parts = parts_of(shown(LEFT, right), known_lights(LEVELS))
     assert parts is not None
     np.testing.assert_allclose(parts.near[:, :, 0], np.stack([LEFT, right], axis=1), atol=1e-3)
     assert parts.noise.min() > 1.0
@@ -32,7 +32,7 @@ def test_the_parts_are_those_that_were_summed() -> None:
 
 def test_a_lamp_that_is_never_on_has_no_part() -> None:
     idle = np.hstack([LEVELS, np.zeros((4, 1))])
-    parts = parts_of(shown(LEFT, LEFT), lights_of(idle))
+    parts = parts_of(shown(LEFT, LEFT), known_lights(idle))
     assert parts is not None
     assert len(parts.near) == 4
 
@@ -41,11 +41,11 @@ def test_a_lamp_that_is_never_on_has_no_part() -> None:
     "levels", [LEVELS[:3], np.ones((4, 3)), np.full((4, 3), 0.5) + 1e-3 * LEVELS], ids=["few", "same", "near"]
 )
 def test_lights_that_are_not_told_apart_have_no_parts(levels: np.ndarray) -> None:
-    assert parts_of(shown(LEFT, LEFT, levels), lights_of(levels)) is None
+    assert parts_of(shown(LEFT, LEFT, levels), known_lights(levels)) is None
 
 
 def kind_of(sides: Sides, levels: np.ndarray = LEVELS) -> int:
-    return int(likelihoods(sides, 1.0, levels)[:, 0].argmax())
+    return int(likelihoods(sides, 1.0, known_lights(levels))[:, 0].argmax())
 
 
 @pytest.mark.parametrize("levels", [LEVELS, LEVELS[:3]], ids=["parts", "fewer images than lights"])
@@ -76,7 +76,7 @@ def test_three_shadows_do_not_end_at_one_place() -> None:
 def test_behind_an_outline_the_light_that_is_left_may_be_the_same() -> None:
     found = []
     for change in (1.0, 0.5):
-        parts = parts_of(shown(LEFT, LEFT * [0.0, 0.0, 1.0, change]), lights_of(LEVELS))
+        parts = parts_of(shown(LEFT, LEFT * [0.0, 0.0, 1.0, change]), known_lights(LEVELS))
         assert parts is not None
         found.append(less_crease(parts).outline[0])
     assert found[0] > 6.0 > found[1] + 3.0
@@ -84,7 +84,8 @@ def test_behind_an_outline_the_light_that_is_left_may_be_the_same() -> None:
 
 def test_a_light_of_which_half_is_left_is_not_blocked() -> None:
     half, none = LEFT * [1.0, 0.5, 1.0, 1.0], LEFT * [1.0, 0.0, 1.0, 1.0]
-    of_half, of_none = (likelihoods(shown(3.0 * LEFT, 3.0 * right), 1.0, LEVELS) for right in (half, none))
+    lights = known_lights(LEVELS)
+    of_half, of_none = (likelihoods(shown(3.0 * LEFT, 3.0 * right), 1.0, lights) for right in (half, none))
     assert (of_none[SHADOW] - of_none[CREASE])[0] > (of_half[SHADOW] - of_half[CREASE])[0] + 4.0
 
 
@@ -116,7 +117,7 @@ def test_one_light_that_is_mirrored_on_one_side_is_a_highlight_and_no_deep_shado
 def test_an_outline_before_another_surface_hides_lights_on_one_side_only() -> None:
     left, right = LEFT * [1.0, 1.0, 2.0, 0.6], LEFT * [0.0, 0.0, 1.0, 1.0]
     swapped = LEFT * [1.0, 0.0, 2.0, 0.6], LEFT * [0.0, 1.0, 1.0, 1.0]
-    one_sided, both = (parts_of(shown(*pair), lights_of(LEVELS)) for pair in ((left, right), swapped))
+    one_sided, both = (parts_of(shown(*pair), known_lights(LEVELS)) for pair in ((left, right), swapped))
     assert one_sided is not None and both is not None
     assert less_crease(one_sided).outline[0] > less_crease(both).outline[0] + 2.0
 
