@@ -4,20 +4,25 @@ import io
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geometry.errors import GeometryError
 from geometry.obj_polygons import cut_polygons
 from geometry.ply import must_be_few, read_ply
+from geometry.stl import checked_stl
 from geometry.surface import Surface
 
 # Chosen by hand where nothing else is said.
 FLAT_DEG = 0.01  # rounding of coordinates; anything above may be part of a fine tessellation
 SHARP_DEG = 30.0  # edges bent by more are lines of the wireframe
+SAME_PLACE = 1e-6  # of the diameter: facets that meet are written with their own rounding
 MOST_TRIANGLES = 50_000  # read in some 5 s; what finer facets add is under a pixel
 
 
 def read_mesh(path: Path) -> Surface:
     """Read a mesh with trimesh; vertices at one place become one; doubles, and triangles without area, go.
+
+    One place is what the rounding of coordinates leaves of it, SAME_PLACE or some steps of 32-bit numbers.
 
     Raises
     ------
@@ -31,12 +36,17 @@ def read_mesh(path: Path) -> Surface:
             mesh = trimesh.load_mesh(io.StringIO(text), file_type="obj", process=False)
         elif path.suffix.lower() == ".ply":
             mesh = trimesh.Trimesh(*read_ply(path, MOST_TRIANGLES), process=False)
+        elif path.suffix.lower() == ".stl":
+            content = checked_stl(path.read_bytes())
+            mesh = trimesh.load_mesh(io.BytesIO(content), file_type="stl", process=False)
         else:
             mesh = trimesh.load_mesh(path, process=False)
         if not isinstance(mesh, trimesh.Trimesh):
             mesh = mesh.to_mesh()
         must_be_few(len(mesh.faces), MOST_TRIANGLES)
         finite = np.isfinite(mesh.vertices).all()
+        if finite and len(mesh.vertices):
+            mesh.vertices = _snapped(np.asarray(mesh.vertices, dtype=np.float64))
         mesh.process()  # which leaves out what is not finite
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
         mesh.update_faces(mesh.nondegenerate_faces() & mesh.unique_faces())
@@ -54,3 +64,17 @@ def read_mesh(path: Path) -> Surface:
         flat_deg=FLAT_DEG,
         sharp_deg=SHARP_DEG,
     )
+
+
+def _snapped(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Vertices (V, 3) of which those at nearly one place are at just one."""
+    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    apart = max(SAME_PLACE * size, 4.0 * float(np.spacing(np.float32(np.abs(vertices).max()))))
+    place = np.zeros(len(vertices), dtype=np.int64)
+    for values in vertices.T:
+        order = np.argsort(values, kind="stable")
+        cell = np.empty_like(place)
+        cell[order] = np.cumsum(np.r_[0, np.diff(values[order]) > apart])
+        place = place * len(vertices) + cell
+    _, first, which = np.unique(place, return_index=True, return_inverse=True)
+    return np.asarray(vertices[first[which]])

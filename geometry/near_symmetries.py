@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 
@@ -21,9 +21,10 @@ from numerics.kernels import kernel
 Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said.
-POINTS, LEAST_POINTS = 300, 2  # along all lines together, and on each line
+POINTS, LEAST_POINTS = 300, 2  # along all lines together, and on each line where they are no more than that
 SCREENED = 10  # each so many-th point alone is turned first
 TOLERANCE = 0.012  # how far a turned point may be from a line, share of the diameter
+CLOSER = 0.25  # of the tolerance, for where the axis is: a centroid beside it brings back as much within that
 ALIKE = 0.4  # share of the wireframe that must come back onto itself ...
 SCREENED_ALIKE = 0.25  # ... less of few points, which miss some ...
 EXACT = 0.995  # ... and from which on the turn changes nothing that could be seen
@@ -54,15 +55,19 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
     if len(ends) == 0:
         return ()
     wires = _Wireframe.of_ends(ends, model.diameter)
+    closer = replace(wires, tolerance=CLOSER * wires.tolerance)
     found: list[tuple[float, Pose]] = []
     for axis, of_box in own_axes(model):
-        best: dict[Fraction, tuple[float, Floats]] = {}
+        best: dict[Fraction, tuple[float, float, Floats]] = {}  # share, share of the closer, middle of that
         through = [of_box, wires.weights @ wires.points, *middles_of_rings(ends, axis, wires.tolerance)]
         for middle in _distinct(through, axis, 0.1 * TOLERANCE * model.diameter):
             for part, share in _shares(wires, axis, middle).items():
-                if share > max(ALIKE, best.get(part, (0.0, middle))[0]):
-                    best[part] = (share, middle)
-        for part, (share, middle) in best.items():
+                if share >= ALIKE:
+                    (close,) = closer.shares(axis, [2.0 * np.pi * float(part)], middle)
+                    known = best.get(part, (0.0, 0.0, middle))
+                    placed = middle if close > known[1] else known[2]
+                    best[part] = (max(share, known[0]), max(close, known[1]), placed)
+        for part, (share, _, middle) in best.items():
             if share >= EXACT:
                 continue
             turn = matrix_of(2.0 * np.pi * float(part) * axis)
@@ -160,7 +165,8 @@ class _Wireframe:
     @classmethod
     def of_ends(cls, ends: Floats, diameter: float) -> _Wireframe:
         lines = np.arange(2 * len(ends)).reshape(-1, 2)
-        points, weights = points_along(ends.reshape(-1, 3), lines, 0.0, POINTS, LEAST_POINTS)
+        least = LEAST_POINTS if LEAST_POINTS * len(ends) <= POINTS else 1
+        points, weights = points_along(ends.reshape(-1, 3), lines, 0.0, POINTS, least)
         start, end = ends[:, 0], ends[:, 1]
         return cls(points, weights / weights.sum(), start, end - start, TOLERANCE * diameter)
 

@@ -51,7 +51,8 @@ def read_ply(path: Path, most_faces: int) -> tuple[Floats, Ints]:
 
     Raises
     ------
-    GeometryError : what is no PLY file of points and faces; more than ``most_faces``.
+    GeometryError : what is no PLY file of points and faces; a point that is not finite; more than
+        ``most_faces``.
     """
     content = path.read_bytes()
     head, end = _header(content)
@@ -74,6 +75,8 @@ def read_ply(path: Path, most_faces: int) -> tuple[Floats, Ints]:
             points = _points(rows)
         elif element.name == "face":
             faces = _faces(rows)
+    if not np.isfinite(points).all():
+        raise GeometryError("it has a point that is not finite")
     for number, face in enumerate(faces):
         if face.min() < 0 or face.max() >= len(points):
             raise GeometryError(f"face {number} names a point that is not there")

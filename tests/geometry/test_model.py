@@ -255,6 +255,32 @@ def test_a_mesh_is_the_same_in_each_format(tmp_path: Path, kind: str) -> None:
     assert np.ptp(model.vertices, axis=0) == pytest.approx([0.1, 0.08, 0.06])
 
 
+def test_facets_that_meet_but_for_rounding_are_one_surface(tmp_path: Path) -> None:
+    box = trimesh.creation.box((100.0, 80.0, 60.0))
+    corners = box.vertices[box.faces].reshape(-1, 3) + np.random.default_rng(0).uniform(-2e-5, 2e-5, (36, 3))
+    trimesh.Trimesh(corners + 500.0, np.arange(36).reshape(-1, 3), process=False).export(tmp_path / "box.stl")
+    model = load_model(tmp_path / "box.stl", "mm")
+    assert len(model.lines) == 12
+    assert not model.two_sided.any()
+
+
+def test_a_stl_file_that_is_cut_short_says_so(tmp_path: Path) -> None:
+    file = tmp_path / "box.stl"
+    trimesh.creation.box((0.1, 0.08, 0.06)).export(file)
+    whole = file.read_bytes()
+    file.write_bytes(whole + b"made by a CAD program")
+    assert len(load_model(file).lines) == 12
+    file.write_bytes(whole[:-70])
+    with pytest.raises(GeometryError, match="12 triangles, as it says, take 684; perhaps it was cut short"):
+        load_model(file)
+
+
+def test_a_text_stl_may_have_a_name_in_any_letters(tmp_path: Path) -> None:
+    text = trimesh.creation.box((0.1, 0.08, 0.06)).export(file_type="stl_ascii")
+    (tmp_path / "box.stl").write_bytes(text.replace("solid", "solid Gehäuse", 1).encode("latin-1"))
+    assert len(load_model(tmp_path / "box.stl").lines) == 12
+
+
 def test_step_files_are_told_what_to_export(tmp_path: Path) -> None:
     (tmp_path / "part.step").write_text("ISO-10303-21;")
     with pytest.raises(GeometryError, match="exports STL"):

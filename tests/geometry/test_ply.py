@@ -83,6 +83,7 @@ GOOD = {"z": "float", "faces": 1, "count": "uchar", "corners": "vertex_index", "
         ({"z": "quad"}, "its header's line 'property quad z' cannot be read"),
         ({"corners": "edges"}, "its faces have no list vertex_indices"),
         ({"last": "nan"}, "has a point that is not finite"),
+        ({"last": "inf"}, "has a point that is not finite"),
         ({"rows": "2 0 1"}, "has no faces"),
     ],
 )
