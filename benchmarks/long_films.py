@@ -1,6 +1,6 @@
 """Is a frame ever sure and wrong? Simulated films without end, as `benchmarks.tracking` makes them.
 
-    .venv/bin/python -m benchmarks.long_films ROWS.jsonl [--frames 100000] [--kind NAME ...]
+    .venv/bin/python -m benchmarks.long_films ROWS.jsonl [--frames 100000] [--kind NAME ...] [--first 0]
 
 Each film adds a line to ROWS.jsonl: its kind and number, how many frames were sure, unsure and lost, and each
 frame that was sure and more than 1 degree or 1 % off. Films that are in it are not made again, so that it can
@@ -18,7 +18,7 @@ from typing import Annotated
 import typer
 
 from benchmarks.films import KINDS, film
-from benchmarks.tracking import GONE, LOOSE, followed, is_right, truth
+from benchmarks.tracking import GONE, LOOSE, followed, is_right, losses, truth
 from experiments.kinds.estimate import normalised_error_squared
 from experiments.statistics import exact_interval
 from vision_server.pose.covariance import uncertainty
@@ -49,13 +49,18 @@ def row_of(kind: str, number: int) -> dict[str, object]:
             }
         )  # fmt: skip
     counts = {state: sum(told.state == state for _, told in frames) for state in ("sure", "unsure", "lost")}
-    return {"kind": kind, "number": number, "frames": len(frames), **counts, "wrong": wrong}
+    said, again = losses(frames)
+    return {
+        "kind": kind, "number": number, "frames": len(frames), **counts, "wrong": wrong,
+        "not_sure_after": said, "found_after": again, "seconds": sum(told.seconds for _, told in frames),
+    }  # fmt: skip
 
 
 def main(
     rows: Path,
     frames: int = 100_000,
     kind: Annotated[list[str] | None, typer.Option(help=f"Of {', '.join(KINDS)}.")] = None,
+    first: Annotated[int, typer.Option(help="Number of the first film of each kind.")] = 0,
 ) -> None:
     """Go on from where the file ends."""
     kinds = tuple(kind or LIGHT)
@@ -63,7 +68,7 @@ def main(
         file.seek(0)
         found = [json.loads(line) for line in file]
         done = {(row["kind"], row["number"]) for row in found}
-        for number, one in ((number, one) for number in itertools.count() for one in kinds):
+        for number, one in ((number, one) for number in itertools.count(first) for one in kinds):
             if sum(row["frames"] for row in found) >= frames:
                 break
             if (one, number) not in done:

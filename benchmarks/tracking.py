@@ -93,8 +93,9 @@ def filtered(films: list[list[tuple[Shown, Tracked]]], middles: list[Floats]) ->
                 motion = Motion.at_rest(told.pose, told.covariance, middle)
             else:
                 motion = motion.after(shown.time_s - last)
-                innovations.append(motion.surprise(told.pose, told.covariance, middle))
-                motion = motion.measured(told.pose, told.covariance, middle)
+                innovation = motion.innovation(told.pose, told.covariance, middle)
+                innovations.append(innovation.squared)
+                motion = motion.corrected(innovation)
                 pose = motion.pose(middle)
                 errors.append(normalised_error_squared(pose, motion.pose_covariance, truth(shown, pose)))
             last = shown.time_s

@@ -22,7 +22,7 @@ def likeliest(found: Sequence[Found], expected: Motion, middle: Floats) -> Found
     """
 
     def nats(one: Found) -> float:
-        surprise = expected.surprise(one.pose, one.covariance, middle)
+        surprise = expected.innovation(one.pose, one.covariance, middle).squared
         return one.support.evidence / RIVAL_NATS - 0.5 * surprise
 
     return max(found, key=nats)

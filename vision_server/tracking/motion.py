@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,22 @@ LEAST_AGILITY, MOST_AGILITY = 0.02, 1.0
 CALMED, STARTLED = 0.15, 1.0  # powers with which agility follows smaller and larger innovations
 MOST_SURPRISE = 9.0  # times its expectation, that one innovation counts for at most
 FIRST_TURN_RATE, FIRST_SPEED = 2.0, 0.5  # rad/s and ranges/s, one sd, of a target that was just found
+
+
+class Innovation(NamedTuple):
+    """A measured pose beside the one that was expected.
+
+    Attributes
+    ----------
+    step, spread : (6,), from the expected rotation (rad) and middle (m), and its covariance (6, 6).
+    measured : (6, 6), the part of that which is the measured pose's.
+    squared : the step's square in units of its covariance: 6 on average (NIS).
+    """
+
+    step: Floats
+    spread: Floats
+    measured: Floats
+    squared: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,34 +97,30 @@ class Motion:
             covariance=carry @ self.covariance @ carry.T + push @ push.T,
         )
 
-    def surprise(self, pose: Pose, covariance: Floats, middle: Floats) -> float:
-        """Squared innovation of a measured pose in units of its covariance: 6 on average (NIS)."""
-        step, spread = self._innovation(pose, covariance, middle)
-        return float(step @ np.linalg.solve(spread, step))
+    def innovation(self, pose: Pose, covariance: Floats, middle: Floats) -> Innovation:
+        """Of a pose that was measured now, of this covariance (6, 6)."""
+        centre = pose.apply(middle[None])[0]
+        step = np.r_[vector_of(pose.matrix @ self.rotation.T), centre - self.centre]
+        measured = about(centre, covariance)
+        spread = self.covariance[:6, :6] + measured
+        return Innovation(step, spread, measured, float(step @ np.linalg.solve(spread, step)))
 
-    def measured(self, pose: Pose, covariance: Floats, middle: Floats) -> Motion:
-        """With a pose that was measured now, of this covariance (6, 6)."""
-        step, spread = self._innovation(pose, covariance, middle)
-        gain = np.linalg.solve(spread, self.covariance[:6]).T
-        correction = gain @ step
+    def corrected(self, by: Innovation) -> Motion:
+        """With the pose that an innovation is of."""
+        gain = np.linalg.solve(by.spread, self.covariance[:6]).T
+        correction = gain @ by.step
         left = np.eye(12)
         left[:, :6] -= gain
-        own = spread - self.covariance[:6, :6]
-        ratio = min(float(step @ np.linalg.solve(spread, step)) / 6.0, MOST_SURPRISE)
+        ratio = min(by.squared / 6.0, MOST_SURPRISE)
         power = STARTLED if ratio > 1.0 else CALMED
         agility = self.agility * max(ratio, 1.0 / MOST_SURPRISE) ** (0.5 * power)
         return Motion(
             matrix_of(correction[:3]) @ self.rotation,
             self.centre + correction[3:6],
             self.velocity + correction[6:],
-            left @ self.covariance @ left.T + gain @ own @ gain.T,
+            left @ self.covariance @ left.T + gain @ by.measured @ gain.T,
             min(max(agility, LEAST_AGILITY), MOST_AGILITY),
         )
-
-    def _innovation(self, pose: Pose, covariance: Floats, middle: Floats) -> tuple[Floats, Floats]:
-        centre = pose.apply(middle[None])[0]
-        step = np.r_[vector_of(pose.matrix @ self.rotation.T), centre - self.centre]
-        return step, self.covariance[:6, :6] + about(centre, covariance)
 
 
 def about(centre: Floats, covariance: Floats) -> Floats:

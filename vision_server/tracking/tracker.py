@@ -20,6 +20,7 @@ from vision_server.pose.trust import TAILS, quality
 from vision_server.tracking.acceptance import (
     HELD,
     STAYS,
+    STAYS_SURE,
     SURE,
     belief_in,
     is_exact,
@@ -32,7 +33,7 @@ from vision_server.tracking.choosing import likeliest
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.frame import NAME, Tone, check_size
-from vision_server.tracking.motion import Motion
+from vision_server.tracking.motion import Innovation, Motion
 
 Floats = NDArray[np.float64]
 State = Literal["sure", "unsure", "lost"]
@@ -115,6 +116,7 @@ class Tracker:
         self._frame = -1
         self._time_s = 0.0
         self._last: Pixels | None = None
+        self._asked: tuple[Found, Motion, Innovation] | None = None
 
     @property
     def model(self) -> Model:
@@ -199,22 +201,30 @@ class Tracker:
         return self._is_foreseen(found)
 
     def _is_foreseen(self, found: Found) -> bool:
+        return self._innovation(found).squared <= SURPRISING
+
+    def _innovation(self, found: Found) -> Innovation:
+        """Against the motion as it is; asked several times of one pose."""
         assert self._motion is not None
-        return self._motion.surprise(found.pose, found.covariance, self._sight.model.middle) <= SURPRISING
+        if self._asked is None or self._asked[0] is not found or self._asked[1] is not self._motion:
+            own = self._motion.innovation(found.pose, found.covariance, self._sight.model.middle)
+            self._asked = found, self._motion, own
+        return self._asked[2]
 
     def _taken(self, found: Found) -> Seen:
         """A pose that was followed: the motion goes on from it."""
         assert self._motion is not None
         believed, middle = self._is_believed(found), self._sight.model.middle
         if self._is_foreseen(found):
-            self._motion = self._motion.measured(found.pose, found.covariance, middle)
+            self._motion = self._motion.corrected(self._innovation(found))
         else:
             self._motion = Motion.at_rest(found.pose, found.covariance, middle)
+        belief = found.belief(self._ambiguity)
         self._held(found.pose, found.quality, believed)
         if believed:
             self._habits = self._habits.after(found.fit)
-        belief = found.belief(self._ambiguity)
-        known = believed and (belief >= SURE or found.quality >= SURE_LIKE * self._typical)
+        like = belief >= STAYS_SURE and found.quality >= SURE_LIKE * self._typical
+        known = believed and (belief >= SURE or like)
         self._steady = known and is_exact(found.pose, found.covariance)
         state: State = "sure" if self._steady else "unsure"
         support = {line.line: line.support for line in found.support.lines}

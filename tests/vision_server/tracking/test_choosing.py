@@ -53,6 +53,8 @@ def test_lines_tell_what_the_motion_leaves_open(model: Model) -> None:
     assert other.support.evidence < right.support.evidence - 10.0
     vague = np.diag([0.1**2] * 3 + [0.05**2] * 3)
     expected = Motion.at_rest(other.pose, vague, model.middle)
-    surprises = [expected.surprise(one.pose, one.covariance, model.middle) for one in (other, right)]
+    surprises = [
+        expected.innovation(one.pose, one.covariance, model.middle).squared for one in (other, right)
+    ]
     assert surprises[0] < surprises[1]
     assert likeliest([other, right], expected, model.middle) is right

@@ -34,14 +34,15 @@ def test_it_foresees_a_constant_velocity_and_is_surprised_as_much_as_it_says() -
             motion = Motion.at_rest(measured, covariance, MIDDLE)
             continue
         motion = motion.after(PERIOD_S)
-        surprises.append(motion.surprise(measured, covariance, MIDDLE))
-        motion = motion.measured(measured, covariance, MIDDLE)
+        innovation = motion.innovation(measured, covariance, MIDDLE)
+        surprises.append(innovation.squared)
+        motion = motion.corrected(innovation)
     assert motion is not None
     ahead = motion.after(PERIOD_S).pose(MIDDLE)
     assert ahead.error_to(moving(200 * PERIOD_S)).within(0.2, 0.002)
     assert 3.0 < np.mean(surprises[50:]) < 9.0  # 6 where it is honest
     jumped = Pose(ahead.rotation_vector, ahead.translation + np.array([0.2, 0.0, 0.0]))
-    assert motion.after(PERIOD_S).surprise(jumped, covariance, MIDDLE) > 38.3
+    assert motion.after(PERIOD_S).innovation(jumped, covariance, MIDDLE).squared > 38.3
 
 
 def test_the_covariance_of_a_step_about_the_middle_and_about_the_camera() -> None:

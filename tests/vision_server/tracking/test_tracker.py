@@ -172,7 +172,7 @@ def test_of_believed_poses_the_one_that_the_motion_foresees_is_taken(
     other.__dict__["quality"] = 1.2 * right.quality
     tracker._typical = right.quality / 0.4
     assert tracker._motion is not None
-    assert expected.surprise(turned, spread, model.middle) < SURPRISING
+    assert expected.innovation(turned, spread, model.middle).squared < SURPRISING
     monkeypatch.setattr(Sight, "far", lambda *_: [other])
     monkeypatch.setattr(Sight, "near", lambda *_: right)
     assert tracker._followed(frames[3], expected) is right
@@ -251,6 +251,19 @@ def test_what_has_lost_most_of_its_support_is_sure_only_where_it_is_believed_ane
     assert told.pose is not None
     assert told.pose.error_to(POSE).within(0.3, 0.003)
     assert tracker._was_believed
+
+
+@pytest.mark.parametrize(("belief", "state"), [(0.65, "sure"), (0.55, "unsure"), (0.95, "sure")])
+def test_what_is_hardly_believed_any_more_is_followed_and_not_sure(
+    model: Model, monkeypatch: pytest.MonkeyPatch, belief: float, state: str
+) -> None:
+    frames = list(filmed(model, list(moving(4))))
+    tracker = Tracker(model, CAMERA, POSE)
+    assert [tracker.step(pixels).state for pixels in frames[:3]] == ["sure"] * 3
+    monkeypatch.setattr(Found, "belief", lambda self, ambiguity: belief)
+    told = tracker.step(frames[3])
+    assert told.state == state
+    assert told.pose is not None
 
 
 def test_after_a_frame_that_was_not_followed_surely_other_poses_are_looked_at(
