@@ -10,7 +10,7 @@ by 0.02 to 30 degrees and as much of the image, and poses as programs get them w
 far away, from corners of which two are interchanged, and turned onto a near symmetry. One JSON object: the
 expected error of the probability (the mean distance between it and the share that is right, in ten bins of
 equal count), Brier score, and shares of states. With ``--rows`` poses that were judged are kept, and not
-judged again. ``--fit`` prints the two coefficients by maximum likelihood, and what they are worth: the poses
+judged again. ``--fit`` prints the calibration by maximum likelihood, and what they are worth: the poses
 of each target judged by a fit to the others' (all random parts are one, and all boxes), which is also what is
 plotted.
 """
@@ -48,7 +48,7 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import refine
 from vision_server.segments.extraction import extract_segments
 from vision_server.tracking import referee
-from vision_server.tracking.referee import LIMITS, Chances, judged, probability
+from vision_server.tracking.referee import CALIBRATION, LIMITS, Calibration, Chances, judged, probability
 
 Floats = NDArray[np.float64]
 
@@ -62,10 +62,11 @@ CORNERS, MOST_OFF_PX, INTERCHANGED = 8, 3.0, 0.3
 
 @dataclass(frozen=True)
 class Row:
-    """One judged pose."""
+    """One judged pose, and where it is from: drawn, turned, corners or refined."""
 
     scene: str
     shape: str
+    source: str
     right: bool
     chances: Chances
     rotation_deg: float
@@ -98,23 +99,29 @@ def scene(number: int) -> tuple[ImageSet, Model, Camera, Pose]:
     return images, device.model, device.camera, device.true_pose
 
 
-def given_poses(number: int, images: ImageSet, model: Model, camera: Camera, true: Pose) -> list[Pose]:
-    """Poses right and wrong."""
+def given_poses(
+    number: int, images: ImageSet, model: Model, camera: Camera, true: Pose
+) -> list[tuple[str, Pose]]:
+    """Poses right and wrong, and where each is from."""
     rng = np.random.default_rng([number, 78])
     problem = PoseProblem.at_scale(images.gradients(list(images.images)), model, camera)
     turns = near_symmetries(model)
     poses = []
     for k in range(POSES):
-        pose = _off(rng, model, true, 10.0 ** rng.uniform(-1.7, 1.48))
+        source, pose = "drawn", _off(rng, model, true, 10.0 ** rng.uniform(-1.7, 1.48))
         if k >= POSES - 2:  # as programs get them: refined from too far away
             solution = refine(problem, _off(rng, model, true, rng.uniform(2.0, 15.0)))
-            pose = pose if solution is None else solution.pose
+            if solution is not None:
+                source, pose = "refined", solution.pose
         elif k == POSES - 3:  # and from corners that a network found
-            pose = _of_corners(rng, model, camera, true) or pose
+            found = _of_corners(rng, model, camera, true)
+            if found is not None:
+                source, pose = "corners", found
         elif k == 0 and len(turns):
-            pose = _off(rng, model, true.compose(turns[int(rng.integers(len(turns)))]), 0.05)
-        poses.append(pose)
-    return [pose for pose in poses if pose.apply(model.pivot[None])[0, 2] > 0.0]
+            turned = true.compose(turns[int(rng.integers(len(turns)))])
+            source, pose = "turned", _off(rng, model, turned, 0.05)
+        poses.append((source, pose))
+    return [(source, pose) for source, pose in poses if pose.apply(model.pivot[None])[0, 2] > 0.0]
 
 
 def _of_corners(rng: np.random.Generator, model: Model, camera: Camera, true: Pose) -> Pose | None:
@@ -146,11 +153,11 @@ def judged_poses(
     """Judge poses of one scene."""
     rows, names = [], list(images.images)
     endpoints = extract_segments(images.edge_map(names)).endpoints
-    for pose in given_poses(number, images, model, camera, true):
+    for source, pose in given_poses(number, images, model, camera, true):
         error = pose.error_to(true)
         found = judged(images, names, model, camera, pose, endpoints=endpoints)
         right = error.within(*LIMITS)
-        rows.append(Row(name, model.name, right, found.chances, error.rotation_deg))
+        rows.append(Row(name, model.name, source, right, found.chances, error.rotation_deg))
     return rows
 
 
@@ -202,16 +209,17 @@ def expected_error(probability: Floats, right: NDArray[np.bool_]) -> float:
     return float(np.average(gaps, weights=[len(part) for part in order]))
 
 
-def fitted(rows: list[Row]) -> Floats:
-    """Bias and factor of the log odds, by maximum likelihood."""
+def fitted(rows: list[Row]) -> Calibration:
+    """By maximum likelihood, held near what it is."""
+    start = np.array(CALIBRATION)
+    right = np.array([row.right for row in rows])
 
     def loss(beta: Floats) -> float:
-        stated = np.array([probability(row.chances, *beta) for row in rows])
-        right = np.array([row.right for row in rows])
+        stated = np.array([probability(row.chances, Calibration(*beta)) for row in rows])
         likely = np.log(np.maximum(np.where(right, stated, 1.0 - stated), LEAST_LIKELY))
-        return float(RIDGE * beta @ beta - likely.sum())
+        return float(RIDGE * len(rows) * np.sum((beta - start) ** 2) - likely.sum())
 
-    return np.asarray(minimize(loss, np.array([0.0, 1.0]), method="Nelder-Mead").x)
+    return Calibration(*minimize(loss, start, method="Nelder-Mead", options={"maxfev": 1500}).x)
 
 
 def plotted(probability: Floats, right: NDArray[np.bool_], out: Path) -> None:
@@ -236,14 +244,14 @@ def plotted(probability: Floats, right: NDArray[np.bool_], out: Path) -> None:
     figure.savefig(out, dpi=120)
 
 
-def cross_validated(rows: list[Row]) -> tuple[Floats, Floats]:
-    """The coefficients, and the probability of each row by a fit to the other shapes."""
+def cross_validated(rows: list[Row]) -> tuple[Calibration, Floats]:
+    """The calibration, and the probability of each row by a fit to the other shapes."""
     stated = np.zeros(len(rows))
     for shape in {row.shape for row in rows}:
         beta = fitted([row for row in rows if row.shape != shape])
         for k, row in enumerate(rows):
             if row.shape == shape:
-                stated[k] = probability(row.chances, *beta)
+                stated[k] = probability(row.chances, beta)
     return fitted(rows), stated
 
 
@@ -259,13 +267,18 @@ def said(name: str, stated: Floats, right: NDArray[np.bool_]) -> dict[str, objec
     }  # fmt: skip
 
 
+def family(shape: str) -> str:
+    """Of a shape: a box, a random part, or a target."""
+    return shape if shape in ("box", "part") else "target"
+
+
 def main(
     scenes: int = 250,
     first: int = 0,
     workers: int = 2,
     stacks: Annotated[list[Path] | None, typer.Option(help="Light stacks instead; may be repeated.")] = None,
     rows: Annotated[Path | None, typer.Option(help="Keep what was judged here.")] = None,
-    fit: Annotated[bool, typer.Option(help="Fit the coefficients, too.")] = False,
+    fit: Annotated[bool, typer.Option(help="Fit the calibration, too.")] = False,
     plot: Path | None = None,
 ) -> None:
     """Judge, and print."""
@@ -273,9 +286,14 @@ def main(
     right = np.array([row.right for row in found])
     stated = np.array([probability(row.chances) for row in found])
     print(json.dumps(said("referee", stated, right)))
+    kinds = {"shape": [family(row.shape) for row in found], "source": [row.source for row in found]}
+    for name, values in kinds.items():
+        for value in dict.fromkeys(values):
+            chosen = np.array(values) == value
+            print(json.dumps(said(f"referee, {name} {value}", stated[chosen], right[chosen])))
     if fit:
         beta, stated = cross_validated(found)
-        print(json.dumps(said("referee, cross-validated", stated, right) | {"fit": beta.round(3).tolist()}))
+        print(json.dumps(said("referee, cross-validated", stated, right) | {"fit": beta._asdict()}))
     if plot is not None:
         plotted(stated, right, plot)
 

@@ -7,7 +7,8 @@ from benchmarks import referee
 from benchmarks.films import CAMERA
 from geometry.model import TARGETS, load_model
 from geometry.pose import Pose
-from vision_server.tracking.referee import LIMITS
+from vision_server.tracking.agreement import Agreement
+from vision_server.tracking.referee import CALIBRATION, LIMITS, Calibration, Chance, Chances
 
 
 @pytest.mark.parametrize(("number", "shape"), [(3, "box"), (6, "part"), (12, "part")])
@@ -33,12 +34,13 @@ def test_corners_tell_the_pose_but_for_those_that_are_interchanged(monkeypatch: 
 def test_a_shape_is_judged_by_a_fit_to_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     fits = []
 
-    def fitted(rows: list[referee.Row]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    def fitted(rows: list[referee.Row]) -> Calibration:
         fits.append({row.shape for row in rows})
-        return np.array([float(len(fits)), 1.0])
+        return CALIBRATION._replace(most=float(len(fits)))
 
     monkeypatch.setattr(referee, "fitted", fitted)
-    rows = [referee.Row(str(k), shape, True, ((1.0, 0.5),), 0.0) for k, shape in enumerate("abca")]
+    chances = Chances((Chance(1.0, 0.9, 0.9, Agreement(1.0, 1.0)),), 2.0)
+    rows = [referee.Row(str(k), shape, "drawn", True, chances, 0.0) for k, shape in enumerate("abca")]
     _, stated = referee.cross_validated(rows)
     assert sorted(map(sorted, fits)) == [["a", "b"], ["a", "b", "c"], ["a", "c"], ["b", "c"]]
     assert stated[0] == stated[3]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,28 +20,76 @@ from vision_server.pose.covariance import pose_covariance, share_within, uncerta
 from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import FINE_REACHES_PX, NEAR, refined
-from vision_server.pose.refinement import EXACT_REACH_PX, REACHES_PX
+from vision_server.pose.refinement import EXACT_REACH_PX, REACHES_PX, refine
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.support import PoseSupport, support_at
 from vision_server.pose.trust import RIVAL_NATS, TAILS, confidence, quality
 from vision_server.segments.extraction import extract_segments
+from vision_server.tracking.agreement import Agreement, agreement
 from vision_server.tracking.beside import beside
 from vision_server.tracking.fitting import Habits, fitted
 from vision_server.tracking.following import PASSES, SETTLED_PX
 
 Floats = NDArray[np.float64]
 Verdict = Literal["ok", "doubtful", "lost"]
-Chances = tuple[tuple[float, float], ...]
-"""Of each pose around a given one: its share by likelihood, and the chance, were it alone, that the given one
-is right: that its lines are where they seem, times how much of its covariance is within LIMITS."""
+
+
+class Chance(NamedTuple):
+    """What a pose that may be the right one says of a given one.
+
+    Attributes
+    ----------
+    share : of that pose by its likelihood, of all around.
+    believed : probability that its lines are where they seem.
+    within : how much of its covariance is within LIMITS of the given pose.
+    agreement : of the given pose with it, were the given one from elsewhere, where poses that look alike are
+        taken for each other.
+    """
+
+    share: float
+    believed: float
+    within: float
+    agreement: Agreement
+
+
+class Chances(NamedTuple):
+    """What speaks for a pose: of each one around, and how far refinement moves the given one, in LIMITS."""
+
+    around: tuple[Chance, ...]
+    moved: float
+
+
+class Calibration(NamedTuple):
+    """What turns chances into a probability.
+
+    Attributes
+    ----------
+    bias, per_log_odds : of the log odds of a pose that refinement does not move, which these images tell.
+    elsewhere : logarithm of the density (see `Agreement`) of given poses where the pose around is wrong.
+    derived : log odds that a pose that refinement does not move is from these images.
+    most : log odds of a pose from elsewhere that agrees with all that is seen.
+    """
+
+    bias: float
+    per_log_odds: float
+    elsewhere: float
+    derived: float
+    most: float
+
 
 # Chosen by hand where nothing else is said.
 OK, LOST = 0.8, 0.2  # probabilities from which on, and below which
 LIMITS = (1.0, 0.01)  # degrees, share of the range: a pose is right within them
 BOUND_99 = 16.81  # of a squared difference of six dimensions in units of its covariance
 LEAST_ODDS = 1e-4  # probabilities are never taken for surer than this
+TINY = 1e-300  # a density that is none
+ALIKE_DEG = 20.0  # between poses that programs take for each other; nearer ones are errors of measurement
+CONFUSED = 1.0 / 3.0  # times as often as it is right, a pose from elsewhere is at such another one
+UNHELD = 1e3  # of LIMITS: moved by refinement, where nothing holds the pose
 # By maximum likelihood on simulated frames, poses right and wrong: python -m benchmarks.referee --fit
-BIAS, PER_LOG_ODDS = 2.25, 0.85
+CALIBRATION = Calibration(0.5, 0.9, -6.9, 2.6, 4.1)
+# By hand, of LIMITS, one sd: what refinement moves a pose by that was refined on these images before.
+SETTLED = 0.15
 WORTH_REFINING = 20.0  # nats that a turned pose may lack before it is refined: odds of e^-7 after that
 MOST_TURNED = 4  # turns that are refined
 DISAGREES = 0.25  # a line with less of its visible length supported
@@ -120,19 +168,41 @@ def judged(
     wide = pose_of_segments(endpoints, problem.channels, model, camera, pose, settings)
     around = _poses_around(problem, wide, pose, edge_radius_m)
     if given is None or not around:
-        return Judgement(0.0, None, None, missing, ())
+        return Judgement(0.0, None, None, missing, Chances((), UNHELD))
     best = around[0]
-    chances = chances_of(around, pose)
+    chances = Chances(chances_of(around, pose), moved_by(problem, pose))
     differs = squared_difference(pose, best.pose, best.covariance) > BOUND_99
     better = best.pose if differs and best.believed > LOST else None
     return Judgement(probability(chances), better, best.covariance, missing, chances)
 
 
-def probability(chances: Chances, bias: float = BIAS, per_log_odds: float = PER_LOG_ODDS) -> float:
-    """Of being right: of each pose around its share, times the calibrated chance that it speaks for."""
-    return sum(
-        share / (1.0 + math.exp(-bias - per_log_odds * log_odds(believed))) for share, believed in chances
+def probability(chances: Chances, told: Calibration = CALIBRATION) -> float:
+    """Of being right.
+
+    A pose that refinement does not move may be from these very images. Then it agrees with them whether it is
+    right or not, and has the chance that they leave it. One from elsewhere would hardly agree with them by
+    chance.
+    """
+    around = chances.around
+    if not around:
+        return 0.0
+    own = sum(
+        one.share * _logistic(told.bias + told.per_log_odds * log_odds(one.believed * one.within))
+        for one in around
     )
+    density = sum(
+        one.share
+        * (one.believed * one.agreement.likelihood + (1.0 - one.believed) * math.exp(told.elsewhere))
+        for one in around
+    )
+    right = sum(one.share * one.believed * one.agreement.right for one in around)
+    independent = _logistic(told.most) * right / max(density, TINY)
+    derived = math.exp(told.derived - 0.5 * (chances.moved / SETTLED) ** 2)
+    return (independent + derived * own) / (1.0 + derived)
+
+
+def _logistic(value: float) -> float:
+    return 1.0 / (1.0 + math.exp(-value))
 
 
 def log_odds(believed: float) -> float:
@@ -215,15 +285,37 @@ def _turned(problem: PoseProblem, best: Around) -> list[Around]:
     return _refined(problem, [pose for _, pose in promising[:MOST_TURNED]])
 
 
-def chances_of(around: Sequence[Around], pose: Pose) -> Chances:
-    """What speaks for a pose: of each pose around, by its likelihood and covariance."""
+def chances_of(around: Sequence[Around], pose: Pose) -> tuple[Chance, ...]:
+    """What speaks for a pose, of each pose around.
+
+    Other programs, too, take one pose for another that looks alike: were the target at the one, the given
+    pose might be at the other. Of two that explain as much the given one is believed three quarters at most.
+    """
     nats = np.array([one.nats for one in around]) / RIVAL_NATS
     shares = np.exp(nats - nats.max())
     shares /= shares.sum()
-    return tuple(
-        (float(share), one.believed * share_within(LIMITS, one.pose, one.covariance, pose))
-        for share, one in zip(shares, around, strict=True)
-    )
+    agreements = [agreement(LIMITS, one.pose, one.covariance, pose) for one in around]
+    chances = []
+    for share, one, own in zip(shares, around, agreements, strict=True):
+        alike = CONFUSED * sum(
+            other.likelihood
+            for rival, other in zip(around, agreements, strict=True)
+            if rival.pose.error_to(one.pose).rotation_deg > ALIKE_DEG
+        )
+        within = share_within(LIMITS, one.pose, one.covariance, pose)
+        told = own._replace(likelihood=own.likelihood + float(alike))
+        chances.append(Chance(float(share), one.believed, within, told))
+    return tuple(chances)
+
+
+def moved_by(problem: PoseProblem, pose: Pose) -> float:
+    """How far the images move a pose that is nearly there, in LIMITS; UNHELD where nothing holds it."""
+    spacing = spacing_for(problem.model, problem.camera, pose)
+    found = refine(problem, pose, (EXACT_REACH_PX,), spacing)
+    if found is None:
+        return UNHELD
+    error = found.pose.error_to(pose)
+    return max(error.rotation_deg / LIMITS[0], error.translation_fraction_of_range / LIMITS[1])
 
 
 def squared_difference(one: Pose, other: Pose, covariance: Floats) -> float:

@@ -11,10 +11,14 @@ from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_imag
 from tests.vision_server.tracking.films import GREYS
 from vision_server.image_set import ImageSet
 from vision_server.pose.covariance import share_within
+from vision_server.tracking.agreement import Agreement, agreement
 from vision_server.tracking.referee import (
+    LIMITS,
     LOST,
     OK,
     Around,
+    Chance,
+    Chances,
     chances_of,
     judged,
     probability,
@@ -53,15 +57,48 @@ def test_a_pose_of_what_is_not_there_is_lost(model: Model) -> None:
 KNOWN = Around(POSE, np.diag([1e-8] * 3 + [1e-10] * 3), 30.0, 1.0, 0.98)
 
 
-def test_of_two_poses_that_explain_as_much_each_is_believed_half() -> None:
+@pytest.mark.parametrize(("moved", "share"), [(0.0, 0.5), (1.0, 0.75)])
+def test_of_two_poses_that_explain_as_much_neither_is_ok(moved: float, share: float) -> None:
     turned = replace(KNOWN, pose=POSE.stepped([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))
-    alone = probability(chances_of([KNOWN], POSE))
+
+    def stated(around: list[Around], pose: Pose) -> float:
+        return probability(Chances(chances_of(around, pose), moved))
+
+    alone = stated([KNOWN], POSE)
     assert alone > OK
-    assert probability(chances_of([KNOWN, turned], POSE)) == pytest.approx(0.5 * alone, abs=0.02)
-    assert probability(chances_of([replace(KNOWN, nats=60.0), turned], POSE)) == pytest.approx(
-        alone, abs=0.01
-    )
-    assert probability(chances_of([KNOWN, replace(turned, nats=60.0)], POSE)) < LOST
+    assert stated([KNOWN, turned], POSE) == pytest.approx(share * alone, abs=0.03)
+    assert stated([replace(KNOWN, nats=60.0), turned], POSE) == pytest.approx(alone, abs=0.01)
+    assert stated([KNOWN, replace(turned, nats=60.0)], POSE) < LOST
+
+
+def test_agreement_is_that_of_targets_and_given_poses_drawn_one_by_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sizes = np.array([1.0, 3.0])  # smaller ones are seldom met by draws
+    monkeypatch.setattr("vision_server.tracking.agreement.SIZES", sizes)
+    spread = np.diag([np.radians(0.8) ** 2] * 3 + [0.003**2] * 3)
+    given = POSE.stepped(np.r_[0.0, np.radians(0.5), 0.0, 0.001, 0.0, 0.0])
+    rng = np.random.default_rng(2)
+    drawn = [POSE.stepped(step) for step in rng.multivariate_normal(np.zeros(6), spread, 3000)]
+    unit = np.repeat([np.radians(LIMITS[0]), LIMITS[1] * float(np.linalg.norm(POSE.translation))], 3)
+    density, right = np.zeros(len(drawn)), np.zeros(len(drawn))
+    for k, one in enumerate(drawn):
+        off = np.r_[given.step_from(one)[:3], given.translation - one.translation] / unit
+        variance = sizes**2 / 3.0
+        density[k] = np.mean(np.exp(-0.5 * off @ off / variance) / variance**3)
+        right[k] = density[k] * given.error_to(one).within(*LIMITS)
+    found = agreement(LIMITS, POSE, spread, given)
+    assert found.likelihood == pytest.approx(density.mean(), rel=0.1)
+    assert found.right / found.likelihood == pytest.approx(right.sum() / density.sum(), abs=0.06)
+
+
+def test_a_pose_from_elsewhere_that_agrees_is_believed_more_than_one_of_these_images() -> None:
+    """What images leave open, a pose that was refined on them has from them."""
+    vague = replace(KNOWN, covariance=np.diag([np.radians(0.6) ** 2] * 3 + [0.004**2] * 3))
+    chances = chances_of([vague], POSE.stepped([0.0, 0.002, 0.0, 0.0, 0.0, 0.0]))
+    elsewhere, derived = probability(Chances(chances, 2.0)), probability(Chances(chances, 0.0))
+    assert elsewhere > OK
+    assert derived < elsewhere - 0.2
 
 
 @pytest.mark.parametrize("degrees", [0.0, 0.7, 1.2])
@@ -74,7 +111,9 @@ def test_the_share_within_limits_is_that_of_poses_drawn_one_by_one(degrees: floa
     assert share_within((1.0, 0.01), POSE, spread, given) == pytest.approx(expected, abs=0.06)
 
 
-def test_probability_grows_with_what_is_believed() -> None:
-    stated = [probability(((1.0, believed),)) for believed in (0.0, 0.1, 0.3, 0.6, 0.9, 1.0)]
+@pytest.mark.parametrize("moved", [0.0, 1.0])
+def test_probability_grows_with_what_is_believed(moved: float) -> None:
+    chances = [Chance(1.0, believed, 1.0, Agreement(0.1, 0.1)) for believed in (0.0, 0.1, 0.3, 0.6, 0.9, 1.0)]
+    stated = [probability(Chances((one,), moved)) for one in chances]
     assert stated == sorted(stated)
     assert stated[0] < LOST < OK < stated[-1]
