@@ -42,8 +42,8 @@ proc(well_exposed(S),
 % Settings s under which the gradients of the image appraised last should be richer; those of now when they are rich.
 proc(richer(S), relit(device, settings, richest_gamma, S)).
 
-% The last image may not be as foreseen, and no more than two test images have been taken for that.
-proc(doubted, and([neg(doubt = none), length(tested, Asked), Asked =< 2])).
+% The last image may not be as foreseen, and no more than three test images have been taken for that.
+proc(doubted, and([neg(doubt = none), length(tested, Asked), Asked =< 3])).
 
 % ---------------------------------------------------------------- settings
 

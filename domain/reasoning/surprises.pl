@@ -7,7 +7,7 @@
           ]).
 :- use_module(device).
 :- use_module(library(apply), [maplist/2]).
-:- use_module(library(lists), [last/2, member/2, nth1/3, reverse/2, same_length/2]).
+:- use_module(library(lists), [append/3, last/2, member/2, nth1/3, reverse/2, same_length/2]).
 
 /** <module> Images that are not as foreseen
 
@@ -28,10 +28,14 @@ light_changed(lights_swapped(_, _)).
 %
 %   Settings whose image would tell whether Cause has happened, but for those that were Tested: the last image again
 %   without the suspected light, which is the same image if the light is dead; the first image again, in which nothing
-%   can differ but what has changed, and others before; suspected lights alone; no light at all.  Readings are newest first.
+%   can differ but what has changed, and others before; one before the doubt with suspected lights in each other's place,
+%   which is the same image if they are swapped; suspected lights alone; no light at all.  Readings are newest first.
 
 telling_settings(Device, Readings, Cause, Tested, Settings) :-
-    telling(Cause, Device, Readings, Settings),
+    (   Cause = lights_swapped(One, Other),
+        exchanged_before(Device, One, Other, Readings, Tested, Settings)
+    ;   telling(Cause, Device, Readings, Settings)
+    ),
     \+ memberchk(Settings, Tested),
     !.
 
@@ -75,6 +79,24 @@ put_out(1, [Level|Rest], [0|Rest]) :-
 put_out(N, [Level|Rest0], [Level|Rest]) :-
     N1 is N - 1,
     put_out(N1, Rest0, Rest).
+
+%   An image from before the doubt with the two in each other's place: the same image, if they are swapped.
+exchanged_before(Device, One, Other, Readings, Tested, settings(Levels, Shutter, Aperture)) :-
+    light_number(Device, One, N),
+    light_number(Device, Other, M),
+    same_length(Tested, Tests),
+    append([_|Tests], Before, Readings),
+    member(reading(settings(Lit, Shutter, Aperture), _), Before),
+    exchanged(N, M, Lit, Levels),
+    Levels \== Lit.
+
+%   The N-th and the M-th level in each other's place.
+exchanged(N, M, Lit, Levels) :-
+    nth1(N, Lit, One),
+    nth1(M, Lit, Other),
+    findall(Level,
+            ( nth1(K, Lit, Own), ( K =:= N -> Level = Other ; K =:= M -> Level = One ; Level = Own ) ),
+            Levels).
 
 light_number(Device, Light, N) :-
     device_lights(Device, Lights),

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.prediction.hidden import hidden_places, log_of_hidden
+from vision_server.prediction.hidden import foreseen, hidden_places, log_of_hidden, shown_again
 from vision_server.prediction.places import Places, Readings
 from vision_server.prediction.prior import Prior
 
@@ -32,7 +32,9 @@ NOISES = np.array([1.0, 1.5, 2.2, 3.3, 5.0, 7.5])  # by so much readings may sca
 DOUBT_NATS = 7.0  # log odds against nothing from which on a cause is doubted; is sure, and against others,
 SURE_NATS, CLEAR_NATS = 16.0, 12.0  # where an image was taken that tests it,
 SURE_AT_ONCE_NATS, CLEAR_AT_ONCE_NATS = 40.0, 20.0  # and where none was: the prior weighs more then
-LEAST_READINGS = 8  # from fewer nothing is said
+NEVER_UNTESTED = "sun_changed", "in_the_way"  # a dead light, or one image's new shadows, look so, too
+LEAST_READINGS = 8  # from fewer nothing is said, but that an image is clipped which was not to be:
+CLEARLY_DARK = 3.0  # standard deviations below that
 MOST_IMAGES = 6  # that are looked back on
 MOST_SINCE = 2  # something may have happened before so many of the last, where nothing is doubted yet
 MOST_PAIRS = 28  # of lights that may have been swapped: all of eight; of more only neighbours are asked for
@@ -53,7 +55,10 @@ class Cause(NamedTuple):
 
 
 def verdict(causes: Sequence[Cause]) -> tuple[Cause | None, Cause | None]:
-    """What has surely happened, and what is doubted where nothing is sure, of causes, likeliest first."""
+    """What has surely happened, and what is doubted where nothing is sure, of causes, likeliest first.
+
+    Doubted is the likeliest of those that no image has tested and that are not far behind.
+    """
     if not causes or causes[0].nats < DOUBT_NATS:
         return None, None
     best = causes[0]
@@ -62,8 +67,9 @@ def verdict(causes: Sequence[Cause]) -> tuple[Cause | None, Cause | None]:
     most = SURE_NATS if best.tested else SURE_AT_ONCE_NATS
     apart = CLEAR_NATS if best.tested and rival.tested else CLEAR_AT_ONCE_NATS
     sure = best.nats >= most and best.nats - rival.nats >= apart
-    sure &= best.tested or best.name != "in_the_way"  # one image's new shadows look so, too
-    return (best, None) if sure else (None, best)
+    sure &= best.tested or best.name not in NEVER_UNTESTED
+    near = (one for one in causes if one.nats > best.nats - CLEAR_AT_ONCE_NATS and not one.tested)
+    return (best, None) if sure else (None, next(near, best))
 
 
 def likely_causes(
@@ -80,17 +86,22 @@ def likely_causes(
     """
     last = slice(max(0, len(lights) - MOST_IMAGES), None)
     earlier, lights = last.start, lights[last]
-    readings = Readings(readings.value[last], readings.sd[last], readings.known[last])
-    if len(lights) < 2 or readings.known[-1].sum() < LEAST_READINGS:
+    readings = readings.last(len(lights))
+    if len(lights) < 2:
         return []
     priors = [Prior(places, sun) for sun in SUNS]
     sun = np.ones((len(lights), 1))
     usual = range(1 + lights.shape[1])
 
-    def evidence(inputs: Floats, source: Sequence[int] = usual, seen: Readings = readings) -> float:
+    all_seen = Seen(readings)
+
+    def evidence(inputs: Floats, source: Sequence[int] = usual, seen: Seen = all_seen) -> float:
         return _log_mean(np.concatenate([_logs(prior, seen, inputs, source) for prior in priors]))
 
     as_asked = np.hstack([sun, lights])
+    if readings.known[-1].sum() < LEAST_READINGS:
+        glare = all(_foreseen_dark(prior, readings, as_asked) for prior in priors)
+        return [Cause("sun_changed", (), earlier + len(lights) - 1, DOUBT_NATS)] if glare else []
     nothing = evidence(as_asked)
     found = []
     oldest = max(1, len(lights) - MOST_SINCE if doubted is None else doubted - earlier)
@@ -102,9 +113,9 @@ def likely_causes(
         nats = evidence(np.hstack([before, lights, 1.0 - before]), [*usual, 0]) - nothing
         found.append(Cause("sun_changed", (), earlier + since, nats, _again(lights, since)))
         hidden = hidden_places(priors, readings, as_asked, since)
-        if hidden.any():
-            rest = Readings(readings.value, readings.sd, readings.known & ~hidden)
-            nats = evidence(as_asked, seen=rest) + log_of_hidden(readings, hidden) - nothing
+        if hidden.any() and shown_again(readings, hidden, since):
+            rest = readings._replace(known=readings.known & ~hidden)
+            nats = evidence(as_asked, seen=Seen(rest)) + log_of_hidden(readings, hidden) - nothing
             found.append(Cause("in_the_way", (), earlier + since, nats, _again(lights, since)))
     if max(cause.nats for cause in found) >= DOUBT_NATS:
         for k, cause in enumerate(found):
@@ -146,8 +157,21 @@ def _happened(lights: Floats, since: int) -> Iterator[tuple[str, tuple[int, ...]
         if (after[:, one] != after[:, other]).any():
             changed = lights.copy()
             changed[since:, [one, other]] = after[:, [other, one]]
-            apart = lit[:, one] != lit[:, other]
-            yield "lights_swapped", (one, other), changed, bool(apart.any() and len(after) > 1)
+            apart = bool((lit[:, one] != lit[:, other]).any() and len(after) > 1)
+            as_before = (changed[since:, None] == lights[None, :since]).all(axis=2) & (changed != lights)[
+                since:
+            ].any(axis=1)[:, None]
+            yield "lights_swapped", (one, other), changed, apart or bool(as_before.any())
+
+
+def _foreseen_dark(prior: Prior, readings: Readings, inputs: Floats) -> bool:
+    """Whether the last image was to show most places that others do, none of them clipped."""
+    before = readings._replace(known=np.vstack([readings.known[:-1], np.zeros_like(readings.known[-1:])]))
+    if before.known.any(axis=0).sum() < LEAST_READINGS:
+        return False
+    mean, variance = foreseen(prior, before, inputs, len(inputs) - 1)
+    clear = mean + CLEARLY_DARK * np.sqrt(variance) < readings.most[-1]
+    return bool(clear[before.known.any(axis=0)].mean() > 0.5)
 
 
 def _log_mean(logs: Floats) -> float:
@@ -155,13 +179,24 @@ def _log_mean(logs: Floats) -> float:
     return float(logs.max() + np.log(np.exp(logs - logs.max()).mean()))
 
 
-def _logs(prior: Prior, readings: Readings, inputs: Floats, source: Sequence[int]) -> Floats:
+class Seen:
+    """The readings that are known, in units of their noise: ``white`` (n, n) makes that of all n alike."""
+
+    def __init__(self, readings: Readings) -> None:
+        self.use = np.flatnonzero(readings.known)
+        self.value = readings.value.ravel()[self.use]
+        lower = np.linalg.cholesky(readings.correlation(self.use))
+        self.white = np.linalg.inv(lower) / readings.sd.ravel()[self.use]
+        self.log_scale = float(np.log(np.diag(lower)).sum())
+
+
+def _logs(prior: Prior, seen: Seen, inputs: Floats, source: Sequence[int]) -> Floats:
     mean, covariance = prior.of_readings(inputs, source)
-    use = np.flatnonzero(readings.known)
-    mean, value, sd = mean.ravel()[use], readings.value.ravel()[use], readings.sd.ravel()[use]
+    use, white, value, mean = seen.use, seen.white, seen.value, mean.ravel()[seen.use]
     scale = np.exp(np.median(np.log(np.maximum(value, 1e-4)) - np.log(np.maximum(mean, 1e-4))))
-    variance, axes = np.linalg.eigh(covariance[np.ix_(use, use)] / np.outer(sd, sd))
+    variance, axes = np.linalg.eigh(white @ covariance[np.ix_(use, use)] @ white.T)
     squares = ((scale * SCALES) ** 2)[:, None, None]
     spread = NOISES[:, None] ** 2 + squares * np.maximum(variance, 0.0)
-    misfit = (value / sd) @ axes - np.sqrt(squares) * ((mean / sd) @ axes)
-    return np.asarray(-0.5 * (misfit**2 / spread + np.log(spread)).sum(axis=2).ravel())
+    misfit = (white @ value) @ axes - np.sqrt(squares) * ((white @ mean) @ axes)
+    logs = -0.5 * (misfit**2 / spread + np.log(spread)).sum(axis=2).ravel()
+    return np.asarray(logs - seen.log_scale)

@@ -8,7 +8,7 @@ from geometry.model import Model
 from tests.vision_server.prediction.lit_scenes import ASKED, POSITIONS, found, taken
 from tests.vision_server.synthetic import CAMERA, POSE
 from vision_server.prediction.causes import DOUBT_NATS, Cause, likely_causes, verdict
-from vision_server.prediction.places import MOST_PLACES, read
+from vision_server.prediction.places import MOST_PLACES, OTHER_LIGHTS, _reached, read
 from vision_server.prediction.response import LitImage
 
 
@@ -87,7 +87,9 @@ def test_a_cause_is_sure_only_where_others_are_far_behind_and_sooner_where_it_wa
     assert verdict(causes(50.0, 5.0, tested=False))[0] is not None
     assert verdict(causes(30.0, 5.0, tested=True))[0] is not None
     rival = [Cause("sun_changed", (), 3, 50.0, True), Cause("light_dead", (0,), 3, 38.0, False)]
-    assert verdict(rival) == (None, rival[0])
+    assert verdict(rival) == (None, rival[1])  # what no image has tested yet is doubted
+    untested = [Cause("sun_changed", (), 3, 80.0, False)]
+    assert verdict(untested) == (None, untested[0])
     assert verdict([rival[0], rival[1]._replace(tested=True)])[0] == rival[0]  # 12 apart
     for unsure in (
         causes(50.0, 45.0, tested=False),
@@ -99,3 +101,33 @@ def test_a_cause_is_sure_only_where_others_are_far_behind_and_sooner_where_it_wa
     assert verdict([]) == (None, None)
     same = [Cause("light_dead", (1,), since, nats, True) for since, nats in ((2, 30.0), (3, 29.0))]
     assert verdict(same)[0] == same[0]  # since when does not matter
+
+
+def test_an_image_that_is_clipped_and_was_to_be_dark_is_doubted(model: Model) -> None:
+    dark = [taken(model, asked, asked) for asked in ASKED]
+    clipped = taken(model, (1.0, 1.0), (40.0, 40.0), sun=40.0)
+    assert [cause.name for cause in found(model, [*dark, clipped])] == ["sun_changed"]
+    assert verdict(found(model, [*dark, clipped]))[0] is None
+    assert found(model, [clipped, clipped]) == []
+
+
+def test_errors_of_one_exposure_go_together_place_by_place(model: Model) -> None:
+    images = [taken(model, asked, asked) for asked in ((1.0, 1.0), (1.0, 1.0), (0.3, 1.0))]
+    images.append(LitImage(images[0].linear, 0.25, images[0].lights, 0.7))
+    _, readings = read(model, CAMERA, POSE, list(POSITIONS), images)
+    assert readings.alike[0].tolist() == [1.0, 1.0, OTHER_LIGHTS, 0.0]
+    use = np.flatnonzero(readings.known)
+    correlation = readings.correlation(use)
+    np.testing.assert_allclose(np.diag(correlation), 1.0)
+    assert np.linalg.eigvalsh(correlation).min() > 0.0
+    image, place = np.unravel_index(use, readings.known.shape)
+    other = correlation[np.ix_(image == 0, image == 1)]
+    same_place = place[image == 0][:, None] == place[image == 1][None]
+    assert (other[same_place] > 0.5).all()
+    assert (other[~same_place] == 0.0).all()
+
+
+def test_a_triangle_keeps_a_light_from_what_is_behind_it() -> None:
+    triangle = np.array([[[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [0.0, 1.0, 1.0]]])
+    points = np.array([[[0.0, 0.0, 2.0], [3.0, 0.0, 2.0], [0.0, 0.0, 0.5]]])
+    assert _reached(points, np.zeros(3), triangle).tolist() == [0.0, 1.0, 1.0]
