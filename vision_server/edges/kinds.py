@@ -38,7 +38,7 @@ from vision_server.edges.falling import Falling, learn_falling
 from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
 from vision_server.edges.likelihoods import FIXED, KINDS, OUTLINE, SHADOW, likelihoods
 from vision_server.edges.merging import merge_channels
-from vision_server.edges.sides import Sides, evenly_weighted, sides_of
+from vision_server.edges.sides import DARK_GREY, Sides, evenly_weighted, sides_of
 
 Floats = NDArray[np.float64] | NDArray[np.float32]
 
@@ -52,6 +52,9 @@ LEAST_LOG = -8.0  # of a likelihood, beside the edgel's largest: no single edgel
 COHERENCE, KNOWN_COHERENCE = 1.3, 2.5
 LEAST_SHARE = 0.03  # of a kind: one that is absent may come
 LEAST_CLEAR = 0.5  # share of a channel's edges that are not beside clipped pixels
+# Share of a channel's edges that are beside what is lit and so many standard deviations out of its noise: of
+# those of a black one, which are its noise, none is.
+LEAST_SURE, SURE_RATIO = 0.01, 6.0
 
 
 class EdgeKinds(NamedTuple):
@@ -128,10 +131,14 @@ def edge_kinds(channels: Sequence[ChannelStatistics], levels: NDArray[np.float64
 
 def tells(channel: ChannelStatistics) -> bool:
     """Whether a channel is neither black nor white, and most of its edges are not beside clipped pixels."""
-    clear = channel.light.clear
-    sampled = np.ascontiguousarray(channel.gradient.places[::SAMPLE_STEP])
-    seen = clear.ravel()[coarse_places(sampled, channel.shape[1], (len(clear), clear.shape[1]))]
-    return len(seen) > 0 and bool(seen.mean() >= LEAST_CLEAR)
+    clear, gradient = channel.light.clear, channel.gradient
+    sampled = np.ascontiguousarray(gradient.places[::SAMPLE_STEP])
+    if len(sampled) == 0:
+        return False
+    at = coarse_places(sampled, channel.shape[1], (len(clear), clear.shape[1]))
+    sure = gradient.magnitude[::SAMPLE_STEP] >= SURE_RATIO * channel.light.noise_at(at)
+    sure &= channel.light.brightest.ravel()[at] > DARK_GREY
+    return bool(clear.ravel()[at].mean() >= LEAST_CLEAR and sure.mean() >= LEAST_SURE)
 
 
 def kinds_of(

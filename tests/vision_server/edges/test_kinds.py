@@ -224,3 +224,13 @@ def test_an_image_of_more_bits_is_read_as_one_of_eight_where_it_is_the_same() ->
     for one, other in zip(sides_of(eight), sides_of(deep), strict=True):
         np.testing.assert_array_equal(one, other)
     assert background_grey(eight.channels) == background_grey(deep.channels)
+
+
+@pytest.mark.parametrize(("grey", "noise"), [(0.0, 0.0), (0.0, 1.0), (5.0, 2.0)])
+def test_a_black_image_among_good_ones_changes_nothing(grey: float, noise: float) -> None:
+    images = polygon_with_shadows(3)
+    good = [channel_statistics(image) for image in images]
+    black = np.random.default_rng(0).normal(grey, noise, images[0].shape)
+    found = edge_kinds([*good, channel_statistics(np.abs(black).round().astype(np.uint8))])
+    assert found.used == (0, 1, 2)
+    np.testing.assert_array_equal(found.probability, edge_kinds(good).probability)
