@@ -36,11 +36,11 @@ fun_fluent(least_merit).        % of any estimate of this pose
 fun_fluent(fruitless).          % images since the pose came nearer to being trusted
 fun_fluent(line_support(_)).    % how much of a model line the last estimate found, 0..1
 fun_fluent(outlook).            % adds(Bits, Settings, Line), best first: what was predicted last
-fun_fluent(richest_gamma).        % of the image appraised last: below 1 its gradients want more light
-fun_fluent(surprise).               % because(Image, Cause) when the last image was not as foreseen, or none
-fun_fluent(model_fault).            % wrong(Axis, Share): so much too long along an axis of its own; or none
-fun_fluent(doubt).                  % a cause for which the last image may not be as foreseen, or none
-fun_fluent(tested).                 % settings chosen since something was doubted, newest first
+fun_fluent(richest_gamma).      % of the image appraised last: below 1 its gradients want more light
+fun_fluent(surprise).           % because(Image, Cause) when the last image was not as foreseen, or none
+fun_fluent(model_fault).        % wrong(Axis, Share): so much too long along an axis of its own; or none
+fun_fluent(doubt).              % a cause for which the last image may not be as foreseen, or none
+fun_fluent(tested).             % settings chosen since something was doubted, newest first
 fun_fluent(parameter(_)).       % what the vision server was told
 fun_fluent(working(_)).         % is this light alive?
 fun_fluent(range).              % commanded range of the target in m, or unknown

@@ -227,7 +227,7 @@ def _plan(file: Path, given: _File, stacks: Sequence[Path], seeds: str | None) -
     kind = KINDS[given.kind]
     here = file.resolve().parent
     if given.scenarios and not given.targets:
-        raise BadInput("it has scenarios but no targets.", 'Add targets = ["cube"], or leave them away.')
+        raise BadInput("it has scenarios but no targets.", 'Add targets = ["cube"], or leave them out.')
     drawn_by = numbers("seeds", seeds if seeds is not None else given.seeds)
     settings = PlanSettings(
         given.kind, given.max_iterations, given.threshold, given.matcher, given.deadline_s

@@ -44,6 +44,7 @@ results, events as exogenous actions.  Pixels stay on the other side.
     opened_with/1,                      % Options
     own_move/0,                         % one for each move of ours that is not reported yet
     surprised/1,                        % exogenous action that is not reported yet
+    tolerance/1,                        % by what fraction settings may differ that the device takes for the same
     told_of_model/0,                    % the strategy knows that the model does not fit
     told_others/0.                      % it was said that other settings are applied than are asked for
 
@@ -67,6 +68,7 @@ close_acquisition :-
     retractall(opened_with(_)),
     retractall(own_move),
     retractall(surprised(_)),
+    retractall(tolerance(_)),
     retractall(told_of_model),
     retractall(told_others).
 
@@ -107,7 +109,7 @@ carry_out(connect, session(Device, Threshold, Limit)) :-
     option(controller_file(File), Options),
     check_against_device(File, Device),
     forall(option(instead(Words), Options), check_instead(Words, Device)),
-    listen(Result.describe),
+    heard_of(Result.describe),
     default_threshold(Default),
     option(threshold(Threshold), Options, Default),
     option(max_iterations(Limit), Options).
@@ -175,8 +177,12 @@ resumed(Situation) :-
     forall(unmet_surprise(Newest, Event), assertz(surprised(Event))),
     ( memberchk(surprise(_, model_wrong(_, _)), Newest) -> assertz(told_of_model) ; true ),
     ask(image_server, describe, _{}, Description),
-    listen(Description).                % only now: the events of moves that were done again have been met
+    heard_of(Description).              % only now: the events of moves that were done again have been met
 resumed(_).
+
+heard_of(Description) :-
+    assertz(tolerance(Description.setting_tolerance)),
+    listen(Description).
 
 %   A session that is resumed and of which the journal has nothing may have frames: they are taken again, under the
 %   same names.
@@ -230,9 +236,10 @@ told_of_others(Image, settings(Levels, Shutter, Aperture), Applied) :-
     show(Options, others_applied(Image, Applied)).
 told_of_others(_, _, _).
 
-%   Devices tell what they applied to a thousandth.
 close_to(Applied, Asked) :-
-    abs(Applied / Asked - 1) < 0.001.
+    tolerance(Tolerance),
+    !,
+    abs(Applied / Asked - 1) =< Tolerance.
 
                 /*******************************
                 *            EVENTS            *

@@ -211,11 +211,11 @@ check_of_use(Given) :-
     forall(( of_no_use(Given, Name, Why), \+ option(resume(_), Given) ),
            ( dashes(Name, Dashed), usage_error("--~w ~w", [Dashed, Why]) )).
 
-of_no_use(Given, Name, 'is of --approach: give that too, or leave it away') :-
+of_no_use(Given, Name, 'is of --approach: give that too, or leave it out') :-
     member(Name, [first_range, contact_range]),
     given(Name, Given),
     \+ option(approach(true), Given).
-of_no_use(Given, idle_s, 'is of --keep-servers: give that too, or leave it away') :-
+of_no_use(Given, idle_s, 'is of --keep-servers: give that too, or leave it out') :-
     given(idle_s, Given), \+ option(keep_servers(true), Given).
 of_no_use(Given, keep_servers, 'has no server to keep: --image-server and --vision-server name both') :-
     option(keep_servers(true), Given), given(image_server, Given), given(vision_server, Given).
@@ -224,8 +224,8 @@ of_no_use(Given, scenario, Why) :-
     member(Name, [stack, camera, image_server]),
     given(Name, Given),
     dashes(Name, Dashed),
-    format(atom(Why), "is of the simulator, and the images come from --~w: leave one of them away", [Dashed]).
-of_no_use(Given, seed_pose, 'says where to look, and --first-sight looks everywhere: leave one of them away') :-
+    format(atom(Why), "is of the simulator, and the images come from --~w: leave one of them out", [Dashed]).
+of_no_use(Given, seed_pose, 'says where to look, and --first-sight looks everywhere: leave one of them out') :-
     given(seed_pose, Given),
     option(first_sight(true), Given).
 of_no_use(Given, explain, 'says what --quiet leaves out: give one of them') :-
@@ -264,7 +264,7 @@ rule(Options, "--camera needs --target: cube, fixture, satellite or a model file
     option(camera(_), Options), \+ option(target(_), Options).
 rule(Options, "--approach needs the simulator (or an image server that can move the target), not --stack or --camera", []) :-
     option(approach(true), Options), ( option(stack(_), Options) ; option(camera(_), Options) ).
-rule(Options, "--stack has its own target: leave --target away, or name a model file", []) :-
+rule(Options, "--stack has its own target: leave --target out, or name a model file", []) :-
     option(stack(_), Options), option(target(Name), Options), \+ exists_file(Name).
 rule(Options, "--unit is of the model file of --target: name that file", []) :-
     option(unit(_), Options), \+ ( option(target(File), Options), exists_file(File) ).

@@ -94,7 +94,7 @@ resumed_options(Given, Folder, Options) :-
     (   Others = [Other|_]
     ->  functor(Other, Name, _),
         dashes(Name, Dashed),
-        usage_error("--resume goes on with the session as it was begun: leave --~w away", [Dashed])
+        usage_error("--resume goes on with the session as it was begun: leave --~w out", [Dashed])
     ;   true
     ),
     (   session_begun(Folder)
@@ -115,7 +115,7 @@ same_source(Here, Recorded0, Recorded) :-
     !,
     (   select(image_server(_), Recorded0, Recorded)
     ->  true
-    ;   usage_error("--resume: the images of this session are not from --image-server: leave it away", [])
+    ;   usage_error("--resume: the images of this session are not from --image-server: leave it out", [])
     ).
 same_source(_, Recorded, Recorded).
 
@@ -151,7 +151,7 @@ same_controller(Said, _, Recorded, Recorded) :-
     option(controller(Name), Recorded),
     (   member(controller(Other), Said),
         Other \== Name
-    ->  usage_error("--resume: the session was begun with the controller ~w: leave --controller away", [Name])
+    ->  usage_error("--resume: the session was begun with the controller ~w: leave --controller out", [Name])
     ;   is_absolute_file_name(Name)
     ->  usage_error("--resume: session.pl names the controller ~w without its SHA-256", [Name])
     ;   true

@@ -23,7 +23,8 @@ class Vision:
     endpoint : where `python -m vision_server serve --endpoint ...` listens.
     model : the target's model file.
     camera : a TOML file with [camera], or that table.
-    seed_pose : camera_T_target about where the target is: rotation_vector (rad) and translation (m).
+    seed_pose : camera_T_target about where the target is: rotation_vector (rad) and translation (m); None:
+        it is looked for everywhere.
     unit : of the model file.
     timeout_s : deadline of each request.
 
@@ -38,11 +39,12 @@ class Vision:
         endpoint: str,
         model: str | Path,
         camera: str | Path | Mapping[str, Any],
-        seed_pose: Mapping[str, Any],
+        seed_pose: Mapping[str, Any] | None = None,
         unit: str = "m",
         timeout_s: float = 20.0,
     ) -> None:
-        args: dict[str, Any] = {"model": str(model), "unit": unit, "seed_pose": dict(seed_pose)}
+        args: dict[str, Any] = {"model": str(model), "unit": unit}
+        args |= {"first_sight": True} if seed_pose is None else {"seed_pose": dict(seed_pose)}
         if isinstance(camera, Mapping):
             args["camera"] = dict(camera)
         else:

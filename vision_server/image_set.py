@@ -42,8 +42,7 @@ class ImageSet:
     """Images by name; any subset of them can be merged.
 
     A channel's statistics are computed when it is added. The merged sums follow the subsets that are asked
-    for,
-    so that asking for one image more costs one image.
+    for, so that asking for one image more costs one image.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ from vision_server.segments.extraction import extract_segments
 Floats = NDArray[np.float64]
 
 LOOKED_AT = 10  # hypotheses, at first sight
-LEAST_SCORE = 0.02  # of a pose that is returned: of less likely ones, one in hundred was right
+LEAST_BY_LINES = 0.02  # belief in a pose by its lines; of those that had less, one in a hundred was right
 
 
 @dataclass(frozen=True)
@@ -200,8 +200,8 @@ def pose_of_segments(
     problem = PoseProblem.at_scale(channels, model, camera, least, settings.tone_sd_px, settings.tolerance_m)
     searched: Callable[[Pose], bool] = nowhere
     beyond: Callable[[Pose], float] = anywhere
-    known = not isinstance(seed_pose, Anywhere) and not model.smooth.any()
-    symmetry = ASYMMETRIC if known else symmetry_of(model)
+    asked = isinstance(seed_pose, Anywhere) or model.smooth.any()  # nothing else may look quite the same
+    symmetry = symmetry_of(model) if asked else ASYMMETRIC
     likely: list[Likely] = []
     if isinstance(seed_pose, Anywhere):
         refined = of_most_evidence(problem, hypotheses, LOOKED_AT)
@@ -268,7 +268,7 @@ def _judged(
     spread = uncertainty(without_free_turn(covariance, best.pose, symmetry), best.pose.translation)
     unclear = ambiguity(first.support, [(support, prior) for _, support, prior in rivals])
     by_lines = confidence(best.support, unclear, spread)
-    if by_lines < LEAST_SCORE:
+    if by_lines < LEAST_BY_LINES:
         return Estimate()
     doubt = misfit(first) if by_lines >= WORTH_DOUBTING else None
     if doubt is not None and confidence(best.support, unclear, spread, doubt) >= WORTH_TURNING:

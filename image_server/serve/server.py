@@ -1,4 +1,4 @@
-"""The image server: a device behind the wire protocol (docs/architecture.md)."""
+"""The image server: a device behind the wire protocol (docs/protocol.md)."""
 
 import msgspec
 

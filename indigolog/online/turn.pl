@@ -106,26 +106,33 @@ more(X, T, Entries) :-
 
 % stepped(+Turn, +E, +S, +Setting, -Last, -Outcome): the step of Turn leads to E and S.
 stepped(T0, E, S, X, T, Outcome) :-
-    T0 = turn(_, S0, N0, Count, Silent0, Entries, Skip),
+    turn_situation(T0, S0),
+    turn_number(T0, N0),
     N is N0+1,
+    set_program_of_turn(E, T0, T1),
+    set_number_of_turn(N, T1, T2),
     (   same_situation(S0, S)
-    ->  Silent is Silent0+1,
+    ->  turn_silent(T0, Silent0),
+        Silent is Silent0+1,
         still_patient(Silent, E, S),
-        turn(turn(E, S, N, Count, Silent, Entries, Skip), X, T, Outcome)
-    ;   T1 = turn(E, S0, N, Count, 0, Entries, Skip),
+        set_situation_of_turn(S, T2, T3),
+        set_silent_of_turn(Silent, T3, T4),
+        turn(T4, X, T, Outcome)
+    ;   set_silent_of_turn(0, T2, T3),
         last_action(S, A),
-        setting_max(X, Max),
         (   A == wait
-        ->  wait_for_events(T1, X),
-            turn(T1, X, T, Outcome)
+        ->  wait_for_events(T3, X),
+            turn(T3, X, T, Outcome)
         ;   A == abort
-        ->  set_situation_of_turn(S, T1, T),
+        ->  set_situation_of_turn(S, T3, T),
             Outcome = aborted
-        ;   Count >= Max
+        ;   turn_count(T0, Count),
+            setting_max(X, Max),
+            Count >= Max
         ->  T = T0,
             Outcome = limit
-        ;   do_action(A, N0, S, X, T1, T2),
-            turn(T2, X, T, Outcome)
+        ;   do_action(A, N0, S, X, T3, T4),
+            turn(T4, X, T, Outcome)
         )
     ).
 
@@ -228,7 +235,9 @@ wait_for_events(T, X) :-
 % do_action(+A, +Number, +S, +Setting, +Turn, -Turn1): A, of the turn of that Number, leads
 % from the situation of Turn to S, and with what was sensed to that of Turn1.
 
-do_action(A, N, S, X, turn(E, S0, N1, Count0, Silent, Entries0, Skip), T) :-
+do_action(A, N, S, X, T0, T) :-
+    turn_situation(T0, S0),
+    turn_entries(T0, Entries0),
     (   Entries0 = [Entry|Entries]
     ->  replayed(Entry, Result)
     ;   Entries = [],
@@ -243,8 +252,12 @@ do_action(A, N, S, X, turn(E, S0, N1, Count0, Silent, Entries0, Skip), T) :-
         Fact = executed(N, A, Sensing),
         sensed(A, Sensing, S, S1)
     ),
+    turn_count(T0, Count0),
     Count is Count0+1,
-    happened(Fact, Done, X, turn(E, S1, N1, Count, Silent, Entries, Skip), T),
+    set_situation_of_turn(S1, T0, T1),
+    set_count_of_turn(Count, T1, T2),
+    set_entries_of_turn(Entries, T2, T3),
+    happened(Fact, Done, X, T3, T),
     resumed_if_last(Entries0, X, T).
 
 sensed(A, Sensing, S, S1) :-

@@ -213,7 +213,7 @@ def test_a_controller_that_came_with_the_folder_runs_only_when_the_user_says_so(
     assert "not the file any more" in refused(out, "--controller", strategy)
     assert not mark.exists()
     strategy.write_text(source)
-    assert "leave --seed away" in refused(out, "--seed", "4")
+    assert "leave --seed out" in refused(out, "--seed", "4")
     inside = out / "mine.pl"
     inside.write_text(source)
     rewritten(out / "session.pl", f"'{strategy}'", f"'{inside}'")
@@ -309,4 +309,4 @@ def test_what_cannot_be_resumed_is_said(tmp_path: Path) -> None:
     assert "holds no session" in nothing.stderr
     other = served("--resume", tmp_path, "--target", "cube")
     assert other.returncode == 2
-    assert "leave --target away" in other.stderr
+    assert "leave --target out" in other.stderr

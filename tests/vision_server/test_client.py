@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from bridge.errors import ServerError
+from bridge.mocks import MockVisionServer
 from bridge.serve import Server
 from geometry.model import TARGETS, load_model
 from geometry.pose import Pose
@@ -72,3 +73,10 @@ def test_a_wrong_pose_is_not_ok_and_a_frame_of_another_size_is_refused(endpoint:
         with pytest.raises(ServerError, match="Frame 0 has 8x6 px"):
             vision.track(np.zeros((6, 8), np.uint8))
         assert vision.track(frame)["state"] == "sure"
+
+
+def test_without_a_seed_pose_the_target_is_looked_for_everywhere() -> None:
+    with MockVisionServer() as mock, Vision(mock.endpoint, TARGETS / "cube.cao", CAMERA.to_dict()):
+        (args,) = mock.requests_of("start")
+    assert args["first_sight"] is True
+    assert args["seed_pose"] is None

@@ -45,9 +45,8 @@ def file_tone(paths: Sequence[Path], gamma: float | None) -> tuple[list[float], 
     Returns
     -------
     One exponent a file; the standard deviation that refinement assumes of the shift of an edge, px. sRGB is
-    only
-    nominal (renderers and cameras bend the curve further), so that a file that was decoded as sRGB leaves
-    room.
+    only nominal (renderers and cameras bend the curve further), so that a file that was decoded as sRGB
+    leaves room.
     """
     if gamma is not None:
         return [gamma] * len(paths), KNOWN_TONE_SD_PX

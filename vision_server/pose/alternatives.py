@@ -1,4 +1,4 @@
-"""All poses that explain the images, with the chance of each: rivals, and turns that change nothing seen."""
+"""Which poses an estimate tells, and the chance of each: rivals that were found, and exact symmetries."""
 
 from __future__ import annotations
 

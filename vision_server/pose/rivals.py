@@ -1,4 +1,4 @@
-"""The other poses that explain the images: those that were found, and turns onto near symmetries."""
+"""Which other poses are searched for and weighed: those that were found, and turns onto near symmetries."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The vision server: the pose task of a session behind the wire protocol (docs/architecture.md)."""
+"""The vision server: the pose task of a session behind the wire protocol (docs/protocol.md)."""
 
 from __future__ import annotations
 

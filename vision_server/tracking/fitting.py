@@ -38,9 +38,7 @@ KNOWN_TO, SHARP_TO = 0.1, 1e-4  # of a radius that was told, of the shorter line
 EVEN_PX, POWER = 0.09, 6.0  # lines that are off so much are as likely of rounded edges as of sharp ones
 UNSEEN = 0.2  # numbers that OFF_PX counts as in what lines say of that
 SHORTER = 25.0  # percent of the lines
-LEARNT = (
-    0.02  # share of a frame's lines and radius in what is known after it: its errors are those of the next
-)
+LEARNT = 0.02  # share of a frame's lines and radius in what is known then: its errors are the next one's
 MOST_SEEN = 12.0  # lines that what was learnt counts as
 OFF_PX, SEEN_AS = 0.2, 4.0  # of lines of a target not seen yet, and how many lines that is worth
 LEAST_FREE = 0.2  # of a residual, that the fit does not take up

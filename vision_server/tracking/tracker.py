@@ -13,6 +13,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import SEARCH_ROTATION_DEG, Pose, search_translation_px
 from vision_server.channels.depth import Pixels
+from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.image_set import ImageSet
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
@@ -93,7 +94,7 @@ class Tracker:
         camera: Camera,
         seed_pose: Pose | Anywhere,
         gamma: float = 1.0,
-        tone_sd_px: float = 0.01,
+        tone_sd_px: float = KNOWN_TONE_SD_PX,
         seed: int = 0,
         edge_radius_m: float | None = None,
     ) -> None:

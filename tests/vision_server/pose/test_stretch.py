@@ -9,7 +9,7 @@ from geometry.model import Model
 from geometry.pose import RIGHT
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server import pipeline
-from vision_server.pipeline import LEAST_SCORE, Estimate, estimate_pose
+from vision_server.pipeline import LEAST_BY_LINES, Estimate, estimate_pose
 from vision_server.pose.stretch import stretched
 from vision_server.pose.trust import WORTH_DOUBTING, Misfit, confidence
 
@@ -98,7 +98,7 @@ def test_a_pose_is_told_however_much_better_another_model_fits(
 ) -> None:
     monkeypatch.setattr(pipeline, "misfit", lambda _: Misfit(0.0, 9.0))
     found = estimated(model, model)
-    assert found.score < LEAST_SCORE
+    assert found.score < LEAST_BY_LINES
     assert found.pose is not None
     assert found.pose.error_to(POSE).within(0.2, 0.002)
 
