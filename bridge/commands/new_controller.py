@@ -28,12 +28,13 @@ def run(options: Namespace) -> None:
     """Make the files and say what can be done with them."""
     folder = make_controller(options.name)
     made = folder.name
-    session = "swipl main.pl" if Path("main.pl").exists() else "lights-and-camera"
+    checkout = Path("main.pl").exists()
+    session, python = ("swipl main.pl", ".venv/bin/python") if checkout else ("lights-and-camera", "python")
     told = {
         f"{made}.pl": f"the strategy:  {session} --controller {made}/{made}.pl",
         f"{made}.plt": f"in a simulated world:  swipl -g run_tests -t halt {made}/{made}.plt",
-        f"test_{made}.py": f"against mock servers:  python -m pytest {made}",
-        "plan.toml": f"beside others:  python -m experiments run {made}/plan.toml --out {made}/results",
+        f"test_{made}.py": f"against mock servers:  {python} -m pytest {made}",
+        "plan.toml": f"beside others:  {python} -m experiments run {made}/plan.toml --out {made}/results",
     }
     for file, what in told.items():
         print(f"{made}/{file:<{len(made) + 8}}  {what}")

@@ -29,11 +29,12 @@ worst_merit(100.0).
 
 %!  default_threshold(-MeritPx) is det.
 %
-%   Where a pose is trusted unless the user says otherwise.
+%   Where a pose is trusted unless the user says otherwise: at a score of 0.933, see weight(doubt, _).
 
 default_threshold(1.0).
 
-%   What doubt counts, and what is worth an image: docs/trust.md says how they were checked.
+%   What doubt counts, and what is worth an image; chosen by hand.  The weight fixes the score at which a pose is trusted,
+%   1 - 1/15 by the default threshold of 1 px.  docs/trust.md says what 10 (0.9) and 20 (0.95) would be worth.
 weight(doubt, 15).                      % a percent counts as 0.15 px
 improvement(0.98).                      % of the merit: two percent less
 scatter(1.25).                          % of the merit from one image to the next that adds nothing

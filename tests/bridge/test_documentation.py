@@ -23,10 +23,12 @@ def text(root: Path) -> str:
 
 def test_every_operation_and_field_is_described(text: str) -> None:
     for operations in (IMAGE_OPERATIONS, VISION_OPERATIONS):
-        for op, (args, _) in operations.items():
+        for op, (args, result) in operations.items():
             assert f"| `{op}` |" in text
             for field in getattr(args, "__struct_fields__", ()):
                 assert f"`{field}`" in text
+            for field in getattr(result, "__struct_fields__", ()):
+                assert f"`{field}`" in text or f'"{field}"' in text, f"{op} tells {field}"
 
 
 def test_every_error_code_is_described(text: str, root: Path) -> None:

@@ -38,7 +38,7 @@ def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
     parser.description = (
         f"{parser.description} Exit status: 0 found in some frame, 3 in none, 2 bad input, 4 a camera or "
-        "server that failed."
+        f"server that failed, {EXIT_INTERRUPTED} stopped by Ctrl-C."
     )
     parser.add_argument(
         "frames", metavar="FRAME", nargs="+",
@@ -171,4 +171,4 @@ def _show(told: Tracked, name: str, as_json: bool) -> None:
     if told.pose is not None:
         x, y, z = told.pose.translation
         place = f"  {x:+.4f} {y:+.4f} {z:+.4f} m"
-    print(f"{told.frame:6d}  {told.state:<6}{place}  {1e3 * told.seconds:.1f} ms", flush=True)
+    print(f"{told.frame:6d}  {told.state:<6}{place}  {1e3 * told.seconds:.1f} ms processor time", flush=True)
