@@ -1,4 +1,4 @@
-"""Parts drawn at random: prisms, plates with blocks on them, wheels that are symmetric but for a block."""
+"""Parts drawn at random: prisms, plates with blocks, nearly symmetric wheels; buses, tees, towers."""
 
 from __future__ import annotations
 
@@ -53,19 +53,74 @@ def write_wheel(file: Path, rng: np.random.Generator) -> None:
     _write(file, [(outline, -thick, 0.0), (block, 0.0, radius * rng.uniform(0.1, 0.4))])
 
 
+def write_bus(file: Path, rng: np.random.Generator) -> None:
+    """A satellite's bus: a prism of four to eight sides, a panel on either side, and a box on it."""
+    wide = rng.uniform(*WIDTH_M)
+    radius, high = 0.22 * wide, wide * rng.uniform(0.2, 0.5)
+    solids: list[Solid] = [(radius * _ring(int(rng.integers(4, 9)), np.pi / 4), -high, 0.0)]
+    thick, across = 0.015 * wide, wide * rng.uniform(0.2, 0.4)
+    for side in (-1.0, 1.0):
+        long = wide * rng.uniform(0.25, 0.45)
+        middle = np.array([side * (1.1 * radius + 0.5 * long), 0.0])
+        panel = middle + _ring(4, np.pi / 4) * np.array([long, across]) / np.sqrt(2.0)
+        at = -high * rng.uniform(0.3, 0.7)
+        solids.append((panel, at - thick, at + thick))
+    box = radius * (rng.uniform(-0.3, 0.3, 2) + rng.uniform(0.3, 0.5, 2) * _ring(4, np.pi / 4))
+    solids.append((box, 0.0, wide * rng.uniform(0.05, 0.25)))
+    _write(file, solids)
+
+
+def write_tee(file: Path, rng: np.random.Generator) -> None:
+    """A thick T, its stem beside the middle of its bar, with a block on the stem."""
+    wide = rng.uniform(*WIDTH_M)
+    stem, bar, thick = wide * rng.uniform(0.2, 0.4, 3)
+    long, left = wide * rng.uniform(0.6, 1.1), rng.uniform(0.1, 0.5) * (wide - stem)
+    right = left + stem
+    outline = np.array([
+        (0.0, 0.0), (wide, 0.0), (wide, bar), (right, bar),
+        (right, long), (left, long), (left, bar), (0.0, bar),
+    ])  # fmt: skip
+    block = np.array([left + 0.5 * stem, 0.5 * (bar + long)])
+    block = block + 0.4 * stem * rng.uniform(0.5, 1.0, 2) * _ring(4, np.pi / 4)
+    middle = np.array([0.5 * wide, 0.4 * long])
+    _write(file, [(outline - middle, -thick, 0.0), (block - middle, 0.0, wide * rng.uniform(0.05, 0.2))])
+
+
+def write_tower(file: Path, rng: np.random.Generator) -> None:
+    """Two or three prisms on each other, each narrower, turned and moved against the one below."""
+    wide = rng.uniform(*WIDTH_M)
+    radius, floor, middle = 0.5 * wide, 0.0, np.zeros(2)
+    solids: list[Solid] = []
+    for _ in range(int(rng.integers(2, 4))):
+        high = wide * rng.uniform(0.1, 0.4)
+        ring = middle + radius * _ring(int(rng.integers(3, 9)), rng.uniform(0.0, np.pi))
+        solids.append((ring, floor, floor + high))
+        floor += high
+        middle = middle + 0.15 * radius * rng.uniform(-1.0, 1.0, 2)
+        radius *= rng.uniform(0.35, 0.55)
+    middle_z = 0.5 * floor
+    _write(file, [(ring, low - middle_z, top - middle_z) for ring, low, top in solids])
+
+
 PARTS: dict[str, Callable[[Path, np.random.Generator], None]] = {
     "part": write_prism,
     "plate": write_plate,
     "wheel": write_wheel,
 }  # names that are another part for each number
+OTHER_PARTS: dict[str, Callable[[Path, np.random.Generator], None]] = {
+    "bus": write_bus,
+    "tee": write_tee,
+    "tower": write_tower,
+}  # the same, of shapes that nothing was fitted to
 
 
 def part_file(name: str, folder: Path, rng: np.random.Generator) -> Path:
     """The file of a target: a part that is drawn into a folder, or one of the project's."""
-    if name not in PARTS:
+    write = PARTS.get(name) or OTHER_PARTS.get(name)
+    if write is None:
         return find_target(name)
     file = folder / f"{name}.cao"
-    PARTS[name](file, rng)
+    write(file, rng)
     return file
 
 

@@ -2,14 +2,14 @@
 
     .venv/bin/python -m benchmarks.ray_traced_stacks SCENES MODEL... --hard
     .venv/bin/python -m benchmarks.trust_fit collect SCENES/* --simulated 140 --out ROWS.jsonl
-    .venv/bin/python -m benchmarks.trust_fit fit ROWS.jsonl [--plot FILE.png] [--anew] [--today]
+    .venv/bin/python -m benchmarks.trust_fit fit ROWS.jsonl [--plot FILE.png] [--by-lines] [--today]
 
 `collect` draws image sets of each stack and each scene of the simulator, of any settings or of those that
 expose the scene, and estimates the pose with its model, with the model stretched along one axis, and with one
 that is sheared, mirrored, upside down or another; a scene that is in the file already is left out. `fit`
 prints the constants, how many poses they would trust, each fold of scenes judged by a fit to the others, and
 how often poses of each stratum are right; with `--today`, by the constants in use. Fitted are those of the
-last step; tracking believes poses by the others, so that they are only fitted `--anew` when that is meant.
+last step; with `--by-lines` those of poses that have not taken it, as tracking's have not.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from benchmarks.trust_rows import Row
 from vision_server.pose import trust
 from vision_server.pose.trust import (
     CLEAR_GAIN,
+    LEAST_SCATTER,
     LEAST_UNCERTAINTY,
     LIMIT,
     MOST_CONFIRMED,
@@ -53,14 +54,15 @@ TRUSTED = 0.933  # a merit of 1 px, the default threshold
 CHI_SQUARED_99 = 16.81  # of six degrees of freedom
 TODAY = np.array([
     trust.BIAS, trust.PER_LOG2_CONFIRMED, trust.PER_LOG2_MISSING, trust.PER_LOG_UNCERTAINTY,
-    trust.PER_ROOT_GAIN, trust.PER_GAIN, trust.PER_LOG2_SIGNIFICANCE, trust.AS_A_RULE, trust.PER_AGREEING,
+    trust.PER_ROOT_GAIN, trust.PER_GAIN, trust.PER_LOG2_SIGNIFICANCE,
+    trust.SETTLED_BIAS, trust.PER_AGREEING, trust.PER_LOG_SCATTER, trust.PER_LOG2_STRETCH,
 ])  # fmt: skip
 STRATA = ("mild", "dark", "blurred", "hidden", "few lines", "symmetric")
 NAMES = (
     "bias", "confirmed", "missing", "uncertainty", "root gain", "gain", "significance",
-    "as a rule", "agreeing",
+    "settled bias", "agreeing", "scatter", "stretch",
 )  # fmt: skip
-OF_LAST_STEP, ANEW = (7, 8), (0, 1, 2, 3, 4, 5, 6, 8)  # what is fitted
+BY_LINES, OF_LAST_STEP, OF_BOTH = slice(0, 7), slice(7, 11), (1, 4, 5)
 
 app = typer.Typer(help=__doc__, add_completion=False)
 
@@ -90,9 +92,9 @@ def collect(
 
 
 def inputs(rows: Sequence[Row]) -> Floats:
-    """What NAMES are of, for each row, as `confidence` takes them, (N, 9)."""
+    """What NAMES are of, for each row, as `confidence` takes them, (N, 11)."""
     table = {key: np.array([float(row[key]) for row in rows]) for key in (
-        "confirmed", "missing", "uncertainty", "gain", "significance", "agreeing")}  # fmt: skip
+        "confirmed", "missing", "uncertainty", "gain", "significance", "agreeing", "scatter")}  # fmt: skip
     return np.stack([
         np.ones(len(rows)),
         np.log2(1.0 + np.minimum(table["confirmed"], MOST_CONFIRMED)),
@@ -103,47 +105,50 @@ def inputs(rows: Sequence[Row]) -> Floats:
         np.log2(1.0 + table["significance"] / USUAL),
         np.ones(len(rows)),
         np.log((table["agreeing"] + ROOM) / (1.0 + ROOM - table["agreeing"])),
+        np.log(table["scatter"] + LEAST_SCATTER),
+        np.log2(1.0 + table["significance"] / USUAL),
     ], axis=1)  # fmt: skip
 
 
-def chance(coefficients: Floats, rows: Sequence[Row], x: Floats) -> Floats:
-    """Probability that rows are right, by coefficients (9,) of their `inputs` (N, 9)."""
+def chance(coefficients: Floats, rows: Sequence[Row], x: Floats, settled: bool = True) -> Floats:
+    """Probability that rows are right, by coefficients (11,) of their `inputs` (N, 11).
+
+    Without ``settled`` as of poses that have not taken the last step.
+    """
     spread = np.array([row["uncertainty"] for row in rows])
     unclear = np.array([max(row["ambiguity"], row["otherwise"]) for row in rows])
     within = erf(LIMIT / (math.sqrt(2.0) * TAILS * np.maximum(spread, 1e-9)))
     within = within * np.where([row["surely_wrong"] for row in rows], trust.RIGHT_OF_WRONG_MODEL, 1.0)
-    last = list(OF_LAST_STEP)
-    agreeing = x[:, last] @ coefficients[last]
-    shared = np.array([row["ambiguity"] >= trust.SHARED for row in rows])
-    agreeing = np.where(shared, np.minimum(agreeing, 0.0), agreeing)
-    by_lines = np.delete(x, last, axis=1) @ np.delete(coefficients, last)
-    believed = within * expit(by_lines + agreeing) / (1.0 + unclear)
-    return np.asarray(np.clip(believed, 1e-9, 1.0 - 1e-9))
+    logit = x[:, BY_LINES] @ coefficients[BY_LINES]
+    if settled:
+        both = list(OF_BOTH)
+        last = x[:, OF_LAST_STEP] @ coefficients[OF_LAST_STEP] + x[:, both] @ coefficients[both]
+        shared = np.array([row["ambiguity"] >= trust.SHARED for row in rows])
+        logit = np.where(shared, np.minimum(last, logit), last)
+    return np.asarray(np.clip(within * expit(logit) / (1.0 + unclear), 1e-9, 1.0 - 1e-9))
 
 
-def fitted(
-    rows: Sequence[Row], free: Sequence[int] = OF_LAST_STEP
-) -> tuple[Callable[[Sequence[Row]], Floats], Floats]:
-    """The probability that rows are right, by a fit to some, and its coefficients (9,).
+def fitted(rows: Sequence[Row], settled: bool = True) -> tuple[Callable[[Sequence[Row]], Floats], Floats]:
+    """The probability that rows are right, by a fit to some, and its coefficients (11,).
 
-    Those that are not ``free`` are the ones in use.
+    Fitted are those of the last step, or those by lines; the others are the ones in use.
     """
     x, right = inputs(rows), np.array([row["right"] for row in rows])
     weight = np.array([1.0 if row["model"] == "true" else WRONG_MODELS for row in rows])
-    some = list(free)
+    free = OF_LAST_STEP if settled else BY_LINES
 
     def all_of(own: Floats) -> Floats:
         out = TODAY.copy()
-        out[some] = own
+        out[free] = own
         return out
 
     def loss(own: Floats) -> float:
-        p = chance(all_of(own), rows, x)
+        p = chance(all_of(own), rows, x, settled)
         likely = weight @ np.where(right, np.log(p), np.log(1.0 - p))
         return float(RIDGE * own[1:] @ own[1:] - likely)
 
-    found = all_of(minimize(loss, np.zeros(len(some)), method="BFGS").x)
-    return (lambda of: chance(found, of, inputs(of))), found
+    found = all_of(minimize(loss, np.zeros(len(TODAY[free])), method="BFGS").x)
+    return (lambda of: chance(found, of, inputs(of), settled)), found
 
 
 @app.command()
@@ -151,7 +156,7 @@ def fit(
     files: list[Path],
     plot: Annotated[Path | None, typer.Option()] = None,
     today: Annotated[bool, typer.Option(help="Judge the constants that are in use; fit nothing.")] = False,
-    anew: Annotated[bool, typer.Option(help="Fit all constants, not only those of the last step.")] = False,
+    by_lines: Annotated[bool, typer.Option(help="As of poses without the last step.")] = False,
 ) -> None:
     """Fit the constants, and say how well the probability is calibrated."""
     every = [json.loads(line) for file in files for line in file.read_text().splitlines()]
@@ -161,12 +166,11 @@ def fit(
     # a pose that is right in spite of its model is neither to be believed nor to be doubted
     rows = [row for row in rows if row["right"] or row["model"] == "true" or not row["within"]]
     if today:
-        p = chance(TODAY, rows, inputs(rows))
+        p = chance(TODAY, rows, inputs(rows), not by_lines)
     else:
-        free = ANEW if anew else OF_LAST_STEP
-        constants = dict(zip(NAMES, np.round(fitted(rows, free)[1], 2).tolist(), strict=True))
+        constants = dict(zip(NAMES, np.round(fitted(rows, not by_lines)[1], 2).tolist(), strict=True))
         print(json.dumps({"name": "trust constants", "estimates": len(rows), **constants}))
-        p = _held_out(rows, free)
+        p = _held_out(rows, not by_lines)
     right = np.array([row["right"] for row in rows])
     true = np.array([row["model"] == "true" for row in rows])
     for least in (0.8, 0.9, TRUSTED, 0.95, 0.98):
@@ -191,7 +195,7 @@ def fit(
         _drawn(calibration(p, right, weight), plot)
 
 
-def _held_out(rows: Sequence[Row], free: Sequence[int]) -> Floats:
+def _held_out(rows: Sequence[Row], settled: bool) -> Floats:
     """Probability of each row by a fit to the other folds of scenes."""
     fold = np.array([crc32(row["scene"].encode()) % FOLDS for row in rows])
     p = np.zeros(len(rows))
@@ -199,7 +203,7 @@ def _held_out(rows: Sequence[Row], free: Sequence[int]) -> Floats:
         others = [row for row, own in zip(rows, fold, strict=True) if own != number]
         held_out = np.flatnonzero(fold == number)
         if len(held_out):
-            p[held_out] = fitted(others, free)[0]([rows[int(k)] for k in held_out])
+            p[held_out] = fitted(others, settled)[0]([rows[int(k)] for k in held_out])
     return p
 
 

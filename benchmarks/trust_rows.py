@@ -157,16 +157,17 @@ def strata_of(name: str, shots: Sequence[Photograph], model: Model) -> list[str]
 
 def row_of(studio: Studio, found: Estimate) -> Row:
     """What the fit needs of one estimate."""
-    if found.pose is None or found.support is None:
+    if found.pose is None or found.support is None or found.agreement is None:
         return {"pose": False}
-    error, doubt = found.pose.error_to(studio.true), found.misfit
+    error, doubt, settled = found.pose.error_to(studio.true), found.misfit, found.agreement
     return {
         "pose": True, "rotation_deg": error.rotation_deg, "translation": error.translation_fraction_of_range,
         "within": error.within(1.0, 0.01), "confirmed": found.support.confirmed,
         "missing": found.support.missing, "uncertainty": found.uncertainty, "ambiguity": found.ambiguity,
         "otherwise": doubt.otherwise if doubt else 0.0,
         "gain": doubt.gain if doubt else 0.0, "significance": doubt.significance if doubt else 0.0,
-        "surely_wrong": bool(doubt and doubt.excess), "agreeing": found.agreeing, "score": found.score,
+        "surely_wrong": bool(doubt and doubt.excess), "score": found.score,
+        "agreeing": settled.share, "scatter": settled.scatter,
         "normalised": normalised_error_squared(found.pose, found.covariance, studio.true),
     }  # fmt: skip
 

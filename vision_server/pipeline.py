@@ -39,6 +39,7 @@ from vision_server.pose.support import LineSupport, PoseSupport
 from vision_server.pose.trust import (
     WORTH_DOUBTING,
     WORTH_TURNING,
+    Agreement,
     Misfit,
     ambiguity,
     confidence,
@@ -127,7 +128,7 @@ class Estimate:
     seconds: dict[str, float] = field(default_factory=dict)
     support: PoseSupport | None = None
     misfit: Misfit | None = None
-    agreeing: float | None = None
+    agreement: Agreement | None = None
 
 
 class _Stopwatch:
@@ -264,14 +265,18 @@ def _judged(
     match: Matcher,
 ) -> Estimate:
     """What there is to say about a pose that was ``first`` before its last step, as rivals still are."""
-    best, covariance, agreeing = last
+    best, covariance, agreement = last
     spread = uncertainty(without_free_turn(covariance, best.pose, symmetry), best.pose.translation)
     unclear = ambiguity(first.support, [(support, prior) for _, support, prior in rivals])
     by_lines = confidence(best.support, unclear, spread)
     if by_lines < LEAST_BY_LINES:
         return Estimate()
-    doubt = misfit(first) if by_lines >= WORTH_DOUBTING else None
-    if doubt is not None and confidence(best.support, unclear, spread, doubt) >= WORTH_TURNING:
+
+    def believed(doubt: Misfit | None) -> float:
+        return confidence(best.support, unclear, spread, doubt, agreement)
+
+    doubt = misfit(first) if max(by_lines, believed(None)) >= WORTH_DOUBTING else None
+    if doubt is not None and believed(doubt) >= WORTH_TURNING:
         doubt = replace(doubt, otherwise=the_other_way(first, match))
         unclear = min(1.0, max(unclear, doubt.otherwise))
     return Estimate(
@@ -280,14 +285,14 @@ def _judged(
         rms_px=best.support.rms_px,
         uncertainty=spread,
         supported_fraction=best.support.supported_fraction,
-        score=confidence(best.support, unclear, spread, doubt, agreeing),
+        score=believed(doubt),
         ambiguity=unclear,
         lines=best.support.lines,
         rivals=tuple(Rival(pose, odds(first.support, support, prior)) for pose, support, prior in rivals),
         free=() if symmetry.free_axis is None else (symmetry.free_axis,),
         support=best.support,
         misfit=doubt,
-        agreeing=agreeing,
+        agreement=agreement,
     )
 
 

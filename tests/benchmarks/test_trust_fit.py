@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.photographs import Studio
-from benchmarks.trust_fit import ANEW, NAMES, TODAY, app, chance, fitted, inputs
+from benchmarks.trust_fit import NAMES, TODAY, app, chance, fitted, inputs
 from benchmarks.trust_rows import row_of
 from geometry.model import Model
 from image_server.simulator import Simulator
@@ -25,6 +25,7 @@ def rows(count: int) -> list[dict[str, object]]:
     return [
         {"scene": f"s{k % 20}", "model": "true", "empty": False, "pose": True, "within": bool(right[k]),
          "right": bool(right[k]), "confirmed": 30.0, "missing": 0.1, "agreeing": float(agreeing[k]),
+         "scatter": 0.3,
          "uncertainty": 0.001, "ambiguity": 0.0, "otherwise": 0.0, "surely_wrong": False, "gain": 0.0,
          "significance": float(rng.uniform(0.0, 4.0)), "strata": ["mild"], "normalised": 6.0, "score": 0.5}
         for k in range(count)
@@ -32,9 +33,9 @@ def rows(count: int) -> list[dict[str, object]]:
 
 
 def test_what_agrees_counts_and_noise_does_not() -> None:
-    of, constants = fitted(rows(400), ANEW)
+    of, constants = fitted(rows(400))
     assert constants[8] > 1.0
-    assert abs(constants[6]) < 0.5
+    assert abs(constants[10]) < 0.5
     chance = of([{**rows(1)[0], "agreeing": 0.95}, {**rows(1)[0], "agreeing": 0.3}])
     assert chance[0] > 0.85
     assert chance[1] < 0.15
@@ -63,7 +64,7 @@ def test_the_command_prints_constants_and_calibration(tmp_path: Path) -> None:
     assert told[0]["estimates"] == 400
     used = dict(zip(NAMES, TODAY, strict=True))
     changed = {name for name in NAMES if told[0][name] != pytest.approx(used[name])}
-    assert changed == {"as a rule", "agreeing"}  # tracking believes poses by the others
+    assert changed == set(NAMES[7:])  # tracking believes poses by the others
     strata = {one["name"]: one for one in told if "calibration error" in one}
     assert list(strata) == ["stratum all", "stratum true models", "stratum mild", "of all models, mild"]
     assert strata["stratum mild"]["calibration error"] < 0.1

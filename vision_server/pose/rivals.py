@@ -15,6 +15,7 @@ from vision_server.pose.support import PoseSupport, support_at
 SAME = (2.0, 0.01)  # degrees, share of the range: two refined poses that are one
 TURNED_NATS = 10.0  # of evidence, that a target is turned as its seed pose says
 BEYOND = 0.5  # of the search range's margin: turned so far beyond the range, a pose is as unlikely
+NEARLY_NATS = 5.0  # of evidence that a turn may explain less, and still be a rival
 ALIKE = 0.8  # share of the quality of two poses that explain the images alike
 
 
@@ -74,18 +75,18 @@ def rivals_of(
 
 
 def turned(best: Refined, searched: Callable[[Pose], bool]) -> list[tuple[Pose, PoseSupport]]:
-    """Turns of a target that is nearly symmetric which explain the images as well as ``best``, or better.
+    """Turns of a nearly symmetric target which explain the images nearly as well as ``best``, or better.
 
     Those outside the search range: `best_first` has looked at the others. A seed pose that is turned wrongly
-    leads to a pose that fits most lines; the others tell. Where no image shows these, the seed pose is
-    believed.
+    leads to a pose that fits most lines; the others tell. Where no image shows these, turns explain as much
+    but for what chance does, and the seed pose is believed by TURNED_NATS.
     """
     found = []
     for turn in near_symmetries(best.problem.model):
         pose, support = best.pose.compose(turn), None
         if searched(pose):
             continue
-        for coarser, slack in ((COARSER, ROUGHLY_NATS), (1.0, 0.0)):
+        for coarser, slack in ((COARSER, ROUGHLY_NATS + NEARLY_NATS), (1.0, NEARLY_NATS)):
             support = support_at(best.problem, pose, coarser * best.spacing_px)
             if support is None or support.evidence <= best.support.evidence - slack:
                 break

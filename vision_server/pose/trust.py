@@ -17,10 +17,12 @@ PER_LOG2_MISSING, SOME = -1.25, 0.1  # of 1 + the share of the visible length in
 PER_LOG_UNCERTAINTY = -1.07  # of the uncertainty over LIMIT
 PER_ROOT_GAIN, PER_GAIN, CLEAR_GAIN = -2.26, -1.22, 0.3  # of a stretched model, and of what is clear of it
 PER_LOG2_SIGNIFICANCE, USUAL = -1.04, 4.0  # of 1 + the squared stretch over what true models hardly exceed
-# Of the log odds of the share of the visible length on lines that agree with the last step, see `settling`:
-# fitted to 1402 such estimates with what is above as it is, -2.8 and 1.79; the first then raised by hand, as
-# right poses behind an arm or blurred are believed too little.
-AS_A_RULE, PER_AGREEING, ROOM = -2.2, 1.79, 0.05
+# Of a pose that has taken the last step, in place of the above: fitted by benchmarks.trust_fit to ROWS.
+# Missing lines do not agree, and the uncertainty is in how far off the pose may be: neither counts twice.
+SETTLED_BIAS = -6.53
+PER_AGREEING, ROOM = 1.13, 0.05  # of the log odds of the share of the visible length on lines that agree
+PER_LOG_SCATTER, LEAST_SCATTER = -1.01, 0.02  # of how far lines are off, squared, over what was foreseen
+PER_LOG2_STRETCH = -2.8  # of 1 + the squared stretch over USUAL
 # Ambiguity from which on lines that agree say nothing for a pose: its rival shares them. By hand.
 SHARED = 0.01
 LIMIT = 0.01  # 1 % of the range, 1 degree
@@ -77,6 +79,13 @@ class Misfit:
         return Excess(axis, share) if abs(share) >= LEAST_STRETCH else None
 
 
+class Agreement(NamedTuple):
+    """How well the lines of a pose agree on it, see `settling.Settled`: share of the length, and scatter."""
+
+    share: float
+    scatter: float
+
+
 def quality(support: PoseSupport) -> float:
     """Normalised score times supported fraction over RMS; edges of saturated pixels count half."""
     discount = 1.0 - 0.5 * support.clipped_fraction
@@ -89,14 +98,14 @@ def confidence(
     ambiguity: float,
     uncertainty: float,
     doubt: Misfit | None = None,
-    agreeing: float | None = None,
+    agreement: Agreement | None = None,
 ) -> float:
     """Probability, 0..1, that the pose is within 1 degree and 1 % of the range.
 
     That it is the right one, see `belief`, times that it is off by no more than it may be.
     """
     within = math.erf(LIMIT / (math.sqrt(2.0) * TAILS * max(uncertainty, 1e-9)))
-    return within * belief(support, ambiguity, uncertainty, doubt, agreeing)
+    return within * belief(support, ambiguity, uncertainty, doubt, agreement)
 
 
 def belief(
@@ -104,7 +113,7 @@ def belief(
     ambiguity: float,
     uncertainty: float,
     doubt: Misfit | None = None,
-    agreeing: float | None = None,
+    agreement: Agreement | None = None,
 ) -> float:
     """Probability, 0..1, that the pose is the right one, however exact.
 
@@ -115,26 +124,46 @@ def belief(
     ----------
     doubt
         What speaks against the model; None where the pose is not worth that look.
-    agreeing
-        Share of the visible length on lines that agree with the last step; None where it was not taken.
+    agreement
+        Of its lines; None where the last step was not taken.
     """
+    logit = _by_lines(support, uncertainty, doubt)
+    if agreement is not None:
+        settled = _settled(support, doubt, agreement)
+        logit = settled if ambiguity < SHARED else min(settled, logit)
+    if doubt is not None:
+        ambiguity = max(ambiguity, doubt.otherwise)
+    right = 1.0 if doubt is None or doubt.excess is None else RIGHT_OF_WRONG_MODEL
+    return right / (1.0 + math.exp(-logit)) / (1.0 + ambiguity)
+
+
+def _by_lines(support: PoseSupport, uncertainty: float, doubt: Misfit | None) -> float:
+    """Log odds that the lines are where they seem."""
     logit = (
         BIAS
         + PER_LOG2_CONFIRMED * math.log2(1.0 + min(support.confirmed, MOST_CONFIRMED))
         + PER_LOG2_MISSING * math.log2(1.0 + support.missing / SOME)
         + PER_LOG_UNCERTAINTY * math.log(max(uncertainty, LEAST_UNCERTAINTY) / LIMIT)
     )
-    if agreeing is not None:
-        told = AS_A_RULE + PER_AGREEING * math.log((agreeing + ROOM) / (1.0 + ROOM - agreeing))
-        logit += told if ambiguity < SHARED else min(told, 0.0)
-    if doubt is not None:
-        logit += PER_ROOT_GAIN * math.sqrt(max(0.0, doubt.gain)) + PER_GAIN * max(
-            0.0, doubt.gain - CLEAR_GAIN
-        )
-        logit += PER_LOG2_SIGNIFICANCE * math.log2(1.0 + doubt.significance / USUAL)
-        ambiguity = max(ambiguity, doubt.otherwise)
-    right = 1.0 if doubt is None or doubt.excess is None else RIGHT_OF_WRONG_MODEL
-    return right / (1.0 + math.exp(-logit)) / (1.0 + ambiguity)
+    return logit + (0.0 if doubt is None else _of_other_models(doubt, PER_LOG2_SIGNIFICANCE))
+
+
+def _settled(support: PoseSupport, doubt: Misfit | None, agreement: Agreement) -> float:
+    """The same, of a pose that has taken the last step."""
+    share = agreement.share
+    logit = (
+        SETTLED_BIAS
+        + PER_LOG2_CONFIRMED * math.log2(1.0 + min(support.confirmed, MOST_CONFIRMED))
+        + PER_AGREEING * math.log((share + ROOM) / (1.0 + ROOM - share))
+        + PER_LOG_SCATTER * math.log(agreement.scatter + LEAST_SCATTER)
+    )
+    return logit + (0.0 if doubt is None else _of_other_models(doubt, PER_LOG2_STRETCH))
+
+
+def _of_other_models(doubt: Misfit, per_log2_significance: float) -> float:
+    """What another model's doing better speaks against a pose, as log odds."""
+    gain = PER_ROOT_GAIN * math.sqrt(max(0.0, doubt.gain)) + PER_GAIN * max(0.0, doubt.gain - CLEAR_GAIN)
+    return gain + per_log2_significance * math.log2(1.0 + doubt.significance / USUAL)
 
 
 def odds(own: PoseSupport, rival: PoseSupport, prior_nats: float = 0.0, most: float = 1.0) -> float:

@@ -108,8 +108,8 @@ def test_the_lines_of_another_part_do_not_agree(model: Model) -> None:
     for scales in ((0.0, 0.0, 0.0), (0.12, 0.0, 0.0), (0.0, 0.0, -0.12)):
         last = settled(found(stretched(model, np.array(scales)), model, 2))
         assert last is not None
-        assert last.agreeing is not None
-        shares.append(last.agreeing)
+        assert last.agreement is not None
+        shares.append(last.agreement.share)
     assert shares[0] > 0.9
     assert max(shares[1:]) < 0.9, shares
     assert min(shares[1:]) < 0.5, shares
