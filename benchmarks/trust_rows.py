@@ -41,23 +41,16 @@ OTHERS = ("cube", "fixture", "satellite", *PARTS)
 SIZE = (0.8, 1.2)  # of another model, over the target's
 WRONG = ("mirrored", "sheared", "turned", "other")  # models besides a stretched one
 TARGETS = (
-    "part",
+    "part", "bus", "wheel", "plate", "tee", "cube", "tower", "fixture", "bus", "wheel", "satellite", "tee",
     "plate",
-    "wheel",
-    "part",
-    "plate",
-    "cube",
-    "wheel",
-    "fixture",
-    "plate",
-    "part",
-    "satellite",
-)
-# Of the simulator; a second name is the scenario that light and camera are of.
-SCENARIOS = (
-    "nominal", "textured+blur", "textured", "blur", "eclipse", "textured+focus", "grazing", "earth-limb+blur",
-    "harsh", "foil", "textured+far", "far",
 )  # fmt: skip
+# Of the simulator; a second name is the scenario that light and camera are of, or an arm before the target.
+SCENARIOS = (
+    "nominal", "textured+blur", "textured+arm", "eclipse+blur", "eclipse", "textured+focus", "grazing+arm",
+    "textured", "earth-limb+blur", "harsh+arm", "harsh", "foil", "eclipse+blur+arm", "textured+far", "far",
+    "textured+blur+arm", "back-lit",
+)  # fmt: skip
+ARM = (0.1, 0.25)  # width, of the target's diameter
 BLURRED = ("blur", "focus")
 
 
@@ -116,10 +109,14 @@ def model_named(name: str, rng: np.random.Generator) -> Model:
 def simulated(number: int, seed: int) -> tuple[str, Studio, bool]:
     """A scene of the simulator, as `stack_scene`; with its number, scenarios and targets go round."""
     scenario_name, target = SCENARIOS[number % len(SCENARIOS)], TARGETS[number % len(TARGETS)]
-    first, _, second = scenario_name.partition("+")
+    first, *others = scenario_name.split("+")
     scenario = load_scenario(first)
-    if second:
-        light = load_scenario(second)
+    if "arm" in others:
+        wide = float(np.random.default_rng([seed, number]).uniform(*ARM))
+        behind = msgspec.structs.replace(scenario.background, arm=wide)
+        scenario = msgspec.structs.replace(scenario, background=behind)
+    for other in (one for one in others if one != "arm"):
+        light = load_scenario(other)
         scenario = msgspec.structs.replace(
             scenario, camera=light.camera, light_power=light.light_power, pose=light.pose
         )
@@ -137,7 +134,7 @@ def strata_of(name: str, shots: Sequence[Photograph], model: Model) -> list[str]
     """What is hard about a set of images: dark, blurred, hidden, few lines, nearly symmetric; or mild."""
     if name.startswith("simulated"):
         scenario, part = name.split()[1:3]
-        blurred, hidden = any(one in scenario for one in BLURRED), False
+        blurred, hidden = any(one in scenario for one in BLURRED), "arm" in scenario
         of_light = scenario in ("nominal", "textured", "earth-limb")
         part = part.rpartition("-")[0]
     else:

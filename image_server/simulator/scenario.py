@@ -103,13 +103,15 @@ class ScenarioEarth(Table, frozen=True):
 class Background(Table, frozen=True):
     """`[background]`: open space, a wall behind the target, or that wall with boxes around the target.
 
-    `star_brightness` draws stars as bright as they are (1: none shows in an exposure that suits a sunlit
-    target), or so many times brighter.
+    `arm` is the width of a bar before the target, right across it or ending there, over the target's
+    diameter; 0 for none. `star_brightness` draws stars as bright as they are (1: none shows in an exposure
+    that suits a sunlit target), or so many times brighter.
     """
 
     kind: Literal["space", "wall", "clutter"] = "space"
     distance_m: NotNegative = 0.25
     boxes: Annotated[int, Meta(ge=0, le=20)] = 4
+    arm: Fraction = 0.0
     tilt_deg: Annotated[float, Meta(ge=0, le=60)] = 12.0
     material: MaterialChanges = MaterialChanges()
     star_brightness: NotNegative = 0.0

@@ -27,6 +27,8 @@ BOX_MATERIAL = Material(
 )
 BOX_FACES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
 BOX_SIZE = (0.12, 0.3)  # of the target's diameter
+# Of an arm: how near the camera, of the target's range; how far aside, how long, of its diameter; how steep.
+ARM_NEARER, ARM_ASIDE, ARM_LENGTH, ARM_LEAN = (0.55, 0.8), 0.2, 6.0, 0.3
 TARGET = 0  # number of its part
 WALL_MARGIN = 3.0  # the wall reaches this many frame widths, so that it also fills a tilted view
 
@@ -99,13 +101,21 @@ def target_part(model: Model, appearance: Appearance, changes: MaterialChanges, 
 def background_parts(
     background: Background, camera: Camera, target: Pose, diameter_m: float, rng: np.random.Generator
 ) -> list[Part]:
-    """Wall and boxes behind and beside the target; none in space.
+    """An arm before the target; wall and boxes behind and beside it, where it is not in space.
 
     The wall stands `distance_m` behind the target's bounding sphere, whatever its range. The generator is
     used in the same way at every range, so that the same things are there.
     """
-    if background.kind == "space":
-        return []
+    parts = [] if background.kind == "space" else _behind(background, camera, target, diameter_m, rng)
+    if background.arm > 0.0:
+        parts.append(_arm(background.arm * diameter_m, target, diameter_m, rng))
+    return parts
+
+
+def _behind(
+    background: Background, camera: Camera, target: Pose, diameter_m: float, rng: np.random.Generator
+) -> list[Part]:
+    """Wall and boxes."""
     depth = float(target.translation[2]) + diameter_m / 2 + background.distance_m
     tilt = np.radians(rng.uniform(-background.tilt_deg, background.tilt_deg, 2))
     half = WALL_MARGIN * depth * max(camera.width / camera.fx, camera.height / camera.fy) / 2
@@ -114,7 +124,7 @@ def background_parts(
     quad = (np.array([0, 1, 2, 3]),)
     parts = [
         _part(wall, quad, np.array([[0, 1, 2], [0, 2, 3]]), np.zeros(2, np.int64),
-              [background.material.applied_to(WALL_MATERIAL)], turned)
+              [background.material.applied_to(WALL_MATERIAL)], turned),
     ]  # fmt: skip
     if background.kind == "clutter":
         for number in range(background.boxes):
@@ -132,11 +142,32 @@ def _box(
     back = rng.uniform(0.1, 0.6) * (diameter_m / 2 + behind_m)
     place = target.translation + np.array([away * math.cos(around), away * math.sin(around), back])
     turn = matrix_of(rng.normal(size=3))
+    return _block(size, Pose.from_matrix(turn, place))
+
+
+def _arm(width_m: float, target: Pose, diameter_m: float, rng: np.random.Generator) -> Part:
+    """A bar between camera and target, across it or ending there, as wide as it seems at the target."""
+    nearer, angle = rng.uniform(*ARM_NEARER), rng.uniform(0.0, math.pi)
+    middle = target.translation + diameter_m * np.r_[rng.uniform(-ARM_ASIDE, ARM_ASIDE, 2), 0.0]
+    along = np.array([math.cos(angle), math.sin(angle), rng.uniform(-ARM_LEAN, ARM_LEAN)])
+    along /= np.linalg.norm(along)
+    across = np.cross(along, [0.0, 0.0, 1.0])
+    across /= np.linalg.norm(across)
+    length = ARM_LENGTH * diameter_m
+    ends_there = rng.random() < 0.5
+    centre = nearer * middle + (0.5 * length * rng.uniform(0.9, 1.0) if ends_there else 0.0) * along
+    turn = np.stack([along, across, np.cross(along, across)], axis=1)
+    size = np.array([length, nearer * width_m, nearer * width_m])
+    return _block(size, Pose.from_matrix(turn, centre))
+
+
+def _block(size: Floats, pose: Pose) -> Part:
+    """A box of these sides (3,), metres."""
     corners = np.array([[x, y, z] for z in (-0.5, 0.5) for y in (-0.5, 0.5) for x in (-0.5, 0.5)]) * size
     faces = tuple(np.array(face) for face in BOX_FACES)
     triangles = np.array([t for a, b, c, d in BOX_FACES for t in ((a, b, c), (a, c, d))])
     owner = np.repeat(np.arange(6), 2)
-    return _part(corners, faces, triangles, owner, [BOX_MATERIAL] * 6, Pose.from_matrix(turn, place))
+    return _part(corners, faces, triangles, owner, [BOX_MATERIAL] * 6, pose)
 
 
 def _part(

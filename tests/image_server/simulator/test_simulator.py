@@ -261,3 +261,18 @@ def test_unknown_names_list_the_known_ones() -> None:
         load_scenario("dusk")
     with pytest.raises(BadInput, match=r"unknown target 'pyramid'.*cube"):
         Simulator("pyramid")
+
+
+def test_an_arm_hides_part_of_the_target_and_of_nothing_else() -> None:
+    """Without one, nothing is drawn otherwise than before."""
+    plain = load_scenario("textured")
+    behind = msgspec.structs.replace(plain.background, arm=0.2)
+    settings = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
+    images = [
+        Simulator("cube", msgspec.structs.replace(plain, background=one), 3)
+        .capture(settings)
+        .pixels.astype(float)
+        for one in (plain.background, behind)
+    ]
+    changed = np.abs(images[1] - images[0]) > 20.0
+    assert 0.02 < changed.mean() < 0.5

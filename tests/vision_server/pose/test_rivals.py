@@ -15,7 +15,7 @@ from vision_server.matching.draws import MARGIN, MARGIN_DEG, turned_beyond
 from vision_server.matching.match import SearchRange
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import Refined, best_first, nowhere
-from vision_server.pose.rivals import TURNED_NATS, anywhere, likeliest_first, nats_against, rivals_of
+from vision_server.pose.rivals import BEYOND_NATS, anywhere, likeliest_first, nats_against, rivals_of
 
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 
@@ -42,7 +42,7 @@ def test_nothing_speaks_against_a_pose_within_the_range() -> None:
     assert beyond(turned_by(POSE, 25.0 + margin)) == pytest.approx(1.0)
     angles = (0.0, 12.5, 24.9, 25.0 + 0.25 * margin, 25.0 + 0.5 * margin, 90.0)
     against = [nats_against(beyond(turned_by(POSE, angle))) for angle in angles]
-    assert against == pytest.approx([0.0, 0.0, 0.0, 0.5 * TURNED_NATS, TURNED_NATS, TURNED_NATS])
+    assert against == pytest.approx([0.0, 0.0, 0.0, 0.5 * BEYOND_NATS, BEYOND_NATS, BEYOND_NATS])
 
 
 def test_of_two_poses_that_explain_the_images_alike_the_one_within_the_range_comes_first(
@@ -56,7 +56,7 @@ def test_of_two_poses_that_explain_the_images_alike_the_one_within_the_range_com
     less = replace(near, support=replace(near.support, supports=seen))
     assert likeliest_first([far, less], beyond) == [far, less]
     against = nats_against(beyond(far.pose))
-    assert 2.0 < against < TURNED_NATS
+    assert 2.0 < against < BEYOND_NATS
     assert [one[2] for one in rivals_of([near, far], ASYMMETRIC, nowhere, beyond)] == [against]
     assert [one[2] for one in rivals_of([far, near], ASYMMETRIC, nowhere, beyond)] == [-against]
     assert [one[2] for one in rivals_of([near, far], ASYMMETRIC, nowhere, anywhere)] == [0.0]

@@ -16,7 +16,7 @@ from vision_server.pose.courses import FLAT_SHARE, SPREAD_PX, UNKNOWNS, Courses,
 from vision_server.pose.observation import PoseProblem, observe
 from vision_server.pose.ranking import Refined, best_first
 from vision_server.pose.sampling import spacing_for
-from vision_server.pose.settling import agreed, settled
+from vision_server.pose.settling import DEGREES, LEAST_FACTOR, agreed, as_seen, scatter_of, settled
 from vision_server.pose.stretch import stretched
 from vision_server.pose.weights import base_weights
 
@@ -147,3 +147,17 @@ def test_nothing_to_hold_on_to_settles_nothing(model: Model) -> None:
     best = found(model, model, 0)
     dark = replace(best.problem, channels=channels_of(np.zeros((240, 320), dtype=np.uint8)))
     assert settled(replace(best, problem=dark)) is None
+
+
+def test_lines_that_scatter_more_or_are_softer_make_a_pose_less_certain() -> None:
+    courses, _ = drawn_courses(12, 0)
+    soft = courses._replace(spread=10.0 * courses.spread)
+    assert as_seen(1.0, soft) > as_seen(1.0, courses) > as_seen(0.5, courses)
+    assert as_seen(0.0, courses) == LEAST_FACTOR
+
+
+@pytest.mark.parametrize("factor", [0.25, 1.0, 4.0])
+def test_the_scatter_of_lines_is_what_it_was(factor: float) -> None:
+    random = np.random.default_rng(0)
+    squares = factor * random.chisquare(2, 4000) / (random.chisquare(DEGREES, 4000) / DEGREES)
+    assert scatter_of(squares, np.ones(4000)) == pytest.approx(factor, rel=0.1)

@@ -75,7 +75,7 @@ def test_lines_that_are_seen_but_beside_their_place_are_doubted() -> None:
     believed = [confidence(good, 0.0, 0.001, None, Agreement(share, 0.3)) for share in shares]
     assert believed == sorted(believed)
     assert believed[0] < 0.3
-    assert believed[-1] > confidence(good, 0.0, 0.001)
+    assert believed[-1] > 0.95
 
 
 def test_lines_that_are_farther_off_than_was_foreseen_are_doubted() -> None:
