@@ -77,7 +77,8 @@ class VisionCaptureResult(Message, frozen=True):
     """Result of `capture` and `add`: what the frame was taken under, and what is in it.
 
     ``surprise`` is what has happened before, where the frame is not as `predict` foresaw it; ``doubt`` is
-    what may have happened, where nothing is sure.
+    what may have happened, where nothing is sure. ``repeats`` is an earlier image of the set that is the very
+    same picture.
     """
 
     image: ImageId
@@ -89,6 +90,7 @@ class VisionCaptureResult(Message, frozen=True):
     doubt: CauseTold | None = None
     events: tuple[EventTold, ...] = ()
     moved: MovedTold | None = None
+    repeats: ImageId | None = None
 
 
 class EstimateArgs(Message, frozen=True):

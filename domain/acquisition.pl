@@ -24,7 +24,10 @@ fun_fluent(iteration).          % images taken so far
 fun_fluent(taken).              % images taken of this pose
 fun_fluent(candidate).          % the image neither kept nor discarded yet, or none
 fun_fluent(statistics).         % of the last image, in the target's region
-fun_fluent(readings).           % reading(Settings, Statistics) of every image of this scene
+fun_fluent(applied).            % what the last image was taken under, which may be other than what was chosen
+fun_fluent(repeats).            % the earlier image of this scene whose very picture the last image is, or none
+fun_fluent(readings).           % reading(Applied, Statistics) of every image of this scene
+fun_fluent(tried).              % settings that were chosen for images of this scene, newest first
 fun_fluent(image_set).          % kept(Image, State), newest first
 fun_fluent(discarded).          % names of discarded images
 fun_fluent(unfavourable).       % states that gave nothing
@@ -56,7 +59,10 @@ initially(iteration, 0).
 initially(taken, 0).
 initially(candidate, none).
 initially(statistics, unknown).
+initially(applied, unknown).
+initially(repeats, none).
 initially(readings, []).
+initially(tried, []).
 initially(image_set, []).
 initially(discarded, []).
 initially(unfavourable, []).
@@ -123,8 +129,11 @@ senses(connect, session(_, Px, _), threshold, Px, true).
 senses(connect, session(_, _, N), max_iterations, N, true).
 senses(connect, session(_, _, N), allowed, N, true).
 senses(capture(_, _), Seen, statistics, Statistics, statistics_seen(Seen, Statistics)).
+senses(capture(_, S), Seen, applied, Applied, settings_seen(Seen, S, Applied)).
+senses(capture(_, _), Seen, repeats, Image, repetition_seen(Seen, Image)).
 senses(capture(_, S), Seen, readings, Readings,
-       and(statistics_seen(Seen, Statistics), Readings = [reading(S, Statistics)|readings])).
+       and([ settings_seen(Seen, S, Applied), statistics_seen(Seen, Statistics),
+             Readings = [reading(Applied, Statistics)|readings] ])).
 senses(estimate(_), no_pose, fix, none, true).
 senses(estimate(_), fix(P, C, Q, L), fix, fix(P, C, Q, L), true).
 senses(estimate(_), fix(_, _, _, Lines), line_support(L), Support,
@@ -144,6 +153,7 @@ causes_val(capture(_, _), iteration, N, N is iteration + 1).
 causes_val(capture(_, _), taken, N, N is taken + 1).
 causes_val(capture(I, _), candidate, I, true).
 causes_val(capture(_, _), doubt, none, true).
+causes_val(capture(_, S), tried, Settings, Settings = [S|tried]).
 
 causes_val(estimate(Images), measured, Images, true).
 
@@ -157,7 +167,10 @@ causes_val(surprise(Image, Cause), surprise, because(Image, Cause), true).
 causes_val(surprise(_, model_wrong(Axis, Share)), model_fault, wrong(Axis, Share), true).
 causes_val(doubt(_, Cause), doubt, Cause, true).
 % Light goes together with settings in another way: of what was learnt of that, the last image is true.
+causes_val(surprise(_, light_dead(Light)), readings, [reading(Unlit, Statistics)],
+           and(readings = [reading(Lit, Statistics)|_], unlit(device, Light, Lit, Unlit))).
 causes_val(surprise(_, Cause), readings, [Last], and(light_changed(Cause), readings = [Last|_])).
+causes_val(surprise(_, Cause), tried, [], light_changed(Cause)).
 causes_val(surprise(_, Cause), unfavourable, [], light_changed(Cause)).
 causes_val(surprise(_, light_dead(Light)), working(Light), false, true).
 causes_val(surprise(_, light_dead(Light)), device, Device, without_light(device, Light, Device)).
@@ -177,16 +190,18 @@ causes_val(set_parameter(Name, Value), parameter(Name), Value, true).
 
 % A step is step(Iteration, Image, Settings, State, Decision, Reason, SetSize, Fix, RangeM).
 proc(step(Image, Decision, Reason, Joins, Steps),
-     and([ qualitative_state(device, settings, State),
+     and([ qualitative_state(device, applied, State),
            length(image_set, Before),
            Size is Before + Joins,
-           Steps = [step(iteration, Image, settings, State, Decision, Reason, Size, fix, range)|steps] ])).
+           Steps = [step(iteration, Image, applied, State, Decision, Reason, Size, fix, range)|steps] ])).
 
 % Another scene: the images taken so far do not go with those to come.
 new_scene(sun_changed).
 new_scene(Event) :- new_pose(Event).
 causes_val(Event, image_set, [], true) :- new_scene(Event).
+causes_val(Event, repeats, none, true) :- new_scene(Event).
 causes_val(Event, readings, [], true) :- new_scene(Event).
+causes_val(Event, tried, [], true) :- new_scene(Event).
 causes_val(Event, unfavourable, [], true) :- new_scene(Event).
 
 % Another pose, or a fresh look at it: nothing is known of it yet.

@@ -9,8 +9,12 @@ proc(converged, and(neg(best = none), merit =< threshold)).
 % No more images may be taken.
 proc(exhausted, or(taken >= max_iterations, iteration >= allowed)).
 
-% More images would hardly help: five of them show no likely pose, or the last five brought it no nearer to being trusted.
-proc(spent, or(and(taken >= 5, neg(likely)), fruitless >= 5)).
+% More images would hardly help: five of them show no likely pose, the last five brought it no nearer to being trusted,
+% or the last is the very picture of an earlier one, as a camera that is stuck gives, and recorded frames that all were shown.
+proc(spent, or([and(taken >= 5, neg(likely)), fruitless >= 5, repeated])).
+
+% The candidate is an earlier image's very picture, which tells nothing more.
+proc(repeated, neg(repeats = none)).
 
 % Nothing more is to be done, or nothing more may be.
 proc(finished, or(converged, exhausted)).
@@ -23,10 +27,12 @@ proc(improved, improves(fix, merit)).
 
 % The candidate is worth keeping.  While the kept images show no pose, each of them
 % may hold what the others lack: only where there is a pose must one improve it.
-proc(worth_keeping, or(best = none, improved)).
+proc(worth_keeping, and(neg(repeated), or(best = none, improved))).
 
 % The candidate takes nothing from the pose, as far as can be seen; nothing that counts, where it is trusted with it.
-proc(harmless, or([neg(likely), no_worse(fix, merit), and([merit(fix, With), With =< threshold])])).
+proc(harmless,
+     and(neg(repeated),
+         or([neg(likely), no_worse(fix, merit), and([merit(fix, With), With =< threshold])]))).
 % The best pose is rather right than wrong. One that is not tells nothing to compare an image with, or to foresee one.
 proc(likely, and(neg(best = none), rather_right(merit))).
 
@@ -51,7 +57,7 @@ proc(doubted, and([neg(doubt = none), length(tested, Asked), Asked =< 3])).
 proc(telling(S), and(doubt = Cause, telling_settings(device, readings, Cause, tested, S))).
 
 % The settings that were predicted to add most, of those that no image of this scene was taken under.
-proc(foremost(S), and(member(adds(_, S, _), outlook), neg(member(reading(S, _), readings)))).
+proc(foremost(S), and(member(adds(_, S, _), outlook), neg(member(S, tried)))).
 
 proc(choose_random,    pi(s, [?(random_settings(device, s)), choose(s)])).
 proc(choose_reference, pi(s, [?(reference_settings(device, s)), choose(s)])).
@@ -81,10 +87,13 @@ proc(measure,
      pi(images, [?(image_names(candidate, image_set, images)), estimate(images)])).
 
 proc(keep_image,  pi(i, [?(candidate = i), keep(i)])).
-% Where the estimate shows no pose that is the reason, whatever a strategy makes of it.
+% Where it is a picture that was there before, or the estimate shows no pose, that is the reason, whatever a strategy
+% makes of it.
 proc(drop_image(Why),
      pi(i, [ ?(candidate = i),
-             if(and(fix = none, member(i, measured)), discard(i, 'no pose with it'), discard(i, Why)) ])).
+             if(repeated,
+                discard(i, 'the same picture again'),
+                if(and(fix = none, member(i, measured)), discard(i, 'no pose with it'), discard(i, Why))) ])).
 
 proc(mark_unfavourable,
      pi(state, [?(qualitative_state(device, settings, state)), avoid(state)])).

@@ -101,7 +101,7 @@ def render(folder: Path, result: Result, asked: Future[Told]) -> str:
             steps=views,
             sources=_sources(pictures, hero),
             size=_size(scene, pictures),
-            notes=[*scene.notes, *_other_settings(result.steps, scene, lights), *_untold(told)],
+            notes=[*scene.notes, *_other_settings(result.steps, lights), *_untold(told)],
             reasons=_reasons(told),
             actions=told.actions,
             short=short,
@@ -156,15 +156,13 @@ def _reasons(told: Told) -> Reasons:
     return reasons
 
 
-def _other_settings(steps: list[StepRecord], scene: Scene, lights: Sequence[LightRecord]) -> list[str]:
+def _other_settings(steps: list[StepRecord], lights: Sequence[LightRecord]) -> list[str]:
     """A note where images were taken under other settings than were asked for."""
     others = [
         f"{step.image} ({words.settings_words(applied, lights)}, {words.shutter(applied.shutter_s)},"
         f" {words.aperture(applied.aperture)})"
         for step in steps
-        if (applied := scene.applied.get(step.image or "")) is not None
-        and step.settings is not None
-        and not words.same_settings(applied, step.settings)
+        if step.asked is not None and (applied := step.settings) is not None
     ]
     if not others:
         return []

@@ -108,6 +108,7 @@ class StepRecord(Struct, frozen=True):
     iteration: int | None = None
     image: str | None = None
     settings: SettingsRecord | None = None
+    asked: SettingsRecord | None = None
     settings_words: str | None = None
     qualitative: Any = None
     decision: str | None = None

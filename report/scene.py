@@ -1,8 +1,6 @@
 """What `images/stack.toml` of a run folder tells: camera, model and lights of the session."""
 
 import tomllib
-from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -13,7 +11,7 @@ import msgspec
 from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model, load_model
-from report.records import LightRecord, Result, SettingsRecord
+from report.records import LightRecord, Result
 
 
 @dataclass(frozen=True)
@@ -24,14 +22,12 @@ class Scene:
     ----------
     lights : names and numbers of levels, in the order of the settings.
     notes : plain sentences on what is missing.
-    applied : what each image was taken under, by its name.
     """
 
     camera: Camera | None = None
     model: Model | None = None
     lights: tuple[LightRecord, ...] = ()
     notes: tuple[str, ...] = field(default=())
-    applied: Mapping[str, SettingsRecord] = field(default_factory=dict)
 
 
 def read_scene(folder: Path) -> Scene:
@@ -54,7 +50,7 @@ def read_scene(folder: Path) -> Scene:
         model = _model(path.parent / str(target["model"]), str(target.get("unit", "m")))
     except (KeyError, GeometryError, TypeError, AttributeError) as error:
         notes.append(f"The target in images/stack.toml cannot be used ({_reason(error)}): no overlays.")
-    return Scene(camera, model, _lights(table.get("lights")), tuple(notes), _applied(table.get("frames")))
+    return Scene(camera, model, _lights(table.get("lights")), tuple(notes))
 
 
 def known_lights(result: Result, scene: Scene) -> tuple[LightRecord, ...]:
@@ -81,14 +77,6 @@ def _read_model(file: Path, unit: str, _changed_ns: int) -> Model:
 
 def _reason(error: Exception) -> str:
     return f"no {error}" if isinstance(error, KeyError) else str(error)
-
-
-def _applied(tables: Any) -> dict[str, SettingsRecord]:
-    applied = {}
-    for table in tables if isinstance(tables, list) else []:
-        with suppress(msgspec.ValidationError, KeyError, TypeError):
-            applied[Path(table["image"]).stem] = msgspec.convert(table, SettingsRecord)
-    return applied
 
 
 def _lights(tables: Any) -> tuple[LightRecord, ...]:

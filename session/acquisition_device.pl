@@ -31,7 +31,7 @@ results, events as exogenous actions.  Pixels stay on the other side.
 | Action             | Request              | Sensing result                       |
 |--------------------|----------------------|--------------------------------------|
 | connect            | start                | session(Device, Threshold, Limit)    |
-| capture(Image, S)  | capture              | statistics(P50, P95, Dark, Saturated, BlurPx), with what came with it told(Statistics, Event) |
+| capture(Image, S)  | capture              | statistics(P50, P95, Dark, Saturated, BlurPx), with what came with it told(Statistics, Event), as under(Settings, Seen) where others were applied, and as same_as(Image, Seen) where it is that picture again |
 | estimate(Images)   | estimate             | no_pose, or fix(...) as in merit.pl  |
 | predict(Device, States, Images) | predict            | the best adds(Bits, Settings, Line), best first |
 | appraise(Image)    | appraise             | the richest tone curve               |
@@ -123,12 +123,21 @@ carry_out(capture(Image, Settings), Seen) :-
     ),
     ask(vision_server, capture, Args, Result),
     came_with(Result),
-    told_of_others(Image, Settings, Result.applied),
     statistics_term(Result.statistics, Statistics),
     (   surprise_told(Image, Result, Event)
     ->  assertz(surprised(Event)),
-        Seen = told(Statistics, Event)
-    ;   Seen = Statistics
+        Seen0 = told(Statistics, Event)
+    ;   Seen0 = Statistics
+    ),
+    (   others_applied(Settings, Result.applied, Applied)
+    ->  told_of_others(Image, Result.applied),
+        Seen1 = under(Applied, Seen0)
+    ;   Seen1 = Seen0
+    ),
+    (   string(Result.get(repeats))
+    ->  atom_string(Before, Result.repeats),
+        Seen = same_as(Before, Seen1)
+    ;   Seen = Seen1
     ).
 carry_out(estimate(Images), Fix) :-
     ask(vision_server, estimate, _{images:Images}, Result),
@@ -227,14 +236,18 @@ told_of_unknown_places(Options, Lights) :-
     ( Names == [] -> true ; show(Options, unknown_places(Names)) ).
 
 %   An image under other settings than were asked for: a recorded frame, a light that died.  Said once.
-told_of_others(Image, settings(Levels, Shutter, Aperture), Applied) :-
+told_of_others(Image, Applied) :-
     \+ told_others,
-    \+ ( Applied.lights = Levels, close_to(Applied.shutter_s, Shutter), close_to(Applied.aperture, Aperture) ),
     !,
     assertz(told_others),
     opened_with(Options),
     show(Options, others_applied(Image, Applied)).
-told_of_others(_, _, _).
+told_of_others(_, _).
+
+%   Settings that were applied in place of those that were asked for.
+others_applied(settings(Levels, Shutter, Aperture), Told, Applied) :-
+    \+ ( Told.lights = Levels, close_to(Told.shutter_s, Shutter), close_to(Told.aperture, Aperture) ),
+    settings_dict(Applied, Told).
 
 close_to(Applied, Asked) :-
     tolerance(Tolerance),

@@ -63,8 +63,9 @@ decision_reason(choose(Settings), Situation, chosen(Settings, Why, Best, Count, 
     ;   like_unfavourable(Device, Unfavourable, Resembling),
         Alike is Count - Considered - Resembling
     ).
-decision_reason(capture(_, Settings), Situation, seen(Statistics, Quality, Prediction)) :-
+decision_reason(capture(_, _), Situation, seen(Statistics, Quality, Prediction)) :-
     fluent_value(device, Situation, Device),
+    fluent_value(applied, Situation, Settings),
     fluent_value(statistics, Situation, Statistics),
     fluent_value(readings, Situation, [_|Before]),
     image_quality(Statistics, Quality),

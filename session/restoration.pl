@@ -4,6 +4,7 @@
             unmet_surprise/2            % +Newest, -Event
           ]).
 :- use_module(json_terms, [fix_dict/2]).
+:- use_module('../domain/reasoning/surprises', [event_seen/2]).
 :- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2, subtract/3]).
 
@@ -46,7 +47,8 @@ told_step(set_parameter(Name, Value), _, _, _{parameters:Parameters}) :-
     dict_pairs(Parameters, parameters, [Name-Value]).
 told_step(advance(RangeM), _, _, _{parameters:_{seed_pose:_{best_at_range_m:RangeM}}}).
 told_step(e(predict(_, _, [_|_]), _), _, _, _{predicted:true}).
-told_step(e(capture(_, _), told(_, surprise(Since, Cause))), Taken, Images, _{happened:_{cause:Name, lights:Lights, since:First}}) :-
+told_step(e(capture(_, _), Seen), Taken, Images, _{happened:_{cause:Name, lights:Lights, since:First}}) :-
+    event_seen(Seen, surprise(Since, Cause)),
     Cause =.. [Name|Lights],
     (   append(_, [Since|Later], Taken),
         member(Image, [Since|Later]),
@@ -58,7 +60,7 @@ told_step(e(capture(_, _), told(_, surprise(Since, Cause))), Taken, Images, _{ha
 %   The image before which something may have happened, where the last image has that doubted, or null.
 doubted(Newest, Since) :-
     memberchk(e(capture(_, _), Seen), Newest),
-    Seen = told(_, doubt(Since, _)),
+    event_seen(Seen, doubt(Since, _)),
     !.
 doubted(_, null).
 
@@ -69,5 +71,5 @@ doubted(_, null).
 unmet_surprise(Newest, Event) :-
     append(Newer, [e(capture(_, _), Seen)|_], Newest),
     !,
-    Seen = told(_, Event),
+    event_seen(Seen, Event),
     \+ memberchk(Event, Newer).

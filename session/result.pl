@@ -8,10 +8,10 @@
 :- use_module('../domain/reasoning/device').
 :- use_module('../domain/reasoning/merit').
 :- use_module('../domain/reasoning/qualitative').
-:- use_module('../indigolog/indigolog', [fluent_value/3]).
+:- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(http/json), [json_write_dict/3]).
-:- use_module(library(lists), [list_to_set/2, member/2, nth1/3, reverse/2]).
+:- use_module(library(lists), [list_to_set/2, member/2, memberchk/2, nth1/3, reverse/2]).
 :- use_module(library(option), [option/2]).
 
 /** <module> result.json
@@ -44,7 +44,9 @@ session_result(Session, Situation, Result) :-
     fluent_value(threshold, Situation, Threshold),
     fluent_value(device, Situation, Device),
     fluent_value(steps, Situation, Steps),
-    step_dicts(Device, Steps, StepErrors, StepDicts),
+    situation_history(Situation, Newest),
+    findall(Image-Asked, member(capture(Image, Asked), Newest), Wanted),
+    step_dicts(Device, Wanted, Steps, StepErrors, StepDicts),
     images(keep, StepDicts, Kept),
     images(discard, StepDicts, Discarded),
     source(Options, Scenario, Stack),
@@ -116,19 +118,20 @@ light_dicts(Device, Lights) =>
 light_dict(light(Name, Levels0), _{name:Name, levels:Levels}) :-
     number_or_null(Levels0, Levels).
 
-%   Steps are newest first, as are the errors of the last ones; their dicts are oldest first.
-step_dicts(Device, Steps, Errors, Dicts) :-
+%   Steps are newest first, as are the errors of the last ones; their dicts are oldest first.  Wanted has the settings that
+%   were asked for each image.
+step_dicts(Device, Wanted, Steps, Errors, Dicts) :-
     findall(Range, ( member(Step, Steps), arg(9, Step, Range), number(Range) ), Newest),
     reverse(Newest, Oldest),
     list_to_set(Oldest, Ranges),
     findall(Dict,
             ( nth1(N, Steps, Step),
-              step_dict(Device, Step, Ranges, Dict0),
+              step_dict(Device, Wanted, Step, Ranges, Dict0),
               ( nth1(N, Errors, Error) -> with_error(Error, Dict0, Dict) ; Dict = Dict0 ) ),
             NewestDicts),
     reverse(NewestDicts, Dicts).
 
-step_dict(Device, step(Iteration, Image, Settings, State, Decision, Reason, SetSize, Fix, Range), Ranges, Dict) :-
+step_dict(Device, Wanted, step(Iteration, Image, Settings, State, Decision, Reason, SetSize, Fix, Range), Ranges, Dict) :-
     settings_dict(Settings, SettingsDict),
     state_words(State, Qualitative),
     settings_words(Device, Settings, Words),
@@ -137,9 +140,15 @@ step_dict(Device, step(Iteration, Image, Settings, State, Decision, Reason, SetS
     merit(Fix, Merit),
     Step = Quality.put(_{iteration:Iteration, image:Image, settings:SettingsDict, settings_words:Words,
                          qualitative:Qualitative, decision:Decision, reason:Reason, set_size:SetSize, merit:Merit}),
+    (   memberchk(Image-Asked, Wanted),
+        Asked \== Settings
+    ->  settings_dict(Asked, AskedDict),
+        Step1 = Step.put(asked, AskedDict)
+    ;   Step1 = Step
+    ),
     (   nth1(Hold, Ranges, Range)
-    ->  Dict = Step.put(hold, Hold)
-    ;   Dict = Step
+    ->  Dict = Step1.put(hold, Hold)
+    ;   Dict = Step1
     ).
 
 %!  write_result(+Result, +Folder) is det.

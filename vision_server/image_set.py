@@ -17,10 +17,14 @@ from vision_server.edges.moved import Movement, SureEdgels, moved_since, sure_ed
 
 @dataclass(frozen=True, eq=False)
 class SetImage:
-    """One image and its two views: for the merged edge map, and for refinement."""
+    """One image and its two views: for the merged edge map, and for refinement.
+
+    ``repeats`` is the first image of the set that is the very same picture, if there is one.
+    """
 
     name: str
     statistics: ChannelStatistics
+    repeats: str | None = None
 
     @property
     def pixels(self) -> Grey:
@@ -72,7 +76,9 @@ class ImageSet:
                 "Give the camera model of the image's size.",
             )
         statistics = channel_statistics(pixels, exposure, gamma)
-        self.images[name] = SetImage(name, statistics)
+        same = (one for one in self.images.values() if statistics.same_picture(one.statistics))
+        first = next((one.repeats or one.name for one in same), None)
+        self.images[name] = SetImage(name, statistics, first)
 
     def remove(self, name: str) -> None:
         """Forget an image.
@@ -86,6 +92,22 @@ class ImageSet:
         del self.images[name]
         if name in self._merged.channels:
             self._merged.remove(name)
+
+    def distinct(self, names: Sequence[str]) -> tuple[str, ...]:
+        """The named images without those that repeat another one of them.
+
+        No two frames have the same noise: a picture that comes again is no second witness.
+
+        Raises
+        ------
+        BadInput
+            An unknown image.
+        """
+        self.check(names)
+        pictures: dict[str, str] = {}
+        for name in names:
+            pictures.setdefault(self.images[name].repeats or name, name)
+        return tuple(pictures.values())
 
     def edge_map(self, names: Sequence[str]) -> EdgeMap:
         """The merged edge map of the named images.

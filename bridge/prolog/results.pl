@@ -267,5 +267,6 @@ message('VisionCaptureResult',
           surprise-optional(nullable(message('CauseTold'))),
           doubt-optional(nullable(message('CauseTold'))),
           events-optional(list(message('EventTold'), 0, inf)),
-          moved-optional(nullable(message('MovedTold')))
+          moved-optional(nullable(message('MovedTold'))),
+          repeats-optional(nullable(string))
         ]).

@@ -8,7 +8,7 @@ proc(enrich(0), []).
 proc(enrich(N),
      [ pi(i, [?(candidate = i), appraise(i)]),
        pi(s, [ ?(richer(s)),
-               if(or(member(reading(s, _), readings), exhausted),
+               if(or(member(s, tried), exhausted),
                   [],
                   [ drop_image(metering), choose(s), take_image, enrich(M) ]) ]) ]) :-
     integer(N), N > 0, M is N - 1.

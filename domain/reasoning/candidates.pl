@@ -92,7 +92,7 @@ all_but(Index, Index, _, 0) :-
 all_but(_, _, Light, Level) :-
     at_fraction(1, Light, Level).
 
-at_fraction(_, light(_, dead), Level) =>
+at_fraction(_, light(_, dead(_)), Level) =>
     Level = 0.
 at_fraction(Fraction, light(_, N), Level) =>
     Level is round(Fraction * (N - 1)).
@@ -246,7 +246,7 @@ scaled(Device, Share, Levels0, Levels) :-
     device_lights(Device, Lights),
     maplist(scaled_level(Share), Lights, Levels0, Levels).
 
-scaled_level(_, light(_, dead), _, Level) =>
+scaled_level(_, light(_, dead(_)), _, Level) =>
     Level = 0.
 scaled_level(Share, light(_, N), Level0, Level) =>
     Level is min(N - 1, max(min(1, Level0), round(Share * Level0))).

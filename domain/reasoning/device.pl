@@ -13,7 +13,9 @@
             random_settings/2,          % +Device, -Settings
             reference_settings/2,       % +Device, -Settings
             settings_in_range/2,        % +Device, +Settings
-            lit_settings/3              % +Device, +Settings, -Lit
+            lit_settings/3,             % +Device, +Settings, -Lit
+            without_light/3,            % +Device, +Light, -Darker
+            unlit/4                     % +Device, +Light, +Settings, -Unlit
           ]).
 :- use_module(library(apply), [maplist/2, maplist/3, maplist/4]).
 :- use_module(library(lists), [member/2, same_length/2]).
@@ -26,7 +28,7 @@ A device is described by its image server and is, here, the term
 
     device(Lights, Shutters, Apertures, Sensor, Reference, Tolerance)
 
-with `Lights` a list of light(Name, Levels), `Levels` being `dead` for a light that failed, `Shutters` in seconds,
+with `Lights` a list of light(Name, Levels), `Levels` being dead(N) for one of N levels that failed, `Shutters` in seconds,
 `Apertures` as f-numbers, `Sensor` = sensor(Gain, ReadNoiseE, FullWellE, Gamma) and
 `Reference` = exposure(ShutterS, Aperture), the exposure that counts as zero
 stops.  A shutter or aperture that differs by no more than the fraction `Tolerance`
@@ -58,7 +60,7 @@ full_levels(Device, Levels) :-
     device_lights(Device, Lights),
     maplist(full_level, Lights, Levels).
 
-full_level(light(_, dead), Level) =>
+full_level(light(_, dead(_)), Level) =>
     Level = 0.
 full_level(light(_, N), Level) =>
     Level is N - 1.
@@ -71,7 +73,7 @@ middle_levels(Device, Levels) :-
     device_lights(Device, Lights),
     maplist(middle_level, Lights, Levels).
 
-middle_level(light(_, dead), Level) =>
+middle_level(light(_, dead(_)), Level) =>
     Level = 0.
 middle_level(light(_, N), Level) =>
     Level is N // 2.
@@ -103,14 +105,14 @@ only([], _, _) =>
 
 %!  level_fractions(+Device, +Levels, -Fractions) is det.
 %
-%   Each light's output as a fraction of its full output.
+%   Each light's output as a fraction of its full output.  What images were taken under before a light died was lit by it.
 
 level_fractions(Device, Levels, Fractions) :-
     device_lights(Device, Lights),
     maplist(level_fraction, Lights, Levels, Fractions).
 
-level_fraction(light(_, dead), _, Fraction) =>
-    Fraction = 0.0.
+level_fraction(light(_, dead(N)), Level, Fraction) =>
+    level_fraction(light(_, N), Level, Fraction).
 level_fraction(light(_, 1), _, Fraction) =>
     Fraction = 1.0.                     % it cannot be dimmed
 level_fraction(light(_, N), Level, Fraction) =>
@@ -174,7 +176,7 @@ offered_exposure(device(_, Shutters, Apertures, _, _, Tolerance), Shutter0, Aper
     offered(Shutter0, Shutters, Tolerance, Shutter),
     offered(Aperture0, Apertures, Tolerance, Aperture).
 
-level_in_range(light(_, dead), Level) =>
+level_in_range(light(_, dead(_)), Level) =>
     integer(Level),
     Level >= 0.
 level_in_range(Light, Level) =>
@@ -196,7 +198,33 @@ lit_settings(Device, settings(Levels, Shutter0, Aperture0), settings(Lit, Shutte
     device_lights(Device, Lights),
     maplist(lit_level, Lights, Levels, Lit).
 
-lit_level(light(_, dead), _, Lit) =>
+lit_level(light(_, dead(_)), _, Lit) =>
     Lit = 0.
 lit_level(_, Level, Lit) =>
     Lit = Level.
+
+%!  without_light(+Device, +Light, -Darker) is det.
+%
+%   The device with one light dead: it stays in its place and is always off.
+
+without_light(device(Lights0, Shutters, Apertures, Sensor, Reference, Tolerance), Light,
+              device(Lights, Shutters, Apertures, Sensor, Reference, Tolerance)) :-
+    maplist(kill(Light), Lights0, Lights).
+
+kill(Light, light(Light, Levels), Dead) =>
+    ( Levels = dead(_) -> Dead = light(Light, Levels) ; Dead = light(Light, dead(Levels)) ).
+kill(_, Light, Same) =>
+    Same = Light.
+
+%!  unlit(+Device, +Light, +Settings, -Unlit) is det.
+%
+%   The same settings with one light off.
+
+unlit(Device, Light, settings(Levels0, Shutter, Aperture), settings(Levels, Shutter, Aperture)) :-
+    device_lights(Device, Lights),
+    maplist(unlit_level(Light), Lights, Levels0, Levels).
+
+unlit_level(Light, light(Light, _), _, Level) =>
+    Level = 0.
+unlit_level(_, _, Level0, Level) =>
+    Level = Level0.

@@ -1,8 +1,7 @@
 :- module(domain_image_set,
           [ image_name/2,               % +Taken, -Image
             image_names/3,              % +Candidate, +ImageSet, -Images
-            kept_states/2,              % +ImageSet, -States
-            without_light/3             % +Device, +Light, -Device
+            kept_states/2               % +ImageSet, -States
           ]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(lists), [member/2, reverse/2]).
@@ -40,15 +39,3 @@ kept_states(ImageSet, States) :-
     maplist(kept_state, ImageSet, States).
 
 kept_state(kept(_, State), State).
-
-%!  without_light(+Device, +Light, -Darker) is det.
-%
-%   The device with one light dead: it stays in its place and is always off.
-
-without_light(device(Lights0, Shutters, Apertures, Sensor, Reference, Tolerance), Light,
-              device(Lights, Shutters, Apertures, Sensor, Reference, Tolerance)) :-
-    maplist(kill(Light), Lights0, Lights).
-
-kill(Name, light(Name, _), light(Name, dead)) :-
-    !.
-kill(_, Light, Light).

@@ -2,6 +2,9 @@
           [ light_changed/1,            % +Cause
             telling_settings/5,         % +Device, +Readings, +Cause, +Tested, -Settings
             statistics_seen/2,          % +Seen, -Statistics
+            settings_seen/3,            % +Seen, +Asked, -Settings
+            event_seen/2,               % +Seen, -Event
+            repetition_seen/2,          % +Seen, -Image
             remark/3,                   % +Surprise, +Doubt, -Text
             cause_words/2               % +Cause, -Text
           ]).
@@ -101,16 +104,43 @@ exchanged(N, M, Lit, Levels) :-
 light_number(Device, Light, N) :-
     device_lights(Device, Lights),
     nth1(N, Lights, light(Light, Levels)),
-    Levels \== dead.
+    Levels \= dead(_).
 
 %!  statistics_seen(+Seen, -Statistics) is det.
+%!  settings_seen(+Seen, +Asked, -Settings) is det.
+%!  event_seen(+Seen, -Event) is semidet.
+%!  repetition_seen(+Seen, -Image) is det.
 %
-%   Of what a capture senses: an image's statistics, alone or with the event that they come with as told(Statistics, Event).
+%   Of what a capture senses: an image's statistics, alone or with the event that they come with as told(Statistics, Event);
+%   either in under(Settings, Seen) where the image was taken under other settings than those that were asked for; and all
+%   that in same_as(Image, Seen) where it is the very picture of an earlier Image, which is `none` of others.
 
+statistics_seen(same_as(_, Seen), Statistics) =>
+    statistics_seen(Seen, Statistics).
+statistics_seen(under(_, Seen), Statistics) =>
+    statistics_seen(Seen, Statistics).
 statistics_seen(told(Statistics0, _), Statistics) =>
     Statistics = Statistics0.
 statistics_seen(Statistics0, Statistics) =>
     Statistics = Statistics0.
+
+settings_seen(same_as(_, Seen), Asked, Settings) =>
+    settings_seen(Seen, Asked, Settings).
+settings_seen(under(Settings0, _), _, Settings) =>
+    Settings = Settings0.
+settings_seen(_, Asked, Settings) =>
+    Settings = Asked.
+
+event_seen(same_as(_, Seen), Event) :-
+    event_seen(Seen, Event).
+event_seen(under(_, Seen), Event) :-
+    event_seen(Seen, Event).
+event_seen(told(_, Event), Event).
+
+repetition_seen(same_as(Image0, _), Image) =>
+    Image = Image0.
+repetition_seen(_, Image) =>
+    Image = none.
 
 %!  remark(+Surprise, +Doubt, -Text) is det.
 %

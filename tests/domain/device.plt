@@ -1,7 +1,6 @@
 :- module(test_device, []).
 :- use_module(library(plunit)).
 :- use_module('../../domain/reasoning/device').
-:- use_module('../../domain/reasoning/image_set').
 :- use_module(fixtures).
 
 :- begin_tests(device).

@@ -30,6 +30,13 @@ test(learns_each_light) :-
     predict(Device, Readings, Unseen, prediction(_, Highlight, _, _)),
     reading(Device, Unseen, reading(_, statistics(_, True, _, _, _))),
     abs(Highlight / True - 1) < 0.1.
+test(what_a_light_gave_before_it_died_is_not_the_sun_s, Before =:= After) :-
+    testbed(Device),
+    without_light(Device, left, Darker),
+    readings(Device, [settings([7, 0, 2], 0.0166667, 4.0), settings([7, 0, 0], 0.0166667, 4.0)], Readings),
+    Without = settings([0, 7, 7], 0.0166667, 4.0),
+    predict(Device, Readings, Without, prediction(Before, _, _, _)),
+    predict(Darker, Readings, Without, prediction(After, _, _, _)).
 test(one_reading_sets_the_scale) :-
     testbed(Device),
     readings(Device, [settings([7, 7, 7], 0.0041667, 5.6)], Readings),

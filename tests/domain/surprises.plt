@@ -28,6 +28,15 @@ test(a_model_that_does_not_fit_is_remembered_and_changes_nothing_else, [true(Num
     fluent_value(image_set, Situation, Set),
     length(Readings, Number),
     length(Set, Kept).
+test(the_image_in_which_a_light_was_dead_is_read_as_without_it, Left == 0) :-
+    taken_after([happens(surprise(i2, light_dead(left)), i2)], 2, [_, settings([7|_], _, _)], Situation),
+    fluent_value(readings, Situation, [reading(settings([Left|_], _, _), _)]).
+test(what_was_applied_is_seen_in_what_was_sensed, Applied-Event == other-event) :-
+    Seen = under(other, told(statistics(a, b, c, d, e), event)),
+    statistics_seen(Seen, statistics(a, b, c, d, e)),
+    settings_seen(Seen, asked, Applied),
+    event_seen(Seen, Event),
+    assertion(settings_seen(told(statistics(a, b, c, d, e), event), asked, asked)).
 test(what_does_not_fit_is_said_with_its_axis, Text == 'the model does not fit, it is about 2.0 % too short along z') :-
     remark(because(i2, model_wrong(z, -0.02)), none, Text).
 test(of_another_sun_only_the_last_image_is_remembered, [forall(member(Cause, [sun_changed, lights_swapped(left, top)])), true(Number == 3)]) :-

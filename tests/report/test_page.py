@@ -314,14 +314,11 @@ def test_an_image_id_that_leaves_the_folder_is_refused(make_run: RunMaker) -> No
 
 def test_other_settings_than_were_asked_for_are_noted(make_run: RunMaker) -> None:
     folder = make_run()
-    stack = folder / "images" / "stack.toml"
-    frames = "".join(
-        f'[[frames]]\nimage = "i{number}.png"\nlights = {lights}\nshutter_s = 0.0166667\naperture = 4.0\n'
-        for number, lights in ((1, [1, 0, 7]), (2, [7, 0, 0]), (3, [3, 0, 7]))
-    )
-    stack.write_text(stack.read_text() + frames)
+    steps = json.loads((folder / "result.json").read_text())["steps"]
+    steps[1]["asked"] = steps[1]["settings"] | {"lights": [3, 3, 3]}
+    changed(folder, steps=steps)
     page = " ".join(Page(write_report(folder).read_text()).words)
-    others = "i2 (left full, right off, top off, 1/60 s, f/4)"
+    others = "i2 (left 2 of 7, right off, top full, 1/60 s, f/4)"
     assert f"Taken under other settings than were asked for: {others}." in page
 
 

@@ -67,6 +67,12 @@ def test_informed_does_with_what_is_known_of_the_lights(
     done = served("--stack", stack, "--controller", "informed", "--out", tmp_path / "run", "--no-report")
     assert done.returncode == 0, done.stderr
     assert done.stderr.count("`position` of left, right, top is not told") == said
+    if change is one_frame:
+        steps = json.loads((tmp_path / "run" / "result.json").read_text())["steps"]
+        assert [step["decision"] for step in steps] == ["keep", "discard"]
+        assert steps[1]["reason"] == "the same picture again"
+        assert all("asked" in step for step in steps)
+        assert steps[0]["settings"]["lights"] == steps[1]["settings"]["lights"] == told["frames"][0]["lights"]
 
 
 def test_a_resumed_session_is_not_shown_the_same_frames_again(recorded: Path, tmp_path: Path) -> None:

@@ -47,6 +47,19 @@ def test_the_pose_is_found_from_anywhere_in_the_search_range(
     assert set(estimate.seconds) == {"edges", "linking", "matching", "refinement"}
 
 
+def test_a_picture_that_comes_again_is_one_image(picture: NDArray[np.float64]) -> None:
+    images, once = ImageSet(CAMERA.width, CAMERA.height), photographed(picture)
+    other = once.copy()
+    other[0, 0] ^= 1
+    black = np.zeros_like(once)
+    for number, (pixels, exposure) in enumerate(
+        [(once, 1.0), (other, 1.0), (once, 2.0), (black, 1.0), (black, 1.0)]
+    ):
+        images.add(f"i{number}", pixels, exposure, 1.0)
+    assert [one.repeats for one in images.images.values()] == [None, None, "i0", None, None]
+    assert images.distinct(["i2", "i1", "i0", "i4", "i3"]) == ("i2", "i1", "i4", "i3")
+
+
 def test_the_same_inputs_give_the_same_numbers(model: Model, picture: NDArray[np.float64]) -> None:
     start = disturbed(POSE, np.random.default_rng(5), 10.0, 10.0, CAMERA.fx)
     first, second = (estimate_result(estimated(photographed(picture), model, start)) for _ in range(2))

@@ -90,6 +90,13 @@ class ChannelStatistics:
         height, width = self.image.shape
         return height, width
 
+    def same_picture(self, other: ChannelStatistics) -> bool:
+        """Whether two images are alike to the last pixel; of one grey they may be without being the same."""
+        alike = np.array_equal(self.image, other.image) and self.image.min() < self.image.max()
+        if self.deep is None or other.deep is None:
+            return alike and self.deep is other.deep
+        return alike and np.array_equal(self.deep, other.deep)
+
     @cached_property
     def linear(self) -> Field:
         """Linear intensity at this frame's own exposure, 0..255, float32 (H, W)."""

@@ -65,9 +65,16 @@ def read_set(
     names = [f"i{number}" for number in range(1, len(pixels) + 1)]
     for name, grey, exposure, curve in zip(names, pixels, times, gammas, strict=True):
         image_set.add(name, grey, exposure, curve)
+        if (first := image_set.images[name].repeats) is not None:
+            warn_of_repetition(*(options.images[names.index(one)] for one in (name, first)))
         if (moved := image_set.moved(name)) is not None:
             warn_of_movement(options.images[len(image_set.images) - 1], moved)
-    return image_set, names, tone_sd_px
+    return image_set, list(image_set.distinct(names)), tone_sd_px
+
+
+def warn_of_repetition(image: Path, first: Path) -> None:
+    """Say that an image of a set is another one's very picture."""
+    print(f"vision_server: {image} is the same picture as {first}: it is not counted again.", file=sys.stderr)
 
 
 def started_at(options: Namespace, model: Model, given: GivenCamera) -> Pose | Anywhere:
@@ -130,7 +137,7 @@ def _estimated(options: Namespace) -> dict[str, Any]:
         write_overlay(options.overlay, picture, model, camera, shown, support)
     result = estimate_result(estimate)
     result["seconds"]["total"] = sum(result["seconds"].values())
-    files = dict(zip(names, map(str, options.images), strict=True))
+    files = {name: str(options.images[int(name[1:]) - 1]) for name in names}
     return {"target": model.name, "seed": options.seed, "kept": names, "files": files, **result}
 
 

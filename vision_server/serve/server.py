@@ -245,6 +245,7 @@ def _taken(
         "verified": verified,
         "statistics": statistics,
         "moved": None if moved is None else moved._asdict(),
+        "repeats": task.images.images[image].repeats,
         "surprise": cause and msgspec.to_builtins(cause),
         "doubt": doubt and msgspec.to_builtins(doubt),
         "seconds": {"capture": capture_s, "edges": time.perf_counter() - began},

@@ -147,8 +147,7 @@ class PoseTask:
 
     def estimate(self, names: Sequence[str]) -> Estimate:
         """Pose from the named images; the same question is answered once."""
-        key = tuple(dict.fromkeys(names))
-        self.images.check(key)
+        key = self.images.distinct(names)
         if key not in self._known:
             try:
                 images, named = self._fused(key) if self.settings.fusion else (self.images, key)
