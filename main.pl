@@ -41,6 +41,9 @@ load(Root, Path) :-
     atom_concat(Root, Path, File),
     use_module(File, []).
 
+%   As what is found later is said.
 give_up(Message) :-
-    format(user_error, "main.pl: ~s~n", [Message]),
+    installation_root(Root),
+    load(Root, '/session/wrapping'),
+    print_message(error, format("~s", [Message])),
     halt(2).

@@ -21,6 +21,7 @@ from bridge import __version__
 from bridge.errors import EXIT_BAD_INPUT, EXIT_DEVICE, LightsAndCameraError
 
 Number = TypeVar("Number", int, float)
+MOST_SEED = 2**63 - 1  # as in `bridge.messages`, which takes longer to load
 EXIT_READER_GONE = 141  # as a shell says of a program that SIGPIPE ends
 
 
@@ -101,6 +102,20 @@ def whole_number(least: float = -math.inf, most: float = math.inf) -> Callable[[
     return _reader(int, "a whole number", least, most)
 
 
+def counted(count: int, name: str) -> str:
+    """So many, in the plural where they are not one."""
+    return f"{count} {name}{'' if count == 1 else 's'}"
+
+
+def _bounds(least: float, most: float) -> str:
+    if math.isinf(least) and math.isinf(most):
+        return "a finite number"
+    lower, upper = (f"{bound}" if isinstance(bound, int) else f"{bound:g}" for bound in (least, most))
+    if math.isinf(most):
+        return f"at least {lower}"
+    return f"at most {upper}" if math.isinf(least) else f"{lower} to {upper}"
+
+
 def _reader(kind: Callable[[str], Number], words: str, least: float, most: float) -> Callable[[str], Number]:
     def read(word: str) -> Number:
         try:
@@ -108,8 +123,7 @@ def _reader(kind: Callable[[str], Number], words: str, least: float, most: float
         except ValueError:
             raise ArgumentTypeError(f"{word!r} is not {words}") from None
         if not (math.isfinite(value) and least <= value <= most):
-            limits = [f"at least {least:g}"] * (least > -math.inf) + [f"at most {most:g}"] * (most < math.inf)
-            raise ArgumentTypeError(f"{word} is not {' and '.join(limits) or 'a finite number'}")
+            raise ArgumentTypeError(f"must be {_bounds(least, most)}, not {word}")
         return value
 
     return read

@@ -18,6 +18,7 @@ from bridge.errors import BadInput
 
 MAX_IPC_PATH = 107
 """Longest path of a Unix socket on Linux, in bytes."""
+MOST_PORT = 65535
 ROOT = 0  # the user who may do anything anyhow
 BACKLOG = 128
 """Connections that wait to be accepted."""
@@ -106,8 +107,10 @@ def _check_ipc(endpoint: str, path: Path) -> None:
 
 def _check_tcp(endpoint: str, address: str, curve: bool) -> None:
     host, separator, port = address.rpartition(":")
-    if not separator or not host or not (port == "*" or (port.isdigit() and int(port) < 65536)):
+    if not separator or not host or not (port == "*" or port.isdigit()):
         raise BadInput(f"{endpoint!r} names no host and port.", "Use tcp://127.0.0.1:PORT.")
+    if port != "*" and int(port) > MOST_PORT:
+        raise BadInput(f"{endpoint!r}: there is no port {port}.", f"Ports are 1 to {MOST_PORT}.")
     if not curve and not is_loopback(host):
         raise BadInput(
             f"Refusing to listen on {endpoint}: it can be reached from the network and has no CURVE keys.",

@@ -293,8 +293,8 @@ def serve(
         When an endpoint cannot be bound, with a plain message.
     """
     lifeline = Lifeline(parent_pid, signals=True)
+    server = Server(service, endpoint, events, curve, lifeline, idle_s)
     if curve is None and open_to_all(endpoint):
         log.warning("every user of this machine can call %s; on ipc:// only its own user can", endpoint)
-    server = Server(service, endpoint, events, curve, lifeline, idle_s)
     lifeline.enforce(endpoint, events)
     return server.run()

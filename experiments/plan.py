@@ -238,7 +238,7 @@ def _plan(file: Path, given: _File, stacks: Sequence[Path], seeds: str | None) -
     compared = strategies(kind, _words(given.controllers), here)
     for axis, values in (("controllers", compared), ("stacks and targets", scenes), ("seeds", drawn_by)):
         if not values:
-            raise BadInput(f"the plan has no cell: {axis} is empty.", HINTS.get(axis, ""))
+            raise BadInput(f"the plan has no cell: {axis} are empty.", HINTS.get(axis, ""))
     return Plan(file.stem, settings, scenes, compared, drawn_by)
 
 

@@ -17,9 +17,11 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from bridge.command_line import counted
 from bridge.errors import LightsAndCameraError
 from experiments.engine import Start, Watch
 from experiments.kinds import Row
+from experiments.table import FAILED
 
 LEAST_PAGE_S = 10.0  # between two pages
 PAGE_SHARE = 0.02  # of the engine's time, that pages may take
@@ -50,7 +52,8 @@ class Progressing(AbstractContextManager["Progressing"]):
 
     def begun(self, start: Start) -> Watch:
         """Say how it begins; gives what is told of new rows."""
-        known = f"{start.cells} cells" + (f", {start.finished} of them finished" if start.finished else "")
+        known = counted(start.cells, "cell")
+        known += f", {start.finished} of them finished" if start.finished else ""
         self._console.print(f"{known}; on {start.where}", highlight=False, soft_wrap=True)
         self._began = time.monotonic()
         self._left = start.cells - start.finished
@@ -91,6 +94,11 @@ class Progressing(AbstractContextManager["Progressing"]):
     def computed(self) -> int:
         """Cells of this run."""
         return self._computed
+
+    @property
+    def failed(self) -> int:
+        """Those of them that failed, or came to their deadline."""
+        return sum(self._statuses[status] for status in FAILED)
 
     def __enter__(self) -> Self:
         return self

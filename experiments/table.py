@@ -56,6 +56,7 @@ class ResultsTable:
         self._schema = schema_of(description["settings"]["kind"])
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            _check_is_ours(folder)
             self._lock = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
         except OSError as error:
             raise BadInput(f"Cannot use the folder {folder}: {error.strerror}.") from None
@@ -152,6 +153,16 @@ class ResultsTable:
         """Let another process have it."""
         os.close(self._journal)
         os.close(self._lock)
+
+
+def _check_is_ours(folder: Path) -> None:
+    """Raise BadInput for a folder that something else is in already."""
+    names = {file.name for file in folder.iterdir()}
+    strange = sorted(name for name in names if not name.startswith("."))
+    if strange and names.isdisjoint((RESULTS, JOURNAL, DESCRIPTION)):
+        raise BadInput(
+            f"{folder} is in use for something else (it holds {strange[0]}).", "Name a new folder as --out."
+        )
 
 
 def _agreed(folder: Path, description: Mapping[str, Any], version: str) -> dict[str, Any]:

@@ -71,7 +71,7 @@ def device_of(cell: Cell) -> Device:
     BadInput : a stack, target or scenario that cannot be used.
     """
     if cell.scene.stack is not None:
-        return Replay(_stack(cell.scene), cell.seed)
+        return Replay(_stack(cell.scene), cell.seed, nearest=True)  # as a session starts it
     return simulator_of(cell)
 
 

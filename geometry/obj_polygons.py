@@ -13,7 +13,7 @@ def cut_polygons(text: str) -> str:
 
     Raises
     ------
-    GeometryError : a face of more than MOST_CORNERS corners.
+    GeometryError : a face of more than MOST_CORNERS corners, or no point at all.
     """
     lines = text.replace("\\\n", " ").splitlines()
     points: list[list[str]] = []
@@ -26,6 +26,8 @@ def cut_polygons(text: str) -> str:
             if len(words) - 1 > MOST_CORNERS:
                 raise GeometryError(f"line {number + 1}: a face has at most {MOST_CORNERS} corners")
             polygons[number] = words[1:], _corners(words[1:], len(points))
+    if not points:
+        raise GeometryError("it is not an OBJ file: none of its lines is a point (v X Y Z)")
     if polygons:
         vertices = np.array(points, dtype=np.float64)
         cut = to_cut(vertices, [np.array(corners) for _, corners in polygons.values()])

@@ -37,7 +37,7 @@ run(Argv, Status) :-
         Status = 0
     ;   Words = [Theory, Text]
     ->  program(Text, Program),
-        load_theory(Theory),
+        catch(load_theory(Theory), error(existence_error(source_sink, Theory), _), no_theory(Theory)),
         known_program(Program),
         (   option(trace(true), Options)
         ->  debug(indigolog)
@@ -98,10 +98,10 @@ value_word(W, Ws0, Ws, Flag, Text) :-
     ),
     !.
 
-value_option('--max-actions', max_actions, 'a whole number').
-value_option('--max-silent', max_silent, 'a whole number').
-value_option('--max-wait', max_wait, 'a number of seconds').
-value_option('--seed', seed, 'a whole number').
+value_option('--max-actions', max_actions, 'a whole number from 0').
+value_option('--max-silent', max_silent, 'a whole number from 0').
+value_option('--max-wait', max_wait, 'a number of seconds from 0').
+value_option('--seed', seed, 'a whole number from 0').
 value_option('--journal', journal, 'a file').
 value_option('--resume', resume, 'a file').
 value_option('--replay', replay, 'a file').
@@ -113,10 +113,10 @@ option_value(Flag, Text, Option) :-
 
 value('a file', File, File) :-
     File \== ''.
-value('a number of seconds', Text, Seconds) :-
+value('a number of seconds from 0', Text, Seconds) :-
     catch(atom_number(Text, Seconds), _, fail),
     Seconds >= 0.
-value('a whole number', Text, N) :-
+value('a whole number from 0', Text, N) :-
     catch(atom_number(Text, N), _, fail),
     integer(N), N >= 0.
 
@@ -145,8 +145,16 @@ Exit status: 0 final, 1 the program failed or met --max-actions, 2 error.').
 
 program(Text, Program) :-
     catch(term_to_atom(Program, Text), error(syntax_error(What), _),
-          ( format(atom(Message), 'PROGRAM is not a Prolog term: ~w', [What]),
+          ( syntax_words(What, Words),
+            format(atom(Message), 'PROGRAM is not a Prolog term: ~w', [Words]),
             throw(usage(Message)) )).
+
+syntax_words(end_of_clause, Words) =>
+    Words = 'it ends too early'.
+syntax_words(What, Words) =>
+    format(atom(Quoted), '~w', [What]),
+    atomic_list_concat(Parts, '_', Quoted),
+    atomic_list_concat(Parts, ' ', Words).
 
 % The words of the program must be known before anything runs.
 known_program(Program) :-
@@ -237,13 +245,24 @@ failed(unwind(halt(Status)), Status) :-
     !.
 failed(error(golog(reported), _), 2) :-
     !.
-failed(error(existence_error(source_sink, Theory), _), 2) :-
+failed(no_theory(Theory), 2) :-
     !,
     say('no theory file ~w', [Theory]).
+failed(error(Why, _), 2) :-
+    cannot_open(Why, File),
+    !,
+    say('cannot open the journal ~w', [File]).
 failed(Error, 2) :-
     phrase('$messages':translate_message(Error), Parts),
     with_output_to(string(Text), print_message_lines(current_output, '', Parts)),
     say('Error: ~w', [Text]).
+
+no_theory(Theory) :-
+    throw(no_theory(Theory)).
+
+% Files of a run other than the theory are journals.
+cannot_open(existence_error(source_sink, File), File).
+cannot_open(permission_error(open, source_sink, File), File).
 
 say(Format, Args) :-
     format(user_error, Format, Args),

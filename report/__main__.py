@@ -1,7 +1,7 @@
 """`python -m report RUN_FOLDER` writes its page; `live` shows it while it runs, `whatif` chooses anew."""
 
 import sys
-from argparse import Namespace
+from argparse import Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,9 +11,7 @@ from numerics.memory import collect_rarely
 from report.errors import ReportError
 
 ABOUT = {
-    "": "Write RUN_FOLDER/report.html and overlay pictures of its images."
-    " `python -m report live RUN_FOLDER` shows a session in a browser while it runs;"
-    " `python -m report whatif RUN_FOLDER` takes one of its images under other settings.",
+    "": "Write RUN_FOLDER/report.html and overlay pictures of its images.",
     "live": "Show a session in a browser while it runs, or one that has ended.",
     "whatif": "Do a session again with one image under other settings, and show both ways side by side.",
 }
@@ -24,6 +22,10 @@ def main() -> int:
     words = sys.argv[1:]
     command = words[0] if words[:1] in (["live"], ["whatif"]) else ""
     parser = new_parser(f"python -m report {command}".strip(), ABOUT[command])
+    if not command:
+        listed = "".join(f"\n  {name:<16}{about}" for name, about in ABOUT.items() if name)
+        parser.epilog = f"Commands:{listed}\n\npython -m report COMMAND --help tells more."
+        parser.formatter_class = RawDescriptionHelpFormatter
     parser.add_argument("run_folder", type=Path, metavar="RUN_FOLDER", help="Run folder of a session.")
     if command == "live":
         parser.add_argument(

@@ -14,6 +14,7 @@ from report.errors import ReportError
 from report.overlay import FRAME, HALO, Pixels, draw_overlay
 
 CODEC = "mp4v"  # OpenCV's own, in every build
+ENDINGS = (".mp4", ".mov")  # containers that hold it
 TEXT_AT, TEXT_SIZE, FONT = (10, 24), 0.6, cv2.FONT_HERSHEY_SIMPLEX
 
 
@@ -22,7 +23,7 @@ class Film:
 
     Parameters
     ----------
-    path : ending in .mp4.
+    path : with one of ENDINGS.
     rate : frames a second.
 
     Raises
@@ -32,6 +33,8 @@ class Film:
 
     def __init__(self, path: Path, model: Model, camera: Camera, rate: float) -> None:
         self._model, self._camera = model, camera
+        if path.suffix.lower() not in ENDINGS:
+            raise ReportError(f"cannot write the film {path}; its name must end in {' or '.join(ENDINGS)}")
         code = cv2.VideoWriter.fourcc(*CODEC)
         self._video = cv2.VideoWriter(str(path), code, rate, (camera.width, camera.height))
         if not self._video.isOpened():

@@ -6,7 +6,7 @@
           ]).
 :- use_module(explanation, [explanation//2]).
 :- use_module(live_table, [note_action/2, table_head//1, table_is_live/0, table_row//2]).
-:- use_module(outcome, [counted/3]).
+:- use_module(outcome, [counted/3, merit_words/2]).
 :- use_module(reasons, [decision_reason/3]).
 :- use_module(result, [print_result/1]).
 :- use_module(viewing, [view_address/1]).
@@ -102,8 +102,9 @@ prolog:message(session(Term)) -->
     session_message(Term).
 
 session_message(begin(Plan, Folder)) -->
-    [ 'Session: ', ansi(bold, '~w', [Plan.controller]), ' on ', ansi(bold, '~w', [Plan.target]),
-      ', seed ~w'-[Plan.seed], nl, '  run folder ~w'-[Folder] ],
+    [ 'Session: ', ansi(bold, '~w', [Plan.controller]) ],
+    on_what(Plan.shows),
+    [ ', seed ~w'-[Plan.seed], nl, '  run folder ~w'-[Folder] ],
     planned(Plan.program).
 session_message(model(Model)) -->
     model_size(Model),
@@ -135,6 +136,9 @@ session_message(would_do(Plan, Device)) -->
       '  program ~w'-[Plan.program], nl,
       '  on ~w'-[Words], nl,
       '  theory and controller load without complaint, and the servers took what they were told; no image was taken' ].
+session_message(waiting(_, start)) -->  % the vision server waits for the image server, too
+    !,
+    [ '  waiting for the servers to start ...' ].
 session_message(waiting(Name, Op)) -->
     [ '  waiting for the ~w to answer "~w" ...'-[Name, Op] ].
 session_message(view(Line)) -->
@@ -174,10 +178,20 @@ session_message(event(Action)) -->
     [ ansi(fg(yellow), '  event: ~w', [Action]) ].
 session_message(limit(Limit)) -->
     [ ansi(fg(yellow), '  the strategy ends by --max-iterations ~d, not by itself', [Limit]) ].
+session_message(ended_before(Number)) -->
+    [ '--instead: the session ended before i~d'-[Number] ].
 session_message(report(File)) -->
     [ '  report ~w'-[File] ].
 session_message(because(Device, Reason)) -->
     explanation(Device, Reason).
+
+%   The model line says what an image server shows, when that has told.
+on_what(target(Name)) -->
+    [ ' on ', ansi(bold, '~w', [Name]) ].
+on_what(stack(Dir)) -->
+    [ ' on the stack ', ansi(bold, '~w', [Dir]) ].
+on_what(served) -->
+    [].
 
 head(Device) -->
     { table_is_live },
@@ -244,8 +258,8 @@ decision(discard) -->
 fix_words(none, _) -->
     [ '  no pose                ' ].
 fix_words(Fix, Merit) -->
-    { fix_rms(Fix, Rms) },
-    [ '  rms ~2f px  merit ~2f'-[Rms, Merit] ].
+    { fix_rms(Fix, Rms), merit_words(Merit, Words) },
+    [ '  rms ~2f px  merit ~w'-[Rms, Words] ].
 
 reason('') -->
     [].

@@ -13,6 +13,7 @@
 :- use_module(run_folder, [run_file/3]).
 :- use_module(session_file, [file_sha256/2]).
 :- use_module(times, [session_seconds/1]).
+:- use_module('../domain/reasoning/instead', [instead_image/2]).
 :- use_module('../indigolog/indigolog').
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(lists), [member/2, memberchk/2, nth0/3]).
@@ -55,7 +56,17 @@ end_session(Session, end(How, Situation), Outcome) :-
     write_result(Result, Folder),
     call(Session.stop),
     show_outcome(Options, Result),
+    tell_of_instead(Options, Result),
     report(Session).                    % last: who waits for the pose need not wait for its picture
+
+%   What if: the image that was to be taken otherwise was not taken at all.
+tell_of_instead(Options, Result) :-
+    option(instead(Words), Options),
+    instead_image(Words, Number),
+    Result.iterations < Number,
+    !,
+    print_message(warning, session(ended_before(Number))).
+tell_of_instead(_, _).
 
 outcome(finished, Situation, Outcome) =>
     ( trusted(Situation) -> Outcome = converged ; Outcome = exhausted ).

@@ -1,6 +1,7 @@
 :- module(session_explanation,
           [ explanation//2              % +Device, +Reason
           ]).
+:- use_module(outcome, [merit_words/2]).
 :- use_module('../domain/reasoning/prediction', [information/2]).
 :- use_module('../domain/reasoning/qualitative').
 :- use_module(library(apply), [maplist/3]).
@@ -31,10 +32,11 @@ explanation(_, seen(statistics(P50, P95, Dark, Saturated, Blur), Quality, Predic
     [ ansi(fg(cyan), ', dark ~0f %, saturated ~0f %; expected were ', [DarkPercent, SaturatedPercent]) ],
     expected(Prediction).
 explanation(_, measured(fix(_, _, quality(Rms, Uncertainty, Support, Score, Ambiguity), _), New, Old)) -->
-    { Permille is 1000 * Uncertainty, Percent is 100 * Support },
+    { Permille is 1000 * Uncertainty, Percent is 100 * Support,
+      maplist(merit_words, [New, Old], Merits) },
     [ ansi(fg(cyan), '       rms ~2f px, uncertainty ~2f permille, ~0f % of the lines found, score ~2f, ambiguity ~2f; ',
            [Rms, Permille, Percent, Score, Ambiguity]),
-      ansi(fg(cyan), 'merit ~2f (was ~2f)', [New, Old]) ].
+      ansi(fg(cyan), 'merit ~w (was ~w)', Merits) ].
 explanation(_, measured(none, _, _)) -->
     [ ansi(fg(cyan), '       no pose in these images', []) ].
 

@@ -7,6 +7,7 @@
             table_head//1,              % +Device
             table_row//2                % +Device, +Step
           ]).
+:- use_module(outcome, [merit_words/2]).
 :- use_module(terminal).
 :- use_module('../domain/reasoning/device').
 :- use_module('../domain/reasoning/merit').
@@ -95,7 +96,7 @@ merit_cell(none, 'no pose') :-
     !.
 merit_cell(Fix, Cell) :-
     merit(Fix, Merit),
-    format(atom(Cell), "~2f", [Merit]).
+    merit_words(Merit, Cell).
 
 without_unit(Words, Short) :-
     member(Unit, [" stops", " stop"]),
@@ -211,7 +212,8 @@ note_state(S) :-
         format(string(Place), "~d of at most ~d images", [Taken, Limit])
     ),
     ( done(Done, _) -> true ; retractall(done(_, _)), assertz(done(Done, Now)) ),
-    format(string(State), "~w, merit ~2f px (~2f wanted)", [Place, Merit, Threshold]),
+    maplist(merit_words, [Merit, Threshold], [Has, Wanted]),
+    format(string(State), "~w, merit ~w px (~w wanted)", [Place, Has, Wanted]),
     retractall(state(_)),
     assertz(state(State)).
 
@@ -259,7 +261,7 @@ doing(predict, Doing, For)   => Doing = "weighing light", For = "a prediction".
 doing(appraise, Doing, For)  => Doing = "looking at its tones", For = "its tones".
 doing(discard, Doing, For)   => Doing = "dropping the image", For = "the vision server".
 doing(move, Doing, For)      => Doing = "moving the target", For = "the target to move".
-doing(start, Doing, For)     => Doing = "starting the vision server", For = "the vision server to start".
+doing(start, Doing, For)     => Doing = "starting the servers", For = "the servers to start".
 doing(describe, Doing, For)  => Doing = "starting the image server", For = "the image server to start".
 doing(subscribe, Doing, For) => Doing = "listening to the image server", For = "the image server's events".
 doing(Op, Doing, For)        => format(string(Doing), "~w", [Op]), format(string(For), "an answer to \"~w\"", [Op]).

@@ -24,7 +24,8 @@ open_session(Options, Opened) :-
 opened(Options, Opened) :-
     session_plan(Options, Plan),
     (   option(dry_run(true), Options)
-    ->  tmp_file(dry_run, Folder),
+    ->  check_run_folder(Options, Plan),
+        tmp_file(dry_run, Folder),
         make_directory(Folder)
     ;   make_run_folder(Options, Plan, Folder),
         ( option(resume(_), Options) -> check_frames(Folder) ; true )

@@ -190,7 +190,8 @@ usage_text(opt_error(unknown_option(_:Option)), Text) :-
     findall(Name, opt_type(Name, _, _), Names),
     maplist(dashes, [Option|Names], [Dashed|Known]),
     did_you_mean(Dashed, Known, Hint),
-    format(codes(Text), "unknown option --~w.~w", [Dashed, Hint]).
+    ( Hint == '' -> Stop = '' ; Stop = '.' ),
+    format(codes(Text), "unknown option --~w~w~w", [Dashed, Stop, Hint]).
 usage_text(opt_error(missing_value(Option, _)), Text) :-
     dashes(Option, Dashed),
     format(codes(Text), "--~w needs a value", [Dashed]).
@@ -238,6 +239,8 @@ given(Name, Given, Value) :-
     Option =.. [Name, Value],
     option(Option, Given).
 
+most_seed(0x7fffffffffffffff).          % what the servers' messages hold: 64 bits with a sign
+
 check(Options) :-
     forall(rule(Options, Format, Args), usage_error(Format, Args)).
 
@@ -248,8 +251,8 @@ rule(Options, "--threshold must be a positive number of pixels, not ~w", [Px]) :
     option(threshold(Px), Options), Px =< 0.
 rule(Options, "--max-iterations must be at least 1, not ~w", [N]) :-
     option(max_iterations(N), Options), N < 1.
-rule(Options, "--seed must not be negative: ~w", [Seed]) :-
-    option(seed(Seed), Options), Seed < 0.
+rule(Options, "--seed must be a whole number from 0 to ~w, not ~w", [Most, Seed]) :-
+    option(seed(Seed), Options), most_seed(Most), \+ between(0, Most, Seed).
 rule(Options, "--~w and --~w exclude each other: each says where the images come from", [First, Second]) :-
     findall(Dashed,
             ( member(Name, [stack, image_server, camera]), given(Name, Options), dashes(Name, Dashed) ),

@@ -1,6 +1,7 @@
 :- module(session_outcome,
           [ advised/3,                  % +Limit, +Result, -Advised
-            counted/3                   % +Count, +Name, -Words
+            counted/3,                  % +Count, +Name, -Words
+            merit_words/2               % +Px, -Words
           ]).
 :- use_module('../domain/reasoning/surprises', [cause_words/2]).
 :- use_module(library(aggregate), [aggregate_all/3]).
@@ -29,6 +30,19 @@ advised(_, Result, Result).
 counted(Count, Name, Words) :-
     ( Count =:= 1 -> Plural = '' ; Plural = s ),
     format(atom(Words), "~d ~w~w", [Count, Name, Plural]).
+
+%!  merit_words(+Px, -Words) is det.
+%
+%   A merit or a threshold, in pixels: to a hundredth, and where that would say little in two significant digits.
+
+merit_words(Px, Words) :-
+    least_in_hundredths(Least),
+    (   ( Px =:= 0 ; abs(Px) >= Least )
+    ->  format(atom(Words), "~2f", [Px])
+    ;   format(atom(Words), "~2g", [Px])
+    ).
+
+least_in_hundredths(0.1).
 
 :- multifile prolog:message//1.
 
@@ -64,10 +78,11 @@ pose_words(Result) -->
     { is_dict(Result.pose) },
     !,
     { Result.pose.translation = [X, Y, Z],
-      Result.pose.rotation_vector = [A, B, C] },
+      Result.pose.rotation_vector = [A, B, C],
+      merit_words(Result.merit_px, Merit) },
     [ nl, '  translation ~4f ~4f ~4f m'-[X, Y, Z], nl,
       '  rotation    ~4f ~4f ~4f rad'-[A, B, C], nl,
-      '  rms ~2f px, merit ~2f px (threshold ~g)'-[Result.rms_px, Result.merit_px, Result.threshold_px] ],
+      '  rms ~2f px, merit ~w px (threshold ~g)'-[Result.rms_px, Merit, Result.threshold_px] ],
     other_poses(Result).
 pose_words(_) -->
     [ nl, '  no pose' ].
@@ -145,7 +160,8 @@ help(Result, _, 'is it the right model, and of the right size (--unit)? the repo
 help(Result, _, Help) :-
     is_dict(Result.pose),
     rather_right(Result),
-    format(atom(Help), "a --threshold above ~2f, where that is good enough", [Result.merit_px]).
+    merit_words(Result.merit_px, Merit),
+    format(atom(Help), "a --threshold above ~w, where that is good enough", [Merit]).
 help(Result, _, 'an end farther away (--contact-range)') :-
     fixed_hold(Result, _).
 

@@ -3,7 +3,7 @@
           ]).
 :- use_module(installation, [installation_root/1]).
 :- use_module(usage, [did_you_mean/3, usage_error/2]).
-:- use_module('../domain/reasoning/instead', [set_instead/1]).
+:- use_module('../domain/reasoning/instead', [instead_image/2, set_instead/1]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(lists), [append/3]).
 :- use_module(library(option), [option/2, option/3]).
@@ -26,13 +26,16 @@ session_plan(Options, Plan) :-
     model_file(Root, Options, Model),
     check_scenario(Root, Options),
     theory_files(Root, ControllerFile, Files),
-    target_name(Options, TargetName),
+    what_it_shows(Options, Shows),
+    target_name(Shows, TargetName),
     program(Options, Program),
     option(seed(Seed), Options),
+    check_image_of_instead(Options),
     option(instead(Instead), Options, none),
     set_instead(Instead),
     Plan = plan{ root:Root, theory:Files, program:Program, seed:Seed,
-                 controller:ControllerName, controller_file:ControllerFile, target:TargetName, model:Model }.
+                 controller:ControllerName, controller_file:ControllerFile, shows:Shows, target:TargetName,
+                 model:Model }.
 
 %   A controller is a name in domain/controllers or a Golog file of the user's.
 controller_file(Root, Given, File, Name) :-
@@ -81,16 +84,36 @@ theory_files(Root, Controller, Files) :-
 under(Root, Path, File) :-
     atomic_list_concat([Root, /, Path], File).
 
-target_name(Options, Name) :-
+%   What is in the images, as far as the command line tells.
+what_it_shows(Options, target(Name)) :-
     option(target(Given), Options),
     !,
     base_name(Given, Name).
-target_name(Options, Name) :-
+what_it_shows(Options, stack(Name)) :-
     option(stack(Dir), Options),
     !,
     absolute_file_name(Dir, Absolute),
     file_base_name(Absolute, Name).
-target_name(_, unknown).
+what_it_shows(_, served).
+
+%   In the name of the run folder, and in result.json until the image server has told its target.
+target_name(target(Name), Name).
+target_name(stack(Name), Name).
+target_name(served, unknown).
+
+%   An image that a session cannot come to.  How many an approach takes is not known before.
+check_image_of_instead(Options) :-
+    option(instead(Words), Options),
+    instead_image(Words, Number),
+    option(max_iterations(Limit), Options),
+    ( option(approach(true), Options) -> Last = inf ; Last = Limit ),
+    \+ between(1, Last, Number),
+    !,
+    (   Number < 1
+    ->  usage_error("--instead: there is no image i~d; the first one is i1", [Number])
+    ;   usage_error("--instead: there is no image i~d; a session takes at most ~d (--max-iterations)", [Number, Limit])
+    ).
+check_image_of_instead(_).
 
 program(Options, session(Ranges)) :-
     option(approach(true), Options),

@@ -55,11 +55,11 @@ session(opened(Plan, Folder, Servers), Options, Outcome) :-
 
 %   All but what touches the world: the servers take what they are told, and know what the strategy names.
 checked_session(Session) :-
-    _{plan:Plan} :< Session,
-    check_controller(Plan),
+    check_controller(Session.plan),
     open_servers(Session),
+    with_target(Session, Named),
     execute(connect, session(Device, _, _)),
-    show([], would_do(Plan, Device)).
+    show([], would_do(Named.plan, Device)).
 
 served_session(Session, Outcome) :-
     _{options:Options, plan:Plan, folder:Folder} :< Session,
@@ -69,9 +69,10 @@ served_session(Session, Outcome) :-
     forget_hold(Folder),
     start_view(Options, Folder),
     begin_table(Options, Plan),
-    catch(( open_servers(Session), check_same_scene(Session) ), Error1, nothing_begun(Folder, Error1)),
-    catch(( run_program(Session, End, Situation),
-            end_session(Session.put(stop, session_run:stop_everything), end(End, Situation), Outcome) ),
+    catch(( open_servers(Session), check_same_scene(Session), with_target(Session, Named) ),
+          Error1, nothing_begun(Folder, Error1)),
+    catch(( run_program(Named, End, Situation),
+            end_session(Named.put(stop, session_run:stop_everything), end(End, Situation), Outcome) ),
           error(Formal, _), cannot_go_on(Formal, Folder)),
     ( Situation == none -> stop_everything, leave_run_folder(Folder) ; true ).
 
@@ -128,6 +129,18 @@ check_same_scene(Session) :-
     ->  usage_error("--resume: the image server shows another target or scene than the session in ~w was begun with",
                     [Folder])
     ;   true
+    ).
+
+%   Where the command line does not name the target, the image server does.
+with_target(Session, Named) :-
+    Plan = Session.plan,
+    (   Plan.shows \= target(_),
+        ask(image_server, describe, _{}, Device),
+        is_dict(Device.target)
+    ->  file_base_name(Device.target.model, Base),
+        file_name_extension(Name, _, Base),
+        Named = Session.put(plan, Plan.put(target, Name))
+    ;   Named = Session
     ).
 
 %   Arguments of the vision server's `start`; what is not given it asks of the image server.

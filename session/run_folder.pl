@@ -1,5 +1,6 @@
 :- module(session_run_folder,
           [ make_run_folder/3,          % +Options, +Plan, -Folder
+            check_run_folder/2,         % +Options, +Plan
             leave_run_folder/1,         % +Folder
             replace_file/2,             % +File, :Write
             run_file/3                  % +Folder, +Name, -File
@@ -33,6 +34,34 @@ make_run_folder(Options, Plan, Folder) :-
     writable(Folder, "--out"),
     unused_folder(Folder),
     locked_session_file(Folder, true).
+
+%!  check_run_folder(+Options, +Plan) is det.
+%
+%   Whether make_run_folder/3 could make it; what is made to see that is removed again.
+%
+%   @error usage_error(Message) as there
+
+check_run_folder(Options, _) :-
+    option(resume(Given), Options),
+    !,
+    absolute_file_name(Given, Folder),
+    writable(Folder, "--resume").
+check_run_folder(Options, Plan) :-
+    folder_name(Options, Plan, Given),
+    absolute_file_name(Given, Folder),
+    missing_folders(Folder, Missing),
+    call_cleanup(( catch(make_folder(Folder), error(_, _), cannot("--out", "make", Folder)),
+                   writable(Folder, "--out"),
+                   unused_folder(Folder) ),
+                 forall(member(Made, Missing), catch(delete_directory(Made), error(_, _), true))).
+
+%   The innermost first.
+missing_folders(Folder, []) :-
+    exists_directory(Folder),
+    !.
+missing_folders(Folder, [Folder|Missing]) :-
+    file_directory_name(Folder, Above),
+    ( Above == Folder -> Missing = [] ; missing_folders(Above, Missing) ).
 
 %   Nothing of another session, or of anything else, is mixed with this one.
 unused_folder(Folder) :-

@@ -1,6 +1,7 @@
 :- module(domain_instead,
           [ set_instead/1,              % +Words
             instead/3,                  % +Taken, +Device, -Settings
+            instead_image/2,            % +Words, -Number
             instead_settings/3          % +Words, +Device, -Settings
           ]).
 :- use_module(device).
@@ -40,6 +41,13 @@ instead(Taken, Device, Settings) :-
     parsed(Words, Number, Parts),
     Taken =:= Number - 1,
     settings_of(Parts, Device, Settings).
+
+%!  instead_image(+Words, -Number) is semidet.
+%
+%   The number of the image that these words are about; false where they are no settings of an image.
+
+instead_image(Words, Number) :-
+    parsed(Words, Number, _).
 
 %!  instead_settings(+Words, +Device, -Settings) is semidet.
 %

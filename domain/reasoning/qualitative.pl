@@ -36,7 +36,8 @@ other_directions(0.3).                  % and of any other two directions
 glare_from(0.2).                        % share of saturated pixels
 dark_highlight(0.08).                   % an image whose highlights are below this is dark,
 dark_from(0.8).                         % as is one with this share of dark pixels
-longest_in_fractions_s(0.5).            % shutters are written as 1/n s below this
+longest_in_fractions_s(0.5).            % shutters are written as 1/n s below this, where they are
+as_fraction(0.02).                      % one nearly: a camera's 1/30 s may be 0.033
 
 %!  qualitative_state(+Device, +Settings, -State) is det.
 
@@ -103,7 +104,7 @@ settings_words(Device, settings(Levels, Shutter, Aperture), Text) :-
     maplist(light_words, Lights, Levels, Words),
     atomic_list_concat(Words, ' ', LightWords),
     shutter_words(Shutter, ShutterWords),
-    format(string(Text), "~w, ~w, f/~w", [LightWords, ShutterWords, Aperture]).
+    format(string(Text), "~w, ~w, f/~4g", [LightWords, ShutterWords, Aperture]).
 
 light_words(light(Name, _), Level, Words) :-
     format(atom(Words), "~w ~w", [Name, Level]).
@@ -113,11 +114,13 @@ light_words(light(Name, _), Level, Words) :-
 shutter_words(Shutter, Words) :-
     longest_in_fractions_s(Longest),
     Shutter < Longest,
-    !,
     Denominator is round(1 / Shutter),
+    as_fraction(Tolerance),
+    abs(Denominator * Shutter - 1) =< Tolerance,
+    !,
     format(string(Words), "1/~d s", [Denominator]).
 shutter_words(Shutter, Words) :-
-    format(string(Words), "~w s", [Shutter]).
+    format(string(Words), "~4g s", [Shutter]).
 
 %!  similarity(+State1, +State2, -Similarity) is det.
 %

@@ -10,8 +10,10 @@ from bridge.command_line import whole_number
 
 def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
-    parser.add_argument("table", type=Path, metavar="OUT", help="Folder of a run, finished or not.")
-    parser.add_argument("--out", type=Path, required=True, metavar="FOLDER", help="For tables and plots.")
+    parser.add_argument("table", type=Path, metavar="RUN_OUT", help="The --out of a run, finished or not.")
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="FOLDER", help="Another folder, for tables and plots."
+    )
     parser.add_argument(
         "--reports", type=whole_number(least=0), default=0, metavar="N",
         help="Run the N cells that decide most again, and link their reports.",

@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from types import FrameType
 
-from bridge.command_line import whole_number
-from bridge.errors import BadInput
+from bridge.command_line import counted, whole_number
+from bridge.errors import EXIT_DEVICE, BadInput
 from experiments.engine import Pool, cores, run_plan
 from experiments.plan import read_plan
 from experiments.progress import Progressing
@@ -17,6 +17,9 @@ from experiments.progress import Progressing
 
 def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
+    parser.description = (
+        f"{parser.description} Exit status: 0 computed, 4 every cell that was computed failed, 2 bad input."
+    )
     parser.add_argument("plan", type=Path, metavar="PLAN.toml", help="Axes whose product is cells.")
     parser.add_argument(
         "stacks", type=Path, nargs="*", metavar="STACK", help="Stack folders that join the plan's."
@@ -46,12 +49,13 @@ def run(options: Namespace) -> int:
         try:
             run_plan(plan, options.out, partial(_pool, options), progress.begun, options.again)
         except KeyboardInterrupt as stopped:
-            progress.end(f"Stopped after {progress.computed} cells; the same command continues.")
+            progress.end(f"Stopped after {counted(progress.computed, 'cell')}; the same command continues.")
             return int(128 + (stopped.args[0] if stopped.args else signal.SIGINT))
         _page(options.out, False)
-        words = f"{progress.computed} cells computed, {progress.rate()}; table: {options.out}/results.parquet"
-        progress.end(words)
-    return 0
+        computed, failed = progress.computed, progress.failed
+        words = f"{counted(computed, 'cell')} computed" + (f", {failed} of them failed" if failed else "")
+        progress.end(f"{words}, {progress.rate()}; table: {options.out}/results.parquet")
+    return EXIT_DEVICE if 0 < computed == failed else 0
 
 
 def _pool(options: Namespace, version: str) -> Pool:

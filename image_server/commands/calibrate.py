@@ -15,9 +15,10 @@ def add_options(parser: ArgumentParser) -> None:
     parser.add_argument("out", type=Path, metavar="OUT.toml", help="Camera file to write.")
     add_camera(parser)
     parser.add_argument("--pixel-format", help="GREY, Y16, YUYV or MJPG.")
-    parser.add_argument("--width", type=whole_number(1))
-    parser.add_argument("--height", type=whole_number(1))
-    parser.add_argument("--frame-rate", type=number(0.01))
+    usual = "; as the camera has it now when left out."
+    parser.add_argument("--width", type=whole_number(1), metavar="PX", help=f"Of the frames, px{usual}")
+    parser.add_argument("--height", type=whole_number(1), metavar="PX", help=f"Of the frames, px{usual}")
+    parser.add_argument("--frame-rate", type=number(0.01), metavar="N", help=f"Frames a second{usual}")
     parser.add_argument(
         "--widest-aperture",
         type=number(0.1),

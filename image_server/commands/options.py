@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bridge.command_line import number, whole_number
+from bridge.command_line import MOST_SEED, number, whole_number
 
 if TYPE_CHECKING:
     from image_server.serve.device import Device
@@ -22,14 +22,19 @@ def add_events(parser: ArgumentParser) -> None:
     parser.add_argument("--events", help="Where to publish events; none: not published.")
 
 
-def add_draws(parser: ArgumentParser) -> None:
+def add_seed(parser: ArgumentParser) -> None:
     """Where random draws come from."""
     parser.add_argument(
         "--seed",
-        type=whole_number(0),
+        type=whole_number(0, MOST_SEED),
         default=0,
         help="Seed of every random draw: noise, and the simulator's poses (default: %(default)s).",
     )
+    parser.set_defaults(captures_taken=0, moved=[])  # what only goes on is given by `add_past`
+
+
+def add_past(parser: ArgumentParser) -> None:
+    """What a session has done before that goes on with this server."""
     parser.add_argument(
         "--captures-taken",
         type=whole_number(0),
@@ -48,7 +53,9 @@ def add_draws(parser: ArgumentParser) -> None:
 
 
 def _move(word: str) -> tuple[float, int]:
-    range_m, _, captures = word.partition(":")
+    range_m, colon, captures = word.partition(":")
+    if not colon:
+        raise ArgumentTypeError(f"{word!r} is not RANGE_M:CAPTURES, such as 0.8:3")
     return number(1e-6)(range_m), whole_number(0)(captures)
 
 
@@ -65,7 +72,9 @@ def add_deaths(parser: ArgumentParser) -> None:
 
 
 def _death(word: str) -> tuple[str, int]:
-    name, _, captures = word.rpartition(":")
+    name, colon, captures = word.rpartition(":")
+    if not colon:
+        raise ArgumentTypeError(f"{word!r} is not NAME:CAPTURES, such as left:3")
     return name, whole_number(0)(captures)
 
 

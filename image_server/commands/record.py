@@ -10,10 +10,10 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bridge.command_line import number, whole_number
+from bridge.command_line import counted, number, whole_number
 from bridge.errors import BadInput
 from image_server.commands.hardware import laboratory_device
-from image_server.commands.options import add_camera, add_draws, add_equipment
+from image_server.commands.options import add_camera, add_equipment, add_seed
 from image_server.commands.replay import replay_device
 from image_server.commands.simulator import simulated_device
 
@@ -52,7 +52,7 @@ def add_options(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--scenario", metavar="NAME_OR_FILE", help="Record from the simulator under a scenario."
     )
-    add_draws(parser)
+    add_seed(parser)
     parser.add_argument(
         "--repeat",
         type=whole_number(1, 1000),
@@ -88,7 +88,7 @@ def run(options: Namespace) -> None:
         else:
             at = parsed_settings(settings[0], describe)[0] if settings else _reference(describe)
             done = record_basis(device, out, at, options.average, options.black, _say)
-    print(f"{out}: {done.frames} frames recorded, {done.unverified} of them unverified")
+    print(f"{out}: {counted(done.frames, 'frame')} recorded, {done.unverified} of them unverified")
 
 
 def parsed_settings(text: str, describe: Describe) -> list[Settings]:

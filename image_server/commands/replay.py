@@ -13,8 +13,9 @@ from image_server.commands.options import (
     Conditions,
     add_conditions,
     add_deaths,
-    add_draws,
     add_events,
+    add_past,
+    add_seed,
     given_conditions,
     with_deaths,
 )
@@ -42,7 +43,8 @@ def add_options(parser: ArgumentParser) -> None:
     )
     add_serving(parser)
     add_events(parser)
-    add_draws(parser)
+    add_seed(parser)
+    add_past(parser)
     add_conditions(parser)
     add_deaths(parser)
 

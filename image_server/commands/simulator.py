@@ -11,8 +11,9 @@ from image_server.commands.options import (
     Conditions,
     add_conditions,
     add_deaths,
-    add_draws,
     add_events,
+    add_past,
+    add_seed,
     add_target,
     given_conditions,
     with_deaths,
@@ -28,7 +29,8 @@ def add_options(parser: ArgumentParser) -> None:
     add_serving(parser)
     add_events(parser)
     add_scene(parser)
-    add_draws(parser)
+    add_seed(parser)
+    add_past(parser)
     add_conditions(parser)
     add_deaths(parser)
 

@@ -2,12 +2,17 @@
 
 import subprocess
 import sys
+from argparse import ArgumentParser, ArgumentTypeError
+from collections.abc import Callable
+from importlib import import_module
 from types import ModuleType
+from typing import get_args
 
 import pytest
 
-from bridge.command_line import EXIT_READER_GONE, run_command
+from bridge.command_line import EXIT_READER_GONE, MOST_SEED, counted, number, run_command, whole_number
 from bridge.errors import BadInput, DeviceError
+from bridge.messages import Seed
 
 
 def test_a_reader_that_has_seen_enough_is_no_error() -> None:
@@ -65,3 +70,35 @@ def test_an_error_is_one_line_and_its_exit_status(
     monkeypatch.setitem(sys.modules, "program.commands.fail", Command("fail"))
     assert run_command("program", "It fails.", {"fail": "Do."}, ["fail"]) == status
     assert capsys.readouterr().err == line
+
+
+@pytest.mark.parametrize(
+    ("read", "word", "told"),
+    [
+        (number(0.01, 100.0), "0", "must be 0.01 to 100, not 0"),
+        (whole_number(0, MOST_SEED), "-1", "must be 0 to 9223372036854775807, not -1"),
+        (whole_number(1), "0", "must be at least 1, not 0"),
+        (number(), "nan", "must be a finite number, not nan"),
+        (number(), "x", "'x' is not a number"),
+    ],
+)
+def test_a_number_out_of_its_bounds_is_told_them(read: Callable[[str], float], word: str, told: str) -> None:
+    with pytest.raises(ArgumentTypeError) as caught:
+        read(word)
+    assert str(caught.value) == told
+
+
+def test_seeds_are_those_of_the_messages() -> None:
+    assert get_args(Seed)[1].le == MOST_SEED
+
+
+def test_one_of_a_kind_is_not_in_the_plural() -> None:
+    assert (counted(0, "cell"), counted(1, "cell"), counted(2, "cell")) == ("0 cells", "1 cell", "2 cells")
+
+
+@pytest.mark.parametrize("program", ["bridge", "experiments", "image_server", "vision_server"])
+def test_every_option_says_what_it_does(program: str) -> None:
+    for name in import_module(f"{program}.__main__").COMMANDS:
+        parser = ArgumentParser()
+        import_module(f"{program}.commands.{name.replace('-', '_')}").add_options(parser)
+        assert [action.dest for action in parser._actions if not action.help] == [], name

@@ -20,7 +20,7 @@ from .conftest import Counter
         ("ipc:///no/such/folder/s", "does not exist"),
         ("ipc:///tmp/" + "x" * 120, "longer than 107 bytes"),
         ("tcp://5555", "names no host and port"),
-        ("tcp://127.0.0.1:99999", "names no host and port"),
+        ("tcp://127.0.0.1:99999", "there is no port 99999"),
         ("tcp://0.0.0.0:5555", "reached from the network"),
         ("tcp://*:5555", "reached from the network"),
         ("tcp://192.168.1.1:5555", "reached from the network"),

@@ -49,9 +49,14 @@ test(words, Text == "bright from left, +1 stop") :-
     state_words(state(bright, from(left), 1), Text).
 test(words_off, Text == "off, -2 stops") :-
     state_words(state(off, none, -2), Text).
-test(settings_in_words, Text == "left 3 right 0 top 7, 1/60 s, f/4.0") :-
+test(settings_in_words, Text == "left 3 right 0 top 7, 1/60 s, f/4") :-
     testbed(Device),
     settings_words(Device, settings([3, 0, 7], 0.0166667, 4.0), Text).
+
+test(shutters_in_words, [forall(member(Seconds-Words, [ 0.0041667-"1/240 s", 0.033-"1/30 s", 0.333-"1/3 s", 0.4-"0.4 s",
+                                                      0.28-"0.28 s", 0.5-"0.5 s", 2.0-"2 s" ])),
+                         true(Text == Words)]) :-
+    shutter_words(Seconds, Text).
 
 test(dark, Quality == dark) :-
     image_quality(statistics(0.01, 0.02, 0.95, 0.0, unknown), Quality).

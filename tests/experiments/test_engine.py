@@ -6,22 +6,28 @@ import random
 import shutil
 import signal
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pyarrow.parquet as pq
 import pytest
 
+from bridge.messages import Settings
+from experiments.commands import run as run_command
 from experiments.computing import OtherVersion, rows_of
+from experiments.engine import Start, Watch
 from experiments.feed import Feed
 from experiments.kinds import empty
 from experiments.local_pool import LocalPool
-from experiments.plan import Cell, read_plan
+from experiments.plan import Cell, Plan, read_plan
 from experiments.table import JOURNAL, RESULTS
 from experiments.version import code_version
 from experiments.worker import Worker
+from tests.commands import command
 from tests.experiments.experiment import EMPTY, ROOT, plan_file, rows, run, started
 from tests.session.serving import served
+from tests.stack.stack_folders import frames_stack
 
 KILLS = 5
 
@@ -202,3 +208,34 @@ def test_workers_leave_nothing_behind(tmp_path: Path, monkeypatch: pytest.Monkey
     assert done.returncode == 0, done.stderr
     assert list((tmp_path / "scratch").iterdir()) == []
     shutil.rmtree(tmp_path / "scratch")
+
+
+@pytest.mark.parametrize(("statuses", "status", "said"), [
+    (["failed", "deadline"], 4, "2 cells computed, 2 of them failed"),
+    (["failed", "converged"], 0, "2 cells computed, 1 of them failed"),
+    (["exhausted"], 0, "1 cell computed, "),
+    ([], 0, "0 cells computed, "),
+])  # fmt: skip
+def test_a_run_in_which_all_failed_is_no_success(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, statuses: list[str], status: int, said: str
+) -> None:
+    def computed(plan: Plan, out: Path, pool: object, begun: Callable[[Start], Watch], again: bool) -> None:
+        watch = begun(Start(len(statuses), 0, "paper"))
+        for one in statuses:
+            watch([{"status": one}])
+
+    monkeypatch.setattr(run_command, "run_plan", computed)
+    monkeypatch.setattr(run_command, "_page", lambda out, running: None)
+    done = command("experiments", "run", plan_file(tmp_path, EMPTY.format(last=1)), "--out", tmp_path / "out")
+    assert done.returncode == status
+    assert said in done.stderr
+
+
+def test_recorded_frames_are_asked_for_as_by_a_session(tmp_path: Path) -> None:
+    from experiments.warm_servers import device_of
+
+    stack = frames_stack(tmp_path)
+    (cell,) = cells(tmp_path, f'controllers = ["simple"]\nstacks = ["{stack}"]\nseeds = "1"\n')
+    device = device_of(cell)
+    asked = Settings(lights=(7, 7), shutter_s=0.0166667, aperture=4.0)
+    assert not device.capture(asked).verified  # the nearest that was recorded

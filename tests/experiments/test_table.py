@@ -137,3 +137,13 @@ def test_a_missing_package_is_said_with_its_remedy() -> None:
         "experiments: the table of results needs the package pyarrow; "
         "install it: pip install 'lights-and-camera[experiments]'\n"
     )
+
+
+def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "result.json").write_text("{}")
+    with pytest.raises(BadInput, match=r"in use for something else \(it holds result.json\)"):
+        opened(tmp_path)
+    (tmp_path / "out" / "result.json").unlink()
+    opened(tmp_path).close()
+    opened(tmp_path).close()

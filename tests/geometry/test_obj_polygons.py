@@ -55,3 +55,9 @@ def test_what_is_no_face_is_said(tmp_path: Path) -> None:
         wrong.write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nf {face}\n")
         with pytest.raises(GeometryError, match=r"wrong.obj"):
             load_model(wrong)
+
+
+def test_a_file_that_is_no_obj_file_is_told_so(tmp_path: Path) -> None:
+    (tmp_path / "part.obj").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
+    with pytest.raises(GeometryError, match="it is not an OBJ file"):
+        load_model(tmp_path / "part.obj")

@@ -1,6 +1,7 @@
 :- module(test_indigolog_command, []).
 :- use_module(library(plunit)).
-:- use_module(library(lists), [append/3]).
+:- use_module(library(aggregate), [aggregate_all/3]).
+:- use_module(library(lists), [append/3, member/2]).
 :- use_module(library(process), [process_create/3, process_wait/2]).
 
 /** <module> swipl indigolog/run.pl */
@@ -110,10 +111,22 @@ test(bad_usage, [forall(wrong(Words, Text)), Status-true == 2-Said]) :-
 test(no_such_theory, Status-Errors == 2-"no theory file /nowhere/at/all.pl\n") :-
     run_on('/nowhere/at/all.pl', [inc], "", Status, _, Errors).
 
+% A file that is no theory: not a screen of errors.
+test(the_first_errors_tell, Status-Count == 2-3) :-
+    here(Folder),
+    atom_concat(Folder, '/../../README.md', Theory),
+    run_on(Theory, [inc], "", Status, _, Errors),
+    split_string(Errors, "\n", "", Lines),
+    aggregate_all(count, ( member(Line, Lines), sub_string(Line, 0, _, _, "ERROR: ") ), Count).
+
 wrong([], "two arguments are needed").
 wrong([inc, '--sideways'], "unknown option --sideways").
 wrong([inc, '--max-actions', many], "--max-actions needs a whole number").
+wrong([inc, '--max-actions', '-3'], "--max-actions needs a whole number from 0").
 wrong([inc, '--seed=x'], "--seed needs a whole number").
+wrong([inc, '--journal', '/nowhere/at/all'], "cannot open the journal /nowhere/at/all").
+wrong(['foo('], "PROGRAM is not a Prolog term: it ends too early").
+wrong(['foo bar'], "PROGRAM is not a Prolog term: operator expected").
 wrong([inc, '--max-wait', soon], "--max-wait needs a number of seconds").
 wrong([inc, '--journal'], "--journal needs a file").
 wrong([inc, '--resume', '/nowhere/at/all'], "cannot resume: /nowhere/at/all does not exist").

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from report.__main__ import main
 from report.errors import ReportError
 from report.records import read_result
 from tests.report.run_folders import RunMaker
@@ -27,6 +28,14 @@ def test_it_writes_the_page(root: Path, make_run: RunMaker) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.strip() == str(folder / "report.html")
     assert (folder / "report.html").stat().st_size > 10_000
+
+
+def test_help_lists_the_commands(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "argv", ["report", "--help"])
+    with pytest.raises(SystemExit):
+        main()
+    lines = capsys.readouterr().out.split("Commands:\n")[1].splitlines()
+    assert [line.split()[0] for line in lines[:2]] == ["live", "whatif"]
 
 
 def test_bad_input_is_one_plain_line(root: Path, tmp_path: Path) -> None:

@@ -1,8 +1,14 @@
 :- module(test_session_display, []).
 :- use_module(library(plunit)).
 :- use_module('../../session/display').
+:- use_module('../../session/outcome', [merit_words/2]).
 
 /** <module> What a session says of itself */
+
+shown(Message, Text) :-
+    phrase(prolog:message(session(Message)), Parts),
+    with_output_to(string(Text0), print_message_lines(current_output, '', Parts)),
+    split_string(Text0, "", "\n", [Text]).
 
 % said(-Error, -Sentence): of a server that was lost in this way
 said(error(server_died(vision_server, killed(9), "", 'vision_server.log'), _),
@@ -15,8 +21,16 @@ said(error(server_error(no_session, "There is no session on this connection.", "
 :- begin_tests(display).
 
 test(what_is_done_about_a_server_is_true, [forall(said(Error, Sentence)), true(Text == Sentence)]) :-
-    phrase(prolog:message(session(brought_back(Error, 1, 5))), Parts),
-    with_output_to(string(Text0), print_message_lines(current_output, '', Parts)),
-    split_string(Text0, "", "\n", [Text]).
+    shown(brought_back(Error, 1, 5), Text).
+test(the_target_is_named_where_it_is_known, [forall(member(Shows-Begin, [ target(cube)-"Session: greedy on cube, seed 1\n",
+                                                                         stack(images)-"Session: greedy on the stack images, seed 1\n",
+                                                                         served-"Session: greedy, seed 1\n" ])),
+                                              true(sub_string(Text, 0, _, _, Begin))]) :-
+    shown(begin(plan{controller:greedy, shows:Shows, seed:1, program:session}, run), Text).
+test(who_is_waited_for, true(Text == "  waiting for the servers to start ...")) :-
+    shown(waiting(vision_server, start), Text).
+test(small_merits_are_told_apart, [forall(member(Px-Expected, [0-'0.00', 0.00384-'0.0038', 0.1-'0.10', 12.345-'12.35'])),
+                                   true(Words == Expected)]) :-
+    merit_words(Px, Words).
 
 :- end_tests(display).

@@ -74,7 +74,7 @@ def test_help_lists_the_options() -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--colour"], ["unknown option --colour", "--help"]),
+        (["--colour"], ["ERROR: unknown option --colour (see --help)"]),
         (["--scenari", "nominal"], ["unknown option --scenari", "Did you mean scenario?"]),
         (["--max-iteration", "3"], ["unknown option --max-iteration", "Did you mean max-iterations?"]),
         (["--controller", "heuristc"], ["Did you mean heuristic?"]),
@@ -94,6 +94,9 @@ def test_help_lists_the_options() -> None:
         (["--threshold", "-1"], ["--threshold must be a positive number"]),
         (["--max-iterations", "0"], ["--max-iterations must be at least 1"]),
         (["--seed", "x"], ["--seed", "whole number"]),
+        (["--seed", "9223372036854775808"], ["--seed must be a whole number from 0 to 9223372036854775807"]),
+        (["--instead", "i0: left 7, 1/60 s, f/4"], ["--instead: there is no image i0; the first one is i1"]),
+        (["--instead", "i11: left 7, 1/60 s, f/4"], ["no image i11; a session takes at most 10"]),
         (["--matcher", "magic"], ["--matcher", "search, genetic"]),
         (["cube"], ["unexpected argument 'cube'"]),
         (["--controller", "wizard"], ["--controller", "'wizard'", "heuristic"]),
@@ -111,6 +114,8 @@ def test_help_lists_the_options() -> None:
         (["--camera", "/dev/nowhere", "--target", "cube"], ["--camera", "there is no '/dev/nowhere'"]),
         (["--lights", "/dev/null"], ["--lights needs --camera"]),
         (["--out", "/proc/none"], ["--out", "/proc/none"]),
+        (["--dry-run", "--out", "/proc/none"], ["--out: cannot make /proc/none"]),
+        (["--dry-run", "--out", str(ROOT / "session")], ["session is in use for something else"]),
     ],
 )
 def test_options(options: list[str], words: list[str]) -> None:
@@ -229,7 +234,7 @@ def test_a_dry_run_checks_what_a_session_needs(tmp_path: Path) -> None:
     assert "its log is" not in message
     (tmp_path / "bad.cao").write_text("V1 garbage")
     assert "bad.cao:1" in refused("--target", tmp_path / "bad.cao", "--dry-run")
-    done = served("--dry-run", cwd=tmp_path)
+    done = served("--dry-run", "--out", "new/run", cwd=tmp_path)
     assert done.returncode == 0
     assert "3 lights, 5 shutters, 3 apertures" in done.stderr
     assert {file.name for file in tmp_path.iterdir()} == {"bad.toml", "bad.cao"}

@@ -36,7 +36,7 @@ def test_every_strategy_is_served_and_it_is_said_once(recorded: Path, tmp_path: 
     assert done.returncode == 0, done.stderr
     assert done.stderr.count(SAID) == 1
     result = json.loads((tmp_path / "run" / "result.json").read_text())
-    assert result["status"] == "converged"
+    assert (result["status"], result["target"]) == ("converged", "cube")
     taken = recorded_frames(tmp_path / "run" / "images").values()
     assert len({frame.sha256 for frame in taken}) == result["iterations"]  # no image twice
 

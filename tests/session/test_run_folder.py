@@ -15,8 +15,11 @@ pytestmark = pytest.mark.slow
 def test_a_session_runs_from_any_folder_and_its_images_can_be_moved(tmp_path: Path) -> None:
     here = tmp_path / "here"
     here.mkdir()
-    done = controller("--seed", "3", "--out", "run", "--json", "--quiet", cwd=here)
+    done = controller(
+        "--seed", "3", "--out", "run", "--json", "--quiet", "--instead", "i9: left 7, 1/60 s, f/4", cwd=here
+    )
     assert done.returncode == 0, done.stderr
+    assert "--instead: the session ended before i9" in done.stderr
     result = json.loads(done.stdout)
     assert result["status"] == "converged"
     assert result["error"]["rotation_deg"] < 1.0

@@ -30,7 +30,7 @@ def add_options(parser: ArgumentParser) -> None:
     add_model_and_camera(parser)
     parser.add_argument(
         "--pose", required=True, type=Path, metavar="TOML",
-        help="File with rotation_vector (rad) and translation (m), camera_T_target.",
+        help="File with rotation_vector (rad) and translation (m), camera_T_target; in no table.",
     )  # fmt: skip
     add_exposures(parser)
     add_edge_radius(parser)
@@ -52,13 +52,13 @@ def run(options: Namespace) -> int:
 def _judged(options: Namespace) -> dict[str, Any]:
     from geometry.errors import GeometryError
     from vision_server.pipeline import PipelineSettings
-    from vision_server.serve.inputs import read_camera_file, read_model, read_seed_pose
+    from vision_server.serve.inputs import read_camera_file, read_model, read_pose
     from vision_server.serve.results import judgement_result
     from vision_server.tracking.referee import judged
 
     given = read_camera_file(options.camera)
     model = read_model(options.model, options.unit)
-    pose = read_seed_pose(options.pose, model)
+    pose = read_pose(options.pose, model)
     images, names, tone_sd_px = read_set(options, given.camera, given.table)
     settings = PipelineSettings(
         seed=options.seed, tone_sd_px=tone_sd_px, tolerance_m=given.tolerance_m(model) or 0.0

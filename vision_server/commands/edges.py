@@ -162,6 +162,14 @@ def write_kinds(kinds: EdgeKinds, options: Namespace) -> None:
         print(json.dumps(columns, allow_nan=False))
 
 
+def check_picture(path: Path) -> None:
+    """Raise BadInput where pictures of the kind that this name says cannot be written; PNG without one."""
+    import cv2
+
+    if path.suffix and not cv2.haveImageWriter(path.name):
+        raise BadInput(f"Cannot write pictures of the kind {path.suffix!r}.", "Name it something.png.")
+
+
 def write_picture(path: Path, picture: NDArray[np.uint8]) -> None:
     """Write a picture of the kind that its name says.
 
@@ -172,13 +180,8 @@ def write_picture(path: Path, picture: NDArray[np.uint8]) -> None:
     """
     import cv2
 
-    try:
-        encoded, content = cv2.imencode(path.suffix or ".png", picture)
-    except cv2.error:
-        encoded = False
-    if not encoded:
-        raise BadInput(f"Cannot write pictures of the kind {path.suffix!r}.", "Name it something.png.")
-    write_file(path, content.tobytes())
+    check_picture(path)
+    write_file(path, cv2.imencode(path.suffix or ".png", picture)[1].tobytes())
 
 
 def write_array(path: Path, array: NDArray[np.float32]) -> None:
@@ -224,7 +227,7 @@ def add_options(parser: ArgumentParser) -> None:
         metavar="NPZ",
         help="Also save edgels with place, axis and probabilities of kinds.",
     )
-    parser.add_argument("--json", action="store_true", help="Print the same as one JSON object.")
+    parser.add_argument("--json", action="store_true", help="Print what --npz saves as one JSON object.")
     parser.add_argument(
         "--method",
         choices=METHODS,

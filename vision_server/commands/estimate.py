@@ -6,12 +6,13 @@ import json
 import math
 import sys
 from argparse import ArgumentParser, Namespace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bridge.errors import EXIT_NO_POSE, BadInput
 from bridge.start_messages import MATCHER_NAMES
-from vision_server.commands.edges import exposures_of, warn_of_movement
+from vision_server.commands.edges import check_picture, exposures_of, warn_of_movement, write_picture
 from vision_server.commands.options import (
     add_exposures,
     add_gamma,
@@ -91,6 +92,17 @@ def started_at(options: Namespace, model: Model, given: GivenCamera) -> Pose | A
     return seed_pose
 
 
+def _check_use(options: Namespace) -> None:
+    """Refuse what would be found only at the end, or change nothing."""
+    if options.overlay is not None:
+        check_picture(options.overlay)
+    ranges = {"--rotation-range-deg": options.rotation_range_deg}
+    ranges["--translation-range-px"] = options.translation_range_px
+    for name, value in ranges.items():
+        if value is not None and options.seed_pose is None:
+            raise BadInput(f"{name} is how far around --seed-pose is looked.", "Give both, or neither.")
+
+
 def _estimated(options: Namespace) -> dict[str, Any]:
     from geometry.errors import GeometryError
     from geometry.pose import SEARCH_ROTATION_DEG, Pose, search_translation_px
@@ -102,6 +114,7 @@ def _estimated(options: Namespace) -> dict[str, Any]:
     from vision_server.serve.inputs import read_camera_file, read_model, told_raw
     from vision_server.serve.results import estimate_result
 
+    _check_use(options)
     given = read_camera_file(options.camera)
     camera, table = given.camera, given.table
     model = read_model(options.model, options.unit)
@@ -149,16 +162,10 @@ def write_overlay(
     pose: Pose | None,
     support: dict[int, float] | None = None,
 ) -> None:
-    """The model at a pose over an image, see `draw_overlay`, as a PNG file."""
-    import cv2
-
+    """The model at a pose over an image, see `draw_overlay`; raises as `write_picture`."""
     from report.overlay import draw_overlay
 
-    drawn = draw_overlay(pixels, model, camera, pose, support)
-    try:
-        path.write_bytes(cv2.imencode(".png", drawn)[1].tobytes())
-    except OSError as error:
-        raise BadInput(f"Cannot write {path}: {error.strerror}.", "Check the path.") from error
+    write_picture(path, draw_overlay(pixels, model, camera, pose, support))
 
 
 def _print(result: dict[str, Any]) -> None:
@@ -167,30 +174,30 @@ def _print(result: dict[str, Any]) -> None:
     from rich.table import Table
 
     console = Console()
+    say = partial(console.print, soft_wrap=True)  # a line stays one, in a pipe too
     if result["pose"] is None:
-        console.print(f"No pose of {result['target']}: nothing in the images supports one.")
+        say(f"No pose of {result['target']}: nothing in the images supports one.")
         return
     pose = result["pose"]
-    console.print(f"Pose of [bold]{result['target']}[/bold] (camera_T_target)")
-    console.print(
-        "  rotation vector  " + "  ".join(f"{value:+.6f}" for value in pose["rotation_vector"]) + "  rad"
-    )
-    console.print("  translation      " + "  ".join(f"{value:+.6f}" for value in pose["translation"]) + "  m")
+    say(f"Pose of [bold]{result['target']}[/bold] (camera_T_target)")
+    say("  rotation vector  " + "  ".join(f"{value:+.6f}" for value in pose["rotation_vector"]) + "  rad")
+    say("  translation      " + "  ".join(f"{value:+.6f}" for value in pose["translation"]) + "  m")
     spread = [math.sqrt(max(row[i], 0.0)) for i, row in enumerate(result["covariance"])]
-    console.print(
-        "  sd of rotation   " + "  ".join(f"{math.degrees(value):.4f}" for value in spread[:3]) + "  deg"
-    )
-    console.print("  sd of shift      " + "  ".join(f"{1e3 * value:.4f}" for value in spread[3:]) + "  mm")
-    console.print(
+    say("  sd of rotation   " + "  ".join(f"{math.degrees(value):.4f}" for value in spread[:3]) + "  deg")
+    say("  sd of shift      " + "  ".join(f"{1e3 * value:.4f}" for value in spread[3:]) + "  mm")
+    poses = result.get("poses", [])
+    if len(poses) > 1:
+        say(f"  one of {len(poses)} poses that fit, its probability {100 * poses[0]['probability']:.0f} %")
+    say(
         f"  RMS {result['rms_px']:.2f} px, {100 * result['supported_fraction']:.0f} % of the visible lines "
         f"supported, score {result['score']:.2f}, ambiguity {result['ambiguity']:.2f}, "
         f"{result['segments']} segments"
     )
     for axis in result.get("free", []):
-        console.print(f"  free: rotation about {axis}, which no image shows")
-    for other in result.get("poses", [])[1:]:
+        say(f"  free: rotation about {axis}, which no image shows")
+    for other in poses[1:]:
         vector, place = other["pose"]["rotation_vector"], other["pose"]["translation"]
-        console.print(
+        say(
             f"  or, {100 * other['probability']:.0f} %: rotation vector "
             + "  ".join(f"{value:+.3f}" for value in vector)
             + "  translation  "
@@ -206,9 +213,7 @@ def _print(result: dict[str, Any]) -> None:
             escape(Path(result["files"][line["image"]]).name) if line["image"] else "-",
         )
     console.print(table)
-    console.print(
-        "  " + ", ".join(f"{stage} {1e3 * value:.0f} ms" for stage, value in result["seconds"].items())
-    )
+    say("  " + ", ".join(f"{stage} {1e3 * value:.0f} ms" for stage, value in result["seconds"].items()))
 
 
 def add_options(parser: ArgumentParser) -> None:

@@ -7,7 +7,7 @@ from argparse import ArgumentParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bridge.command_line import number, whole_number
+from bridge.command_line import MOST_SEED, number, whole_number
 from bridge.errors import BadInput
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def add_model_and_camera(parser: ArgumentParser) -> None:
 def add_seed(parser: ArgumentParser) -> None:
     """Where random draws come from."""
     parser.add_argument(
-        "--seed", type=whole_number(0), default=0, metavar="N",
+        "--seed", type=whole_number(0, MOST_SEED), default=0, metavar="N",
         help="Seed of the search's draws (default: %(default)s).",
     )  # fmt: skip
 

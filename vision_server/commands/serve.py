@@ -21,7 +21,10 @@ def add_options(parser: ArgumentParser) -> None:
         "(default: anywhere, but on tcp:// without keys, where all users are let in, the current folder).",
     )
     parser.add_argument(
-        "--image-server", metavar="ENDPOINT", help="Its model file may be read wherever it is."
+        "--image-server",
+        metavar="ENDPOINT",
+        help="The image server of the sessions, where it is known: the model file that it names may be read "
+        "wherever that is, also with --root.",
     )
 
 

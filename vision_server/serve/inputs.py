@@ -156,6 +156,22 @@ def read_seed_pose(path: Path, model: Model) -> Pose:
         ) from error
 
 
+def read_pose(path: Path, model: Model) -> Pose:
+    """The pose of a TOML file with ``rotation_vector`` and ``translation``, in no table.
+
+    Raises
+    ------
+    BadInput
+        It cannot be read, or is no pose of the model. A seed pose, as of a stack, is not taken for one.
+    """
+    try:
+        return checked_pose(Pose.from_dict(read_toml(path, "pose")), model)
+    except GeometryError as error:
+        raise BadInput(
+            f"{path}: {error}.", "Give rotation_vector and translation at its top, in no [table]."
+        ) from error
+
+
 def checked_tolerance(value: Any, model: Model, whose: str = "Parameter ") -> float:
     """A tolerance in metres, as it is used; raises as `_checked_length`."""
     advice = "half a permille is usual for machined parts"

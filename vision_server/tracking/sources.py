@@ -12,12 +12,15 @@ import cv2
 import numpy as np
 
 from bridge.errors import BadInput, BridgeTimeout, ServerError
+from stack.format import STACK_FILE
+from stack.read import recorded_frames
 from vision_server.channels.depth import Pixels, Raw
 from vision_server.channels.image_files import PLAIN, read_pixels
 from vision_server.channels.tone import file_gamma
 from vision_server.tracking.served_frames import SCHEMES, ServedFrames
 
 IMAGES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pgm", ".bmp"}
+DRAWN = ("-overlay", "-edges")  # pictures for people, beside a session's frames
 DEVICE = "/dev/video"
 QUIET = "-8"  # of FFmpeg's levels
 
@@ -36,6 +39,14 @@ class Frame:
     name: str
     pixels: Pixels
     time_s: float | None = None
+
+
+def _frames_of(folder: Path) -> list[Path]:
+    """The frames of a recorded stack in their order, else all images by name but what sessions draw."""
+    if (folder / STACK_FILE).exists() and (recorded := recorded_frames(folder)):
+        return [folder / frame.image for frame in recorded.values()]
+    images = (file for file in folder.iterdir() if file.suffix.lower() in IMAGES)
+    return sorted(file for file in images if not file.stem.endswith(DRAWN))
 
 
 class Source:
@@ -76,7 +87,7 @@ class Source:
 
     def _open(self, words: Sequence[Path]) -> None:
         if len(words) == 1 and words[0].is_dir():
-            self._files = sorted(file for file in words[0].iterdir() if file.suffix.lower() in IMAGES)
+            self._files = _frames_of(words[0])
             if not self._files:
                 raise BadInput(f"{words[0]} holds no images.", f"Endings: {' '.join(sorted(IMAGES))}.")
         elif all(word.suffix.lower() in IMAGES for word in words):

@@ -104,7 +104,7 @@ def test_bad_input_ends_with_one_plain_line(tmp_path: Path, arguments: list[str]
         ),
         (
             [*REPLAY, "--seed", "-1"],
-            "--seed: -1 is not at least 0",
+            "--seed: must be 0 to 9223372036854775807, not -1",
         ),
         ([*REPLAY, "--light-power", "x"], "'x' is not a number"),
         (
@@ -116,8 +116,10 @@ def test_bad_input_ends_with_one_plain_line(tmp_path: Path, arguments: list[str]
         (["record", "out", "--kind", "film"], "invalid choice: 'film' (choose from 'frames', 'basis')"),
         (
             ["record", "out", "--kind", "frames", "--repeat", "2000"],
-            "is not at least 1 and at most 1000",
+            "must be 1 to 1000, not",
         ),
+        ([*REPLAY, "--light-dies", "left"], "'left' is not NAME:CAPTURES, such as left:3"),
+        ([*REPLAY, "--moved", "0.8"], "'0.8' is not RANGE_M:CAPTURES, such as 0.8:3"),
         (["project"], "no command 'project'; there are replay, simulator"),
     ],
 )
@@ -136,6 +138,7 @@ def test_values_are_what_the_command_takes() -> None:
     assert given.out == Path("out") and given.kind == "basis"
     assert given.settings == ["each", "7:1/60:4"] and given.black == 0.0 and given.camera is None
     assert (given.seed, given.captures_taken) == (3, 0) and given.lights is None and given.unit == "m"
+    assert "--moved" not in parser.format_help()  # of a session that goes on
     add_conditions(parser := ArgumentParser())
     moved = parser.parse_args(["--motion-px-per-s", "-24", "0.5"])
     assert given_conditions(moved) == (None, None, None, (-24.0, 0.5))

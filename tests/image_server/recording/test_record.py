@@ -157,7 +157,7 @@ def test_the_command_records_from_the_simulator(tmp_path: Path) -> None:
         out, "--kind", "frames", "--scenario", "nominal", "--seed", "5", "--settings", "7,0,0:1/60:4"
     )
     assert done.returncode == 0, done.stderr
-    assert "1 frames recorded, 0 of them unverified" in done.stdout
+    assert "1 frame recorded, 0 of them unverified" in done.stdout
     assert load_stack(out).table.kind == "frames"
     again = record(out, "--kind", "frames", "--scenario", "nominal", "--settings", "7,0,0:1/60:4")
     assert again.returncode == 2

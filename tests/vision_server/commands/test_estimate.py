@@ -10,6 +10,7 @@ import pytest
 from geometry.pose import Pose, disturbed
 from tests.commands import Done, command, process
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, photographed
+from vision_server.commands import estimate as estimate_command
 from vision_server.commands.warm import drawn
 
 pytestmark = pytest.mark.slow
@@ -158,13 +159,16 @@ def test_of_a_large_frame_that_part_is_looked_at_where_the_target_can_be(folder:
         (["a.png"], {"seed_pose": "behind.toml"}, "behind"),
         (["a.png"], {"seed_pose": "camera.toml"}, "rotation_vector"),
         (["a.png"], {"matcher": "luck"}, "luck"),
+        (["a.png"], {"overlay": "a.xyz"}, "Cannot write pictures of the kind '.xyz'"),
+        (["a.png"], {"seed_pose": None, "rotation-range-deg": "5"}, "--rotation-range-deg is how far around"),
+        (["a.png"], {"seed_pose": None, "translation-range-px": "5"}, "--translation-range-px is how far"),
         (["a.png"], {"gamma": "0"}, "gamma"),
         (["a.png"], {"camera": "loose.toml"}, "tolerance_m must be a number from 0 to"),
         (["a.png"], {"camera": "misspelt.toml"}, "unknown key distorsion; did you mean distortion?"),
     ],
 )
 def test_bad_input_is_one_plain_line(
-    folder: Path, images: list[str], options: dict[str, str], word: str
+    folder: Path, images: list[str], options: dict[str, str | None], word: str
 ) -> None:
     (folder / "nan.toml").write_text(
         "[target.seed_pose]\nrotation_vector = [nan, 0, 0]\ntranslation = [0, 0, 1]\n"
@@ -203,3 +207,18 @@ def test_a_wrong_unit_is_what_is_said_with_a_seed_pose_and_without(folder: Path)
     done = estimate(folder, "a.png", seed_pose=None, unit="mm")
     assert "0.000141 m across" in done.stderr
     assert "--unit is wrong" in done.stderr
+
+
+def test_lines_for_people_are_not_broken_and_say_first_of_how_many_poses_it_is_one(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    pose = {"rotation_vector": [0.1, 0.2, 0.3], "translation": [0.015, 0.001, 0.666]}
+    others = [{"pose": pose, "probability": share} for share in (0.5, 0.25, 0.25)]
+    numbers = {"rms_px": 0.1, "supported_fraction": 1.0, "score": 0.5, "ambiguity": 0.0, "segments": 139}
+    result = {"target": "cube", "pose": pose, "covariance": np.eye(6).tolist(), "poses": others, **numbers}
+    estimate_command._print(result | {"lines": [], "seconds": {f"stage {k}": 1.0 for k in range(10)}})
+    lines = capsys.readouterr().out.splitlines()
+    many = lines.index("  one of 3 poses that fit, its probability 50 %")
+    assert lines[many + 1].endswith("139 segments")
+    assert all(line.endswith("+0.015  +0.001  +0.666") for line in lines if line.startswith("  or, 25 %"))
+    assert lines[-1].endswith("stage 9 1000 ms")

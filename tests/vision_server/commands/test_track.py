@@ -23,6 +23,7 @@ from tests.vision_server.synthetic import CAMERA, POSE, cuboid
 from tests.vision_server.tracking.films import filmed, moving
 from vision_server.__main__ import COMMANDS
 from vision_server.channels.depth import Pixels
+from vision_server.tracking.sources import Source
 from vision_server.tracking.tracker import Tracked, Tracker
 
 pytestmark = pytest.mark.slow
@@ -144,6 +145,33 @@ def test_a_pose_is_judged(folder: Path) -> None:
     assert (wrong.returncode, told["state"]) == (3, "lost")
     assert Pose.from_dict(told["better"]).error_to(POSE).within(0.3, 0.003)
     assert command("vision_server", "check", *of(folder, image, "--pose", "nothing.toml")).returncode == 2
+
+
+@pytest.mark.parametrize("table", ["", "[target.seed_pose]\n"])
+def test_a_pose_is_not_taken_from_a_table(folder: Path, table: str) -> None:
+    text = table and table + (folder / "right.toml").read_text()
+    (folder / "elsewhere.toml").write_text(text)
+    image = str(folder / "frames" / "000.png")
+    done = command("vision_server", "check", *of(folder, image, "--pose", str(folder / "elsewhere.toml")))
+    assert done.returncode == 2
+    assert "Give rotation_vector and translation at its top" in done.stderr
+
+
+def test_a_film_of_another_kind_is_refused_before_anything_is_done(folder: Path) -> None:
+    words = of(folder, str(folder / "frames"), "--overlay", str(folder / "film.png"))
+    done = command("vision_server", "track", *words)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "must end in .mp4 or .mov" in done.stderr
+
+
+def test_of_a_session_s_folder_its_frames_are_tracked_in_their_order(folder: Path, tmp_path: Path) -> None:
+    pictures = ["i1", "i1-overlay", "i1-edges", "i2", "i10"]
+    for name in pictures:
+        cv2.imwrite(str(tmp_path / f"{name}.png"), np.zeros((4, 4), np.uint8))
+    assert [Path(frame.name).stem for frame in Source([str(tmp_path)])] == ["i1", "i10", "i2"]
+    frame = '[[frames]]\nimage = "{}.png"\nlights = [1]\nshutter_s = 0.1\naperture = 4.0\n'
+    (tmp_path / "stack.toml").write_text("".join(map(frame.format, ("i1", "i2", "i10"))))
+    assert [Path(frame.name).stem for frame in Source([str(tmp_path)])] == ["i1", "i2", "i10"]
 
 
 @pytest.fixture
