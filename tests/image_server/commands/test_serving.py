@@ -100,7 +100,7 @@ def test_bad_input_ends_with_one_plain_line(tmp_path: Path, arguments: list[str]
     [
         (
             [*REPLAY, "--ambient-scale", "nan"],
-            "--ambient-scale: nan",
+            "--ambient-scale: must be at least 0, not nan",
         ),
         (
             [*REPLAY, "--seed", "-1"],
