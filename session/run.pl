@@ -57,8 +57,8 @@ session(opened(Plan, Folder, Servers), Options, Outcome) :-
 checked_session(Session) :-
     check_controller(Session.plan),
     open_servers(Session),
-    with_target(Session, Named),
     execute(connect, session(Device, _, _)),
+    with_target(Session, Named),
     show([], would_do(Named.plan, Device)).
 
 served_session(Session, Outcome) :-

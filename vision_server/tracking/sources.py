@@ -12,8 +12,6 @@ import cv2
 import numpy as np
 
 from bridge.errors import BadInput, BridgeTimeout, ServerError
-from stack.format import STACK_FILE
-from stack.read import recorded_frames
 from vision_server.channels.depth import Pixels, Raw
 from vision_server.channels.image_files import PLAIN, read_pixels
 from vision_server.channels.tone import file_gamma
@@ -42,9 +40,7 @@ class Frame:
 
 
 def _frames_of(folder: Path) -> list[Path]:
-    """The frames of a recorded stack in their order, else all images by name but what sessions draw."""
-    if (folder / STACK_FILE).exists() and (recorded := recorded_frames(folder)):
-        return [folder / frame.image for frame in recorded.values()]
+    """All images by name, but for what sessions draw."""
     images = (file for file in folder.iterdir() if file.suffix.lower() in IMAGES)
     return sorted(file for file in images if not file.stem.endswith(DRAWN))
 

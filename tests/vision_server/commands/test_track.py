@@ -23,6 +23,7 @@ from tests.vision_server.synthetic import CAMERA, POSE, cuboid
 from tests.vision_server.tracking.films import filmed, moving
 from vision_server.__main__ import COMMANDS
 from vision_server.channels.depth import Pixels
+from vision_server.commands.track import in_their_order
 from vision_server.tracking.sources import Source
 from vision_server.tracking.tracker import Tracked, Tracker
 
@@ -171,7 +172,7 @@ def test_of_a_session_s_folder_its_frames_are_tracked_in_their_order(folder: Pat
     assert [Path(frame.name).stem for frame in Source([str(tmp_path)])] == ["i1", "i10", "i2"]
     frame = '[[frames]]\nimage = "{}.png"\nlights = [1]\nshutter_s = 0.1\naperture = 4.0\n'
     (tmp_path / "stack.toml").write_text("".join(map(frame.format, ("i1", "i2", "i10"))))
-    assert [Path(frame.name).stem for frame in Source([str(tmp_path)])] == ["i1", "i2", "i10"]
+    assert [Path(word).stem for word in in_their_order([str(tmp_path)])] == ["i1", "i2", "i10"]
 
 
 @pytest.fixture
