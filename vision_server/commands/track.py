@@ -115,7 +115,7 @@ def _tracked(options: Namespace) -> int:
 
 
 def in_their_order(words: Sequence[str]) -> Sequence[str]:
-    """The frames of a folder that a session or `record` has made, in the order of its stack; else the words."""
+    """The frames of a folder with a stack of frames, in its order; else the words as they are."""
     from stack.format import STACK_FILE
     from stack.read import recorded_frames
 
