@@ -169,7 +169,7 @@ said(device_failed(D, A), 'device ~q failed to execute ~q', [D, A]).
 said(not_boolean_result(A, F, R), '~q sensed ~q, but ~q, which it senses, is true or false', [A, R, F]).
 said(nothing_sensed(A), 'the device gave no sensing result for ~q', [A]).
 said(no_theory, 'No theory is loaded: call load_theory(File) first', []).
-said(load(Files, Count), '~w error(s) while loading the theory ~q: the first above', [Count, Files]).
+said(load(Files, Count), '~w error(s) while loading the theory ~q: see above', [Count, Files]).
 said(module_header(File, Own), '~w begins with module(~q, ...): a theory file is plain Prolog with no header', [File, Own]).
 said(no_domain(D), '~q is neither a list nor a predicate of the theory whose one argument is a list', [D]).
 said(not_a_formula(P), '~q is not a formula', [P]).
