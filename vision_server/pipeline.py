@@ -39,7 +39,7 @@ from vision_server.pose.support import LineSupport, PoseSupport
 from vision_server.pose.trust import (
     WORTH_DOUBTING,
     WORTH_TURNING,
-    Agreement,
+    LineAgreement,
     Misfit,
     ambiguity,
     confidence,
@@ -128,7 +128,7 @@ class Estimate:
     seconds: dict[str, float] = field(default_factory=dict)
     support: PoseSupport | None = None
     misfit: Misfit | None = None
-    agreement: Agreement | None = None
+    agreement: LineAgreement | None = None
 
 
 class _Stopwatch:

@@ -25,7 +25,7 @@ from vision_server.pose.refinement import EXACT_REACH_PX, prior_precision
 from vision_server.pose.steps import moved
 from vision_server.pose.stretch import BETWEEN_AXES, motion_of_strains
 from vision_server.pose.support import support_at
-from vision_server.pose.trust import Agreement
+from vision_server.pose.trust import LineAgreement
 
 Floats = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ class Settled(NamedTuple):
 
     best: Refined
     covariance: Floats
-    agreement: Agreement | None = None
+    agreement: LineAgreement | None = None
 
 
 def settled(best: Refined) -> Settled | None:
@@ -85,7 +85,7 @@ def settled(best: Refined) -> Settled | None:
     squares = _squares(courses, step)
     scatter = scatter_of(squares, courses.share)
     covariance = covariance * as_seen(scatter, courses)
-    return Settled(best, covariance, Agreement(_agreeing(courses, squares, visible), scatter))
+    return Settled(best, covariance, LineAgreement(_agreeing(courses, squares, visible), scatter))
 
 
 def agreed(courses: Courses, prior: Floats) -> tuple[Floats, Floats]:

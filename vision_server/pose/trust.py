@@ -79,7 +79,7 @@ class Misfit:
         return Excess(axis, share) if abs(share) >= LEAST_STRETCH else None
 
 
-class Agreement(NamedTuple):
+class LineAgreement(NamedTuple):
     """How well the lines of a pose agree on it, see `settling.Settled`: share of the length, and scatter."""
 
     share: float
@@ -98,7 +98,7 @@ def confidence(
     ambiguity: float,
     uncertainty: float,
     doubt: Misfit | None = None,
-    agreement: Agreement | None = None,
+    agreement: LineAgreement | None = None,
 ) -> float:
     """Probability, 0..1, that the pose is within 1 degree and 1 % of the range.
 
@@ -113,7 +113,7 @@ def belief(
     ambiguity: float,
     uncertainty: float,
     doubt: Misfit | None = None,
-    agreement: Agreement | None = None,
+    agreement: LineAgreement | None = None,
 ) -> float:
     """Probability, 0..1, that the pose is the right one, however exact.
 
@@ -148,7 +148,7 @@ def _by_lines(support: PoseSupport, uncertainty: float, doubt: Misfit | None) ->
     return logit + (0.0 if doubt is None else _of_other_models(doubt, PER_LOG2_SIGNIFICANCE))
 
 
-def _settled(support: PoseSupport, doubt: Misfit | None, agreement: Agreement) -> float:
+def _settled(support: PoseSupport, doubt: Misfit | None, agreement: LineAgreement) -> float:
     """The same, of a pose that has taken the last step."""
     share = agreement.share
     logit = (

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.prediction.hidden import foreseen, hidden_places, log_of_hidden, shown_again
+from vision_server.prediction.hidden import brighter_by, foreseen, hidden_places, log_of_hidden, shown_again
 from vision_server.prediction.places import Places, Readings
 from vision_server.prediction.prior import Prior
 
@@ -193,7 +193,7 @@ class Seen:
 def _logs(prior: Prior, seen: Seen, inputs: Floats, source: Sequence[int]) -> Floats:
     mean, covariance = prior.of_readings(inputs, source)
     use, white, value, mean = seen.use, seen.white, seen.value, mean.ravel()[seen.use]
-    scale = np.exp(np.median(np.log(np.maximum(value, 1e-4)) - np.log(np.maximum(mean, 1e-4))))
+    scale = brighter_by(value, mean)
     variance, axes = np.linalg.eigh(white @ covariance[np.ix_(use, use)] @ white.T)
     squares = ((scale * SCALES) ** 2)[:, None, None]
     spread = NOISES[:, None] ** 2 + squares * np.maximum(variance, 0.0)

@@ -76,7 +76,7 @@ def foreseen(prior: Prior, readings: Readings, inputs: Floats, image: int) -> tu
     mean, covariance = prior.of_readings(inputs, range(inputs.shape[1]))
     use = np.flatnonzero(readings.known)
     value, sd = readings.value.ravel()[use], readings.sd.ravel()[use]
-    scale = _scale(value, mean.ravel()[use])
+    scale = brighter_by(value, mean.ravel()[use])
     noise = readings.correlation(use) * np.outer(sd, sd)
     places = mean.shape[1]
     of_image = slice(image * places, (image + 1) * places)
@@ -89,7 +89,7 @@ def foreseen(prior: Prior, readings: Readings, inputs: Floats, image: int) -> tu
     return scale * mean[image] + (value - scale * mean.ravel()[use]) @ gain, np.maximum(variance, 0.0)
 
 
-def _scale(value: Floats, mean: Floats) -> float:
+def brighter_by(value: Floats, mean: Floats) -> float:
     """How many times the mean the readings are, in the median."""
     return float(np.exp(np.median(np.log(np.maximum(value, 1e-4)) - np.log(np.maximum(mean, 1e-4)))))
 
@@ -99,7 +99,7 @@ def _off(prior: Prior, readings: Readings, known: Flags, inputs: Floats, since: 
     mean, covariance = prior.of_readings(inputs, range(inputs.shape[1]))
     use = np.flatnonzero(known)
     mean, value, sd = mean.ravel()[use], readings.value.ravel()[use], readings.sd.ravel()[use]
-    scale = _scale(value, mean)
+    scale = brighter_by(value, mean)
     noise = readings.correlation(use) * np.outer(sd, sd)
     precision = np.linalg.inv(scale**2 * covariance[np.ix_(use, use)] + noise)
     pull = precision @ (value - scale * mean)

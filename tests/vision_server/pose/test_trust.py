@@ -7,7 +7,7 @@ import pytest
 
 from geometry.visibility import Samples
 from vision_server.pose.support import HIDDEN, PoseSupport
-from vision_server.pose.trust import Agreement, Misfit, ambiguity, confidence, odds
+from vision_server.pose.trust import LineAgreement, Misfit, ambiguity, confidence, odds
 
 SPACING_PX, APART_PX = 2.0, 10.0
 
@@ -72,7 +72,7 @@ def test_the_probability_falls_with_each_doubt() -> None:
 def test_lines_that_are_seen_but_beside_their_place_are_doubted() -> None:
     good = support(*[0.9] * 8)
     shares = (0.0, 0.4, 0.7, 0.9, 1.0)
-    believed = [confidence(good, 0.0, 0.001, None, Agreement(share, 0.3)) for share in shares]
+    believed = [confidence(good, 0.0, 0.001, None, LineAgreement(share, 0.3)) for share in shares]
     assert believed == sorted(believed)
     assert believed[0] < 0.3
     assert believed[-1] > 0.95
@@ -80,14 +80,16 @@ def test_lines_that_are_seen_but_beside_their_place_are_doubted() -> None:
 
 def test_lines_that_are_farther_off_than_was_foreseen_are_doubted() -> None:
     good = support(*[0.9] * 8)
-    believed = [confidence(good, 0.0, 0.001, None, Agreement(0.8, scatter)) for scatter in (2.0, 0.5, 0.1)]
+    believed = [
+        confidence(good, 0.0, 0.001, None, LineAgreement(0.8, scatter)) for scatter in (2.0, 0.5, 0.1)
+    ]
     assert believed == sorted(believed)
     assert believed[0] < 0.9 < believed[-1]
 
 
 def test_a_missing_line_counts_once() -> None:
     """It does not agree; that it is missing, besides, says no more."""
-    agreement = Agreement(0.8, 0.3)
+    agreement = LineAgreement(0.8, 0.3)
     some, more = support(*[0.9] * 8, 0.0), support(*[0.9] * 8, 0.0, 0.0, 0.0)
     assert confidence(more, 0.0, 0.001) < confidence(some, 0.0, 0.001)
     assert confidence(more, 0.0, 0.001, None, agreement) == confidence(some, 0.0, 0.001, None, agreement)
@@ -97,8 +99,8 @@ def test_lines_that_a_rival_shares_do_not_speak_for_a_pose() -> None:
     """Of a turn that the seed pose rules out, too: where it is turned itself, its lines agree as well."""
     good = support(*[0.9] * 8)
     alone = confidence(good, 0.036, 0.001)
-    assert confidence(good, 0.036, 0.001, None, Agreement(1.0, 0.1)) == alone
-    assert confidence(good, 0.036, 0.001, None, Agreement(0.4, 0.3)) < alone
+    assert confidence(good, 0.036, 0.001, None, LineAgreement(1.0, 0.1)) == alone
+    assert confidence(good, 0.036, 0.001, None, LineAgreement(0.4, 0.3)) < alone
 
 
 def test_a_pose_of_one_degree_is_right_in_half_of_the_cases_at_most() -> None:
