@@ -20,7 +20,7 @@ def test_one_model_of_three_is_true() -> None:
 
 def test_a_simulated_scene_is_of_its_number() -> None:
     (name, studio, empty), (_, again, _) = simulated(1, 5), simulated(1, 5)
-    assert name == "simulated textured+blur plate-1 5"
+    assert name == "simulated textured+blur bus-1 5"
     assert not empty
     assert studio.true.error_to(again.true).within(1e-9, 1e-9)
     np.testing.assert_array_equal(studio.model.vertices, again.model.vertices)

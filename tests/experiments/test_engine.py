@@ -3,8 +3,8 @@
 import json
 import os
 import random
-import shutil
 import signal
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -201,13 +201,12 @@ def test_a_session_that_takes_too_long_is_a_row_and_the_next_one_is_well(tmp_pat
 
 @pytest.mark.slow
 def test_workers_leave_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("TMPDIR", str(tmp_path / "scratch"))
-    (tmp_path / "scratch").mkdir()
-    text = 'controllers = ["simple"]\ntargets = ["cube"]\nmax_iterations = 1\n'
-    done = run(plan_file(tmp_path, text), tmp_path / "out", "--workers", "1")
-    assert done.returncode == 0, done.stderr
-    assert list((tmp_path / "scratch").iterdir()) == []
-    shutil.rmtree(tmp_path / "scratch")
+    with tempfile.TemporaryDirectory(prefix="s") as scratch:  # paths of sockets are in it: short
+        monkeypatch.setenv("TMPDIR", scratch)
+        text = 'controllers = ["simple"]\ntargets = ["cube"]\nmax_iterations = 1\n'
+        done = run(plan_file(tmp_path, text), tmp_path / "out", "--workers", "1")
+        assert done.returncode == 0, done.stderr
+        assert list(Path(scratch).iterdir()) == []
 
 
 @pytest.mark.parametrize(("statuses", "status", "said"), [

@@ -247,7 +247,7 @@ def test_a_broken_result_is_told_on_the_page(make_run: RunMaker) -> None:
     [
         (["nowhere"], "no such folder"),
         (["."], "no session was begun here"),
-        ([".", "--port", "99999"], "at most 65535"),
+        ([".", "--port", "99999"], "must be 0 to 65535"),
         ([], "RUN_FOLDER"),
     ],
 )

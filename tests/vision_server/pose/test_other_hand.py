@@ -86,10 +86,10 @@ def test_a_mirror_that_changes_nothing_is_no_other_way(plate: Model, model: Mode
 
 
 def test_a_true_model_is_believed_from_its_plain_back(part: Model, model: Model) -> None:
-    """The part as seen from behind is the cuboid alone."""
+    """The part as seen from behind is the cuboid alone: that it is not turned the seed pose alone tells."""
     behind = changed(part, np.diag([1.0, 1.0, -1.0]))
     assert len(estimated(model, behind).lines) <= 9
-    assert estimated(model, behind).score > 0.93
+    assert estimated(model, behind).score > 0.9
 
 
 def test_a_mirrored_model_is_a_body_whose_faces_look_outwards() -> None:
