@@ -42,7 +42,7 @@ def read_set(
 
     Returns
     -------
-    The set; its names; how well the tone curve is known, px, see `file_tone`.
+    The set; the names of its different pictures; how well the tone curve is known, px, see `file_tone`.
     """
     from vision_server.channels.image_files import read_image_set
     from vision_server.channels.tone import file_tone

@@ -52,7 +52,7 @@ def log_of_hidden(readings: Readings, hidden: Flags) -> float:
     for image in range(1, len(hidden)):
         for same in np.flatnonzero(readings.alike[image, :image] == 1.0):
             off = (readings.value[image] - readings.value[same]) / readings.sd[image]
-            own = 2.0 * np.maximum(1.0 - readings.shared[image], LEAST_OWN)
+            own = _own_of_two(readings, image)
             again = -0.5 * off**2 / own - 0.5 * np.log(own)
             logs[image] = np.where(hidden[same], np.maximum(logs[image], again), logs[image])
     return float(which + logs[hidden].sum())
@@ -64,11 +64,16 @@ def shown_again(readings: Readings, hidden: Flags, since: int) -> bool:
     for image in range(since, len(hidden)):
         for before in np.flatnonzero(readings.alike[image, :since] == 1.0):
             both = hidden[image] & readings.known[before]
-            own = 2.0 * np.maximum(1.0 - readings.shared[image], LEAST_OWN) * readings.sd[image] ** 2
+            own = _own_of_two(readings, image) * readings.sd[image] ** 2
             differ += (np.abs(readings.value[image] - readings.value[before]) > OFF * np.sqrt(own))[
                 both
             ].tolist()
     return not differ or float(np.mean(differ)) > 0.5
+
+
+def _own_of_two(readings: Readings, image: int) -> Floats:
+    """Variance (P,), in that of one reading, between two of one exposure: what they do not share."""
+    return np.asarray(2.0 * np.maximum(1.0 - readings.shared[image], LEAST_OWN))
 
 
 def foreseen(prior: Prior, readings: Readings, inputs: Floats, image: int) -> tuple[Floats, Floats]:
