@@ -6,7 +6,7 @@ import json
 import signal
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
@@ -87,7 +87,7 @@ def _tracked(options: Namespace) -> int:
     from vision_server.tracking.sources import Source
 
     camera = read_camera_file(options.camera)
-    source = Source(in_their_order(options.frames), told_raw(camera.table), options.switch_lights)
+    source = Source(options.frames, told_raw(camera.table), options.switch_lights)
     tracker = _tracker(options, camera, told_gamma(options.gamma, camera.table), source.gamma)
     film = None
     if options.overlay is not None:
@@ -112,17 +112,6 @@ def _tracked(options: Namespace) -> int:
     if source.warning:
         print(f"vision_server: {source.warning}", file=sys.stderr)
     return 0 if found else EXIT_NO_POSE
-
-
-def in_their_order(words: Sequence[str]) -> Sequence[str]:
-    """The frames of a folder with a stack of frames, in its order; else the words as they are."""
-    from stack.format import STACK_FILE
-    from stack.read import recorded_frames
-
-    folder = Path(words[0])
-    if len(words) > 1 or not (folder / STACK_FILE).is_file():
-        return words
-    return [str(folder / frame.image) for frame in recorded_frames(folder).values()] or words
 
 
 @contextmanager

@@ -12,6 +12,8 @@ import cv2
 import numpy as np
 
 from bridge.errors import BadInput, BridgeTimeout, ServerError
+from stack.format import STACK_FILE
+from stack.read import recorded_frames
 from vision_server.channels.depth import Pixels, Raw
 from vision_server.channels.image_files import PLAIN, read_pixels
 from vision_server.channels.tone import file_gamma
@@ -40,7 +42,10 @@ class Frame:
 
 
 def _frames_of(folder: Path) -> list[Path]:
-    """All images by name, but for what sessions draw."""
+    """Those of its stack of frames, in their order; else all images by name, but what sessions draw."""
+    recorded = recorded_frames(folder).values() if (folder / STACK_FILE).is_file() else ()
+    if recorded:
+        return [folder / frame.image for frame in recorded]
     images = (file for file in folder.iterdir() if file.suffix.lower() in IMAGES)
     return sorted(file for file in images if not file.stem.endswith(DRAWN))
 

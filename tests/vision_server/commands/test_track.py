@@ -23,7 +23,6 @@ from tests.vision_server.synthetic import CAMERA, POSE, cuboid
 from tests.vision_server.tracking.films import filmed, moving
 from vision_server.__main__ import COMMANDS
 from vision_server.channels.depth import Pixels
-from vision_server.commands.track import in_their_order
 from vision_server.tracking.sources import Source
 from vision_server.tracking.tracker import Tracked, Tracker
 
@@ -165,14 +164,14 @@ def test_a_film_of_another_kind_is_refused_before_anything_is_done(folder: Path)
     assert "must end in .mp4 or .mov" in done.stderr
 
 
-def test_of_a_session_s_folder_its_frames_are_tracked_in_their_order(folder: Path, tmp_path: Path) -> None:
+def test_of_a_session_s_folder_its_frames_are_tracked_in_their_order(tmp_path: Path) -> None:
     pictures = ["i1", "i1-overlay", "i1-edges", "i2", "i10"]
     for name in pictures:
         cv2.imwrite(str(tmp_path / f"{name}.png"), np.zeros((4, 4), np.uint8))
     assert [Path(frame.name).stem for frame in Source([str(tmp_path)])] == ["i1", "i10", "i2"]
     frame = '[[frames]]\nimage = "{}.png"\nlights = [1]\nshutter_s = 0.1\naperture = 4.0\n'
     (tmp_path / "stack.toml").write_text("".join(map(frame.format, ("i1", "i2", "i10"))))
-    assert [Path(word).stem for word in in_their_order([str(tmp_path)])] == ["i1", "i2", "i10"]
+    assert [Path(frame.name).stem for frame in Source([str(tmp_path)])] == ["i1", "i2", "i10"]
 
 
 @pytest.fixture
