@@ -134,14 +134,15 @@ def near_symmetries_and_products(model: Model) -> tuple[Pose, ...]:
     """
     turns = near_symmetries(model)
     found = list(turns)
-    rotations = [np.eye(3), *(turn.matrix for turn in turns)]
+    known = np.array([np.eye(3), *(turn.matrix for turn in turns)])
     for one in turns:
         for other in turns:
-            both = one.compose(other)
-            cosines = 0.5 * (np.einsum("nij,ij->n", np.array(rotations), both.matrix) - 1.0)
-            if len(found) < MOST_PRODUCTS and cosines.max() < np.cos(APART_RAD):
-                found.append(both)
-                rotations.append(both.matrix)
+            if len(found) >= MOST_PRODUCTS:
+                return tuple(found)
+            both = one.matrix @ other.matrix
+            if np.tensordot(known, both, 2).max() < 1.0 + 2.0 * np.cos(APART_RAD):
+                found.append(one.compose(other))
+                known = np.concatenate([known, both[None]])
     return tuple(found)
 
 

@@ -3,9 +3,14 @@
 Where a face is seen edge-on, two of its lines lie on each other. An edge point belongs to the nearer of the
 two, by noise alone, in each channel anew: one channel would say that the one is seen, another that the other
 is, and one edge would be evidence of two lines; in a single image each would have half of it.
+
+Lines that run a few pixels apart in a row, as those of fins do, each lie near some edge wherever the row is:
+how far apart they are says how much their support tells.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +20,31 @@ from numerics.kernels import kernel
 from vision_server.pose.association import ALONG_COSINE, beside, line_courses
 
 Flags = NDArray[np.bool_]
+Floats = NDArray[np.float64]
 
 TOGETHER_PX = 1.0  # an edge point that supports one of two nearer lines supports both
 HALF_A_STEP = 0.5 + 1e-6  # of a sample, from the next one of a line that it lies on
 
 
+class Told(NamedTuple):
+    """What the samples of visible lines tell, N each.
+
+    Attributes
+    ----------
+    own : which stand for a place of their own.
+    seen : which of those have support.
+    gap : px, to the next lines that run along a sample's own, of both sides the mean; infinite where there is
+        none within the reach on one side.
+    """
+
+    own: Flags
+    seen: Flags
+    gap: Floats
+
+
 @kernel(error_model="numpy")
-def told_once(samples: Samples, lines: int, supported: Flags) -> tuple[Flags, Flags]:
-    """Which samples stand for a place of their own, and which of those have support, (N,) each.
+def told_once(samples: Samples, lines: int, supported: Flags, reach_px: float = TOGETHER_PX) -> Told:
+    """Which samples stand for a place of their own, whether that is seen, and how crowded it is there.
 
     Of visible lines that fall together the first stands for all; it has what supports any of them.
 
@@ -32,13 +54,27 @@ def told_once(samples: Samples, lines: int, supported: Flags) -> tuple[Flags, Fl
         N, on the visible ones of so many ``lines``.
     supported
         (N,), whether an edge point supports a sample's own line.
+    reach_px
+        How far to either side other lines are looked for.
     """
-    own, seen = np.ones(len(supported), dtype=np.bool_), supported.copy()
-    courses = line_courses(samples, np.full(lines, TOGETHER_PX))
+    count = len(supported)
+    own, seen, gap = np.ones(count, dtype=np.bool_), supported.copy(), np.full((count, 2), np.inf)
+    courses = line_courses(samples, np.full(lines, reach_px))
     for mine, other in courses.pairs:
         for i in range(courses.ends[mine, 0], courses.ends[mine, 1] + 1):
-            apart, beyond, _ = beside(samples, courses, other, samples.image[i, 0], samples.image[i, 1])
-            if apart > TOGETHER_PX or beyond > HALF_A_STEP * samples.px[i]:
+            x, y = samples.image[i, 0], samples.image[i, 1]
+            apart, beyond, at = beside(samples, courses, other, x, y)
+            if apart > reach_px or beyond > HALF_A_STEP * samples.px[i]:
+                continue
+            if apart > TOGETHER_PX:
+                dx, dy = samples.image[at, 0] - x, samples.image[at, 1] - y
+                ux, uy = courses.along[other, 0], courses.along[other, 1]
+                if courses.bow[other] > 0.0:
+                    ux, uy = samples.image_direction[at, 0], samples.image_direction[at, 1]
+                way = ux * samples.image_direction[i, 0] + uy * samples.image_direction[i, 1]
+                if abs(way) >= ALONG_COSINE:
+                    side = int((dy * ux - dx * uy) * way > 0.0)
+                    gap[i, side] = min(gap[i, side], apart)
                 continue
             there = _on(samples, courses.ends[other, 0], courses.ends[other, 1], i)
             if there < 0:
@@ -47,7 +83,7 @@ def told_once(samples: Samples, lines: int, supported: Flags) -> tuple[Flags, Fl
                 seen[i] = seen[i] or supported[there]
             elif own[there]:
                 own[i] = False
-    return own, seen
+    return Told(own, seen, 0.5 * (gap[:, 0] + gap[:, 1]))
 
 
 @kernel(error_model="numpy")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from geometry.pose import Pose
 from geometry.visibility import Samples
-from vision_server.pose.coincident import told_once
+from vision_server.pose.coincident import Told, told_once
 from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.weights import line_trust
 
@@ -28,6 +28,8 @@ NORMAL_FLOOR_PX = 0.1  # RMS below this says nothing more
 # What a line's support is evidence of: a run of a true line has support with the one probability, a run
 # beside which there are edges by chance with the other. A fit of the trust hardly depends on these four.
 SEEN, BY_CHANCE = 0.92, 0.2
+# In a row of lines so far apart an edge is within SUPPORT_PX of any place by that chance; nearer, by more.
+CROWDED_PX = 2.0 * SUPPORT_PX / BY_CHANCE
 RUN_PX, MOST_RUNS = 10.0, 4.0  # neighbours have support together; a longer line is on clutter or is not
 MISSING = 0.3  # of its length: a line with less support is missing
 HIDDEN = 1.5  # -ln of the probability that a line cannot be seen: dark, no contrast, something in the way
@@ -103,22 +105,26 @@ class PoseSupport:
         return visible, np.asarray(seen, dtype=np.float64)
 
     @cached_property
-    def _told_once(self) -> tuple[Floats, Floats]:
-        """The same, of what does not fall together with an earlier line."""
-        line, count = self.samples.line, self.trust.shape[1]
-        own, seen = told_once(self.samples, count, np.asarray(self.supports.any(axis=0)))
-        visible = np.bincount(line, self.samples.px * own, count)
-        supported = np.bincount(line, self.samples.px * (own & seen), count)
-        return np.asarray(visible, dtype=np.float64), np.asarray(supported, dtype=np.float64)
+    def _told(self) -> Told:
+        """What the samples tell, those that fall together with an earlier line's but once."""
+        supported = np.asarray(self.supports.any(axis=0))
+        return told_once(self.samples, self.trust.shape[1], supported, CROWDED_PX)
+
+    def _by_own(self, amount: Floats | Flags) -> Floats:
+        """Sum of an amount (N,) per px over the samples of each line that stand for themselves, (L,)."""
+        weights = self.samples.px * self._told.own * amount
+        return np.asarray(np.bincount(self.samples.line, weights, self.trust.shape[1]), dtype=np.float64)
 
     @cached_property
     def _evidence(self) -> Floats:
         """Of each visible line, nats: log likelihood of its support if it is there over that by chance."""
-        visible, supported = self._told_once
-        share = supported[visible > 0] / visible[visible > 0]
-        runs = np.minimum(visible[visible > 0] / RUN_PX, MOST_RUNS)
-        seen, unseen = math.log(SEEN / BY_CHANCE), math.log((1.0 - SEEN) / (1.0 - BY_CHANCE))
-        return np.asarray(runs * (share * seen + (1.0 - share) * unseen))
+        told = self._told
+        chance = np.clip(2.0 * SUPPORT_PX / told.gap, BY_CHANCE, SEEN)
+        nats = np.where(told.seen, np.log(SEEN / chance), np.log((1.0 - SEEN) / (1.0 - chance)))
+        visible = self._by_own(np.ones(len(nats)))
+        there = visible > 0
+        runs = np.minimum(visible[there] / RUN_PX, MOST_RUNS)
+        return np.asarray(runs * self._by_own(nats)[there] / visible[there])
 
     @property
     def confirmed(self) -> float:
@@ -133,7 +139,7 @@ class PoseSupport:
     @property
     def missing(self) -> float:
         """Share of the visible length that is of lines with support of less than MISSING."""
-        visible, supported = self._told_once
+        visible, supported = self._by_own(np.ones(len(self._told.own))), self._by_own(self._told.seen)
         return float(visible[supported < MISSING * visible].sum() / visible.sum())
 
     @cached_property

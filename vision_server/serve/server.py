@@ -36,7 +36,7 @@ from stack.read import recorded_frames, recorded_seed_pose
 from vision_server.channels.image_files import read_pixels
 from vision_server.pipeline import Estimate
 from vision_server.serve.files import ANY_FILES, Files
-from vision_server.serve.inputs import picture_px, size_warning
+from vision_server.serve.inputs import picture_px, size_warning, unit_warning
 from vision_server.serve.opening import GIVEN_FRAMES, given_values, open_task
 from vision_server.serve.recorder import FOLDER
 from vision_server.serve.results import estimate_result, model_wrong, restored_estimate
@@ -270,7 +270,7 @@ def _started(task: PoseTask) -> Reply:
         faces=len(model.faces),
         diameter_m=model.diameter,
         picture_px=seen and picture_px(*seen),
-        doubt=seen and size_warning(*seen),
+        doubt=size_warning(*seen) if seen else unit_warning(model),
     )
     return Reply(StartResult(model=told, describe=task.describe))
 

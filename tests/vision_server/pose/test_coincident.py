@@ -33,7 +33,7 @@ def level(*heights_px: float, shift_px: float = 0.0) -> Samples:
 
 
 def told(samples: Samples, *supported: Flags) -> tuple[Flags, Flags]:
-    return told_once(samples, len(supported), np.concatenate(supported))
+    return told_once(samples, len(supported), np.concatenate(supported))[:2]
 
 
 @pytest.mark.parametrize("shift_px", [0.0, 0.4 * STEP_PX])
@@ -67,6 +67,24 @@ def test_lines_that_cross_stand_for_themselves() -> None:
     way[20:] = [0.0, 1.0]
     own, _ = told(one._replace(image=image, image_direction=way), SEEN, SEEN)
     assert own.all()
+
+
+def test_lines_in_a_row_are_as_crowded_as_they_are_near() -> None:
+    rows = told_once(level(0.0, 3.0, 7.0), 3, np.tile(SEEN, 3), 10.0).gap.reshape(3, 20)
+    assert rows[1] == pytest.approx(3.5)
+    assert np.isinf(rows[[0, 2]]).all()  # nothing runs on their other side
+
+
+def test_fins_two_pixels_apart_tell_less_than_as_many_lines_that_are_apart() -> None:
+    """Wherever a row of fins is, an edge is near each of them."""
+
+    def confirmed(apart_px: float) -> float:
+        samples = level(*(apart_px * np.arange(9.0)))
+        seen, ones = np.ones((1, 180), dtype=bool), np.ones((1, 9))
+        return PoseSupport(0.1, 1.0, 1.0, 0.0, ["i1"], samples, np.zeros(180), seen, ones).confirmed
+
+    assert confirmed(20.0) == pytest.approx(confirmed(12.0))
+    assert confirmed(2.2) < 0.3 * confirmed(12.0)
 
 
 def seen_in(model: Model, images: int) -> PoseSupport:
