@@ -9,7 +9,7 @@ from geometry.camera import Camera
 from geometry.model import Model, about_pivot
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from geometry.rotation import euler_matrix, matrix_of
-from image_server.simulator.scenario import Move, PoseDraw, Sun
+from image_server.simulator.scenario import RANGE_M, Move, PoseDraw, Sun
 
 Floats = NDArray[np.float64]
 
@@ -23,8 +23,10 @@ GLINT_SCATTER_DEG = 1.5  # chosen by hand: the glint is near its middle, not alw
 def drawn_pose(draw: PoseDraw, model: Model, front: Floats, camera: Camera, rng: np.random.Generator) -> Pose:
     """A true pose: of up to TRIES draws the first that lies in the frame, else the one that does so most."""
     best, best_inside = None, -1.0
+    from_pivot = about_pivot(model)[1].inverse()
     for _ in range(TRIES):
         pose = _one_pose(draw, front, camera, rng)
+        pose = pose.compose(from_pivot) if from_pivot.translation.any() else pose
         if draw.orientation == "uniform" and faces_shown(model, pose) < draw.least_faces:
             continue
         inside = fraction_inside(model, camera, pose)
@@ -36,7 +38,7 @@ def drawn_pose(draw: PoseDraw, model: Model, front: Floats, camera: Camera, rng:
 
 
 def _one_pose(draw: PoseDraw, front: Floats, camera: Camera, rng: np.random.Generator) -> Pose:
-    distance = rng.uniform(*draw.range_m)
+    distance = rng.uniform(*(draw.range_m or RANGE_M))
     across = rng.uniform(-1, 1, 2) * draw.centre_px / np.array([camera.fx, camera.fy])
     sight = np.array([across[0], across[1], 1.0])
     sight /= np.linalg.norm(sight)

@@ -13,6 +13,11 @@ from stack.format import CameraTable
 from stack.tables import Table, as_table, read_toml
 
 SCENARIOS = Path(__file__).resolve().parent.parent.parent / "scenarios"
+# Chosen by hand: the project's targets and the drawn ones are 0.15 to 0.76 m across, and lamps and ranges are
+# laid out for these.
+USUAL_M = (0.15, 0.8)
+RANGE_M = (0.5, 1.0)
+SIZES_MEANT_M = (0.003, 30.0)  # across: a target that is smaller or larger was told in another unit
 
 NotNegative = Annotated[float, Meta(ge=0)]
 Positive = Annotated[float, Meta(gt=0)]
@@ -123,7 +128,8 @@ class PoseDraw(Table, frozen=True):
     Attributes
     ----------
     range_m
-        Distance of the target's origin.
+        Distance of what a search turns about, the target's origin or its middle. None: RANGE_M, and in
+        proportion for a target of unusual size, see `of_size`.
     orientation
         `views`: the target's front turned from the camera by `tilt_deg` (uniform over the sphere), rolled
         by up to `roll_deg`; `uniform`: any orientation that shows `least_faces` faces well.
@@ -135,7 +141,7 @@ class PoseDraw(Table, frozen=True):
         Share of the search range (docs/architecture.md) that the seed pose's error is drawn from.
     """
 
-    range_m: tuple[Positive, Positive] = (0.5, 1.0)
+    range_m: tuple[Positive, Positive] | None = None
     orientation: Literal["views", "uniform"] = "views"
     tilt_deg: tuple[HalfTurn, HalfTurn] = (20.0, 50.0)
     roll_deg: HalfTurn = 30.0
@@ -225,7 +231,7 @@ def load_scenario(name_or_file: str) -> Scenario:
     pairs = {
         "[sun] angle_deg": scenario.sun.angle_deg,
         "[sun] azimuth_deg": scenario.sun.azimuth_deg,
-        "[pose] range_m": scenario.pose.range_m,
+        "[pose] range_m": scenario.pose.range_m or RANGE_M,
         "[pose] tilt_deg": scenario.pose.tilt_deg,
         "[move] sun_factor": scenario.move.sun_factor,
     }
@@ -265,6 +271,40 @@ def with_conditions(
         camera=scenario.camera.blurred_by(defocus_sigma_px, motion_px_per_s),
         ambient_scale=scenario.ambient_scale if ambient_scale is None else ambient_scale,
         light_power=scenario.light_power * (1.0 if light_power is None else light_power),
+    )
+
+
+def of_size(scenario: Scenario, diameter_m: float) -> Scenario:
+    """The scenario with a range for a target of this size, where it tells none.
+
+    For one that is much larger or smaller than USUAL_M, all is as much larger or smaller: the range, where
+    lamps and wall are, and what is focused on. So the target is lit and seen as a usual one is. One of which
+    `SIZES_MEANT_M` says that its unit is wrong stands where others do.
+    """
+    if scenario.pose.range_m is not None:
+        return scenario
+    low, high = SIZES_MEANT_M
+    meant = diameter_m if low <= diameter_m <= high else USUAL_M[0]
+    scale = meant / min(max(meant, USUAL_M[0]), USUAL_M[1])
+    near, far = RANGE_M
+    pose = msgspec.structs.replace(scenario.pose, range_m=(scale * near, scale * far))
+    if scale == 1.0:
+        return msgspec.structs.replace(scenario, pose=pose)
+    camera, behind = scenario.camera, scenario.background
+    focuses = None if camera.focuses_m is None else tuple(scale * one for one in camera.focuses_m)
+    return msgspec.structs.replace(
+        scenario,
+        pose=pose,
+        camera=msgspec.structs.replace(camera, focuses_m=focuses, pixel_um=scale * camera.pixel_um),
+        background=msgspec.structs.replace(behind, distance_m=scale * behind.distance_m),
+        lights=tuple(
+            msgspec.structs.replace(
+                light,
+                position=tuple(scale * place for place in light.position),
+                power=scale**2 * light.power,
+            )
+            for light in scenario.lights
+        ),
     )
 
 

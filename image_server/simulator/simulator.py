@@ -23,7 +23,7 @@ from image_server.simulator.description import described, pose_message
 from image_server.simulator.drift import Drift
 from image_server.simulator.lens import focused, zoomed
 from image_server.simulator.material import load_appearance
-from image_server.simulator.scenario import Scenario, load_scenario
+from image_server.simulator.scenario import Scenario, load_scenario, of_size
 from image_server.simulator.scene import Scene, background_parts, joined, target_part
 from image_server.simulator.view import Radiances, TracedView, rendered, sky_of
 from stack.exposure import level_fraction
@@ -63,12 +63,13 @@ class Simulator(Device):
         captures_taken: int = 0,
         moves: Sequence[MoveDone] = (),
     ) -> None:
-        self._scenario = load_scenario(scenario) if isinstance(scenario, str) else scenario
+        told = load_scenario(scenario) if isinstance(scenario, str) else scenario
         try:
             self._file = find_target(str(target)).resolve()
             self._model = load_model(self._file, unit)
         except GeometryError as error:
             raise BadInput(f"{error}.") from None
+        self._scenario = of_size(told, self._model.diameter)
         self._unit = unit
         self._appearance = load_appearance(self._file, len(self._model.faces))
         table = self._scenario.camera

@@ -61,6 +61,8 @@ def test_a_model_in_millimetres_gives_the_pose_in_metres(tmp_path: Path) -> None
     assert "model part: 346 m across" in taken_for_metres.stderr
     assert "can that be?" in taken_for_metres.stderr and "(--unit mm?)" in taken_for_metres.stderr
     assert "--unit" in taken_for_metres.stdout  # among what may help
+    anywhere = served("--target", tmp_path / "part.cao", "--first-sight", "--dry-run")
+    assert "can that be?" in anywhere.stderr + anywhere.stdout
 
 
 def test_what_is_drawn_depends_on_the_seed_and_on_the_scene(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """What the simulated device promises: draws, seeds, moves, scores, and scenarios."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -9,11 +10,12 @@ import pytest
 from bridge.errors import BadInput
 from bridge.image_messages import MoveDone
 from bridge.messages import Settings
+from geometry.model import find_target, load_model
 from geometry.rotation import vector_of
 from image_server.serve.device import Change
 from image_server.simulator import Simulator
 from image_server.simulator.description import pose_message
-from image_server.simulator.placement import faces_shown, fraction_inside
+from image_server.simulator.placement import drawn_pose, faces_shown, fraction_inside
 from image_server.simulator.scenario import (
     SCENARIOS,
     PoseDraw,
@@ -276,3 +278,29 @@ def test_an_arm_hides_part_of_the_target_and_of_nothing_else() -> None:
     ]
     changed = np.abs(images[1] - images[0]) > 20.0
     assert 0.02 < changed.mean() < 0.5
+
+
+@pytest.mark.parametrize("unit", ["cm", "m"])
+def test_a_target_of_any_size_is_seen_and_lit_as_a_usual_one(unit: str) -> None:
+    """The satellite, 0.76 m across, and as if its numbers were centimetres."""
+    simulator = Simulator("satellite", "nominal", 2, unit=unit)
+    light, camera = simulator.describe().lights[0], simulator.camera
+    middle = simulator.true_pose.apply(simulator.model.middle[None])[0]
+    assert light.position is not None
+    assert 0.2 < camera.fx * simulator.model.diameter / middle[2] / camera.height < 2.0
+    assert 0.5 < light.power / np.sum((middle - light.position) ** 2) < 5.0
+
+
+def test_a_range_that_is_told_is_kept(tmp_path: Path) -> None:
+    (tmp_path / "near.toml").write_text("[pose]\nrange_m = [0.2, 0.2]\n")
+    simulator = Simulator("satellite", str(tmp_path / "near.toml"), 1, unit="cm")
+    assert np.linalg.norm(simulator.true_pose.translation) == pytest.approx(0.2)
+    assert simulator.describe().lights[0].position == (-0.35, 0.0, 0.0)  # as are its lamps
+
+
+def test_a_part_far_from_its_file_s_origin_is_in_the_frame() -> None:
+    cube = load_model(find_target("cube"))
+    aside = replace(cube, vertices=np.add(cube.vertices, [3.0, 0.0, 0.0]))
+    camera = Simulator("cube").camera
+    pose = drawn_pose(PoseDraw(), aside, np.array([0.0, 0.0, 1.0]), camera, np.random.default_rng(1))
+    assert fraction_inside(aside, camera, pose) == 1.0
