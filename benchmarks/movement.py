@@ -15,7 +15,7 @@ import numpy as np
 import typer
 
 from benchmarks.lines import show
-from benchmarks.statues import statue
+from benchmarks.statues import Look, statue
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.moved import movement, sure_edgels
 
@@ -49,7 +49,7 @@ def of_a_statue(
     rng: np.random.Generator, seed: int, painted: bool, elevation_deg: float
 ) -> tuple[int, int, int, int]:
     """Pairs; of how many movement is told: where nothing moved, where it did, and that by the right shift."""
-    images = statue(seed, painted, elevation_deg).images
+    images = statue(seed, Look(painted, elevation_deg)).images
     still = [sure_edgels(channel_statistics(image)) for image in images]
     angles, lengths = (
         rng.uniform(0, 2 * np.pi, len(images)),

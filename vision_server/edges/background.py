@@ -1,12 +1,13 @@
-"""The background of a set of images: how dark it is, and which dark places belong to it.
+"""The background of a set of images: how dark or how lit it is, and which dark places belong to it.
 
-Some shadows are as dark as the background. They are surrounded by what is lit; the background goes on to the
-border of the image.
+Some shadows are as dark as a dark background. They are surrounded by what is lit; the background goes on to
+the border of the image. A lit one is a wall: most of the border has its grey in each light.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -22,6 +23,77 @@ SAMPLE_STEP = 4  # of the pixels that are ranked for it
 CELL_PX = 4  # side of the squares of which the middle says whether they are dark
 LEAST_AT_LARGE = 0.5  # share of what is dark, where the background is
 DARK_RATIO = 2.7  # of such a mean in its best light to the background: more is none
+FRAME_CELLS = 2  # at the image's border, by which a wall is told
+WALL_SPREAD, LEAST_WALL = 0.1, 0.6  # of its logarithm there, in such a share: the rest is in shadow
+WALL_FITS = 5
+
+LIT = 4.0  # times what is black, in every light: less tells no wall
+
+
+class Background(NamedTuple):
+    """What is behind, as N edgels see it.
+
+    Attributes
+    ----------
+    dark
+        Grey at reference exposure that only few pixels stay under in their best light.
+    enclosed
+        bool (N,), whether the darker side, in its best light, is none of the background at large; None: no
+        edgel's is.
+    wall
+        Its grey beside each in each light at reference exposure (C, N); None where it is dark or no wall.
+    """
+
+    dark: float
+    enclosed: NDArray[np.bool_] | None = None
+    wall: NDArray[np.float32] | None = None
+
+    def of(self, edgels: slice) -> Background:
+        """As some of the edgels see it."""
+        enclosed = None if self.enclosed is None else self.enclosed[edgels]
+        wall = None if self.wall is None else self.wall[:, edgels]
+        return Background(self.dark, enclosed, wall)
+
+
+def background_of(edges: EdgeMap, sides: Sides) -> Background:
+    """What is behind the edgels of a merged set, of which ``sides`` are."""
+    dark = background_grey(edges.channels)
+    means = [_coarse(channel) for channel in edges.channels]
+    outside = _outside(means, dark, sides.dark)
+    return Background(dark, _enclosed(edges, sides, outside), _wall(edges, means, sides.dark))
+
+
+def _wall(edges: EdgeMap, means: Sequence[NDArray[np.float32]], dark: float) -> NDArray[np.float32] | None:
+    """Grey (C, N) of a wall where each edgel is, in each light, as the frame tells it; or None.
+
+    A wall's logarithm is a quadratic of the place: lamps are near. It is fitted again and again to what fits.
+    """
+    rows, columns = means[0].shape
+    frame = np.ones((rows, columns), np.bool_)
+    frame[FRAME_CELLS:-FRAME_CELLS, FRAME_CELLS:-FRAME_CELLS] = False
+    y, x = np.nonzero(frame)
+    at_frame = _quadratic((x + 0.5) / columns, (y + 0.5) / rows)
+    at_edgels = _quadratic(*(edges.points / np.float32(CELL_PX)).T / [[columns], [rows]])
+    walls = np.empty((len(means), len(edges)), np.float32)
+    for wall, mean in zip(walls, means, strict=True):
+        logs = np.log(mean[frame].astype(np.float64) + dark)
+        if np.median(logs) < np.log((LIT + 1.0) * dark):
+            return None
+        left = logs - np.median(logs)
+        for _ in range(WALL_FITS):
+            weight = 1.0 / (1.0 + np.square(left / WALL_SPREAD))
+            weighted = at_frame * weight[:, None]
+            fitted = np.linalg.lstsq(weighted.T @ at_frame, weighted.T @ logs)[0]
+            left = logs - at_frame @ fitted
+        if (np.abs(left) < WALL_SPREAD).mean() < LEAST_WALL:
+            return None
+        wall[:] = np.exp(at_edgels @ fitted) - dark
+    return walls
+
+
+def _quadratic(x: NDArray[np.floating], y: NDArray[np.floating]) -> NDArray[np.float64]:
+    """What a quadratic of places, as shares of the image, is linear in: (N, 6)."""
+    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1).astype(np.float64)
 
 
 def background_grey(channels: Sequence[ChannelStatistics]) -> float:
@@ -31,19 +103,8 @@ def background_grey(channels: Sequence[ChannelStatistics]) -> float:
     return float(np.quantile(np.max(sampled, axis=0), BACKGROUND_SHARE))
 
 
-def is_enclosed(edges: EdgeMap, sides: Sides, background: float) -> NDArray[np.bool_]:
-    """Whether the darker side of each edgel, in its best light, is none of the background at large, (N,).
-
-    Parameters
-    ----------
-    edges
-        N edgels.
-    sides
-        Theirs.
-    background
-        Grey at reference exposure.
-    """
-    outside = _outside([_coarse(channel) for channel in edges.channels], background, sides.dark)
+def _enclosed(edges: EdgeMap, sides: Sides, outside: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Whether the darker side of each edgel, in its best light, is none of the background at large, (N,)."""
     lit = sides.brightest.max(axis=0)
     away = np.where(lit[0] < lit[1], -furthest_reach(edges), furthest_reach(edges))
     x, y = ((edges.points + away[:, None] * edges.normals) / CELL_PX).astype(np.int64).T

@@ -32,7 +32,7 @@ from bridge.errors import BadInput
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.lighting import coarse_places
 from vision_server.edges.along import mean_along
-from vision_server.edges.background import background_grey, is_enclosed
+from vision_server.edges.background import Background, background_of
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.falling import Falling, learn_falling
 from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
@@ -149,24 +149,22 @@ def kinds_of(
     if len(edges) == 0:
         none = np.zeros((len(KINDS), 0)), np.full(len(KINDS), 1.0 / len(KINDS))
         return EdgeKinds(edges, sides, *none, used)
-    background = background_grey(edges.channels)
-    enclosed = is_enclosed(edges, sides, background)
+    background = background_of(edges, sides)
     lights = None if levels is None else known_lights(levels)
-    falling = None if lights is None else _falling_of(sides, background, lights, enclosed)
-    likelihood = likelihoods(sides, background, lights, falling, enclosed)
+    falling = None if lights is None else _falling_of(sides, background, lights)
+    likelihood = likelihoods(sides, background, lights, falling)
     likelihood = np.maximum(likelihood - likelihood.max(axis=0), LEAST_LOG)
     coherence = COHERENCE if falling is None else KNOWN_COHERENCE
     return EdgeKinds(edges, sides, *fit_kinds(coherence * mean_along(edges, likelihood)), used)
 
 
-def _falling_of(
-    sides: Sides, background: float, lights: KnownLights, enclosed: NDArray[np.bool_]
-) -> Falling | None:
+def _falling_of(sides: Sides, background: Background, lights: KnownLights) -> Falling | None:
     """To which side each light's shadows fall, by some edgels; None where lights are not told apart."""
-    some, enclosed = sides.of(slice(None, None, FALLING_STEP)), enclosed[::FALLING_STEP]
+    every = slice(None, None, FALLING_STEP)
+    some, background = sides.of(every), background.of(every)
     parts = parts_of(some, lights)
     if parts is None:
         return None
-    likeliest = likelihoods(some, background, lights, None, enclosed).argmax(axis=0)
+    likeliest = likelihoods(some, background, lights).argmax(axis=0)
     clear = parts.known[0]
     return learn_falling(parts, clear & (likeliest == OUTLINE), clear & (likeliest == SHADOW))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vision_server.edges.background import Background
 from vision_server.edges.blocked import FLAT_SD, one_blocked, shadow_of_one
 from vision_server.edges.densities import Scatter, either, logarithms, normal, sum_of_logs
 from vision_server.edges.each_light import less_crease
@@ -39,16 +40,19 @@ MOST_STEEP = 30.0  # the logarithm of how surely: more changes no density and ru
 RARER_HIGHLIGHT = 4.0  # of its logarithm, where known lights tell shadows: the rest is rather crease
 RARER_GLARE = 4.0  # of the logarithm of a print where one light is mirrored
 RARER_LIT = 6.0  # of the logarithm of an outline before a lit surface
+WALL_SD = 0.05  # of a wall's grey from place to place
+IN_SHADOW = 0.2  # share of the lights in which a wall beside an outline is in shadow
+OFF_WALL = 1e-4  # density of a wall's grey anywhere
+ANY_SD = 1.5  # of the logarithm of other greys, beside that of the wall
 RARER_ENCLOSED = 4.0  # of the logarithm of one before a dark place that is surrounded by lit ones
 BLOCK = 16384  # edgels at a time: what is worked out of more goes through memory, at half the speed
 
 
 def likelihoods(
     sides: Sides,
-    background: float,
+    background: Background,
     lights: KnownLights | None = None,
     falling: Falling | None = None,
-    enclosed: NDArray[np.bool_] | None = None,
 ) -> Floats:
     """Log-likelihood of each kind.
 
@@ -57,13 +61,11 @@ def likelihoods(
     sides
         Of N edgels.
     background
-        Grey of the background at reference exposure.
+        As they see it.
     lights
         Where the lamps' levels in each channel are known.
     falling
         To which side each light's shadows fall, where that is known.
-    enclosed
-        bool (N,), as `background.is_enclosed` gives it; None: no edgel is.
 
     Returns
     -------
@@ -73,26 +75,23 @@ def likelihoods(
     found = np.empty((len(KINDS), count), np.float32)
     for first in range(0, count, BLOCK):
         block = slice(first, first + BLOCK)
-        surrounded = np.zeros(1, np.bool_) if enclosed is None else enclosed[block]
-        found[:, block] = _of_block(sides.of(block), background, surrounded, lights, falling)
+        found[:, block] = _of_block(sides.of(block), background.of(block), lights, falling)
     return found
 
 
 def _of_block(
-    sides: Sides,
-    background: float,
-    enclosed: NDArray[np.bool_],
-    lights: KnownLights | None,
-    falling: Falling | None,
+    sides: Sides, background: Background, lights: KnownLights | None, falling: Falling | None
 ) -> Floats:
     """As `likelihoods`, of as many edgels as the processor's cache holds."""
     logs, noise = logarithms(sides)
     ratio, surface = logs[:, 0] - logs[:, 1], noise + SURFACE_SD**2
     found = np.empty((len(KINDS), ratio.shape[1]), ratio.dtype)
-    darkness = _darker_side(sides) - np.log(background + sides.dark)
+    darkness = _darker_side(sides) - np.log(background.dark + sides.dark)
     constant = Scatter.of(ratio, noise + FLAT_SD**2)
     before_background = Scatter.of(darkness, surface).about_a_mean(BACKGROUND_SD)
-    found[OUTLINE] = before_background - RARER_ENCLOSED * enclosed
+    found[OUTLINE] = before_background
+    if background.enclosed is not None:
+        found[OUTLINE] -= RARER_ENCLOSED * background.enclosed
     found[CREASE] = Scatter.of(ratio, surface + CREASE_SD**2).about_a_mean(PRINT_SD)
     found[PRINT] = constant.about_a_mean(PRINT_SD)
     uneven = Scatter.of(ratio, noise + UNEVEN_SD**2).about_a_mean(UNEVEN_SD)
@@ -103,7 +102,32 @@ def _of_block(
         found[SHADOW] = either(found[SHADOW], steady) - np.log(2.0)
     else:
         _known_lights(found, sides, logs, noise, lights, falling)
+    if background.wall is not None:
+        _before_wall(found, logs - np.log(background.wall + sides.dark)[:, None], noise)
     return found
+
+
+def _before_wall(found: Floats, beside: Floats, noise: Floats) -> None:
+    """Let a lit wall say what is outline, and what is on it, in ``found`` (6, N), an output.
+
+    One side of an outline is of the wall's grey in each light, or in a shadow there, the other of any grey;
+    of the end of a shadow on the wall both are of the wall. ``beside`` (C, 2, N) are logarithms of the
+    intensities less that of the wall.
+    """
+    lit = normal(beside, noise[:, None] + WALL_SD**2)
+    shaded = np.exp(np.minimum(beside, 0.0)) * (beside < 0.0)
+    alike = normal(beside[:, 0] - beside[:, 1], noise + WALL_SD**2)
+    any_grey = normal(beside, noise[:, None] + ANY_SD**2)
+    outline, end = [], []
+    for one, other in ((0, 1), (1, 0)):
+        # all are densities of both sides' greys, less that of any grey on the one side, as those in `found`
+        usual = sum_of_logs(any_grey[:, one])
+        of_wall = (1.0 - IN_SHADOW) * lit[:, one] + IN_SHADOW * shaded[:, one] + OFF_WALL
+        outline.append(sum_of_logs(of_wall) + sum_of_logs(any_grey[:, other]) - usual)
+        on_wall = (1.0 - IN_SHADOW) * alike + IN_SHADOW * shaded[:, other]
+        end.append(sum_of_logs(lit[:, one] * on_wall + OFF_WALL) - usual)
+    found[OUTLINE] = either(*outline) - np.log(2.0)
+    found[SHADOW] = either(found[SHADOW], either(*end) - np.log(2.0))
 
 
 def _known_lights(

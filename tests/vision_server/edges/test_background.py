@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision_server.channels.channel import channel_statistics
-from vision_server.edges.background import background_grey, is_enclosed
+from vision_server.edges.background import Background, background_of
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.likelihoods import OUTLINE, RARER_ENCLOSED, likelihoods
+from vision_server.edges.kinds import edge_kinds
+from vision_server.edges.likelihoods import CREASE, OUTLINE, RARER_ENCLOSED, SHADOW, likelihoods
 from vision_server.edges.merging import merge_channels
 from vision_server.edges.sides import sides_of
 
@@ -34,9 +35,15 @@ def of_hole(edges: EdgeMap) -> NDArray[np.bool_]:
     return np.asarray((abs(x - 100) < 25) & (abs(y - 80) < 25))
 
 
+def enclosed_in(edges: EdgeMap) -> NDArray[np.bool_]:
+    found = background_of(edges, sides_of(edges)).enclosed
+    assert found is not None
+    return found
+
+
 def test_the_rim_of_a_dark_place_within_is_enclosed_and_the_outline_is_not() -> None:
     edges = merged(images(3, 3))
-    found = is_enclosed(edges, sides_of(edges), background_grey(edges.channels))
+    found = enclosed_in(edges)
     inner = of_hole(edges)
     assert inner.sum() > 100
     assert found[inner].all()
@@ -48,12 +55,48 @@ def test_the_rim_of_a_dark_place_within_is_enclosed_and_the_outline_is_not() -> 
 
 def test_before_a_bright_background_nothing_is_enclosed() -> None:
     edges = merged(images(3, 220))
-    assert not is_enclosed(edges, sides_of(edges), background_grey(edges.channels)).any()
+    assert not enclosed_in(edges).any()
 
 
 def test_what_is_enclosed_is_less_likely_an_outline() -> None:
     edges = merged(images(9, 3))
     sides, inner = sides_of(edges), of_hole(edges)
-    within, anywhere = (likelihoods(sides, 3.0, enclosed=enclosed) for enclosed in (inner, None))
+    within, anywhere = (likelihoods(sides, Background(3.0, enclosed)) for enclosed in (inner, None))
     np.testing.assert_allclose((anywhere - within)[OUTLINE], RARER_ENCLOSED * inner, atol=1e-4)
     np.testing.assert_array_equal(np.delete(within, OUTLINE, 0), np.delete(anywhere, OUTLINE, 0))
+
+
+def before_a_wall() -> list[NDArray[np.uint8]]:
+    """A square in four lights, now darker and now brighter than the wall, on which its shadow falls."""
+    random, images = np.random.default_rng(0), []
+    y, x = np.mgrid[:160, :200]
+    for number, grey in enumerate((30, 150, 60, 110)):
+        image = 80.0 + 0.1 * x * (number - 1.5) + 0.0005 * (y - 80.0) ** 2  # of a lamp that is near
+        shift = 24 * (number % 2) - 12
+        image[50:110, 70 + shift : 150 + shift] = 15.0
+        image[50:110, 70:150] = grey
+        noisy = image + random.normal(0.0, 1.0, image.shape)
+        images.append(np.clip(noisy, 0, 255).astype(np.uint8))
+    return images
+
+
+def test_a_lit_wall_is_told_from_the_border_of_the_images() -> None:
+    edges = merged(before_a_wall())
+    wall = background_of(edges, sides_of(edges)).wall
+    assert wall is not None
+    x, y = edges.points.T
+    np.testing.assert_allclose(wall[3], 80.0 + 0.15 * x + 0.0005 * (y - 80.0) ** 2, rtol=0.03)
+    dark = merged(images(9, 3))
+    assert background_of(dark, sides_of(dark)).wall is None
+
+
+def test_what_is_before_a_lit_wall_has_an_outline_and_what_is_on_it_has_none() -> None:
+    found = edge_kinds([channel_statistics(image) for image in before_a_wall()])
+    kind, (x, y) = found.probability.argmax(axis=0), found.edges.points.T
+    beside = (abs(y - 80) < 20) & (np.minimum(abs(x - 69.5), abs(x - 149.5)) < 1.5)
+    assert beside.sum() > 50
+    assert (kind[beside] == OUTLINE).mean() > 0.9
+    on_wall = (abs(y - 80) < 20) & (np.minimum(abs(x - 57.5), abs(x - 161.5)) < 1.5)
+    assert on_wall.sum() > 50
+    assert not np.isin(kind[on_wall], (OUTLINE, CREASE)).any()
+    assert (kind[on_wall] == SHADOW).mean() > 0.9

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bridge.errors import BadInput
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
-from vision_server.edges.background import background_grey
+from vision_server.edges.background import Background, background_grey
 from vision_server.edges.densities import Scatter, log_normal, sum_of_logs
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.kinds import edge_kinds, fit_kinds
@@ -54,7 +54,7 @@ def sides(pairs: list[tuple[Floats, Floats]]) -> Sides:
 
 
 def kinds_of(found: Sides) -> list[int]:
-    return [int(kind) for kind in likelihoods(found, 1.0).argmax(axis=0)]
+    return [int(kind) for kind in likelihoods(found, Background(1.0)).argmax(axis=0)]
 
 
 @pytest.mark.parametrize("swapped", [False, True])
@@ -211,10 +211,10 @@ def test_a_saturated_image_among_good_ones_tells_no_kinds() -> None:
 def test_edgels_are_judged_each_by_itself_however_many_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
     some = sides([(np.asarray(left), np.asarray(right)) for left, right in OF_KIND.values()] * 3)
     for known in (None, known_lights(np.eye(4)[:, :3])):
-        whole = likelihoods(some, 1.0, known)
+        whole = likelihoods(some, Background(1.0), known)
         with monkeypatch.context() as patch:
             patch.setattr("vision_server.edges.likelihoods.BLOCK", 4)
-            np.testing.assert_allclose(likelihoods(some, 1.0, known), whole, rtol=1e-5, atol=1e-5)
+            np.testing.assert_allclose(likelihoods(some, Background(1.0), known), whole, rtol=1e-5, atol=1e-5)
 
 
 def test_an_image_of_more_bits_is_read_as_one_of_eight_where_it_is_the_same() -> None:

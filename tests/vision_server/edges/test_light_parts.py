@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vision_server.edges.background import Background
 from vision_server.edges.each_light import less_crease
 from vision_server.edges.light_parts import known_lights, parts_of
 from vision_server.edges.likelihoods import CREASE, FIXED, HIGHLIGHT, PRINT, SHADOW, likelihoods
@@ -45,7 +46,7 @@ def test_lights_that_are_not_told_apart_have_no_parts(levels: np.ndarray) -> Non
 
 
 def kind_of(sides: Sides, levels: np.ndarray = LEVELS) -> int:
-    return int(likelihoods(sides, 1.0, known_lights(levels))[:, 0].argmax())
+    return int(likelihoods(sides, Background(1.0), known_lights(levels))[:, 0].argmax())
 
 
 @pytest.mark.parametrize("levels", [LEVELS, LEVELS[:3]], ids=["parts", "fewer images than lights"])
@@ -85,7 +86,9 @@ def test_behind_an_outline_the_light_that_is_left_may_be_the_same() -> None:
 def test_a_light_of_which_half_is_left_is_not_blocked() -> None:
     half, none = LEFT * [1.0, 0.5, 1.0, 1.0], LEFT * [1.0, 0.0, 1.0, 1.0]
     lights = known_lights(LEVELS)
-    of_half, of_none = (likelihoods(shown(3.0 * LEFT, 3.0 * right), 1.0, lights) for right in (half, none))
+    of_half, of_none = (
+        likelihoods(shown(3.0 * LEFT, 3.0 * right), Background(1.0), lights) for right in (half, none)
+    )
     assert (of_none[SHADOW] - of_none[CREASE])[0] > (of_half[SHADOW] - of_half[CREASE])[0] + 4.0
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.statues import statue
+from benchmarks.statues import Look, statue
 from tests.vision_server.edge_scenes import Image, polygon_with_shadows
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.moved import FEWEST_EDGELS, SureEdgels, moved_since, movement, sure_edgels
@@ -59,7 +59,7 @@ def test_bands_that_blur_makes_of_edges_did_not_move(lit: list[Image]) -> None:
 
 
 def test_opposite_low_lights_on_a_statue_move_nothing_and_a_statue_that_moved_is_seen() -> None:
-    images = statue(seed=1, painted=True, elevation_deg=15.0).images
+    images = statue(1, Look(painted=True, elevation_deg=15.0)).images
     seen = [edgels(image) for image in images]
     opposite = [(first, (first + 6 + beside) % 12) for first in range(12) for beside in (-1, 0, 1)]
     assert [pair for pair in opposite if movement(seen[pair[0]], seen[pair[1]])] == []
