@@ -73,9 +73,8 @@ def _wall(edges: EdgeMap, means: Sequence[NDArray[np.float32]], dark: float) -> 
     frame[FRAME_CELLS:-FRAME_CELLS, FRAME_CELLS:-FRAME_CELLS] = False
     y, x = np.nonzero(frame)
     at_frame = _quadratic((x + 0.5) / columns, (y + 0.5) / rows)
-    at_edgels = _quadratic(*(edges.points / np.float32(CELL_PX)).T / [[columns], [rows]])
-    walls = np.empty((len(means), len(edges)), np.float32)
-    for wall, mean in zip(walls, means, strict=True):
+    fits = []
+    for mean in means:
         logs = np.log(mean[frame].astype(np.float64) + dark)
         if np.median(logs) < np.log((LIT + 1.0) * dark):
             return None
@@ -87,8 +86,9 @@ def _wall(edges: EdgeMap, means: Sequence[NDArray[np.float32]], dark: float) -> 
             left = logs - at_frame @ fitted
         if (np.abs(left) < WALL_SPREAD).mean() < LEAST_WALL:
             return None
-        wall[:] = np.exp(at_edgels @ fitted) - dark
-    return walls
+        fits.append(fitted)
+    at_edgels = _quadratic(*(edges.points / np.float32(CELL_PX)).T / [[columns], [rows]])
+    return np.asarray(np.exp(fits @ at_edgels.T) - dark, np.float32)
 
 
 def _quadratic(x: NDArray[np.floating], y: NDArray[np.floating]) -> NDArray[np.float64]:
