@@ -41,14 +41,13 @@ from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose, disturbed
-from vision_server import pipeline
 from vision_server.channels.gradients import SCALES_PX
 from vision_server.channels.image_files import read_grey
 from vision_server.channels.tone import file_tone
 from vision_server.image_set import ImageSet
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
-from vision_server.pose import line_scales, observation, ranking, rivals, settling
+from vision_server.pose import likely, line_scales, observation, ranking, rivals, settling
 from vision_server.pose.stretch import stretched
 from vision_server.segments import extraction
 from vision_server.serve.inputs import read_camera
@@ -90,7 +89,7 @@ ROWS: dict[str, tuple[Patch, ...]] = {
     "no centring": ((extraction, "centre_lines", lambda ends, *_: ends),),
     "no near symmetries": tuple((module, "near_symmetries", lambda _: ()) for module in (ranking, rivals)),
     "no pulls of neighbours": ((observation, "neighbour_pulls", no_pulls),),
-    "no last step": ((pipeline, "settled", lambda _: None),),
+    "no last step": ((likely, "settled", lambda _: None),),
     "no stretch in the last step": ((settling, "STRETCHES", ()),),
 }
 
