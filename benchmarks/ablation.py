@@ -49,7 +49,6 @@ from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.pose import likely, line_scales, observation, ranking, rivals, settling
 from vision_server.pose.stretch import stretched
-from vision_server.segments import extraction
 from vision_server.serve.inputs import read_camera
 
 Patch = tuple[object, str, Any]
@@ -86,7 +85,6 @@ ROWS: dict[str, tuple[Patch, ...]] = {
     "no line scales": ((ranking, "line_scales", lambda problem, _: problem.scale),),
     "filters as wide as the blur": ((observation, "FILTER_OF", np.arange(len(SCALES_PX))),),
     "lines as sharp as they seem": ((line_scales, "_raise_to_median", lambda *_: None),),
-    "no centring": ((extraction, "centre_lines", lambda ends, *_: ends),),
     "no near symmetries": tuple((module, "near_symmetries", lambda _: ()) for module in (ranking, rivals)),
     "no pulls of neighbours": ((observation, "neighbour_pulls", no_pulls),),
     "no last step": ((likely, "settled", lambda _: None),),

@@ -27,7 +27,7 @@ def split_segments(edges: EdgeMap) -> Segments:
     pieces = replace(chains, groups=split_chains(chains))
     lines = fit_lines(pieces)
     good = lines.length >= MIN_LENGTH_PX
-    return joined_segments(edges, replace(pieces, groups=pieces.groups[good]), lines.take(good))
+    return joined_segments(replace(pieces, groups=pieces.groups[good]), lines.take(good))
 
 
 def split_chains(chains: Edgels) -> NDArray[np.int64]:

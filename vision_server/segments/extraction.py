@@ -7,11 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.channels.lighting import LENS_BLUR_PX
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import edgel_thresholds
 from vision_server.segments.bending import cut_bent
-from vision_server.segments.centring import centre_lines
 from vision_server.segments.growing import grow_lines
 from vision_server.segments.joining import join_collinear
 from vision_server.segments.line_fit import Edgels, FittedLines, fit_lines, log_chance
@@ -19,8 +17,6 @@ from vision_server.segments.line_fit import Edgels, FittedLines, fit_lines, log_
 MIN_LENGTH_PX = 8.0  # chosen by hand
 MAX_SEGMENTS = 600  # in clutter the longest and strongest are kept
 MAX_LOG_CHANCE = -5.0  # decades: lines that chance would give less often than once in so many images
-
-BLUR_REACH = 2.5  # how far a blurred edge extends to either side, in standard deviations of the blur
 
 
 @dataclass(frozen=True)
@@ -61,18 +57,16 @@ def extract_segments(edges: EdgeMap) -> Segments:
     edgels = grow_lines(edges, chosen, MIN_LENGTH_PX)
     lines = fit_lines(edgels)
     good = (lines.length >= MIN_LENGTH_PX) & (log_chance(lines, edges, chosen) < MAX_LOG_CHANCE)
-    return joined_segments(edges, replace(edgels, groups=edgels.groups[good]), lines.take(good))
+    return joined_segments(replace(edgels, groups=edgels.groups[good]), lines.take(good))
 
 
-def joined_segments(edges: EdgeMap, edgels: Edgels, lines: FittedLines) -> Segments:
-    """Groups of edgels as segments: pieces of a line joined, curves cut, lines of blurred images centred.
+def joined_segments(edgels: Edgels, lines: FittedLines) -> Segments:
+    """Groups of edgels as segments: pieces of a line joined, curves cut.
 
     Parameters
     ----------
-    edges
-        Merged edge map.
     edgels
-        Its edgels in straight groups.
+        Edgels in straight groups.
     lines
         Lines fitted to the groups, N.
 
@@ -81,11 +75,6 @@ def joined_segments(edges: EdgeMap, edgels: Edgels, lines: FittedLines) -> Segme
     At most MAX_SEGMENTS, those with the largest length times strength.
     """
     lines = fit_lines(cut_bent(join_collinear(edgels, lines)))
-    ends = lines.endpoints
-    if edges.blur_px > LENS_BLUR_PX:
-        ends = centre_lines(
-            ends, ((c.contrast, c.weight) for c in edges.channels), BLUR_REACH * edges.blur_px
-        )
-    segments = Segments(ends, lines.strength, lines.normal_sd)
+    segments = Segments(lines.endpoints, lines.strength, lines.normal_sd)
     order = np.argsort(-segments.length * segments.strength, kind="stable")[:MAX_SEGMENTS]
     return segments.take(order)
