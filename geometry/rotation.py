@@ -45,20 +45,20 @@ def vector_of(matrix: Array) -> Array:
 
     Goes through the unit quaternion with the largest pivot (Shepperd 1978): exact near 0 and near pi.
     """
-    trace = np.trace(matrix)
-    products = np.empty((4, 4))  # of the quaternion's components, times 4
-    products[0, 0] = 1.0 + trace
-    products[0, 1:] = products[1:, 0] = (
-        matrix[2, 1] - matrix[1, 2],
-        matrix[0, 2] - matrix[2, 0],
-        matrix[1, 0] - matrix[0, 1],
-    )
-    products[1:, 1:] = matrix + matrix.T + (1.0 - trace) * np.eye(3)
-    q = products[np.argmax(np.diag(products))]
-    q = q / math.copysign(math.sqrt(float(q @ q)), q[0])
-    sine = math.sqrt(float(q[1:] @ q[1:]))
-    scale = 2.0 if sine < SMALL_ANGLE_RAD else 2.0 * math.atan2(sine, q[0]) / sine
-    return np.asarray(q[1:] * scale)
+    (a, b, c), (d, e, f), (g, h, i) = np.asarray(matrix, dtype=np.float64).tolist()
+    four = 1.0 + a + e + i, 1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i  # squares of 2w, 2x, 2y, 2z
+    pivot = four.index(max(four))
+    w, x, y, z = (
+        (four[0], h - f, c - g, d - b),
+        (h - f, four[1], b + d, c + g),
+        (c - g, b + d, four[2], f + h),
+        (d - b, c + g, f + h, four[3]),
+    )[pivot]
+    sine = math.sqrt(x * x + y * y + z * z)
+    length = math.copysign(math.hypot(w, sine), w)
+    scale = 2.0 / length if sine < SMALL_ANGLE_RAD * abs(length) else 2.0 * math.atan2(sine, abs(w)) / sine
+    scale = math.copysign(scale, length)
+    return np.array([scale * x, scale * y, scale * z])
 
 
 def euler_matrices(angles: Array) -> Array:

@@ -71,9 +71,8 @@ def line_biases(seen: Observation) -> Floats:
 
 def prior_precision(range_m: float, tone_sd_px: float) -> Floats:
     """Diagonal (8,) of the prior on rotation (rad), translation (m), tone and clipping shifts (px)."""
-    pose = np.r_[np.full(3, PRIOR_ROTATION_SD_RAD), np.full(3, PRIOR_TRANSLATION_SD * range_m)]
-    sd = np.r_[pose, tone_sd_px, CLIPPING_SD_PX]
-    return np.asarray(sd**-2.0)
+    turn, shift = PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD * range_m
+    return np.array([turn, turn, turn, shift, shift, shift, tone_sd_px, CLIPPING_SD_PX]) ** -2.0
 
 
 def solve(seen: Observation, base: Floats, range_m: float, tone_sd_px: float) -> tuple[Floats, Floats]:

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import DENSEST_PX, Samples, visible_samples
+from numerics.kernels import kernel
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 MOST_SAMPLES = 450
 COUNTING_SPACING_PX = 4.0  # while the visible length is looked at
@@ -21,14 +26,25 @@ def spacing_for(model: Model, camera: Camera, pose: Pose) -> float:
 
 def thinned(samples: Samples, most: int) -> Samples:
     """At most so many samples of each line, evenly taken, which stand for its whole visible length."""
-    line = samples.line
-    counts = np.bincount(line, minlength=1)
-    kept_counts = np.minimum(counts, most)
-    starts = np.cumsum(counts) - counts
-    place = np.arange(len(line)) - starts[line]  # lines are ascending
-    # sample number p of n is kept when it is the first whose share p m / n reaches a whole number
-    share = place * kept_counts[line]
-    keep = (share // counts[line]) != ((share - kept_counts[line]) // counts[line])
-    lengths = np.bincount(line, samples.px, minlength=1)
-    px = (lengths[line] / kept_counts[line])[keep]
-    return Samples(*(field[keep] for field in samples))._replace(px=px)
+    keep, px = _kept(samples.line, samples.px, most)
+    points, direction, line, image, image_direction, _ = samples
+    return Samples(points[keep], direction[keep], line[keep], image[keep], image_direction[keep], px)
+
+
+@kernel(error_model="numpy")
+def _kept(line: Ints, px: Floats, most: int) -> tuple[Ints, Floats]:
+    """Which samples are kept, of n of a line number p where p m / n reaches a whole number, and their px."""
+    keep, lengths = np.empty(len(line), np.int64), np.empty(len(line))
+    found = start = 0
+    while start < len(line):
+        end, total = start, 0.0
+        while end < len(line) and line[end] == line[start]:
+            total += px[end]
+            end += 1
+        count, of_line = end - start, min(end - start, most)
+        for place in range(count):
+            if place * of_line // count != (place - 1) * of_line // count:
+                keep[found], lengths[found] = start + place, total / of_line
+                found += 1
+        start = end
+    return keep[:found], lengths[:found]

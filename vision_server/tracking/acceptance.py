@@ -61,6 +61,16 @@ def told_covariance(covariance: Floats, believed: float) -> Floats:
     return (TOLD + TOLD_IN_DOUBT * (1.0 - believed) / believed) * covariance
 
 
+def is_sure(pose: Pose, covariance: Floats, believed: float, stays: bool) -> bool:
+    """Whether a pose that is believed with a probability is sure, by the covariance (6, 6) of its fit.
+
+    After a sure frame it ``stays`` so where it is less likely and still exact for all its doubt.
+    """
+    if believed >= SURE:
+        return is_exact(pose, covariance)
+    return stays and believed >= STAYS_SURE and is_exact(pose, told_covariance(covariance, believed))
+
+
 def is_exact(pose: Pose, covariance: Floats) -> bool:
     """Whether a pose is known, by the covariance (6, 6) of its fit, as exactly as a sure one is."""
     origin = origin_jacobian(pose.translation)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
+from numerics.kernels import kernel
 from vision_server.channels.gradients import Normals
 from vision_server.pose.association import associate
 from vision_server.pose.edge_search import search
@@ -21,6 +22,7 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import thinned
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 # Chosen by hand where nothing else is said.
 REACH_PX = 6.0  # to either side; print farther away is seldom mistaken for an edge that is followed
@@ -48,11 +50,8 @@ class Beside(NamedTuple):
 
     def share_at(self, courses: Floats, sign: Floats, width_px: float) -> Floats:
         """Share (L, M) of each line's samples with an edge on each course (M,) px along ``sign`` * normal."""
-        signed = self.offset * sign[:, None]
-        seen = np.any(np.abs(signed[..., None] - courses) <= width_px, axis=(0, 2))
-        count = np.maximum(np.bincount(self.samples.line, minlength=self.lines), 1)
-        at = [np.bincount(self.samples.line, of_one, self.lines) for of_one in seen.T]
-        return np.stack(at, axis=1) / count[:, None]
+        found: Floats = _shares(self.samples.line, self.lines, self.offset, courses, sign, width_px)
+        return found
 
     @property
     def variance_px2(self) -> Floats:
@@ -60,6 +59,29 @@ class Beside(NamedTuple):
         share = self.share_at(COURSES, np.ones(len(self.samples.line)), WIDTH_PX)
         share[share < LEAST_SHARE] = 0.0
         return np.asarray((TAKEN * share * COURSES**2).max(axis=1))
+
+
+@kernel(error_model="numpy")
+def _shares(line: Ints, lines: int, offset: Floats, courses: Floats, sign: Floats, width_px: float) -> Floats:
+    """See `Beside.share_at`."""
+    out, count = np.zeros((lines, len(courses))), np.zeros(lines)
+    for i in range(len(line)):
+        count[line[i]] += 1.0
+        for m in range(len(courses)):
+            out[line[i], m] += _is_near(offset[:, i], sign[i], courses[m], width_px)
+    for index in range(lines):
+        out[index] /= max(count[index], 1.0)
+    return out
+
+
+@kernel(error_model="numpy")
+def _is_near(offset: Floats, sign: float, course: float, width_px: float) -> bool:
+    """Whether one of a sample's edge points (C, K) is on a course."""
+    for c in range(len(offset)):
+        for k in range(offset.shape[1]):
+            if abs(sign * offset[c, k] - course) <= width_px:
+                return True
+    return False
 
 
 def beside(problem: PoseProblem, pose: Pose) -> Beside:

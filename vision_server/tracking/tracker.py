@@ -21,12 +21,12 @@ from vision_server.pose.trust import TAILS, quality
 from vision_server.tracking.acceptance import (
     HELD,
     STAYS,
-    STAYS_SURE,
     SURE,
     belief_in,
     is_exact,
     is_likely,
     is_partly_whole,
+    is_sure,
     is_whole,
     told_covariance,
 )
@@ -221,12 +221,11 @@ class Tracker:
         else:
             self._motion = Motion.at_rest(found.pose, found.covariance, middle)
         belief = found.belief(self._ambiguity)
+        stays = self._steady and found.quality >= SURE_LIKE * self._typical
+        self._steady = believed and is_sure(found.pose, found.covariance, belief, stays)
         self._held(found.pose, found.quality, believed)
         if believed:
             self._habits = self._habits.after(found.fit)
-        like = belief >= STAYS_SURE and found.quality >= SURE_LIKE * self._typical
-        known = believed and (belief >= SURE or like)
-        self._steady = known and is_exact(found.pose, found.covariance)
         state: State = "sure" if self._steady else "unsure"
         support = {line.line: line.support for line in found.support.lines}
         return state, found.pose, told_covariance(found.covariance, belief), support

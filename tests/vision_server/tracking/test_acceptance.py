@@ -10,7 +10,7 @@ import pytest
 
 from geometry.pose import Pose
 from vision_server.pose.support import PoseSupport
-from vision_server.tracking.acceptance import is_exact, is_partly_whole, is_whole
+from vision_server.tracking.acceptance import is_exact, is_partly_whole, is_sure, is_whole
 from vision_server.tracking.motion import about
 
 
@@ -46,3 +46,13 @@ def test_what_is_clearly_exact_is_so_by_draws_as_well(monkeypatch: pytest.Monkey
     monkeypatch.setattr("vision_server.tracking.acceptance.CLEARLY", np.inf)
     assert quick == [is_exact(pose, spread) for spread in spreads]
     assert 10 < sum(quick) < 50
+
+
+def test_what_is_less_likely_is_sure_after_a_sure_frame_and_exact_for_all_its_doubt() -> None:
+    pose = Pose(np.zeros(3), np.array([0.0, 0.0, 0.5]))
+    turned = [np.diag(np.repeat([np.radians(deg), 0.001], 3) ** 2) for deg in (0.3, 0.9)]
+    exact, barely = (about(-pose.translation, spread) for spread in turned)
+    assert is_sure(pose, barely, 0.9, stays=False)
+    assert is_sure(pose, exact, 0.76, stays=True)
+    assert not is_sure(pose, exact, 0.76, stays=False)
+    assert not is_sure(pose, barely, 0.76, stays=True)
