@@ -87,7 +87,7 @@ ALIKE_DEG = 20.0  # between poses that programs take for each other; nearer ones
 CONFUSED = 1.0 / 3.0  # times as often as it is right, a pose from elsewhere is at such another one
 UNHELD = 1e3  # of LIMITS: moved by refinement, where nothing holds the pose
 # By maximum likelihood on simulated frames, poses right and wrong: python -m benchmarks.referee --fit
-CALIBRATION = Calibration(0.5, 0.9, -6.9, 2.6, 4.1)
+CALIBRATION = Calibration(0.5, 0.9, -2.0, 2.6, 4.1)
 # By hand, of LIMITS, one sd: what refinement moves a pose by that was refined on these images before.
 SETTLED = 0.15
 WORTH_REFINING = 20.0  # nats that a turned pose may lack before it is refined: odds of e^-7 after that
