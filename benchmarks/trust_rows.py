@@ -12,6 +12,7 @@ from zlib import crc32
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from benchmarks.drawn_parts import PARTS, part_file
 from benchmarks.hard_scenes import KINDS
@@ -21,6 +22,7 @@ from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.pose import disturbed
 from geometry.rotation import matrix_of
+from geometry.visibility import visible_samples
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
 from vision_server.matching import SearchRange
@@ -52,6 +54,8 @@ SCENARIOS = (
 )  # fmt: skip
 ARM = (0.1, 0.25)  # width, of the target's diameter
 BLURRED = ("blur", "focus")
+SPACING_PX = 3.0  # of samples of visible lines
+MOST_OF_THEM = 98.0  # per cent: corners that hide each other otherwise are the rest
 
 
 def drawn_set(studio: Studio, kind: str, count: int, rng: np.random.Generator) -> list[Photograph]:
@@ -152,6 +156,21 @@ def strata_of(name: str, shots: Sequence[Photograph], model: Model) -> list[str]
     return [stratum for stratum, so in told.items() if so]
 
 
+def apart_px(studio: Studio, model: Model, found: Estimate) -> float | None:
+    """How far visible lines of a model, where it was found, are from those of the true one, and back.
+
+    Most of them are nearer. Where that is next to nothing, no image of the scene tells the models apart.
+    """
+    if found.pose is None:
+        return None
+    placed = (model, found.pose), (studio.model, studio.true)
+    one, other = (visible_samples(each, studio.camera, pose, SPACING_PX).image for each, pose in placed)
+    if not len(one) or not len(other):
+        return None
+    away = cKDTree(other).query(one)[0], cKDTree(one).query(other)[0]
+    return float(max(np.percentile(side, MOST_OF_THEM) for side in away))
+
+
 def row_of(studio: Studio, found: Estimate) -> Row:
     """What the fit needs of one estimate."""
     if found.pose is None or found.support is None or found.agreement is None:
@@ -181,6 +200,7 @@ def rows_of(name: str, studio: Studio, empty: bool, seed: int) -> list[Row]:
             settings = PipelineSettings(seed=seed, tone_sd_px=shots[0].tone_sd_px)
             found = estimate_pose(images, list(images.images), model, studio.camera, start, settings)
             told = {"scene": name, "empty": empty, "set": f"{kind} {count}", "model": wrong}
+            told["apart_px"] = apart_px(studio, model, found)
             rows.append(told | {"strata": strata_of(name, shots, model)} | row_of(studio, found))
     return rows
 

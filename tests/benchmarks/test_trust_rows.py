@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from benchmarks.trust_rows import models, rows_of, simulated, strata_of
+from benchmarks.trust_rows import apart_px, models, rows_of, simulated, strata_of
 from geometry.model import find_target, load_model
+from vision_server.pipeline import Estimate
+from vision_server.pose.stretch import stretched
 
 
 def test_one_model_of_three_is_true() -> None:
@@ -29,6 +31,14 @@ def test_a_simulated_scene_is_of_its_number() -> None:
     assert "hidden" not in strata_of(name, shots, studio.model)
     assert strata_of("stacks/wheel-4", shots, studio.model)[-3:] == ["blurred", "hidden", "symmetric"]
     assert not {"blurred", "hidden"} & set(strata_of("stacks/part-2", shots, studio.model))
+
+
+def test_lines_of_a_model_are_so_far_from_the_true_ones_as_it_is() -> None:
+    _, studio, _ = simulated(0, 5)
+    assert apart_px(studio, studio.model, Estimate(pose=studio.true)) == 0.0
+    longer = apart_px(studio, stretched(studio.model, np.array([0.1, 0.0, 0.0])), Estimate(pose=studio.true))
+    assert longer is not None
+    assert longer > 3.0
 
 
 @pytest.mark.slow
