@@ -36,6 +36,8 @@ def surprise_of(task: PoseTask, image: str) -> Surprise:
         return Surprise(cause=CauseTold(cause="target_moved", since=image))
     images = images_of_scene(task)
     sure, doubt = verdict(causes(task, images, pose))
+    if doubt is not None and task.doubted in images:  # what was doubted first is not forgotten
+        doubt = doubt._replace(since=min(doubt.since, images.index(task.doubted)))
     task.doubted = images[doubt.since] if doubt is not None else None
     if sure is not None:
         task.learn(Happened(sure.name, sure.lights, images_before(task.applied, images[sure.since])))

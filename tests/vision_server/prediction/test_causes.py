@@ -36,6 +36,16 @@ def test_a_dead_light_two_swapped_and_another_sun_are_told_apart(model: Model) -
     assert all(cause is not None and cause.since == len(before) for cause in told)
 
 
+def test_in_a_dark_room_a_light_that_is_dead_is_no_sun_that_has_set(model: Model) -> None:
+    asked = (1.0, 1.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)
+    given = (1.0, 1.0), (0.0, 1.0), (0.0, 1.0), (0.0, 0.0)
+    images = [taken(model, one, other, sun=0.0) for one, other in zip(asked, given, strict=True)]
+    places, readings = read(model, CAMERA, POSE, list(POSITIONS), images)
+    sure, _ = verdict(likely_causes(places, readings, np.array(asked), doubted=1))
+    assert sure is not None
+    assert sure[:3] == ("light_dead", (0,), 1)
+
+
 def test_an_image_without_any_light_is_no_endless_evidence(model: Model) -> None:
     images = [taken(model, (1.0, 1.0), (1.0, 1.0), sun=0.0)] * 2
     causes = found(model, [*images, taken(model, (0.0, 1.0), (0.0, 0.0), sun=0.0)])

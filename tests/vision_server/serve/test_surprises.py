@@ -9,10 +9,13 @@ from bridge.client import Client
 from bridge.errors import BadInput
 from bridge.messages import Settings
 from bridge.start_messages import CauseTold, StartArgs
+from geometry.pose import Pose
 from image_server.simulator import Simulator
 from tests.vision_server.serve.running import SETTINGS, Running, asked
 from vision_server import pipeline
 from vision_server.pose.trust import Misfit
+from vision_server.prediction.causes import Cause
+from vision_server.serve import surprises
 from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import outputs
 from vision_server.serve.surprises import images_of_scene, restore
@@ -52,6 +55,23 @@ def test_images_of_another_sun_or_without_an_arm_are_no_evidence_when_the_first_
     assert images_of_scene(task) == ["i3", "i4"]
     task.discard("i3")
     assert images_of_scene(task) == ["i4"]
+
+
+def test_what_was_doubted_first_is_not_forgotten_for_a_later_doubt(
+    task: PoseTask, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    doubts = iter([Cause("light_dead", (0,), 1, 9.0), Cause("sun_changed", (), 3, 9.0), None])
+    monkeypatch.setattr(surprises, "verdict", lambda _: (None, next(doubts)))
+    monkeypatch.setattr(surprises, "causes", lambda *_: [])
+    monkeypatch.setattr(surprises, "target_moved", lambda *_: False)
+    task.expected = Pose(np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    told = [surprises.surprise_of(task, "i4").doubt for _ in range(3)]
+    assert [doubt and (doubt.cause, doubt.since) for doubt in told] == [
+        ("light_dead", "i2"),
+        ("sun_changed", "i2"),
+        None,
+    ]
+    assert task.doubted is None
 
 
 def test_what_another_task_has_named_is_known(task: PoseTask) -> None:
