@@ -116,12 +116,17 @@ class PoseSupport:
         return np.asarray(np.bincount(self.samples.line, weights, self.trust.shape[1]), dtype=np.float64)
 
     @cached_property
+    def _visible(self) -> Floats:
+        """Length of each line on samples that stand for themselves, (L,), px."""
+        return self._by_own(np.ones(len(self.samples.px)))
+
+    @cached_property
     def _evidence(self) -> Floats:
         """Of each visible line, nats: log likelihood of its support if it is there over that by chance."""
         told = self._told
         chance = np.clip(2.0 * SUPPORT_PX / told.gap, BY_CHANCE, SEEN)
         nats = np.where(told.seen, np.log(SEEN / chance), np.log((1.0 - SEEN) / (1.0 - chance)))
-        visible = self._by_own(np.ones(len(nats)))
+        visible = self._visible
         there = visible > 0
         runs = np.minimum(visible[there] / RUN_PX, MOST_RUNS)
         return np.asarray(runs * self._by_own(nats)[there] / visible[there])
@@ -139,7 +144,7 @@ class PoseSupport:
     @property
     def missing(self) -> float:
         """Share of the visible length that is of lines with support of less than MISSING."""
-        visible, supported = self._by_own(np.ones(len(self._told.own))), self._by_own(self._told.seen)
+        visible, supported = self._visible, self._by_own(self._told.seen)
         return float(visible[supported < MISSING * visible].sum() / visible.sum())
 
     @cached_property
