@@ -31,8 +31,12 @@ MOST_OF_A_SUBSCRIBER = 1024 * 1024
 """Bytes that one subscriber may send while it is connected: it has to subscribe, no more."""
 ZAP_DOMAIN = "lights-and-camera"
 """Name under which client keys are checked."""
-WELCOME = msgspec.json.encode({"v": PROTOCOL, "event": "welcome", "args": {}, "sequence": 0})
-"""What a subscriber gets first."""
+WELCOME = msgspec.json.encode({"event": "welcome", "v": PROTOCOL, "args": {}, "sequence": 0})
+"""What a subscriber gets first. It begins unlike an event: it can be sent to one alone."""
+EVENT_HEAD = msgspec.json.encode({"v": PROTOCOL})[:-1]
+"""What every event begins with: who subscribes to all is subscribed to this."""
+SUBSCRIBE, UNSUBSCRIBE = b"\x01", b"\x00"
+"""First byte of what a subscriber sends; its topic follows (ZMTP 3.1)."""
 
 
 class ServerSockets:
@@ -81,7 +85,8 @@ class ServerSockets:
             self.endpoint = self._listen(self.router, endpoint, curve)
             if events is not None:
                 self.events = self._socket(zmq.XPUB, curve)
-                self.events.setsockopt(zmq.XPUB_WELCOME_MSG, WELCOME)
+                # ZeroMQ's own welcome leaves before the subscription is read; what is published between is lost
+                self.events.setsockopt(zmq.XPUB_MANUAL, 1)
                 self.events_endpoint = self._listen(self.events, events, curve, MOST_OF_A_SUBSCRIBER)
         except BaseException:
             self.close()
@@ -151,10 +156,21 @@ class ServerSockets:
             self.events.send(self._unsent.get())
 
     def read_subscriptions(self) -> None:
-        """Take what subscribers sent; ZeroMQ has welcomed them already."""
+        """Do what subscribers ask for, and welcome each that is known from then on."""
         with suppress(zmq.Again):
             while self.events is not None:
-                self.events.recv(zmq.NOBLOCK)
+                asked = self.events.recv(zmq.NOBLOCK)
+                action, topic = asked[:1], asked[1:]
+                if EVENT_HEAD.startswith(topic):
+                    topic = EVENT_HEAD
+                # Options of a manual socket are for the subscriber whose message was read last
+                if action == SUBSCRIBE:
+                    self.events.setsockopt(zmq.SUBSCRIBE, topic)
+                    self.events.setsockopt(zmq.SUBSCRIBE, WELCOME)
+                    self.events.send(WELCOME)
+                    self.events.setsockopt(zmq.UNSUBSCRIBE, WELCOME)
+                elif action == UNSUBSCRIBE:
+                    self.events.setsockopt(zmq.UNSUBSCRIBE, topic)
 
     def requests_wait(self) -> bool:
         """Whether another request has come in."""

@@ -229,6 +229,44 @@ class TestEvents:
         assert events[2] == {"v": 1, "event": "sun_changed", "args": {"count": 3}, "sequence": 3}
         assert events[3]["event"] == "camera_fault"
 
+    def test_who_subscribes_is_welcomed_alone_and_misses_nothing_from_then_on(
+        self, counter: Running, folder: Path
+    ) -> None:
+        with zmq.Context() as context, context.socket(zmq.SUB) as first, context.socket(zmq.SUB) as late:
+            first.linger = late.linger = 0
+            first.subscribe(b"")
+            for sub in (first, late):
+                sub.connect(f"ipc://{folder}/e")
+            assert first.poll(60_000)
+            assert first.recv_json()["event"] == "welcome"
+            counter.service.emit("sun_changed", {})
+            assert first.poll(60_000)
+            assert first.recv_json()["sequence"] == 1
+            assert not late.poll(200)  # connected, and not subscribed yet
+            late.subscribe(b"")
+            assert late.poll(60_000)
+            assert late.recv_json()["event"] == "welcome"
+            counter.service.emit("camera_fault", {})
+            for sub in (first, late):
+                assert sub.poll(60_000)
+                assert sub.recv_json() == {"v": 1, "event": "camera_fault", "args": {}, "sequence": 2}
+
+    def test_topics_are_subscribed_to_and_left(self, counter: Running, folder: Path) -> None:
+        with zmq.Context() as context, context.socket(zmq.SUB) as sub:
+            sub.linger = 0
+            faults = b'{"v":1,"event":"camera_fault"'
+            for topic in (b'{"', faults):
+                sub.subscribe(topic)
+            sub.connect(f"ipc://{folder}/e")
+            assert sub.poll(60_000)
+            assert sub.recv_json()["event"] == "welcome"
+            sub.unsubscribe(b'{"')
+            while counter.service.emit("sun_changed", {}) < 1000 and sub.poll(10):
+                assert sub.recv_json()["event"] in {"welcome", "sun_changed"}
+            counter.service.emit("camera_fault", {})
+            assert sub.poll(60_000)
+            assert sub.recv_json()["event"] == "camera_fault"
+
     def test_without_an_endpoint_nothing_is_published(self, folder: Path) -> None:
         service = Counter()
         running = Running(service, Server(service, f"ipc://{folder}/s"))
