@@ -85,7 +85,7 @@ class ServerSockets:
             self.endpoint = self._listen(self.router, endpoint, curve)
             if events is not None:
                 self.events = self._socket(zmq.XPUB, curve)
-                # ZeroMQ's own welcome leaves before the subscription is read; what is published between is lost
+                # ZeroMQ's own welcome leaves before it has read the subscription: an event between is lost
                 self.events.setsockopt(zmq.XPUB_MANUAL, 1)
                 self.events_endpoint = self._listen(self.events, events, curve, MOST_OF_A_SUBSCRIBER)
         except BaseException:
