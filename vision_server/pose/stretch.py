@@ -34,8 +34,10 @@ NEAR_PX = (4.0, 3.0)  # reaches
 SETTLED = 2  # steps of a fit towards its scales
 LARGEST = 0.3  # of a logarithm
 BANDS_PX = (1.5, 12.0, 40.0)  # around the lines, in which edges are looked for
+FAR_BANDS_PX = (*BANDS_PX, 120.0)  # where one end of a part is kept, and the other is off by all of a stretch
 HELD = 0.6  # support of a line whose edge points hold the pose
 SCANNED = np.r_[-np.arange(2, 26), np.arange(2, 26)] * 0.01  # logarithms
+MOST_ENDS = 2  # ways of keeping one end of a part that are followed
 WORTH = 0.03  # of the visible length must be explained besides, for a fit
 STRAINS = np.zeros((6, 3, 3))  # of the axes, and between two of them: the angle that is no longer a right one
 STRAINS[range(3), range(3), range(3)] = 1.0
@@ -119,7 +121,46 @@ def _scanned(best: Refined) -> list[tuple[Floats, Pose]]:
             log = SCANNED[most]
             out.append((gains[most], log * np.eye(6)[kind], moved(pose, log * kept[:, kind], near.centre)))
     out.sort(key=lambda one: -one[0])
-    return [(strain, start) for _, strain, start in out]
+    return [(strain, start) for _, strain, start in out + _at_one_end(best)]
+
+
+def _at_one_end(best: Refined) -> list[tuple[float, Floats, Pose]]:
+    """What `_scanned` looks for, where the pose was found by one end of the part and is right there.
+
+    Texture and what is behind give lines of the other end an edge, too, so that they seem to hold the pose.
+    """
+    pose, model = best.pose, best.problem.model
+    near = edges_around(best.problem, pose, FAR_BANDS_PX)
+    if not near.offset.size:
+        return []
+    itself = explained(near.jacobian, near.offset, near.samples.px, np.zeros(6))
+    aside, along, found = model.vertices - model.middle, np.zeros_like(near.jacobian), []
+    for axis in range(3):
+        for end in (float(aside[:, axis].min()), float(aside[:, axis].max())):
+            gains = np.full(len(SCANNED), -itself)
+            for k, shift in enumerate(_shifts_from(best, near.samples, axis, end)):
+                along[:, 0] = shift
+                gains[k] += explained(along, near.offset, near.samples.px, np.eye(6)[0])
+            most = int(np.argmax(gains))
+            if gains[most] > WORTH:
+                log = SCANNED[most]
+                kept = pose.translation - math.expm1(log) * end * pose.matrix[:, axis]
+                found.append((gains[most], log * np.eye(6)[axis], Pose(pose.rotation_vector, kept)))
+    found.sort(key=lambda one: -one[0])
+    return found[:MOST_ENDS]
+
+
+def _shifts_from(best: Refined, samples: Samples, axis: int, end: float) -> Floats:
+    """How far each of SCANNED moves samples along their normals, px, (S, N), if an end of an axis is kept.
+
+    ``end`` is where that is beside the model's middle, m.
+    """
+    points = np.repeat(samples.points[None], len(SCANNED), axis=0)
+    from_end = samples.points[:, axis] - best.problem.model.middle[axis] - end
+    points[..., axis] += np.expm1(SCANNED)[:, None] * from_end
+    image = best.problem.camera.project(best.pose.apply(points.reshape(-1, 3))).reshape(*points.shape[:2], 2)
+    shift = ((image - samples.image) * samples.normal).sum(axis=2)
+    return np.where(np.isfinite(shift), shift, np.inf)
 
 
 def _followed(best: Refined, starts: list[tuple[Floats, Pose]]) -> list[tuple[Floats, float]]:

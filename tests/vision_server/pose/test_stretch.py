@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from geometry.model import Model
-from geometry.pose import RIGHT
+from geometry.pose import RIGHT, Pose
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server import pipeline
 from vision_server.pipeline import LEAST_BY_LINES, Estimate, estimate_pose
-from vision_server.pose.stretch import stretched
-from vision_server.pose.trust import WORTH_DOUBTING, Misfit, confidence
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.ranking import FINE_REACHES_PX, refined
+from vision_server.pose.stretch import misfit, stretched
+from vision_server.pose.trust import SURE_GAIN, WORTH_DOUBTING, Misfit, confidence
 
 TRUSTED = 0.93  # the merit is 1 there
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
@@ -113,3 +115,23 @@ def test_a_stretched_model_that_fits_better_lowers_the_score(model: Model) -> No
     assert confidence(support, 0.0, spread, none) == plain
     for doubt in (replace(none, significance=100.0), replace(none, gain=1.0)):
         assert confidence(support, 0.0, spread, doubt) < plain - 0.02
+
+
+def test_a_part_that_was_found_by_one_end_is_seen_to_be_longer(model: Model) -> None:
+    """The other end is farther off than edges are looked for where the lines that have one hold the pose."""
+    near = Pose(POSE.rotation_vector, POSE.translation * [0.25, 0.25, 0.5])
+    longer = stretched(model, np.log1p(0.22) * np.eye(3)[0])
+    shift = near.matrix[:, 0] * -0.22 * 0.5 * np.ptp(model.vertices[:, 0])
+    channels = one_image(photographed(linear_picture(longer, CAMERA, near, GREYS))).gradients(["i1"])
+    found = refined(
+        PoseProblem.at_scale(channels, model, CAMERA),
+        Pose(near.rotation_vector, near.translation + shift),
+        FINE_REACHES_PX,
+        2.0,
+    )
+    assert found is not None
+    told = misfit(found)
+    assert told.gain > SURE_GAIN
+    assert told.excess is not None
+    assert told.excess.axis == 0
+    assert told.excess.share == pytest.approx(-0.18, abs=0.01)
