@@ -103,7 +103,9 @@ def _of_block(
     else:
         _known_lights(found, sides, logs, noise, lights, falling)
     if background.wall is not None:
-        _before_wall(found, logs - np.log(background.wall + sides.dark)[:, None], noise)
+        beside = logs - np.log(background.wall + sides.dark)[:, None]
+        # what is clipped is at least that bright, which tells which of its sides is no wall
+        _before_wall(found, beside, np.where(sides.known, noise, np.float32(0.0)))
     return found
 
 

@@ -100,3 +100,13 @@ def test_what_is_before_a_lit_wall_has_an_outline_and_what_is_on_it_has_none() -
     assert on_wall.sum() > 50
     assert not np.isin(kind[on_wall], (OUTLINE, CREASE)).any()
     assert (kind[on_wall] == SHADOW).mean() > 0.9
+
+
+def test_a_dark_thing_on_an_overexposed_wall_has_an_outline() -> None:
+    random, images = np.random.default_rng(0), []
+    for number in range(8):
+        image = np.full((160, 200), 300.0 if number % 4 else 150.0)  # clipped in three lights of four
+        image[50:110, 70:150] *= 0.5
+        images.append(np.clip(image + random.normal(0.0, 1.0, image.shape), 0, 255).astype(np.uint8))
+    found = edge_kinds([channel_statistics(image) for image in images])
+    assert (found.probability.argmax(axis=0) == OUTLINE).mean() > 0.9
