@@ -30,7 +30,7 @@ STRENGTHS = (0.0, 0.1, 0.22, 0.47, 2.1, 4.6, 10.0)  # of the same sun, times wha
 SCALES = np.exp(np.linspace(-1.6, 1.6, 9))  # of all brightness, about what the readings say
 NOISES = np.array([1.0, 1.5, 2.2, 3.3, 5.0, 7.5])  # by so much readings may scatter more: wrong tone curves
 # How they were chosen: benchmarks/surprises.py counts what is named, and false alarms.
-DOUBT_NATS = 7.0  # log odds against nothing from which on a cause is doubted; is sure, and against others,
+DOUBT_NATS = 4.5  # log odds against nothing from which on a cause is doubted; is sure, and against others,
 SURE_NATS, CLEAR_NATS = 16.0, 12.0  # where an image was taken that tests it,
 SURE_AT_ONCE_NATS, CLEAR_AT_ONCE_NATS = 40.0, 20.0  # and where none was: the prior weighs more then
 NEVER_UNTESTED = "sun_changed", "in_the_way"  # a dead light, or one image's new shadows, look so, too
