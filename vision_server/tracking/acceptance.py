@@ -12,6 +12,7 @@ from vision_server.pipeline import Estimate
 from vision_server.pose.covariance import share_within, uncertainty
 from vision_server.pose.support import PoseSupport
 from vision_server.pose.trust import belief
+from vision_server.tracking.following import Found
 
 Floats = NDArray[np.float64]
 
@@ -43,6 +44,20 @@ def is_likely(estimate: Estimate, known: bool) -> bool:
     return believed >= HELD
 
 
+def is_found(estimate: Estimate, fitted: Found | None) -> bool:
+    """Whether what a search found is the target: by its score, or by what it is ``fitted`` to whole lines.
+
+    The score asks edge points whether they agree to some hundredths of a pixel, which those of rounded edges
+    do not; whole lines know what they are off. That another model does better, they do not know.
+    """
+    if estimate.score >= SURE:
+        return True
+    doubt = estimate.misfit
+    if fitted is None or doubt is None or doubt.gain > 0.0 or doubt.excess is not None:
+        return False
+    return fitted.belief(estimate.ambiguity) >= SURE and is_whole(fitted.support)
+
+
 def belief_in(estimate: Estimate) -> float:
     """Probability that a searched pose is the right one, by its lines; 0 where there is none."""
     if estimate.pose is None or estimate.covariance is None or estimate.support is None:
@@ -57,18 +72,24 @@ def told_covariance(covariance: Floats, believed: float) -> Floats:
     In the middle the fit's own is wide enough. Its tails are not: an edge taken for another that hardly
     lowers the belief is off by more, and what is hardly believed by much more.
     """
+    return (TOLD + TOLD_IN_DOUBT * odds_against(believed)) * covariance
+
+
+def odds_against(believed: float) -> float:
+    """Of what is believed with a probability; nothing is believed less than LEAST_BELIEF."""
     believed = max(believed, LEAST_BELIEF)
-    return (TOLD + TOLD_IN_DOUBT * (1.0 - believed) / believed) * covariance
+    return (1.0 - believed) / believed
 
 
 def is_sure(pose: Pose, covariance: Floats, believed: float, stays: bool) -> bool:
     """Whether a pose that is believed with a probability is sure, by the covariance (6, 6) of its fit.
 
-    After a sure frame it ``stays`` so where it is less likely and still exact for all its doubt.
+    After a sure frame it ``stays`` so where it is less likely and exact for what its doubt is more than that.
     """
     if believed >= SURE:
         return is_exact(pose, covariance)
-    return stays and believed >= STAYS_SURE and is_exact(pose, told_covariance(covariance, believed))
+    wider = 1.0 + TOLD_IN_DOUBT * (odds_against(believed) - odds_against(SURE))
+    return stays and believed >= STAYS_SURE and is_exact(pose, wider * covariance)
 
 
 def is_exact(pose: Pose, covariance: Floats) -> bool:

@@ -24,6 +24,7 @@ from vision_server.tracking.acceptance import (
     SURE,
     belief_in,
     is_exact,
+    is_found,
     is_likely,
     is_partly_whole,
     is_sure,
@@ -253,7 +254,7 @@ class Tracker:
             found = near if near is not None and near.pose.error_to(estimate.pose).within(*SAME) else None
         if followed is not None and (found is None or found.quality <= followed.quality):
             same = estimate.pose is not None and followed.pose.error_to(estimate.pose).within(*SAME)
-            self._was_believed = self._believed = self._judged(estimate) and same
+            self._was_believed = self._believed = self._judged(estimate, found) and same
             return self._taken(followed)
         if not likely or estimate.pose is None or estimate.covariance is None:
             self._misses, self._was_believed = self._misses + 1, False
@@ -261,7 +262,7 @@ class Tracker:
                 self._motion = None
             return "lost", None, None, None
         assert estimate.support is not None
-        self._believed = believed = self._judged(estimate)
+        self._believed = believed = self._judged(estimate, found)
         pose, covariance, belief = estimate.pose, TAILS**2 * estimate.covariance, belief_in(estimate)
         if found is not None:
             pose, covariance, belief = found.pose, found.covariance, found.belief(self._ambiguity)
@@ -271,12 +272,13 @@ class Tracker:
         support = {line.line: line.support for line in estimate.lines}
         return state, pose, told_covariance(covariance, belief), support
 
-    def _judged(self, estimate: Estimate) -> bool:
+    def _judged(self, estimate: Estimate, fitted: Found | None) -> bool:
         """Whether what a search found is believed, after what those before it found."""
         self._ambiguity = estimate.ambiguity
-        if estimate.support is None or estimate.score < HELD:
+        found = is_found(estimate, fitted)
+        if estimate.support is None or (estimate.score < HELD and not found):
             return False
-        believed = estimate.score >= SURE and quality(estimate.support) >= LIKE_BEFORE * self._typical
+        believed = found and quality(estimate.support) >= LIKE_BEFORE * self._typical
         if self._misses > 0:  # a wider search meets more that looks alike
             believed = believed and is_whole(estimate.support)
         self._against = max(min(self._against + (-1 if believed else 1), MOST_AGAINST), 0)
