@@ -44,18 +44,17 @@ def is_likely(estimate: Estimate, known: bool) -> bool:
     return believed >= HELD
 
 
-def is_found(estimate: Estimate, fitted: Found | None) -> bool:
-    """Whether what a search found is the target: by its score, or by what it is ``fitted`` to whole lines.
+def found_belief(estimate: Estimate, fitted: Found | None) -> float:
+    """Probability that what a search found is the target: its score, or of what is ``fitted`` to whole lines.
 
     The score asks edge points whether they agree to some hundredths of a pixel, which those of rounded edges
     do not; whole lines know what they are off. That another model does better, they do not know.
     """
-    if estimate.score >= SURE:
-        return True
     doubt = estimate.misfit
     if fitted is None or doubt is None or doubt.gain > 0.0 or doubt.excess is not None:
-        return False
-    return fitted.belief(estimate.ambiguity) >= SURE and is_whole(fitted.support)
+        return estimate.score
+    own = fitted.belief(estimate.ambiguity) if is_whole(fitted.support) else 0.0
+    return max(estimate.score, own)
 
 
 def belief_in(estimate: Estimate) -> float:

@@ -23,8 +23,8 @@ from vision_server.tracking.acceptance import (
     STAYS,
     SURE,
     belief_in,
+    found_belief,
     is_exact,
-    is_found,
     is_likely,
     is_partly_whole,
     is_sure,
@@ -275,14 +275,36 @@ class Tracker:
     def _judged(self, estimate: Estimate, fitted: Found | None) -> bool:
         """Whether what a search found is believed, after what those before it found."""
         self._ambiguity = estimate.ambiguity
-        found = is_found(estimate, fitted)
-        if estimate.support is None or (estimate.score < HELD and not found):
+        told = found_belief(estimate, fitted)
+        if estimate.pose is None or told < HELD:
             return False
-        believed = found and quality(estimate.support) >= LIKE_BEFORE * self._typical
-        if self._misses > 0:  # a wider search meets more that looks alike
-            believed = believed and is_whole(estimate.support)
-        self._against = max(min(self._against + (-1 if believed else 1), MOST_AGAINST), 0)
-        return believed and self._against == 0
+        if self._is_elsewhere(estimate.pose):
+            self._against = 0
+        like = self._is_like_before(estimate)
+        if told >= SURE and like:
+            self._against = max(self._against - 1, 0)
+            return self._against == 0
+        if told < STAYS or not like:
+            self._against = min(self._against + 1, MOST_AGAINST)
+        return False
+
+    def _is_like_before(self, estimate: Estimate) -> bool:
+        """Whether a searched pose is seen as well as the target was; a wider search meets more like it."""
+        support = estimate.support
+        if support is None or quality(support) < LIKE_BEFORE * self._typical:
+            return False
+        return self._misses == 0 or is_whole(support)
+
+    def _is_elsewhere(self, pose: Pose) -> bool:
+        """Whether a pose is beside what was doubted before, which says nothing of it then."""
+        if isinstance(self._around, Anywhere):
+            return False
+        middles = [one.apply(self._sight.model.middle[None])[0] for one in (pose, self._around)]
+        if min(middle[2] for middle in middles) <= 0.0:
+            return False
+        across = [middle[:2] / middle[2] for middle in middles]
+        wide = self._sight.model.diameter / float(middles[0][2])
+        return float(np.linalg.norm(across[0] - across[1])) > wide
 
     def _estimate(self, pixels: Pixels, widened: float) -> Estimate:
         sight = self._sight
@@ -295,7 +317,7 @@ class Tracker:
         )
         around = self._trusted if self._misses % 2 else self._around
         found = estimate_pose(images, [NAME], sight.model, sight.camera, around, settings)
-        self._vain = 0 if found.score >= SURE else self._vain + 1
+        self._vain = 0 if found.score >= SURE and self._is_like_before(found) else self._vain + 1
         if self._vain > 0 and self._vain % EVERYWHERE == 0 and isinstance(self._trusted, Pose):
             range_m = float(np.linalg.norm(self._trusted.apply(sight.model.middle[None])[0]))
             anywhere = Anywhere((range_m / FARTHER, range_m * FARTHER))
@@ -305,5 +327,5 @@ class Tracker:
                 last = self._trusted
                 pose = min(alike, key=lambda one: one.error_to(last).rotation_deg)
                 other = estimate_pose(images, [NAME], sight.model, sight.camera, pose, self._settings)
-                found = max(found, other, key=lambda one: one.score)
+                found = max(found, other, key=lambda one: (self._is_like_before(one), one.score))
         return found

@@ -15,7 +15,8 @@ from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_
 from tests.vision_server.tracking.films import filmed, moving
 from vision_server.channels.depth import Pixels
 from vision_server.pipeline import Estimate
-from vision_server.tracking.acceptance import is_exact, is_likely, told_covariance
+from vision_server.pose.trust import Misfit
+from vision_server.tracking.acceptance import STAYS, is_exact, is_likely, told_covariance
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.motion import about
@@ -143,10 +144,12 @@ def test_a_sure_pose_is_known_to_three_degrees_and_two_percent(
 def test_what_searches_doubted_is_believed_when_as_many_believed_it(
     model: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    search, scores = Tracker._estimate, iter([0.5, 0.5, 0.95, 0.95])
+    search, scores = Tracker._estimate, iter([0.4, 0.4, 0.95, 0.95])
 
     def scored(self: Tracker, pixels: Pixels, widened: float) -> Estimate:
-        return replace(search(self, pixels, widened), score=next(scores))
+        score = next(scores)
+        other = Misfit(0.0, 1.0 if score < STAYS else 0.0)  # another model does better
+        return replace(search(self, pixels, widened), score=score, misfit=other)
 
     monkeypatch.setattr(Tracker, "_estimate", scored)
     told = followed(model, list(moving(22, still=22)))
