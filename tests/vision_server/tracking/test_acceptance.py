@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 
 from geometry.pose import Pose
+from vision_server.pipeline import Estimate
 from vision_server.pose.support import PoseSupport
-from vision_server.tracking.acceptance import is_exact, is_partly_whole, is_sure, is_whole
+from vision_server.pose.trust import Misfit
+from vision_server.tracking.acceptance import found_belief, is_exact, is_partly_whole, is_sure, is_whole
+from vision_server.tracking.following import Found
 from vision_server.tracking.motion import about
 
 
@@ -36,6 +39,23 @@ def test_lines_count_by_their_length(lines: list[tuple[float, float]], partly: b
     assert is_whole(supported(*lines)) == wholly
 
 
+@pytest.mark.parametrize(
+    ("misfit", "seen", "told"),
+    [
+        (Misfit(significance=5.0, gain=0.0), 1.0, 0.95),
+        (Misfit(significance=5.0, gain=0.0), 0.2, 0.3),  # lines are missing
+        (Misfit(significance=5.0, gain=0.1), 1.0, 0.3),  # a stretched model does better
+        (Misfit(20.0, 0.0, (0.05, 0.0, 0.0, 0.0, 0.0, 0.0)), 1.0, 0.3),
+        (None, 1.0, 0.3),
+    ],
+)
+def test_whole_lines_make_up_for_a_low_score_where_no_other_model_does_better(
+    misfit: Misfit | None, seen: float, told: float
+) -> None:
+    fitted = SimpleNamespace(belief=lambda _: 0.95, support=supported((80.0, 1.0), (20.0, seen)))
+    assert found_belief(Estimate(score=0.3, misfit=misfit), cast("Found", fitted)) == told
+
+
 def test_what_is_clearly_exact_is_so_by_draws_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     pose, rng = Pose(np.zeros(3), np.array([0.05, 0.0, 0.5])), np.random.default_rng(0)
     spreads = []
@@ -56,3 +76,4 @@ def test_what_is_less_likely_is_sure_after_a_sure_frame_and_exact_for_all_its_do
     assert is_sure(pose, exact, 0.76, stays=True)
     assert not is_sure(pose, exact, 0.76, stays=False)
     assert not is_sure(pose, barely, 0.76, stays=True)
+    assert is_sure(pose, barely, 0.9 - 1e-6, stays=True)

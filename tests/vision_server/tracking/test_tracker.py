@@ -14,14 +14,16 @@ from tests.vision_server.synthetic import CAMERA, POSE
 from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_at
 from tests.vision_server.tracking.films import filmed, moving
 from vision_server.channels.depth import Pixels
+from vision_server.matching.match import Anywhere
 from vision_server.pipeline import Estimate
 from vision_server.pose.trust import Misfit
-from vision_server.tracking.acceptance import STAYS, is_exact, is_likely, told_covariance
+from vision_server.tracking.acceptance import is_exact, is_likely, told_covariance
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.motion import about
-from vision_server.tracking.tracker import LOOKED_AT_ANEW, SURPRISING, Tracked, Tracker
+from vision_server.tracking.tracker import EVERYWHERE, LOOKED_AT_ANEW, SURPRISING, Tracked, Tracker
 
+BETTER = Misfit(significance=0.0, gain=1.0)  # another model than the given one does
 NEAR = disturbed(POSE, np.random.default_rng(1), 10.0, 10.0, CAMERA.fx)
 
 
@@ -148,8 +150,7 @@ def test_what_searches_doubted_is_believed_when_as_many_believed_it(
 
     def scored(self: Tracker, pixels: Pixels, widened: float) -> Estimate:
         score = next(scores)
-        other = Misfit(0.0, 1.0 if score < STAYS else 0.0)  # another model does better
-        return replace(search(self, pixels, widened), score=score, misfit=other)
+        return replace(search(self, pixels, widened), score=score, misfit=BETTER)
 
     monkeypatch.setattr(Tracker, "_estimate", scored)
     told = followed(model, list(moving(22, still=22)))
@@ -189,7 +190,11 @@ def test_a_pose_that_is_followed_stays_where_a_search_finds_nothing_better(
     def scored(self: Tracker, pixels: Pixels, widened: float) -> Estimate:
         found = search(self, pixels, widened)
         score = next(scores, None)
-        return replace(found, pose=None, score=0.0) if score is None else replace(found, score=score)
+        return (
+            replace(found, pose=None, score=0.0)
+            if score is None
+            else replace(found, score=score, misfit=BETTER)
+        )
 
     monkeypatch.setattr(Tracker, "_estimate", scored)
     poses = moving(12, still=3)
@@ -206,7 +211,7 @@ def test_a_low_score_whose_lines_are_there_is_followed_and_never_sure(
     search, seen = Tracker._estimate, []
 
     def scored(self: Tracker, pixels: Pixels, widened: float) -> Estimate:
-        seen.append(replace(search(self, pixels, widened), score=0.1))
+        seen.append(replace(search(self, pixels, widened), score=0.1, misfit=BETTER))
         return seen[-1]
 
     monkeypatch.setattr(Tracker, "_estimate", scored)
@@ -285,3 +290,26 @@ def test_after_a_frame_that_was_not_followed_surely_other_poses_are_looked_at(
         tracker.step(frame)
         counts.append(len(looks))
     assert counts == [0, 1, 1, 1]
+
+
+def test_what_is_believed_and_hardly_seen_does_not_keep_it_from_looking_everywhere(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    starts = []
+
+    def elsewhere(*given: object) -> Estimate:
+        starts.append(given[4])
+        return Estimate(score=0.95)
+
+    monkeypatch.setattr("vision_server.tracking.tracker.estimate_pose", elsewhere)
+    tracker = Tracker(model, CAMERA, NEAR)
+    for _ in range(EVERYWHERE):
+        tracker._estimate(np.zeros((CAMERA.height, CAMERA.width), np.uint8), 1.0)
+    assert [isinstance(start, Anywhere) for start in starts] == [False] * EVERYWHERE + [True]
+
+
+def test_doubts_of_a_thing_elsewhere_do_not_count(model: Model) -> None:
+    tracker = Tracker(model, CAMERA, NEAR)
+    aside = np.array([1.2 * model.diameter, 0.0, 0.0])
+    assert not tracker._is_elsewhere(POSE)
+    assert tracker._is_elsewhere(Pose(POSE.rotation_vector, POSE.translation + aside))
