@@ -28,7 +28,7 @@ Matcher = Callable[[Sequence[Model], Pose], list[list[tuple[float, Pose]]]]
 
 # The lines in sight say that the model is the right way round where no more than this share of their length
 # is missing, and they are more than a plain box shows or more than are out of sight (chosen by hand).
-LITTLE_MISSING, IN_SIGHT, HIDDEN_SHARE = 0.1, 9, 0.5
+LITTLE_MISSING, IN_SIGHT, HIDDEN_SHARE = 0.05, 9, 0.5
 UNLIKELY_NATS = 20.0  # of evidence, that a model is the wrong way round; those that were left 25 unexplained
 # What the other way leaves unexplained counts so many times more: one thing in the way hides many lines. A
 # plain back then misses less than a front that is half hidden, but has fewer of the edges (chosen by hand).
