@@ -57,7 +57,8 @@ def _edge_faces(faces: Sequence[Ints]) -> dict[tuple[int, int], list[tuple[int, 
     """For each undirected edge its faces, and whether the face runs along it from low to high index."""
     out: dict[tuple[int, int], list[tuple[int, bool]]] = defaultdict(list)
     for index, face in enumerate(faces):
-        for a, b in zip(face.tolist(), np.roll(face, -1).tolist(), strict=True):
+        corners = face.tolist()
+        for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
             if a != b:
                 out[min(a, b), max(a, b)].append((index, a < b))
     return out

@@ -30,6 +30,7 @@ BOX_SIZE = (0.12, 0.3)  # of the target's diameter
 # Of an arm: how near the camera, of the target's range; how far aside, how long, of its diameter; how steep.
 ARM_NEARER, ARM_ASIDE, ARM_LENGTH, ARM_LEAN = (0.55, 0.8), 0.2, 6.0, 0.3
 TARGET = 0  # number of its part
+OFFSET_STEP = 17.0  # of neighbouring numbers of faces, in sizes of the texture: nothing is repeated
 WALL_MARGIN = 3.0  # the wall reaches this many frame widths, so that it also fills a tilted view
 
 
@@ -95,7 +96,33 @@ def joined(parts: list[Part]) -> Scene:
 def target_part(model: Model, appearance: Appearance, changes: MaterialChanges, pose: Pose) -> Part:
     """The target at a pose."""
     materials = [changes.applied_to(appearance.material_of(face)) for face in range(len(model.faces))]
-    return _part(model.vertices, model.faces, model.triangles, model.triangle_face, materials, pose)
+    part = _part(model.vertices, model.faces, model.triangles, model.triangle_face, materials, pose)
+    part.surfaces[:, texture.OFFSET] = OFFSET_STEP * skins(model)
+    return part
+
+
+def skins(model: Model) -> Ints:
+    """Faces (F,) between which no sharp line runs have one texture, and one number, of the first of them.
+
+    A mesh cuts what is flat or round in the part into facets, which no one could tell on it.
+    """
+    sharp = {(min(a, b), max(a, b)) for a, b in model.lines[~model.smooth].tolist()}
+    first = list(range(len(model.faces)))
+
+    def root(face: int) -> int:
+        while first[face] != face:
+            first[face] = first[first[face]]
+            face = first[face]
+        return face
+
+    sides = np.sort(np.concatenate([model.triangles[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
+    order = np.lexsort(sides.T)
+    sides, owner = sides[order], np.tile(model.triangle_face, 3)[order]
+    for at in np.flatnonzero((sides[1:] == sides[:-1]).all(axis=1) & (owner[1:] != owner[:-1])).tolist():
+        if tuple(sides[at].tolist()) not in sharp:
+            one, other = sorted((root(int(owner[at])), root(int(owner[at + 1]))))
+            first[other] = one
+    return np.array([root(face) for face in range(len(first))], dtype=np.int64)
 
 
 def background_parts(
@@ -189,7 +216,7 @@ def _part(
         axes[alike], halves[alike] = _plane_axes(vertices[np.stack([faces[index] for index in alike])])
     rows = {material: _numbers(material) for material in set(materials)}
     surfaces = np.array([rows[material] for material in materials])
-    surfaces[:, texture.OFFSET] = 17.0 * np.arange(len(faces))
+    surfaces[:, texture.OFFSET] = OFFSET_STEP * np.arange(len(faces))
     surfaces[:, texture.HALF_U : texture.HALF_V + 1] = halves
     return Part(pose, corners, np.asarray(owner), normals, surfaces, axes)
 

@@ -7,10 +7,11 @@ import msgspec
 import numpy as np
 import pytest
 
+from benchmarks.machined_parts import cylinder, surface_of
 from bridge.errors import BadInput
 from bridge.image_messages import MoveDone
 from bridge.messages import Settings
-from geometry.model import find_target, load_model
+from geometry.model import Model, find_target, load_model
 from geometry.rotation import vector_of
 from image_server.serve.device import Change
 from image_server.simulator import Simulator
@@ -27,6 +28,7 @@ from image_server.simulator.scenario import (
     load_scenario,
     with_conditions,
 )
+from image_server.simulator.scene import skins
 
 MIDDLE = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
 SMALL = ScenarioCamera(width=160, height=120, fx=200.0, fy=200.0, cx=79.5, cy=59.5)
@@ -304,3 +306,10 @@ def test_a_part_far_from_its_file_s_origin_is_in_the_frame() -> None:
     camera = Simulator("cube").camera
     pose = drawn_pose(PoseDraw(), aside, np.array([0.0, 0.0, 1.0]), camera, np.random.default_rng(1))
     assert fraction_inside(aside, camera, pose) == 1.0
+
+
+def test_facets_of_what_is_flat_or_round_have_one_texture() -> None:
+    round_one = Model.of_surface("cylinder", surface_of(cylinder(24)))
+    assert len(set(skins(round_one).tolist())) == 3
+    cube = load_model(find_target("cube"))
+    assert skins(cube).tolist() == list(range(len(cube.faces)))
