@@ -25,7 +25,7 @@ LEAST_AT_LARGE = 0.5  # share of what is dark, where the background is
 DARK_RATIO = 2.7  # of such a mean in its best light to the background: more is none
 FRAME_CELLS = 2  # at the image's border, by which a wall is told
 WALL_SPREAD, LEAST_WALL = 0.1, 0.6  # of its logarithm there, in such a share: the rest is in shadow
-WALL_FITS = 5
+WALL_FITS = 10  # with 5 large shadows at the dim end still pull it
 LIT = 4.0  # times what is black, in every light: less tells no wall
 
 

@@ -90,6 +90,18 @@ def test_a_lit_wall_is_told_from_the_border_of_the_images() -> None:
     assert background_of(dark, sides_of(dark)).wall is None
 
 
+def test_a_wall_is_found_where_a_shadow_covers_much_of_the_dim_end_of_the_border() -> None:
+    y, x = np.mgrid[:160, :200]
+    lit = 200.0 * np.exp(-x / 85.0)  # of a lamp that is near
+    image = np.where((x > 116) & (y > 20), 0.03 * lit, lit)
+    image += np.random.default_rng(0).normal(0.0, 1.0, image.shape)
+    edges = merged([np.clip(image, 0, 255).astype(np.uint8)] * 2)
+    wall = background_of(edges, sides_of(edges)).wall
+    assert wall is not None
+    x, y = edges.points.astype(np.int64).T
+    assert np.median(np.abs(wall[0] / lit[y, x] - 1.0)) < 0.1
+
+
 def test_what_is_before_a_lit_wall_has_an_outline_and_what_is_on_it_has_none() -> None:
     found = edge_kinds([channel_statistics(image) for image in before_a_wall()])
     kind, (x, y) = found.probability.argmax(axis=0), found.edges.points.T
