@@ -234,7 +234,7 @@ def test_a_mesh_with_a_point_that_is_nowhere_is_refused(tmp_path: Path) -> None:
 
 def test_a_mesh_of_too_many_triangles_says_what_to_do(tmp_path: Path) -> None:
     trimesh.creation.icosphere(6).export(tmp_path / "fine.stl")
-    with pytest.raises(GeometryError, match=r"81920 triangles, and at most 50000 are read.*coarser"):
+    with pytest.raises(GeometryError, match=r"81920 triangles, and at most 80000 are read.*coarser"):
         load_model(tmp_path / "fine.stl")
 
 
