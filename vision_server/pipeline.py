@@ -204,8 +204,9 @@ def pose_of_segments(
     asked = isinstance(seed_pose, Anywhere) or model.smooth.any()  # nothing else may look quite the same
     symmetry = symmetry_of(model) if asked else ASYMMETRIC
     likely: list[Likely] = []
+    match = partial(match_near, ideal_segments(endpoints, camera), camera, settings.seed)
     if isinstance(seed_pose, Anywhere):
-        refined = of_most_evidence(problem, hypotheses, LOOKED_AT)
+        refined = of_most_evidence(problem, hypotheses, LOOKED_AT, match)
         likely = likely_of(refined, symmetry)
         refined.sort(key=lambda one: one is not likely[0].refined)
     else:
@@ -213,7 +214,6 @@ def pose_of_segments(
         beyond = turned_beyond(seed_pose, settings.search_range)
         spin_rad = 2.0 * math.radians(settings.rotation_range_deg)  # from one end of the range to the other
         refined = best_first(problem, hypotheses, spin_rad=spin_rad, searched=searched)
-    match = partial(match_near, ideal_segments(endpoints, camera), camera, settings.seed)
     estimate = Estimate()
     if refined:
         refined = likeliest_first(refined, beyond)

@@ -1,6 +1,7 @@
 """At first sight a pose is looked at from the other sides and turned, and what a view leaves open is said."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -44,14 +45,34 @@ def problem_of(model: Model, pose: Pose) -> PoseProblem:
     return PoseProblem.at_scale(images.gradients(["i1"]), model, CAMERA)
 
 
+def nowhere(models: Sequence[Model], _: Pose) -> list[list[tuple[float, Pose]]]:
+    """A matcher that finds nothing."""
+    return [[] for _ in models]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("side", range(3))
 def test_a_rim_seen_from_the_wrong_side_leads_to_the_right_one(flange: Model, side: int) -> None:
     true = tilted(flange, 35.0, 300.0)
     ((axis, centre),) = round_axes(flange)
     wrong = other_sides(true, axis, rim_middle(flange, axis, centre))[side]
-    found = of_most_evidence(problem_of(flange, true), [wrong], 1)
+    found = of_most_evidence(problem_of(flange, true), [wrong], 1, nowhere)
     assert error_of(found[0].pose, true, symmetry_of(flange)).within(1.0, 0.01)
+
+
+def test_what_was_lost_beside_its_hypothesis_is_matched_once_more(flange: Model) -> None:
+    """A hypothesis at twice the range, of which the fit to edges makes nothing."""
+    true = tilted(flange, 35.0, 300.0)
+    far = Pose.from_matrix(true.matrix, 2.0 * true.translation)
+    problem, symmetry = problem_of(flange, true), symmetry_of(flange)
+
+    def there(models: Sequence[Model], _: Pose) -> list[list[tuple[float, Pose]]]:
+        return [[(1.0, true)] for _ in models]
+
+    lost = of_most_evidence(problem, [far], 1, nowhere)
+    assert not any(error_of(one.pose, true, symmetry).within(1.0, 0.01) for one in lost)
+    found = of_most_evidence(problem, [far], 1, there)
+    assert error_of(found[0].pose, true, symmetry).within(1.0, 0.01)
 
 
 def test_the_rim_stays_where_it_is_from_the_other_sides(flange: Model) -> None:
@@ -94,5 +115,5 @@ def test_a_side_that_many_turns_fit_leaves_room_for_the_other(tmp_path: Path) ->
     flip = matrix_of(np.array([0.0, math.pi, 0.0]))
     over = true.compose(Pose.from_matrix(flip, np.array([0.0, 0.0, flat]) - flip @ [0.0, 0.0, flat]))
     starts = [over.compose(turn) for turn in about] + [true.compose(about[2])]
-    found = of_most_evidence(problem_of(model, true), starts, 5)
+    found = of_most_evidence(problem_of(model, true), starts, 5, nowhere)
     assert found[0].pose.error_to(true).within(1.0, 0.01)
