@@ -44,7 +44,8 @@ class Model:
     line_faces : (L, 2) int64, the faces on both sides of a line, -1 = none. A line with more than two
         faces, or drawn on no face's side, has (-1, -1): only the hidden-line test decides on it.
     smooth : (L,) bool, a line of a curved surface: seen only where it is the surface's outline.
-    faces : polygons, int64 vertex indices each; they wind outwards where the surface closes.
+    faces : polygons, int64 vertex indices each; they wind outwards where the surface closes. A model of
+        lines alone has none: nothing hides its lines.
     face_normals : (F, 3) float64, unit normals.
     two_sided : (F,) bool, faces of surfaces that are not closed; they can be seen from both sides.
     triangles : (T, 3) int64, vertex indices; they tile the faces and wind as these do.
@@ -96,7 +97,7 @@ class Model:
             faces=tuple(faces),
             face_normals=face_normals(surface.vertices, faces),
             two_sided=two_sided,
-            triangles=np.concatenate(triangles),
+            triangles=np.concatenate([np.empty((0, 3), dtype=np.int64), *triangles]),
             triangle_face=owner,
         )
 
@@ -115,7 +116,7 @@ def load_model(path: str | Path, unit: str = "m") -> Model:
     Raises
     ------
     GeometryError : an unreadable or malformed file (named with its line), an unknown unit or suffix, a
-        model without faces or lines.
+        model without lines, a mesh without faces.
     """
     path = Path(path)
     if unit not in UNITS_M:
@@ -135,8 +136,8 @@ def load_model(path: str | Path, unit: str = "m") -> Model:
     surface = reader(path)
     if len(surface.vertices) > 0 and (surface.vertices == surface.vertices[0]).all():
         raise GeometryError(f"model {path} has no size: all of its points are in one place")
-    if not surface.faces:
-        raise GeometryError(f"model {path} has no faces; hidden lines cannot be removed without them")
+    if not surface.faces and len(surface.drawn) == 0:
+        raise GeometryError(f"model {path} has no faces, and no lines of its own")
     if not np.isfinite(surface.vertices).all():
         raise GeometryError(f"model {path} has a point that is not finite")
     try:

@@ -48,6 +48,8 @@ def own_axes(model: Model) -> tuple[OwnAxis, ...]:
 
 def _frame_of_faces(model: Model) -> Floats | None:
     """Rows (3, 3): normals of large faces; None where no faces are large."""
+    if not model.faces:
+        return None
     corners = model.vertices[model.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(normals, axis=1)

@@ -65,7 +65,7 @@ def solid_of(model: Model) -> Solid:
         found.backwards,
         tree_of(vertices, np.ascontiguousarray(model.triangles, dtype=np.int64), model.diameter),
         np.ascontiguousarray(model.triangle_face, dtype=np.int64),
-        np.array([model.vertices[face[0]] for face in model.faces]),
+        np.array([model.vertices[face[0]] for face in model.faces]).reshape(-1, 3),
         np.ascontiguousarray(model.face_normals, dtype=np.float64),
         np.ascontiguousarray(model.two_sided, dtype=np.bool_),
         model.diameter,

@@ -69,6 +69,11 @@ class Simulator(Device):
             self._model = load_model(self._file, unit)
         except GeometryError as error:
             raise BadInput(f"{error}.") from None
+        if not self._model.faces:
+            raise BadInput(
+                f"model {self._file} has lines alone, and no faces that light could fall on.",
+                "Give a model with faces, or images: a --stack or a --camera.",
+            )
         self._scenario = of_size(told, self._model.diameter)
         self._unit = unit
         self._appearance = load_appearance(self._file, len(self._model.faces))

@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 import trimesh
 
+from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import find_target, load_model
+from geometry.own_axes import own_axes
+from geometry.pose import Pose
+from geometry.visibility import visible_samples
+from tests.vision_server.synthetic import lines_alone
 
 BOX = """V1  # a box
 # 3D points
@@ -181,9 +186,9 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path: Path, text: str, row: in
     assert f"{file}:{row}: " in str(error.value)
 
 
-def test_a_model_without_faces_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(GeometryError, match="no faces"):
-        load_model(written(tmp_path, "V1\n2\n0 0 0\n1 0 0\n1\n0 1\n0\n0\n"))
+def test_a_model_without_faces_and_lines_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(GeometryError, match="no faces, and no lines"):
+        load_model(written(tmp_path, "V1\n2\n0 0 0\n1 0 0\n0\n0\n0\n"))
 
 
 def test_other_bad_files(tmp_path: Path) -> None:
@@ -309,6 +314,16 @@ def test_a_mesh_without_area_has_no_faces(tmp_path: Path, flat: tuple[float, ...
     trimesh.Trimesh(box.vertices * flat, box.faces, process=False).export(tmp_path / "flat.stl")
     with pytest.raises(GeometryError, match=said):
         load_model(tmp_path / "flat.stl")
+
+
+def test_nothing_hides_the_lines_of_a_model_of_lines_alone(tmp_path: Path) -> None:
+    path = lines_alone(load_model(written(tmp_path, BOX)), tmp_path)
+    model = load_model(path)
+    assert not model.faces
+    far = Pose(np.array([0.3, 0.4, 0.1]), np.array([0.0, 0.0, 8.0]))
+    seen = visible_samples(model, Camera(640, 480, 600.0, 600.0, 319.5, 239.5), far)
+    assert sorted(set(seen.line.tolist())) == list(range(12))
+    assert len(own_axes(model)) == 3
 
 
 def test_a_model_without_size_says_so(tmp_path: Path) -> None:

@@ -41,6 +41,15 @@ def cuboid(folder: Path) -> Model:
     return load_model(path)
 
 
+def lines_alone(model: Model, folder: Path) -> Path:
+    """A .cao file of a model's lines without its faces."""
+    corners = [" ".join(f"{x:.9g}" for x in point) for point in model.vertices]
+    lines = [f"{one} {other}" for one, other in model.lines.tolist()]
+    path = folder / f"{model.name}-lines.cao"
+    path.write_text("\n".join(["V1", str(len(corners)), *corners, str(len(lines)), *lines, *"0000"]) + "\n")
+    return path
+
+
 def boxes(folder: Path, ends: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]]) -> Model:
     """Boxes between two opposite corners each, (3,) m, read from a .cao file."""
     points: list[NDArray[np.float64]] = []

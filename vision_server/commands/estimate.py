@@ -79,17 +79,13 @@ def warn_of_repetition(image: Path, first: Path) -> None:
 
 
 def started_at(options: Namespace, model: Model, given: GivenCamera) -> Pose | Anywhere:
-    """Where a command with ``seed_pose`` looks first; a model of a doubtful size is said."""
-    from vision_server.serve.inputs import read_seed_pose, size_warning, unit_warning
+    """Where a command with ``seed_pose`` looks first; what is doubtful of the model is said."""
+    from vision_server.serve.inputs import model_warning, read_seed_pose
 
-    if options.seed_pose is None:
-        if (doubt := unit_warning(model)) is not None:
-            print(f"vision_server: {doubt}", file=sys.stderr)
-        return given.anywhere()
-    seed_pose = read_seed_pose(options.seed_pose, model)
-    if (doubt := size_warning(model, given.camera, seed_pose)) is not None:
+    seed_pose = None if options.seed_pose is None else read_seed_pose(options.seed_pose, model)
+    if (doubt := model_warning(model, given.camera, seed_pose)) is not None:
         print(f"vision_server: {doubt}", file=sys.stderr)
-    return seed_pose
+    return given.anywhere() if seed_pose is None else seed_pose
 
 
 def _check_use(options: Namespace) -> None:

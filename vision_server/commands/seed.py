@@ -75,7 +75,7 @@ class _Scene:
 
 def _read(options: Namespace) -> _Scene:
     from vision_server.channels.image_files import read_grey
-    from vision_server.serve.inputs import read_camera, read_model, told_raw, unit_warning
+    from vision_server.serve.inputs import model_warning, read_camera, read_model, told_raw
 
     camera, table = read_camera(options.camera)
     model = read_model(options.model, options.unit)
@@ -86,7 +86,7 @@ def _read(options: Namespace) -> _Scene:
             f"{options.image} has {width}x{height} px, the camera {camera.width}x{camera.height}.",
             "Give the camera model of the image's size.",
         )
-    if (doubt := unit_warning(model)) is not None:
+    if (doubt := model_warning(model, camera, None)) is not None:
         print(f"vision_server: {doubt}", file=sys.stderr)
     return _Scene(model, camera, grey)
 

@@ -161,7 +161,12 @@ def _pooled(
 
 
 def _expected_shape(samples: Samples, model: Model, pose: Pose, positions: Sequence[Floats | None]) -> Floats:
-    """What each side gets of each coefficient, as a share of the target's mean, (2, N, 1 + L)."""
+    """What each side gets of each coefficient, as a share of the target's mean, (2, N, 1 + L).
+
+    A model without faces says nothing of it: all sides alike.
+    """
+    if not model.faces:
+        return np.ones((2, len(samples.line), 1 + len(positions)))
     face = _face_beside(samples, model, pose)
     shape = np.ones((*face.shape, 1 + len(positions)))
     points = pose.apply(samples.points)

@@ -231,7 +231,19 @@ def picture_px(model: Model, camera: Camera, seed_pose: Pose) -> float:
     return float(model.diameter * camera.fx / seed_pose.apply(model.pivot[None])[0, 2])
 
 
-def unit_warning(model: Model) -> str | None:
+def model_warning(model: Model, camera: Camera, seed_pose: Pose | None) -> str | None:
+    """What to say of a model before it is looked for: of its size, and of what it does not tell."""
+    size = _unit_warning(model) if seed_pose is None else size_warning(model, camera, seed_pose)
+    faces = None
+    if not model.faces:
+        faces = (
+            "the model has no faces. None of its lines is taken for hidden, nor a wrong side told, and what "
+            "lights will show is not foreseen."
+        )
+    return " ".join(said for said in (size, faces) if said) or None
+
+
+def _unit_warning(model: Model) -> str | None:
     """What to say of a model whose size is likelier a wrong unit, where no seed pose tells."""
     if SIZES_MEANT_M[0] <= model.diameter <= SIZES_MEANT_M[1]:
         return None

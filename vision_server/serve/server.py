@@ -36,7 +36,7 @@ from stack.read import recorded_frames, recorded_seed_pose
 from vision_server.channels.image_files import read_pixels
 from vision_server.pipeline import Estimate
 from vision_server.serve.files import ANY_FILES, Files
-from vision_server.serve.inputs import picture_px, size_warning, unit_warning
+from vision_server.serve.inputs import model_warning, picture_px
 from vision_server.serve.opening import GIVEN_FRAMES, given_values, open_task
 from vision_server.serve.recorder import FOLDER
 from vision_server.serve.results import estimate_result, model_wrong, restored_estimate
@@ -262,15 +262,15 @@ def _described(client: Client) -> Describe:
 
 
 def _started(task: PoseTask) -> Reply:
-    model, seed_pose = task.model, task.seed_pose
-    seen = (model, task.camera, seed_pose) if isinstance(seed_pose, Pose) else None
+    model, camera = task.model, task.camera
+    seed_pose = task.seed_pose if isinstance(task.seed_pose, Pose) else None
     told = ModelTold(
         name=model.name,
         lines=len(model.lines),
         faces=len(model.faces),
         diameter_m=model.diameter,
-        picture_px=seen and picture_px(*seen),
-        doubt=size_warning(*seen) if seen else unit_warning(model),
+        picture_px=None if seed_pose is None else picture_px(model, camera, seed_pose),
+        doubt=model_warning(model, camera, seed_pose),
     )
     return Reply(StartResult(model=told, describe=task.describe))
 

@@ -164,6 +164,8 @@ def rounding_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tupl
     hollow places.
     """
     model, line = problem.model, seen.samples.line
+    if not model.faces:
+        return np.zeros(len(line)), np.zeros(len(line))
     normals = model.face_normals @ pose.matrix.T
     found = _roundings(
         normals[model.line_faces[:, 0]],
@@ -225,6 +227,8 @@ def outward_of(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Fl
     A line between two faces is an outline where one of them is turned away; those of smooth or hollow places
     are left out.
     """
+    if not model.faces:
+        return np.zeros(len(samples.line))
     faces = model.line_faces[samples.line]
     one, two = (model.face_normals[faces[:, side]] @ pose.matrix.T for side in (0, 1))
     points = pose.apply(samples.points)

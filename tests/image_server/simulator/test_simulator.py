@@ -29,6 +29,7 @@ from image_server.simulator.scenario import (
     with_conditions,
 )
 from image_server.simulator.scene import skins
+from tests.vision_server.synthetic import lines_alone
 
 MIDDLE = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
 SMALL = ScenarioCamera(width=160, height=120, fx=200.0, fy=200.0, cx=79.5, cy=59.5)
@@ -265,6 +266,11 @@ def test_unknown_names_list_the_known_ones() -> None:
         load_scenario("dusk")
     with pytest.raises(BadInput, match=r"unknown target 'pyramid'.*cube"):
         Simulator("pyramid")
+
+
+def test_lines_alone_cannot_be_photographed(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="lines alone, and no faces"):
+        Simulator(lines_alone(load_model(find_target("cube")), tmp_path))
 
 
 def test_an_arm_hides_part_of_the_target_and_of_nothing_else() -> None:

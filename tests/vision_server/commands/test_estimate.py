@@ -7,9 +7,10 @@ import cv2
 import numpy as np
 import pytest
 
+from geometry.model import load_model
 from geometry.pose import Pose, disturbed
 from tests.commands import Done, command, process
-from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, photographed
+from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, lines_alone, photographed
 from vision_server.commands import estimate as estimate_command
 from vision_server.commands.warm import drawn
 
@@ -42,9 +43,10 @@ def words_of(
     *images: str,
     seed_pose: str | None = "seed.toml",
     camera: str = "camera.toml",
+    model: str = "cuboid.cao",
     **options: str,
 ) -> list[str]:
-    words = ["estimate", "--model", str(folder / "cuboid.cao"), "--camera", str(folder / camera)]
+    words = ["estimate", "--model", str(folder / model), "--camera", str(folder / camera)]
     if seed_pose is not None:
         words += ["--seed-pose", str(folder / seed_pose)]
     for name, value in options.items():
@@ -207,6 +209,14 @@ def test_a_wrong_unit_is_what_is_said_with_a_seed_pose_and_without(folder: Path)
     done = estimate(folder, "a.png", seed_pose=None, unit="mm")
     assert "0.000141 m across" in done.stderr
     assert "--unit is wrong" in done.stderr
+
+
+def test_lines_alone_are_found_too_and_what_they_leave_out_is_said(folder: Path) -> None:
+    lines = lines_alone(load_model(folder / "cuboid.cao"), folder)
+    done = estimate(folder, "a.png", "b.png", model=lines.name, exposures="0.8,0.4", json="")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("no faces") == 1
+    assert Pose.from_dict(json.loads(done.stdout)["pose"]).error_to(POSE).within(0.5, 0.005)
 
 
 def test_lines_for_people_are_not_broken_and_say_first_of_how_many_poses_it_is_one(

@@ -1,13 +1,15 @@
 """Brightness learnt beside model lines, against pictures that were lit by the same sum."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from geometry.model import Model
+from geometry.model import Model, load_model
 from geometry.visibility import visible_samples
 from tests.vision_server.prediction.lit_scenes import POSITIONS, lit
-from tests.vision_server.synthetic import CAMERA, POSE
+from tests.vision_server.synthetic import CAMERA, POSE, lines_alone
 from vision_server.prediction.response import LitImage, learn_response
 
 
@@ -42,6 +44,13 @@ def test_a_light_never_seen_is_foreseen_by_lambert_where_its_place_is_known(mode
     without = np.corrcoef(foreseen(model, asked, known, [None, None]), seen)[0, 1]
     assert with_place > 0.9
     assert with_place > without
+
+
+def test_of_lines_alone_the_place_of_a_light_tells_nothing(model: Model, tmp_path: Path) -> None:
+    known, asked = [lit(model, (0.0, 0.0), 8.0), lit(model, (1.0, 0.0))], lit(model, (0.0, 1.0))
+    wire = load_model(lines_alone(model, tmp_path))
+    there, anywhere = (foreseen(wire, asked, known, list(places)) for places in (POSITIONS, (None, None)))
+    assert there == pytest.approx(anywhere)
 
 
 def test_what_is_less_known_varies_more(model: Model) -> None:

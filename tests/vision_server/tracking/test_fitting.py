@@ -1,14 +1,15 @@
 """Poses on whole lines: what rounded edges do to them, and what lines that are off do to the covariance."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmarks.printed_boxes import sharp
-from geometry.model import Model
-from tests.vision_server.synthetic import CAMERA
+from geometry.model import Model, load_model
+from tests.vision_server.synthetic import CAMERA, lines_alone
 from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_at
 from tests.vision_server.tracking.plain_roundings import plain_shifts
 from tests.vision_server.tracking.plain_solved import plainly_solved
@@ -16,7 +17,7 @@ from vision_server.pose.observation import observe
 from vision_server.tracking import fitting
 from vision_server.tracking.fitting import Floats, Habits, fitted, none_or_rounded, rounded_odds, solved
 from vision_server.tracking.frame import Tone, Window, problem_of
-from vision_server.tracking.lines import LineFits, line_fits, rounding_shifts
+from vision_server.tracking.lines import LineFits, line_fits, outward_of, rounding_shifts
 
 TONE = Tone.of(1.0, 0.01)
 SPACING_PX = 2.0
@@ -37,6 +38,14 @@ def test_outlines_of_rounded_boxes_lie_where_the_shift_says() -> None:
     assert np.abs(shift).max() > 1.5
     assert np.median(np.abs(offset - shift)) < 0.2
     assert np.median(np.abs(offset)) > 0.5
+
+
+def test_of_lines_alone_none_is_rounded_and_none_an_outline(model: Model, tmp_path: Path) -> None:
+    wire, pose = load_model(lines_alone(model, tmp_path)), seen_at(TURNS[0])
+    problem = problem_of(Window(np.zeros((CAMERA.height, CAMERA.width), np.uint8), CAMERA), wire, TONE)
+    seen = observe(problem, pose, 3.0, SPACING_PX)
+    assert not np.any(rounding_shifts(problem, pose, seen))
+    assert not outward_of(wire, CAMERA, pose, seen.samples).any()
 
 
 @pytest.mark.parametrize("turn", TURNS)
