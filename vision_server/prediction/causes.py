@@ -117,7 +117,8 @@ def likely_causes(
         if hidden.any() and shown_again(readings, hidden, since):
             rest = readings._replace(known=readings.known & ~hidden)
             nats = evidence(as_asked, seen=Seen(rest)) + log_of_hidden(readings, hidden) - nothing
-            found.append(Cause("in_the_way", (), earlier + since, nats, _again(lights, since)))
+            exposed = np.column_stack([lights, readings.most])
+            found.append(Cause("in_the_way", (), earlier + since, nats, _again(exposed, since)))
     if max(cause.nats for cause in found) >= DOUBT_NATS:
         for k, cause in enumerate(found):
             if cause.name == "sun_changed":
@@ -133,9 +134,9 @@ def _before(images: int, since: int) -> Floats:
     return (np.arange(images) < since)[:, None].astype(np.float64)
 
 
-def _again(lights: Floats, since: int) -> bool:
-    """Whether lights were asked for since then as before."""
-    return bool((lights[since:, None] == lights[None, :since]).all(axis=2).any())
+def _again(asked: Floats, since: int) -> bool:
+    """Whether lights, or lights and exposures, (K, J) were asked for since then as before."""
+    return bool((asked[since:, None] == asked[None, :since]).all(axis=2).any())
 
 
 def _happened(lights: Floats, since: int) -> Iterator[tuple[str, tuple[int, ...], Floats, bool]]:

@@ -14,8 +14,10 @@ from geometry.pose import Pose
 from vision_server.pose.observation import PoseProblem
 from vision_server.prediction.causes import Cause, likely_causes, verdict
 from vision_server.prediction.places import read
+from vision_server.prediction.repeated import replaced
 from vision_server.prediction.surprise import moved_to
-from vision_server.serve.prediction import lit_images
+from vision_server.serve.prediction import lit_images, outputs
+from vision_server.serve.statistics import target_region
 from vision_server.serve.task import Happened, PoseTask
 
 
@@ -35,7 +37,8 @@ def surprise_of(task: PoseTask, image: str) -> Surprise:
         task.learn(Happened("target_moved", (), frozenset(task.applied) - {image}))
         return Surprise(cause=CauseTold(cause="target_moved", since=image))
     images = images_of_scene(task)
-    sure, doubt = verdict(causes(task, images, pose))
+    hides = in_the_way(task, images, pose)
+    sure, doubt = verdict(causes(task, images, pose)) if hides is None else (hides, None)
     if doubt is not None and task.doubted in images:  # what was doubted first is not forgotten
         doubt = doubt._replace(since=min(doubt.since, images.index(task.doubted)))
     task.doubted = images[doubt.since] if doubt is not None else None
@@ -58,6 +61,25 @@ def causes(task: PoseTask, images: Sequence[str], pose: Pose) -> list[Cause]:
     places, readings = read(task.model, task.camera, pose, positions, shown)
     doubted = images.index(task.doubted) if task.doubted in images else None
     return likely_causes(places, readings, taken.lights, doubted)
+
+
+def in_the_way(task: PoseTask, images: Sequence[str], pose: Pose) -> Cause | None:
+    """What the last of these images surely shows in front, where it repeats one from before the doubt."""
+    *_, last = images
+    since = images.index(task.doubted) if task.doubted in images else len(images) - 1
+    target = target_region(task.model, task.camera, pose)
+    pictures = task.images.images
+    for before in images[:since]:
+        if _alike(task, before, last) and replaced(pictures[before].pixels, pictures[last].pixels, target):
+            return Cause("in_the_way", (), since, np.inf, tested=True)
+    return None
+
+
+def _alike(task: PoseTask, one: str, other: str) -> bool:
+    """Whether two images were taken under the same settings, as far as is known."""
+    first, second = task.applied[one], task.applied[other]
+    lights = np.array_equal(outputs(task, first, one), outputs(task, second, other))
+    return lights and (first.shutter_s, first.aperture) == (second.shutter_s, second.aperture)
 
 
 def images_of_scene(task: PoseTask) -> list[str]:

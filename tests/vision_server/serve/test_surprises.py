@@ -74,6 +74,23 @@ def test_what_was_doubted_first_is_not_forgotten_for_a_later_doubt(
     assert task.doubted is None
 
 
+def test_something_in_the_way_is_sure_where_an_image_from_before_the_doubt_is_repeated(
+    task: PoseTask, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(surprises, "verdict", lambda _: (None, None))
+    monkeypatch.setattr(surprises, "causes", lambda *_: [])
+    monkeypatch.setattr(surprises, "target_moved", lambda *_: False)
+    behind = np.array(task.images.images["i1"].pixels)
+    behind[:, behind.shape[1] // 2 - 30 : behind.shape[1] // 2 + 30] = 40
+    task.add("i5", behind, FULL)
+    other = Settings(lights=(7, 7, 0), shutter_s=1 / 60, aperture=4.0)
+    for since, settings, told in (("i3", other, None), ("i3", FULL, "i3")):
+        task.expected = Pose(np.zeros(3), np.array([0.0, 0.0, 1.0]))
+        task.doubted, task.applied["i5"] = since, settings
+        cause = surprises.surprise_of(task, "i5").cause
+        assert (cause and cause.cause, cause and cause.since) == (told and "in_the_way", told)
+
+
 def test_what_another_task_has_named_is_known(task: PoseTask) -> None:
     lights = [light.name for light in task.describe.lights]
     kept = ("i1", "i2", "i3", "i4")

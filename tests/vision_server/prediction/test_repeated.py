@@ -1,0 +1,54 @@
+"""Between two pictures of the same settings: something in the way, and what is none."""
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from vision_server.prediction.repeated import replaced
+
+Grey = NDArray[np.uint8]
+
+SIZE = (120, 160)  # rows, columns
+TARGET = np.zeros(SIZE, bool)
+TARGET[30:90, 40:120] = True
+FACES = np.where(np.indices(SIZE)[1] < 80, 40.0, 90.0) * TARGET
+
+
+def picture(brightness: NDArray[np.float64], seed: int) -> Grey:
+    """As a camera shows a brightness (H, W)."""
+    noise = np.random.default_rng(seed).normal(0.0, 1.0, SIZE)
+    return np.clip(np.rint(cv2.GaussianBlur(brightness, (0, 0), 1.0) + noise), 0, 255).astype(np.uint8)
+
+
+def with_bar(brightness: NDArray[np.float64], grey: float) -> NDArray[np.float64]:
+    """With a bar across it."""
+    behind = brightness.copy()
+    behind[:, 72:90] = grey
+    return behind
+
+
+@pytest.mark.parametrize("times", [1.0, 4.0])
+def test_a_bar_in_front_is_told_also_where_much_is_saturated(times: float) -> None:
+    faces = np.minimum(times * FACES, 300.0)
+    assert replaced(picture(faces, 1), picture(with_bar(faces, times * 55.0), 2), TARGET)
+
+
+@pytest.mark.parametrize(
+    "after",
+    [
+        FACES,
+        2.0 * FACES,
+        np.where(FACES > 50.0, 50.0, 1.6 * FACES),  # one face brighter and one darker
+        np.roll(FACES, 4, axis=1),
+        with_bar(FACES, 0.0),  # as dark as a shadow
+    ],
+    ids=["nothing", "twice the light", "another light", "moved", "dark"],
+)
+def test_other_light_and_a_target_that_moved_are_nothing_in_the_way(after: NDArray[np.float64]) -> None:
+    assert not replaced(picture(FACES, 1), picture(after, 2), TARGET)
+
+
+def test_what_is_saturated_in_both_tells_nothing() -> None:
+    white = np.full(SIZE, 255, np.uint8)
+    assert not replaced(white, white, TARGET)

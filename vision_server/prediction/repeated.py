@@ -1,0 +1,84 @@
+"""Two pictures of the same settings: what is between them, pixel by pixel.
+
+Under another light a target keeps its edges, and one lamp or sun that comes or goes changes all pixels to
+one side. What comes in the way replaces a part of the picture, brighter here, darker there, and no more.
+"""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Flags = NDArray[np.bool_]
+Grey = NDArray[np.uint8]
+Field = NDArray[np.float32]
+
+# Chosen by hand on seven scenes, held against others (docs/lighting.md).
+AROUND_PX = 12  # beside the target, where something in the way shows as well
+SMOOTH_PX = 1.5  # standard deviation of what a pixel is compared in
+CHANGED, LEAST_GREY = 5.0, 1.0  # standard deviations, and grey, from which on it differs
+WIDE_PX = 7  # of what differs less is noise, or an edge that has moved
+CLIPPED = 245  # brighter in both pictures is the same
+LEAST_REPLACED, MOST_REPLACED = 0.05, 0.6  # share of the target
+TO_EITHER_SIDE = 0.04  # share of what differs that is brighter, and that is darker
+SAME_EDGES = 0.4  # correlation of gradients where they differ: by an arm 0 to 0.3, by light 0.5 to 1
+EXPLAINED = 0.75  # share of the squared difference that is left when one picture is shifted onto the other
+
+
+def replaced(before: Grey, after: Grey, target: Flags) -> bool:
+    """Whether a part of the target (H, W) shows something else in the second picture (H, W)."""
+    near = cv2.dilate(target.astype(np.uint8), np.ones((2 * AROUND_PX + 1,) * 2, np.uint8))
+    x, y, width, height = cv2.boundingRect(near)
+    crop = slice(y, y + height), slice(x, x + width)
+    one, other = (picture[crop].astype(np.float32) for picture in (before, after))
+    read = (near[crop] > 0) & ((one < CLIPPED) | (other < CLIPPED))
+    if not read.any():
+        return False
+    change = other - one
+    smooth = cv2.GaussianBlur(change, (0, 0), SMOOTH_PX)
+    differs = _wide((np.abs(smooth) > _least_change(change, read)) & read)
+    share = (differs & target[crop]).sum() / target.sum()
+    if not LEAST_REPLACED <= share <= MOST_REPLACED:
+        return False
+    brighter = float((smooth[differs] > 0.0).mean())
+    if not TO_EITHER_SIDE <= brighter <= 1.0 - TO_EITHER_SIDE:
+        return False
+    same = _correlation(one, other, differs & target[crop]) >= SAME_EDGES
+    return not same and not _shifted(one, other, read)
+
+
+def _wide(flags: Flags) -> Flags:
+    """Without specks and thin lines: noise, and edges that have moved."""
+    return cv2.morphologyEx(flags.astype(np.uint8), cv2.MORPH_OPEN, np.ones((WIDE_PX, WIDE_PX), np.uint8)) > 0
+
+
+def _least_change(change: Field, read: Flags) -> float:
+    """From which on a smooth change (H, W) is more than noise, grey."""
+    rough = change - cv2.GaussianBlur(change, (0, 0), 2.0)
+    noise = 1.48 * float(np.median(np.abs(rough[read])))
+    return max(CHANGED * noise / (2.0 * math.sqrt(math.pi) * SMOOTH_PX), LEAST_GREY)
+
+
+def _correlation(one: Field, other: Field, where: Flags) -> float:
+    """Of the gradients of two pictures (H, W) at some pixels."""
+    ours, theirs = (_gradients(picture)[:, where] for picture in (one, other))
+    both = float(np.sqrt((ours**2).sum() * (theirs**2).sum()))
+    return float((ours * theirs).sum()) / both if both > 0.0 else 1.0
+
+
+def _gradients(picture: Field) -> Field:
+    smooth = cv2.GaussianBlur(picture, (0, 0), SMOOTH_PX)
+    return np.stack([cv2.Sobel(smooth, cv2.CV_32F, 1, 0), cv2.Sobel(smooth, cv2.CV_32F, 0, 1)])
+
+
+def _shifted(one: Field, other: Field, read: Flags) -> bool:
+    """Whether one picture (H, W) is most of the other where it is shifted."""
+    size = one.shape[::-1]
+    (x, y), _ = cv2.phaseCorrelate(one, other, cv2.createHanningWindow(size, cv2.CV_32F))
+    shift = np.array([[1.0, 0.0, x], [0.0, 1.0, y]])
+    moved = cv2.warpAffine(one, shift, size, borderMode=cv2.BORDER_REPLICATE)
+    left = float(((other - moved)[read] ** 2).sum())
+    return left < EXPLAINED * float(((other - one)[read] ** 2).sum())
