@@ -33,9 +33,10 @@ def overexposures(images: Sequence[Pixels], gamma: Sequence[float]) -> list[floa
 
     Returns
     -------
-    The median ratio to the brightest other image, where that is neither dark nor clipped: of the pixels that
-    are not clipped in the image either, or of all of them, whose clipped ones give a lower bound. The larger
-    one; what is not clipped may be in shadow there.
+    The median ratio to the brightest other image, where neither is dark and one is not clipped: of the pixels
+    that are not clipped in the image, or of all of them, whose clipped ones give a lower bound. The larger
+    one; what is not clipped may lie in shadow. Where only the other is clipped, that is brighter: without
+    such pixels what lights another's shadows would seem overexposed itself.
     """
     seen = [image[::STEP, ::STEP] for image in images]
     out = []
@@ -45,7 +46,7 @@ def overexposures(images: Sequence[Pixels], gamma: Sequence[float]) -> list[floa
             return [1.0]
         # tone curves are monotonic, and the same in most sets: the brightest grey is the brightest light
         brightest = np.max(others, axis=0)
-        lit = (brightest >= LIT_GREY) & (image >= LIT_GREY) & (brightest < SATURATED_GREY)
+        lit = (np.minimum(brightest, image) >= LIT_GREY) & (np.minimum(brightest, image) < SATURATED_GREY)
         medians = [
             float(np.median(image[compared] / brightest[compared].astype(np.float64)))
             for compared in (lit, lit & (image < SATURATED_GREY))

@@ -48,6 +48,12 @@ def test_one_saturated_image_is_known_and_harms_no_outline(times: float) -> None
         assert outline_strength(images, [1.0] * 4) < 0.5 * without
 
 
+def test_an_image_that_lights_what_an_overexposed_one_leaves_dark_is_not_overexposed() -> None:
+    left, right = np.full((2, 60, 60), 20, np.uint8)
+    left[:, :30], right[:, 30:] = 80, 100
+    assert overexposures([left, right, overexposed(left, 3.5)], [1.0] * 3)[1] == 1.0
+
+
 def test_a_tone_curve_is_undone() -> None:
     single = polygon_with_shadows(4)
     images = [*single[:3], overexposed(single[3], 2.0)]

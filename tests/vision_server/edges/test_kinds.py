@@ -208,6 +208,21 @@ def test_a_saturated_image_among_good_ones_tells_no_kinds() -> None:
     np.testing.assert_array_equal(edge_kinds([*good, bright]).probability, edge_kinds(good).probability)
 
 
+def test_an_image_clipped_more_than_the_others_tells_no_kinds() -> None:
+    good = channels()
+    clipped = [_clipped_below(one, 0.7) for one in good]
+    assert edge_kinds([*good, clipped[0]]).used == (0, 1, 2)
+    assert edge_kinds(clipped).used == (0, 1, 2)
+
+
+def _clipped_below(channel: ChannelStatistics, clear: float) -> ChannelStatistics:
+    """As if a channel were clipped in the lower rows, where all but this share of its edges are."""
+    brightest = channel.light.brightest.copy()
+    row = np.quantile(channel.gradient.places // channel.shape[1], clear)
+    brightest[int(row) // 2 :] = 255
+    return replace(channel, light=channel.light._replace(brightest=brightest))
+
+
 def test_edgels_are_judged_each_by_itself_however_many_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
     some = sides([(np.asarray(left), np.asarray(right)) for left, right in OF_KIND.values()] * 3)
     for known in (None, known_lights(np.eye(4)[:, :3])):
