@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 SURE = 0.9  # probability from which on a pose is believed to be the right one; exact enough, it is sure:
 LIMITS, WITHIN = (3.0, 0.02), 0.9  # within degrees and a share of the range with so much of its covariance
 CLEARLY = 3.0  # times the root of the whole variance: of a normal, 99.7 % and more are nearer
-DRAWN = np.random.default_rng(0).normal(size=(400, 6))
+DRAWN = np.random.default_rng(0).normal(size=(400, 6))  # of a standard normal: shares to some percent
 STAYS = 0.5  # and from which on it stays believed, from one frame to the next
 # and sure: of 143 frames that stayed so of a real cube, boxes and parts, two had less, one of them 3.4 deg
 STAYS_SURE = 0.6
