@@ -32,7 +32,8 @@ from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels
 from vision_server.matching import SearchRange, match_search
 from vision_server.rivals.splitting import split_segments
-from vision_server.segments.extraction import Segments, extract_segments
+from vision_server.segments.extraction import extract_segments
+from vision_server.segments.line_fit import Segments
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]

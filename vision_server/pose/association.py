@@ -188,6 +188,26 @@ def beside(samples: Samples, courses: _Courses, other: int, x: float, y: float) 
 
 
 @kernel(error_model="numpy")
+def _course_at(samples: Samples, courses: _Courses, other: int, at: int) -> tuple[float, float]:
+    """Unit direction of a line: of its straight course, or of one that is bowed at its sample ``at``."""
+    if courses.bow[other] > 0.0:
+        return samples.image_direction[at, 0], samples.image_direction[at, 1]
+    return courses.along[other, 0], courses.along[other, 1]
+
+
+@kernel(error_model="numpy")
+def _crosses(samples: Samples, courses: _Courses, mine: int, other: int, i: int, at: int) -> bool:
+    """Whether a line, at its sample ``i``, runs otherwise than another one where that is next to it, at its
+    sample ``at``; two straight ones do not, or they were no pair.
+    """
+    if courses.bow[mine] + courses.bow[other] == 0.0:
+        return False
+    x, y = _course_at(samples, courses, other, at)
+    direction = samples.image_direction
+    return bool(abs(direction[i, 0] * x + direction[i, 1] * y) < ALONG_COSINE)
+
+
+@kernel(error_model="numpy")
 def associate(samples: Samples, lines: int, offset: Floats) -> None:
     """Take from each line the edge points that are nearer to another one; they become NaN.
 
@@ -213,10 +233,7 @@ def associate(samples: Samples, lines: int, offset: Floats) -> None:
     for mine, other in courses.pairs:
         for i in range(courses.ends[mine, 0], courses.ends[mine, 1] + 1):
             apart, _, at = beside(samples, courses, other, image[i, 0], image[i, 1])
-            crosses = courses.bow[mine] + courses.bow[other] > 0.0 and _crosses(
-                direction, courses, other, i, at
-            )
-            if apart > 2.0 * farthest[i] + SURELY_PX or crosses:
+            if apart > 2.0 * farthest[i] + SURELY_PX or _crosses(samples, courses, mine, other, i, at):
                 continue
             for c in range(channels):
                 for k in range(peaks):
@@ -228,15 +245,6 @@ def associate(samples: Samples, lines: int, offset: Floats) -> None:
                     ours = abs(offset[c, i, k])
                     if theirs < ours or (theirs == ours and other < mine):
                         offset[c, i, k] = np.nan
-
-
-@kernel(error_model="numpy")
-def _crosses(direction: Floats, courses: _Courses, other: int, i: int, at: int) -> bool:
-    """Whether another line runs otherwise than sample ``i`` where it is next to it, at its sample ``at``."""
-    x, y = courses.along[other, 0], courses.along[other, 1]
-    if courses.bow[other] > 0.0:
-        x, y = direction[at, 0], direction[at, 1]
-    return bool(abs(direction[i, 0] * x + direction[i, 1] * y) < ALONG_COSINE)
 
 
 @kernel(error_model="numpy")
@@ -263,14 +271,9 @@ def neighbour_pulls(samples: Samples, lines: int, sigma: Floats) -> Floats:
     for mine, other in courses.pairs:
         for i in range(courses.ends[mine, 0], courses.ends[mine, 1] + 1):
             _, beyond, at = beside(samples, courses, other, image[i, 0], image[i, 1])
-            crosses = courses.bow[mine] + courses.bow[other] > 0.0 and _crosses(
-                direction, courses, other, i, at
-            )
-            if not beyond <= BEYOND_PX or crosses:
+            if not beyond <= BEYOND_PX or _crosses(samples, courses, mine, other, i, at):
                 continue
-            ux, uy = courses.along[other, 0], courses.along[other, 1]
-            if courses.bow[other] > 0.0:
-                ux, uy = direction[at, 0], direction[at, 1]
+            ux, uy = _course_at(samples, courses, other, at)
             x, y = image[i, 0] - image[at, 0], image[i, 1] - image[at, 1]
             along = x * ux + y * uy
             gap = -(x - along * ux) * direction[i, 1] + (y - along * uy) * direction[i, 0]

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import edgel_thresholds, hysteresis
 from vision_server.rivals.linking import link_edgels
-from vision_server.segments.extraction import MIN_LENGTH_PX, Segments, joined_segments
-from vision_server.segments.line_fit import Edgels, fit_lines
+from vision_server.segments.extraction import MIN_LENGTH_PX, joined_segments
+from vision_server.segments.line_fit import Edgels, Segments, fit_lines
 
 Floats = NDArray[np.float64]
 

@@ -2,53 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import edgel_thresholds
 from vision_server.segments.bending import cut_bent
 from vision_server.segments.growing import grow_lines
 from vision_server.segments.joining import join_collinear
-from vision_server.segments.line_fit import Edgels, FittedLines, fit_lines, log_chance
+from vision_server.segments.line_fit import Edgels, FittedLines, Segments, fit_lines, log_chance
 
 MIN_LENGTH_PX = 8.0  # chosen by hand
 MAX_SEGMENTS = 600  # in clutter the longest and strongest are kept
 MAX_LOG_CHANCE = -5.0  # decades: lines that chance would give less often than once in so many images
-
-
-@dataclass(frozen=True)
-class Segments:
-    """Straight image segments.
-
-    Attributes
-    ----------
-    endpoints
-        float64 (N, 4), x0, y0, x1, y1, px.
-    strength
-        float64 (N,), mean merged magnitude along the segment, grey at reference exposure.
-    normal_sd
-        float64 (N, 2), standard deviation across the line of its middle (px) and of its direction (rad).
-    """
-
-    endpoints: NDArray[np.float64]
-    strength: NDArray[np.float64]
-    normal_sd: NDArray[np.float64]
-
-    def __len__(self) -> int:
-        return len(self.endpoints)
-
-    @property
-    def length(self) -> NDArray[np.float64]:
-        """float64 (N,), px."""
-        ends = self.endpoints
-        return np.asarray(np.hypot(ends[:, 2] - ends[:, 0], ends[:, 3] - ends[:, 1]), dtype=np.float64)
-
-    def take(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> Segments:
-        """The chosen segments, by index or mask."""
-        return Segments(self.endpoints[chosen], self.strength[chosen], self.normal_sd[chosen])
 
 
 def extract_segments(edges: EdgeMap) -> Segments:

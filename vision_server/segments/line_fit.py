@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import cv2
 import numpy as np
@@ -49,29 +50,25 @@ def edgel_groups(edges: EdgeMap, members: NDArray[np.int64], groups: NDArray[np.
 
 
 @dataclass(frozen=True)
-class FittedLines:
-    """Lines of N groups of edgels.
+class Segments:
+    """Straight image segments.
 
     Attributes
     ----------
     endpoints
         float64 (N, 4), x0, y0, x1, y1, px.
     strength
-        float64 (N,), mean strength of the edgels.
+        float64 (N,), mean merged magnitude along the segment, grey at reference exposure.
     normal_sd
         float64 (N, 2), standard deviation across the line of its middle (px) and of its direction (rad).
-    rms_px, rms_axis_rad
-        float64 (N,), of the edgels from the line, and of their axes from its normal.
-    count
-        int64 (N,), edgels.
     """
 
     endpoints: NDArray[np.float64]
     strength: NDArray[np.float64]
     normal_sd: NDArray[np.float64]
-    rms_px: NDArray[np.float64]
-    rms_axis_rad: NDArray[np.float64]
-    count: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.endpoints)
 
     @property
     def length(self) -> NDArray[np.float64]:
@@ -79,9 +76,26 @@ class FittedLines:
         ends = self.endpoints
         return np.asarray(np.hypot(ends[:, 2] - ends[:, 0], ends[:, 3] - ends[:, 1]), dtype=np.float64)
 
-    def take(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> FittedLines:
-        """The chosen lines, by index or mask."""
-        return FittedLines(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
+    def take(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> Self:
+        """The chosen segments, by index or mask."""
+        return type(self)(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
+
+
+@dataclass(frozen=True)
+class FittedLines(Segments):
+    """Segments of N groups of edgels, and how well they fit these.
+
+    Attributes
+    ----------
+    rms_px, rms_axis_rad
+        float64 (N,), of the edgels from the line, and of their axes from its normal.
+    count
+        int64 (N,), edgels.
+    """
+
+    rms_px: NDArray[np.float64]
+    rms_axis_rad: NDArray[np.float64]
+    count: NDArray[np.int64]
 
 
 @kernel()

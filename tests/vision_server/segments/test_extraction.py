@@ -13,7 +13,8 @@ from vision_server.channels.channel import channel_statistics
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels
 from vision_server.rivals.splitting import split_segments
-from vision_server.segments.extraction import MIN_LENGTH_PX, Segments, extract_segments
+from vision_server.segments.extraction import MIN_LENGTH_PX, extract_segments
+from vision_server.segments.line_fit import Segments
 
 Extract = Callable[[EdgeMap], Segments]
 BOTH = pytest.mark.parametrize("extract", [extract_segments, split_segments])
