@@ -27,7 +27,7 @@ def turned_to_camera(model: Model, pose: Pose, line: int) -> bool:
 
 def hidden(model: Model, pose: Pose, points: Floats) -> NDArray[np.bool_]:
     """Whether any triangle lies between the camera and each point (N, 3) of the target frame."""
-    centre = pose.inverse().translation
+    centre, touch = pose.inverse().translation, TOUCH * model.diameter
     out = np.zeros(len(points), dtype=bool)
     for triangle, face in zip(model.triangles, model.triangle_face, strict=True):
         a, b, c = model.vertices[triangle]
@@ -35,13 +35,11 @@ def hidden(model: Model, pose: Pose, points: Floats) -> NDArray[np.bool_]:
         normal = normal / np.linalg.norm(normal)
         if not model.two_sided[face] and normal @ (centre - a) <= 0:
             continue
-        rays = points - centre
-        for i, ray in enumerate(rays):
-            steps = np.column_stack([b - a, c - a, -ray])
-            if abs(np.linalg.det(steps)) < 1e-15:
-                continue
-            u, v, t = np.linalg.solve(steps, centre - a)
-            behind = abs(normal @ (points[i] - a)) > TOUCH * model.diameter
-            if u >= 0 and v >= 0 and u + v <= 1 and 0 < t < 1 and behind:
-                out[i] = True
+        steps = np.empty((len(points), 3, 3))
+        steps[:, :, 0], steps[:, :, 1], steps[:, :, 2] = b - a, c - a, centre - points
+        crosses = abs(np.linalg.det(steps)) >= 1e-15
+        to_corner = np.broadcast_to((centre - a)[:, None], (crosses.sum(), 3, 1))
+        u, v, t = np.linalg.solve(steps[crosses], to_corner)[..., 0].T
+        met = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0) & (t < 1)
+        out[crosses] |= met & (abs((points[crosses] - a) @ normal) > touch)
     return out

@@ -36,12 +36,12 @@ def test_concave_faces_are_what_is_inside_their_sides(
 @pytest.mark.slow
 def test_a_face_of_thousands_of_corners_has_no_fan_of_slivers(tmp_path: Path) -> None:
     """Rays look at each triangle whose box they meet: boxes that overlap cost time."""
-    turn = np.arange(3000) * 2 * np.pi / 3000
+    turn = np.arange(2000) * 2 * np.pi / 2000
     model = prism(tmp_path / "disc.obj", list(zip(np.cos(turn).tolist(), np.sin(turn).tolist(), strict=True)))
     corners = model.vertices[model.triangles]
     boxes = np.ptp(corners, axis=1)
     ends = boxes[:, 2] == 0
-    assert ends.sum() == 2 * 2998
+    assert ends.sum() == 2 * 1998
     assert boxes[ends, :2].prod(axis=1).sum() < 5 * 2 * np.pi * 0.01
 
 

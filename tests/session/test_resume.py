@@ -61,7 +61,7 @@ def test_it_comes_to_the_same_end(whole: Path, tmp_path: Path, after: str) -> No
 
 BLUR = (
     "--target", "satellite", "--scenario", "blur", "--seed", "3", "--threshold", "0.000001",
-    "--max-iterations", "4", "--no-report",
+    "--max-iterations", "3", "--no-report",
 )  # fmt: skip
 
 

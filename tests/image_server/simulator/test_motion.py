@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from image_server.simulator import Simulator
+from image_server.simulator.light import DEFAULT_LIGHTS
 from image_server.simulator.motion import image_velocity, smeared
 from image_server.simulator.scenario import Background, Scenario, Time
 from stack.sensor import blurred
@@ -17,13 +18,14 @@ pytestmark = pytest.mark.slow
 
 SHUTTER_S = 1 / 15
 MOMENTS = 15
+LIGHTS = DEFAULT_LIGHTS[:1]
 
 
 def moving(
     velocity: tuple[float, float, float], spin_deg: tuple[float, float, float], **more: object
 ) -> Simulator:
     time = Time(seconds_per_capture=1.0, velocity_m_per_s=velocity, spin_deg_per_s=spin_deg)
-    return Simulator("cube", msgspec.structs.replace(Scenario(time=time), **more), 4)
+    return Simulator("cube", msgspec.structs.replace(Scenario(time=time, lights=LIGHTS), **more), 4)
 
 
 def exposure(

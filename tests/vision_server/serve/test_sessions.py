@@ -124,7 +124,8 @@ def test_an_image_server_that_does_not_answer_holds_up_nobody_else(
     vision: Client, images: Running, sockets: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One listens and never answers; another is the vision server itself."""
-    monkeypatch.setattr("vision_server.serve.server.CAPTURE_S", 12.0)
+    monkeypatch.setattr("vision_server.serve.server.CAPTURE_S", 6.0)
+    monkeypatch.setattr("vision_server.serve.server.RETRIES", 9)
     with socket.socket(socket.AF_UNIX) as silent:
         silent.bind(f"{sockets}/silent")
         silent.listen()
