@@ -1,13 +1,13 @@
 :- module(lights_and_camera, []).
-:- use_module(session/installation, [installation_complete/0, installation_root/1]).
-:- use_module(session/options, [session_options/2]).
-
 /** <module> One session: options in, exit status out
 
     swipl main.pl [options]        # --help lists them
 
 The rest is loaded only when it is set up: it needs the compiled ZeroMQ module.
 */
+
+:- use_module(session/installation, [installation_complete/0, installation_root/1]).
+:- use_module(session/options, [session_options/2]).
 
 :- initialization(main, main).
 

@@ -1,11 +1,4 @@
 :- module(benchmark_golog, [main/0]).
-:- use_module(library(apply), [foldl/4]).
-:- use_module(library(http/json), [json_write_dict/3]).
-:- use_module(library(lists), [member/2, memberchk/2, min_list/2]).
-:- use_module('../indigolog/indigolog').
-
-:- initialization(main, main).
-
 /** <module> What steps of Golog programs cost
 
     swipl benchmarks/golog.pl
@@ -16,6 +9,13 @@ One JSON object a line.  Each time is processor time, the least of a few runs af
 does not count.  `smallest` leaves all but the smallest program of each kind out.  `memory` is the most that a
 process held in memory which did a hundred thousand steps.
 */
+
+:- use_module(library(apply), [foldl/4]).
+:- use_module(library(http/json), [json_write_dict/3]).
+:- use_module(library(lists), [member/2, memberchk/2, min_list/2]).
+:- use_module('../indigolog/indigolog').
+
+:- initialization(main, main).
 
 main :-
     current_prolog_flag(argv, Argv),

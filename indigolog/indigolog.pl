@@ -25,6 +25,11 @@
             situation_holds/2,        % +Formula, +Situation
             situation_history/2       % +Situation, -History
           ]).
+/** <module> IndiGolog
+
+Histories here are lists, newest action first.
+*/
+
 :- use_module(library(error), [must_be/2]).
 :- use_module(library(option), [option/2, option/3]).
 :- use_module(language/context, [top_context/1]).
@@ -53,11 +58,6 @@
 :- use_module(tools/point, []).
 
 :- meta_predicate indigolog(+, :).
-
-/** <module> IndiGolog
-
-Histories here are lists, newest action first.
-*/
 
 %!  do(+Program, +History, -History1) is nondet.
 %

@@ -1,4 +1,9 @@
 :- module(indigolog_run, [main/0]).
+/** <module> Run a Golog program of a theory file
+
+    swipl indigolog/run.pl -- THEORY PROGRAM [--offline|--online|--step] [OPTION...]
+*/
+
 :- use_module(library(apply), [exclude/3]).
 :- use_module(library(debug), [debug/1]).
 :- use_module(library(lists), [reverse/2, member/2]).
@@ -13,11 +18,6 @@
 :- use_module(language/situation, [initial_situation/1]).
 
 :- initialization(main, main).
-
-/** <module> Run a Golog program of a theory file
-
-    swipl indigolog/run.pl -- THEORY PROGRAM [--offline|--online|--step] [OPTION...]
-*/
 
 %!  main is det.
 %

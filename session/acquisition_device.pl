@@ -7,21 +7,6 @@
             resumed/1,                  % +Situation
             score_pose/3                % +Pose, +Where, -Error
           ]).
-:- use_module(connections).
-:- use_module(display, [show/2]).
-:- use_module(json_terms).
-:- use_module(recovery).
-:- use_module(restoration, [unmet_surprise/2]).
-:- use_module(servers, [captures_taken/1, own_server/1]).
-:- use_module(strategy_file, [check_against_device/2, check_instead/2]).
-:- use_module('../indigolog/indigolog', [situation_history/2]).
-:- use_module('../domain/reasoning/merit', [default_threshold/1]).
-:- use_module('../domain/reasoning/outlook').
-:- use_module(library(apply), [maplist/3]).
-:- use_module(library(filesex), [directory_file_path/3]).
-:- use_module(library(lists), [append/3, last/2, member/2, memberchk/2]).
-:- use_module(library(option), [option/2, option/3]).
-
 /** <module> The device that carries the controller's actions to the servers
 
 Primitive actions that touch the world become requests to the vision server
@@ -39,6 +24,21 @@ results, events as exogenous actions.  Pixels stay on the other side.
 | set_parameter(N,V) | parameters           |                                      |
 | advance(RangeM)    | move, parameters     |                                      |
 */
+
+:- use_module(connections).
+:- use_module(display, [show/2]).
+:- use_module(json_terms).
+:- use_module(recovery).
+:- use_module(restoration, [unmet_surprise/2]).
+:- use_module(servers, [captures_taken/1, own_server/1]).
+:- use_module(strategy_file, [check_against_device/2, check_instead/2]).
+:- use_module('../indigolog/indigolog', [situation_history/2]).
+:- use_module('../domain/reasoning/merit', [default_threshold/1]).
+:- use_module('../domain/reasoning/outlook').
+:- use_module(library(apply), [maplist/3]).
+:- use_module(library(filesex), [directory_file_path/3]).
+:- use_module(library(lists), [append/3, last/2, member/2, memberchk/2]).
+:- use_module(library(option), [option/2, option/3]).
 
 :- dynamic
     opened_with/1,                      % Options

@@ -4,6 +4,11 @@
             show_outcome/2,             % +Options, +Result
             tell/3                      % +Options, +Action, +Situation
           ]).
+/** <module> What a person sees of a session in the terminal
+
+All text of a session, as messages: session(Term).
+*/
+
 :- use_module(explanation, [explanation//2]).
 :- use_module(live_table, [note_action/2, table_head//1, table_is_live/0, table_row//2]).
 :- use_module(outcome, [counted/3, merit_words/2]).
@@ -19,11 +24,6 @@
 :- use_module(library(apply), [maplist/3, maplist/4]).
 :- use_module(library(lists), [memberchk/2]).
 :- use_module(library(option), [option/2]).
-
-/** <module> What a person sees of a session in the terminal
-
-All text of a session, as messages: session(Term).
-*/
 
 %!  show(+Options, +Message) is det.
 %

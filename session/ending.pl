@@ -2,6 +2,12 @@
           [ end_session/3,              % +Session, +End, -Outcome
             exit_status/2               % +Outcome, -ExitStatus
           ]).
+/** <module> How a session ends: result.json, report.html, and the exit status
+
+    0 pose found, 3 finished without reaching the threshold, 2 bad input,
+    4 a device or server failed for good, 130 and 143 stopped by Ctrl-C and SIGTERM
+*/
+
 :- use_module(acquisition_device, [score_pose/3]).
 :- use_module(connections, [ask/4]).
 :- use_module(display, [show/2, show_outcome/2]).
@@ -20,12 +26,6 @@
 :- use_module(library(option), [option/2]).
 :- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
 :- use_module(library(solution_sequences), [limit/2]).
-
-/** <module> How a session ends: result.json, report.html, and the exit status
-
-    0 pose found, 3 finished without reaching the threshold, 2 bad input,
-    4 a device or server failed for good, 130 and 143 stopped by Ctrl-C and SIGTERM
-*/
 
 report_seconds(60).                     % for report.html to be written; chosen by hand, it takes two
 

@@ -1,12 +1,12 @@
 :- module(session_explanation,
           [ explanation//2              % +Device, +Reason
           ]).
+/** <module> The lines of `--explain`: why these settings, what the image shows, what it changed */
+
 :- use_module(outcome, [merit_words/2]).
 :- use_module('../domain/reasoning/prediction', [information/2]).
 :- use_module('../domain/reasoning/qualitative').
 :- use_module(library(apply), [maplist/3]).
-
-/** <module> The lines of `--explain`: why these settings, what the image shows, what it changed */
 
 %!  explanation(+Device, +Reason)// is det.
 %

@@ -2,9 +2,6 @@
           [ forget_hold/1,              % +Folder
             wait_while_held/1           % +Folder
           ]).
-:- use_module(run_folder, [run_file/3]).
-:- use_module(library(readutil), [read_file_to_string/3]).
-
 /** <module> A session that is told to pause, step or stop, by the file `hold` in its run folder
 
 | `pause` | wait until the file says something else, or is gone |
@@ -13,6 +10,9 @@
 
 While it waits there is a file `held` as well: before, it is still busy with the action in which it was told to.
 */
+
+:- use_module(run_folder, [run_file/3]).
+:- use_module(library(readutil), [read_file_to_string/3]).
 
 look_again_s(0.1).                      % chosen by hand
 

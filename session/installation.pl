@@ -3,9 +3,9 @@
             installation_python/1,      % -Python
             installation_complete/0
           ]).
-:- use_module(library(lists), [member/2]).
-
 /** <module> Where the parts of this installation lie: a checkout that `make setup` has set up, or an installed copy */
+
+:- use_module(library(lists), [member/2]).
 
 %!  installation_root(-Root) is det.
 %

@@ -1,4 +1,15 @@
 :- module(session_journal_reader, []).
+/** <module> What the journal of a session tells, running or ended
+
+    swipl session/journal_reader.pl RUN_FOLDER newest|every
+
+Each line on standard input asks once, and is answered by one JSON object on a line: the result so far, the program
+that is left, and the actions that no answer has told yet (from the one numbered `first`), with the reasons of every
+decision, or, since they take most of the time, of the newest of each kind.  The journal is followed by the session's
+own program, without devices, so that what is told is what the controller knows; each action of it is met once, however
+often is asked.  A controller from the folder itself is not run.
+*/
+
 :- use_module(display, []).             % words for what is wrong
 :- use_module(plan, [session_plan/2]).
 :- use_module(reasons).
@@ -11,17 +22,6 @@
 :- use_module(library(lists), [memberchk/2]).
 :- use_module(library(pprint), [print_term/2]).
 :- use_module(library(readutil), [read_line_to_string/2]).
-
-/** <module> What the journal of a session tells, running or ended
-
-    swipl session/journal_reader.pl RUN_FOLDER newest|every
-
-Each line on standard input asks once, and is answered by one JSON object on a line: the result so far, the program
-that is left, and the actions that no answer has told yet (from the one numbered `first`), with the reasons of every
-decision, or, since they take most of the time, of the newest of each kind.  The journal is followed by the session's
-own program, without devices, so that what is told is what the controller knows; each action of it is met once, however
-often is asked.  A controller from the folder itself is not run.
-*/
 
 :- initialization(tell, main).
 

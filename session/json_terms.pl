@@ -6,12 +6,12 @@
             fix_dict/2,                 % +Fix, -Dict
             pose_dict/2                 % +Pose, -Dict
           ]).
-:- use_module(library(apply), [maplist/3]).
-
 /** <module> What changes its form between JSON and the controller's terms
 
 Objects of the wire protocol (docs/protocol.md) and of result.json (docs/result.md) are dicts here.
 */
+
+:- use_module(library(apply), [maplist/3]).
 
 %!  device_term(+Description, -Device) is det.
 %

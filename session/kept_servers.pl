@@ -4,12 +4,6 @@
             kept_running/2,             % +Base, -Pid
             kept_log/2                  % +Base, -LogFile
           ]).
-:- use_module(installation, [installation_python/1, installation_root/1]).
-:- autoload(library(filesex), [chmod/2, make_directory_path/1]).
-:- use_module(library(lists), [max_list/2, member/2]).
-:- use_module(library(readutil), [read_file_to_string/3, read_file_to_terms/3]).
-:- autoload(library(uid), [getuid/1]).
-
 /** <module> Servers that stay when the session that started them ends
 
 Each has a name in a folder of the user's own, `Base`, that says what it is: which installation of which age, and
@@ -20,6 +14,12 @@ with which arguments it was started.  So one that is found fits.
 | Base`.pid`   | its process                                                 |
 | Base`.log`   | its output                                                  |
 */
+
+:- use_module(installation, [installation_python/1, installation_root/1]).
+:- autoload(library(filesex), [chmod/2, make_directory_path/1]).
+:- use_module(library(lists), [max_list/2, member/2]).
+:- use_module(library(readutil), [read_file_to_string/3, read_file_to_terms/3]).
+:- autoload(library(uid), [getuid/1]).
 
 most_servers(16).                       % of one kind at a time, chosen by hand
 

@@ -7,6 +7,12 @@
             table_head//1,              % +Device
             table_row//2                % +Device, +Step
           ]).
+/** <module> A session as a table in the terminal, while it runs
+
+A row for each image that was judged.  Below them is what is being done now, how far the session is, and how long it
+may take, drawn anew as time goes.  Only on a terminal: what goes into a file or a pipe is lines.
+*/
+
 :- use_module(outcome, [merit_words/2]).
 :- use_module(terminal).
 :- use_module('../domain/reasoning/device').
@@ -17,12 +23,6 @@
 :- use_module(library(lists), [member/2, memberchk/2, sum_list/2]).
 :- use_module(library(option), [option/2]).
 :- use_module(library(yall)).
-
-/** <module> A session as a table in the terminal, while it runs
-
-A row for each image that was judged.  Below them is what is being done now, how far the session is, and how long it
-may take, drawn anew as time goes.  Only on a terminal: what goes into a file or a pipe is lines.
-*/
 
 :- dynamic
     live/1,                             % Limit on images, or holds(N)

@@ -1,17 +1,17 @@
 :- module(session_opening,
           [ open_session/2              % +Options, -Opened
           ]).
-:- use_module(plan).
-:- use_module(resumption, [check_frames/1]).
-:- use_module(run_folder).
-:- use_module(servers).
-:- use_module(library(option), [option/2]).
-
 /** <module> What a session begins with, before the controller is loaded
 
 The servers take longer to start than everything else in a short session, so they
 are started first; the controller is loaded and checked meanwhile.
 */
+
+:- use_module(plan).
+:- use_module(resumption, [check_frames/1]).
+:- use_module(run_folder).
+:- use_module(servers).
+:- use_module(library(option), [option/2]).
 
 %!  open_session(+Options, -Opened) is det.
 %

@@ -1,6 +1,12 @@
 :- module(session_options,
           [ session_options/2           % +Argv, -Options
           ]).
+/** <module> The command line of a session
+
+`swipl main.pl [options]`.  What a user can get wrong is found here and said in
+one line: what, where, what to do.
+*/
+
 :- use_module('../bridge/prolog/keys', [client_keys/4]).
 :- use_module(resumption, [resumed_options/3]).
 :- use_module(usage, [dashes/2, did_you_mean/3, usage_error/2]).
@@ -9,12 +15,6 @@
 :- use_module(library(main), [argv_options/4, argv_usage/1]).
 :- use_module(library(memfile), [free_memory_file/1, memory_file_to_string/2, new_memory_file/1, open_memory_file/3]).
 :- use_module(library(option), [merge_options/3, option/2]).
-
-/** <module> The command line of a session
-
-`swipl main.pl [options]`.  What a user can get wrong is found here and said in
-one line: what, where, what to do.
-*/
 
 opt_type(controller,     controller,     atom).
 opt_type(target,         target,         atom).

@@ -3,14 +3,14 @@
             counted/3,                  % +Count, +Name, -Words
             merit_words/2               % +Px, -Words
           ]).
-:- use_module('../domain/reasoning/surprises', [cause_words/2]).
-:- use_module(library(aggregate), [aggregate_all/3]).
-:- use_module(library(lists), [member/2, reverse/2]).
-
 /** <module> What came of a session, in words: the last lines in the terminal
 
 Messages session_outcome(Result): the dict that result.json is made from.
 */
+
+:- use_module('../domain/reasoning/surprises', [cause_words/2]).
+:- use_module(library(aggregate), [aggregate_all/3]).
+:- use_module(library(lists), [member/2, reverse/2]).
 
 %!  advised(+Limit, +Result, -Advised) is det.
 %

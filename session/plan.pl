@@ -1,19 +1,19 @@
 :- module(session_plan,
           [ session_plan/2              % +Options, -Plan
           ]).
-:- use_module(installation, [installation_root/1]).
-:- use_module(usage, [did_you_mean/3, usage_error/2]).
-:- use_module('../domain/reasoning/instead', [instead_image/2, set_instead/1]).
-:- use_module(library(apply), [maplist/3]).
-:- use_module(library(lists), [append/3]).
-:- use_module(library(option), [option/2, option/3]).
-
 /** <module> What a session is going to do, settled before anything runs
 
 A plan is a dict with the files of the theory, the program, the names that go
 into result.json, and the arguments of the servers.  Names are resolved here, so
 that a wrong one is said at once; --instead is told to the theory.
 */
+
+:- use_module(installation, [installation_root/1]).
+:- use_module(usage, [did_you_mean/3, usage_error/2]).
+:- use_module('../domain/reasoning/instead', [instead_image/2, set_instead/1]).
+:- use_module(library(apply), [maplist/3]).
+:- use_module(library(lists), [append/3]).
+:- use_module(library(option), [option/2, option/3]).
 
 %!  session_plan(+Options, -Plan) is det.
 %

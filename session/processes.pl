@@ -5,19 +5,19 @@
             kill_process/1,             % +Process
             wait_until/3                % +Deadline, +Pid, -Status
           ]).
-:- use_module(installation, [installation_python/1, installation_root/1]).
-:- use_module(library(apply), [exclude/3]).
-:- use_module(kept_servers, [kept_log/2, kept_running/2]).
-:- use_module(library(lists), [last/2, member/2]).
-:- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
-:- use_module(library(readutil), [read_file_to_string/3]).
-
 /** <module> The two servers as child processes
 
 Each runs in a session of its own, so that Ctrl-C reaches only the controller,
 which then stops the servers in order.  Should the controller be killed outright
 they notice by themselves (`--parent`).
 */
+
+:- use_module(installation, [installation_python/1, installation_root/1]).
+:- use_module(library(apply), [exclude/3]).
+:- use_module(kept_servers, [kept_log/2, kept_running/2]).
+:- use_module(library(lists), [last/2, member/2]).
+:- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
+:- use_module(library(readutil), [read_file_to_string/3]).
 
 %!  start_server(+Name, +Arguments, +Redirection, +LogFile, -Process) is det.
 %

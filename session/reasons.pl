@@ -2,6 +2,12 @@
           [ decision_reason/3,          % +Action, +Situation, -Reason
             reason_dict/3               % +Device, +Reason, -Dict
           ]).
+/** <module> Why a setting was chosen, and what came of it
+
+All of it follows from the situation after an action, so that it can be told of a session that runs and, from its
+journal, of one that has ended.
+*/
+
 :- use_module(json_terms, [settings_dict/2]).
 :- use_module('../domain/reasoning/candidates').
 :- use_module('../domain/reasoning/image_set').
@@ -12,12 +18,6 @@
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2]).
-
-/** <module> Why a setting was chosen, and what came of it
-
-All of it follows from the situation after an action, so that it can be told of a session that runs and, from its
-journal, of one that has ended.
-*/
 
 most_shown(5).                          % as many as are remembered (domain/reasoning/outlook.pl)
 

@@ -9,6 +9,13 @@
             came_with/1,                % +Result
             new_events/1                % -Events
           ]).
+/** <module> A server that dies, or does not answer, is brought back to where the session is
+
+The vision server gets its images from the run folder, and what it was told from the last situation, as when a session
+is resumed; an image server that draws is what it was by its seed and by what it has done so far.  Then the request
+is made again, and the session goes on as if nothing had been.
+*/
+
 :- use_module(connections).
 :- use_module(display, [show/2, show_address/0]).
 :- use_module(restoration, [known_again/2]).
@@ -17,13 +24,6 @@
 :- use_module(servers).
 :- use_module('../indigolog/indigolog', [situation_history/2]).
 :- use_module(library(lists), [member/2, memberchk/2, nth1/3, reverse/2]).
-
-/** <module> A server that dies, or does not answer, is brought back to where the session is
-
-The vision server gets its images from the run folder, and what it was told from the last situation, as when a session
-is resumed; an image server that draws is what it was by its seed and by what it has done so far.  Then the request
-is made again, and the session goes on as if nothing had been.
-*/
 
 most_times(5).                          % in a session; chosen by hand
 patience_s(1).                          % after which it is said what is waited for; chosen by hand

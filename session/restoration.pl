@@ -3,15 +3,15 @@
             told_again/3,               % +Newest, +Images, -Told
             unmet_surprise/2            % +Newest, -Event
           ]).
-:- use_module(json_terms, [fix_dict/2]).
-:- use_module('../domain/reasoning/surprises', [event_seen/2]).
-:- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
-:- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2, subtract/3]).
-
 /** <module> What a vision server is told that has to know again what another one knew
 
 Images are in the run folder; what it answered and was told is in the situation.
 */
+
+:- use_module(json_terms, [fix_dict/2]).
+:- use_module('../domain/reasoning/surprises', [event_seen/2]).
+:- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2, subtract/3]).
 
 %!  known_again(+Situation, -Known) is det.
 %

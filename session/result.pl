@@ -3,6 +3,13 @@
             write_result/2,             % +Result, +Folder
             print_result/1              % +Result
           ]).
+/** <module> result.json
+
+The session's outcome as a dict, made from the fluents' values in its last situation.
+docs/result.md says what its keys mean, result.schema.json beside this file what
+they hold.
+*/
+
 :- use_module(json_terms).
 :- use_module(run_folder, [replace_file/2, run_file/3]).
 :- use_module('../domain/reasoning/device').
@@ -13,13 +20,6 @@
 :- use_module(library(http/json), [json_write_dict/3]).
 :- use_module(library(lists), [list_to_set/2, member/2, memberchk/2, nth1/3, reverse/2]).
 :- use_module(library(option), [option/2]).
-
-/** <module> result.json
-
-The session's outcome as a dict, made from the fluents' values in its last situation.
-docs/result.md says what its keys mean, result.schema.json beside this file what
-they hold.
-*/
 
 format_version(1).
 

@@ -6,6 +6,13 @@
             check_frames/1,             % +Folder
             missed_events/3             % +Actions, +Told, -Missed
           ]).
+/** <module> Going on with a session that was interrupted
+
+The run folder keeps the options that a session was begun with, so that `--resume
+DIR` needs nothing else: the journal is replayed, the vision server gets its
+images back from the folder, and the session goes on where it stopped.
+*/
+
 :- use_module('../indigolog/online/journal', [journal_entries/3]).
 :- use_module(run_folder, [replace_file/2, run_file/3]).
 :- use_module(session_file).
@@ -16,13 +23,6 @@
 :- use_module(library(lists), [append/3, last/2, member/2, memberchk/2, select/3, selectchk/3]).
 :- use_module(library(option), [option/2]).
 :- use_module(library(readutil), [read_file_to_string/3, read_file_to_terms/3]).
-
-/** <module> Going on with a session that was interrupted
-
-The run folder keeps the options that a session was begun with, so that `--resume
-DIR` needs nothing else: the journal is replayed, the vision server gets its
-images back from the folder, and the session goes on where it stopped.
-*/
 
 % What concerns how a session is shown or reached, and not what it does.
 of_this_run(json(_)).

@@ -1,6 +1,12 @@
 :- module(session_run,
           [ run_session/3               % +Options, +Opened, -ExitStatus
           ]).
+/** <module> One session: options, plan, run, result
+
+Servers that this session starts are stopped however it ends: normally, by an
+error, by Ctrl-C or by SIGTERM.
+*/
+
 :- use_module(acquisition_device, [close_acquisition/0, execute/2, open_acquisition/1]).
 :- use_module(connections, [ask/4]).
 :- use_module(display, [show/2, show_address/0, tell/3]).
@@ -22,12 +28,6 @@
 :- use_module(library(filesex), [delete_directory_and_contents/1]).
 :- use_module(library(lists), [append/3, member/2]).
 :- use_module(library(option), [option/2]).
-
-/** <module> One session: options, plan, run, result
-
-Servers that this session starts are stopped however it ends: normally, by an
-error, by Ctrl-C or by SIGTERM.
-*/
 
 %!  run_session(+Options, +Opened, -ExitStatus) is det.
 %

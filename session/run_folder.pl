@@ -5,12 +5,12 @@
             replace_file/2,             % +File, :Write
             run_file/3                  % +Folder, +Name, -File
           ]).
+/** <module> The folder that a session leaves behind */
+
 :- use_module(session_file, [locked_session_file/2, session_begun/1]).
 :- use_module(usage, [usage_error/2]).
 :- use_module(library(lists), [member/2, subtract/3]).
 :- use_module(library(option), [option/2]).
-
-/** <module> The folder that a session leaves behind */
 
 :- meta_predicate replace_file(+, 1).
 

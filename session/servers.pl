@@ -10,6 +10,8 @@
             captures_taken/1,           % -Count
             add_to_past/1               % +Action
           ]).
+/** <module> The servers of a session: the user's, kept ones, or started here */
+
 :- use_module(installation, [installation_root/1]).
 :- use_module(kept_servers).
 :- use_module(processes).
@@ -17,8 +19,6 @@
 :- use_module(run_folder, [run_file/3]).
 :- use_module(library(lists), [append/2, append/3, member/2, memberchk/2, reverse/2]).
 :- use_module(library(option), [option/2]).
-
-/** <module> The servers of a session: the user's, kept ones, or started here */
 
 :- dynamic
     server/2,                           % Name, process(...) that this session started, and ends

@@ -5,16 +5,16 @@
             session_begun/1,            % +Folder
             file_sha256/2               % +File, -Sha256
           ]).
-:- use_module(usage, [usage_error/2]).
-:- use_module(library(apply), [maplist/2]).
-:- use_module(library(lists), [append/3, member/2]).
-:- use_module(library(sha), [hash_atom/2, sha_hash/3]).
-
 /** <module> session.pl in a run folder: what a session was asked to do, and the lock of who works in the folder
 
 One option a line, between the version of the format and the SHA-256 of all lines before it, so that a file that was
 cut or changed is known.  It is read as data: nothing in it is called.
 */
+
+:- use_module(usage, [usage_error/2]).
+:- use_module(library(apply), [maplist/2]).
+:- use_module(library(lists), [append/3, member/2]).
+:- use_module(library(sha), [hash_atom/2, sha_hash/3]).
 
 format_version(1).
 

@@ -6,6 +6,11 @@
             strategy_sha256/2,          % +File, -Sha256
             blocked/4                   % +File, +Action, +Situation, -Message
           ]).
+/** <module> What is wrong with a strategy, said in plain words with the place in its file
+
+The interpreter checks what any program can get wrong; here is what only the theory of lights and camera knows.
+*/
+
 :- use_module(session_file, [file_sha256/2]).
 :- use_module(usage, [did_you_mean/3, usage_error/2]).
 :- use_module('../domain/reasoning/device').
@@ -17,11 +22,6 @@
 :- use_module(library(pairs), [pairs_keys/2]).
 :- use_module(library(readutil), [read_file_to_string/3]).
 :- use_module(library(sha), [hash_atom/2, sha_hash/3]).
-
-/** <module> What is wrong with a strategy, said in plain words with the place in its file
-
-The interpreter checks what any program can get wrong; here is what only the theory of lights and camera knows.
-*/
 
 %!  check_includes(+File) is det.
 %

@@ -4,13 +4,13 @@
             draw_below/1,               % +Lines
             clear_below/0
           ]).
-:- use_module(library(apply), [maplist/3]).
-
 /** <module> The terminal of a session, and what is drawn anew below its lines
 
 What is drawn below stays the last thing on the terminal: it is cleared before each message, and stands lower the next
 time that it is drawn.  It has no line that is as wide as the terminal, so that it can be cleared by going up.
 */
+
+:- use_module(library(apply), [maplist/3]).
 
 :- dynamic
     drawn/2.                            % Width, Lines: what stands below now

@@ -2,18 +2,18 @@
           [ note_thought/0,
             within_budget/3             % +Controller, +Seconds, :Goal
           ]).
+/** <module> How long a strategy may compute between two actions
+
+Loops without actions are found by the interpreter, and sessions without images by run.pl; a test in plain Prolog that
+never ends is met here.  What counts is the time of the processor, less what goes by while a server is waited for.
+*/
+
 :- use_module(connections, [waits_for_server/0]).
 :- use_module(usage, [usage_error/2]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(time), [alarm/4, remove_alarm/1]).
 
 :- meta_predicate within_budget(+, +, 0).
-
-/** <module> How long a strategy may compute between two actions
-
-Loops without actions are found by the interpreter, and sessions without images by run.pl; a test in plain Prolog that
-never ends is met here.  What counts is the time of the processor, less what goes by while a server is waited for.
-*/
 
 looks(12).                              % at a strategy while its budget lasts; chosen by hand
 

@@ -3,17 +3,17 @@
             session_seconds/1,          % -Pairs
             tell_times/3                % +Options, +Folder, +Action
           ]).
-:- use_module(connections, [seconds_spent/2]).
-:- use_module(run_folder, [replace_file/2, run_file/3]).
-:- use_module(library(apply), [foldl/4]).
-:- use_module(library(http/json), [json_write_dict/3]).
-:- use_module(library(option), [option/2]).
-
 /** <module> Where the time of a session went, in seconds
 
 Its result tells it at the end.  While it runs and has a view, the file `seconds.json` in its folder tells it so far: the
 journal does not, so that the same session leaves the same journal.
 */
+
+:- use_module(connections, [seconds_spent/2]).
+:- use_module(run_folder, [replace_file/2, run_file/3]).
+:- use_module(library(apply), [foldl/4]).
+:- use_module(library(http/json), [json_write_dict/3]).
+:- use_module(library(option), [option/2]).
 
 %!  session_seconds(-Pairs) is det.
 %

@@ -3,10 +3,9 @@
             dashes/2,                   % +Name, -Dashed
             did_you_mean/3              % +Name, +Known, -Hint
           ]).
+/** <module> What is wrong with how a session was asked for */
 
 :- use_module(library(lists), [member/2]).
-
-/** <module> What is wrong with how a session was asked for */
 
 %!  usage_error(+Format, +Arguments) is det.
 %

@@ -2,15 +2,15 @@
           [ start_view/2,               % +Options, +Folder
             view_address/1              % -Line
           ]).
-:- use_module(installation, [installation_python/1, installation_root/1]).
-:- use_module(library(option), [option/2]).
-:- use_module(library(process), [process_create/3]).
-:- use_module(library(readutil), [read_line_to_string/2]).
-
 /** <module> The live view of a session that is asked for with `--view`: `python -m report live` beside it
 
 Nothing waits for it: it ends by itself when it sees that the session has ended, once it has shown how.
 */
+
+:- use_module(installation, [installation_python/1, installation_root/1]).
+:- use_module(library(option), [option/2]).
+:- use_module(library(process), [process_create/3]).
+:- use_module(library(readutil), [read_line_to_string/2]).
 
 :- dynamic
     address_comes/1.                    % Stream

@@ -1,12 +1,12 @@
 :- module(session_wrapping,
           [ wrapped/3                   % +Stream, +Lines, -Wrapped
           ]).
+/** <module> Lines of messages, broken between words where a terminal is too narrow for them */
+
 :- use_module(terminal, [clear_below/0, terminal_width/1]).
 :- use_module(library(apply), [foldl/4]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2]).
 :- use_module(library(pairs), [pairs_keys/2]).
-
-/** <module> Lines of messages, broken between words where a terminal is too narrow for them */
 
 hanging(5).                             % columns by which a broken line goes on further in than it began
 prefixed(9).                            % columns of "Warning: "

@@ -1,17 +1,17 @@
 :- module(setup_prolog_pages, []).
-:- use_module(library(doc_files), [doc_save/2]).
-:- use_module(library(filesex), [directory_file_path/3, directory_member/3, make_directory_path/1]).
-:- use_module(library(main), [main/0]).
-:- use_module(library(pldoc), [doc_collect/1]).
-
-:- initialization(main, main).
-
 /** <module> Pages from PlDoc
 
     swipl setup/prolog-pages.pl FOLDER
 
 loads every module of the controller, collecting its comments, and writes FOLDER/<room>/<module>.html.
 */
+
+:- use_module(library(doc_files), [doc_save/2]).
+:- use_module(library(filesex), [directory_file_path/3, directory_member/3, make_directory_path/1]).
+:- use_module(library(main), [main/0]).
+:- use_module(library(pldoc), [doc_collect/1]).
+
+:- initialization(main, main).
 
 main([Folder]) :-
     doc_collect(true),

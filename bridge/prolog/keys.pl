@@ -1,15 +1,15 @@
 :- module(bridge_keys,
           [ client_keys/4               % +Folder, +Name, +Server, -Curve
           ]).
-:- use_module(zmq, [zmq_private_file/1]).
-:- use_module(library(lists), [member/2]).
-:- use_module(library(readutil), [read_file_to_string/3]).
-
 /** <module> CURVE keys of a folder
 
 As `python -m bridge keys DIR` writes them: `NAME.key` has a public key,
 `NAME.key_secret` a pair (the certificates of pyzmq and CZMQ).
 */
+
+:- use_module(zmq, [zmq_private_file/1]).
+:- use_module(library(lists), [member/2]).
+:- use_module(library(readutil), [read_file_to_string/3]).
 
 :- multifile prolog:error_message//1.
 

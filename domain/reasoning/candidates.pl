@@ -8,15 +8,6 @@
             bracket/2,                  % +Device, -Settings
             relit/4                     % +Device, +Settings, +Gamma, -Relit
           ]).
-:- use_module(device).
-:- use_module(last_answer).
-:- use_module(prediction).
-:- use_module(qualitative).
-:- use_module(library(aggregate), [aggregate_all/3]).
-:- use_module(library(apply), [exclude/3, maplist/3, maplist/4]).
-:- use_module(library(lists), [member/2, nth1/3, sum_list/2]).
-:- set_prolog_flag(optimise, true).     % arithmetic is compiled, here alone
-
 /** <module> Heuristic search over qualitative states
 
 The space of settings is too large to try (7680 for three lights of eight
@@ -34,6 +25,15 @@ States similar to an unfavourable one are left out while there are others.
 
 Experience is experience(Readings, KeptStates, UnfavourableStates).
 */
+
+:- use_module(device).
+:- use_module(last_answer).
+:- use_module(prediction).
+:- use_module(qualitative).
+:- use_module(library(aggregate), [aggregate_all/3]).
+:- use_module(library(apply), [exclude/3, maplist/3, maplist/4]).
+:- use_module(library(lists), [member/2, nth1/3, sum_list/2]).
+:- set_prolog_flag(optimise, true).     % arithmetic is compiled, here alone
 
 % Constants, chosen by hand on simulated sessions.
 likelihood_weight(1.5).                 % likelihood 1 is worth as much as a precision 2.8 times as high

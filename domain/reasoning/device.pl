@@ -17,11 +17,6 @@
             without_light/3,            % +Device, +Light, -Darker
             unlit/4                     % +Device, +Light, +Settings, -Unlit
           ]).
-:- use_module(library(apply), [maplist/2, maplist/3, maplist/4]).
-:- use_module(library(lists), [member/2, same_length/2]).
-:- use_module(library(random), [random_between/3, random_member/2]).
-:- set_prolog_flag(optimise, true).     % arithmetic is compiled, here alone
-
 /** <module> What a camera with controllable lights can do
 
 A device is described by its image server and is, here, the term
@@ -36,6 +31,11 @@ from one that is offered is that one.  Nothing here assumes a number of lights.
 
 Settings are settings(Levels, ShutterS, Aperture), one level per light.
 */
+
+:- use_module(library(apply), [maplist/2, maplist/3, maplist/4]).
+:- use_module(library(lists), [member/2, same_length/2]).
+:- use_module(library(random), [random_between/3, random_member/2]).
+:- set_prolog_flag(optimise, true).     % arithmetic is compiled, here alone
 
 %!  device_lights(+Device, -Lights) is det.
 device_lights(device(Lights, _, _, _, _, _), Lights).

@@ -3,13 +3,13 @@
             image_names/3,              % +Candidate, +ImageSet, -Images
             kept_states/2               % +ImageSet, -States
           ]).
-:- use_module(library(apply), [maplist/3]).
-:- use_module(library(lists), [member/2, reverse/2]).
-
 /** <module> Images of a set and their names
 
 An image set is a list of kept(Image, State), newest first.
 */
+
+:- use_module(library(apply), [maplist/3]).
+:- use_module(library(lists), [member/2, reverse/2]).
 
 %!  image_name(+Taken, -Image) is det.
 %

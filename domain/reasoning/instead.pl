@@ -4,11 +4,6 @@
             instead_image/2,            % +Words, -Number
             instead_settings/3          % +Words, +Device, -Settings
           ]).
-:- use_module(device).
-:- use_module(library(apply), [maplist/3]).
-:- use_module(library(dcg/basics), [blanks/2, integer/3, number/3, string_without/4]).
-:- use_module(library(lists), [member/2, memberchk/2]).
-
 /** <module> What if: one image is taken under other settings than the strategy chose
 
 A session has at most one such image, named as people write it and as settings_words/3 shows settings:
@@ -17,6 +12,11 @@ A session has at most one such image, named as people write it and as settings_w
 
 Lights that are not named are off.
 */
+
+:- use_module(device).
+:- use_module(library(apply), [maplist/3]).
+:- use_module(library(dcg/basics), [blanks/2, integer/3, number/3, string_without/4]).
+:- use_module(library(lists), [member/2, memberchk/2]).
 
 :- dynamic
     wanted/1.                           % Words

@@ -2,15 +2,15 @@
           [ worth_predicting/3,         % +Device, +Unfavourable, -Settings
             best_outlook/4              % +Device, +Unfavourable, +Foreseen, -Outlook
           ]).
-:- use_module(candidates, [candidate/2, unfavourable/3]).
-:- use_module(library(apply), [exclude/3]).
-:- use_module(library(lists), [append/3]).
-
 /** <module> What is asked of images to come, and what is remembered of the answer
 
 What settings would add is foreseen by the vision server, line by line; here is which settings it is asked of, and
 which of those that it answers with are worth choosing.
 */
+
+:- use_module(candidates, [candidate/2, unfavourable/3]).
+:- use_module(library(apply), [exclude/3]).
+:- use_module(library(lists), [append/3]).
 
 remembered(5).                          % enough to see what was nearly chosen; by hand
 

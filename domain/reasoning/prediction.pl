@@ -4,12 +4,6 @@
             predict_with/4,             % +Device, +Response, +Settings, -Prediction
             information/2               % +Prediction, -Bits
           ]).
-:- use_module(device).
-:- use_module(last_answer).
-:- use_module(library(apply), [foldl/4, maplist/2, maplist/3]).
-:- use_module(library(lists), [member/2, min_list/2, nth1/3, numlist/3, sum_list/2]).
-:- set_prolog_flag(optimise, true).     % arithmetic is compiled, here alone
-
 /** <module> What an image under new settings would look like
 
 Light adds up.  With exposure e and light outputs x_l (fractions of full), the
@@ -38,6 +32,12 @@ statistics(P50, P95, Dark, Saturated, BlurPx) of the target's region, the first
 two in fractions of full scale on a linear scale; BlurPx is `unknown` where no
 edge was measured.
 */
+
+:- use_module(device).
+:- use_module(last_answer).
+:- use_module(library(apply), [foldl/4, maplist/2, maplist/3]).
+:- use_module(library(lists), [member/2, min_list/2, nth1/3, numlist/3, sum_list/2]).
+:- set_prolog_flag(optimise, true).     % arithmetic is compiled, here alone
 
 % Constants. Where no source is named they are chosen by hand, on simulated sessions and the six recorded stacks.
 nominal(p50, 0.25).                     % linear brightness expected before anything was seen: mid-grey,

@@ -7,11 +7,6 @@
             greatest_similarity/3,      % +State, +States, -Similarity
             image_quality/2             % +Statistics, -Quality
           ]).
-:- use_module(device).
-:- use_module(library(apply), [maplist/4]).
-:- use_module(library(lists), [max_list/2, member/2, nth1/3, sum_list/2]).
-:- set_prolog_flag(optimise, true).     % arithmetic is compiled, here alone
-
 /** <module> Qualitative states of lights and camera
 
 The paper reasons about settings in a few words instead of numbers: how bright
@@ -24,6 +19,11 @@ with `Brightness` one of `off`, `dim`, `medium`, `bright` (the lights' mean
 output), `Direction` one of `none`, `even` or `from(Light)`, and `Exposure` the
 whole number of stops above the reference exposure.
 */
+
+:- use_module(device).
+:- use_module(library(apply), [maplist/4]).
+:- use_module(library(lists), [max_list/2, member/2, nth1/3, sum_list/2]).
+:- set_prolog_flag(optimise, true).     % arithmetic is compiled, here alone
 
 % Constants. The paper gives no numbers for its words; these are chosen by hand.
 brightness_below(dim, 0.34).            % mean output of the lights: thirds

@@ -8,16 +8,16 @@
             remark/3,                   % +Surprise, +Doubt, -Text
             cause_words/2               % +Cause, -Text
           ]).
-:- use_module(device).
-:- use_module(library(apply), [maplist/2]).
-:- use_module(library(lists), [append/3, last/2, member/2, nth1/3, reverse/2, same_length/2]).
-
 /** <module> Images that are not as foreseen
 
 A cause is target_moved, sun_changed, light_dead(Light), lights_swapped(Light1, Light2), lights by their names, or
 in_the_way.  The vision server weighs them; where it is not sure, an image tells that is taken under the right light.
 What two images and more tell together is model_wrong(Axis, Share): the model is by Share too long along x, y or z.
 */
+
+:- use_module(device).
+:- use_module(library(apply), [maplist/2]).
+:- use_module(library(lists), [append/3, last/2, member/2, nth1/3, reverse/2, same_length/2]).
 
 %!  light_changed(+Cause) is semidet.
 %

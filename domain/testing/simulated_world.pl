@@ -6,18 +6,18 @@
             execute/2,                  % +Action, -Sensing
             exogenous/1                 % -Actions
           ]).
+/** <module> A small world for strategies: light adds up, and images that are neither dark nor glaring fix the pose
+
+The target's linear brightness is exposure × (sun + the mean of the lights), its brightest part is 1.8 times that.  An
+image tells as much as it is neither dark nor saturated; a set's errors fall with the sum of what its images tell.
+*/
+
 :- use_module('../../indigolog/indigolog').
 :- use_module('../reasoning/device').
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(lists), [append/3, member/2, reverse/2, sum_list/2]).
 :- use_module(library(option), [option/3]).
-
-/** <module> A small world for strategies: light adds up, and images that are neither dark nor glaring fix the pose
-
-The target's linear brightness is exposure × (sun + the mean of the lights), its brightest part is 1.8 times that.  An
-image tells as much as it is neither dark nor saturated; a set's errors fall with the sum of what its images tell.
-*/
 
 :- dynamic
     setting/1,                          % Option of the world

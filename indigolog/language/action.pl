@@ -4,6 +4,8 @@
             supposed/2,               % +Action, +Situation
             pick/5                    % +Variables, +Program, +Order, +Situation, -Instance
           ]).
+/** <module> Primitive actions, and the choice of arguments */
+
 :- use_module(library(lists), [member/2]).
 :- use_module(library(occurs), [sub_term/2]).
 :- use_module(chance, [shuffled/2]).
@@ -12,8 +14,6 @@
 :- use_module(situation).
 :- use_module(substitution).
 :- use_module(theory).
-
-/** <module> Primitive actions, and the choice of arguments */
 
 % Most actions that are remembered as plain.
 most_plain(10_000).

@@ -3,9 +3,9 @@
             bound_names/2,            % +Term, -Names
             bound_variables/2         % +Variables, -List
           ]).
-:- use_module(library(occurs), [sub_term/2]).
-
 /** <module> Which variables the constructs of programs and formulas bind */
+
+:- use_module(library(occurs), [sub_term/2]).
 
 %!  binder(?Construct, -Variables, -Body) is nondet.
 %

@@ -2,11 +2,6 @@
           [ with_seed/2,              % +Seed, :Goal
             shuffled/2                % +List, -Permutation
           ]).
-:- use_module(library(apply), [maplist/3]).
-:- use_module(library(pairs), [pairs_values/2]).
-
-:- meta_predicate with_seed(+, 0).
-
 /** <module> Random choices that can be repeated
 
 Random constructs draw from a generator of their own, so that a run with the
@@ -14,6 +9,11 @@ same seed and the same answers from the world makes the same choices, whatever
 else in the process draws random numbers.  The state is a 64-bit
 linear congruential generator (Knuth's MMIX constants); its upper bits are used.
 */
+
+:- use_module(library(apply), [maplist/3]).
+:- use_module(library(pairs), [pairs_values/2]).
+
+:- meta_predicate with_seed(+, 0).
 
 %!  with_seed(+Seed, :Goal) is nondet.
 %

@@ -1,14 +1,6 @@
 :- module(indigolog_compiled,
           [ compile_axioms/1          % +Theory
           ]).
-:- use_module(library(apply), [maplist/3, maplist/5]).
-:- use_module(library(lists), [append/3, member/2]).
-:- use_module(library(occurs), [sub_term/2]).
-:- use_module(formula, [meaning/3]).
-:- use_module(progression, []).
-:- use_module(substitution).
-:- use_module(theory).
-
 /** <module> Axioms compiled to clauses
 
 Whether an action is possible, and what it does, is asked more often than anything else.
@@ -19,6 +11,14 @@ stand for themselves (action.pl).  The abbreviations that an axiom uses are comp
 it, for plain arguments.  A formula is compiled by unfolding its definition, meaning/3 of
 formula.pl.  Only for theories in which every fluent has one value.
 */
+
+:- use_module(library(apply), [maplist/3, maplist/5]).
+:- use_module(library(lists), [append/3, member/2]).
+:- use_module(library(occurs), [sub_term/2]).
+:- use_module(formula, [meaning/3]).
+:- use_module(progression, []).
+:- use_module(substitution).
+:- use_module(theory).
 
 %!  compile_axioms(+Theory) is det.
 

@@ -1,4 +1,6 @@
 :- module(indigolog_conditions, []).
+/** <module> Conditions on a whole program, and limits on its time */
+
 :- use_module(library(error), [must_be/2]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(time), [alarm/4, remove_alarm/1]).
@@ -6,8 +8,6 @@
 :- use_module(formula, [holds_in/2]).
 :- use_module(remainder, [around/3]).
 :- use_module(semantics).
-
-/** <module> Conditions on a whole program, and limits on its time */
 
 :- meta_predicate within(+, 0).
 

@@ -3,15 +3,15 @@
             ends/3,                   % +Program, +Situation, +Context
             along/5                   % +Actions, +Program, +Situation, +Context, -Steps
           ]).
-:- use_module(patience, [fresh_mark/1, silent_step/4]).
-:- use_module(semantics, [final/3, trans/5]).
-:- use_module(situation, [last_action/2, same_situation/2]).
-
 /** <module> From one action to the next
 
 Steps without an action are gone through at once.  A program that comes again
 without an action in between is not followed again: it leads nowhere new.
 */
+
+:- use_module(patience, [fresh_mark/1, silent_step/4]).
+:- use_module(semantics, [final/3, trans/5]).
+:- use_module(situation, [last_action/2, same_situation/2]).
 
 %!  after_action(+Program, +Situation, +Context, -Program1, -Situation1) is nondet.
 %

@@ -1,6 +1,13 @@
 :- module(indigolog_congolog,
           [ by_priority/2             % +Interrupts, -Program
           ]).
+/** <module> The constructs of ConGolog
+
+Concurrency, with priorities or without, iterated, and interrupts (De Giacomo, Lesperance
+and Levesque 2000).  Beside the rules there: what is beside a program that holds the lock
+of atomic/1 waits.
+*/
+
 :- use_module(action, [pick/5]).
 :- use_module(context).
 :- use_module(formula, [holds_in/2]).
@@ -8,13 +15,6 @@
 :- use_module(remainder).
 :- use_module(semantics).
 :- use_module(situation, [situation_history/2]).
-
-/** <module> The constructs of ConGolog
-
-Concurrency, with priorities or without, iterated, and interrupts (De Giacomo, Lesperance
-and Levesque 2000).  Beside the rules there: what is beside a program that holds the lock
-of atomic/1 waits.
-*/
 
 term_expansion(Clause, Defining) :-
     construct_clause(Clause, Defining).

@@ -7,10 +7,6 @@
             interrupts_running/1,     % +Context
             once_if_ground/2          % +Term, :Goal
           ]).
-:- use_module(patience, [most_calls/1]).
-
-:- meta_predicate once_if_ground(?, 0).
-
 /** <module> The context of a step
 
 A context c(Depth, Running, Mark, Count) says how many prioritized_interrupts/1
@@ -20,6 +16,10 @@ again with the same arguments without a step cannot contribute one (Trans and
 Final are least fixpoints), so it fails there; one that does so with ever new
 arguments is an error.
 */
+
+:- use_module(patience, [most_calls/1]).
+
+:- meta_predicate once_if_ground(?, 0).
 
 top_context(c(0, false, [], 0)).
 

@@ -1,6 +1,8 @@
 :- module(indigolog_extensions,
           [ for_sequence/5            % +Variable, +Domain, +Program, +Situation, -Sequence
           ]).
+/** <module> The constructs that the published interpreter adds, and atomic */
+
 :- use_module(library(error), [must_be/2]).
 :- use_module(library(lists), [append/3, member/2, nth0/3, select/3]).
 :- use_module(action, [act/3, evaluated_action/3, pick/5, supposed/2]).
@@ -14,8 +16,6 @@
 :- use_module(situation, [last_action/2, situation_theory/2]).
 :- use_module(substitution, [substitute/4]).
 :- use_module(theory, [assignment/2, domain_list/3]).
-
-/** <module> The constructs that the published interpreter adds, and atomic */
 
 term_expansion(Clause, Defining) :-
     construct_clause(Clause, Defining).

@@ -10,15 +10,6 @@
             instance/4,               % +Variables, +Term, +World, -Term1
             call_goal/3               % +Goal, +Formula, +Module
           ]).
-:- use_module(library(aggregate), [aggregate_all/3]).
-:- use_module(library(lists), [member/2]).
-:- use_module(initial).
-:- use_module(knowledge).
-:- use_module(situation).
-:- use_module(substitution).
-:- use_module(theory).
-:- use_module(values, [stored/3]).
-
 /** <module> Formulas over fluents
 
 A formula is true or false in a situation.  Anything that is not a connective, a
@@ -31,6 +22,15 @@ in a situation if it is true in every world: whatever the values are.
 means/3 is the definition.  true_in/2 is compiled from it, clause by clause, when this file
 is loaded; compiled.pl unfolds it for the axioms of a theory.
 */
+
+:- use_module(library(aggregate), [aggregate_all/3]).
+:- use_module(library(lists), [member/2]).
+:- use_module(initial).
+:- use_module(knowledge).
+:- use_module(situation).
+:- use_module(substitution).
+:- use_module(theory).
+:- use_module(values, [stored/3]).
 
 %!  test(+Formula, +Situation) is nondet.
 %

@@ -1,17 +1,17 @@
 :- module(indigolog_golog, []).
-:- use_module(action, [pick/5]).
-:- use_module(context, [once_if_ground/2]).
-:- use_module(formula, [holds_in/2, test/2]).
-:- use_module(progression, [progress/3]).
-:- use_module(remainder, [sequence/3]).
-:- use_module(semantics).
-
 /** <module> The constructs of Golog
 
 Sequence, test, nondeterministic choice, conditional, loop, iteration, choice of arguments
 (Levesque, Reiter, Lesperance, Lin and Scherl 1997), with the rules of De Giacomo,
 Lesperance and Levesque (2000).
 */
+
+:- use_module(action, [pick/5]).
+:- use_module(context, [once_if_ground/2]).
+:- use_module(formula, [holds_in/2, test/2]).
+:- use_module(progression, [progress/3]).
+:- use_module(remainder, [sequence/3]).
+:- use_module(semantics).
 
 term_expansion(Clause, Defining) :-
     construct_clause(Clause, Defining).

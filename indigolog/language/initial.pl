@@ -3,14 +3,14 @@
             declared_instance/3,      % +Theory, ?Fluent, -Instances
             ground_instances/4        % +Theory, ?Fluent, -Instance, -Status
           ]).
-:- use_module(library(lists), [append/3, list_to_set/2]).
-:- use_module(library(apply), [maplist/2]).
-:- use_module(theory).
-
 /** <module> Initial values, and the ground instances of fluents
 
 Both are asked of the theory once and then remembered (renewed_theory/1 forgets them).
 */
+
+:- use_module(library(lists), [append/3, list_to_set/2]).
+:- use_module(library(apply), [maplist/2]).
+:- use_module(theory).
 
 %!  initial_status(+Theory, +Fluent, -Status) is det.
 %

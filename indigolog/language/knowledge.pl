@@ -5,16 +5,6 @@
             in_some_worlds/3,         % :Goal, +World, -Results
             possible_instance/3       % ?Fluent, +Condition, +Situation
           ]).
-:- use_module(library(lists), [append/3, list_to_set/2, member/2]).
-:- use_module(formula, [true_in/2]).
-:- use_module(initial, [declared_instance/3]).
-:- use_module(situation).
-:- use_module(theory).
-
-:- meta_predicate
-    in_all_worlds(1, +),
-    in_some_worlds(2, +, -).
-
 /** <module> Knowledge as possible values
 
 A fluent that settles/5 or rejects/5 speaks of has several possible values: all
@@ -28,6 +18,16 @@ Worlds are made where they are needed: a formula is first evaluated as if every
 fluent had one value, and the fluent that has not is then given each of its
 values in turn.
 */
+
+:- use_module(library(lists), [append/3, list_to_set/2, member/2]).
+:- use_module(formula, [true_in/2]).
+:- use_module(initial, [declared_instance/3]).
+:- use_module(situation).
+:- use_module(theory).
+
+:- meta_predicate
+    in_all_worlds(1, +),
+    in_some_worlds(2, +, -).
 
 %!  known(+Formula, +Situation) is nondet.
 %

@@ -3,6 +3,8 @@
             load_theory/2,            % +FileOrFiles, -Theory
             unload_theory/1           % +Theory
           ]).
+/** <module> Loading theories */
+
 :- use_module(library(apply), [maplist/2, maplist/3]).
 :- use_module(library(error), [existence_error/2, must_be/2]).
 :- use_module(library(gensym), [gensym/2]).
@@ -10,8 +12,6 @@
 :- use_module(compiled, [compile_axioms/1]).
 :- use_module(published, []).
 :- use_module(theory).
-
-/** <module> Loading theories */
 
 :- dynamic
     files/2,                          % Module, Files: of each theory that is loaded

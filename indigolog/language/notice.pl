@@ -1,9 +1,9 @@
 :- module(indigolog_notice,
           [ progress_message/1        % +Message
           ]).
-:- use_module(library(debug), [debugging/1]).
-
 /** <module> Telling what is going on, for those who asked */
+
+:- use_module(library(debug), [debugging/1]).
 
 %!  progress_message(+Message) is det.
 %

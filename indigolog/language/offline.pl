@@ -3,15 +3,15 @@
             complete/4,               % +Program, +Situation, +Longest, -Situation1
             bounded_do/4              % +Program, +Max, -History, -LimitMet
           ]).
-:- use_module(context, [top_context/1, once_if_ground/2]).
-:- use_module(semantics, [final/3, step/4]).
-:- use_module(patience, [fresh_mark/1, silent_step/4]).
-:- use_module(situation, [initial_situation/1, situation_history/2, situation_length/2]).
-
 /** <module> Offline execution
 
 Do(E, S, S1): Trans* from (E, S) to a configuration that is Final.
 */
+
+:- use_module(context, [top_context/1, once_if_ground/2]).
+:- use_module(semantics, [final/3, step/4]).
+:- use_module(patience, [fresh_mark/1, silent_step/4]).
+:- use_module(situation, [initial_situation/1, situation_history/2, situation_length/2]).
 
 %!  complete(+Program, +Situation, -Situation1) is nondet.
 %

@@ -5,15 +5,15 @@
             fresh_mark/1,             % -Mark
             silent_step/4             % +Mark, +Program, +Situation, -Mark1
           ]).
-:- use_module(situation, [situation_history/2]).
-
-:- meta_predicate with_patience(+, 0).
-
 /** <module> How long a program may go on without an action
 
 A loop whose body makes no action, or a procedure that calls itself for ever, is an
 error after so many steps.
 */
+
+:- use_module(situation, [situation_history/2]).
+
+:- meta_predicate with_patience(+, 0).
 
 % Steps without an action in between; as many would be seconds of work.
 patience(Steps) :-

@@ -7,6 +7,8 @@
             history_situation/2,      % +History, -Situation
             remember_situation/1      % +Situation
           ]).
+/** <module> What actions do to situations */
+
 :- use_module(library(apply), [exclude/3]).
 :- use_module(library(lists), [list_to_set/2, member/2]).
 :- use_module(formula, [evaluate/3, holds_in/2, true_in/2]).
@@ -16,8 +18,6 @@
 :- use_module(situation).
 :- use_module(theory).
 :- use_module(values, [store/4, stored/3, stored_pairs/2, values_of_pairs/2]).
-
-/** <module> What actions do to situations */
 
 %!  progress(+Action, +Situation, -NewSituation) is det.
 %

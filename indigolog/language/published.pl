@@ -4,14 +4,14 @@
             getdomain/2,              % :Domain, -Values
             shuffle/2                 % +List, -Shuffled
           ]).
-:- use_module(library(lists), [member/2]).
-:- use_module(chance, [shuffled/2]).
-
 /** <module> What published theories take for granted
 
 Predicates of the published interpreter that the helper predicates of a theory may call,
 and older names of axioms.  A theory inherits them: its own definitions come first.
 */
+
+:- use_module(library(lists), [member/2]).
+:- use_module(chance, [shuffled/2]).
 
 :- meta_predicate
     domain(?, :),

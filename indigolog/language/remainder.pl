@@ -8,15 +8,15 @@
             free/1,                   % +Program
             all_free/1                % +Programs
           ]).
-:- use_module(library(lists), [member/2]).
-:- use_module(semantics).
-
 /** <module> What remains of a program after a step
 
 Without empty parts, and with the lock of atomic/1: while a part of a program holds it, the
 programs beside that part must wait.  The mark '$locked'(E) says that something in E holds
 it, so that looking for it costs nothing; it is made and read only here.
 */
+
+:- use_module(library(lists), [member/2]).
+:- use_module(semantics).
 
 term_expansion(Clause, Defining) :-
     construct_clause(Clause, Defining).

@@ -16,9 +16,6 @@
             same_situation/2,         % +Situation, +Situation1
             last_action/2             % +Situation, -Action
           ]).
-:- use_module(library(lists), [memberchk/2]).
-:- use_module(unfolding, [unfolded/2]).
-
 /** <module> What theories and situations look like
 
 Only here.  A theory is th(Module, Instances, tries(Initial, Plain), Certainty): the module
@@ -29,6 +26,9 @@ a certain theory has), and `possible` if some fluent may have several possible v
 
 Each accessor is also unfolded where it is called, so that it costs nothing.
 */
+
+:- use_module(library(lists), [memberchk/2]).
+:- use_module(unfolding, [unfolded/2]).
 
 make_theory(Module, Home, Tries, Certainty, th(Module, Home, Tries, Certainty)).
 theory_module(th(Module, _, _, _), Module).

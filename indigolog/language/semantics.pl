@@ -8,11 +8,6 @@
             step/4,                   % +Program, +Situation, -Program1, -Situation1
             construct_clause/2        % +Clause, -Defining
           ]).
-:- use_module(library(lists), [member/2]).
-:- use_module(action, [act/3]).
-:- use_module(context, [enter/3, top_context/1]).
-:- use_module(situation, [situation_history/2, situation_module/2]).
-
 /** <module> Trans and Final: the two relations that say what programs do
 
 trans(E, S, C, E1, S1): program E in situation S may make a single step to program E1 in
@@ -28,6 +23,11 @@ multifile here, under the rule that they state:
 
 In the rules E' and S' are trans's E1 and S1.  The context C is context.pl's.
 */
+
+:- use_module(library(lists), [member/2]).
+:- use_module(action, [act/3]).
+:- use_module(context, [enter/3, top_context/1]).
+:- use_module(situation, [situation_history/2, situation_module/2]).
 
 :- multifile
     trans_of/5,

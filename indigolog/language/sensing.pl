@@ -5,14 +5,14 @@
             sensing_results/3,        % +Action, +Situation, -Results
             answers/3                 % +Action, +Situation, -Results
           ]).
+/** <module> What sensing actions tell, and may tell */
+
 :- use_module(library(lists), [list_to_set/2, member/2]).
 :- use_module(library(apply), [exclude/3]).
 :- use_module(formula, [holds_in/2]).
 :- use_module(knowledge, [possible_instance/3]).
 :- use_module(situation).
 :- use_module(theory).
-
-/** <module> What sensing actions tell, and may tell */
 
 %!  sensing_action(+Action) is semidet.
 %!  sensing_action(+Theory, +Action) is semidet.

@@ -14,17 +14,6 @@
             assumed/4,                % +Fluent, +Value, +World, -World1
             actual_situation/2        % +World, -Situation
           ]).
-:- use_module(representation).
-:- reexport(representation,
-            [ situation_theory/2, situation_module/2, situation_values/2, situation_history/2,
-              situation_length/2, situation_open/2, values_certain/1, same_situation/2, last_action/2 ]).
-:- use_module(library(apply), [exclude/3]).
-:- use_module(library(lists), [memberchk/2]).
-:- use_module(formula, [holds_in/2]).
-:- use_module(initial).
-:- use_module(theory).
-:- use_module(values).
-
 /** <module> Situations, and the values of fluents in them
 
 A situation is a value (representation.pl): of a theory, values, a history, its length, and
@@ -43,6 +32,17 @@ For a fluent that may have any of several values a situation keeps `'$any'(Value
 world is a situation in which some of these fluents were given one; it remembers the
 situation that it is a world of.
 */
+
+:- use_module(representation).
+:- reexport(representation,
+            [ situation_theory/2, situation_module/2, situation_values/2, situation_history/2,
+              situation_length/2, situation_open/2, values_certain/1, same_situation/2, last_action/2 ]).
+:- use_module(library(apply), [exclude/3]).
+:- use_module(library(lists), [memberchk/2]).
+:- use_module(formula, [holds_in/2]).
+:- use_module(initial).
+:- use_module(theory).
+:- use_module(values).
 
 %!  initial_situation(-Situation) is det.
 %!  initial_situation(+Theory, -Situation) is det.

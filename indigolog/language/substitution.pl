@@ -1,14 +1,14 @@
 :- module(indigolog_substitution,
           [ substitute/4              % +Variable, +Value, +Term, -NewTerm
           ]).
-:- use_module(library(lists), [member/2]).
-
 /** <module> Substitution in programs and formulas
 
 Published theories write the variables of `pi` and `some` as lower-case atoms;
 programs written for this interpreter may use Prolog variables.  Both are
 replaced the same way.
 */
+
+:- use_module(library(lists), [member/2]).
 
 %!  substitute(+Variable, +Value, +Term, -NewTerm) is det.
 %

@@ -20,16 +20,16 @@
             domain_list/3,            % +Theory, +Domain, -Values
             theory_predicate/1        % ?Indicator
           ]).
-:- use_module(library(lists), [append/3, member/2]).
-:- use_module(representation).
-:- reexport(representation,
-            [ theory_module/2, instances_module/2, initial_values/2, plain_actions/2, theory_certain/1 ]).
-
 /** <module> Action theories
 
 A theory is one or more plain Prolog files, loaded into a module of its own (loading.pl),
 that declare fluents, actions, axioms and procedures.
 */
+
+:- use_module(library(lists), [append/3, member/2]).
+:- use_module(representation).
+:- reexport(representation,
+            [ theory_module/2, instances_module/2, initial_values/2, plain_actions/2, theory_certain/1 ]).
 
 :- meta_predicate
     in_theory(+, 0),

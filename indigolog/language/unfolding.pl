@@ -1,10 +1,9 @@
 :- module(indigolog_unfolding,
           [ unfolded/2                % :Goal, -Unifications
           ]).
+/** <module> Calls of accessors, unfolded: what takes a record apart costs no call */
 
 :- meta_predicate unfolded(0, -).
-
-/** <module> Calls of accessors, unfolded: what takes a record apart costs no call */
 
 %!  unfolded(:Goal, -Unifications) is semidet.
 %

@@ -6,15 +6,15 @@
             stored_pairs/2,           % +Values, -Pairs
             values_of_pairs/2         % +Pairs, -Values
           ]).
-:- use_module(library(assoc), [assoc_to_list/2, empty_assoc/1, gen_assoc/3, get_assoc/3, list_to_assoc/2, put_assoc/4]).
-:- use_module(library(lists), [member/2, memberchk/2, selectchk/3]).
-
 /** <module> The values that a situation stores
 
 Values is a balanced tree (library(assoc)); once that has grown, recent(Count, Recent, Old):
 a short list of what was set last, newest first, over the large tree, so that setting a
 fluent that is set often costs what it costs in a small theory.
 */
+
+:- use_module(library(assoc), [assoc_to_list/2, empty_assoc/1, gen_assoc/3, get_assoc/3, list_to_assoc/2, put_assoc/4]).
+:- use_module(library(lists), [member/2, memberchk/2, selectchk/3]).
 
 % Most fluents in the list; chosen by hand.
 most_recent(8).

@@ -7,15 +7,15 @@
             poll_interval/1,          % -Seconds
             hook/2                    % +Module, +Hook
           ]).
-:- use_module(library(lists), [member/2]).
-:- use_module(runs, [in_run/1]).
-
 /** <module> A device in a thread of its own
 
 thread(Id, Requests, Replies) takes execute(Id, Action) and `stop` from its queue
 Requests and puts reply(Id, Result) into Replies; in between it asks the device
 for events and puts event(Action) into the queue of the run.
 */
+
+:- use_module(library(lists), [member/2]).
+:- use_module(runs, [in_run/1]).
 
 % Seconds a device has to end its thread; chosen by hand.
 closing_time(1.0).

@@ -6,16 +6,6 @@
             wait_for_event/3,         % +Devices, +MaxSeconds, :Interrupted
             tell_resumed/2            % +Devices, +Situation
           ]).
-:- use_module(library(lists), [member/2]).
-:- use_module(library(option), [option/3]).
-:- use_module(library(time), [call_with_time_limit/2]).
-:- use_module(device_thread).
-:- use_module('../language/sensing', [sensing_action/2]).
-:- use_module(terminal).
-:- use_module('../language/theory', [assignment/2, history_mark/1, theory_module/2]).
-
-:- meta_predicate wait_for_event(+, +, 0).
-
 /** <module> Devices: what executes actions and reports events
 
 A device is a module that defines
@@ -41,6 +31,16 @@ terminal.
 Devices here are devices(List, Run, Theory); a member of List is
 device(Module, Deadline, Where), Where being `here` or thread(Id, Requests, Replies).
 */
+
+:- use_module(library(lists), [member/2]).
+:- use_module(library(option), [option/3]).
+:- use_module(library(time), [call_with_time_limit/2]).
+:- use_module(device_thread).
+:- use_module('../language/sensing', [sensing_action/2]).
+:- use_module(terminal).
+:- use_module('../language/theory', [assignment/2, history_mark/1, theory_module/2]).
+
+:- meta_predicate wait_for_event(+, +, 0).
 
 % How long a device in a thread has for an action where no deadline is given; chosen by hand.
 default_deadline(60).

@@ -1,6 +1,8 @@
 :- module(indigolog_executive,
           [ run/2                     % +Program, :Options
           ]).
+/** <module> The online executive: a run, from its options to its outcome */
+
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3, meta_options/3]).
 :- use_module('../language/chance', [with_seed/2]).
@@ -13,8 +15,6 @@
 :- use_module(turn).
 
 :- meta_predicate run(+, :).
-
-/** <module> The online executive: a run, from its options to its outcome */
 
 %!  run(+Program, :Options) is det.
 

@@ -6,8 +6,6 @@
             journal_entries/4,        % +File, -Begun, -Entries, -Bytes
             journal_added/4           % +File, +Byte0, -Byte, -Entries
           ]).
-:- use_module(library(apply), [partition/4, include/3]).
-
 /** <module> The journal of a run
 
 One Prolog fact an event, flushed before the next step:
@@ -21,6 +19,8 @@ One Prolog fact an event, flushed before the next step:
 Turn counts the steps of the program, those without an action too, so that a
 resumed run meets each exogenous action where it was met.
 */
+
+:- use_module(library(apply), [partition/4, include/3]).
 
 :- dynamic in_use/2.                    % Journal, File
 

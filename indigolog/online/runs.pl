@@ -11,13 +11,13 @@
             report_exogenous/1,       % +Action
             report_exogenous/2        % +Name, +Action
           ]).
-:- use_module(library(lists), [member/2]).
-
 /** <module> The runs that are going on in this process, and messages to them
 
 A Run is the message queue in which its events arrive.  The run of a thread is the one that
 it began last and that has not ended, or that it is a device of.
 */
+
+:- use_module(library(lists), [member/2]).
 
 :- dynamic
     running/3,                        % Run, Name, Around: the run around it in its thread, or `none`

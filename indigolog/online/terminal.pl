@@ -5,19 +5,18 @@
             input_ended/0,
             forget_input_ended/0
           ]).
-
-:- use_module(library(lists), [memberchk/2]).
-:- use_module(library(readutil), [read_line_to_string/2]).
-:- use_module('../language/sensing', [answers/3, sensing_action/1]).
-
-:- meta_predicate ask_in(+, 0).
-
 /** <module> The terminal as the world
 
 What a person at the terminal answers stands for sensing results and exogenous
 actions.  Prompts go to the error stream, so that standard output keeps only
 the executed actions.
 */
+
+:- use_module(library(lists), [memberchk/2]).
+:- use_module(library(readutil), [read_line_to_string/2]).
+:- use_module('../language/sensing', [answers/3, sensing_action/1]).
+
+:- meta_predicate ask_in(+, 0).
 
 :- multifile indigolog_loading:theories_may_call/1.
 

@@ -5,6 +5,19 @@
             turn_situation/2,         % +Turn, -Situation
             make_setting/2            % +Fields, -Setting
           ]).
+/** <module> The turns of an online run
+
+Each turn takes in the exogenous actions that have arrived, in their order, and
+then makes one step of the program: a step is first looked for, and only a
+program that has none may end.  An action of the step is carried to the device
+that can execute it before the next turn.
+
+A turn is a record of the program and the situation, the number of steps, the count of actions
+so far and of steps since the last, the entries of a journal that is followed, and how many of
+those to skip, for they need not be written again.  The setting stays the same in a run; its mode
+is `live`, or `replay` where only a journal is followed.
+*/
+
 :- use_module(library(lists), [memberchk/2]).
 :- use_module(library(record)).
 :- use_module('../language/context', [top_context/1]).
@@ -20,19 +33,6 @@
 :- use_module(journal).
 :- use_module(runs, [requested/2]).
 :- use_module(terminal, [ask_in/2]).
-
-/** <module> The turns of an online run
-
-Each turn takes in the exogenous actions that have arrived, in their order, and
-then makes one step of the program: a step is first looked for, and only a
-program that has none may end.  An action of the step is carried to the device
-that can execute it before the next turn.
-
-A turn is a record of the program and the situation, the number of steps, the count of actions
-so far and of steps since the last, the entries of a journal that is followed, and how many of
-those to skip, for they need not be written again.  The setting stays the same in a run; its mode
-is `live`, or `replay` where only a journal is followed.
-*/
 
 :- record turn(program, situation, number=0, count=0, silent=0, entries=[], skip=0).
 :- record setting(run, devices, journal, on_action, on_fact, max, max_wait, mode, follow).

@@ -1,4 +1,5 @@
 :- module(indigolog_pack, []).
+/** <module> library(indigolog) of the pack: the interpreter */
+
 :- reexport('../indigolog').
 
-/** <module> library(indigolog) of the pack: the interpreter */

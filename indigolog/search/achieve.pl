@@ -1,6 +1,12 @@
 :- module(indigolog_achieve,
           [ plan_for/5                % +Goal, +Situation, +Max, +Options, -Plan
           ]).
+/** <module> Conditional plans for a goal
+
+The planner of Levesque that the published interpreter has for achieve/3: depth first
+with a growing bound, in forward direction.
+*/
+
 :- use_module(library(error), [must_be/2]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(option), [option/3]).
@@ -11,12 +17,6 @@
 :- use_module('../language/sensing', [sensing_action/1]).
 :- use_module('../language/situation').
 :- use_module('../language/theory').
-
-/** <module> Conditional plans for a goal
-
-The planner of Levesque that the published interpreter has for achieve/3: depth first
-with a growing bound, in forward direction.
-*/
 
 % Most exogenous actions that a simulator may suppose before one action; chosen by hand.
 most_supposed(1000).

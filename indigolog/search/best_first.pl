@@ -2,16 +2,6 @@
           [ best_first_path/5,        % +Program, +Situation, +Context, +Options, -Steps
             beam_path/5               % +Program, +Situation, +Context, +Options, -Steps
           ]).
-:- use_module(library(heaps), [empty_heap/1, add_to_heap/4, get_from_heap/4]).
-:- use_module(library(lists), [append/2, append/3, reverse/2]).
-:- use_module(library(apply), [foldl/4]).
-:- use_module(library(option), [option/3]).
-:- use_module('../language/configuration').
-:- use_module(memory).
-:- use_module(search_options).
-:- use_module('../language/progression', [progress/3, stop_interrupts/3, stopped_depth/2]).
-:- use_module('../language/situation', [last_action/2]).
-
 /** <module> Search with a frontier: breadth first, best first, A*, beam
 
 A node is node(E, S, Free, G, H, Path): the program with its free variables, the
@@ -24,6 +14,16 @@ cannot be cheaper (Hansen and Zhou 2007); it ends when nothing is left or the
 budget is used up.  Cost + estimate must then never be too high where `astar`
 or `beam` is to find the cheapest plan.
 */
+
+:- use_module(library(heaps), [empty_heap/1, add_to_heap/4, get_from_heap/4]).
+:- use_module(library(lists), [append/2, append/3, reverse/2]).
+:- use_module(library(apply), [foldl/4]).
+:- use_module(library(option), [option/3]).
+:- use_module('../language/configuration').
+:- use_module(memory).
+:- use_module(search_options).
+:- use_module('../language/progression', [progress/3, stop_interrupts/3, stopped_depth/2]).
+:- use_module('../language/situation', [last_action/2]).
 
 %!  best_first_path(+Program, +Situation, +Context, +Options, -Steps) is semidet.
 %

@@ -2,14 +2,6 @@
           [ conditional_plan/4,       % +Program, +Situation, +Context, -Plan
             after_action/4            % +Action, +Situation, :Rest, -Plan
           ]).
-:- use_module(library(lists), [member/2]).
-:- use_module('../language/knowledge', [known/2]).
-:- use_module('../language/progression', [progress/3]).
-:- use_module('../language/semantics').
-:- use_module('../language/sensing', [sensing_action/1, sensing_results/3]).
-:- use_module('../language/situation').
-:- use_module('../language/theory').
-
 /** <module> Plans that branch on what will be sensed
 
 A conditional plan is a program of actions, case(Action, Branches) after a
@@ -17,6 +9,14 @@ sensing action, with if(Result, Plan) for each result, and if(P, Plan, Plan)
 where branch(P) asked for it.  Whatever is sensed, it leads to the end
 (Lakemeyer 1999; Sardina 2001).
 */
+
+:- use_module(library(lists), [member/2]).
+:- use_module('../language/knowledge', [known/2]).
+:- use_module('../language/progression', [progress/3]).
+:- use_module('../language/semantics').
+:- use_module('../language/sensing', [sensing_action/1, sensing_results/3]).
+:- use_module('../language/situation').
+:- use_module('../language/theory').
 
 term_expansion(Clause, Defining) :-
     construct_clause(Clause, Defining).

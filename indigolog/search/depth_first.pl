@@ -3,14 +3,14 @@
             bounded_path/5,           % +Program, +Situation, +Context, +Options, -Steps
             deepening_path/5          % +Program, +Situation, +Context, +Options, -Steps
           ]).
+/** <module> Search in depth first order */
+
 :- use_module(library(apply), [maplist/3]).
 :- use_module('../language/configuration').
 :- use_module(memory).
 :- use_module(search_options).
 :- use_module('../language/semantics', [final/3, trans/5]).
 :- use_module('../language/situation').
-
-/** <module> Search in depth first order */
 
 % Most actions of a plan in search as published, which has no budget.
 most_actions(100_000).

@@ -6,18 +6,18 @@
             seen/4,                   % +Memory, +Program, +Situation, +Cost
             superseded/4              % +Memory, +Program, +Situation, +Cost
           ]).
-:- use_module(library(lists), [member/2]).
-:- use_module(library(occurs), [sub_term/2]).
-:- use_module(library(option), [option/3]).
-:- use_module('../language/situation', [situation_key/2, situation_theory/2]).
-:- use_module('../language/theory', [theory_module/2]).
-
 /** <module> The configurations that a search has met
 
 By program and fluent values.  A memory is memory(Slots, Count, Table, MostBytes, BytesBefore,
 NextLook), a hash table with open addressing that backtracking leaves alone: of each
 configuration the SHA-1 of its program and values, an atom, and an atomic value; 150 bytes or so.
 */
+
+:- use_module(library(lists), [member/2]).
+:- use_module(library(occurs), [sub_term/2]).
+:- use_module(library(option), [option/3]).
+:- use_module('../language/situation', [situation_key/2, situation_theory/2]).
+:- use_module('../language/theory', [theory_module/2]).
 
 % Megabytes of a search, where no option says otherwise: half of the stack that Prolog has by default.
 most_megabytes(500).

@@ -1,4 +1,14 @@
 :- module(indigolog_monitor, []).
+/** <module> Conditional plans, watched while they are executed
+
+A plan that is being executed is '$conditional'(Monitor, Plan), with the Monitor
+monitored(Source, From, Own, Expected): what the plan is for, searchc(Program) or
+achieve(Goal, Max, Options); the situation it was made in; the lengths that the history
+had after each action of its own; the situation that it expects.  A sensing result for
+which it has a branch is expected.  After anything else it is made again, for what is
+left to do.
+*/
+
 :- use_module(library(error), [must_be/2]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2]).
 :- use_module(achieve, [plan_for/5]).
@@ -10,16 +20,6 @@
 :- use_module('../language/progression', [progress/3]).
 :- use_module('../language/semantics').
 :- use_module('../language/situation').
-
-/** <module> Conditional plans, watched while they are executed
-
-A plan that is being executed is '$conditional'(Monitor, Plan), with the Monitor
-monitored(Source, From, Own, Expected): what the plan is for, searchc(Program) or
-achieve(Goal, Max, Options); the situation it was made in; the lengths that the history
-had after each action of its own; the situation that it expects.  A sensing result for
-which it has a branch is expected.  After anything else it is made again, for what is
-left to do.
-*/
 
 term_expansion(Clause, Defining) :-
     construct_clause(Clause, Defining).

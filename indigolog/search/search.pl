@@ -1,15 +1,6 @@
 :- module(indigolog_search,
           [ plan_expects/2            % +Situation, +Situation
           ]).
-:- use_module(library(apply), [maplist/3]).
-:- use_module(best_first, [best_first_path/5, beam_path/5]).
-:- use_module('../language/configuration', [along/5]).
-:- use_module(depth_first, [depth_first_path/4, bounded_path/5, deepening_path/5]).
-:- use_module('../language/notice', [progress_message/1]).
-:- use_module(search_options, [out_of_budget/1, search_strategy/2]).
-:- use_module('../language/semantics').
-:- use_module('../language/situation', [last_action/2, situation_history/2]).
-
 /** <module> Search: look ahead to a complete execution before doing anything
 
 A plan is '$plan'(E, How, S, Steps): the program E that remains, the situation S
@@ -19,6 +10,15 @@ follows its last action without another, such as tests, is its last step.  After
 anything else it is tried again from where the world is now, and where it no
 longer leads to the end, search begins again there.
 */
+
+:- use_module(library(apply), [maplist/3]).
+:- use_module(best_first, [best_first_path/5, beam_path/5]).
+:- use_module('../language/configuration', [along/5]).
+:- use_module(depth_first, [depth_first_path/4, bounded_path/5, deepening_path/5]).
+:- use_module('../language/notice', [progress_message/1]).
+:- use_module(search_options, [out_of_budget/1, search_strategy/2]).
+:- use_module('../language/semantics').
+:- use_module('../language/situation', [last_action/2, situation_history/2]).
 
 term_expansion(Clause, Defining) :-
     construct_clause(Clause, Defining).

@@ -7,11 +7,6 @@
             spend/1,                  % +Budget
             out_of_budget/1           % +Error
           ]).
-:- use_module(library(error), [must_be/2]).
-:- use_module(library(lists), [member/2, memberchk/2]).
-:- use_module(library(option), [option/2, option/3]).
-:- use_module('../language/formula', [holds_in/2, evaluate/3]).
-
 /** <module> What the strategies of search share: options, costs, budgets
 
 Options of search/2:
@@ -33,6 +28,11 @@ Options of search/2:
 Term is a Golog term over fluents, or Variable^Formula: the value that Formula
 gives to Variable.
 */
+
+:- use_module(library(error), [must_be/2]).
+:- use_module(library(lists), [member/2, memberchk/2]).
+:- use_module(library(option), [option/2, option/3]).
+:- use_module('../language/formula', [holds_in/2, evaluate/3]).
 
 %!  search_strategy(+How, -Strategy) is det.
 %

@@ -5,6 +5,11 @@
             theory_problems/1,        % -Problems
             program_problems/2        % +Program, -Problems
           ]).
+/** <module> What is wrong with a theory or a program, before it runs
+
+A problem is problem(Kind, File, Line, What); Kind is `error` or `warning`.
+*/
+
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(solution_sequences), [limit/2]).
 :- use_module('../language/binding', [bound_names/2]).
@@ -13,11 +18,6 @@
 :- use_module(program_checks).
 :- use_module('../language/semantics', [construct/2]).
 :- use_module('../language/theory').
-
-/** <module> What is wrong with a theory or a program, before it runs
-
-A problem is problem(Kind, File, Line, What); Kind is `error` or `warning`.
-*/
 
 %!  check_theory is det.
 %

@@ -1,11 +1,11 @@
 :- module(indigolog_console,
           [ step_through/2            % +Program, +Options
           ]).
+/** <module> The stepper at the terminal: a command a line */
+
 :- use_module(library(readutil), [read_line_to_string/2]).
 :- use_module(explanation_text, [explanations//1, shown_program/2]).
 :- use_module(stepper).
-
-/** <module> The stepper at the terminal: a command a line */
 
 %!  step_through(+Program, +Options) is det.
 %

@@ -1,12 +1,12 @@
 :- module(indigolog_effort,
           [ found_within/5            % +Inferences, ?Template, :Goal, -Found, -Whole
           ]).
+/** <module> Looking for something with a limit on what it may cost */
+
 :- use_module(library(lists), [reverse/2]).
 :- use_module('../language/theory', [current_theory/1, in_theory/2]).
 
 :- meta_predicate found_within(+, ?, 0, -, -).
-
-/** <module> Looking for something with a limit on what it may cost */
 
 %!  found_within(+Inferences, ?Template, :Goal, -Found, -Whole) is det.
 %

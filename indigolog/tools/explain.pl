@@ -1,22 +1,6 @@
 :- module(indigolog_explain,
           [ why/3                     % +Question, +Situation, -Whys
           ]).
-:- use_module(library(apply), [maplist/3]).
-:- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2]).
-:- use_module(library(solution_sequences), [limit/2]).
-:- use_module('../language/action', [pick/5]).
-:- use_module('../language/configuration', [after_action/5, ends/3]).
-:- use_module('../language/congolog', [by_priority/2]).
-:- use_module('../language/context', [top_context/1]).
-:- use_module('../language/extensions', [for_sequence/5]).
-:- use_module('../language/formula', [evaluate/3, holds_in/2]).
-:- use_module('../language/semantics').
-:- use_module('../language/situation').
-:- use_module('../language/theory').
-:- use_module('../search/memory', [new_memory/4, seen/4]).
-:- use_module(effort, [found_within/5]).
-:- use_module(why_false).
-
 /** <module> Why something is not so
 
 A Why is one of
@@ -35,6 +19,22 @@ A Why is one of
 
 and is printed by explanations//1 of explanation_text.pl.
 */
+
+:- use_module(library(apply), [maplist/3]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2]).
+:- use_module(library(solution_sequences), [limit/2]).
+:- use_module('../language/action', [pick/5]).
+:- use_module('../language/configuration', [after_action/5, ends/3]).
+:- use_module('../language/congolog', [by_priority/2]).
+:- use_module('../language/context', [top_context/1]).
+:- use_module('../language/extensions', [for_sequence/5]).
+:- use_module('../language/formula', [evaluate/3, holds_in/2]).
+:- use_module('../language/semantics').
+:- use_module('../language/situation').
+:- use_module('../language/theory').
+:- use_module('../search/memory', [new_memory/4, seen/4]).
+:- use_module(effort, [found_within/5]).
+:- use_module(why_false).
 
 % Most dead ends that are told of, and configurations that are looked at for them; chosen by hand.
 most_dead_ends(20).

@@ -2,10 +2,10 @@
           [ explanations//1,          % +Whys
             shown_program/2           % +Program, -Shown
           ]).
+/** <module> How the explanations of explain.pl read */
+
 :- use_module(library(apply), [maplist/3]).
 :- use_module('../language/semantics', [shown_as/2]).
-
-/** <module> How the explanations of explain.pl read */
 
 :- multifile prolog:message//1.
 

@@ -7,17 +7,17 @@
             constant/3,               % +Term, +In, +Theory
             goal_exists/2             % +Goal, +Theory
           ]).
-:- use_module(library(lists), [append/2, list_to_set/2, member/2, memberchk/2]).
-:- use_module(library(occurs), [sub_term/2]).
-:- use_module('../language/binding').
-:- use_module('../language/formula', [meaning/3]).
-:- use_module('../language/theory').
-
 /** <module> What is wrong inside formulas
 
 In, where a part stands, is in(Label, Names): Names are the variables that constructs around
 it may bind.
 */
+
+:- use_module(library(lists), [append/2, list_to_set/2, member/2, memberchk/2]).
+:- use_module(library(occurs), [sub_term/2]).
+:- use_module('../language/binding').
+:- use_module('../language/formula', [meaning/3]).
+:- use_module('../language/theory').
 
 %!  formula_problem(+Formula, +In, +Theory, -Kind, -What) is nondet.
 

@@ -1,15 +1,15 @@
 :- module(indigolog_loop_variables,
           [ kept_variable/3           % +Body, +Clause, -Part
           ]).
-:- use_module(library(lists), [member/2]).
-:- use_module(library(occurs), [occurrences_of_var/3, sub_term/2]).
-:- use_module('../language/binding', [binder/3, bound_variables/2]).
-
 /** <module> Variables that a loop binds once for all its rounds
 
 A Prolog variable that only the body of a loop has, and that no construct there binds, keeps
 in every round the value of the first.
 */
+
+:- use_module(library(lists), [member/2]).
+:- use_module(library(occurs), [occurrences_of_var/3, sub_term/2]).
+:- use_module('../language/binding', [binder/3, bound_variables/2]).
 
 %!  kept_variable(+Body, +Clause, -Part) is nondet.
 %

@@ -1,11 +1,11 @@
 :- module(indigolog_messages, []).
+/** <module> What the interpreter says */
+
 :- use_module(library(lists), [append/3, member/2]).
 :- use_module('../language/progression', [history_situation/2]).
 :- use_module(explain, [why/3]).
 :- use_module(explanation_text, [explanations//1, shown_program/2]).
 :- use_module(problem_texts, [hint//1, problem//1]).
-
-/** <module> What the interpreter says */
 
 :- multifile prolog:message//1, prolog:error_message//1.
 

@@ -1,4 +1,10 @@
 :- module(indigolog_point, []).
+/** <module> Where in a program an error was met
+
+Found when an error has happened, by looking which part of the program meets the same
+error again, so that nothing need be remembered while all is well.
+*/
+
 :- use_module(library(lists), [member/2]).
 :- use_module('../language/action', [pick/5]).
 :- use_module('../language/context', [top_context/1]).
@@ -6,12 +12,6 @@
 :- use_module('../language/binding', [bound_variables/2]).
 :- use_module('../language/semantics', [final/3, program_part/2, trans/5]).
 :- use_module('../language/situation', [situation_module/2]).
-
-/** <module> Where in a program an error was met
-
-Found when an error has happened, by looking which part of the program meets the same
-error again, so that nothing need be remembered while all is well.
-*/
 
 % What looking for the place may cost.
 most_inferences(1_000_000).

@@ -2,11 +2,11 @@
           [ problem//1,               % +What
             hint//1                   % +Term
           ]).
+/** <module> What is said of a mistake in a theory or a program */
+
 :- use_module(library(apply), [maplist/2]).
 :- use_module(program_checks, [near_miss/3]).
 :- use_module('../language/theory', [current_theory/1]).
-
-/** <module> What is said of a mistake in a theory or a program */
 
 %!  problem(+What)// is det.
 %

@@ -4,17 +4,17 @@
             unguarded_call/3,         % +Body, +Theory, -Call
             near_miss/3               % +Theory, +Term, -Indicator
           ]).
-:- use_module(library(apply), [maplist/2]).
-:- use_module(library(lists), [member/2, memberchk/2]).
-:- use_module(formula_checks).
-:- use_module('../language/semantics', [construct/2, program_part/2]).
-:- use_module('../language/theory').
-
 /** <module> What is wrong inside programs
 
 Parts that are unbound until they run are not looked into.  In, where a part stands,
 is in(Label, Names): Names are the variables that constructs around it may bind.
 */
+
+:- use_module(library(apply), [maplist/2]).
+:- use_module(library(lists), [member/2, memberchk/2]).
+:- use_module(formula_checks).
+:- use_module('../language/semantics', [construct/2, program_part/2]).
+:- use_module('../language/theory').
 
 %!  body_problem(+Body, +In, +Theory, -Kind, -What) is nondet.
 %

@@ -3,6 +3,15 @@
             stop_stepper/1,           % +Stepper
             command/4                 % +Command, +Stepper, -Stepper1, -Answer
           ]).
+/** <module> A program step by step, by hand
+
+A stepper is stepper(Configurations, Devices), the configurations being
+conf(E, S, Entries), the newest first: the program that remains, the situation,
+and what a journal tells of the time after it, if one is replayed.
+
+The commands are those that the console (console.pl) lists, as terms.
+*/
+
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(lists), [member/2, nth1/3, reverse/2]).
 :- use_module(library(option), [option/3]).
@@ -18,15 +27,6 @@
 :- use_module('../language/situation').
 :- use_module('../online/terminal', [ask_in/2]).
 :- use_module('../language/theory').
-
-/** <module> A program step by step, by hand
-
-A stepper is stepper(Configurations, Devices), the configurations being
-conf(E, S, Entries), the newest first: the program that remains, the situation,
-and what a journal tells of the time after it, if one is replayed.
-
-The commands are those that the console (console.pl) lists, as terms.
-*/
 
 %!  start_stepper(+Program, +Options, -Stepper) is det.
 %

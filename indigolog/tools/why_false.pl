@@ -4,6 +4,8 @@
             is_true/2,                % +Formula, +Situation
             most/1                    % -Count
           ]).
+/** <module> Why a formula is false */
+
 :- use_module(library(lists), [member/2]).
 :- use_module(library(occurs), [sub_term/2]).
 :- use_module(library(solution_sequences), [limit/2]).
@@ -11,8 +13,6 @@
 :- use_module('../language/formula', [holds_in/2]).
 :- use_module('../language/situation').
 :- use_module('../language/theory').
-
-/** <module> Why a formula is false */
 
 %!  most(-Count) is det.
 %

@@ -1,9 +1,9 @@
 :- module(domain_fixtures,
           [ ring/1                      % -Device
           ]).
-:- reexport('../../domain/testing/simulated_world', [testbed/1]).
-
 /** <module> Devices that the domain's tests speak of */
+
+:- reexport('../../domain/testing/simulated_world', [testbed/1]).
 
 %!  ring(-Device) is det.
 %

@@ -1,16 +1,4 @@
 :- module(agreement, []).
-:- use_module(library(lists), [max_list/2, member/2, memberchk/2, min_list/2, nth1/3, reverse/2, sum_list/2]).
-:- use_module(library(apply), [maplist/3]).
-:- use_module(library(process), [process_wait/2]).
-:- use_module(library(random), [random_member/2, random_permutation/2]).
-:- use_module(library(unix), [fork/1, pipe/2]).
-:- use_module('../../indigolog/indigolog').
-:- use_module('../../indigolog/language/progression', [history_situation/2]).
-:- use_module('../../indigolog/language/situation', [fluent_status/3]).
-:- use_module(naive).
-:- use_module(naive_values, [naive_theory/1, naive_values/3]).
-:- use_module(random_agents).
-
 /** <module> Random agents behave alike in the interpreter and by the axioms
 
     swipl tests/indigolog/agreement.pl PROGRAMS [SEED]
@@ -22,6 +10,18 @@ of those that the axioms allow.  One process asks each question and compares, th
 random order; a second one, in which nothing was asked before, asks them in another order.  The exit
 status is 1 if an answer differs, and says where.
 */
+
+:- use_module(library(lists), [max_list/2, member/2, memberchk/2, min_list/2, nth1/3, reverse/2, sum_list/2]).
+:- use_module(library(apply), [maplist/3]).
+:- use_module(library(process), [process_wait/2]).
+:- use_module(library(random), [random_member/2, random_permutation/2]).
+:- use_module(library(unix), [fork/1, pipe/2]).
+:- use_module('../../indigolog/indigolog').
+:- use_module('../../indigolog/language/progression', [history_situation/2]).
+:- use_module('../../indigolog/language/situation', [fluent_status/3]).
+:- use_module(naive).
+:- use_module(naive_values, [naive_theory/1, naive_values/3]).
+:- use_module(random_agents).
 
 :- initialization(main, main).
 

@@ -1,9 +1,4 @@
 :- module(mutations, []).
-:- use_module(library(filesex), [copy_file/2, delete_directory_and_contents/1, directory_file_path/3, make_directory_path/1]).
-:- use_module(library(lists), [member/2, nth1/3]).
-:- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
-:- use_module(library(readutil), [read_file_to_string/3]).
-
 /** <module> Do the tests notice a wrong interpreter?
 
     swipl tests/indigolog/mutations.pl [NUMBER...]
@@ -12,6 +7,11 @@ plants one mistake at a time (or those of the given numbers) in a copy of the in
 there until one fails, and prints which tests caught it.  The exit status is 1 if a mistake was not
 caught.
 */
+
+:- use_module(library(filesex), [copy_file/2, delete_directory_and_contents/1, directory_file_path/3, make_directory_path/1]).
+:- use_module(library(lists), [member/2, nth1/3]).
+:- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
+:- use_module(library(readutil), [read_file_to_string/3]).
 
 :- initialization(main, main).
 

@@ -3,17 +3,17 @@
             naive_final/2,            % +Program, +History
             naive_runs/4              % +Program, +World, +Bound, -Runs
           ]).
-:- use_module(library(apply), [maplist/3, exclude/3]).
-:- use_module(library(lists), [append/3, member/2, memberchk/2, nth0/3, nth1/3, reverse/2, select/3]).
-:- use_module(library(occurs), [sub_term/2]).
-:- use_module(naive_values).
-
 /** <module> The language straight from its axioms
 
 Programs by sets of steps, formulas and values as in naive_values.pl; nothing is
 remembered.  Slow and plain: the oracle of the differential tests.  Shares nothing
 with the interpreter.
 */
+
+:- use_module(library(apply), [maplist/3, exclude/3]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2, nth0/3, nth1/3, reverse/2, select/3]).
+:- use_module(library(occurs), [sub_term/2]).
+:- use_module(naive_values).
 
 %!  naive_traces(+Program, +Bound, -Traces) is det.
 %

@@ -8,13 +8,13 @@
             picked/3,                 % +Variables, +Term, -Instance
             unrolled/4                % +Variable, +Domain, +Term, -Instances
           ]).
-:- use_module(library(apply), [maplist/3, exclude/3]).
-:- use_module(library(lists), [member/2, memberchk/2]).
-
 /** <module> Formulas and values straight from the axioms
 
 Values by regression over the history, what is known by going through all worlds.
 */
+
+:- use_module(library(apply), [maplist/3, exclude/3]).
+:- use_module(library(lists), [member/2, memberchk/2]).
 
 :- dynamic
     nt:fun_fluent/1, nt:rel_fluent/1, nt:prim_action/1, nt:exog_action/1, nt:poss/2, nt:causes_val/4,

@@ -6,15 +6,15 @@
             random_world/1,           % -World
             write_theory/2            % +File, +Clauses
           ]).
-:- use_module(library(lists), [append/2, append/3, member/2]).
-:- use_module(library(random), [random_between/3, random_member/2, random_permutation/2]).
-
 /** <module> Random theories and programs
 
 Fluents: n, m(a), m(b) with small numbers; p(a), p(b), q true or false; in theories of
 kind `knowing` u and w, which may have several possible values.  Actions: act(1..3),
 tick(X), look (senses), peek (settles or rejects), and the exogenous ev.
 */
+
+:- use_module(library(lists), [append/2, append/3, member/2]).
+:- use_module(library(random), [random_between/3, random_member/2, random_permutation/2]).
 
 %!  random_theory(+Kind, -Clauses) is det.
 %

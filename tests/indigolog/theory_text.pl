@@ -2,9 +2,9 @@
           [ load_text/1,              % +Text
             load_text/2               % +Text, -Theory
           ]).
-:- use_module('../../indigolog/indigolog', [load_theory/1, load_theory/2]).
-
 /** <module> Theories that tests give as text */
+
+:- use_module('../../indigolog/indigolog', [load_theory/1, load_theory/2]).
 
 :- meta_predicate in_file(+, 1).
 
