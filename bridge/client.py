@@ -3,7 +3,7 @@
 import itertools
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Any, Self
 
@@ -16,8 +16,6 @@ from bridge.endpoints import CurveClient
 from bridge.envelope import MAX_FRAME_BYTES, decode_reply, encode_request
 from bridge.errors import BadInput, BridgeRefused, BridgeTimeout, ServerError
 
-SLICE_S = 0.1
-"""Longest wait between two looks at whether the server is alive."""
 RECONNECT_MS = 10
 """Between two tries to connect: a server that is starting is there at any moment."""
 PROBE_S = 0.6
@@ -40,8 +38,6 @@ class Client:
         server that has done it already answers from memory.
     curve
         Keys, for a server that wants them.
-    alive
-        Called while waiting, at least every 0.1 s; raises when there is no use in waiting any longer.
     """
 
     def __init__(
@@ -50,13 +46,11 @@ class Client:
         timeout_s: float = 10.0,
         retries: int = 2,
         curve: CurveClient | None = None,
-        alive: Callable[[], None] | None = None,
     ) -> None:
         self.endpoint = endpoint
         self.timeout_s = timeout_s
         self._retries = retries
         self._curve = curve
-        self._alive = alive
         self._name = os.urandom(8).hex()
         self._numbers = itertools.count(1)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
@@ -131,12 +125,10 @@ class Client:
         return None
 
     def _ready(self, sock: "zmq.Socket[bytes]", event: int, deadline: float) -> bool:
-        """Wait until the socket can be read or written, looking after the server; False at the deadline."""
+        """Wait until the socket can be read or written; False at the deadline."""
         while (left := deadline - time.monotonic()) > 0:
-            if sock.poll(max(1, int(min(left, SLICE_S) * 1000)), event):
+            if sock.poll(max(1, int(left * 1000)), event):
                 return True
-            if self._alive is not None:
-                self._alive()
         return False
 
     def _refused(self) -> bool:

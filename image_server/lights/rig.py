@@ -51,13 +51,12 @@ class LightRig:
     ----------
     file : the lights file.
     driver : its driver, opened.
-    notify : told once of each light that dies, from any thread.
     """
 
-    def __init__(self, file: LightsFile, driver: LightDriver, notify: Notify | None = None) -> None:
+    def __init__(self, file: LightsFile, driver: LightDriver) -> None:
         self.file = file
         self._driver = driver
-        self._notify = notify or (lambda _name, _why: None)
+        self._notify: Notify = lambda _name, _why: None
         self._lock = threading.Lock()
         self._dead: dict[str, str] = {}
         self._levels = (0,) * len(file.lights)
@@ -98,7 +97,7 @@ class LightRig:
             return dict(self._dead)
 
     def listen(self, notify: Notify) -> None:
-        """Tell of every light that dies, those that are dead already included."""
+        """Tell once of every light that dies, from any thread, those that are dead already included."""
         with self._lock:
             self._notify = notify
             dead = dict(self._dead)

@@ -1,4 +1,4 @@
-"""What every device is to the server: a thing that takes settings and gives frames."""
+"""What every device is to the server, and what a new one has to be: it takes settings and gives frames."""
 
 import time
 from abc import ABC, abstractmethod

@@ -1,4 +1,4 @@
-"""The simulated device: traces each geometry once, then mixes and exposes."""
+"""The simulated device: traces each geometry once, then mixes and exposes (the sensor: `stack.sensor`)."""
 
 from collections import OrderedDict
 from collections.abc import Callable, Sequence

@@ -1,4 +1,7 @@
-"""Covariance of a refined pose, from the residuals of its edge points and how these hang together."""
+"""Covariance of a refined pose, from the residuals of its edge points and how these hang together.
+
+Of a pose that has taken the last step the covariance is that of its lines as wholes: `settling`.
+"""
 
 from __future__ import annotations
 
