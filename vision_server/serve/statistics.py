@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import cv2
@@ -14,7 +15,7 @@ from geometry.pose import Pose
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.noise import SATURATED_GREY
 
-MARGIN_PX = 10  # around the model's outline
+MARGIN_PX = 10  # around the model's outline, or what is lit
 DARK_GREY = 8  # below this there is nothing to see
 SHARP_PX = 0.7  # what a frame without measurable blur counts as ...
 # ... when its light spreads over this share of full scale, so that there was something to see.
@@ -24,23 +25,32 @@ LEAST_SPREAD = 0.1
 MOST_SATURATED = 0.1
 
 
-def target_region(model: Model, camera: Camera, pose: Pose | None) -> NDArray[np.bool_]:
-    """Pixels within MARGIN_PX of the model's outline, (H, W).
-
-    All of them where it is not in front, or outside, or where no pose is known.
-    """
+def target_region(model: Model, camera: Camera, pose: Pose) -> NDArray[np.bool_]:
+    """Pixels within MARGIN_PX of the model's outline, (H, W); all where it is not in front, or outside."""
     everything = np.ones((camera.height, camera.width), dtype=bool)
-    if pose is None:
-        return everything
     points = camera.project(pose.apply(model.vertices))
     if not np.isfinite(points).all():
         return everything
     hull = cv2.convexHull(np.clip(points, -4.0 * camera.width, 5.0 * camera.width).astype(np.float32))
     mask = np.zeros((camera.height, camera.width), dtype=np.uint8)
     cv2.fillConvexPoly(mask, np.round(hull).astype(np.int32), 1)
-    side = 2 * MARGIN_PX + 1
-    region = cv2.dilate(mask, np.ones((side, side), np.uint8)) > 0
+    region = _around(mask)
     return region if region.any() else everything
+
+
+def lit_region(frames: Iterable[NDArray[np.uint8]]) -> NDArray[np.bool_]:
+    """Pixels within MARGIN_PX of what any of the frames (H, W) shows, (H, W); all where none shows a thing.
+
+    Where the target may be anywhere: before black space it takes so few of the frame's pixels that by all of
+    them it is dark, however overexposed. The median of nine pixels leaves stars and hot pixels out.
+    """
+    lit = np.maximum.reduce([cv2.medianBlur(frame, 3) for frame in frames]) >= DARK_GREY
+    return _around(lit.astype(np.uint8)) if lit.any() else np.ones(lit.shape, dtype=bool)
+
+
+def _around(mask: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    side = 2 * MARGIN_PX + 1
+    return np.asarray(cv2.dilate(mask, np.ones((side, side), np.uint8)) > 0)
 
 
 def frame_statistics(

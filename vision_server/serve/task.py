@@ -23,7 +23,7 @@ from vision_server.prediction.response import LitImage
 from vision_server.serve import parameters
 from vision_server.serve.inputs import checked_tolerance
 from vision_server.serve.recorder import Recorder
-from vision_server.serve.statistics import frame_statistics, target_region
+from vision_server.serve.statistics import frame_statistics, lit_region, target_region
 
 if TYPE_CHECKING:
     from vision_server.tracking.tracker import Tracker
@@ -117,8 +117,12 @@ class PoseTask:
         """Add a frame, as it came, to the set; its statistics."""
         self.images.add(image, self.raw.grey(pixels), self.exposure(applied), self.gamma)
         self.applied[image] = applied
-        region = target_region(self.model, self.camera, self.likely_pose())
-        return frame_statistics(self.images.images[image].statistics, region, self.gamma)
+        pose, shown = self.likely_pose(), self.images.images
+        if pose is None:
+            region = lit_region(one.statistics.image for one in shown.values())
+        else:
+            region = target_region(self.model, self.camera, pose)
+        return frame_statistics(shown[image].statistics, region, self.gamma)
 
     def likely_pose(self) -> Pose | None:
         """About where the target is: the best pose so far, or the seed pose; None without one to believe."""

@@ -6,7 +6,7 @@ from geometry.model import Model
 from geometry.pose import Pose
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from vision_server.channels.channel import channel_statistics
-from vision_server.serve.statistics import frame_statistics, target_region
+from vision_server.serve.statistics import MARGIN_PX, frame_statistics, lit_region, target_region
 
 
 def test_the_region_holds_the_model_and_little_else(model: Model) -> None:
@@ -34,6 +34,26 @@ def test_exposure_is_told_for_the_target_and_for_the_frame(model: Model) -> None
     assert good["saturated_fraction"] == 0.0
     assert good["frame"]["dark_fraction"] > good["dark_fraction"]
     assert dark["p50"] < good["p50"] < bright["p50"] <= 1.0
+
+
+def test_where_no_pose_is_known_what_any_frame_shows_is_the_region() -> None:
+    dark = np.zeros((120, 160), np.uint8)
+    left, right = dark.copy(), dark.copy()
+    left[50:60, 20:30], right[50:60, 30:40] = 200, 90
+    dark[10, 150] = 255  # a star
+    region = lit_region([dark, left, right])
+    assert region[50 - MARGIN_PX + 1 : 60 + MARGIN_PX - 1, 20 - MARGIN_PX + 1 : 40 + MARGIN_PX - 1].all()
+    assert region.sum() <= (10 + 2 * MARGIN_PX) * (20 + 2 * MARGIN_PX)
+    assert lit_region([dark]).all()
+
+
+def test_a_small_target_that_is_overexposed_does_not_count_as_dark() -> None:
+    pixels = np.zeros((480, 640), np.uint8)
+    pixels[200:240, 300:360] = 255
+    channel = channel_statistics(pixels)
+    told = frame_statistics(channel, lit_region([channel.image]))
+    assert told["frame"]["p95"] == 0.0
+    assert told["p50"] == told["p95"] == 1.0
 
 
 @pytest.mark.parametrize("gamma", [1.0, 2.2])
