@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 from geometry.rotation import matrix_of
 from numerics.cholesky import solve_positive
 from numerics.kernels import kernel
-from vision_server.matching.nearest_edges import CELL_PX, NO_SEGMENT, NearestEdges, bin_of, offset
+from vision_server.matching.nearest_edges import (
+    CELL_PX,
+    NO_SEGMENT,
+    PIECE_PX,
+    NearestEdges,
+    bin_of,
+    offset,
+    piece_of,
+)
 from vision_server.matching.views import ViewTable
 
 Floats = NDArray[np.float64]
@@ -34,16 +42,21 @@ _matrix_of = kernel()(matrix_of)
 
 
 class Merit(NamedTuple):
-    """What a pose is scored by: support over ``chance``, summed and divided by this power of the length."""
+    """What a pose is scored by: support over ``chance``, summed and divided by this power of the length.
+
+    ``once``: a piece of an image edge supports no more than its length, however many lines lie on it.
+    """
 
     chance: float
     power: float
+    once: bool
 
 
-SUM = Merit(CLUTTER, 0.0)  # between poses that all show about the same lines
+SUM = Merit(CLUTTER, 0.0, False)  # between poses that all show about the same lines
 # Between near and far poses, of more and of fewer lines: how far the sum is beyond what chance gives, in
-# units of its scatter. A large target of which half is seen is worth more than a speck that lies on an edge.
-SIGNIFICANCE = Merit(LEAST_CHANCE, 0.5)
+# units of its scatter. A large target of which half is seen is worth more than a speck that lies on an edge,
+# or than a part seen edge-on, of which all lines lie on the longest edge that there is.
+SIGNIFICANCE = Merit(LEAST_CHANCE, 0.5, True)
 
 
 class Lookup(NamedTuple):
@@ -97,13 +110,25 @@ def _inside(x: float, y: float, width: float, height: float) -> bool:
 
 @kernel(error_model="numpy")
 def score_pose(
-    lookup: Lookup, view: int, r: Floats, t: Floats, reach_px: float, every: int, merit: Merit
+    lookup: Lookup,
+    view: int,
+    r: Floats,
+    t: Floats,
+    reach_px: float,
+    every: int,
+    merit: Merit,
+    unclaimed: Floats,
 ) -> tuple[float, float]:
-    """Score of one pose, see `score_poses`, and the share of its image length with an edge within reach."""
+    """Score of one pose, see `score_poses`, and the share of its image length with an edge within reach.
+
+    ``unclaimed`` is room for how much of each piece of the image's edges supports nothing yet, px.
+    """
     edges, views, intrinsics = lookup.edges, lookup.views, lookup.intrinsics
     points, px, gains, labels, segments = views.points, views.px, edges.gain, edges.label, edges.segments
     width, height = edges.size[0], edges.size[1]
     score, near, total = 0.0, 0.0, 0.0
+    if merit.once:
+        unclaimed[:] = PIECE_PX
     for q in range(views.first[view], views.first[view + 1]):
         ux, uy = image_direction(views.ends, q, r, t, intrinsics[0], intrinsics[1])
         if ux == 0.0 and uy == 0.0:
@@ -118,17 +143,22 @@ def score_pose(
                 continue
             row, column = int((y + 0.5) / CELL_PX), int((x + 0.5) / CELL_PX)
             weight = px[s] * stands_for
-            gain = 0.0
+            gain, segment = 0.0, NO_SEGMENT
+            if merit.once or reach_px > 0.0:
+                segment = labels[bin_, row, column]
             if reach_px == 0.0:
                 gain = gains[bin_, row, column] / 255.0
-            else:
-                segment = labels[bin_, row, column]
-                if segment != NO_SEGMENT:
-                    _, distance = offset(segments, segment, x, y)
-                    turn = abs(ux * segments[segment, 3] - uy * segments[segment, 2])
-                    gain = max(0.0, 1.0 - distance / reach_px) * max(0.0, 1.0 - turn / TURN)
-                    near += weight if distance < reach_px else 0.0
-            score += weight * (gain - merit.chance)
+            elif segment != NO_SEGMENT:
+                _, distance = offset(segments, segment, x, y)
+                turn = abs(ux * segments[segment, 3] - uy * segments[segment, 2])
+                gain = max(0.0, 1.0 - distance / reach_px) * max(0.0, 1.0 - turn / TURN)
+                near += weight if distance < reach_px else 0.0
+            support = weight * gain
+            if merit.once and segment != NO_SEGMENT:
+                piece = piece_of(edges, segment, x, y)
+                support = min(support, unclaimed[piece])
+                unclaimed[piece] -= support
+            score += support - weight * merit.chance
             total += weight
     if total <= 0.0:
         return 0.0, 0.0
@@ -152,8 +182,10 @@ def score_poses(
     every so manyth sample of a line is looked at, and stands for those between.
     """
     out = np.zeros(len(view))
+    unclaimed = np.empty(lookup.edges.first_piece[-1])
     for i in range(len(view)):
-        out[i] = score_pose(lookup, view[i], rotations[i], translations[i], reach_px, every, merit)[0]
+        r, t = rotations[i], translations[i]
+        out[i] = score_pose(lookup, view[i], r, t, reach_px, every, merit, unclaimed)[0]
     return out
 
 

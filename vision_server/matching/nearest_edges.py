@@ -25,6 +25,7 @@ OVERLAP = 0.5  # a segment also enters a bin from which it is off by this fracti
 CELL_PX = 2.0  # chosen by hand
 NO_SEGMENT = -1
 GAIN_REACH_PX = 24.0
+PIECE_PX = 8.0  # of a segment, that lines of a pose can lie on once
 TAN_22_5 = math.sqrt(2.0) - 1.0
 
 
@@ -37,12 +38,14 @@ class NearestEdges(NamedTuple):
     gain : (BINS, h, w) uint8, 255 · max(0, 1 − d/GAIN_REACH_PX) with d the distance in the grid; for scores
         where a pixel does not matter.
     segments : (N, 6) float64, first end x, y, unit direction x, y, length px, direction rad.
+    first_piece : (N + 1,) int64, number of the first piece of each segment; last, how many there are.
     size : (2,) float64, width and height of the image, px.
     """
 
     label: NDArray[np.int16]
     gain: NDArray[np.uint8]
     segments: Floats
+    first_piece: NDArray[np.int64]
     size: Floats
 
 
@@ -63,7 +66,9 @@ def nearest_edges(segments: Floats, camera: Camera) -> NearestEdges:
             gain[bin_] = cv2.convertScaleAbs(
                 np.maximum(GAIN_REACH_PX / CELL_PX - distance, 0.0), alpha=255.0 * CELL_PX / GAIN_REACH_PX
             )
-    return NearestEdges(label, gain, table, np.array([camera.width, camera.height], dtype=np.float64))
+    first_piece = np.concatenate([[0], np.cumsum((length / PIECE_PX).astype(np.int64) + 1)])
+    size = np.array([camera.width, camera.height], dtype=np.float64)
+    return NearestEdges(label, gain, table, first_piece, size)
 
 
 def distance_transform_plainly(painted: Labels) -> tuple[Floats, Labels]:
@@ -131,3 +136,14 @@ def offset(segments: Floats, segment: int, x: float, y: float) -> tuple[float, f
     across = py * segments[segment, 2] - px * segments[segment, 3]
     beyond = max(-along, along - segments[segment, 4], 0.0)
     return across, math.sqrt(across * across + beyond * beyond)
+
+
+@kernel(error_model="numpy", inline="always")
+def piece_of(edges: NearestEdges, segment: int, x: float, y: float) -> int:
+    """Number of the piece of a segment that is nearest to a point."""
+    segments = edges.segments
+    along = (x - segments[segment, 0]) * segments[segment, 2] + (y - segments[segment, 1]) * segments[
+        segment, 3
+    ]
+    along = min(max(along, 0.0), segments[segment, 4])
+    return int(edges.first_piece[segment] + along / PIECE_PX)

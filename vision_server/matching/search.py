@@ -257,4 +257,5 @@ def _finish(
         views = exact_view(solid, rotation, translation, intrinsics, bounds, min_line_px)
         align(Lookup(edges, views, intrinsics), 0, rotation, translation, reach, FINISH_ITERATIONS)
     views = exact_view(solid, rotation, translation, intrinsics, bounds, min_line_px)
-    return score_pose(Lookup(edges, views, intrinsics), 0, rotation, translation, FINAL_REACH_PX, 1, merit)
+    lookup, unclaimed = Lookup(edges, views, intrinsics), np.empty(edges.first_piece[-1])
+    return score_pose(lookup, 0, rotation, translation, FINAL_REACH_PX, 1, merit, unclaimed)

@@ -1,5 +1,7 @@
 """The matchers' kernels agree with plain statements of the same equations."""
 
+from collections import defaultdict
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -17,6 +19,7 @@ from vision_server.matching.nearest_edges import (
     BINS,
     NO_SEGMENT,
     OVERLAP,
+    PIECE_PX,
     bin_of,
     distance_transform,
     distance_transform_plainly,
@@ -29,6 +32,7 @@ from vision_server.matching.views import (
     MOST_LINES,
     SEEN_LINE_PX,
     Views,
+    ViewTable,
     least_line_px,
     sparse_solid,
 )
@@ -101,17 +105,24 @@ def test_a_direction_without_segments_has_no_label() -> None:
 
 
 def plain_score(segments: Floats, label: Floats, pose: Pose, reach: float, merit: Merit) -> float:
-    total, length = 0.0, 0.0
+    total, length, left = 0.0, 0.0, defaultdict[tuple[int, int], float](lambda: PIECE_PX)
     for point, direction, px in zip(*_plain_samples(pose), strict=True):
         angle = np.arctan2(direction[1], direction[0]) % np.pi
         bin_ = min(BINS - 1, int(angle / np.pi * BINS))
-        gain = -merit.chance
+        support = 0.0
         segment = int(label[bin_, int((point[1] + 0.5) / 2), int((point[0] + 0.5) / 2)])
         if segment >= 0:
             step = segments[segment, 2:] - segments[segment, :2]
             turn = abs(np.sin(np.arctan2(step[1], step[0]) - angle))
-            gain += max(0, 1 - distance_to(segments[segment], point) / reach) * max(0, 1 - turn / TURN)
-        total += px * gain
+            near = max(0, 1 - distance_to(segments[segment], point) / reach)
+            support = px * near * max(0, 1 - turn / TURN)
+            if merit.once:
+                whole = float(np.linalg.norm(step))
+                along = float(np.clip((point - segments[segment, :2]) @ step / whole, 0.0, whole))
+                piece = (segment, int(along / PIECE_PX))
+                support = min(support, left[piece])
+                left[piece] -= support
+        total += support - px * merit.chance
         length += px
     return float(total / length**merit.power)
 
@@ -144,6 +155,29 @@ def test_scores_agree_with_the_plain_sum(reach: float, merit: Merit) -> None:
     expected = [plain_score(segments, edges.label, pose, reach, merit) for pose in poses]
     np.testing.assert_allclose(scores, expected, atol=1e-6)
     assert scores[0] == scores.max()
+
+
+def test_lines_that_share_an_image_edge_share_its_support() -> None:
+    edges = nearest_edges(np.array([[100.0, 200.0, 420.0, 200.0]]), CAMERA)
+    ends = np.column_stack(
+        [
+            (np.array([100.0, 420.0]) - CAMERA.cx) / CAMERA.fx,
+            np.full(2, 200.0 - CAMERA.cy) / CAMERA.fy,
+            np.ones(2),
+        ]
+    )
+    points = np.linspace(ends[0], ends[1], 80)
+
+    def score(lines: int, merit: Merit) -> float:
+        run, first = 80 * np.arange(lines + 1), np.array([0, lines])
+        table = ViewTable(
+            first, run, np.tile(ends, (lines, 1, 1)), np.tile(points, (lines, 1)), np.full(80 * lines, 4.0)
+        )
+        lookup, straight = Lookup(edges, table, CAMERA.intrinsics), np.eye(3)[None]
+        return float(score_poses(lookup, np.zeros(1, np.int64), straight, np.zeros((1, 3)), 5.0, 1, merit)[0])
+
+    assert score(2, SUM) == pytest.approx(2.0 * score(1, SUM))
+    assert score(2, SIGNIFICANCE) < score(1, SIGNIFICANCE)
 
 
 def test_coarse_scores_rank_like_the_exact_ones() -> None:
