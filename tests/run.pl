@@ -3,8 +3,8 @@
     swipl -g main tests/run.pl -- [NAME...]
 
 loads every test file (`*.plt`) under this folder, or only those whose path below it contains one of the names, runs
-them and prints a closing line. The exit status is 1 when a test failed, when a file did not load without a warning,
-when plunit had something to complain about, or when there was nothing to run.  With TESTS=quick in the environment, what takes
+them, says once more what was wrong, and prints a closing line. The exit status is 1 when a test failed, when a file did
+not load without a warning, when plunit had something to complain about, or when there was nothing to run.  With TESTS=quick in the environment, what takes
 seconds is left out or done less often.
 */
 
@@ -17,7 +17,7 @@ seconds is left out or done less often.
 :- use_module(library(plunit), [run_tests/0]).
 
 :- dynamic
-    complaint/1,                        % Kind: what was printed while loading, or by plunit
+    complaint/2,                        % Term, Kind: what was printed while loading, or by plunit
     phase/1,
     summary/1.
 
@@ -36,11 +36,12 @@ note(plunit(Summary), silent) :-
     assertz(summary(Summary)).
 note(Term, Kind) :-
     memberchk(Kind, [error, warning]),
+    \+ phase(closing),
     (   phase(loading)
     ->  true
     ;   functor(Term, plunit, 1)        % tests themselves may print what they like
     ),
-    assertz(complaint(Kind)).
+    assertz(complaint(Term, Kind)).
 
 prolog:message(tests_done(Passed, Failed, Blocked, Complaints, Files)) -->
     [ '~d passed, ~d failed, ~d blocked, ~d warnings and errors, ~d files'-
@@ -66,6 +67,7 @@ main :-
         ->  Ok = true
         ;   Ok = false
         ),
+        once_more,
         closing_line(Files, Clean),
         (   Ok == true,
             Clean == true
@@ -105,6 +107,13 @@ wanted(Names, Folder, File) :-
            sub_atom(Path, _, _, _, Name)
          )).
 
+%   Who sees only the end of what is printed sees which tests failed.
+
+once_more :-
+    set_phase(closing),
+    findall(Term-Kind, complaint(Term, Kind), Complaints),
+    forall(member(Term-Kind, Complaints), print_message(Kind, Term)).
+
 closing_line(Files, Clean) :-
     (   summary(Summary)
     ->  true
@@ -124,6 +133,6 @@ closing_line(Files, Clean) :-
     print_message(Level, tests_done(Summary.passed, Failed, Summary.blocked, Complaints, Count)).
 
 aggregate_complaints(Count) :-
-    predicate_property(complaint(_), number_of_clauses(Count)),
+    predicate_property(complaint(_, _), number_of_clauses(Count)),
     !.
 aggregate_complaints(0).

@@ -137,9 +137,7 @@ test(opened_and_closed) :-
     assertion(After =< Before).
 test(opened_and_lost) :-
     forall(between(1, 10000, _), zmq_socket(dealer, _, [])),
-    garbage_collect_atoms,
-    zmq_open_sockets(Left),
-    assertion(Left < 100).
+    collected_down_to(99).
 test(options_refused_leave_no_socket) :-
     zmq_open_sockets(Before),
     catch(zmq_socket(dealer, _, [colour(red)]), _, true),
@@ -147,8 +145,8 @@ test(options_refused_leave_no_socket) :-
     assertion(After =< Before).
 test(another_thread_may_collect, [setup(( garbage_collect_atoms, zmq_open_sockets(Before) ))]) :-
     forall(between(1, 50, _), zmq_socket(dealer, _, [])),
-    in_thread(( garbage_collect_atoms, zmq_open_sockets(After) ), After),
-    assertion(After =< Before+1).
+    Most is Before+1,
+    in_thread(( collected_down_to(Most), Done = true ), Done).
 test(what_is_in_use_is_not_collected, Text == "x") :-
     pair_of_sockets(Router, Dealer),
     in_thread(garbage_collect_atoms, _),
@@ -163,14 +161,16 @@ test(sockets_of_a_thread_that_ended_are_garbage) :-
     in_thread(( numlist(1, 100, Ns),
                 maplist([_, S]>>zmq_socket(dealer, S, []), Ns, _)
               ), _),
-    garbage_collect_atoms,
-    zmq_open_sockets(After),
-    assertion(After =< Before).
+    collected_down_to(Before).
 test(threads_with_sockets_of_their_own, Sums == [5050, 5050, 5050, 5050]) :-
     findall(Thread,
             ( between(1, 4, _), thread_create(( sum_by_messages(Sum), thread_exit(Sum) ), Thread) ),
             Threads),
     maplist([Thread, Sum]>>thread_join(Thread, exited(Sum)), Threads, Sums).
+
+%   What is lost is collected. A collection that the system's own thread is at makes one that is asked for do nothing.
+collected_down_to(Most) :-
+    eventually(( garbage_collect_atoms, zmq_open_sockets(Left), Left =< Most )).
 
 in_thread(Goal, Result) :-
     thread_create(( call(Goal), thread_exit(Result) ), Thread),
