@@ -85,7 +85,8 @@ def test_a_session_is_a_table_with_what_is_done_now_below_it(tmp_path: Path) -> 
     assert all(len(line) < 80 for line in stay[head:] if line.startswith(" "))
     assert all(len(block) == 2 and max(map(len, block)) < 80 for block in below)
     doing = [" ".join(block) for block in below]
-    doings = "starting|listening to|taking|finding|looking at|dropping|waiting for"  # the first only where a server is slow
+    # The first only where a server is slow.
+    doings = "starting|listening to|taking|finding|looking at|dropping|waiting for"
     assert all(re.search(doings, words) for words in doing)
     assert any(re.search(r" i[2-4] .*\d s, at most (\d+ min )?\d+ s left$", words) for words in doing)
     assert not any(line.endswith(" left") or "waiting for" in line for line in stay)  # nothing of it stays
