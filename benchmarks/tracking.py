@@ -143,20 +143,22 @@ def summary(kind: str, films: list[list[tuple[Shown, Tracked]]], given: int = 1)
 def recorded(folder: Path, first_sight: bool = False) -> dict[str, object]:
     """A tracker on the images of a folder as `benchmarks.pose_accuracy` reads it, from the first pose.
 
-    At ``first_sight`` one on each frame and the two after it, from none.
+    At ``first_sight`` one on each frame and the two after it, from none; which of the turns that the model
+    does not tell is found then does not matter.
     """
     frames = sorted(true_poses(folder).items())
     camera, table = read_camera(folder / "camera.toml")
     (gamma,), tone_sd_px = file_tone([frames[0][0]], table.get("gamma"))
     model = load_model(next(folder.glob("*.cao")))
     runs = [frames[k : k + 3] for k in range(len(frames))] if first_sight else [frames]
+    turns = symmetry_of(model).turns if first_sight else (Pose(np.zeros(3), np.zeros(3)),)
     told, errors = [], []
     for run in runs:
         tracker = Tracker(model, camera, Anywhere() if first_sight else run[0][1][0], gamma, tone_sd_px)
         for image, poses in run:
             told.append(tracker.step(read_grey(image)))
             if (pose := told[-1].pose) is not None:
-                true = [one.compose(turn) for one in poses for turn in symmetry_of(model).turns]
+                true = [one.compose(turn) for one in poses for turn in turns]
                 near = [one for one in map(pose.error_to, true) if one.rotation_deg < LOOSE[0]]
                 errors.append(min(near or map(pose.error_to, true), key=lambda error: error.translation_m))
     return {
