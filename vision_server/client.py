@@ -1,9 +1,10 @@
-"""The vision server from Python: frames in, poses out, and judgements of poses from elsewhere."""
+"""The vision server from Python: images or frames in, poses out, and judgements of poses from elsewhere."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Self
 
@@ -11,8 +12,9 @@ import numpy as np
 
 from bridge.arrays import FramePixels
 from bridge.client import Client
+from bridge.errors import BadInput
 
-SETTINGS = {"lights": [], "shutter_s": 1 / 60, "aperture": 4.0}  # of images that are equally exposed
+SHUTTER_S, APERTURE = 1 / 60, 4.0  # of an image of exposure 1; only ratios matter
 
 
 class Vision:
@@ -61,15 +63,37 @@ class Vision:
         """The pose in the next frame (H, W): `frame`, `state`, `pose`, `covariance` and more."""
         return self._client.request("track", {"time_s": time_s}, arrays=[np.ascontiguousarray(frame)])[0]
 
-    def check(self, pose: Mapping[str, Any], *images: FramePixels) -> dict[str, Any]:
+    def estimate(self, *images: FramePixels, exposures: Sequence[float] = ()) -> dict[str, Any]:
+        """The pose in images (H, W) of a still scene under any lights: `pose` or None, `covariance` and more.
+
+        ``exposures`` are shutter times over squared apertures, relative to each other; none: equal ones.
+        """
+        with self._added(images, exposures) as names:
+            return self._client.request("estimate", {"images": names})[0]
+
+    def check(
+        self, pose: Mapping[str, Any], *images: FramePixels, exposures: Sequence[float] = ()
+    ) -> dict[str, Any]:
         """Whether a pose is right, by images of a still scene: `probability`, `state`, `better` and more."""
-        names = [f"check{next(self._numbers)}" for _ in images]
-        for name, image in zip(names, images, strict=True):
-            self._client.request(
-                "add", {"image": name, "settings": SETTINGS}, arrays=[np.ascontiguousarray(image)]
-            )
-        try:
+        with self._added(images, exposures) as names:
             return self._client.request("check", {"pose": dict(pose), "images": names})[0]
+
+    @contextmanager
+    def _added(self, images: Sequence[FramePixels], exposures: Sequence[float]) -> Iterator[list[str]]:
+        """Names of images that are the server's meanwhile."""
+        if exposures and len(exposures) != len(images):
+            raise BadInput(
+                f"{len(images)} images and {len(exposures)} exposures.", "Give one for each image, or none."
+            )
+        names: list[str] = []
+        try:
+            for image, exposure in zip(images, exposures or (1.0,) * len(images), strict=True):
+                settings = {"lights": [], "shutter_s": SHUTTER_S * exposure, "aperture": APERTURE}
+                name = f"image{next(self._numbers)}"
+                array = np.ascontiguousarray(image)
+                self._client.request("add", {"image": name, "settings": settings}, arrays=[array])
+                names.append(name)
+            yield names
         finally:
             for name in names:
                 self._client.request("discard", {"image": name})

@@ -1,4 +1,4 @@
-"""The example of docs/tracking.md against a vision server on a real socket."""
+"""The examples of docs/tracking.md and docs/protocol.md against a vision server on a real socket."""
 
 import re
 import tempfile
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bridge.errors import ServerError
+from bridge.errors import BadInput, ServerError
 from bridge.mocks import MockVisionServer
 from bridge.serve import Server
 from geometry.model import TARGETS, load_model
@@ -60,6 +60,35 @@ def test_the_example_of_the_docs_follows_a_target_and_judges_its_pose(endpoint: 
     assert Pose.from_dict(told["pose"]).error_to(poses[-1]).within(0.3, 0.003)
     assert verdict["state"] == "ok"
     assert verdict["probability"] > 0.8
+
+
+def test_the_example_of_the_protocol_finds_a_pose(endpoint: str, root: Path) -> None:
+    text = (root / "docs" / "protocol.md").read_text()
+    (example,) = (code for code in re.findall(r"```python\n(.*?)```", text, re.S) if "Vision(" in code)
+    greys = np.resize(GREYS, len(MODEL.faces))
+    picture = linear_picture(MODEL, CAMERA, FIRST, greys)
+    images = [photographed(exposure * picture, 0.8, seed=k) for k, exposure in enumerate((1.0, 0.25))]
+    near = Pose(FIRST.rotation_vector + np.array([0.0, 0.1, 0.0]), FIRST.translation)
+    names: dict[str, Any] = {"camera": CAMERA.to_dict(), "seed_pose": near.to_dict()}
+    names |= {"images": images, "exposures": (1.0, 0.25)}
+    code = example.replace("ipc:///tmp/vision", endpoint).replace(
+        "targets/cube.cao", str(TARGETS / "cube.cao")
+    )
+    exec(code, names)
+    assert Pose.from_dict(names["estimate"]["pose"]).error_to(FIRST).within(0.2, 0.002)
+    assert names["estimate"]["score"] > 0.9
+
+
+def test_images_do_not_stay_and_each_has_an_exposure(endpoint: str) -> None:
+    _, (frame,) = frames(1)
+    with Vision(endpoint, TARGETS / "cube.cao", CAMERA.to_dict(), FIRST.to_dict()) as vision:
+        first = vision.estimate(frame)
+        assert vision.estimate(frame)["pose"] == first["pose"]
+        with pytest.raises(BadInput, match="1 images and 2 exposures"):
+            vision.estimate(frame, exposures=(1.0, 2.0))
+        with pytest.raises(ServerError, match="6"):
+            vision.estimate(frame, np.zeros((6, 8), np.uint8))
+        assert vision.estimate(frame)["pose"] == first["pose"]
 
 
 def test_a_wrong_pose_is_not_ok_and_a_frame_of_another_size_is_refused(endpoint: str) -> None:
