@@ -43,6 +43,7 @@ from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from image_server.simulator import Simulator
+from stack.exposure import relative_exposure
 from vision_server.image_set import ImageSet
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import refine
@@ -85,7 +86,6 @@ def scene(number: int) -> tuple[ImageSet, Model, Camera, Pose]:
     device = Simulator(target, str(rng.choice(SCENARIOS)), number)
     told = device.describe()
     images = ImageSet(device.camera.width, device.camera.height)
-    reference = told.reference
     for k in range(int(rng.integers(1, 4))):
         settings = Settings(
             lights=tuple(int(rng.integers(0, light.levels)) for light in told.lights),
@@ -94,7 +94,7 @@ def scene(number: int) -> tuple[ImageSet, Model, Camera, Pose]:
             focal_length_mm=told.focal_lengths_mm[0] if told.focal_lengths_mm else None,
             focus_m=told.focuses_m[0] if told.focuses_m else None,
         )
-        exposure = settings.shutter_s / settings.aperture**2 * reference.aperture**2 / reference.shutter_s
+        exposure = relative_exposure(settings.shutter_s, settings.aperture, told.reference)
         images.add(f"i{k + 1}", device.capture(settings).pixels, exposure, 1.0)
     return images, device.model, device.camera, device.true_pose
 

@@ -4,7 +4,7 @@
 % ---------------------------------------------------------------- tests
 
 % The pose is trusted.
-proc(converged, and(neg(best = none), merit =< threshold)).
+proc(converged, and(neg(best = none), merit < threshold)).
 
 % No more images may be taken.
 proc(exhausted, or(taken >= max_iterations, iteration >= allowed)).
@@ -32,7 +32,7 @@ proc(worth_keeping, and(neg(repeated), or(best = none, improved))).
 % The candidate takes nothing from the pose, as far as can be seen; nothing that counts, where it is trusted with it.
 proc(harmless,
      and(neg(repeated),
-         or([neg(likely), no_worse(fix, merit), and([merit(fix, With), With =< threshold])]))).
+         or([neg(likely), no_worse(fix, merit), and([merit(fix, With), With < threshold])]))).
 % The best pose is rather right than wrong. One that is not tells nothing to compare an image with, or to foresee one.
 proc(likely, and(neg(best = none), rather_right(merit))).
 

@@ -22,4 +22,4 @@ proc(remedy(Parameter, Value, Usual),
                  set_parameter(Parameter, Value), measure,
                  if(improves(fix, px), [], [set_parameter(Parameter, Usual), measure]) ]))).
 
-proc(trusted_with_it, some(px, and(merit(fix, px), px =< threshold))).
+proc(trusted_with_it, some(px, and(merit(fix, px), px < threshold))).

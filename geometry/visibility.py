@@ -1,4 +1,9 @@
-"""Which parts of a model's lines can be seen from a pose."""
+"""Which parts of a model's lines can be seen from a pose.
+
+A mesh's lines (`surface.wireframe`) are joined to chains and arcs (`chains`); from a pose, the smooth edges
+that are outline there are added (`lines_in_view`, `outlines`), and each is cut where something is before it
+(`hidden_lines`, `occluders`).
+"""
 
 from functools import lru_cache
 from typing import NamedTuple

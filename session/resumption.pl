@@ -8,9 +8,10 @@
           ]).
 /** <module> Going on with a session that was interrupted
 
-The run folder keeps the options that a session was begun with, so that `--resume
-DIR` needs nothing else: the journal is replayed, the vision server gets its
-images back from the folder, and the session goes on where it stopped.
+The run folder keeps the options that a session was begun with, so that `--resume DIR` needs nothing else. What was done is in its
+journal (`history.pl`, written by indigolog/online/journal.pl): here it is checked, and the executive
+(indigolog/online/executive.pl, turn.pl) follows it up to its end. What a vision server must know again is put together by
+restoration.pl and sent by recovery.pl, which also brings back a server that died.
 */
 
 :- use_module('../indigolog/online/journal', [journal_entries/3]).

@@ -120,7 +120,8 @@ level_fraction(light(_, N), Level, Fraction) =>
 
 %!  exposure_stops(+Device, +Settings, -Stops) is det.
 %
-%   How much more light than the reference exposure lets in, as a power of two.
+%   How much more light than the reference exposure lets in, as a power of two: the law of stack/exposure.py, whose
+%   reference the device tells.
 
 exposure_stops(Device, settings(_, Shutter, Aperture), Stops) :-
     device_reference(Device, exposure(Shutter0, Aperture0)),

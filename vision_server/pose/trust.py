@@ -17,7 +17,8 @@ PER_LOG2_MISSING, SOME = -1.25, 0.1  # of 1 + the share of the visible length in
 PER_LOG_UNCERTAINTY = -1.07  # of the uncertainty over LIMIT
 PER_ROOT_GAIN, PER_GAIN, CLEAR_GAIN = -2.26, -1.22, 0.3  # of a stretched model, and of what is clear of it
 PER_LOG2_SIGNIFICANCE, USUAL = -1.04, 4.0  # of 1 + the squared stretch over what true models hardly exceed
-# Of a pose that has taken the last step, in place of the above: fitted by benchmarks.trust_fit to ROWS.
+# Of a pose that has taken the last step, in place of the above: fitted by benchmarks.trust_fit to 2021
+# estimates of 310 drawn scenes (docs/trust.md).
 # Missing lines do not agree, and the uncertainty is in how far off the pose may be: neither counts twice.
 SETTLED_BIAS = -6.53
 PER_AGREEING, ROOM = 1.13, 0.05  # of the log odds of the share of the visible length on lines that agree
