@@ -295,7 +295,6 @@ died_words(exit(2), _, Line) -->
     !,
     [ '~w'-[Line] ].
 died_words(Status, Name, Line) -->
-    { how_it_ended(Status, How),
-      server_words(Name, Words) },
+    { how_it_ended(Status, How), server_words(Name, Words) },
     [ 'the ~w ~w'-[Words, How] ],
     ( { Line == "" } -> [] ; [ ': ~w'-[Line] ] ).
