@@ -134,7 +134,10 @@ def plot(results: Results, out: Path) -> None:
             axes.set_ylim(max(0.0, lowest - 0.05), 1.005)
     axes.set_xticks(places, [name.replace(", ", "\n") for name in results], fontsize=8)
     figure.legend(
-        *axes.get_legend_handles_labels(), ncols=len(METHODS), loc="outside upper center", fontsize=8
+        *axes.get_legend_handles_labels(),
+        ncols=(len(METHODS) + 1) // 2,
+        loc="outside upper center",
+        fontsize=8,
     )
     out.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(out, dpi=100)

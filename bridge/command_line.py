@@ -60,7 +60,11 @@ def _run_command(name: str, about: str, commands: Mapping[str, str], words: Sequ
         print(f"{name} {__version__}")
         return 0
     if words[0] not in commands:
-        print(f"{name}: no command {words[0]!r}; there are {', '.join(commands)}.", file=sys.stderr)
+        from difflib import get_close_matches
+
+        near = get_close_matches(words[0], commands, 1)
+        hint = f" Did you mean {near[0]}?" if near else ""
+        print(f"{name}: no command {words[0]!r}; there are {', '.join(commands)}.{hint}", file=sys.stderr)
         return EXIT_BAD_INPUT
     command = import_module(f"{name}.commands.{words[0].replace('-', '_')}")
     parser = new_parser(f"{program} {words[0]}", commands[words[0]])

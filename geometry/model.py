@@ -156,12 +156,13 @@ def find_target(name_or_file: str) -> Path:
 
     Raises
     ------
-    GeometryError : neither a file nor a known name; the message lists the known ones.
+    GeometryError : neither a file nor a known name; the message lists the known ones. A file of another kind
+        is for `load_model` to refuse.
     """
     as_file = Path(name_or_file)
+    if as_file.is_file():
+        return as_file
     if as_file.suffix.lower() in READERS:
-        if as_file.is_file():
-            return as_file
         raise GeometryError(f"target file {as_file} does not exist")
     named = TARGETS / f"{name_or_file}.cao"
     if as_file.name == name_or_file and named.is_file():

@@ -45,7 +45,7 @@ run(Argv, Status) :-
         ),
         mode(Options, Mode),
         run(Mode, Program, Options, Status)
-    ;   throw(usage('two arguments are needed, THEORY and PROGRAM'))
+    ;   throw(usage('two arguments are needed after --, THEORY and PROGRAM'))
     ).
 
 % The last of --offline, --online and --step counts; a journal has only an online run.

@@ -38,11 +38,20 @@ def main() -> int:
             "--parent", type=whole_number(), metavar="PID", help="Stop when this process ends."
         )
     elif command == "whatif":
-        parser.add_argument("--at", type=whole_number(1), required=True, metavar="N", help="Image, from 1.")
         parser.add_argument(
-            "--settings", required=True, help="Such as 'left 7 right 0 top 0, 1/60 s, f/4'; others are off."
+            "--at", type=whole_number(1), required=True, metavar="N", help="Number of the image."
         )
-        parser.add_argument("--out", type=Path, metavar="DIR", help="Run folder of the other way.")
+        parser.add_argument(
+            "--settings",
+            required=True,
+            help="Such as 'left 7 right 0 top 0, 1/60 s, f/4'; lights that are not named are off.",
+        )
+        parser.add_argument(
+            "--out",
+            type=Path,
+            metavar="DIR",
+            help="Run folder of the other way (default: RUN_FOLDER-whatif-N).",
+        )
     options = parser.parse_args(words[1 if command else 0 :])
     collect_rarely()
     does: dict[str, Callable[[Namespace], None]] = {"": _write, "live": _serve, "whatif": _try}

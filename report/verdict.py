@@ -49,7 +49,7 @@ def verdict_of(result: Result) -> Verdict:
     if result.status == "exhausted":
         used = f"All {images} were used" if len(result.steps) != 1 else "Its one image was used"
         detail = (
-            f"{used} and the error stayed above the threshold. This is the best estimate{_score(result)}."
+            f"{used} and the merit stayed above the threshold. This is the best estimate{_score(result)}."
         )
         return Verdict("warn", "exhausted", "No certain pose", f"{detail} {checked}".strip())
     if result.status == "stopped":

@@ -48,6 +48,8 @@ def pixels(value: float | None) -> str:
     """A length in the image."""
     if value is None:
         return NONE
+    if 0 < abs(value) < 0.1:  # hundredths would say little
+        return f"{significant(value)} px"
     return f"{value:.2f} px" if abs(value) < 100 else f"{value:.0f} px"
 
 

@@ -140,7 +140,8 @@ session_message(waiting(_, start)) -->  % the vision server waits for the image 
     !,
     [ '  waiting for the servers to start ...' ].
 session_message(waiting(Name, Op)) -->
-    [ '  waiting for the ~w to answer "~w" ...'-[Name, Op] ].
+    { server_words(Name, Words) },
+    [ '  waiting for the ~w to answer "~w" ...'-[Words, Op] ].
 session_message(view(Line)) -->
     [ '~w'-[Line] ].
 session_message(brought_back(Error, Times, Most)) -->
@@ -228,12 +229,24 @@ model_doubt(_) -->
     [].
 
 what_happened(error(server_died(Name, Status, _, _), _), What) =>
-    format(string(What), "the ~w ended by itself (~w)", [Name, Status]).
+    how_it_ended(Status, How),
+    server_words(Name, Words),
+    format(string(What), "the ~w ~w", [Words, How]).
 what_happened(error(server_error(_, Message, _), _), What) =>
     (   sub_string(Message, Before, 1, 0, ".")
     ->  sub_string(Message, 0, Before, _, What)
     ;   What = Message
     ).
+
+server_words(image_server, 'image server').
+server_words(vision_server, 'vision server').
+
+how_it_ended(exit(Status), How) =>
+    format(string(How), "ended by itself, with exit status ~w", [Status]).
+how_it_ended(killed(Signal), How) =>
+    format(string(How), "was killed, by signal ~w", [Signal]).
+how_it_ended(gone, How) =>
+    How = "is gone".
 
 what_is_done(error(server_error(timeout, _, _), _), Done) =>
     Done = 'it is waited for and asked again'.
@@ -270,15 +283,18 @@ reason(Reason) -->
 prolog:error_message(usage_error(Message)) -->
     [ '~s'-[Message] ].
 prolog:error_message(server_died(Name, Status, Line, LogFile)) -->
-    [ 'the ~w ended by itself (~w)'-[Name, Status] ],
-    last_words(Line),
+    died_words(Status, Name, Line),
     (   { exists_file(LogFile) }        % the folder of a --dry-run is gone
     ->  [ nl, '  its log is ~w'-[LogFile] ]
     ;   []
     ).
 
-last_words("") -->
-    [].
-last_words(Line) -->
+%   With exit status 2 a server has said what it was given that it cannot use: that is all there is to say.
+died_words(exit(2), _, Line) -->
     { Line \== "" },
-    [ ': ~w'-[Line] ].
+    !,
+    [ '~w'-[Line] ].
+died_words(Status, Name, Line) -->
+    { how_it_ended(Status, How), server_words(Name, Words) },
+    [ 'the ~w ~w'-[Words, How] ],
+    ( { Line == "" } -> [] ; [ ': ~w'-[Line] ] ).

@@ -12,6 +12,12 @@
 %
 %   Reason is one of decision_reason/3.
 
+explanation(Device, chosen(Settings, why(_, Promise, Prediction), [ranked(_, Other, _)|_], _, _)) -->
+    { Other \== Settings,              % such as the safe first image of `informed`
+      settings_words(Device, Settings, Words) },
+    !,
+    [ ansi(fg(cyan), '       chose ~w: not for its promise, ~2f; expects ', [Words, Promise]) ],
+    expected(Prediction).
 explanation(Device, chosen(Settings, Why, Best, Count, LeftOut)) -->
     { Why \== none,
       settings_words(Device, Settings, Words),

@@ -269,7 +269,7 @@ rule(Options, "--approach needs the simulator (or an image server that can move 
     option(approach(true), Options), ( option(stack(_), Options) ; option(camera(_), Options) ).
 rule(Options, "--stack has its own target: leave --target out, or name a model file", []) :-
     option(stack(_), Options), option(target(Name), Options), \+ exists_file(Name).
-rule(Options, "--unit is of the model file of --target: name that file", []) :-
+rule(Options, "--unit needs --target FILE: it is the unit of the numbers in that file", []) :-
     option(unit(_), Options), \+ ( option(target(File), Options), exists_file(File) ).
 rule(Options, "--contact-range must be positive and less than --first-range", []) :-
     option(first_range(First), Options), option(contact_range(Contact), Options),

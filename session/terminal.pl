@@ -63,5 +63,6 @@ clear_below :-
     length(Lines, Count),
     Up is Count - 1,
     ( Up > 0 -> format(user_error, "\r\e[~dA\e[J", [Up]) ; write(user_error, '\r\e[J') ),
+    write(user_error, '\r'),           % the stream counts codes as columns: a message would begin with an empty line
     flush_output(user_error).
 clear_below.

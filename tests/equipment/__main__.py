@@ -119,11 +119,21 @@ def command_line() -> ArgumentParser:
     """What can be asked for."""
     parser = ArgumentParser(prog="python -m tests.equipment", description=__doc__, allow_abbrev=False)
     commands = parser.add_subparsers(required=True)
-    lights = commands.add_parser("lights", description=emulate_lights.__doc__, allow_abbrev=False)
+    lights = commands.add_parser(
+        "lights",
+        help="a light driver on a pseudo-terminal",
+        description=emulate_lights.__doc__,
+        allow_abbrev=False,
+    )
     lights.set_defaults(run=emulate_lights)
     lights.add_argument("kind", choices=DRIVERS, help="dmx: Enttec DMX USB Pro; line: the line protocol")
     lights.add_argument("--channels", type=int, default=3, help="outputs that have a lamp")
-    bench = commands.add_parser("bench", description=emulate_bench.__doc__, allow_abbrev=False)
+    bench = commands.add_parser(
+        "bench",
+        help="a USB camera in front of a simulated target, and lights",
+        description=emulate_bench.__doc__,
+        allow_abbrev=False,
+    )
     bench.set_defaults(run=emulate_bench)
     bench.add_argument("out", type=Path, help="folder for camera.toml and seed-pose.toml")
     bench.add_argument("--model", default="c922", help="model of the camera: c922, live, lens or a file")

@@ -215,6 +215,10 @@ def test_named_targets_are_closed_solids(name: str) -> None:
 def test_find_target_takes_files_and_lists_names(tmp_path: Path) -> None:
     file = written(tmp_path, BOX)
     assert find_target(str(file)) == file
+    step = tmp_path / "part.step"
+    step.touch()
+    with pytest.raises(GeometryError, match=r"unknown kind '\.step'.*every CAD program exports STL"):
+        load_model(find_target(str(step)))
     with pytest.raises(GeometryError, match="cube, fixture, satellite"):
         find_target("teapot")
     with pytest.raises(GeometryError, match="does not exist"):

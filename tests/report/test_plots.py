@@ -133,6 +133,7 @@ def test_the_parts_of_the_time_add_up() -> None:
         (words.angle(0.0312), "0.031°"),
         (words.percent(0.000651), "0.065 %"),
         (words.pixels(0.414), "0.41 px"),
+        (words.pixels(0.0098), "0.0098 px"),
         (words.seconds(0.0123), "12 ms"),
         (words.seconds(75), "1 min 15 s"),
         (words.shutter(0.0041667), "1/240 s"),

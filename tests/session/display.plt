@@ -12,7 +12,7 @@ shown(Message, Text) :-
 
 % said(-Error, -Sentence): of a server that was lost in this way
 said(error(server_died(vision_server, killed(9), "", 'vision_server.log'), _),
-     "  the vision_server ended by itself (killed(9)): it is brought back, and the session goes on (1 of at most 5 times)").
+     "  the vision server was killed, by signal 9: it is brought back, and the session goes on (1 of at most 5 times)").
 said(error(server_error(timeout, "It did not answer within 30 s.", "Wait."), _),
      "  It did not answer within 30 s: it is waited for and asked again, and the session goes on (1 of at most 5 times)").
 said(error(server_error(no_session, "There is no session on this connection.", "Start."), _),
@@ -22,6 +22,9 @@ said(error(server_error(no_session, "There is no session on this connection.", "
 
 test(what_is_done_about_a_server_is_true, [forall(said(Error, Sentence)), true(Text == Sentence)]) :-
     shown(brought_back(Error, 1, 5), Text).
+test(what_a_server_cannot_use_is_said_in_its_own_words, true(Text == "image_server: model part.step: unknown kind\n")) :-
+    phrase(prolog:error_message(server_died(image_server, exit(2), "image_server: model part.step: unknown kind", 'no.log')), Parts),
+    with_output_to(string(Text), print_message_lines(current_output, '', Parts)).
 test(the_target_is_named_where_it_is_known, [forall(member(Shows-Begin, [ target(cube)-"Session: greedy on cube, seed 1\n",
                                                                          stack(images)-"Session: greedy on the stack images, seed 1\n",
                                                                          served-"Session: greedy, seed 1\n" ])),

@@ -3,16 +3,22 @@
 :- use_module(library(lists)).
 :- use_module('../../domain/testing/simulated_world').
 :- use_module('../../indigolog/indigolog').
+:- use_module('../../session/explanation').
 :- use_module('../../session/reasons').
 
 /** <module> Reasons of decisions, as they follow from the situation */
 
 chosen(Options, Program, Reason, Dict) :-
+    chosen(Options, Program, Reason, Device, _),
+    reason_dict(Device, Reason, Dict).
+
+chosen(Options, Program, Reason, Device, Text) :-
     in_world(Options, informed, [connect|Program], final, Situation),
     situation_history(Situation, [choose(Settings)|_]),
     decision_reason(choose(Settings), Situation, Reason),
     fluent_value(device, Situation, Device),
-    reason_dict(Device, Reason, Dict).
+    once(phrase(explanation(Device, Reason), Parts)),
+    with_output_to(string(Text), print_message_lines(current_output, '', Parts)).
 
 :- begin_tests(reasons).
 
@@ -35,6 +41,12 @@ test(promise_is_the_reason_where_nothing_is_foreseen) :-
            chosen(_, why(_, Promise, _), _, _, _), Dict),
     assertion(Dict.chosen.promise =:= Promise),
     assertion(Dict.chosen.promise =:= Dict.chosen.information + Dict.chosen.likelihood).
+test(what_was_not_chosen_for_its_promise_is_held_against_no_other) :-
+    chosen([], [choose_safe], _, _, Safe),
+    assertion(sub_string(Safe, _, _, _, "not for its promise")),
+    assertion(\+ sub_string(Safe, _, _, _, "rather than")),
+    chosen([], [choose_promising], _, _, Promising),
+    assertion(sub_string(Promising, _, _, _, "rather than")).
 test(it_is_counted_why_the_rest_was_left_out) :-
     chosen([nothing_foreseen],
            [ choose_promising, take_image, measure, keep_image, avoid(state(off, none, 0)), choose_informative ],

@@ -101,7 +101,7 @@ def test_a_server_that_is_killed_comes_back_and_the_session_goes_on(
     os.kill(servers_of(session.pid)[victim], signal.SIGKILL)
     _, messages = session.communicate(timeout=DEADLINE_S)
     assert session.returncode == 3, messages
-    assert f"the {victim} ended by itself (killed(9)): it is brought back" in messages
+    assert f"the {victim.replace('_', ' ')} was killed, by signal 9: it is brought back" in messages
     assert outcome(tmp_path / "run") == outcome(turning)
 
 
@@ -117,7 +117,7 @@ def test_a_server_that_dies_again_and_again_ends_the_session(tmp_path: Path) -> 
     _, messages = session.communicate(timeout=DEADLINE_S)
     assert session.returncode == 4, messages
     assert "(5 of at most 5 times)" in messages
-    assert "the vision_server ended by itself (killed(9))" in messages.splitlines()[-2]
+    assert "the vision server was killed, by signal 9" in messages.splitlines()[-2]
     assert len(times) == 6
     assert gone(servers)
     assert list(Path(tempfile.gettempdir()).glob(f"lights-and-camera-{session.pid}-*")) == []

@@ -101,7 +101,7 @@ def test_a_kept_server_that_is_killed_comes_back(runtime: Path, tmp_path: Path, 
         time.sleep(0.05)
     endless.terminate()
     _, messages = endless.communicate(timeout=DEADLINE_S)
-    assert f"the {victim} ended by itself" in messages
+    assert f"the {victim.replace('_', ' ')} is gone: it is brought back" in messages
     assert len(kept(runtime)) == 2
 
 

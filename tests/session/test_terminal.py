@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 PASSING = re.compile(r"wide|narrow|\d+\.\d s")
-CLEARED = re.compile(r"\r(?:\x1b\[(\d+)A)?\x1b\[J")
+CLEARED = re.compile(r"\r(?:\x1b\[(\d+)A)?\x1b\[J\r")
 
 
 def in_a_terminal(columns: int, *options: str | Path, **environment: str) -> str:
@@ -78,6 +78,7 @@ def test_a_session_is_a_table_with_what_is_done_now_below_it(tmp_path: Path) -> 
                             "--no-report", "--out", tmp_path / "run")  # fmt: skip
     stay, below = shown(written)
     head = next(number for number, line in enumerate(stay) if line.startswith(" image left right top"))
+    assert "" not in stay[: stay.index(next(line for line in stay if line.startswith("  translation")))]
     rows = [line for line in stay[head:] if re.match(r" i\d ", line)]
     assert [row.split()[0] for row in rows] == ["i1", "i2", "i3", "i4"]
     assert all({"keep", "discard"} & set(row.split()) for row in rows)

@@ -16,6 +16,7 @@ GOOD_FOCAL_SD = 0.005  # of the focal length, which the range is off by
 
 def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
+    parser.description = f"{parser.description} Exit status: 0 written, 2 bad input."
     parser.add_argument(
         "images", metavar="IMAGE", nargs="*", type=Path, help="Images of the board, each from another side."
     )

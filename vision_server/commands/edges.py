@@ -195,6 +195,7 @@ def write_array(path: Path, array: NDArray[np.float32]) -> None:
 
 def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
+    parser.description = f"{parser.description} Exit status: 0 written, 2 bad input."
     parser.add_argument(
         "images", metavar="IMAGE", nargs="+", type=Path, help="Image files of one set, one size."
     )

@@ -85,7 +85,7 @@ def add_exposures(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--exposures",
         metavar="E,...",
-        help="Relative exposure of each image; when left out, 1 each but of images brighter than all others.",
+        help="Relative exposure of each image (default: 1; measured of one brighter than all others).",
     )
 
 

@@ -223,7 +223,7 @@ def read_model(path: Path, unit: str = "m") -> Model:
     try:
         return load_model(path, unit)
     except GeometryError as error:
-        raise BadInput(f"{str(error).rstrip('.')}.", "Give a .cao, OBJ, STL, PLY or glTF file.") from error
+        raise BadInput(f"{str(error).rstrip('.')}.", "Check the model file and its unit.") from error
 
 
 def picture_px(model: Model, camera: Camera, seed_pose: Pose) -> float:

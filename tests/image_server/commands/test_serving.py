@@ -121,6 +121,7 @@ def test_bad_input_ends_with_one_plain_line(tmp_path: Path, arguments: list[str]
         ([*REPLAY, "--light-dies", "left"], "'left' is not NAME:CAPTURES, such as left:3"),
         ([*REPLAY, "--moved", "0.8"], "'0.8' is not RANGE_M:CAPTURES, such as 0.8:3"),
         (["project"], "no command 'project'; there are replay, simulator"),
+        (["simulate"], "Did you mean simulator?"),
     ],
 )
 def test_a_wrong_command_line_is_told(arguments: list[str], message: str) -> None:
