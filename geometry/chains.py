@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry.model import Model
+from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -37,30 +39,41 @@ class Arcs:
     backwards: Flags
 
 
+@lru_cache(maxsize=8)
 def chains(model: Model) -> Ints:
-    """Chain (L,) of each line, the index of one of its lines; a line that nothing continues has its own.
+    """Chain (L,) of each line, the index of one of its lines; a line that nothing continues has its own. Shared.
 
     Sharp lines are chained where just two of them meet and bend little, lines of curved surfaces wherever
     they meet: which of them are the outline depends on the view.
     """
-    parent = list(range(len(model.lines)))
-
-    def root(line: int) -> int:
-        while parent[line] != line:
-            parent[line] = parent[parent[line]]
-            line = parent[line]
-        return line
-
-    for one, other in _followers(model):
-        parent[root(other)] = root(one)
     own = np.flatnonzero(model.smooth)
     ends = model.lines[own].ravel()
     order = np.argsort(ends, kind="stable")
-    for meeting in np.split(order, np.flatnonzero(np.diff(ends[order])) + 1):
-        lines = own[meeting // 2].tolist()
-        for other in lines[1:]:
-            parent[root(other)] = root(lines[0])
-    return np.array([root(line) for line in range(len(parent))], dtype=np.int64)
+    beside = np.flatnonzero(np.diff(ends[order]) == 0)  # lines of curved surfaces that meet
+    meeting = own[np.stack([order[beside], order[beside + 1]], axis=1) // 2]
+    follow = np.array(list(_followers(model)), dtype=np.int64).reshape(-1, 2)
+    return _joined(len(model.lines), np.concatenate([follow, meeting]))
+
+
+@kernel()
+def _joined(count: int, pairs: Ints) -> Ints:
+    """The group (count,) of each item, named after one of its own, when pairs (P, 2) are of one group."""
+    parent = np.arange(count)
+    for p in range(len(pairs)):
+        one, other = pairs[p, 0], pairs[p, 1]
+        while parent[one] != one:
+            parent[one] = parent[parent[one]]
+            one = parent[one]
+        while parent[other] != other:
+            parent[other] = parent[parent[other]]
+            other = parent[other]
+        parent[other] = one
+    for item in range(count):
+        root = item
+        while parent[root] != root:
+            root = parent[root]
+        parent[item] = root
+    return parent
 
 
 def longest_chains(vertices: Floats, lines: Ints, smooth: Flags, chain: Ints, most: int) -> Flags:

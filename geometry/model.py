@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -63,14 +63,14 @@ class Model:
     triangles: Ints
     triangle_face: Ints
 
-    @property
+    @cached_property
     def diameter(self) -> float:
         """Diagonal of the bounding box, metres."""
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
 
-    @property
+    @cached_property
     def middle(self) -> Floats:
-        """Middle of the bounding box, (3,), metres."""
+        """Middle of the bounding box, (3,), metres; shared, not to be written to."""
         return np.asarray(0.5 * (self.vertices.min(axis=0) + self.vertices.max(axis=0)))
 
     @property

@@ -125,9 +125,9 @@ class Pose:
 
     def error_to(self, true: "Pose") -> PoseError:
         """Difference of this pose from the true one; the fraction is of the true range."""
-        angle = float(np.linalg.norm(vector_of(self.matrix @ true.matrix.T)))
-        distance = float(np.linalg.norm(self.translation - true.translation))
-        distance_to_true = float(np.linalg.norm(true.translation))
+        angle = math.hypot(*vector_of(self.matrix @ true.matrix.T).tolist())
+        distance = math.dist(self.translation.tolist(), true.translation.tolist())
+        distance_to_true = math.hypot(*true.translation.tolist())
         fraction = distance / distance_to_true if distance_to_true > 0 else math.inf
         return PoseError(math.degrees(angle), distance, fraction)
 
@@ -147,6 +147,16 @@ class Pose:
             if key not in data:
                 raise GeometryError(f"pose has no {key}; it needs rotation_vector (rad) and translation (m)")
         return cls(data["rotation_vector"], data["translation"])
+
+
+def near(
+    rotations: Array, translations: Array, pose: Pose, rotation_deg: float, fraction_of_range: float
+) -> NDArray[np.bool_]:
+    """Which of the poses (N, 3, 3), (N, 3) are within both limits of one: `PoseError.within`, at once."""
+    twice_cosine_and_one = np.sum(rotations * pose.matrix, axis=(1, 2))
+    apart = np.linalg.norm(translations - pose.translation, axis=1)
+    close = apart < fraction_of_range * np.linalg.norm(pose.translation)
+    return close & (twice_cosine_and_one > 1.0 + 2.0 * math.cos(math.radians(rotation_deg)))
 
 
 def origin_jacobian(translation: Array) -> Array:

@@ -40,6 +40,7 @@ NORMAL_PX = 400.0  # the largest target of a grid of sizes is looked at as if it
 CANDIDATES, ALIGNED, KEPT = 1500, 300, 60  # poses of each grid of sizes
 FINISHED = 12  # likewise: scores of different grids are only roughly comparable
 HYPOTHESES = 12
+WIDEST_PX = 1280.0  # a frame that is wider is looked at as if it were so wide, when these are finished
 FAR = 2.5  # diameters: from there on, what is seen of a target hardly depends on how far it is
 
 
@@ -66,8 +67,9 @@ def match_anywhere(segments: Floats, model: Model, camera: Camera, anywhere: Any
             views = _views(model, camera, sizes, looks.distance)
         found.append(_of_sizes(segments, model, camera, sizes, looks, views))
     rotations, translations, scores = (np.concatenate(part) for part in zip(*found, strict=True))
-    edges, poses = nearest_edges(segments, camera), (rotations, translations)
-    return finished(edges, model, camera, poses, scores, len(scores), HYPOTHESES, SIGNIFICANCE)
+    ends, small = at_scale(segments, camera, min(1.0, WIDEST_PX / max(camera.width, camera.height)))
+    edges, poses = nearest_edges(ends, small), (rotations, translations)
+    return finished(edges, model, small, poses, scores, len(scores), HYPOTHESES, SIGNIFICANCE)
 
 
 def _of_sizes(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +19,27 @@ from vision_server.matching.match import Anywhere
 from vision_server.matching.views import UNBOUNDED_PX, frame_towards, sparse_solid
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 # Chosen by hand where nothing else is said.
 DIRECTIONS = 320  # on the sphere, 11 degrees apart
+POINTS = 64  # of a look
 CELLS_ACROSS = 40  # of the largest target of a grid
+
+
+class Look(NamedTuple):
+    """Some points of the visible lines from one direction, evenly along their image length.
+
+    Attributes
+    ----------
+    points, along : (N, 3), N at most POINTS: about the target's middle, and the lines' directions there, in the
+        camera's axes, metres.
+    length : of all visible lines in the image, cells.
+    """
+
+    points: Floats
+    along: Floats
+    length: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,13 +49,12 @@ class Looks:
     Attributes
     ----------
     frames : (V, 3, 3), target to camera axes, one for each direction.
-    samples : of each direction points (N, 3) and directions (N, 3) of its visible lines about its middle, in
-        the camera's axes, metres, and the length that each stands for, (N,), cells.
+    seen : what is seen from each direction.
     """
 
     distance: float
     frames: Floats
-    samples: list[tuple[Floats, Floats, Floats]]
+    seen: list[Look]
 
 
 def directions_on_sphere(count: int) -> Floats:
@@ -63,13 +80,24 @@ def looks_of(model: Model, camera: Camera, sizes: Floats, directions: Floats) ->
     bounds = np.array([-UNBOUNDED_PX, -UNBOUNDED_PX, UNBOUNDED_PX, UNBOUNDED_PX])
     frames = np.array([frame_towards(-one) for one in directions])
 
-    def seen(frame: Floats) -> tuple[Floats, Floats, Floats]:
+    def seen(frame: Floats) -> Look:
         translation = np.array([0.0, 0.0, distance]) - frame @ middle
         found = trace(solid, frame, translation, camera.intrinsics, bounds, cell_px, cell_px, MIN_LINE_PX)
-        return (found.points - middle) @ frame.T, found.along @ frame.T, found.px / cell_px
+        some = evenly(found.px, POINTS)
+        length = float(found.px.sum()) / cell_px
+        return Look((found.points[some] - middle) @ frame.T, found.along[some] @ frame.T, length)
 
     with ThreadPoolExecutor(min(2, cores())) as threads:
         return Looks(distance, frames, list(threads.map(seen, frames)))
+
+
+def evenly(px: Floats, most: int) -> Ints:
+    """Indices of at most so many samples, evenly along the image length (N,) they stand for."""
+    if len(px) == 0:
+        return np.empty(0, np.int64)
+    ends = np.cumsum(px)
+    kept = min(most, len(px))
+    return np.unique(np.searchsorted(ends, (np.arange(kept) + 0.5) * ends[-1] / kept))
 
 
 def cell_px_of(sizes: Floats) -> float:

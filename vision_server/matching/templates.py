@@ -11,6 +11,7 @@ the matcher aligns.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -22,7 +23,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from numerics.kernels import kernel
 from numerics.two_cores import cores
-from vision_server.matching.looks import Looks, cell_px_of, range_of
+from vision_server.matching.looks import POINTS, Look, Looks, cell_px_of, range_of
 from vision_server.matching.match import Anywhere
 from vision_server.matching.nearest_edges import BINS, CELL_PX, GAIN_REACH_PX, nearest_edges
 
@@ -37,7 +38,6 @@ LARGEST, SMALLEST = 1.3, 0.18  # the target's diameter, over the smaller side of
 SIZE_STEP = 1.19
 SIZES_A_GRID = 4  # sizes that share one grid of cells
 REACH_CELLS = 3.0  # an edge this far from a template's point is worth nothing to it
-POINTS = 64  # of a template
 FEWEST_POINTS = 8
 
 
@@ -73,9 +73,8 @@ def sizes_px(camera: Camera, diameter: float, anywhere: Anywhere) -> list[Floats
     largest, smallest = LARGEST * side, SMALLEST * side
     if anywhere.range_m is not None:
         largest, smallest = (diameter * camera.fx / range_m for range_m in anywhere.range_m)
-    count = 1 + math.ceil(math.log(largest / smallest) / math.log(SIZE_STEP))
-    sizes = largest / SIZE_STEP ** np.arange(count)
-    return np.split(sizes, range(SIZES_A_GRID, count, SIZES_A_GRID))
+    count = 1 + round(math.log(largest / smallest) / math.log(SIZE_STEP))
+    return np.array_split(np.geomspace(largest, smallest, count), max(1, round(count / SIZES_A_GRID)))
 
 
 def candidates(
@@ -119,7 +118,7 @@ def _at_size(
 ) -> Candidates:
     """The best place of each view and roll at one size, as poses."""
     distance = range_of(model, camera, size_px)
-    made = templates(looks.samples, camera, distance, cell_px)
+    made = templates(looks.seen, camera, distance, cell_px)
     score, place = vote(gain, *made)
     number = np.arange(len(score))
     view, roll = number // ROLLS, number % ROLLS
@@ -128,40 +127,38 @@ def _at_size(
     return Candidates(rotations, translations - rotations @ model.middle, score)
 
 
-def templates(
-    samples: list[tuple[Floats, Floats, Floats]], camera: Camera, distance: float, cell_px: float
-) -> Templates:
-    """Each look, see `Looks`, at each roll, as seen from a distance."""
-    total = len(samples) * ROLLS
+def templates(seen: Sequence[Look], camera: Camera, distance: float, cell_px: float) -> Templates:
+    """Each look at each roll, as seen from a distance."""
+    total = len(seen) * ROLLS
     offset, bins = np.zeros((total, POINTS, 2), np.int16), np.zeros((total, POINTS), np.int16)
     count, length = np.zeros(total, np.int64), np.zeros(total)
-    rolls = 2.0 * np.pi * np.arange(ROLLS) / ROLLS
-    cosine, sine = np.cos(rolls)[:, None], np.sin(rolls)[:, None]
-    scale = camera.fx / cell_px
-    for number, (points, along, px) in enumerate(samples):
-        if len(px) < FEWEST_POINTS:
+    for number, look in enumerate(seen):
+        if len(look.points) < FEWEST_POINTS:
             continue
-        some = _evenly(px, POINTS)
-        ahead = points[some]
-        depth = np.maximum(ahead[:, 2] + distance, 1e-3 * distance)
-        x, y = scale * ahead[:, 0] / depth, scale * ahead[:, 1] / depth
-        dx = along[some, 0] - ahead[:, 0] / depth * along[some, 2]
-        dy = along[some, 1] - ahead[:, 1] / depth * along[some, 2]
         own = slice(number * ROLLS, (number + 1) * ROLLS)
-        kept = len(some)
-        offset[own, :kept, 0] = np.rint(sine * x + cosine * y)
-        offset[own, :kept, 1] = np.rint(cosine * x - sine * y)
-        angle = (np.arctan2(dy, dx)[None] + rolls[:, None]) % np.pi
-        bins[own, :kept] = np.minimum(angle * (BINS / np.pi), BINS - 1)
-        count[own], length[own] = kept, float(px.sum())
+        _lay(look.points, look.along, distance, camera.fx / cell_px, offset[own], bins[own])
+        count[own], length[own] = len(look.points), look.length
     return Templates(offset, bins, count, length)
 
 
-def _evenly(px: Floats, most: int) -> Ints:
-    """Indices of at most so many samples, evenly along the image length they stand for."""
-    ends = np.cumsum(px)
-    kept = min(most, len(px))
-    return np.unique(np.searchsorted(ends, (np.arange(kept) + 0.5) * ends[-1] / kept))
+@kernel(nogil=True)
+def _lay(
+    points: Floats, along: Floats, distance: float, cells: float, offset: Offsets, bins: Offsets
+) -> None:
+    """Project the points of a look, and turn them about the line of sight, into one template a roll.
+
+    ``cells`` is the focal length.
+    """
+    rolls = 2.0 * math.pi * np.arange(len(offset)) / len(offset)
+    cosine, sine = np.cos(rolls), np.sin(rolls)
+    for p in range(len(points)):
+        depth = max(points[p, 2] + distance, 1e-3 * distance)
+        x, y = points[p, 0] / depth, points[p, 1] / depth
+        angle = math.atan2(along[p, 1] - y * along[p, 2], along[p, 0] - x * along[p, 2])
+        for r in range(len(offset)):
+            offset[r, p, 0] = round(cells * (sine[r] * x + cosine[r] * y))
+            offset[r, p, 1] = round(cells * (cosine[r] * x - sine[r] * y))
+            bins[r, p] = min(int((angle + rolls[r]) % math.pi * (BINS / math.pi)), BINS - 1)
 
 
 def _poses(
@@ -209,7 +206,7 @@ def vote(gain: Bytes, offset: Offsets, bins: Offsets, count: Ints, length: Float
             for column in range(gain.shape[2]):
                 padded[b, row % 2 * 2 + column % 2, start + column // 2] = gain[b, row, column]
     score, place = np.full(len(count), -np.inf), np.zeros((len(count), 2))
-    total = np.empty(height * stride, np.uint16)
+    flat, first, total = padded.ravel(), np.empty(offset.shape[1], np.int64), np.empty(height * stride, np.uint16)
     for t in range(len(count)):
         if count[t] == 0:
             continue
@@ -217,9 +214,14 @@ def vote(gain: Bytes, offset: Offsets, bins: Offsets, count: Ints, length: Float
         expected = 0.0
         for p in range(count[t]):
             b, dy, dx = bins[t, p], offset[t, p, 0], offset[t, p, 1]
-            shift = before + (dy >> 1) * stride + (dx >> 1)
+            plane = b * 4 + (dy & 1) * 2 + (dx & 1)
+            first[p] = plane * padded.shape[2] + before + (dy >> 1) * stride + (dx >> 1)
             expected += chance[b]
-            _add(total, padded[b, (dy & 1) * 2 + (dx & 1), shift : shift + len(total)])
+        eights = count[t] // 8 * 8
+        for p in range(0, eights, 8):
+            _add_eight(total, flat, first[p : p + 8])
+        for p in range(eights, count[t]):
+            _add(total, flat[first[p] : first[p] + len(total)])
         best, row, column = -1, 0, 0
         for y in range(height):
             most = _most(total[y * stride : y * stride + width])
@@ -239,6 +241,19 @@ def _add(total: NDArray[np.uint16], some: Bytes) -> None:
     """Add bytes to sums of two bytes; a loop of its own, which the compiler makes wide."""
     for i in range(len(total)):
         total[i] += some[i]
+
+
+@kernel(nogil=True)
+def _add_eight(total: NDArray[np.uint16], flat: Bytes, first: Ints) -> None:
+    """`_add` of eight stretches that begin there: one at a time, most of it is reading and writing sums."""
+    n = len(total)
+    a, b = flat[first[0] : first[0] + n], flat[first[1] : first[1] + n]
+    c, d = flat[first[2] : first[2] + n], flat[first[3] : first[3] + n]
+    e, f = flat[first[4] : first[4] + n], flat[first[5] : first[5] + n]
+    g, h = flat[first[6] : first[6] + n], flat[first[7] : first[7] + n]
+    for i in range(n):
+        four = np.uint16(a[i]) + np.uint16(b[i]) + np.uint16(c[i]) + np.uint16(d[i])
+        total[i] += four + np.uint16(e[i]) + np.uint16(f[i]) + np.uint16(g[i]) + np.uint16(h[i])
 
 
 @kernel(nogil=True)

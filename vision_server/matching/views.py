@@ -21,6 +21,7 @@ from geometry.occluders import Solid
 from geometry.pose import Pose
 from geometry.visibility import MIN_LINE_PX, solid_of
 from numerics.kernels import kernel
+from numerics.two_cores import both
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -126,23 +127,31 @@ class Views:
         """Index of the view of each pose, (N, 3, 3) and (N, 3) to (N,)."""
         rotations = np.ascontiguousarray(rotations)  # one kernel, not one for each way they may lie
         cells = _cells(rotations, np.ascontiguousarray(translations), self._middle, self._frame)
-        for cell in np.unique(cells[self._view_of[cells] < 0]).tolist():
-            self._view_of[cell] = len(self._parts)
-            self._parts.append(
-                _seen_from(
-                    self._solid,
-                    cell,
-                    self._middle,
-                    self._frame,
-                    self._range,
-                    self._intrinsics,
-                    self._spacing_px,
-                    self._least_px,
-                )
-            )
+        new = np.unique(cells[self._view_of[cells] < 0])
+        if len(new):
+            self._view_of[new] = len(self._parts) + np.arange(len(new))
+            half = (len(new) + 1) // 2
+            for some in both(lambda: self._seen(new[:half]), lambda: self._seen(new[half:])):
+                self._parts += some
             self._table = None
         out: Ints = self._view_of[cells]
         return out
+
+    def _seen(self, cells: Ints) -> list[tuple[Ints, Floats, Floats, Floats]]:
+        """What is seen from the middle of each of these cells."""
+        return [
+            _seen_from(
+                self._solid,
+                cell,
+                self._middle,
+                self._frame,
+                self._range,
+                self._intrinsics,
+                self._spacing_px,
+                self._least_px,
+            )
+            for cell in cells.tolist()
+        ]
 
     def table(self) -> ViewTable:
         """The samples of all views so far."""
@@ -211,7 +220,7 @@ def _cells(rotations: Floats, translations: Floats, middle: Floats, frame: Float
     return out
 
 
-@kernel()
+@kernel(nogil=True)
 def _seen_from(
     solid: Solid,
     cell: int,

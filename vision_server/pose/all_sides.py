@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from geometry.model import Model
 from geometry.near_symmetries import near_symmetries_and_products
-from geometry.pose import Pose
+from geometry.pose import Pose, near
 from geometry.round_axes import other_sides, rim_middle, round_axes
 from geometry.symmetries import symmetry_of
 from vision_server.pose.detail import fewer_lines
@@ -92,10 +94,14 @@ def _add_matched_again(
 def _firsts_of_looks(poses: Sequence[Pose], turns: Sequence[Pose]) -> list[int]:
     """The first of the poses of each look: those that a near symmetry turns into each other are one."""
     firsts: list[int] = []
+    turn = np.array([np.eye(3), *(one.matrix for one in turns)])
+    shift = np.array([np.zeros(3), *(one.translation for one in turns)])
+    rotations, translations = np.empty((0, 3, 3)), np.empty((0, 3))  # of the firsts, turned
     for index, pose in enumerate(poses):
-        alike = [poses[one].compose(turn) for one in firsts for turn in turns]
-        if not any(pose.error_to(one).within(*ONE_LOOK) for one in [*alike, *(poses[one] for one in firsts)]):
+        if not near(rotations, translations, pose, *ONE_LOOK).any():
             firsts.append(index)
+            rotations = np.concatenate([rotations, pose.matrix @ turn])
+            translations = np.concatenate([translations, pose.apply(shift)])
     return firsts
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.pose import Pose
+from geometry.pose import Pose, near
 from geometry.symmetries import Symmetry
 from vision_server.pose.trust import RIVAL_NATS
 
@@ -29,13 +29,12 @@ class PoseChance:
 
 def equivalent(one: Pose, other: Pose, symmetry: Symmetry) -> bool:
     """Whether a symmetry of the target takes one pose to the other, within SAME."""
-    for turn in symmetry.turns:
-        turned = one.compose(turn)
-        if symmetry.free_axis is not None:
-            turned = turned_towards(turned, other, symmetry)
-        if turned.error_to(other).within(*SAME):
-            return True
-    return False
+    if symmetry.free_axis is None:
+        turn = np.array([pose.matrix for pose in symmetry.turns]).reshape(-1, 3, 3)
+        shift = np.array([pose.translation for pose in symmetry.turns]).reshape(-1, 3)
+        return bool(near(one.matrix @ turn, one.apply(shift), other, *SAME).any())
+    turned = (turned_towards(one.compose(turn), other, symmetry) for turn in symmetry.turns)
+    return any(pose.error_to(other).within(*SAME) for pose in turned)
 
 
 def image_of(one: Pose, other: Pose, symmetry: Symmetry) -> bool:

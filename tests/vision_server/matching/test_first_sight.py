@@ -15,6 +15,7 @@ from tests.vision_server.matching_scenes import CAMERA, segments_of
 from tests.vision_server.synthetic import one_image
 from vision_server.matching import Anywhere
 from vision_server.matching.first_sight import match_anywhere
+from vision_server.matching.looks import Look
 from vision_server.matching.templates import Templates, sizes_px, templates, vote
 from vision_server.segments.extraction import extract_segments
 
@@ -108,7 +109,7 @@ def test_votes_are_sums_of_gains_at_every_second_place() -> None:
 def test_templates_turn_and_foreshorten_as_the_camera_sees() -> None:
     camera = Camera(640, 480, 800.0, 800.0, 319.5, 239.5)
     points, along = np.array([[0.1, 0.0, 0.05]] * 9), np.array([[0.0, 1.0, 0.0]] * 9)
-    made = templates([(points, along, np.ones(9))], camera, 1.0, 2.0)
+    made = templates([Look(points, along, 9.0)], camera, 1.0, 2.0)
     column = 800.0 * 0.1 / 1.05 / 2.0
     assert made.offset[0, 0].tolist() == [0, round(column)]
     assert made.bin[0, 0] == 4  # across: 90 degrees

@@ -1,6 +1,7 @@
 """The matchers' kernels agree with plain statements of the same equations."""
 
 from collections import defaultdict
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -238,14 +239,8 @@ def of_many_lines() -> Model:
     many = 3 * MOST_LINES
     lines = np.tile(SATELLITE.lines, (many // len(SATELLITE.lines) + 1, 1))
     repeated = len(lines) // len(SATELLITE.lines)
-    return Model(
-        **{
-            **SATELLITE.__dict__,
-            "lines": lines,
-            "line_faces": np.tile(SATELLITE.line_faces, (repeated, 1)),
-            "smooth": np.zeros(len(lines), dtype=bool),
-        }
-    )
+    faces = np.tile(SATELLITE.line_faces, (repeated, 1))
+    return replace(SATELLITE, lines=lines, line_faces=faces, smooth=np.zeros(len(lines), dtype=bool))
 
 
 def test_of_a_big_model_lines_that_are_short_in_the_image_are_not_looked_for() -> None:
