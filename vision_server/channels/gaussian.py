@@ -12,8 +12,9 @@ Field = NDArray[np.float32]
 Kernels = tuple[Field, Field]  # across and along the derivative, float32 (2 R + 1,) each
 
 
+@cache
 def gaussian_kernels(sigma_px: float) -> Kernels:
-    """Sampled Gaussian (sum 1) and its derivative (unit response to a unit ramp)."""
+    """Sampled Gaussian (sum 1) and its derivative (unit response to a unit ramp); shared."""
     radius = int(np.ceil(3.0 * sigma_px))
     x = np.arange(-radius, radius + 1, dtype=np.float64)
     smooth = np.exp(-0.5 * (x / sigma_px) ** 2)

@@ -236,10 +236,13 @@ def _cut(
             if number[v, u] < first:
                 continue
             top, left, tile = TILE_PX * v - corner[0], TILE_PX * u - corner[1], out[number[v, u]]
+            there = min(side, image.shape[1] - left)  # beyond, it is as at its border
             for y in range(side):
-                row = image[min(top + y, len(image) - 1)]
-                for x in range(side):
-                    tile[y * side + x] = row[min(left + x, len(row) - 1)]
+                row = min(top + y, len(image) - 1)
+                for x in range(there):
+                    tile[y * side + x] = image[row, left + x]
+                for x in range(there, side):
+                    tile[y * side + x] = image[row, image.shape[1] - 1]
 
 
 def gradient_channel(name: str, known: ChannelStatistics) -> GradientChannel:

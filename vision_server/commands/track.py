@@ -28,6 +28,7 @@ from vision_server.commands.options import (
 
 if TYPE_CHECKING:
     from vision_server.serve.inputs import GivenCamera
+    from vision_server.tracking.sources import Frame
     from vision_server.tracking.tracker import Tracked, Tracker
 
 
@@ -99,9 +100,7 @@ def _tracked(options: Namespace) -> int:
         with _ctrl_c() as heed:
             for index, frame in enumerate(islice(source, options.count)):
                 heed()
-                told = tracker.step(
-                    frame.pixels, index / options.fps if frame.time_s is None else frame.time_s
-                )
+                told = _stepped(tracker, frame, index / options.fps)
                 found += told.pose is not None
                 _show(told, frame.name, options.json)
                 if film is not None:
@@ -112,6 +111,14 @@ def _tracked(options: Namespace) -> int:
     if source.warning:
         print(f"vision_server: {source.warning}", file=sys.stderr)
     return 0 if found else EXIT_NO_POSE
+
+
+def _stepped(tracker: Tracker, frame: Frame, else_s: float) -> Tracked:
+    """What a frame says, taken at ``else_s`` where nothing tells; one that is refused is named."""
+    try:
+        return tracker.step(frame.pixels, else_s if frame.time_s is None else frame.time_s)
+    except BadInput as error:
+        raise BadInput(f"{frame.name}: {error.message}", error.hint) from error
 
 
 @contextmanager

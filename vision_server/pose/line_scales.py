@@ -42,15 +42,18 @@ def line_scales(problem: PoseProblem, pose: Pose) -> Ints:
     normal, out = samples.normal, problem.scale.copy()
     least = int(out.min(initial=0))
     for index, channel in enumerate(problem.channels):
-        peaks = []
+        peaks = np.zeros(len(normal))
         for scale in range(least, len(SCALES_PX)):
-            reach = np.full(len(normal), max(REACH_PX, 1.5 * SCALES_PX[scale]))
-            chosen = np.full((1, len(normal)), scale, dtype=np.int64)
-            points = search([channel], chosen, Normals(samples.image, normal, reach))
-            peaks.append(np.abs(points.strength[0]).max(axis=1))
+            own = out[index, samples.line]
+            asked = np.flatnonzero((own == scale) | (own == scale - 1))  # of others it says nothing
+            reach = np.full(len(asked), max(REACH_PX, 1.5 * SCALES_PX[scale]))
+            chosen = np.full((1, len(asked)), scale, dtype=np.int64)
+            points = search([channel], chosen, Normals(samples.image[asked], normal[asked], reach))
+            below, peaks = peaks, np.zeros(len(normal))
+            peaks[asked] = np.abs(points.strength[0]).max(axis=1)
             if scale == least:
                 continue
-            ratio = _median_ratios(peaks[-1], peaks[-2], samples.line, out.shape[1])
+            ratio = _median_ratios(peaks, below, samples.line, out.shape[1])
             softer = (out[index] == scale - 1) & (ratio > SOFTER_RATIO)
             out[index, softer] = scale
             if not softer.any():

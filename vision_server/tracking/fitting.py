@@ -135,7 +135,7 @@ def fitted(
     if len(lines.value) < LEAST_LINES:
         return None
     range_m = float(np.linalg.norm(start.translation))
-    prior = np.r_[prior_precision(range_m, problem.tone_sd_px), habits.radius_sd_m**-2.0]
+    prior = np.append(prior_precision(range_m, problem.tone_sd_px), habits.radius_sd_m**-2.0)
     step, covariance, off_px2, radius_told = solved(lines, prior, habits)
     if not np.isfinite(step).all():
         return None

@@ -21,6 +21,7 @@ from vision_server.pose.weights import SCATTER_PX
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+Edges = tuple[Floats, Floats, Flags, Ints, Floats, Floats, Floats]
 
 # Chosen by hand where nothing else is said.
 FEWEST = 4  # edge points of a line that show where it lies and how it is turned
@@ -166,31 +167,33 @@ def rounding_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tupl
     model, line = problem.model, seen.samples.line
     if not model.faces:
         return np.zeros(len(line)), np.zeros(len(line))
+    found = _roundings(*_edges(model, problem.camera, pose, seen.samples))
+    return found[0], found[1]
+
+
+def _edges(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Edges:
+    """What `_roundings` and `_outward` ask of the lines, (L,), and of the samples on them, (N,).
+
+    Normals of the two faces at each line (L, 3), and whether it is sharp and convex; line (N,), points and
+    unit vectors along the lines (N, 3), camera frame; normals in the image times the focal lengths (N, 2).
+    """
     normals = model.face_normals @ pose.matrix.T
-    found = _roundings(
+    return (
         normals[model.line_faces[:, 0]],
         normals[model.line_faces[:, 1]],
         _rounds(model),
-        line,
-        pose.apply(seen.samples.points),
-        seen.samples.direction @ pose.matrix.T,
-        seen.samples.normal * [problem.camera.fx, problem.camera.fy],
+        samples.line,
+        pose.apply(samples.points),
+        samples.direction @ pose.matrix.T,
+        samples.normal * [camera.fx, camera.fy],
     )
-    return found[0], found[1]
 
 
 @kernel(error_model="numpy")
 def _roundings(
     one: Floats, two: Floats, rounds: Flags, line: Ints, points: Floats, along: Floats, focal: Floats
 ) -> Floats:
-    """Both of `rounding_shifts`, (2, N).
-
-    Parameters
-    ----------
-    one, two : (L, 3), normals of the faces at each line.
-    points, along : (N, 3), and unit vectors along their lines, camera frame.
-    focal : (N, 2), normals in the image times the focal lengths, px.
-    """
+    """Both of `rounding_shifts`, (2, N)."""
     out = np.zeros((2, len(line)))
     for i in range(len(line)):
         n, m, point = one[line[i]], two[line[i]], points[i]
@@ -229,15 +232,24 @@ def outward_of(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Fl
     """
     if not model.faces:
         return np.zeros(len(samples.line))
-    faces = model.line_faces[samples.line]
-    one, two = (model.face_normals[faces[:, side]] @ pose.matrix.T for side in (0, 1))
-    points = pose.apply(samples.points)
-    turned = (one * points).sum(axis=1) * (two * points).sum(axis=1) < 0.0
-    outwards = np.cross(points, samples.direction @ pose.matrix.T)
-    outwards *= np.sign((outwards * (one + two)).sum(axis=1))[:, None]
-    image = outwards[:, :2] - outwards[:, 2:] * points[:, :2] / points[:, 2:]
-    side = np.sign((image * [camera.fx, camera.fy] * samples.normal).sum(axis=1))
-    return np.asarray(np.where(turned & _rounds(model)[samples.line], side, 0.0))
+    found: Floats = _outward(*_edges(model, camera, pose, samples))
+    return found
+
+
+@kernel(error_model="numpy")
+def _outward(
+    one: Floats, two: Floats, rounds: Flags, line: Ints, points: Floats, along: Floats, focal: Floats
+) -> Floats:
+    """See `outward_of`."""
+    out, across = np.zeros(len(line)), np.empty(3)
+    for i in range(len(line)):
+        n, m, point = one[line[i]], two[line[i]], points[i]
+        if rounds[line[i]] and (n * point).sum() * (m * point).sum() < 0.0:
+            for k in range(3):
+                p, q = (k + 1) % 3, (k + 2) % 3
+                across[k] = point[p] * along[i, q] - point[q] * along[i, p]
+            out[i] = np.sign((across * (n + m)).sum()) * np.sign(_across(across, point, focal[i]))
+    return out
 
 
 @lru_cache(maxsize=8)

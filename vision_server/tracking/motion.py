@@ -100,7 +100,7 @@ class Motion:
     def innovation(self, pose: Pose, covariance: Floats, middle: Floats) -> Innovation:
         """Of a pose that was measured now, of this covariance (6, 6)."""
         centre = pose.apply(middle[None])[0]
-        step = np.r_[vector_of(pose.matrix @ self.rotation.T), centre - self.centre]
+        step = np.concatenate([vector_of(pose.matrix @ self.rotation.T), centre - self.centre])
         measured = about(centre, covariance)
         spread = self.covariance[:6, :6] + measured
         return Innovation(step, spread, measured, float(step @ np.linalg.solve(spread, step)))

@@ -100,7 +100,7 @@ def test_frames_of_another_size_end_in_a_message(folder: Path) -> None:
     )
     assert done.returncode == 2
     assert len(done.stdout.splitlines()) == 1
-    assert "Frame 1 has 100x100 px of uint8, the camera 320x240" in done.stderr
+    assert "small.png: Frame 1 has 100x100 px of uint8, the camera 320x240" in done.stderr
     assert "Traceback" not in done.stderr
 
 

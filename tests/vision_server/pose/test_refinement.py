@@ -172,6 +172,16 @@ def beside_stripe(model: Model, line: int, blur_px: float) -> NDArray[np.uint8]:
     return photographed(np.asarray(cv2.GaussianBlur(small, (0, 0), blur_px), dtype=np.float64))
 
 
+def test_wide_filters_are_computed_beside_soft_lines_alone(model: Model) -> None:
+    picture = linear_picture(model, CAMERA, POSE)
+    half = CAMERA.width // 2
+    picture[:, :half] = cv2.GaussianBlur(picture, (0, 0), 3.0)[:, :half]
+    problem = PoseProblem.at_scale(channels_of(photographed(picture)), model, CAMERA)
+    line_scales(problem, POSE)
+    _, everywhere, soft = problem.channels[0].count[:3]
+    assert 0 < soft < 0.8 * everywhere
+
+
 @pytest.mark.parametrize("line", [4, 9])
 def test_a_stripe_beside_a_blurred_line_does_not_make_it_count_as_sharp(model: Model, line: int) -> None:
     pixels = beside_stripe(model, line, 2.5)
