@@ -1,6 +1,6 @@
 """What frames of 12 megapixels cost `estimate`: memory and processor time, by the target's size.
 
-    .venv/bin/python -m benchmarks.large_frames [--fills 0.25,0.75] [--bits 8]
+    .venv/bin/python -m benchmarks.large_frames [--fills 0.25,0.75] [--bits 8] [--first-sight]
 
 One JSON object per size of the target (its diameter over the frame's height): by how much the peak of the
 command's memory grows with each image from one to four, that peak with one image, the processor's seconds.
@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated
@@ -48,10 +49,11 @@ def write_scene(folder: Path, model: Model, fills: float, bits: int) -> None:
         (folder / f"{name}.toml").write_text(f"[{name}]\n{rows}")
 
 
-def measured(folder: Path, count: int) -> tuple[float, float]:
+def measured(folder: Path, count: int, first_sight: bool = False) -> tuple[float, float]:
     """Peak of the memory, MB, and processor time, s, of the command on so many of the images."""
     command = [sys.executable, "-m", "vision_server", "estimate", "--model", str(find_target(TARGET))]
-    command += ["--camera", str(folder / "camera.toml"), "--seed-pose", str(folder / "target.seed_pose.toml")]
+    command += ["--camera", str(folder / "camera.toml")]
+    command += [] if first_sight else ["--seed-pose", str(folder / "target.seed_pose.toml")]
     command += ["--exposures", ",".join(["1"] * count), "--json"]
     command += [str(folder / f"{number}.png") for number in range(count)]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
@@ -65,13 +67,15 @@ def measured(folder: Path, count: int) -> tuple[float, float]:
 def main(
     fills: Annotated[str, typer.Option(help="Diameters, over the frame's height.")] = "0.25,0.75",
     bits: Annotated[int, typer.Option(help="Of the files: 8 or 16.")] = 8,
+    first_sight: Annotated[bool, typer.Option("--first-sight", help="Without a seed pose.")] = False,
 ) -> None:
     """Memory and time of one and of four images."""
     model = load_model(find_target(TARGET))
     for share in map(float, fills.split(",")):
         with TemporaryDirectory() as name:
             write_scene(Path(name), model, share, bits)
-            (one_mb, one_s), (all_mb, all_s) = (measured(Path(name), count) for count in (1, IMAGES))
+            of = partial(measured, Path(name), first_sight=first_sight)
+            (one_mb, one_s), (all_mb, all_s) = of(1), of(IMAGES)
         show(
             "12 megapixels",
             (all_mb - one_mb) / (IMAGES - 1),

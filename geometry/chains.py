@@ -41,10 +41,10 @@ class Arcs:
 
 @lru_cache(maxsize=8)
 def chains(model: Model) -> Ints:
-    """Chain (L,) of each line, the index of one of its lines; a line that nothing continues has its own. Shared.
+    """Chain (L,) of each line, the index of one of its lines; a line that nothing continues has its own.
 
     Sharp lines are chained where just two of them meet and bend little, lines of curved surfaces wherever
-    they meet: which of them are the outline depends on the view.
+    they meet: which of them are the outline depends on the view. Shared, not to be written to.
     """
     own = np.flatnonzero(model.smooth)
     ends = model.lines[own].ravel()

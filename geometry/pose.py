@@ -156,7 +156,8 @@ def near(
     twice_cosine_and_one = np.sum(rotations * pose.matrix, axis=(1, 2))
     apart = np.linalg.norm(translations - pose.translation, axis=1)
     close = apart < fraction_of_range * np.linalg.norm(pose.translation)
-    return close & (twice_cosine_and_one > 1.0 + 2.0 * math.cos(math.radians(rotation_deg)))
+    turned_alike = twice_cosine_and_one > 1.0 + 2.0 * math.cos(math.radians(rotation_deg))
+    return np.asarray(close & turned_alike)
 
 
 def origin_jacobian(translation: Array) -> Array:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from geometry.errors import GeometryError
-from geometry.pose import Pose, disturbed
+from geometry.pose import Pose, disturbed, near
 
 number = st.floats(-3.0, 3.0)
 vectors = st.tuples(number, number, number)
@@ -118,3 +118,12 @@ def test_disturbed_poses_stay_in_the_search_range() -> None:
     angles = np.abs(turns.as_euler("XYZ", degrees=True))
     assert angles.max() <= 25.0 + 1e-9
     assert (angles.max(axis=0) > 24.0).all()
+
+
+def test_many_poses_at_once_are_near_as_each_by_itself_is() -> None:
+    rng, one = np.random.default_rng(4), Pose([0.3, -0.2, 2.9], [0.1, 0.2, 1.5])
+    others = [one.stepped(rng.normal(size=6) * ([0.03] * 3 + [0.01] * 3)) for _ in range(200)]
+    rotations, translations = np.array([p.matrix for p in others]), np.array([p.translation for p in others])
+    each = [other.error_to(one).within(3.0, 0.01) for other in others]
+    assert near(rotations, translations, one, 3.0, 0.01).tolist() == each
+    assert 0 < sum(each) < len(each)

@@ -32,8 +32,8 @@ class Look(NamedTuple):
 
     Attributes
     ----------
-    points, along : (N, 3), N at most POINTS: about the target's middle, and the lines' directions there, in the
-        camera's axes, metres.
+    points, along : (N, 3), N at most POINTS: about the target's middle, and the lines' directions there, in
+        the camera's axes, metres.
     length : of all visible lines in the image, cells.
     """
 

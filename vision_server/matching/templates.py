@@ -35,7 +35,7 @@ Bytes = NDArray[np.uint8]
 # Chosen by hand where nothing else is said.
 ROLLS = 30  # each look is turned by 12 degrees about the line of sight
 LARGEST, SMALLEST = 1.3, 0.18  # the target's diameter, over the smaller side of the frame
-SIZE_STEP = 1.19
+SIZE_STEP = 1.2  # at most
 SIZES_A_GRID = 4  # sizes that share one grid of cells
 REACH_CELLS = 3.0  # an edge this far from a template's point is worth nothing to it
 FEWEST_POINTS = 8
@@ -73,7 +73,7 @@ def sizes_px(camera: Camera, diameter: float, anywhere: Anywhere) -> list[Floats
     largest, smallest = LARGEST * side, SMALLEST * side
     if anywhere.range_m is not None:
         largest, smallest = (diameter * camera.fx / range_m for range_m in anywhere.range_m)
-    count = 1 + round(math.log(largest / smallest) / math.log(SIZE_STEP))
+    count = 1 + math.ceil(math.log(largest / smallest) / math.log(SIZE_STEP))
     return np.array_split(np.geomspace(largest, smallest, count), max(1, round(count / SIZES_A_GRID)))
 
 
@@ -193,20 +193,12 @@ def vote(gain: Bytes, offset: Offsets, bins: Offsets, count: Ints, length: Float
     for t in range(len(count)):
         for p in range(count[t]):
             reach = max(reach, 1 + abs(offset[t, p, 0]) // 2, 1 + abs(offset[t, p, 1]) // 2)
-    # the cells of each parity apart, so that neighbours among the places are neighbours in memory; with so
-    # many empty columns after each row, and rows above and below, a shift is one number
     stride = width + reach
     before = reach * stride + reach
-    padded = np.zeros((len(gain), 4, before + height * stride + before), np.uint8)
-    chance = np.zeros(len(gain))
-    for b in range(len(gain)):
-        chance[b] = gain[b].mean()
-        for row in range(gain.shape[1]):
-            start = before + row // 2 * stride
-            for column in range(gain.shape[2]):
-                padded[b, row % 2 * 2 + column % 2, start + column // 2] = gain[b, row, column]
+    padded, chance = _of_each_parity(gain, stride, before, before + height * stride + before)
     score, place = np.full(len(count), -np.inf), np.zeros((len(count), 2))
-    flat, first, total = padded.ravel(), np.empty(offset.shape[1], np.int64), np.empty(height * stride, np.uint16)
+    flat, total = padded.ravel(), np.empty(height * stride, np.uint16)
+    first = np.empty(offset.shape[1], np.int64)
     for t in range(len(count)):
         if count[t] == 0:
             continue
@@ -234,6 +226,23 @@ def vote(gain: Bytes, offset: Offsets, bins: Offsets, count: Ints, length: Float
         score[t] = (best - expected) / count[t] / 255.0 * math.sqrt(length[t])
         place[t, 0], place[t, 1] = 2 * row, 2 * column
     return score, place
+
+
+@kernel(nogil=True)
+def _of_each_parity(gain: Bytes, stride: int, before: int, size: int) -> tuple[Bytes, Floats]:
+    """The cells of each parity apart, (BINS, 4, size), and the mean of each bin, (BINS,).
+
+    So neighbours among the places are neighbours in memory; with as many empty columns after each row, and
+    rows above and below, as the templates reach, a shift is one number.
+    """
+    padded, chance = np.zeros((len(gain), 4, size), np.uint8), np.zeros(len(gain))
+    for b in range(len(gain)):
+        chance[b] = gain[b].mean()
+        for row in range(gain.shape[1]):
+            start = before + row // 2 * stride
+            for column in range(gain.shape[2]):
+                padded[b, row % 2 * 2 + column % 2, start + column // 2] = gain[b, row, column]
+    return padded, chance
 
 
 @kernel(nogil=True)

@@ -106,6 +106,20 @@ def test_votes_are_sums_of_gains_at_every_second_place() -> None:
         assert sums[tuple((place[t] // 2).astype(int))] == sums.max()
 
 
+@pytest.mark.parametrize(
+    ("range_m", "counts"), [(None, [4, 4, 4]), ((1.0, 1.0), [1]), ((1.0, 2.06), [5]), ((1.0, 3.5), [4, 4])]
+)
+def test_no_grid_is_for_one_size_beside_others(
+    range_m: tuple[float, float] | None, counts: list[int]
+) -> None:
+    sizes = sizes_px(CAMERA, 0.2, Anywhere(range_m))
+    assert [len(part) for part in sizes] == counts
+    whole = np.concatenate(sizes)
+    least, most = (1.0, 1.3 / 0.18) if range_m is None else range_m
+    assert whole[0] / whole[-1] == pytest.approx(most / least)
+    np.testing.assert_allclose(np.diff(np.log(whole), 2), 0.0, atol=1e-9)
+
+
 def test_templates_turn_and_foreshorten_as_the_camera_sees() -> None:
     camera = Camera(640, 480, 800.0, 800.0, 319.5, 239.5)
     points, along = np.array([[0.1, 0.0, 0.05]] * 9), np.array([[0.0, 1.0, 0.0]] * 9)
