@@ -13,6 +13,7 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
 from vision_server.edges.sides import Sides
@@ -86,7 +87,7 @@ def _telling_steps(sides: Sides) -> Floats:
     told = sides.known.all(axis=0) & off.any(axis=0) & (step > -SURE * sd).all(axis=0)
     told &= (sd.max(axis=0) < MOST_NOISE * largest) & (largest > LEAST_STEP * best)
     some = np.flatnonzero(told)
-    some = some[:: max(len(some) // MOST_STEPS, 1)]
+    some = some[:: len(some) // MOST_STEPS + 1]
     return np.asarray((step[:, some] / largest[some]).T, np.float64)
 
 
@@ -94,14 +95,14 @@ def _clusters(steps: Floats) -> list[Floats]:
     """Middles (C,) of clusters, from the largest on; 0 where a light is off."""
     if len(steps) < FEWEST:
         return []
-    apart = np.abs(steps[:, None] - steps).max(axis=2)
-    left = np.ones(len(steps), np.bool_)
+    apart = cdist(steps, steps, "chebyshev")
+    near, left = apart < ALIKE, np.ones(len(steps), np.bool_)
     middles: list[Floats] = []
     while True:
-        count = ((apart < ALIKE) & left).sum(axis=1) * left
+        count = near[:, left].sum(axis=1) * left
         most = count.argmax()
         if count[most] < FEWEST:
             return middles
-        middle = np.median(steps[(apart[most] < ALIKE) & left], axis=0)
+        middle = np.median(steps[near[most] & left], axis=0)
         middles.append(np.where(middle > OFF, middle, 0.0))
         left &= apart[most] > APART
