@@ -9,7 +9,7 @@ than half of the images. One that is on in a single image needs no level.
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import islice, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,7 @@ ALIKE = 0.08  # between steps of one cluster, as a share of the largest
 APART = 0.2  # between clusters
 FEWEST = 8  # steps of a cluster
 OFF = 0.15  # level that is none
+MOST_TRIED = 16  # choices of one cluster for each lamp, large ones first
 SAMPLE_STEP = 8  # of the edgels that say whether they are all
 MOST_NEGATIVE = 0.05  # share of them with a light's part that is negative: of wrong levels .2 and more
 
@@ -48,7 +49,7 @@ def learnt_lights(sides: Sides) -> KnownLights | None:
     for cluster in clusters:
         alike.setdefault((cluster > 0.0).tobytes(), []).append(cluster)
     if len(alike) == len(sides.near) - 1:
-        for levels in product(*alike.values()):
+        for levels in islice(product(*alike.values()), MOST_TRIED):
             lights = known_lights(np.array(levels).T)
             if _explains(lights, sides.of(slice(None, None, SAMPLE_STEP))):
                 return lights
