@@ -16,7 +16,7 @@ from vision_server.edges.densities import Floats, either, sum_of_logs
 from vision_server.edges.sides import Sides
 
 # Of log-ratios; chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
-FLAT_SD = 0.03  # of two places 4 px apart on one flat surface, from light to light
+FLAT_SD = 0.02  # of two places 4 px apart on one flat surface, from light to light
 DEPTH_SD = 0.55  # of a shadow's depth in the channel that shows it best
 KNOWN_DEPTH_SD = 0.65  # where the lights' levels are known: else deeper ones are rather creases
 LEAST_DEPTH = 1e-6
@@ -24,7 +24,12 @@ TELLING_VARIANCE = 1.0  # of a channel's log-ratio: more, as of a black or clipp
 
 
 def shadow_of_one(
-    sides: Sides, logs: Floats, noise: Floats, lights: NDArray[np.float64], dark_side: Floats | float = 1.0
+    sides: Sides,
+    logs: Floats,
+    noise: Floats,
+    lights: NDArray[np.float64],
+    depth_sd: float,
+    dark_side: Floats | float = 1.0,
 ) -> Floats:
     """Log-likelihood (N,) that one of the lights is blocked on one side, each as likely.
 
@@ -36,15 +41,17 @@ def shadow_of_one(
         As `densities.logarithms` gives them.
     lights
         float64 (C, L), how far each light is on.
+    depth_sd
+        DEPTH_SD or KNOWN_DEPTH_SD.
     dark_side
         (L, N), how much likelier than any other the dark side is to be that of a shadow of each light.
     """
-    each = [one_blocked(sides, logs, noise, light, KNOWN_DEPTH_SD) for light in lights.T]
+    each = [one_blocked(sides, logs, noise, light, depth_sd) for light in lights.T]
     return np.asarray(reduce(either, np.asarray(each) + np.log(dark_side)) - np.log(len(each)))
 
 
 def one_blocked(
-    sides: Sides, logs: Floats, noise: Floats, light: NDArray[np.float64], depth_sd: float = DEPTH_SD
+    sides: Sides, logs: Floats, noise: Floats, light: NDArray[np.float64], depth_sd: float
 ) -> Floats:
     """Log-likelihood (N,) that a light, on as far as ``light`` (C,) says, is blocked on one side.
 

@@ -109,12 +109,6 @@ def less_crease(parts: Sides, dark_side: tuple[Floats, Floats] | None = None) ->
     )
 
 
-def one_is_missing(parts: Sides) -> NDArray[np.int64]:
-    """Number (N,) of the light that is likeliest the only one to give nothing to one side."""
-    each = each_light(parts)
-    return np.asarray(np.argmax(each.nothing - each.alike, axis=0))
-
-
 def _log(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.log(np.maximum(values, np.finfo(values.dtype).tiny)))
 
@@ -162,14 +156,8 @@ def _any_of(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(reduce(either, values) - np.log(len(values)))
 
 
-def each_light(parts: Sides) -> EachLight:
-    """What each light by itself is to N edgels."""
-    logs, noise = logarithms(parts)
-    return _each_light(parts, logs[:, 0] - logs[:, 1], noise)
-
-
 def _each_light(parts: Sides, ratio: Floats, noise: Floats) -> EachLight:
-    """The same by the lights' log-ratios and their variances, (L, N) each."""
+    """What each light by itself is to N edgels, by their log-ratios and their variances, (L, N) each."""
     near = np.maximum(parts.near, 0.0)
     darker, variance = near.min(axis=1), parts.noise**2 + (DARK_SHARE * near.max(axis=(0, 1))) ** 2
     # the density of nothing but noise, on either side, as one of the log-ratio

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision_server.channels.depth import Field
-from vision_server.edges.each_light import one_is_missing
 from vision_server.edges.sides import Sides
 
 Floats = NDArray[np.float64]
@@ -65,6 +64,21 @@ class Falling(NamedTuple):
         at = _dark_side(near, normals) + DIRECTIONS * np.arange(len(self.shadow))[:, None]
         return self.shadow.take(at), self.outline.take(at)
 
+    def of_most_changed(self, parts: Sides) -> Floats:
+        """For N edgels (N,), at the end of a shadow of the light whose part differs most; 1 at most.
+
+        A dark side where it may be makes no shadow of what else is there, as of a dark leaf's outline.
+        """
+        changed = _most_changed(parts.near)
+        edgels = np.arange(len(changed))
+        near = parts.near[changed, :, edgels].T[None]
+        return np.asarray(np.minimum(self.shadow[changed, _dark_side(near, parts.normals)[0]], 1.0))
+
+
+def _most_changed(near: Field) -> NDArray[np.int64]:
+    """Number (N,) of the light whose part (L, 2, N) differs most between the sides."""
+    return np.asarray(np.argmax(np.abs(near[:, 0] - near[:, 1]), axis=0))
+
 
 def _dark_side(near: Field, normals: Field) -> NDArray[np.int64]:
     """Number (L, N) of the direction to the side that each light gives less to."""
@@ -85,7 +99,7 @@ def learn_falling(parts: Sides, is_outline: NDArray[np.bool_], is_shadow: NDArra
     """
     shading = _shading(parts, is_outline)
     ends = parts.of(np.flatnonzero(is_shadow))
-    missing = one_is_missing(ends)
+    missing = _most_changed(ends.near)
     at = _dark_side(ends.near, ends.normals)
     tables = []
     for light, towards in enumerate(shading):

@@ -35,7 +35,8 @@ from vision_server.edges.along import mean_along
 from vision_server.edges.background import Background, background_of
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.falling import Falling, learn_falling
-from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
+from vision_server.edges.learnt_lights import learnt_lights
+from vision_server.edges.light_parts import KnownLights, apparent_parts, known_lights, parts_of
 from vision_server.edges.likelihoods import FIXED, KINDS, OUTLINE, SHADOW, likelihoods
 from vision_server.edges.merging import merge_channels
 from vision_server.edges.sides import DARK_GREY, Sides, evenly_weighted, sides_of
@@ -163,21 +164,20 @@ def kinds_of(
         none = np.zeros((len(KINDS), 0)), np.full(len(KINDS), 1.0 / len(KINDS))
         return EdgeKinds(edges, sides, *none, used)
     background = background_of(edges, sides)
-    lights = None if levels is None else known_lights(levels)
-    falling = None if lights is None else _falling_of(sides, background, lights)
+    lights = learnt_lights(sides) if levels is None else known_lights(levels)
+    falling = _falling_of(sides, background, lights)
     likelihood = likelihoods(sides, background, lights, falling)
     likelihood = np.maximum(likelihood - likelihood.max(axis=0), LEAST_LOG)
-    coherence = COHERENCE if falling is None else KNOWN_COHERENCE
+    coherence = COHERENCE if levels is None else KNOWN_COHERENCE
     return EdgeKinds(edges, sides, *fit_kinds(coherence * mean_along(edges, likelihood)), used)
 
 
-def _falling_of(sides: Sides, background: Background, lights: KnownLights) -> Falling | None:
-    """To which side each light's shadows fall, by some edgels; None where lights are not told apart."""
+def _falling_of(sides: Sides, background: Background, lights: KnownLights | None) -> Falling:
+    """To which side each light's shadows fall, by some edgels; as it appears if they are not told apart."""
     every = slice(None, None, FALLING_STEP)
     some, background = sides.of(every), background.of(every)
-    parts = parts_of(some, lights)
-    if parts is None:
-        return None
+    parts = parts_of(some, lights) if lights is not None and lights.are_all else None
+    parts = apparent_parts(some) if parts is None else parts
     likeliest = likelihoods(some, background, lights).argmax(axis=0)
     clear = parts.known[0]
     return learn_falling(parts, clear & (likeliest == OUTLINE), clear & (likeliest == SHADOW))

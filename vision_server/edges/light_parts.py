@@ -30,10 +30,13 @@ class KnownLights(NamedTuple):
     share
         float32 (L, C), of what the channels show, what each light gives; None where they cannot be told
         apart.
+    are_all
+        Whether there are no others: of those that were learnt there may be.
     """
 
     on: Floats
     share: NDArray[np.float32] | None
+    are_all: bool = True
 
 
 def known_lights(levels: Floats) -> KnownLights:
@@ -70,5 +73,17 @@ def parts_of(sides: Sides, lights: KnownLights) -> Sides | None:
         return None
     near = np.tensordot(share, sides.near, axes=1)
     noise = np.sqrt(np.square(share) @ np.square(sides.noise))
+    known = np.broadcast_to(sides.known.all(axis=0), noise.shape)
+    return sides._replace(near=near, brightest=near, noise=noise, known=known)
+
+
+def apparent_parts(sides: Sides) -> Sides:
+    """What stands for the lights' parts where their levels are not known, as of C + 1 lights.
+
+    What each channel shows more than the darkest does, and what that shows, as if by the sun.
+    """
+    least = sides.near.min(axis=0, keepdims=True)
+    near = np.concatenate([sides.near - least, least])
+    noise = np.concatenate([sides.noise, sides.noise.max(axis=0, keepdims=True)])
     known = np.broadcast_to(sides.known.all(axis=0), noise.shape)
     return sides._replace(near=near, brightest=near, noise=noise, known=known)

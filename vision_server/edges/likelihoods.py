@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision_server.edges.background import Background
-from vision_server.edges.blocked import FLAT_SD, one_blocked, shadow_of_one
+from vision_server.edges.blocked import DEPTH_SD, FLAT_SD, KNOWN_DEPTH_SD, shadow_of_one
 from vision_server.edges.densities import Scatter, either, logarithms, normal, sum_of_logs
 from vision_server.edges.each_light import less_crease
 from vision_server.edges.falling import Falling
-from vision_server.edges.light_parts import KnownLights, parts_of
+from vision_server.edges.light_parts import KnownLights, apparent_parts, parts_of
 from vision_server.edges.sides import Sides
 
 Floats = NDArray[np.float64] | NDArray[np.float32]
@@ -37,6 +37,7 @@ BACKGROUND_SD = 0.4  # of the background from place to place
 UNTOUCHED = 0.6  # share of the channels in which no shadow ends where one does in another
 SIDE_STEEPNESS = 2.0  # how surely the side that changed tells shadow from highlight
 MOST_STEEP = 30.0  # the logarithm of how surely: more changes no density and runs out of float32
+RARE_HIGHLIGHT = 0.5  # of its logarithm: what else than shadow there is in the light alone
 RARER_HIGHLIGHT = 4.0  # of its logarithm, where known lights tell shadows: the rest is rather crease
 RARER_GLARE = 4.0  # of the logarithm of a print where one light is mirrored
 RARER_LIT = 6.0  # of the logarithm of an outline before a lit surface
@@ -96,12 +97,15 @@ def _of_block(
     found[PRINT] = constant.about_a_mean(PRINT_SD)
     uneven = Scatter.of(ratio, noise + UNEVEN_SD**2).about_a_mean(UNEVEN_SD)
     found[NOISE] = either(constant.about_a_mean(FAINT_SD), uneven) - np.log(2.0)
-    if lights is None:
-        found[SHADOW], found[HIGHLIGHT] = _touched(logs, ratio, noise)
-        steady = one_blocked(sides, logs, noise, np.ones(len(ratio)))
-        found[SHADOW] = either(found[SHADOW], steady) - np.log(2.0)
-    else:
+    if lights is not None and lights.are_all:
         _known_lights(found, sides, logs, noise, lights, falling)
+    else:
+        on = np.ones((len(ratio), 1)) if lights is None else lights.on
+        touched, highlight = _touched(logs, ratio, noise)
+        found[SHADOW] = either(touched, shadow_of_one(sides, logs, noise, on, DEPTH_SD)) - np.log(2.0)
+        if falling is not None:
+            found[SHADOW] += np.log(falling.of_most_changed(apparent_parts(sides)))
+        found[HIGHLIGHT] = highlight - RARE_HIGHLIGHT
     if background.wall is not None:
         beside = logs - np.log(background.wall + sides.dark)[:, None]
         # what is clipped is at least that bright, which tells which of its sides is no wall
@@ -152,9 +156,12 @@ def _known_lights(
     other = np.flatnonzero(~told)
     if len(other):
         some, logs, noise = sides.of(other), logs[..., other], noise[:, other]
-        total = some.near.sum(axis=0, keepdims=True)
-        fall_to = 1.0 if falling is None else falling.of(total, some.normals)[0]
-        found[SHADOW, other] = shadow_of_one(some, logs, noise, lights.on, fall_to)
+        fall_to: Floats | float = 1.0
+        if falling is not None and parts is None:
+            fall_to = falling.of_most_changed(apparent_parts(some))
+        elif falling is not None:
+            fall_to = falling.of(some.near.sum(axis=0, keepdims=True), some.normals)[0]
+        found[SHADOW, other] = shadow_of_one(some, logs, noise, lights.on, KNOWN_DEPTH_SD, fall_to)
         highlight = _touched(logs, logs[:, 0] - logs[:, 1], noise)[1]
         found[HIGHLIGHT, other] = highlight - RARER_HIGHLIGHT
 

@@ -94,3 +94,12 @@ def test_what_all_lights_show_together_has_the_dark_side_of_each() -> None:
     )
     np.testing.assert_allclose(each, together)
     assert each[1, 0] > 2.0 * max(each[0, 0], each[2, 0])
+
+
+def test_a_dark_side_away_from_the_light_that_changes_most_speaks_against_its_shadow() -> None:
+    pairs, ahead = shadows(30.0)
+    every = np.ones(len(pairs), bool)
+    found = learn_falling(edgels(pairs, ahead), ~every, every)
+    towards, away = found.of_most_changed(edgels([(LIT, without(1)), (without(1), LIT)], [120.0, 120.0]))
+    assert towards == 1.0
+    assert away < 0.4

@@ -1,0 +1,86 @@
+"""Levels of lights that nobody told, from the ends of their shadows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vision_server.edges.learnt_lights import learnt_lights
+from vision_server.edges.light_parts import parts_of
+from vision_server.edges.sides import Sides
+
+LEVELS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.5, 0.7]])
+LIGHTS = np.hstack([LEVELS, np.ones((4, 1))])
+NOISE = 1.0
+
+
+def ends(blocked: list[tuple[int, ...]], each: int, seed: int = 0) -> Sides:
+    """Edgels on surfaces of any colour, at each of which the same lights reach one side only."""
+    random = np.random.default_rng(seed)
+    pairs = []
+    for lights in blocked:
+        for _ in range(each):
+            left = random.uniform(40.0, 90.0, 4)
+            right = left.copy()
+            right[list(lights)] = 0.0
+            pairs.append((left, right) if random.random() < 0.5 else (right, left))
+    near = np.einsum("cl,nsl->csn", LIGHTS, np.array(pairs))
+    near += NOISE * random.normal(size=near.shape)
+    count = near.shape[2]
+    noise, known = np.full((4, count), NOISE, np.float32), np.ones((4, count), bool)
+    ahead = np.tile(np.array([[1.0, 0.0]], np.float32), (count, 1))
+    return Sides(near.astype(np.float32), near.astype(np.float32), noise, known, ahead)
+
+
+def sorted_levels(on: np.ndarray) -> np.ndarray:
+    lamps = on[:, :-1]
+    return lamps[:, np.argsort(lamps.argmax(axis=0))]
+
+
+def test_the_levels_are_learnt_where_each_lamp_casts_shadows() -> None:
+    sides = ends([(0,), (1,), (2,)], 40)
+    found = learnt_lights(sides)
+    assert found is not None and found.are_all
+    np.testing.assert_allclose(sorted_levels(found.on), LEVELS, atol=0.05)
+    parts = parts_of(sides, found)
+    assert parts is not None and parts.near.min() > -12.0
+
+
+def test_where_two_lights_end_together_is_no_light() -> None:
+    found = learnt_lights(ends([(0,), (1,), (2,), (0, 1)], 40))
+    assert found is not None and found.are_all
+    np.testing.assert_allclose(sorted_levels(found.on), LEVELS, atol=0.05)
+
+
+def test_a_lamp_without_shadows_is_missing() -> None:
+    found = learnt_lights(ends([(0,), (2,)], 40))
+    assert found is not None and not found.are_all
+    np.testing.assert_allclose(sorted_levels(found.on), LEVELS[:, [0, 2]], atol=0.05)
+
+
+def test_levels_by_which_a_light_gives_less_than_nothing_are_not_all() -> None:
+    sides = ends([(0,), (1,), (2,)], 40)
+    # as if the third lamp had been on in the last image by less: what looks so is no shadow
+    some = slice(80, 120)
+    changed = sides.near.copy()
+    step = changed[2, 1, some] - changed[2, 0, some]
+    middle = changed[3, :, some].mean(axis=0)
+    changed[3, 0, some], changed[3, 1, some] = middle - 0.1 * step, middle + 0.1 * step
+    found = learnt_lights(sides._replace(near=changed))
+    assert found is not None and not found.are_all
+
+
+def test_prints_and_shadows_of_the_sun_teach_no_lamp() -> None:
+    assert learnt_lights(ends([(3,)], 100)) is None
+    prints = ends([()], 100)
+    prints.near[:, 1] *= 0.4
+    assert learnt_lights(prints) is None
+
+
+def test_lamps_that_are_on_in_one_image_each_need_no_level() -> None:
+    sides = ends([(0,), (1,), (2,)], 40)
+    assert (
+        learnt_lights(
+            sides.of(slice(None))._replace(near=sides.near[:3], noise=sides.noise[:3], known=sides.known[:3])
+        )
+        is None
+    )
