@@ -29,8 +29,11 @@ Matcher = Callable[[Sequence[Model], Pose], list[list[tuple[float, Pose]]]]
 # The lines in sight say that the model is the right way round where no more than this share of their length
 # is missing, and they are more than a plain box shows or more than are out of sight (chosen by hand).
 LITTLE_MISSING, IN_SIGHT, HIDDEN_SHARE = 0.05, 9, 0.5
-UNLIKELY_NATS = 16.0  # of evidence, that a model is the wrong way round (by hand)
-HERE_NATS = 30.0  # less, before it is refined, another way is not worth a look at the pose itself (by hand)
+UNLIKELY_NATS = 18.0  # of evidence, that a model is the wrong way round (by hand)
+HERE_NATS = (
+    30.0  # less, before it is refined, another way is not worth a look at the pose itself (by hand), ...
+)
+HERE_COARSER = 3.0  # ... with so many times fewer samples
 # What the other way leaves unexplained counts so many times more: one thing in the way hides many lines. A
 # plain back then misses less than a front that is half hidden, but has fewer of the edges (chosen by hand).
 LOST = 3.0
@@ -116,7 +119,8 @@ def _is_likely_here(own: Refined, other: Model) -> bool:
     What stands on a part is little of it. Where the rest is alike on both sides, the other way is at the same
     pose; its few segments need not be among those that a match is made from.
     """
-    support = support_at(_problem(own, other, own.pose), own.pose, COARSER * own.spacing_px)
+    of_same_softness = replace(own.problem, model=other)  # each line as soft as the model's own
+    support = support_at(of_same_softness, own.pose, HERE_COARSER * own.spacing_px)
     return support is not None and support.evidence > own.support.evidence - HERE_NATS
 
 
