@@ -20,7 +20,7 @@ from geometry.surface import face_normals
 from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import COARSE_REACHES_PX, COARSER, Refined, of_fewer_lines, refined
-from vision_server.pose.support import PoseSupport
+from vision_server.pose.support import PoseSupport, support_at
 from vision_server.pose.trust import odds
 
 Floats = NDArray[np.float64]
@@ -29,7 +29,11 @@ Matcher = Callable[[Sequence[Model], Pose], list[list[tuple[float, Pose]]]]
 # The lines in sight say that the model is the right way round where no more than this share of their length
 # is missing, and they are more than a plain box shows or more than are out of sight (chosen by hand).
 LITTLE_MISSING, IN_SIGHT, HIDDEN_SHARE = 0.05, 9, 0.5
-UNLIKELY_NATS = 20.0  # of evidence, that a model is the wrong way round; those that were left 25 unexplained
+UNLIKELY_NATS = 18.0  # of evidence, that a model is the wrong way round (by hand)
+HERE_NATS = (
+    30.0  # less, before it is refined, another way is not worth a look at the pose itself (by hand), ...
+)
+HERE_COARSER = 3.0  # ... with so many times fewer samples
 # What the other way leaves unexplained counts so many times more: one thing in the way hides many lines. A
 # plain back then misses less than a front that is half hidden, but has fewer of the edges (chosen by hand).
 LOST = 3.0
@@ -98,6 +102,7 @@ def the_other_way(best: Refined, match: Matcher) -> float:
     likely = [
         (other, one[0][1]) for other, one in zip(others, found, strict=True) if one and one[0][0] > least
     ]
+    likely += [(other, own.pose) for other in others if _is_likely_here(own, other)]
     fits = [_fit(own, other, pose) for other, pose in likely]
     return max((_chance(own.support, fit.support) for fit in fits if fit is not None), default=0.0)
 
@@ -108,11 +113,26 @@ def _chance(own: PoseSupport, other: PoseSupport) -> float:
     return odds(own, other, UNLIKELY_NATS + LOST * lost, MOST_ODDS)
 
 
+def _is_likely_here(own: Refined, other: Model) -> bool:
+    """Whether another model explains about as much at the pose itself.
+
+    What stands on a part is little of it. Where the rest is alike on both sides, the other way is at the same
+    pose; its few segments need not be among those that a match is made from.
+    """
+    of_same_softness = replace(own.problem, model=other)  # each line as soft as the model's own
+    support = support_at(of_same_softness, own.pose, HERE_COARSER * own.spacing_px)
+    return support is not None and support.evidence > own.support.evidence - HERE_NATS
+
+
 def _fit(own: Refined, other: Model, pose: Pose) -> Refined | None:
     """What another model's hypothesis leads to."""
+    return refined(_problem(own, other, pose), pose, COARSE_REACHES_PX, own.spacing_px, COARSER)
+
+
+def _problem(own: Refined, other: Model, pose: Pose) -> PoseProblem:
+    """The problem of another model near a pose."""
     of = own.problem
     problem = PoseProblem.at_scale(
         of.channels, other, of.camera, tone_sd_px=of.tone_sd_px, tolerance_m=of.tolerance_m
     )
-    scaled = replace(problem, scale=line_scales(problem, pose))
-    return refined(scaled, pose, COARSE_REACHES_PX, own.spacing_px, COARSER)
+    return replace(problem, scale=line_scales(problem, pose))

@@ -5,6 +5,7 @@ import pytest
 
 from geometry.model import Model, find_target, load_model
 from tests.vision_server.synthetic import CAMERA, POSE, SIZE_M, boxes, linear_picture, one_image, photographed
+from vision_server import pipeline
 from vision_server.pipeline import Estimate, estimate_pose
 from vision_server.pose import ranking, rivals
 from vision_server.pose.other_hand import changed, other_ways
@@ -77,6 +78,19 @@ def test_a_part_of_which_much_is_hidden_is_still_the_right_way_round(
     assert found.pose.error_to(POSE).within(1.0, 0.01)
     assert found.support.missing > 0.3
     assert found.misfit.otherwise < 0.01
+
+
+def test_the_other_way_is_found_at_the_pose_itself(part: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the body is alike on both sides, what stands on it is hardly among the segments."""
+    for module in (ranking, rivals):  # a turned rival alone says as much
+        monkeypatch.setattr(module, "near_symmetries", lambda _: ())
+    monkeypatch.setattr(pipeline, "match_near", lambda *args: [[] for _ in args[3]])
+    found = estimated(part, changed(part, np.diag([-1.0, 1.0, 1.0])))
+    assert found.pose is not None
+    assert found.misfit is not None
+    assert found.pose.error_to(POSE).within(1.0, 0.01)
+    assert found.misfit.otherwise > 1.0
+    assert estimated(part, part).score > 0.93
 
 
 def test_a_mirror_that_changes_nothing_is_no_other_way(plate: Model, model: Model) -> None:

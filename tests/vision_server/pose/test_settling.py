@@ -102,6 +102,19 @@ def test_a_part_whose_axes_are_half_a_percent_off_is_where_it_is_seen(model: Mod
     assert np.mean(squares) < 12.0
 
 
+@pytest.mark.parametrize("axis", range(3))
+def test_a_part_one_axis_of_which_is_too_long_is_where_the_other_two_have_it(model: Model, axis: int) -> None:
+    """Shared by all axes, two percent would move it by two thirds of a percent of the range."""
+    errors = []
+    for by, seed in ((0.02, 0), (-0.02, 1)):
+        last = settled(found(stretched(model, by * np.eye(3)[axis]), model, seed))
+        assert last is not None
+        error = last.best.pose.error_to(POSE)
+        errors.append((error.rotation_deg, error.translation_fraction_of_range))
+    assert np.max(errors, axis=0)[0] < 0.2, errors
+    assert np.max(errors, axis=0)[1] < 0.002, errors
+
+
 def test_the_lines_of_another_part_do_not_agree(model: Model) -> None:
     """They lie where it has them; those of a longer part lie beside them, or the pose beside its place."""
     shares = []
