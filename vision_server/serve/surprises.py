@@ -38,17 +38,22 @@ def surprise_of(task: PoseTask, image: str) -> Surprise:
         task.learn(Happened("target_moved", (), frozenset(task.applied) - {image}))
         return Surprise(cause=CauseTold(cause="target_moved", since=image))
     images = images_of_scene(task)
-    hides, strange = in_the_way(task, images, pose), something_new(task, images, pose)
-    if strange is not None:  # what light has done shows in its test image, too
-        sure, doubt = None, strange
-    else:
-        sure, doubt = verdict(causes(task, images, pose)) if hides is None else (hides, None)
+    sure, doubt = _judged(task, images, pose)
     if doubt is not None and task.doubted in images:  # what was doubted first is not forgotten
         doubt = doubt._replace(since=min(doubt.since, images.index(task.doubted)))
     task.doubted = images[doubt.since] if doubt is not None else None
     if sure is not None:
         task.learn(Happened(sure.name, sure.lights, images_before(task.applied, images[sure.since])))
     return Surprise(_named(task, images, sure), _named(task, images, doubt))
+
+
+def _judged(task: PoseTask, images: Sequence[str], pose: Pose) -> tuple[Cause | None, Cause | None]:
+    """What is sure, and what is doubted; new edges first, as their test shows other light, too."""
+    hides = in_the_way(task, images, pose)
+    if hides is not None:
+        return hides, None
+    new = something_new(task, images, pose)
+    return verdict(causes(task, images, pose)) if new is None else (None, new)
 
 
 def target_moved(task: PoseTask, image: str, pose: Pose) -> bool:
