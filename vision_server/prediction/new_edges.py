@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import combinations_with_replacement
 
 import cv2
 import numpy as np
@@ -30,8 +31,8 @@ NEW = 0.03  # share of the target with new edges from which on something may be 
 GREYS = 0.618, 0.414  # from one face to the next: no two alike
 AROUND = 7  # smaller pixels: light is about one there
 UNEXPLAINED = 0.7  # share of the squared gradient about a place from which on it is new
-FLOOR, SHARE = 0.0012, 0.01  # gradients that are none: of full scale, twice and a half that; of brightness
-ABOVE_FLOOR = 6.0  # squared
+FLOOR = 0.0012  # noise of a gradient, of full scale
+ABOVE_FLOOR, SHARE = 6.0, 0.01  # an edge: times the noise, squared, and beside it a share of the brightness
 RIDGE = 0.02  # share of an image's squared gradient that is not to be relied on
 CLIPPED_AROUND, MOST_CLIPPED = 5, 0.02  # smaller pixels about one of which so much is clipped are not read
 
@@ -52,7 +53,9 @@ def new_edges(model: Model, camera: Camera, pose: Pose, images: Sequence[LitImag
         return 0.0
     looks[:0] = [_drawn(face, greys, common) for greys in GREYS]
     edges = np.stack([_gradients(look) for look in looks])  # (K, 2, H, W) at each image's own exposure
-    between = np.array([[_around((one * other).sum(axis=0))[read] for other in edges] for one in edges])
+    between = np.empty((len(edges), len(edges), int(read.sum())))
+    for one, other in combinations_with_replacement(range(len(edges)), 2):
+        between[one, other] = between[other, one] = _around((edges[one] * edges[other]).sum(axis=0))[read]
     floor = FLOOR**2
     shown, products, own = between[-1, -1], between[:-1, -1].T, between[:-1, :-1].transpose(2, 0, 1)
     ridge = (floor + RIDGE * own) * np.eye(len(looks) - 1)
