@@ -1,12 +1,12 @@
-"""What has happened before an image that is not as foreseen: a light dead, two swapped, another sun.
+"""What has happened before an image that is not as foreseen: a light dead, two swapped, another sun, an arm.
 
 Light adds up, wherever one looks: a place of the target has the linear brightness e (a_0 + sum_l a_l x_l) in
 an image of relative exposure e and light outputs x_l, to a hundredth. Each cause says how inputs and outputs
-went together since an image: x_l is 0, x_l and x_m are exchanged, a_0 is another or so many times itself.
-The coefficients are integrated out under a Gaussian prior that all places share (`Prior`), so that few images
-say as much as they can and no more; the evidence of a cause is held against that of nothing having happened
-(Bayesian model selection: MacKay, Information Theory, Inference, and Learning Algorithms, chapter 28). What
-is in the way is told by edges (`new_edges`, `repeated`).
+went together since an image: x_l is 0, x_l and x_m are exchanged, a_0 is another or so many times itself,
+some places show something else (`hidden`). The coefficients are integrated out under a Gaussian prior that
+all places share (`Prior`), so that few images say as much as they can and no more; the evidence of a cause is
+held against that of nothing having happened (Bayesian model selection: MacKay, Information Theory, Inference,
+and Learning Algorithms, chapter 28).
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vision_server.prediction.hidden import brighter_by, foreseen, hidden_places, log_of_hidden, shown_again
 from vision_server.prediction.places import Places, Readings
-from vision_server.prediction.prior import Prior, brighter_by, foreseen
+from vision_server.prediction.prior import Prior
 
 Floats = NDArray[np.float64]
 
@@ -32,6 +33,7 @@ NOISES = np.array([1.0, 1.5, 2.2, 3.3, 5.0, 7.5])  # by so much readings may sca
 DOUBT_NATS = 4.5  # log odds against nothing from which on a cause is doubted; is sure, and against others,
 SURE_NATS, CLEAR_NATS = 16.0, 12.0  # where an image was taken that tests it,
 SURE_AT_ONCE_NATS, CLEAR_AT_ONCE_NATS = 40.0, 20.0  # and where none was: the prior weighs more then
+NEVER_UNTESTED = "sun_changed", "in_the_way"  # a dead light, or one image's new shadows, look so, too
 LEAST_READINGS = 8  # from fewer nothing is said, but that an image is clipped which was not to be:
 CLEARLY_DARK = 3.0  # standard deviations below that
 MOST_IMAGES = 6  # that are looked back on
@@ -66,7 +68,7 @@ def verdict(causes: Sequence[Cause]) -> tuple[Cause | None, Cause | None]:
     most = SURE_NATS if best.tested else SURE_AT_ONCE_NATS
     apart = CLEAR_NATS if best.tested and rival.tested else CLEAR_AT_ONCE_NATS
     sure = best.nats >= most and best.nats - rival.nats >= apart
-    sure &= best.tested or best.name != "sun_changed"  # a dead light looks so, too
+    sure &= best.tested or best.name not in NEVER_UNTESTED
     near = (one for one in causes if one.nats > best.nats - CLEAR_AT_ONCE_NATS and not one.tested)
     return (best, None) if sure else (None, next(near, best))
 
@@ -92,9 +94,9 @@ def likely_causes(
     sun = np.ones((len(lights), 1))
     usual = range(1 + lights.shape[1])
 
-    seen = Seen(readings)
+    all_seen = Seen(readings)
 
-    def evidence(inputs: Floats, source: Sequence[int] = usual) -> float:
+    def evidence(inputs: Floats, source: Sequence[int] = usual, seen: Seen = all_seen) -> float:
         return _log_mean(np.concatenate([_logs(prior, seen, inputs, source) for prior in priors]))
 
     as_asked = np.hstack([sun, lights])
@@ -111,6 +113,12 @@ def likely_causes(
         before = _before(len(lights), since)
         nats = evidence(np.hstack([before, lights, 1.0 - before]), [*usual, 0]) - nothing
         found.append(Cause("sun_changed", (), earlier + since, nats, _again(lights, since)))
+        hidden = hidden_places(priors, readings, as_asked, since)
+        if hidden.any() and shown_again(readings, hidden, since):
+            rest = readings._replace(known=readings.known & ~hidden)
+            nats = evidence(as_asked, seen=Seen(rest)) + log_of_hidden(readings, hidden) - nothing
+            exposed = np.column_stack([lights, readings.most])
+            found.append(Cause("in_the_way", (), earlier + since, nats, _again(exposed, since)))
     if max(cause.nats for cause in found) >= DOUBT_NATS:
         for k, cause in enumerate(found):
             if cause.name == "sun_changed":
@@ -127,7 +135,7 @@ def _before(images: int, since: int) -> Floats:
 
 
 def _again(asked: Floats, since: int) -> bool:
-    """Whether lights (K, L) were asked for since then as before."""
+    """Whether lights, or lights and exposures, (K, J) were asked for since then as before."""
     return bool((asked[since:, None] == asked[None, :since]).all(axis=2).any())
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.prediction.places import Places, Readings
+from vision_server.prediction.places import Places
 
 Floats = NDArray[np.float64]
 
@@ -46,26 +46,3 @@ class Prior:
         covariance = np.ascontiguousarray(covariance)
         covariance[:, places, :, places] += ALBEDO**2 * np.einsum("kp,lp->pkl", mean, mean)
         return mean, covariance.reshape(mean.size, mean.size)
-
-
-def foreseen(prior: Prior, readings: Readings, inputs: Floats, image: int) -> tuple[Floats, Floats]:
-    """Mean and variance (P,) of the brightness of one image, as the readings that are known foresee it."""
-    mean, covariance = prior.of_readings(inputs, range(inputs.shape[1]))
-    use = np.flatnonzero(readings.known)
-    value, sd = readings.value.ravel()[use], readings.sd.ravel()[use]
-    scale = brighter_by(value, mean.ravel()[use])
-    noise = readings.correlation(use) * np.outer(sd, sd)
-    places = mean.shape[1]
-    of_image = slice(image * places, (image + 1) * places)
-    gain = np.linalg.solve(
-        scale**2 * covariance[np.ix_(use, use)] + noise, scale**2 * covariance[use, of_image]
-    )
-    variance = scale**2 * np.diag(covariance[of_image, of_image]) - (
-        gain * scale**2 * covariance[use, of_image]
-    ).sum(0)
-    return scale * mean[image] + (value - scale * mean.ravel()[use]) @ gain, np.maximum(variance, 0.0)
-
-
-def brighter_by(value: Floats, mean: Floats) -> float:
-    """How many times the mean the readings are, in the median."""
-    return float(np.exp(np.median(np.log(np.maximum(value, 1e-4)) - np.log(np.maximum(mean, 1e-4)))))

@@ -50,6 +50,7 @@ def test_an_image_without_any_light_is_no_endless_evidence(model: Model) -> None
     images = [taken(model, (1.0, 1.0), (1.0, 1.0), sun=0.0)] * 2
     causes = found(model, [*images, taken(model, (0.0, 1.0), (0.0, 0.0), sun=0.0)])
     assert np.isfinite([cause.nats for cause in causes]).all()
+    assert causes[0].name != "in_the_way"
 
 
 def test_where_lights_are_not_known_to_be_nothing_is_named_either(model: Model) -> None:
