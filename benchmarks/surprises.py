@@ -43,7 +43,7 @@ from bridge.start_messages import CauseTold, StartArgs
 from bridge.vision_messages import PredictArgs
 from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import predict
-from vision_server.serve.statistics import target_region
+from vision_server.serve.statistics import frame_statistics, target_region
 from vision_server.serve.surprises import Surprise, surprise_of
 from vision_server.serve.task import PoseTask
 
@@ -92,14 +92,18 @@ def prolog() -> Prolog:
 
 
 def telling(
-    describe: Describe, taken: Sequence[Settings], doubt: CauseTold, asked: list[Settings]
+    task: PoseTask, newest_first: Sequence[str], doubt: CauseTold, asked: list[Settings]
 ) -> Settings | None:
-    """Settings of the test image for a doubt after images, newest first, as `telling_settings` has them."""
+    """Settings of the test image for a doubt after images, as `telling_settings` has them."""
+    describe, taken = task.describe, [task.applied[image] for image in newest_first]
     lights = ", ".join(f"light({light.name}, {light.levels})" for light in describe.lights)
     device = f"device([{lights}], [], [], none, none, 0.001)"
     cause = doubt.cause + (f"({', '.join(doubt.lights)})" if doubt.lights else "")
-    tested = ", ".join(map(_term, asked))
-    readings = ", ".join(f"reading({_term(settings)}, none)" for settings in taken)
+    tested = ", ".join(map(_term, asked[::-1]))
+    seen = [_seen(task, image) for image in newest_first]
+    readings = ", ".join(
+        f"reading({_term(settings)}, {shown})" for settings, shown in zip(taken, seen, strict=True)
+    )
     goal = f"telling_settings({device}, [{readings}], {cause}, [{tested}], settings(L, T, A))"
     answers = prolog().ask(goal)
     if not answers:
@@ -112,6 +116,15 @@ def telling(
 
 def _term(settings: Settings) -> str:
     return f"settings({list(settings.lights)}, {float(settings.shutter_s)}, {float(settings.aperture)})"
+
+
+def _seen(task: PoseTask, image: str) -> str:
+    """What an image shows of the target, as the vision server tells the controller."""
+    assert task.expected is not None
+    region = target_region(task.model, task.camera, task.expected)
+    told = frame_statistics(task.images.images[image].statistics, region, task.gamma)
+    numbers = (told[name] for name in ("p50", "p95", "dark_fraction", "saturated_fraction"))
+    return f"statistics({', '.join(f'{number:.6f}' for number in numbers)}, none)"
 
 
 def said(
@@ -127,8 +140,7 @@ def said(
         told = surprise_of(task, added[-1][0])
         following = None
         if told.doubt is not None and len(asked) < MOST_TESTS:
-            newest_first = [*task.applied.values()][::-1]
-            following = telling(task.describe, newest_first, told.doubt, asked)
+            following = telling(task, [*task.applied][::-1], told.doubt, asked)
         if following is None:
             break
         settings = following

@@ -31,12 +31,15 @@ light_changed(lights_swapped(_, _)).
 %
 %   Settings whose image would tell whether Cause has happened, but for those that were Tested: the last image again
 %   without the suspected light, which is the same image if the light is dead; the first image again, in which nothing
-%   can differ but what has changed, and others before; one before the doubt with suspected lights in each other's place,
+%   can differ but what has changed, or of what is in the way the one that shows most; one before the doubt with suspected lights in each other's place,
 %   which is the same image if they are swapped; suspected lights alone; no light at all.  Readings are newest first.
 
 telling_settings(Device, Readings, Cause, Tested, Settings) :-
+    before(Readings, Tested, Before),
     (   Cause = lights_swapped(One, Other),
-        exchanged_before(Device, One, Other, Readings, Tested, Settings)
+        exchanged_before(Device, One, Other, Before, Settings)
+    ;   Cause = in_the_way,
+        shown_before(Before, Settings)
     ;   telling(Cause, Device, Readings, Settings)
     ),
     \+ memberchk(Settings, Tested),
@@ -63,9 +66,6 @@ telling(lights_swapped(_, Light), Device, Readings, Settings) :-
     alone(Device, Light, Readings, Settings).
 telling(lights_swapped(_, _), _, Readings, First) :-
     first(Readings, First).
-telling(in_the_way, _, Readings, Again) :-
-    reverse(Readings, Oldest),
-    member(reading(Again, _), Oldest).
 
 first(Readings, First) :-
     last(Readings, reading(First, _)).
@@ -83,12 +83,25 @@ put_out(N, [Level|Rest0], [Level|Rest]) :-
     N1 is N - 1,
     put_out(N1, Rest0, Rest).
 
+%   Of what was read before the doubt, newest first.
+before(Readings, Tested, Before) :-
+    same_length(Tested, Tests),
+    append([_|Tests], Before, Readings).
+
+%   The settings of an image from before the doubt, first of the one that shows most of the target, neither dark nor saturated.
+shown_before(Before, Again) :-
+    reverse(Before, Oldest),
+    findall(Unseen-Settings,
+            ( member(reading(Settings, statistics(_, _, Dark, Saturated, _)), Oldest),
+              Unseen is Dark + Saturated ),
+            Shown),
+    keysort(Shown, BestFirst),
+    member(_-Again, BestFirst).
+
 %   An image from before the doubt with the two in each other's place: the same image, if they are swapped.
-exchanged_before(Device, One, Other, Readings, Tested, settings(Levels, Shutter, Aperture)) :-
+exchanged_before(Device, One, Other, Before, settings(Levels, Shutter, Aperture)) :-
     light_number(Device, One, N),
     light_number(Device, Other, M),
-    same_length(Tested, Tests),
-    append([_|Tests], Before, Readings),
     member(reading(settings(Lit, Shutter, Aperture), _), Before),
     exchanged(N, M, Lit, Levels),
     Levels \== Lit.

@@ -102,7 +102,7 @@ def read(
     """
     blur = np.array([image.blur_px for image in images])
     common = float(blur.max()) + LEAST_BLUR_PX
-    face = _faces_seen(model, camera, pose)
+    face = faces_seen(model, camera, pose)
     inside = cv2.GaussianBlur((face >= 0).astype(np.float32), (0, 0), common / SMALLER)
     rows, columns = np.nonzero((face >= 0) & (inside > ON_TARGET))
     looks = [
@@ -139,18 +139,19 @@ def _alike(images: Sequence[LitImage]) -> Floats:
 def _look(image: LitImage, sigma_px: float) -> tuple[Floats, Floats, Floats]:
     """A smaller image, blurred; how uneven it is there; the share of it that is clipped."""
     over = (image.linear > CLIPPED).astype(np.float32)
-    seen, over = (_smaller(part, sigma_px) for part in (image.linear, over))
+    seen, over = (smaller(part, sigma_px) for part in (image.linear, over))
     around = cv2.blur(seen, (3, 3))
     uneven = np.sqrt(np.maximum(cv2.blur(seen * seen, (3, 3)) - around * around, 0.0))
     return seen.astype(np.float64), uneven.astype(np.float64), over.astype(np.float64)
 
 
-def _smaller(image: Field, sigma_px: float) -> Field:
+def smaller(image: Field, sigma_px: float) -> Field:
+    """An image (H, W) in a fourth of its size, blurred by so many of its own pixels."""
     small = cv2.resize(image, None, fx=1 / SMALLER, fy=1 / SMALLER, interpolation=cv2.INTER_AREA)
     return np.asarray(cv2.GaussianBlur(small, (0, 0), sigma_px / SMALLER), dtype=np.float32)
 
 
-def _faces_seen(model: Model, camera: Camera, pose: Pose) -> NDArray[np.int32]:
+def faces_seen(model: Model, camera: Camera, pose: Pose) -> NDArray[np.int32]:
     """The face in front at each place of a smaller image, -1 for none; 0 inside a target without faces."""
     size = (round(camera.height / SMALLER), round(camera.width / SMALLER))
     out = np.full(size, -1, dtype=np.int32)

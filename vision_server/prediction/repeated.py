@@ -25,6 +25,7 @@ CLIPPED = 245  # brighter in both pictures is the same
 LEAST_REPLACED, MOST_REPLACED = 0.05, 0.6  # share of the target
 TO_EITHER_SIDE = 0.04  # share of what differs that is brighter, and that is darker
 SAME_EDGES = 0.4  # correlation of gradients where they differ: by an arm 0 to 0.3, by light 0.5 to 1
+ONE_SIDED, ONE_SIDED_EDGES = 0.3, 0.2  # most replaced, and correlated, where all is darker, or brighter
 EXPLAINED = 0.75  # share of the squared difference that is left when one picture is shifted onto the other
 
 
@@ -44,9 +45,11 @@ def replaced(before: Grey, after: Grey, target: Flags) -> bool:
     if not LEAST_REPLACED <= share <= MOST_REPLACED:
         return False
     brighter = float((smooth[differs] > 0.0).mean())
-    if not TO_EITHER_SIDE <= brighter <= 1.0 - TO_EITHER_SIDE:
+    to_either = TO_EITHER_SIDE <= brighter <= 1.0 - TO_EITHER_SIDE
+    if not to_either and share > ONE_SIDED:
         return False
-    same = _correlation(one, other, differs & target[crop]) >= SAME_EDGES
+    most = SAME_EDGES if to_either else ONE_SIDED_EDGES
+    same = _correlation(one, other, differs & target[crop]) >= most
     return not same and not _shifted(one, other, read)
 
 

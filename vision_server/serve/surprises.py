@@ -12,7 +12,8 @@ from bridge.errors import BadInput
 from bridge.start_messages import CauseName, CauseTold
 from geometry.pose import Pose
 from vision_server.pose.observation import PoseProblem
-from vision_server.prediction.causes import Cause, likely_causes, verdict
+from vision_server.prediction.causes import DOUBT_NATS, MOST_IMAGES, Cause, likely_causes, verdict
+from vision_server.prediction.new_edges import NEW, new_edges
 from vision_server.prediction.places import read
 from vision_server.prediction.repeated import replaced
 from vision_server.prediction.surprise import moved_to
@@ -37,14 +38,22 @@ def surprise_of(task: PoseTask, image: str) -> Surprise:
         task.learn(Happened("target_moved", (), frozenset(task.applied) - {image}))
         return Surprise(cause=CauseTold(cause="target_moved", since=image))
     images = images_of_scene(task)
-    hides = in_the_way(task, images, pose)
-    sure, doubt = verdict(causes(task, images, pose)) if hides is None else (hides, None)
+    sure, doubt = _judged(task, images, pose)
     if doubt is not None and task.doubted in images:  # what was doubted first is not forgotten
         doubt = doubt._replace(since=min(doubt.since, images.index(task.doubted)))
     task.doubted = images[doubt.since] if doubt is not None else None
     if sure is not None:
         task.learn(Happened(sure.name, sure.lights, images_before(task.applied, images[sure.since])))
     return Surprise(_named(task, images, sure), _named(task, images, doubt))
+
+
+def _judged(task: PoseTask, images: Sequence[str], pose: Pose) -> tuple[Cause | None, Cause | None]:
+    """What is sure, and what is doubted; new edges first, as their test shows other light, too."""
+    hides = in_the_way(task, images, pose)
+    if hides is not None:
+        return hides, None
+    new = something_new(task, images, pose)
+    return verdict(causes(task, images, pose)) if new is None else (None, new)
 
 
 def target_moved(task: PoseTask, image: str, pose: Pose) -> bool:
@@ -73,6 +82,16 @@ def in_the_way(task: PoseTask, images: Sequence[str], pose: Pose) -> Cause | Non
         if _alike(task, before, last) and replaced(pictures[before].pixels, pictures[last].pixels, target):
             return Cause("in_the_way", (), since, np.inf, tested=True)
     return None
+
+
+def something_new(task: PoseTask, images: Sequence[str], pose: Pose) -> Cause | None:
+    """What the last of these images may show in front, where nothing is doubted yet and others tell of it."""
+    if task.doubted in images or len(images) < 2:
+        return None
+    _, shown = lit_images(task, images[-MOST_IMAGES:])
+    if new_edges(task.model, task.camera, pose, shown) < NEW:
+        return None
+    return Cause("in_the_way", (), len(images) - 1, DOUBT_NATS)
 
 
 def _alike(task: PoseTask, one: str, other: str) -> bool:

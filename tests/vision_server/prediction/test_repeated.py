@@ -34,6 +34,14 @@ def test_a_bar_in_front_is_told_also_where_much_is_saturated(times: float) -> No
     assert replaced(picture(faces, 1), picture(with_bar(faces, times * 55.0), 2), TARGET)
 
 
+@pytest.mark.parametrize("grey", [10.0, 20.0])
+def test_a_bar_darker_than_all_that_it_hides_is_told_from_a_shadow(grey: float) -> None:
+    stripes = np.where(np.indices(SIZE)[0] // 6 % 2 == 0, FACES, 0.6 * FACES)
+    shadow = np.where(with_bar(np.ones(SIZE), 0.4) < 1.0, 0.4 * stripes, stripes)
+    assert replaced(picture(stripes, 1), picture(with_bar(stripes, grey), 2), TARGET)
+    assert not replaced(picture(stripes, 1), picture(shadow, 2), TARGET)
+
+
 @pytest.mark.parametrize(
     "after",
     [

@@ -91,6 +91,25 @@ def test_something_in_the_way_is_sure_where_an_image_from_before_the_doubt_is_re
         assert (cause and cause.cause, cause and cause.since) == (told and "in_the_way", told)
 
 
+def test_new_edges_are_a_doubt_of_what_is_in_the_way_until_something_is_doubted(
+    task: PoseTask, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(surprises, "verdict", lambda _: (None, None))
+    monkeypatch.setattr(surprises, "target_moved", lambda *_: False)
+    seen = np.asarray(simulator.capture(FULL).pixels)
+    behind = seen.copy()
+    behind[:, behind.shape[1] // 2 - 30 : behind.shape[1] // 2 + 30] = 40
+    pose = simulator.true_pose
+    other = Settings(lights=(7, 7, 0), shutter_s=1 / 60, aperture=4.0)
+    told = []
+    for name, pixels in (("i5", simulator.capture(other).pixels), ("i6", behind), ("i7", behind)):
+        task.expected = pose
+        task.add(name, pixels, other)
+        doubt = surprises.surprise_of(task, name).doubt
+        told.append(doubt and (doubt.cause, doubt.since))
+    assert told == [None, ("in_the_way", "i6"), None]
+
+
 def test_what_another_task_has_named_is_known(task: PoseTask) -> None:
     lights = [light.name for light in task.describe.lights]
     kept = ("i1", "i2", "i3", "i4")
