@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Field = NDArray[np.float32]
 
-# Chosen on 42 images without a fault, 42 of an arm and 115 of other light (docs/lighting.md).
+# Chosen on 42 images without a fault, 42 of an arm and 115 of other light (docs/surprises.md).
 NEW = 0.03  # share of the target with new edges from which on something may be in the way
 GREYS = 0.618, 0.414  # from one face to the next: no two alike
 AROUND = 7  # smaller pixels: light is about one there

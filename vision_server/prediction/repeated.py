@@ -16,7 +16,7 @@ Flags = NDArray[np.bool_]
 Grey = NDArray[np.uint8]
 Field = NDArray[np.float32]
 
-# Chosen by hand on seven scenes, held against others (docs/lighting.md).
+# Chosen by hand on seven scenes, held against others (docs/surprises.md).
 AROUND_PX = 12  # beside the target, where something in the way shows as well
 SMOOTH_PX = 1.5  # standard deviation of what a pixel is compared in
 CHANGED, LEAST_GREY = 5.0, 1.0  # standard deviations, and grey, from which on it differs
