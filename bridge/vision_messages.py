@@ -229,7 +229,7 @@ class CheckArgs(Message, frozen=True):
 
 
 class CheckResult(Message, frozen=True):
-    """`check`; docs/tracking.md explains each key."""
+    """`check`; docs/check.md explains each key."""
 
     probability: Fraction
     state: Literal["ok", "doubtful", "lost"]

@@ -80,7 +80,7 @@ def tracked_result(told: Tracked) -> dict[str, Any]:
 
 
 def judgement_result(pose: Pose, found: Judgement) -> dict[str, Any]:
-    """What is said of a pose from elsewhere; see docs/tracking.md for each key."""
+    """What is said of a pose from elsewhere; see docs/check.md for each key."""
     better = found.better
     return {
         "probability": found.probability,
