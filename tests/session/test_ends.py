@@ -136,7 +136,7 @@ def test_a_server_that_stands_still_is_not_dead(tmp_path: Path, victim: str) -> 
     assert servers_of(session.pid) == servers
     session.terminate()
     _, messages = session.communicate(timeout=DEADLINE_S)
-    assert "waiting for the vision_server" in messages
+    assert "waiting for the vision server" in messages
     assert "brought back" not in messages
 
 

@@ -1,6 +1,5 @@
 """The vision server on real sockets, with a simulated image server behind it."""
 
-import re
 from pathlib import Path
 from typing import Any
 
@@ -248,23 +247,6 @@ def test_frames_of_more_bits_keep_them_on_the_way_through(
         vision.request("add", {"image": "b", "settings": SETTINGS}, arrays=[16 * deep])
     asked(vision, "restore", **values, out=str(tmp_path), images=["a"])
     assert asked(vision, "estimate", images=["a"])["pose"] == found["pose"]
-
-
-def test_the_example_of_given_frames_works(
-    vision: Client, simulator: Simulator, root: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    page = (root / "docs" / "protocol.md").read_text()
-    example = next(e for e in re.findall(r"```python\n(.*?)```", page, re.S) if "arrays=[image]" in e)
-    described = msgspec.to_builtins(simulator.describe())
-    names: dict[str, Any] = {
-        "camera": described["camera"],
-        "seed_pose": described["target"]["seed_pose"],
-        "image": simulator.capture(msgspec.convert(SETTINGS, Settings)).pixels,
-    }
-    monkeypatch.chdir(root)
-    exec(example.replace("ipc:///tmp/vision", vision.endpoint), names)
-    pose = Pose.from_dict(names["estimate"]["pose"])
-    assert pose.error_to(simulator.true_pose).within(1.0, 0.01)
 
 
 def test_what_is_answered_is_what_the_types_say(vision: Client, images: Running, tmp_path: Path) -> None:
