@@ -31,8 +31,9 @@ light_changed(lights_swapped(_, _)).
 %
 %   Settings whose image would tell whether Cause has happened, but for those that were Tested: the last image again
 %   without the suspected light, which is the same image if the light is dead; the first image again, in which nothing
-%   can differ but what has changed, or of what is in the way the one that shows most; one before the doubt with suspected lights in each other's place,
-%   which is the same image if they are swapped; suspected lights alone; no light at all.  Readings are newest first.
+%   can differ but what has changed, or of what is in the way the one that shows most; one before the doubt with suspected
+%   lights in each other's place, which is the same image if they are swapped; suspected lights alone; no light at all.
+%   Readings are newest first.
 
 telling_settings(Device, Readings, Cause, Tested, Settings) :-
     before(Readings, Tested, Before),

@@ -12,6 +12,7 @@ from vision_server.prediction.response import LitImage
 POSITIONS = [np.array([-0.35, 0.0, 0.0]), np.array([0.35, 0.0, 0.0])]
 SUN = 0.03
 ASKED = ((1.0, 1.0), (0.3, 1.0), (1.0, 0.0), (0.4, 0.7))  # of the lights, image by image
+ARM_PX, ARM_GREY = 15, 0.1  # half of its width, and how bright it is
 
 
 def lambert(model: Model, position: NDArray[np.float64]) -> tuple[float, ...]:
@@ -50,3 +51,11 @@ def found(
 ) -> list[Cause]:
     places, readings = read(model, CAMERA, POSE, positions or list(POSITIONS), images)
     return likely_causes(places, readings, np.array([image.lights for image in images]))
+
+
+def behind_arm(image: LitImage) -> LitImage:
+    """The image with an upright bar over the target's middle."""
+    linear = image.linear.copy()
+    column = round(CAMERA.project(POSE.translation[None])[0, 0])
+    linear[:, column - ARM_PX : column + ARM_PX] = ARM_GREY
+    return LitImage(linear, image.exposure, image.lights, image.blur_px)

@@ -3,23 +3,12 @@
 import numpy as np
 
 from geometry.model import Model
-from tests.vision_server.prediction.lit_scenes import ASKED, POSITIONS, found, taken
+from tests.vision_server.prediction.lit_scenes import ASKED, POSITIONS, behind_arm, found, taken
 from tests.vision_server.synthetic import CAMERA, POSE
 from vision_server.prediction.causes import SUNS, verdict
 from vision_server.prediction.hidden import MOST_HIDDEN, hidden_places, log_of_hidden
 from vision_server.prediction.places import read
 from vision_server.prediction.prior import Prior
-from vision_server.prediction.response import LitImage
-
-ARM_PX, ARM_GREY = 15, 0.1
-
-
-def behind_arm(image: LitImage) -> LitImage:
-    """The image with an upright bar over the target's middle."""
-    linear = image.linear.copy()
-    column = round(CAMERA.project(POSE.translation[None])[0, 0])
-    linear[:, column - ARM_PX : column + ARM_PX] = ARM_GREY
-    return LitImage(linear, image.exposure, image.lights, image.blur_px)
 
 
 def test_an_arm_is_named_when_an_image_is_taken_again(model: Model) -> None:

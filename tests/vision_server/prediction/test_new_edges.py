@@ -5,20 +5,10 @@ import numpy as np
 import pytest
 
 from geometry.model import Model
-from tests.vision_server.prediction.lit_scenes import ASKED, taken
+from tests.vision_server.prediction.lit_scenes import ASKED, behind_arm, taken
 from tests.vision_server.synthetic import CAMERA, POSE
 from vision_server.prediction.new_edges import NEW, new_edges
 from vision_server.prediction.response import LitImage
-
-ARM_PX, ARM_GREY = 15, 0.1
-
-
-def behind_arm(image: LitImage) -> LitImage:
-    """The image with an upright bar over the target's middle."""
-    linear = image.linear.copy()
-    column = round(CAMERA.project(POSE.translation[None])[0, 0])
-    linear[:, column - ARM_PX : column + ARM_PX] = ARM_GREY
-    return LitImage(linear, image.exposure, image.lights, image.blur_px)
 
 
 @pytest.mark.parametrize("before", [1, 2, 3])
