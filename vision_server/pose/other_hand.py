@@ -30,10 +30,9 @@ Matcher = Callable[[Sequence[Model], Pose], list[list[tuple[float, Pose]]]]
 # is missing, and they are more than a plain box shows or more than are out of sight (chosen by hand).
 LITTLE_MISSING, IN_SIGHT, HIDDEN_SHARE = 0.05, 9, 0.5
 UNLIKELY_NATS = 18.0  # of evidence, that a model is the wrong way round (by hand)
-HERE_NATS = (
-    30.0  # less, before it is refined, another way is not worth a look at the pose itself (by hand), ...
-)
-HERE_COARSER = 3.0  # ... with so many times fewer samples
+# At the pose itself: less of evidence, before it is refined, another way is not worth a look (by hand),
+# which is with so many times fewer samples.
+HERE_NATS, HERE_COARSER = 30.0, 3.0
 # What the other way leaves unexplained counts so many times more: one thing in the way hides many lines. A
 # plain back then misses less than a front that is half hidden, but has fewer of the edges (chosen by hand).
 LOST = 3.0
