@@ -51,7 +51,7 @@ def conditions(kind: str, rng: np.random.Generator) -> Conditions:
 def not_quite(model: Model, off: float, rng: np.random.Generator) -> Model:
     """The part of which a model is not quite true: longer along an axis, shorter along another."""
     share = rng.permutation([off, -SHORTER * off, 0.0])
-    return replace(model, vertices=model.middle + (1.0 + share) * (model.vertices - model.middle))
+    return replace(model, vertices=model.vertices + share * (model.vertices - model.middle))
 
 
 def bar(ends: Floats, width_m: float, look: str) -> str:
