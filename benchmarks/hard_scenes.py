@@ -3,13 +3,14 @@
     .venv/bin/python -m benchmarks.ray_traced_stacks OUT --hard [--count 6] [--seed 1] [MODEL...]
 
 Numbers go through the kinds A (weak light, blur, a wall of lines), B (grazing sun, shadows of bars), C (an
-arm in the way, blur), E (all of it) and N (nothing there).
+arm in the way, blur), E (all of it) and N (nothing there). With `--off 0.005` each is of a part that is not
+quite its model.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from geometry.pose import Pose
 Floats = NDArray[np.float64]
 
 KINDS = "ABCEN"
+SHORTER = 0.8  # along another axis, of what the part is longer along one
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,12 @@ def conditions(kind: str, rng: np.random.Generator) -> Conditions:
         "E": Conditions(20.0, weak, **blur),
         "N": Conditions(float(rng.choice([0.0, 1.0, 8.0])), 1.0),
     }[kind]
+
+
+def not_quite(model: Model, off: float, rng: np.random.Generator) -> Model:
+    """The part of which a model is not quite true: longer along an axis, shorter along another."""
+    share = rng.permutation([off, -SHORTER * off, 0.0])
+    return replace(model, vertices=model.vertices + share * (model.vertices - model.middle))
 
 
 def bar(ends: Floats, width_m: float, look: str) -> str:

@@ -1,6 +1,6 @@
 """Light stacks of scenes no one has seen, by POV-Ray: any wireframe, textured, lit by three lamps and a sun.
 
-    .venv/bin/python -m benchmarks.ray_traced_stacks OUT [MODEL...] [--count 6] [--seed 1] [--hard]
+    .venv/bin/python -m benchmarks.ray_traced_stacks OUT [MODEL...] [--count 6] [--seed 1] [--hard] [--off 0]
 
 Writes OUT/<model>-<number>, stack folders for `swipl main.pl --stack` and for `experiments run`.
 Pose, textures, sun and what stands behind the target are drawn from the seed. Odd numbers are in black
@@ -63,8 +63,12 @@ CONDITIONS = (
 )
 
 
-def drawn_stack(file: Path, number: int, seed: int, folder: Path, hard: bool = False) -> None:
+def drawn_stack(
+    file: Path, number: int, seed: int, folder: Path, hard: bool = False, off: float = 0.0
+) -> None:
     """Draw, render and write one stack; a hard one is of the kind that its number says, see `hard_scenes`.
+
+    The part that is seen is not quite its model's where it is ``off``, see `hard_scenes.not_quite`.
 
     Raises
     ------
@@ -72,8 +76,9 @@ def drawn_stack(file: Path, number: int, seed: int, folder: Path, hard: bool = F
     DeviceError : POV-Ray failed.
     """
     new_folder(folder)
-    rng = np.random.default_rng([seed, number, crc32(file.stem.encode())])
-    model = load_model(file)
+    drawn = [seed, number, crc32(file.stem.encode())]
+    rng = np.random.default_rng(drawn)
+    model = hard_scenes.not_quite(load_model(file), off, np.random.default_rng(drawn))
     kind = hard_scenes.KINDS[(number - 1) % len(hard_scenes.KINDS)] if hard else ""
     before_wall = number % 2 == 0 or hard
     share = rng.uniform(*SHARE_OF_FRAME)
@@ -200,6 +205,9 @@ def main(
     count: Annotated[int, typer.Option(min=1, help="Stacks of each model.")] = 6,
     seed: Annotated[int, typer.Option(min=0)] = 1,
     hard: Annotated[bool, typer.Option("--hard", help="Scenes that hurt.")] = False,
+    off: Annotated[
+        float, typer.Option(min=0.0, max=0.2, help="By this share the part is longer than its model.")
+    ] = 0.0,
 ) -> None:
     """Render light stacks of scenes no one has seen."""
     if not povray.available():
@@ -212,7 +220,7 @@ def main(
             with tempfile.TemporaryDirectory() as scratch:
                 file = part_file(name, Path(scratch), np.random.default_rng([seed, number]))
                 folder = out / f"{file.stem}-{number}"
-                drawn_stack(file, number, seed, folder, hard)
+                drawn_stack(file, number, seed, folder, hard, off)
             print(folder, flush=True)
 
 

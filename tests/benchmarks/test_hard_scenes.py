@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks import hard_scenes, povray, ray_traced_stacks
 from benchmarks.drawn_parts import write_prism
+from geometry.model import find_target, load_model
 from stack.read import BasisStack, load_stack
 
 
@@ -16,6 +17,14 @@ def test_a_kind_is_dark_sunlit_or_blurred_as_it_says(kind: str) -> None:
     assert (drawn.defocus_px > 0.0) == (kind in "ACE")
     assert (drawn.sun == 0.0) or kind != "A"
     assert (drawn.sun >= 8.0) or kind not in "BCE"
+
+
+def test_a_part_that_is_not_quite_its_model_is_longer_one_way_and_shorter_another() -> None:
+    model = load_model(find_target("fixture"))
+    other = hard_scenes.not_quite(model, 0.01, np.random.default_rng(2))
+    shares = np.ptp(other.vertices, axis=0) / np.ptp(model.vertices, axis=0) - 1.0
+    assert np.allclose(np.sort(shares), [-0.008, 0.0, 0.01])
+    assert np.allclose(other.middle, model.middle)
 
 
 @pytest.mark.slow
