@@ -198,7 +198,10 @@ usage_text(opt_error(missing_value(Option, _)), Text) :-
 usage_text(opt_error(value_type(Option, Type, Value)), Text) :-
     dashes(Option, Dashed),
     type_words(Type, Words),
-    format(codes(Text), "--~w: '~w' is not ~w", [Dashed, Value, Words]).
+    (   Type = oneof(Names), did_you_mean(Value, Names, Hint), Hint \== '' -> Stop = '.'
+    ;   Hint = '', Stop = ''
+    ),
+    format(codes(Text), "--~w: '~w' is not ~w~w~w", [Dashed, Value, Words, Stop, Hint]).
 
 type_words(number, "a number").
 type_words(integer, "a whole number").

@@ -28,8 +28,33 @@ dashes(Name, Dashed) :-
 %   Hint is a sentence with a blank before it where one of Known is spelt much like Name, else empty.
 
 did_you_mean(Name, Known, Hint) :-
-    (   member(Near, Known),
-        dwim_match(Name, Near)
+    (   between(0, 2, Edits),
+        member(Near, Known),
+        spelt_like(Edits, Name, Near)
     ->  format(atom(Hint), " Did you mean ~w?", [Near])
     ;   Hint = ''
+    ).
+
+%   A third of a name's letters at most: two of a short one make another name.
+spelt_like(0, Name, Near) :-
+    dwim_match(Name, Near).
+spelt_like(Edits, Name, Near) :-
+    Edits > 0,
+    atom_codes(Name, Given),
+    atom_codes(Near, Codes),
+    length(Codes, Length),
+    3 * Edits =< Length,
+    edited(Given, Codes, Edits).
+
+%   edited(+Codes, +Others, +Edits): so many letters at most are left out, put in or replaced.
+edited(Codes, Codes, _) :- !.
+edited([Code|Codes], [Code|Others], Edits) :-
+    !,
+    edited(Codes, Others, Edits).
+edited(Codes, Others, Edits) :-
+    Edits > 0,
+    Left is Edits - 1,
+    (   Codes = [_|Rest], edited(Rest, Others, Left)
+    ;   Others = [_|Rest], edited(Codes, Rest, Left)
+    ;   Codes = [_|Rest], Others = [_|Following], edited(Rest, Following, Left)
     ).

@@ -63,22 +63,17 @@ def test_killed_at_random_moments_and_continued_it_is_the_same_table(tmp_path: P
 
 
 @pytest.mark.slow
-def test_a_finished_plan_is_not_run_again(tmp_path: Path) -> None:
-    plan, out = plan_file(tmp_path, EMPTY.format(last=50)), tmp_path / "out"
-    run(plan, out, "--workers", "1")
+def test_a_larger_plan_adds_its_cells_and_a_finished_one_is_not_run_again(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run(plan_file(tmp_path, EMPTY.format(last=5)), out, "--workers", "1")
+    larger = plan_file(tmp_path, EMPTY.format(last=8))
+    assert "6 cells computed" in run(larger, out, "--workers", "1").stderr
+    assert pq.read_table(out / RESULTS).num_rows == 16
     before = (out / RESULTS).read_bytes()
-    again = run(plan, out, "--workers", "1")
+    again = run(larger, out, "--workers", "1")
     assert again.returncode == 0
     assert "0 cells computed" in again.stderr
     assert (out / RESULTS).read_bytes() == before
-
-
-@pytest.mark.slow
-def test_a_larger_plan_adds_its_cells(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    run(plan_file(tmp_path, EMPTY.format(last=5)), out, "--workers", "1")
-    run(plan_file(tmp_path, EMPTY.format(last=8)), out, "--workers", "1")
-    assert pq.read_table(out / RESULTS).num_rows == 16
 
 
 @pytest.mark.slow

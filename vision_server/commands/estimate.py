@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from vision_server.matching.match import Anywhere
     from vision_server.serve.inputs import GivenCamera
 
+TRUSTED_SCORE = 1.0 - 1.0 / 15.0  # from here on a session ends with a pose: domain/reasoning/merit.pl
+
 
 def read_set(
     options: Namespace, camera: Camera, table: dict[str, Any], region: Region | None = None
@@ -188,6 +190,11 @@ def _print(result: dict[str, Any]) -> None:
         f"  RMS {result['rms_px']:.2f} px, {100 * result['supported_fraction']:.0f} % of the visible lines "
         f"supported, score {result['score']:.2f}, ambiguity {result['ambiguity']:.2f}, "
         f"{result['segments']} segments"
+    )
+    trusted = result["score"] >= TRUSTED_SCORE
+    say(
+        f"  [bold]{'trusted' if trusted else 'not trusted'}[/bold]: the score is the chance that it is right "
+        f"to 1 degree and 1 % of the range; {TRUSTED_SCORE:.3f} is asked"
     )
     for axis in result.get("free", []):
         say(f"  free: rotation about {axis}, which no image shows")

@@ -1,6 +1,7 @@
 """`python -m vision_server estimate`: exit statuses, and one JSON object on stdout."""
 
 import json
+import subprocess
 from pathlib import Path
 
 import cv2
@@ -9,7 +10,7 @@ import pytest
 
 from geometry.model import load_model
 from geometry.pose import Pose, disturbed
-from tests.commands import Done, command, process
+from tests.commands import ROOT, Done, command, process
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, lines_alone, photographed
 from vision_server.commands import estimate as estimate_command
 from vision_server.commands.warm import drawn
@@ -88,6 +89,16 @@ def test_people_get_a_table(folder: Path) -> None:
     assert 0.005 < np.any(np.not_equal(drawn, plain), axis=2).mean() < 0.2
     assert "translation" in done.stdout
     assert "RMS" in done.stdout
+    assert "  trusted: " in done.stdout
+
+
+def test_a_pose_is_trusted_where_a_session_would_end_with_it() -> None:
+    goal = (
+        "use_module(domain/reasoning/merit), default_threshold(Threshold), "
+        f"merit(fix(_, _, quality(_, _, _, {estimate_command.TRUSTED_SCORE!r}, _), _), Merit), "
+        "abs(Merit - Threshold) < 1.0e-9"
+    )
+    assert subprocess.run(["swipl", "-g", goal, "-t", "halt"], cwd=ROOT, check=False).returncode == 0
 
 
 def test_a_wrong_unit_is_suspected(folder: Path) -> None:
@@ -230,5 +241,6 @@ def test_lines_for_people_are_not_broken_and_say_first_of_how_many_poses_it_is_o
     lines = capsys.readouterr().out.splitlines()
     many = lines.index("  one of 3 poses that fit, its probability 50 %")
     assert lines[many + 1].endswith("139 segments")
+    assert lines[many + 2].startswith("  not trusted: the score is the chance that it is right")
     assert all(line.endswith("+0.015  +0.001  +0.666") for line in lines if line.startswith("  or, 25 %"))
     assert lines[-1].endswith("stage 9 1000 ms")
