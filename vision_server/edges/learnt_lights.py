@@ -9,7 +9,8 @@ than half of the images. One that is on in a single image needs no level.
 
 from __future__ import annotations
 
-from itertools import islice, product
+from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,39 +31,49 @@ MOST_STEPS = 500  # that are compared with each other
 ALIKE = 0.08  # between steps of one cluster, as a share of the largest
 APART = 0.2  # between clusters
 FEWEST = 8  # steps of a cluster
+FEWEST_OF_ALL = 4  # where the lights that are so learnt explain all there is
 OFF = 0.15  # level that is none
-MOST_TRIED = 16  # choices of one cluster for each lamp, large ones first
+MOST_TRIED = 32  # choices of a cluster for each lamp, large ones first
 SAMPLE_STEP = 8  # of the edgels that say whether they are all
 MOST_NEGATIVE = 0.05  # share of them with a light's part that is negative: of wrong levels .2 and more
+
+
+class Cluster(NamedTuple):
+    """Steps that are alike: their middle (C,), 0 where their light is off, and how many there are."""
+
+    middle: Floats
+    count: int
 
 
 def learnt_lights(sides: Sides) -> KnownLights | None:
     """The lamps whose shadows end at some of N edgels in C channels, and the sun; None without any.
 
-    They are all if there are as many as channels, and none gives less than nothing. Of several clusters that
-    are on in the same channels only one is a lamp's then.
+    They are all if there are as many as channels, each is on in others, and none gives less than nothing:
+    which is so sure that smaller clusters may be lamps then.
     """
     clusters = _of_one_light(_clusters(_telling_steps(sides)))
-    if not clusters:
-        return None
-    alike: dict[bytes, list[Floats]] = {}
-    for cluster in clusters:
-        alike.setdefault((cluster > 0.0).tobytes(), []).append(cluster)
-    if len(alike) == len(sides.near) - 1:
-        for levels in islice(product(*alike.values()), MOST_TRIED):
-            lights = known_lights(np.array(levels).T)
-            if _explains(lights, sides.of(slice(None, None, SAMPLE_STEP))):
-                return lights
-    return known_lights(np.array(clusters).T)._replace(are_all=False)
+    some = sides.of(slice(None, None, SAMPLE_STEP))
+    tried = 0
+    for levels in combinations((cluster for cluster, _ in clusters), len(sides.near) - 1):
+        if len({(level > 0.0).tobytes() for level in levels}) < len(levels):
+            continue
+        lights = known_lights(np.array(levels).T)
+        if _explains(lights, some):
+            return lights
+        tried += 1
+        if tried == MOST_TRIED:
+            break
+    sure = [cluster for cluster, count in clusters if count >= FEWEST]
+    return known_lights(np.array(sure).T)._replace(are_all=False) if sure else None
 
 
-def _of_one_light(clusters: list[Floats]) -> list[Floats]:
+def _of_one_light(clusters: list[Cluster]) -> list[Cluster]:
     """Those that are on in half of the channels at most, and not wherever another one is."""
-    on = [frozenset(np.flatnonzero(cluster)) for cluster in clusters]
+    on = [frozenset(np.flatnonzero(cluster.middle)) for cluster in clusters]
     return [
         cluster
         for cluster, here in zip(clusters, on, strict=True)
-        if 1 < len(here) <= len(cluster) / 2 and not any(other < here for other in on)
+        if 1 < len(here) <= len(cluster.middle) / 2 and not any(other < here for other in on)
     ]
 
 
@@ -92,18 +103,17 @@ def _telling_steps(sides: Sides) -> Floats:
     return np.asarray((step[:, some] / largest[some]).T, np.float64)
 
 
-def _clusters(steps: Floats) -> list[Floats]:
-    """Middles (C,) of clusters, from the largest on; 0 where a light is off."""
-    if len(steps) < FEWEST:
-        return []
+def _clusters(steps: Floats) -> list[Cluster]:
+    """Clusters, from the largest on."""
     apart = cdist(steps, steps, "chebyshev")
     near, left = apart < ALIKE, np.ones(len(steps), np.bool_)
-    middles: list[Floats] = []
-    while True:
+    clusters: list[Cluster] = []
+    while left.any():
         count = near[:, left].sum(axis=1) * left
         most = count.argmax()
-        if count[most] < FEWEST:
-            return middles
+        if count[most] < FEWEST_OF_ALL:
+            break
         middle = np.median(steps[near[most] & left], axis=0)
-        middles.append(np.where(middle > OFF, middle, 0.0))
+        clusters.append(Cluster(np.where(middle > OFF, middle, 0.0), int(count[most])))
         left &= apart[most] > APART
+    return clusters
