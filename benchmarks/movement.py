@@ -35,7 +35,7 @@ def main(
     rng = np.random.default_rng(seed)
     for elevation_deg in ELEVATIONS_DEG:
         for painted in (False, True):
-            # for each number of earlier images: sets, said of none that moved, of shifted ones, by the right shift
+            # for each number of earlier images: sets, said where nothing moved, where it did, by its shift
             counts = np.zeros((len(EARLIER), 4), np.int64)
             for number in range(seed, seed + statues):
                 counts += of_a_statue(rng, number, painted, elevation_deg)

@@ -45,7 +45,7 @@ def shadow_of_one(
         (L, N), how much likelier than any other the dark side is to be that of a shadow of each light.
     """
     each = [one_blocked(sides, logs, noise, light, depth_sd) for light in lights.T]
-    return any_of(np.asarray(each) + np.log(dark_side))
+    return any_of(np.asarray(np.asarray(each) + np.log(dark_side), np.float32))
 
 
 def one_blocked(

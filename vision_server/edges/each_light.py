@@ -24,7 +24,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision_server.edges.densities import Floats, any_of, either, log_normal, logarithms
 from vision_server.edges.sides import Sides
@@ -93,7 +92,7 @@ def less_crease(parts: Sides, dark_side: tuple[Floats, Floats] | None = None) ->
     ratio = logs[:, 0] - logs[:, 1]
     each, count = _each_light(parts, ratio, noise), len(parts.noise)
     at_end, behind = (np.ones_like(each.alike),) * 2 if dark_side is None else dark_side
-    sure = EachLight(*(np.clip(value, -SUREST, SUREST) for value in each))
+    sure = EachLight(*(np.asarray(np.clip(value, -SUREST, SUREST), np.float32) for value in each))
     base = sure.alike.sum(axis=0)
     nothing, turned = np.exp(sure.nothing - sure.alike), np.exp(sure.turned - sure.alike)
     others_alike = _but_one(each.alike, ratio, noise)

@@ -14,8 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 from scipy.spatial.distance import cdist
 
+from vision_server.channels.depth import Field
 from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
 from vision_server.edges.sides import Sides
 
@@ -34,6 +36,10 @@ FEWEST = 8  # steps of a cluster
 FEWEST_OF_ALL = 4  # where the lights that are so learnt explain all there is
 OFF = 0.15  # level that is none
 MOST_TRIED = 32  # choices of a cluster for each lamp, large ones first
+LEVEL_SD = 0.12  # of a level by one place: darker ones tell none
+LEVEL_SLACK, LEVEL_UNSURE = 0.04, 0.2  # by so much the least that it may be is above, or below, the most
+MIXED = 1.1  # times its noise, what is left of images of several lamps: .8 at most, of one lamp 1.5 at least
+FEWEST_PLACES, OUTSIDE = 20, 0.03  # that tell one; share of them that may be outside of what it allows
 SAMPLE_STEP = 8  # of the edgels that say whether they are all
 MOST_NEGATIVE = 0.05  # share of them with a light's part that is negative: of wrong levels .2 and more
 
@@ -42,7 +48,7 @@ class Cluster(NamedTuple):
     """Steps that are alike: their middle (C,), 0 where their light is off, and how many there are."""
 
     middle: Floats
-    count: int
+    steps: int
 
 
 def learnt_lights(sides: Sides) -> KnownLights | None:
@@ -63,8 +69,73 @@ def learnt_lights(sides: Sides) -> KnownLights | None:
         tried += 1
         if tried == MOST_TRIED:
             break
-    sure = [cluster for cluster, count in clusters if count >= FEWEST]
+    together = _alone_and_together(some)
+    if together is not None:
+        return together
+    sure = [cluster for cluster, steps in clusters if steps >= FEWEST]
     return known_lights(np.array(sure).T)._replace(are_all=False) if sure else None
+
+
+def _alone_and_together(sides: Sides) -> KnownLights | None:
+    """Each lamp alone in one of C images, all at one level x in another; None if that explains them not.
+
+    With K lamps alone, whose images add up to S and of which the darkest has m, and I in the other image, the
+    sun gives s = (x S - I) / (K x - 1). That neither it nor any lamp, m - s, is less than nothing holds x
+    between I / S and (I - m) / (S - K m) at each place: an image that shows anything else leaves no x. The
+    sun alone, x = 0, is nowhere brighter than m; then there may be images of several lamps, too.
+    """
+    sides = sides.of(np.flatnonzero(sides.known.all(axis=0)))
+    near, count = sides.near, len(sides.near) - 1
+    variance = np.square(sides.noise)
+    noise = np.sqrt(variance.sum(axis=0))
+    for other in range(count + 1):
+        alone, both = np.delete(near, other, axis=0), near[other]
+        total, least = alone.sum(axis=0), alone.min(axis=0)
+        uneven = total - count * least
+        lit, turned = LEVEL_SD * total > noise, LEVEL_SD * uneven > noise
+        if min(lit.sum(), turned.sum()) < FEWEST_PLACES:
+            continue
+        lower = np.quantile(both[lit] / total[lit], 1.0 - OUTSIDE)
+        upper, most = np.quantile((both - least)[turned] / uneven[turned], (OUTSIDE, 1.0 - OUTSIDE))
+        is_sun = most < LEVEL_SLACK
+        if not is_sun and (not -LEVEL_SLACK < upper - lower < LEVEL_UNSURE or count * upper < 1.0):
+            continue
+        levels = np.insert(np.eye(count), other, 0.0 if is_sun else max(lower, upper), axis=0)
+        parts = parts_of(sides, known_lights(levels))
+        if parts is None:
+            continue
+        of_lamps = _of_lamps(parts.near[:-1], np.delete(variance, other, axis=0), variance[other])
+        if not is_sun and of_lamps.shape[1] < count:
+            continue
+        lights = known_lights(np.insert(of_lamps, other, levels[other, 0], axis=0))
+        if _explains(lights, sides):
+            return lights
+    return None
+
+
+def _of_lamps(near: Field, variance: Field, of_sun: Field) -> Floats:
+    """Levels (C, K) of the lamps in what C images (C, 2, N) show without the sun, by their variances (C, N).
+
+    What is up to noise a sum of some of the others, each on as far as fits, is of several lamps; any other is
+    a lamp's.
+    """
+    flat = near.reshape(len(near), -1).astype(np.float64)
+    lamps = list(range(len(near)))
+    for one in range(len(near)):
+        others = [lamp for lamp in lamps if lamp != one]
+        if not others:
+            break
+        levels = nnls(flat[others].T, flat[one])[0]
+        left = np.square(flat[one] - levels @ flat[others]).reshape(2, -1)
+        expected = variance[one] + np.square(levels) @ variance[others] + (1.0 - levels.sum()) ** 2 * of_sun
+        if np.mean(left / expected) < MIXED**2:
+            lamps = others
+    return np.array(
+        [
+            np.eye(len(lamps))[lamps.index(one)] if one in lamps else nnls(flat[lamps].T, flat[one])[0]
+            for one in range(len(near))
+        ]
+    )
 
 
 def _of_one_light(clusters: list[Cluster]) -> list[Cluster]:

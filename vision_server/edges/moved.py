@@ -1,8 +1,8 @@
 """Whether the images of a set show one scene: edges that are all elsewhere in one of them.
 
-Lights change which edges an image shows, not where they are. Each edgel votes for the shifts by which it meets
-one of the same direction in an earlier image. Where one shift has more votes than by chance, than any other one
-has, and than where nothing has moved, something has.
+Lights change which edges an image shows, not where they are. Each edgel votes for the shifts by which it
+meets one of the same direction in an earlier image. Where one shift has more votes than by chance, than any
+other one has, and than where nothing has moved, something has.
 """
 
 from __future__ import annotations
@@ -25,9 +25,11 @@ DIRECTIONS = 12  # of edges over pi
 NEAR = np.ones((3, 3), np.uint8)  # edges so near to each other, and of directions next to each other, are one
 FEWEST_EDGELS = 60  # that tell something
 MOST_EDGELS = 1500  # that vote: so many take 10 ms
-LEAST_PX, BLURS = 3.5, 2.0  # shortest shift, and in standard deviations of blur: edges of blurred bands wander
+# Shortest shift, and in standard deviations of blur: edges of blurred bands wander.
+LEAST_PX, BLURS = 3.5, 2.0
 BESIDE_PX = 6  # around a shift whatever moved by it meets others, too
-LEAST_OF_OTHERS = 1.2  # as many as at any other shift: edges of one side of a limb fit those of its other side
+# As many as at any other shift: edges of one side of a limb fit those of its other side.
+LEAST_OF_OTHERS = 1.2
 # More than by chance, as a share of all edgels, and of those that stay: shadows move, too, not alone.
 LEAST_OF_ALL, LEAST_OF_STAYING = 0.15, 1.5
 
