@@ -9,6 +9,7 @@ than half of the images. One that is on in a single image needs no level.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -57,23 +58,33 @@ def learnt_lights(sides: Sides) -> KnownLights | None:
     They are all if there are as many as channels, each is on in others, and none gives less than nothing:
     which is so sure that smaller clusters may be lamps then.
     """
-    clusters = _of_one_light(_clusters(_telling_steps(sides)))
+    clusters = _clusters(_telling_steps(sides))
     some = sides.of(slice(None, None, SAMPLE_STEP))
+    lights = _that_explain(_of_one_light(clusters), some) or _alone_and_together(some)
+    if lights is not None:
+        return lights
+    sure = _of_one_light([cluster for cluster in clusters if cluster.steps >= FEWEST])
+    return known_lights(_levels(sure))._replace(are_all=False) if sure else None
+
+
+def _levels(clusters: Sequence[Cluster]) -> Floats:
+    """Levels (C, K) of the lights of some clusters."""
+    return np.array([cluster.middle for cluster in clusters]).T
+
+
+def _that_explain(clusters: list[Cluster], sides: Sides) -> KnownLights | None:
+    """The lamps among some clusters that are as many as C channels allow and explain what they show."""
     tried = 0
-    for levels in combinations((cluster for cluster, _ in clusters), len(sides.near) - 1):
-        if len({(level > 0.0).tobytes() for level in levels}) < len(levels):
+    for some in combinations(clusters, len(sides.near) - 1):
+        if len({(cluster.middle > 0.0).tobytes() for cluster in some}) < len(some):
             continue
-        lights = known_lights(np.array(levels).T)
-        if _explains(lights, some):
+        lights = known_lights(_levels(some))
+        if _explains(lights, sides):
             return lights
         tried += 1
         if tried == MOST_TRIED:
             break
-    together = _alone_and_together(some)
-    if together is not None:
-        return together
-    sure = [cluster for cluster, steps in clusters if steps >= FEWEST]
-    return known_lights(np.array(sure).T)._replace(are_all=False) if sure else None
+    return None
 
 
 def _alone_and_together(sides: Sides) -> KnownLights | None:
@@ -88,7 +99,8 @@ def _alone_and_together(sides: Sides) -> KnownLights | None:
     near, count = sides.near, len(sides.near) - 1
     variance = np.square(sides.noise)
     noise = np.sqrt(variance.sum(axis=0))
-    for other in range(count + 1):
+    bright = near.mean(axis=(1, 2))
+    for other in (int(bright.argmax()), int(bright.argmin())):
         alone, both = np.delete(near, other, axis=0), near[other]
         total, least = alone.sum(axis=0), alone.min(axis=0)
         uneven = total - count * least
@@ -177,14 +189,14 @@ def _telling_steps(sides: Sides) -> Floats:
 def _clusters(steps: Floats) -> list[Cluster]:
     """Clusters, from the largest on."""
     apart = cdist(steps, steps, "chebyshev")
-    near, left = apart < ALIKE, np.ones(len(steps), np.bool_)
+    near, left = (apart < ALIKE).astype(np.float32), np.ones(len(steps), np.bool_)
     clusters: list[Cluster] = []
     while left.any():
-        count = near[:, left].sum(axis=1) * left
+        count = (near @ left.astype(np.float32)) * left
         most = count.argmax()
         if count[most] < FEWEST_OF_ALL:
             break
-        middle = np.median(steps[near[most] & left], axis=0)
+        middle = np.median(steps[(near[most] > 0.0) & left], axis=0)
         clusters.append(Cluster(np.where(middle > OFF, middle, 0.0), int(count[most])))
         left &= apart[most] > APART
     return clusters

@@ -37,6 +37,7 @@ BACKGROUND_SD = 0.4  # of the background from place to place
 UNTOUCHED = 0.6  # share of the channels in which no shadow ends where one does in another
 SIDE_STEEPNESS = 2.0  # how surely the side that changed tells shadow from highlight
 MOST_STEEP = 30.0  # the logarithm of how surely: more changes no density and runs out of float32
+RARE_HIGHLIGHT = 0.25  # of its logarithm: what else than shadow there is in the light alone
 RARER_HIGHLIGHT = 4.0  # of its logarithm, where known lights tell shadows: the rest is rather crease
 RARER_GLARE = 4.0  # of the logarithm of a print where one light is mirrored
 RARER_LIT = 6.0  # of the logarithm of an outline before a lit surface
@@ -100,10 +101,11 @@ def _of_block(
         _known_lights(found, sides, logs, noise, lights, falling)
     else:
         on = np.ones((len(ratio), 1)) if lights is None else lights.on
-        touched, found[HIGHLIGHT] = _touched(logs, ratio, noise)
+        touched, highlight = _touched(logs, ratio, noise)
         found[SHADOW] = either(touched, shadow_of_one(sides, logs, noise, on, DEPTH_SD)) - np.log(2.0)
         if falling is not None:
             found[SHADOW] += np.log(falling.of_most_changed(apparent_parts(sides)))
+        found[HIGHLIGHT] = highlight - RARE_HIGHLIGHT
     if background.wall is not None:
         beside = logs - np.log(background.wall + sides.dark)[:, None]
         # what is clipped is at least that bright, which tells which of its sides is no wall
