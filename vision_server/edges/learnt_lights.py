@@ -99,9 +99,8 @@ def _alone_and_together(sides: Sides) -> KnownLights | None:
     near, count = sides.near, len(sides.near) - 1
     variance = np.square(sides.noise)
     noise = np.sqrt(variance.sum(axis=0))
-    for other in np.roll(
-        np.argsort(-near.mean(axis=(1, 2))), 1
-    ).tolist():  # the darkest, then bright ones first
+    bright_first = np.argsort(-near.sum(axis=(1, 2))).tolist()
+    for other in (*bright_first[-1:], *bright_first[:-1]):
         alone, both = np.delete(near, other, axis=0), near[other]
         total, least = alone.sum(axis=0), alone.min(axis=0)
         uneven = total - count * least
