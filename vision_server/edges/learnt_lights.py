@@ -4,7 +4,7 @@ What is missing at a shadow's end is in proportion to how far its light was on i
 falls on. So the steps at all ends of one light's shadows are alike but for their size, and nothing in the
 images in which it was off: they are a cluster. Where several lights change at once, as at creases, it is so
 in all images in which one of them is on: such a cluster is left out, and so is a light that is on in more
-than half of the images. One that is on in a single image needs no level.
+than half of the images. Lamps that are on alone in one image each are told without any shadow.
 """
 
 from __future__ import annotations
@@ -53,10 +53,10 @@ class Cluster(NamedTuple):
 
 
 def learnt_lights(sides: Sides) -> KnownLights | None:
-    """The lamps whose shadows end at some of N edgels in C channels, and the sun; None without any.
+    """The lamps that N edgels in C channels tell of, and the sun; None without any.
 
     They are all if there are as many as channels, each is on in others, and none gives less than nothing:
-    which is so sure that smaller clusters may be lamps then.
+    which is so sure that smaller clusters may be lamps then. So they are where each is alone in an image.
     """
     clusters = _clusters(_telling_steps(sides))
     some = sides.of(slice(None, None, SAMPLE_STEP))
