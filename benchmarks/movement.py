@@ -1,8 +1,8 @@
-"""Whether a target that moved is said to have moved, and none that did not: every pair of images of statues.
+"""Whether a target that moved is said to have moved, and none that did not: sets of images of statues.
 
 python -m benchmarks.movement [--statues N] [--seed N]
 
-The first of each pair shows a statue under one light, the second under another: as it is, and shifted by 6 to
+A statue under one light, and under three others, and then under another light: as it is, and shifted by 6 to
 32 px. One JSON object a line.
 """
 
@@ -17,9 +17,10 @@ import typer
 from benchmarks.lines import show
 from benchmarks.statues import Look, statue
 from vision_server.channels.channel import channel_statistics
-from vision_server.edges.moved import movement, sure_edgels
+from vision_server.edges.moved import moved_since, sure_edgels
 
 ELEVATIONS_DEG = (15.0, 35.0)  # of the lights: low, where opposite ones leave no edge in common, and high
+EARLIER = (1, 3)  # images
 NEAREST_PX, FARTHEST_PX = 6.0, 32.0
 RIGHT_PX = 5.0  # off the true shift
 
@@ -30,25 +31,25 @@ def main(
     ] = 4,
     seed: Annotated[int, typer.Option(help="Of the first statue.")] = 100,
 ) -> None:
-    """Print how many pairs are said to have moved, of those that did and of those that did not."""
+    """Print how many sets are said to have moved, of those that did and of those that did not."""
     rng = np.random.default_rng(seed)
     for elevation_deg in ELEVATIONS_DEG:
         for painted in (False, True):
-            counts = np.zeros(
-                4, np.int64
-            )  # pairs, said of none that moved, of shifted ones, by the right shift
+            # for each number of earlier images: sets, said where nothing moved, where it did, by its shift
+            counts = np.zeros((len(EARLIER), 4), np.int64)
             for number in range(seed, seed + statues):
                 counts += of_a_statue(rng, number, painted, elevation_deg)
-            pairs, *said = (int(count) for count in counts)
-            of = {"elevation_deg": elevation_deg, "painted": painted, "pairs": pairs}
-            for name, count in zip(("false", "said", "said_right"), said, strict=True):
-                show(f"movement_{name}", 100 * count / pairs, "%", **of)
+            for earlier, (sets, *said) in zip(EARLIER, counts.tolist(), strict=True):
+                of = {"elevation_deg": elevation_deg, "painted": painted, "earlier": earlier, "sets": sets}
+                for name, count in zip(("false", "said", "said_right"), said, strict=True):
+                    show(f"movement_{name}", 100 * count / sets, "%", **of)
 
 
 def of_a_statue(
     rng: np.random.Generator, seed: int, painted: bool, elevation_deg: float
-) -> tuple[int, int, int, int]:
-    """Pairs; of how many movement is told: where nothing moved, where it did, and that by the right shift."""
+) -> list[tuple[int, int, int, int]]:
+    """By the number of earlier images: sets; of how many movement is told where nothing moved, where it did,
+    and by the right shift."""
     images = statue(seed, Look(painted, elevation_deg)).images
     still = [sure_edgels(channel_statistics(image)) for image in images]
     angles, lengths = (
@@ -60,12 +61,19 @@ def of_a_statue(
         sure_edgels(channel_statistics(np.roll(image, (y, x), axis=(0, 1))))
         for image, (x, y) in zip(images, shifts, strict=True)
     ]
-    pairs = list(permutations(range(len(images)), 2))
-    false = sum(movement(still[first], still[second]) is not None for first, second in pairs)
-    found = [(second, movement(still[first], shifted[second])) for first, second in pairs]
-    said = [(second, one) for second, one in found if one is not None]
-    right = sum(bool(np.hypot(*(one.shift_px - shifts[second])) <= RIGHT_PX) for second, one in said)
-    return len(pairs), false, len(said), right
+    counts = []
+    for earlier in EARLIER:
+        false = said = right = 0
+        pairs = list(permutations(range(len(images)), 2))
+        for first, last in pairs:
+            others = [n for n in range(len(images)) if n not in (first, last)]
+            before = [still[n] for n in (first, *rng.permutation(others)[: earlier - 1])]
+            false += moved_since(before, still[last]) is not None
+            found = moved_since(before, shifted[last])
+            said += found is not None
+            right += found is not None and bool(np.hypot(*(found.shift_px - shifts[last])) <= RIGHT_PX)
+        counts.append((len(pairs), false, said, right))
+    return counts
 
 
 if __name__ == "__main__":

@@ -143,7 +143,7 @@ class ImageSet:
         """
         self.check([name])
         names = list(self.images)
-        before = (self.images[one].sure_edgels for one in names[: names.index(name)])
+        before = [self.images[one].sure_edgels for one in names[: names.index(name)]]
         return moved_since(before, self.images[name].sure_edgels)
 
     def check(self, names: Sequence[str]) -> None:

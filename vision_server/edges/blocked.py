@@ -7,12 +7,10 @@ are as many, `edges.each_light` says more.
 
 from __future__ import annotations
 
-from functools import reduce
-
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.edges.densities import Floats, either, sum_of_logs
+from vision_server.edges.densities import Floats, any_of, sum_of_logs
 from vision_server.edges.sides import Sides
 
 # Of log-ratios; chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
@@ -47,7 +45,7 @@ def shadow_of_one(
         (L, N), how much likelier than any other the dark side is to be that of a shadow of each light.
     """
     each = [one_blocked(sides, logs, noise, light, depth_sd) for light in lights.T]
-    return np.asarray(reduce(either, np.asarray(each) + np.log(dark_side)) - np.log(len(each)))
+    return any_of(np.asarray(np.asarray(each) + np.log(dark_side), np.float32))
 
 
 def one_blocked(

@@ -24,11 +24,17 @@ def either(first: Floats | float, second: Floats) -> Floats:
     return np.asarray(np.maximum(first, second) + np.log(1.0 + np.exp(-np.abs(first - second))))
 
 
-def sum_of_logs(values: Floats) -> NDArray[np.float64]:
-    """Sum over the rows (C, N) of the logarithms of values within what float32 holds, float64 (N,)."""
+def any_of(values: Floats) -> Floats:
+    """Logarithm (N,) of the mean over the rows (L, N) of what logarithms are of: each is as likely."""
+    most = values.max(axis=0)
+    return np.asarray(most + np.log(np.exp(values - most).sum(axis=0) * (1.0 / len(values))))
+
+
+def sum_of_logs(values: Floats) -> NDArray[np.float32]:
+    """Sum over the rows (C, N) of the logarithms of values within what float32 holds, float32 (N,)."""
     parts = range(0, len(values), FACTORS)
     products = [np.multiply.reduce(values[part : part + FACTORS], dtype=np.float64) for part in parts]
-    return np.asarray(sum(np.log(product) for product in products))
+    return np.asarray(sum(np.log(product) for product in products), np.float32)
 
 
 def log_normal(x: Floats, variance: Floats) -> Floats:

@@ -21,13 +21,11 @@ All are told as the logarithm of how much likelier they are than a crease.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vision_server.edges.densities import Floats, either, log_normal, logarithms
+from vision_server.edges.densities import Floats, any_of, either, log_normal, logarithms
 from vision_server.edges.sides import Sides
 
 # As measured on simulated creases (`benchmarks.edge_kinds`), where the log-ratios of two lights do not depend
@@ -51,12 +49,12 @@ SUREST = 12.0  # the logarithm of how sure one light alone may be
 class EachLight(NamedTuple):
     """Log-likelihoods that each of L lights is alike, gives nothing to the darker side, and is turned.
 
-    Each is less that of what it is at a crease; float64 (L, N).
+    Each is less that of what it is at a crease; float32 (L, N).
     """
 
-    alike: NDArray[np.float64]
-    nothing: NDArray[np.float64]
-    turned: NDArray[np.float64]
+    alike: Floats
+    nothing: Floats
+    turned: Floats
 
 
 class LessCrease(NamedTuple):
@@ -94,26 +92,26 @@ def less_crease(parts: Sides, dark_side: tuple[Floats, Floats] | None = None) ->
     ratio = logs[:, 0] - logs[:, 1]
     each, count = _each_light(parts, ratio, noise), len(parts.noise)
     at_end, behind = (np.ones_like(each.alike),) * 2 if dark_side is None else dark_side
-    sure = EachLight(*(np.clip(value, -SUREST, SUREST) for value in each))
+    sure = EachLight(*(np.asarray(np.clip(value, -SUREST, SUREST), np.float32) for value in each))
     base = sure.alike.sum(axis=0)
     nothing, turned = np.exp(sure.nothing - sure.alike), np.exp(sure.turned - sure.alike)
     others_alike = _but_one(each.alike, ratio, noise)
     clear_end = base + np.log1p(-ON_PRINT) + _log(_shadow_end(at_end * nothing, turned))
-    printed_end = _any_of(each.nothing + np.log(at_end) + others_alike(SHADED_PRINT_SD))
+    printed_end = any_of(each.nothing + np.log(at_end) + others_alike(SHADED_PRINT_SD))
     before_any = _before_any(parts, turned, behind * nothing) - RARER_ANY
     return LessCrease(
         shadow=either(clear_end, printed_end + np.log(ON_PRINT)),
         outline=base + either(_before_alike(behind * nothing), before_any),
         mirrored=base + _log(turned.sum(axis=0) / count),
-        glare=_any_of(sure.turned + others_alike(GLARING_PRINT_SD)),
+        glare=any_of(sure.turned + others_alike(GLARING_PRINT_SD)),
     )
 
 
-def _log(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _log(values: Floats) -> Floats:
     return np.asarray(np.log(np.maximum(values, np.finfo(values.dtype).tiny)))
 
 
-def _shadow_end(nothing: Floats, turned: Floats) -> NDArray[np.float64]:
+def _shadow_end(nothing: Floats, turned: Floats) -> Floats:
     """How much likelier than that all lights are alike, (N,): one of them ends, or two do."""
     count = len(nothing)
     end = (1.0 - IN_PART) * nothing + IN_PART * turned
@@ -124,36 +122,32 @@ def _shadow_end(nothing: Floats, turned: Floats) -> NDArray[np.float64]:
     return np.asarray((1.0 - TWO_ENDS) / count * nothing.sum(axis=0) + TWO_ENDS / pairs * two)
 
 
-def _before_alike(nothing: Floats) -> NDArray[np.float64]:
+def _before_alike(nothing: Floats) -> Floats:
     """Logarithm of how much likelier than all lights alike, (N,): some are missing, the others alike."""
     share = 1.0 - BEHIND + BEHIND * nothing
-    return _log(np.prod(share, axis=0) - (1.0 - BEHIND) ** len(nothing))
+    return _log(np.prod(share, axis=0, dtype=np.float64) - (1.0 - BEHIND) ** len(nothing))
 
 
-def _before_any(parts: Sides, turned: Floats, nothing: Floats) -> NDArray[np.float64]:
+def _before_any(parts: Sides, turned: Floats, nothing: Floats) -> Floats:
     """Logarithm of how much likelier than all lights alike, (N,): each is turned, or missing behind."""
     turned, missing = (1.0 - BEHIND_ANY) * turned, BEHIND_ANY * nothing
     darker = parts.near[:, 0] < parts.near[:, 1]
     # the density of nothing is of either side: that of the one that is behind is twice as large
-    return _log(sum(0.5 * np.prod(turned + 2.0 * missing * side, axis=0) for side in (darker, ~darker)))
+    each = (turned + 2.0 * missing * side for side in (darker, ~darker))
+    return _log(sum(0.5 * np.prod(of_side, axis=0, dtype=np.float64) for of_side in each))
 
 
-def _but_one(alike: Floats, ratio: Floats, noise: Floats) -> Callable[[float], NDArray[np.float64]]:
+def _but_one(alike: Floats, ratio: Floats, noise: Floats) -> Callable[[float], Floats]:
     """How much likelier than a crease, (L, N): all lights but one have the same log-ratio, N(0, sd^2)."""
-    precision = 1.0 / (noise.astype(np.float64) + FLAT_SD**2)
+    precision = 1.0 / (noise + FLAT_SD**2)
     pull = ratio * precision
     alike, precision, pull = (value.sum(axis=0) - value for value in (alike, precision, pull))
 
-    def of(sd: float) -> NDArray[np.float64]:
+    def of(sd: float) -> Floats:
         wider = 1.0 + sd**2 * precision
         return np.asarray(alike + 0.5 * ((sd * pull) ** 2 / wider - np.log(wider)))
 
     return of
-
-
-def _any_of(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Logarithm of the mean over the lights (L, N) of what logarithms are of: each is as likely."""
-    return np.asarray(reduce(either, values) - np.log(len(values)))
 
 
 def _each_light(parts: Sides, ratio: Floats, noise: Floats) -> EachLight:
@@ -165,4 +159,4 @@ def _each_light(parts: Sides, ratio: Floats, noise: Floats) -> EachLight:
     turned = log_normal(ratio, noise + TURNED_SD**2)
     crease = either(turned + np.log(1.0 - FACES_AWAY), nothing + np.log(FACES_AWAY))
     alike = log_normal(ratio, noise + FLAT_SD**2)
-    return EachLight(*((value - crease).astype(np.float64) for value in (alike, nothing, turned)))
+    return EachLight(alike - crease, nothing - crease, turned - crease)

@@ -39,7 +39,7 @@ LOG_EITHER = np.log((1.0 - BEHIND_OUTLINES) * AT_END + BEHIND_OUTLINES * BEHIND)
 
 
 class Falling(NamedTuple):
-    """How much likelier than any other each side of an edgel is to be the dark one, (L, 72) each.
+    """How much likelier than any other each side of an edgel is to be the dark one, float32 (L, 72) each.
 
     Attributes
     ----------
@@ -48,10 +48,10 @@ class Falling(NamedTuple):
         dark side.
     """
 
-    shadow: Floats
-    outline: Floats
+    shadow: Field
+    outline: Field
 
-    def of(self, near: Field, normals: Field) -> tuple[Floats, Floats]:
+    def of(self, near: Field, normals: Field) -> tuple[Field, Field]:
         """For N edgels, (L, N) each.
 
         Parameters
@@ -64,14 +64,14 @@ class Falling(NamedTuple):
         at = _dark_side(near, normals) + DIRECTIONS * np.arange(len(self.shadow))[:, None]
         return self.shadow.take(at), self.outline.take(at)
 
-    def of_most_changed(self, parts: Sides) -> Floats:
+    def of_most_changed(self, parts: Sides) -> Field:
         """For N edgels (N,), at the end of a shadow of the light whose part differs most; 1 at most.
 
         A dark side where it may be makes no shadow of what else is there, as of a dark leaf's outline.
         """
         changed = _most_changed(parts.near)
-        edgels = np.arange(len(changed))
-        near = parts.near[changed, :, edgels].T[None]
+        at = changed, np.arange(len(changed))
+        near = np.stack([parts.near[:, side][at] for side in (0, 1)])[None]
         return np.asarray(np.minimum(self.shadow[changed, _dark_side(near, parts.normals)[0]], 1.0))
 
 
@@ -107,7 +107,7 @@ def learn_falling(parts: Sides, is_outline: NDArray[np.bool_], is_shadow: NDArra
         likely = LOG_EITHER @ seen + SHADING * (towards[0] * np.cos(ANGLES) + towards[1] * np.sin(ANGLES))
         likely = np.exp(likely - likely.max())
         tables.append(likely / likely.sum() @ AT_END)
-    shadow = np.array(tables)
+    shadow = np.array(tables, np.float32)
     return Falling(shadow, np.roll(shadow, DIRECTIONS // 2, axis=1))
 
 

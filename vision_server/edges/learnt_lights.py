@@ -4,17 +4,21 @@ What is missing at a shadow's end is in proportion to how far its light was on i
 falls on. So the steps at all ends of one light's shadows are alike but for their size, and nothing in the
 images in which it was off: they are a cluster. Where several lights change at once, as at creases, it is so
 in all images in which one of them is on: such a cluster is left out, and so is a light that is on in more
-than half of the images. One that is on in a single image needs no level.
+than half of the images. Lamps that are on alone in one image each are told without any shadow.
 """
 
 from __future__ import annotations
 
-from itertools import islice, product
+from collections.abc import Sequence
+from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 from scipy.spatial.distance import cdist
 
+from vision_server.channels.depth import Field
 from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
 from vision_server.edges.sides import Sides
 
@@ -30,39 +34,129 @@ MOST_STEPS = 500  # that are compared with each other
 ALIKE = 0.08  # between steps of one cluster, as a share of the largest
 APART = 0.2  # between clusters
 FEWEST = 8  # steps of a cluster
+FEWEST_OF_ALL = 4  # where the lights that are so learnt explain all there is
 OFF = 0.15  # level that is none
-MOST_TRIED = 16  # choices of one cluster for each lamp, large ones first
+MOST_TRIED = 32  # choices of a cluster for each lamp, large ones first
+LEVEL_SD = 0.12  # of a level by one place: darker ones tell none
+LEVEL_SLACK, LEVEL_UNSURE = 0.04, 0.2  # by so much the least that it may be is above, or below, the most
+MIXED = 1.1  # times its noise, what is left of images of several lamps: .8 at most, of one lamp 1.5 at least
+FEWEST_PLACES, OUTSIDE = 20, 0.03  # that tell one; share of them that may be outside of what it allows
 SAMPLE_STEP = 8  # of the edgels that say whether they are all
 MOST_NEGATIVE = 0.05  # share of them with a light's part that is negative: of wrong levels .2 and more
 
 
+class Cluster(NamedTuple):
+    """Steps that are alike: their middle (C,), 0 where their light is off, and how many there are."""
+
+    middle: Floats
+    steps: int
+
+
 def learnt_lights(sides: Sides) -> KnownLights | None:
-    """The lamps whose shadows end at some of N edgels in C channels, and the sun; None without any.
+    """The lamps that N edgels in C channels tell of, and the sun; None without any.
 
-    They are all if there are as many as channels, and none gives less than nothing. Of several clusters that
-    are on in the same channels only one is a lamp's then.
+    They are all if there are as many as channels, each is on in others, and none gives less than nothing:
+    which is so sure that smaller clusters may be lamps then. So they are where each is alone in an image.
     """
-    clusters = _of_one_light(_clusters(_telling_steps(sides)))
-    if not clusters:
-        return None
-    alike: dict[bytes, list[Floats]] = {}
-    for cluster in clusters:
-        alike.setdefault((cluster > 0.0).tobytes(), []).append(cluster)
-    if len(alike) == len(sides.near) - 1:
-        for levels in islice(product(*alike.values()), MOST_TRIED):
-            lights = known_lights(np.array(levels).T)
-            if _explains(lights, sides.of(slice(None, None, SAMPLE_STEP))):
-                return lights
-    return known_lights(np.array(clusters).T)._replace(are_all=False)
+    clusters = _clusters(_telling_steps(sides))
+    some = sides.of(slice(None, None, SAMPLE_STEP))
+    lights = _that_explain(_of_one_light(clusters), some) or _alone_and_together(some)
+    if lights is not None:
+        return lights
+    sure = _of_one_light([cluster for cluster in clusters if cluster.steps >= FEWEST])
+    return known_lights(_levels(sure))._replace(are_all=False) if sure else None
 
 
-def _of_one_light(clusters: list[Floats]) -> list[Floats]:
+def _levels(clusters: Sequence[Cluster]) -> Floats:
+    """Levels (C, K) of the lights of some clusters."""
+    return np.array([cluster.middle for cluster in clusters]).T
+
+
+def _that_explain(clusters: list[Cluster], sides: Sides) -> KnownLights | None:
+    """The lamps among some clusters that are as many as C channels allow and explain what they show."""
+    tried = 0
+    for some in combinations(clusters, len(sides.near) - 1):
+        if len({(cluster.middle > 0.0).tobytes() for cluster in some}) < len(some):
+            continue
+        lights = known_lights(_levels(some))
+        if _explains(lights, sides):
+            return lights
+        tried += 1
+        if tried == MOST_TRIED:
+            break
+    return None
+
+
+def _alone_and_together(sides: Sides) -> KnownLights | None:
+    """Each lamp alone in one of C images, all at one level x in another; None if that explains them not.
+
+    With K lamps alone, whose images add up to S and of which the darkest has m, and I in the other image, the
+    sun gives s = (x S - I) / (K x - 1). That neither it nor any lamp, m - s, is less than nothing holds x
+    between I / S and (I - m) / (S - K m) at each place: an image that shows anything else leaves no x. The
+    sun alone, x = 0, is nowhere brighter than m; then there may be images of several lamps, too.
+    """
+    sides = sides.of(np.flatnonzero(sides.known.all(axis=0)))
+    near, count = sides.near, len(sides.near) - 1
+    variance = np.square(sides.noise)
+    noise = np.sqrt(variance.sum(axis=0))
+    bright_first = np.argsort(-near.sum(axis=(1, 2))).tolist()
+    for other in (*bright_first[-1:], *bright_first[:-1]):
+        alone, both = np.delete(near, other, axis=0), near[other]
+        total, least = alone.sum(axis=0), alone.min(axis=0)
+        uneven = total - count * least
+        lit, turned = LEVEL_SD * total > noise, LEVEL_SD * uneven > noise
+        if min(lit.sum(), turned.sum()) < FEWEST_PLACES:
+            continue
+        lower = np.quantile(both[lit] / total[lit], 1.0 - OUTSIDE)
+        upper, most = np.quantile((both - least)[turned] / uneven[turned], (OUTSIDE, 1.0 - OUTSIDE))
+        is_sun = most < LEVEL_SLACK
+        if not is_sun and (not -LEVEL_SLACK < upper - lower < LEVEL_UNSURE or count * upper < 1.0):
+            continue
+        levels = np.insert(np.eye(count), other, 0.0 if is_sun else max(lower, upper), axis=0)
+        parts = parts_of(sides, known_lights(levels))
+        if parts is None:
+            continue
+        of_lamps = _of_lamps(parts.near[:-1], np.delete(variance, other, axis=0), variance[other])
+        if not is_sun and of_lamps.shape[1] < count:
+            continue
+        lights = known_lights(np.insert(of_lamps, other, levels[other, 0], axis=0))
+        if _explains(lights, sides):
+            return lights
+    return None
+
+
+def _of_lamps(near: Field, variance: Field, of_sun: Field) -> Floats:
+    """Levels (C, K) of the lamps in what C images (C, 2, N) show without the sun, by their variances (C, N).
+
+    What is up to noise a sum of some of the others, each on as far as fits, is of several lamps; any other is
+    a lamp's.
+    """
+    flat = near.reshape(len(near), -1).astype(np.float64)
+    lamps = list(range(len(near)))
+    for one in range(len(near)):
+        others = [lamp for lamp in lamps if lamp != one]
+        if not others:
+            break
+        levels = nnls(flat[others].T, flat[one])[0]
+        left = np.square(flat[one] - levels @ flat[others]).reshape(2, -1)
+        expected = variance[one] + np.square(levels) @ variance[others] + (1.0 - levels.sum()) ** 2 * of_sun
+        if np.mean(left / expected) < MIXED**2:
+            lamps = others
+    return np.array(
+        [
+            np.eye(len(lamps))[lamps.index(one)] if one in lamps else nnls(flat[lamps].T, flat[one])[0]
+            for one in range(len(near))
+        ]
+    )
+
+
+def _of_one_light(clusters: list[Cluster]) -> list[Cluster]:
     """Those that are on in half of the channels at most, and not wherever another one is."""
-    on = [frozenset(np.flatnonzero(cluster)) for cluster in clusters]
+    on = [frozenset(np.flatnonzero(cluster.middle)) for cluster in clusters]
     return [
         cluster
         for cluster, here in zip(clusters, on, strict=True)
-        if 1 < len(here) <= len(cluster) / 2 and not any(other < here for other in on)
+        if 1 < len(here) <= len(cluster.middle) / 2 and not any(other < here for other in on)
     ]
 
 
@@ -92,18 +186,17 @@ def _telling_steps(sides: Sides) -> Floats:
     return np.asarray((step[:, some] / largest[some]).T, np.float64)
 
 
-def _clusters(steps: Floats) -> list[Floats]:
-    """Middles (C,) of clusters, from the largest on; 0 where a light is off."""
-    if len(steps) < FEWEST:
-        return []
+def _clusters(steps: Floats) -> list[Cluster]:
+    """Clusters, from the largest on."""
     apart = cdist(steps, steps, "chebyshev")
-    near, left = apart < ALIKE, np.ones(len(steps), np.bool_)
-    middles: list[Floats] = []
-    while True:
-        count = near[:, left].sum(axis=1) * left
+    near, left = (apart < ALIKE).astype(np.float32), np.ones(len(steps), np.bool_)
+    clusters: list[Cluster] = []
+    while left.any():
+        count = (near @ left.astype(np.float32)) * left
         most = count.argmax()
-        if count[most] < FEWEST:
-            return middles
-        middle = np.median(steps[near[most] & left], axis=0)
-        middles.append(np.where(middle > OFF, middle, 0.0))
+        if count[most] < FEWEST_OF_ALL:
+            break
+        middle = np.median(steps[(near[most] > 0.0) & left], axis=0)
+        clusters.append(Cluster(np.where(middle > OFF, middle, 0.0), int(count[most])))
         left &= apart[most] > APART
+    return clusters

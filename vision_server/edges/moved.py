@@ -1,43 +1,37 @@
 """Whether the images of a set show one scene: edges that are all elsewhere in one of them.
 
-Lights change which edges an image shows, not where they are. The image is looked at in tiles. Where hardly
-any edge of a tile is where the other image has one, but most are once the tile is moved by some pixels, and
-other tiles tell the same, something has moved.
+Lights change which edges an image shows, not where they are. Each edgel votes for the shifts by which it
+meets one of the same direction in an earlier image. Where one shift has more votes than by chance, than any
+other one has, and than where nothing has moved, something has.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.kernels import kernel
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.edges.merging import merge_channels
 from vision_server.edges.suppression import edgel_thresholds
 
-Grey = NDArray[np.uint8]
-
 # Chosen by hand, on simulated scenes under four lights and on statues (python -m benchmarks.movement).
-TILE_PX = 96
 REACH_PX = 40  # largest shift that is looked for
-NEAR = np.ones((3, 3), np.uint8)  # edges so near to each other are in the same place
-FEWEST_EDGELS = 60  # of a tile that tells something
-MOST_STAYING = 0.4  # share of a moved tile's edgels that happen to be where the other image has some
-LEAST_MOVED = 0.6  # share of them that are, once it is moved back
-LEAST_GAIN = 2.0  # times as many as before
-AGREEING_PX = 16.0  # between the shifts of tiles and their median: a turn by 5 degrees over 200 px
-FEWEST_TILES = 2
-LEAST_PX, BLURS = (
-    3.0,
-    2.0,
-)  # shortest shift, and in standard deviations of blur: edges of blurred bands wander
-LEAST_OF_STAYING = 0.5  # such edgels for each that stays anywhere: a shadow moves, too, not alone
-# Such edgels for each in a tile where hardly any stays: opposite low lights leave few edges in common, and
-# those of one side of a limb fit those of its other side.
-LEAST_OF_TELLING = 0.25
+DIRECTIONS = 12  # of edges over pi
+NEAR = np.ones((3, 3), np.uint8)  # edges so near to each other, and of directions next to each other, are one
+FEWEST_EDGELS = 60  # that tell something
+MOST_EDGELS = 1500  # that vote: so many take 10 ms
+# Shortest shift, and in standard deviations of blur: edges of blurred bands wander.
+LEAST_PX, BLURS = 3.5, 2.0
+BESIDE_PX = 6  # around a shift whatever moved by it meets others, too
+# As many as at any other shift: edges of one side of a limb fit those of its other side.
+LEAST_OF_OTHERS = 1.2
+# More than by chance, as a share of all edgels, and of those that stay: shadows move, too, not alone.
+LEAST_OF_ALL, LEAST_OF_STAYING = 0.15, 1.5
 
 
 class Movement(NamedTuple):
@@ -46,7 +40,7 @@ class Movement(NamedTuple):
     Attributes
     ----------
     shift_px
-        By how much, x and y: the median over the tiles that show it.
+        By how much, x and y.
     box_px
         Where it is in the later image: left, top, right, bottom.
     """
@@ -56,74 +50,84 @@ class Movement(NamedTuple):
 
 
 class SureEdgels(NamedTuple):
-    """Where an image has sure edges, flat indices (N,) into (H, W); its shape; its blur, px."""
+    """Where an image has sure edges, flat indices (N,) into (H, W), and which of DIRECTIONS their axes have,
+    uint8 (N,); its shape; its blur, px."""
 
     places: NDArray[np.int32]
+    directions: NDArray[np.uint8]
     shape: tuple[int, int]
     blur_px: float
 
-    @property
-    def at(self) -> Grey:
-        """1 where there is one, uint8 (H, W)."""
-        out = np.zeros(self.shape, np.uint8)
-        out.ravel()[self.places] = 1
-        return out
-
 
 def sure_edgels(channel: ChannelStatistics) -> SureEdgels:
-    """The edgels that `movement` compares."""
+    """The edgels that `moved_since` compares."""
     edges = merge_channels([channel])
-    sure = edges.places[edges.strength > edgel_thresholds(edges)[1]]
-    return SureEdgels(sure, edges.shape, channel.blur_px)
+    sure = edges.strength > edgel_thresholds(edges)[1]
+    directions = (edges.axis[sure] * (DIRECTIONS / np.pi)).astype(np.uint8) % DIRECTIONS
+    return SureEdgels(edges.places[sure], directions.astype(np.uint8), edges.shape, channel.blur_px)
 
 
-def movement(first: SureEdgels, second: SureEdgels) -> Movement | None:
-    """What is elsewhere in the second image; None if nothing is."""
-    before, after = first.at, second.at
-    near = np.asarray(cv2.dilate(before, NEAR), np.uint8)
-    all_staying = int((after & near).sum())
-    if (1.0 + LEAST_OF_STAYING) * all_staying > after.sum():
+def moved_since(before: Sequence[SureEdgels], after: SureEdgels) -> Movement | None:
+    """What is elsewhere than in all earlier images together; None if nothing is, or there is none."""
+    if not before:
         return None
-    wide = np.pad(near, REACH_PX).astype(np.float32)
-    shifts, boxes, counts = [], [], []
-    telling = 0
-    for top in range(0, after.shape[0], TILE_PX):
-        for left in range(0, after.shape[1], TILE_PX):
-            rows, columns = slice(top, top + TILE_PX), slice(left, left + TILE_PX)
-            tile = after[rows, columns]
-            count, staying = int(tile.sum()), int((tile & near[rows, columns]).sum())
-            if count < FEWEST_EDGELS or staying > MOST_STAYING * count:
-                continue
-            telling += count
-            height, width = (side + 2 * REACH_PX for side in tile.shape)
-            around = wide[top : top + height, left : left + width]
-            matches = cv2.matchTemplate(around, tile.astype(np.float32), cv2.TM_CCORR)
-            _, most, _, (u, v) = cv2.minMaxLoc(matches)
-            if most >= max(LEAST_MOVED * count, LEAST_GAIN * staying):
-                shifts.append((REACH_PX - u, REACH_PX - v))
-                there = around[v : v + tile.shape[0], u : u + tile.shape[1]].astype(np.uint8)
-                x, y, width, height = cv2.boundingRect(tile & there)
-                counts.append(count)
-                boxes.append((left + x, top + y, left + x + width, top + y + height))
-    if len(shifts) < FEWEST_TILES:
+    met = _directions_near(before)
+    some = slice(None, None, len(after.places) // MOST_EDGELS + 1)
+    places, directions = after.places[some], after.directions[some]
+    if len(places) < FEWEST_EDGELS:
         return None
-    median = np.median(shifts, axis=0)
-    agree = np.abs(np.array(shifts) - median).max(axis=1) <= AGREEING_PX
-    least_px = max(LEAST_PX, BLURS * max(first.blur_px, second.blur_px))
-    few = np.array(counts)[agree].sum() < max(LEAST_OF_STAYING * all_staying, LEAST_OF_TELLING * telling)
-    if agree.sum() < FEWEST_TILES or few or np.hypot(*median) < least_px:
+    votes = _votes(met, places, directions)
+    staying, chance = int(votes[REACH_PX, REACH_PX]), float(np.median(votes))
+    least_px = max(LEAST_PX, BLURS * max(one.blur_px for one in (*before, after)))
+    y, x = np.mgrid[-REACH_PX : REACH_PX + 1, -REACH_PX : REACH_PX + 1]
+    votes[np.hypot(x, y) < least_px] = 0
+    at = votes.argmax()
+    most, dx, dy = int(votes.flat[at]), int(x.flat[at]), int(y.flat[at])
+    others = votes[np.maximum(abs(x - dx), abs(y - dy)) > BESIDE_PX].max()
+    least = max(LEAST_OF_ALL * len(places), LEAST_OF_STAYING * (staying - chance))
+    if most - chance < least or most < LEAST_OF_OTHERS * others:
         return None
-    corners = np.array(boxes)[agree]
-    left, top = (int(corner) for corner in corners[:, :2].min(axis=0))
-    right, bottom = (int(corner) for corner in corners[:, 2:].max(axis=0))
-    return Movement((float(median[0]), float(median[1])), (left, top, right, bottom))
+    return Movement((float(dx), float(dy)), _box(met, after, (dx, dy)))
 
 
-def moved_since(before: Iterable[SureEdgels], after: SureEdgels) -> Movement | None:
-    """What is elsewhere than in each earlier image, by the last of them; None if one shows it there."""
-    last = None
-    for earlier in before:
-        last = movement(earlier, after)
-        if last is None:
-            return None
-    return last
+def _directions_near(images: Sequence[SureEdgels]) -> NDArray[np.uint16]:
+    """Bits (H, W) of the directions that some image has within a pixel, each with those next to it."""
+    bits = np.zeros(images[0].shape, np.uint16)
+    for places, directions, _, _ in images:
+        one = np.uint16(1) << directions.astype(np.uint16)
+        turned = one << 1 | one >> 1 | one << (DIRECTIONS - 1) | one >> (DIRECTIONS - 1)
+        np.bitwise_or.at(bits.ravel(), places, one | turned)
+    padded = np.pad(bits, 1)
+    rows = padded[:-2] | padded[1:-1] | padded[2:]
+    return np.ascontiguousarray(rows[:, :-2] | rows[:, 1:-1] | rows[:, 2:])
+
+
+@kernel(nogil=True, error_model="numpy")
+def _votes(
+    met: NDArray[np.uint16], places: NDArray[np.int32], directions: NDArray[np.uint8]
+) -> NDArray[np.int32]:
+    """How many edgels meet one of their direction, by the shift from there, -REACH_PX up to REACH_PX each."""
+    rows, columns = met.shape
+    votes = np.zeros((2 * REACH_PX + 1, 2 * REACH_PX + 1), np.int32)
+    for i in range(len(places)):
+        y = places[i] // columns
+        x = places[i] - y * columns
+        for dy in range(max(-REACH_PX, y - rows + 1), min(REACH_PX, y) + 1):
+            row, of_row = met[y - dy], votes[dy + REACH_PX]
+            for dx in range(max(-REACH_PX, x - columns + 1), min(REACH_PX, x) + 1):
+                of_row[dx + REACH_PX] += (row[x - dx] >> directions[i]) & 1
+    return votes
+
+
+def _box(met: NDArray[np.uint16], after: SureEdgels, shift: tuple[int, int]) -> tuple[int, int, int, int]:
+    """Around the edgels that come from so far away and are new there: left, top, right, bottom."""
+    away = np.zeros_like(met)
+    height, width = met.shape
+    dx, dy = shift
+    to = np.s_[max(dy, 0) : height + min(dy, 0), max(dx, 0) : width + min(dx, 0)]
+    away[to] = met[max(-dy, 0) : height - max(dy, 0), max(-dx, 0) : width - max(dx, 0)]
+    come = (away & ~met).ravel()[after.places] >> after.directions & 1
+    new = np.zeros(met.shape, np.uint8)
+    new.ravel()[after.places] = come
+    left, top, wide, high = cv2.boundingRect(new)
+    return left, top, left + wide, top + high

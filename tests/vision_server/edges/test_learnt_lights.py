@@ -8,26 +8,26 @@ from vision_server.edges.learnt_lights import learnt_lights
 from vision_server.edges.light_parts import parts_of
 from vision_server.edges.sides import Sides
 
-LEVELS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.5, 0.7]])
-LIGHTS = np.hstack([LEVELS, np.ones((4, 1))])
+LEVELS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.9, 0.3, 0.6]])
 NOISE = 1.0
 
 
-def ends(blocked: list[tuple[int, ...]], each: int, seed: int = 0) -> Sides:
+def ends(blocked: list[tuple[int, ...]], each: int, seed: int = 0, levels: np.ndarray = LEVELS) -> Sides:
     """Edgels on surfaces of any colour, at each of which the same lights reach one side only."""
+    lights = np.hstack([levels, np.ones((len(levels), 1))])
     random = np.random.default_rng(seed)
     pairs = []
-    for lights in blocked:
+    for missing in blocked:
         for _ in range(each):
             left = random.uniform(40.0, 90.0, 4)
             right = left.copy()
-            right[list(lights)] = 0.0
+            right[list(missing)] = 0.0
             pairs.append((left, right) if random.random() < 0.5 else (right, left))
-    near = np.einsum("cl,nsl->csn", LIGHTS, np.array(pairs))
+    near = np.einsum("cl,nsl->csn", lights, np.array(pairs))
     near += NOISE * random.normal(size=near.shape)
-    count = near.shape[2]
-    noise, known = np.full((4, count), NOISE, np.float32), np.ones((4, count), bool)
-    ahead = np.tile(np.array([[1.0, 0.0]], np.float32), (count, 1))
+    shape = len(near), near.shape[2]
+    noise, known = np.full(shape, NOISE, np.float32), np.ones(shape, bool)
+    ahead = np.tile(np.array([[1.0, 0.0]], np.float32), (shape[1], 1))
     return Sides(near.astype(np.float32), near.astype(np.float32), noise, known, ahead)
 
 
@@ -84,3 +84,22 @@ def test_lamps_that_are_on_in_one_image_each_need_no_level() -> None:
         )
         is None
     )
+
+
+ALONE = np.eye(3)
+NO_LAMP_BY_ITSELF = [(0, 1), (1, 2), (0, 2), (3,)]
+
+
+def test_lamps_alone_and_all_together_are_learnt_without_shadows_of_one() -> None:
+    levels = np.vstack([ALONE, [0.5, 0.5, 0.5]])
+    found = learnt_lights(ends(NO_LAMP_BY_ITSELF, 60, levels=levels[[0, 3, 1, 2]]))
+    assert found is not None and found.are_all
+    np.testing.assert_allclose(found.on[[0, 2, 3, 1], :-1], levels, atol=0.05)
+    assert learnt_lights(ends(NO_LAMP_BY_ITSELF, 60)) is None
+
+
+def test_beside_the_sun_alone_images_of_several_lamps_are_told_from_those_of_one() -> None:
+    levels = np.vstack([ALONE, [0.5, 0.5, 0.5], [0.0, 0.0, 0.0], [0.7, 0.0, 0.6]])
+    found = learnt_lights(ends(NO_LAMP_BY_ITSELF, 200, levels=levels))
+    assert found is not None and found.are_all
+    np.testing.assert_allclose(found.on[:, :-1], levels, atol=0.05)
