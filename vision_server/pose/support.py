@@ -147,6 +147,15 @@ class PoseSupport:
         visible, supported = self._visible, self._by_own(self._told.seen)
         return float(visible[supported < MISSING * visible].sum() / visible.sum())
 
+    @property
+    def shares(self) -> dict[int, float]:
+        """Share of each visible line that is supported, as `LineSupport.support`."""
+        visible, supported = self._by_line
+        there = np.flatnonzero(visible)
+        return dict(
+            zip(there.tolist(), np.minimum(1.0, supported[there] / visible[there]).tolist(), strict=True)
+        )
+
     @cached_property
     def lines(self) -> tuple[LineSupport, ...]:
         """Support of each visible line; of the many poses that are looked at, few are asked for it."""

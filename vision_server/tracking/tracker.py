@@ -36,6 +36,7 @@ from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.frame import NAME, Tone, check_size
 from vision_server.tracking.motion import Innovation, Motion
+from vision_server.tracking.softness import Softness
 
 Floats = NDArray[np.float64]
 State = Literal["sure", "unsure", "lost"]
@@ -107,6 +108,7 @@ class Tracker:
         self._habits = Habits.of(model, edge_radius_m)
         self._ambiguity = 0.0
         self._steady = False  # whether the last frame was followed surely
+        self._softness: Softness | None = None  # its lines, of a steady frame
         self._believed = False  # whether the last search that found something believed it
         self._typical = 0.0  # quality of believed frames
         self._was_believed = False
@@ -177,7 +179,7 @@ class Tracker:
         """The pose around the expected one, or where the target was, that a frame supports best."""
         middle = self._sight.model.middle
         start = expected.pose(middle)
-        near = self._sight.near(pixels, start, self._habits)
+        near = self._sight.near(pixels, start, self._habits, self._softness)
         like = near is not None and near.quality >= AS_BEFORE * self._typical
         if near is not None and like and self._steady and self._is_believed(near):
             return near
@@ -229,8 +231,10 @@ class Tracker:
         if believed:
             self._habits = self._habits.after(found.fit)
         state: State = "sure" if self._steady else "unsure"
-        support = {line.line: line.support for line in found.support.lines}
-        return state, found.pose, told_covariance(found.covariance, belief), support
+        line = found.fit.observation.samples.line
+        soft = found.softness.kept(self.model, self.camera, found.pose, line, self._softness)
+        self._softness = soft if self._steady else None
+        return state, found.pose, told_covariance(found.covariance, belief), found.support.shares
 
     def _held(self, pose: Pose, quality: float, believed: bool) -> None:
         self._around, self._met, self._misses, self._since_s = pose, True, 0, 0.0
@@ -245,7 +249,7 @@ class Tracker:
 
         A pose that was ``followed`` and is not believed stays unless what is found is better.
         """
-        self._steady = False
+        self._steady, self._softness = False, None
         estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
         self._doubted = 0
         likely = estimate.score >= HELD or is_likely(estimate, self._met)
