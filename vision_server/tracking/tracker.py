@@ -29,7 +29,9 @@ from vision_server.tracking.acceptance import (
     is_partly_whole,
     is_sure,
     is_whole,
+    keeps,
     told_covariance,
+    whole_lines,
 )
 from vision_server.tracking.choosing import likeliest
 from vision_server.tracking.fitting import Habits
@@ -109,6 +111,7 @@ class Tracker:
         self._ambiguity = 0.0
         self._steady = False  # whether the last frame was followed surely
         self._softness: Softness | None = None  # its lines, of a steady frame
+        self._whole: NDArray[np.bool_] | None = None  # which of them were seen whole then
         self._believed = False  # whether the last search that found something believed it
         self._typical = 0.0  # quality of believed frames
         self._was_believed = False
@@ -180,8 +183,7 @@ class Tracker:
         middle = self._sight.model.middle
         start = expected.pose(middle)
         near = self._sight.near(pixels, start, self._habits, self._softness)
-        like = near is not None and near.quality >= AS_BEFORE * self._typical
-        if near is not None and like and self._steady and self._is_believed(near):
+        if near is not None and self._steady and self._is_as_before(near) and self._is_believed(near):
             return near
         starts = [start] if isinstance(self._around, Anywhere) else [start, self._around]
         candidates = self._sight.far(pixels, starts, self._habits) + ([] if near is None else [near])
@@ -196,6 +198,12 @@ class Tracker:
             if is_partly_whole(one.support) and self._is_foreseen(one):
                 return one
         return None
+
+    def _is_as_before(self, found: Found) -> bool:
+        """Whether a frame shows what the one before did, so that it needs no look farther around."""
+        if found.quality < AS_BEFORE * self._typical:
+            return False
+        return self._whole is None or keeps(found.support, self._whole)
 
     def _is_believed(self, found: Found) -> bool:
         if not self._believed:  # nothing but a search weighs rivals and stretched models
@@ -234,6 +242,7 @@ class Tracker:
         line = found.fit.observation.samples.line
         soft = found.softness.kept(self.model, self.camera, found.pose, line, self._softness)
         self._softness = soft if self._steady else None
+        self._whole = whole_lines(found.support) if self._steady else None
         return state, found.pose, told_covariance(found.covariance, belief), found.support.shares
 
     def _held(self, pose: Pose, quality: float, believed: bool) -> None:
@@ -249,7 +258,7 @@ class Tracker:
 
         A pose that was ``followed`` and is not believed stays unless what is found is better.
         """
-        self._steady, self._softness = False, None
+        self._steady, self._softness, self._whole = False, None, None
         estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
         self._doubted = 0
         likely = estimate.score >= HELD or is_likely(estimate, self._met)

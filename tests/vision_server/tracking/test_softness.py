@@ -8,9 +8,10 @@ from geometry.pose import Pose
 from tests.vision_server.synthetic import CAMERA, POSE
 from tests.vision_server.tracking.films import filmed, moving
 from tests.vision_server.tracking.framed import problem
+from vision_server.pose.observation import PoseProblem
 from vision_server.tracking import softness
 from vision_server.tracking.softness import KEPT_FRAMES, STILL_PX, Softness
-from vision_server.tracking.tracker import Tracker
+from vision_server.tracking.tracker import Tracked, Tracker
 
 
 def aside(px: float) -> Pose:
@@ -20,15 +21,20 @@ def aside(px: float) -> Pose:
 
 
 def looks(model: Model, poses: list[Pose], monkeypatch: pytest.MonkeyPatch) -> int:
-    """How often the softness is measured in the frames of a film, the first three left out."""
-    tracker, measured, found = Tracker(model, CAMERA, POSE), softness.line_scales, []
-    for number, frame in enumerate(filmed(model, list(poses))):
-        with monkeypatch.context() as patch:
-            patch.setattr(
-                softness, "line_scales", lambda *given, k=number: found.append(k) or measured(*given)
-            )
-            assert tracker.step(frame).state == "sure"
-    return sum(number > 2 for number in found)
+    """In how many frames of a film the softness is measured, the first three left out."""
+    found: list[int] = []
+    measured = Softness.measured
+
+    def counted(problem: PoseProblem, pose: Pose) -> Softness:
+        found.append(len(told))
+        return measured(problem, pose)
+
+    monkeypatch.setattr(Softness, "measured", counted)
+    tracker, told = Tracker(model, CAMERA, POSE), list[Tracked]()
+    for frame in filmed(model, list(poses)):
+        told.append(tracker.step(frame))
+    assert {one.state for one in told} == {"sure"}
+    return len({number for number in found if number > 2})
 
 
 def test_it_is_measured_now_and_then_of_what_stands_still_and_in_each_frame_of_what_moves(
