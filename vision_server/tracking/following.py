@@ -23,6 +23,7 @@ from vision_server.tracking.fitting import Fit, Habits, fitted
 from vision_server.tracking.frame import Tone, problem_of, window
 from vision_server.tracking.outermost import outermost
 from vision_server.tracking.softness import Softness
+from vision_server.tracking.strain import is_strained
 
 Floats = NDArray[np.float64]
 
@@ -103,6 +104,14 @@ class Sight:
         if kept is not None and not kept.holds(self.model, self.camera, first.pose, line):
             return self.near(pixels, expected, habits)
         return on_lines(problem, first.pose, own, habits)
+
+    def is_strained(self, pixels: Pixels, found: Found) -> bool:
+        """Whether the lines of a pose that was found say that the model is too long along an axis."""
+        seen = window(pixels, self.model, self.camera, found.pose, MARGIN_PX)
+        if seen is None:
+            return False
+        problem = replace(problem_of(seen, self.model, self.tone), scale=found.softness.scale)
+        return is_strained(problem, found.pose, found.softness.spacing_px)
 
     def far(self, pixels: Pixels, expected: Sequence[Pose], habits: Habits) -> list[Found]:
         """The same some 30 px around each of the poses, by way of smaller pictures; best first."""
