@@ -16,12 +16,13 @@ from geometry.camera import Camera
 from geometry.model import TARGETS, Model, load_model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of, vector_of
+from vision_server.pose.stretch import stretched
 
 Floats = NDArray[np.float64]
 Grey = NDArray[np.uint8]
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
-KINDS = ("calm", "fast", "eighth", "arm", "lights", "leaving", "another", "printed")
+KINDS = ("calm", "fast", "eighth", "arm", "lights", "leaving", "another", "printed", "stretched")
 MOST = {"calm": (4.0, 0.5), "eighth": (4.0, 0.5), "printed": (10.0, 2.0)}  # px and degrees a frame; else:
 FASTEST = (20.0, 3.0)
 PERIOD_S = 1.0 / 30.0
@@ -29,6 +30,7 @@ OPEN = 0.4  # of it, the shutter, where the motion blurs
 MOMENTS = 5  # of an exposure
 FILLS = 0.35  # of the frame's height, the target's diameter
 STRETCHED = (0.6, 1.4)  # another part's axes
+TOO_LONG = (0.05, 0.15)  # a stretched model along one of its axes
 NOISE_GREY, BLUR_PX = 1.5, 0.8
 
 
@@ -90,6 +92,9 @@ def film(number: int, kind: str, count: int) -> tuple[Model, Iterator[Shown]]:
         part = random_part(rng, 60)  # on a plate of its own: that of all random parts is the same
         stretch = rng.uniform(*STRETCHED, 3)
         drawn = Model.of_surface("another", replace(part, vertices=part.vertices * stretch))
+    if kind == "stretched":
+        strain = np.log1p(rng.uniform(*TOO_LONG)) * np.eye(3)[rng.integers(3)]
+        model = stretched(model, strain)
     return model, _shown(rng, drawn, poses, kind, step)
 
 

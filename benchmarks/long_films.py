@@ -24,7 +24,8 @@ from experiments.statistics import exact_interval
 from vision_server.pose.covariance import uncertainty
 
 LENGTH = 120  # frames of a film
-LIGHT = tuple(kind for kind in KINDS if kind not in ("printed", "calm"))  # to draw; exact models, or another
+SLOW = ("printed", "calm", "stretched")  # to draw, or not of exact models
+LIGHT = tuple(kind for kind in KINDS if kind not in SLOW)
 
 
 def row_of(kind: str, number: int) -> dict[str, object]:

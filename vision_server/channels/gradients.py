@@ -122,10 +122,18 @@ class Tiles(NamedTuple):
 
 @dataclass(eq=False)
 class GradientChannel:
-    """One channel as refinement sees it: its tiles, what they are made of, how many there are by scale."""
+    """One channel as refinement sees it: its tiles, what they are made of, how many there are by scale.
+
+    Parameters
+    ----------
+    around_px
+        So much farther than asked tiles are computed where a scale is first looked at: later looks go beside
+        that, and each that finds a tile missing costs as much as many at once do.
+    """
 
     name: str
     frame: Frame
+    around_px: float = 0.0
     tiles: Tiles = field(init=False)
     count: Ints = field(init=False)
 
@@ -149,6 +157,8 @@ class GradientChannel:
             (N,), index into SCALES_PX for each normal; the first scale is needed everywhere.
         """
         known = self.count.copy()
+        if known[scale.max(initial=0)] == 0:
+            beyond_px += self.around_px
         new = _claimed(self.tiles.number, self.count, self.frame.image.shape, scale, normals, beyond_px)
         for index in np.flatnonzero(self.count > known).tolist():
             first = int(known[index])
@@ -167,19 +177,19 @@ class GradientChannel:
         source = linear_image(image[there], 1.0, self.frame.linear_of) if deep.size == 0 else deep[there]
         corner, number = np.array([top, left]), tiles.number[index]
 
-        def lay(field: Pixels, side: int, out: Pixels) -> None:
-            _cut(field, corner, block, number, first, side, out)
+        def lay(field: Pixels, out: Pixels) -> None:
+            _cut(field, corner, block, number, first, out)
 
-        for axis, along in enumerate(gaussian_gradient(source, kernels)):
-            lay(along, SIDE_PX, tiles.gradient[index, :, :, axis])
+        along_x, along_y = gaussian_gradient(source, kernels)
+        _cut_gradient(along_x, along_y, corner, block, number, first, tiles.gradient[index])
         if index == 0:
             smooth = kernels[0]
             blurred = cv2.sepFilter2D(source, cv2.CV_32F, smooth, smooth, borderType=cv2.BORDER_REPLICATE)
-            lay(blurred, TILE_PX, tiles.smooth)
+            lay(blurred, tiles.smooth)
         clipped = (image[there] >= SATURATED_GREY).astype(np.uint8)
         if cv2.countNonZero(clipped):
             side = 2 * clip_reach(index) + 1
-            lay(cv2.dilate(clipped, np.ones((side, side), np.uint8)), TILE_PX, tiles.near_clipped[index])
+            lay(cv2.dilate(clipped, np.ones((side, side), np.uint8)), tiles.near_clipped[index])
 
 
 def clip_reach(index: int) -> int:
@@ -224,25 +234,43 @@ def blocks_of(places: Numbers) -> Iterator[Numbers]:
 
 
 @kernel(nogil=True)
-def _cut(
-    image: Field, corner: Ints, block: Numbers, number: Numbers, first: int, side: int, out: Field
-) -> None:
+def _cut(image: Field, corner: Ints, block: Numbers, number: Numbers, first: int, out: Field) -> None:
     """Lay an image whose first pixel is at a ``corner`` (row, column) into the new tiles of a block.
 
-    ``side`` px of each tile, of which ``out`` (V U, side^2) has one value each.
+    ``out`` (V U, TILE_PX^2) has one value of each pixel of a tile.
     """
     for v in range(block[0], block[2]):
         for u in range(block[1], block[3]):
             if number[v, u] < first:
                 continue
             top, left, tile = TILE_PX * v - corner[0], TILE_PX * u - corner[1], out[number[v, u]]
-            there = min(side, image.shape[1] - left)  # beyond, it is as at its border
-            for y in range(side):
-                row = min(top + y, len(image) - 1)
+            there = min(TILE_PX, image.shape[1] - left)  # beyond, it is as at its border
+            for y in range(TILE_PX):
+                given = image[min(top + y, len(image) - 1), left : left + there]
+                row = tile[y * TILE_PX : (y + 1) * TILE_PX]
                 for x in range(there):
-                    tile[y * side + x] = image[row, left + x]
-                for x in range(there, side):
-                    tile[y * side + x] = image[row, image.shape[1] - 1]
+                    row[x] = given[x]
+                row[there:] = given[there - 1]
+
+
+@kernel(nogil=True)
+def _cut_gradient(
+    along_x: Field, along_y: Field, corner: Ints, block: Numbers, number: Numbers, first: int, out: Field
+) -> None:
+    """`_cut` of both derivatives into ``out`` (V U, SIDE_PX^2, 2)."""
+    for v in range(block[0], block[2]):
+        for u in range(block[1], block[3]):
+            if number[v, u] < first:
+                continue
+            top, left, tile = TILE_PX * v - corner[0], TILE_PX * u - corner[1], out[number[v, u]]
+            there = min(SIDE_PX, along_x.shape[1] - left)
+            for y in range(SIDE_PX):
+                place = min(top + y, len(along_x) - 1)
+                one, two = along_x[place, left : left + there], along_y[place, left : left + there]
+                row = tile[y * SIDE_PX : (y + 1) * SIDE_PX]
+                for x in range(there):
+                    row[x, 0], row[x, 1] = one[x], two[x]
+                row[there:, 0], row[there:, 1] = one[there - 1], two[there - 1]
 
 
 def gradient_channel(name: str, known: ChannelStatistics) -> GradientChannel:

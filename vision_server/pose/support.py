@@ -97,7 +97,7 @@ class PoseSupport:
     trust: Floats
 
     @cached_property
-    def _by_line(self) -> tuple[Floats, Floats]:
+    def by_line(self) -> tuple[Floats, Floats]:
         """Visible and supported length of each line, (L,) px."""
         line, px, count = self.samples.line, self.samples.px, self.trust.shape[1]
         visible = np.asarray(np.bincount(line, px, count), dtype=np.float64)
@@ -147,11 +147,20 @@ class PoseSupport:
         visible, supported = self._visible, self._by_own(self._told.seen)
         return float(visible[supported < MISSING * visible].sum() / visible.sum())
 
+    @property
+    def shares(self) -> dict[int, float]:
+        """Share of each visible line that is supported, as `LineSupport.support`."""
+        visible, supported = self.by_line
+        there = np.flatnonzero(visible)
+        return dict(
+            zip(there.tolist(), np.minimum(1.0, supported[there] / visible[there]).tolist(), strict=True)
+        )
+
     @cached_property
     def lines(self) -> tuple[LineSupport, ...]:
         """Support of each visible line; of the many poses that are looked at, few are asked for it."""
         line, px, count = self.samples.line, self.samples.px, self.trust.shape[1]
-        visible, supported = self._by_line
+        visible, supported = self.by_line
         squares = np.bincount(line, px * self.distance**2, count)
         by_channel = np.stack([np.bincount(line, px * seen, count) for seen in self.supports])
         most = np.argmax(by_channel * self.trust, axis=0)

@@ -15,6 +15,7 @@ from vision_server.pose.trust import belief
 from vision_server.tracking.following import Found
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 # Chosen by hand.
 SURE = 0.9  # probability from which on a pose is believed to be the right one; exact enough, it is sure:
@@ -30,6 +31,9 @@ TOLD, TOLD_IN_DOUBT, LEAST_BELIEF = 2.0, 4.0, 0.02  # times the covariance of a 
 HELD_SHARE = 0.2  # of the lines' length, on lines seen whole: what an occluder leaves is followed, not surely
 WHOLE = 0.75  # of a line's length, seen
 MISSING = 0.3  # support of a line under which it is not seen
+MOST_GONE = (
+    0.2  # of the length of lines that the frame before showed whole, to be followed without another look
+)
 MOST_MISSING = 0.15  # of the visible length on lines not seen, to be sure of a target found again
 
 
@@ -114,6 +118,22 @@ def is_partly_whole(support: PoseSupport) -> bool:
 def is_whole(support: PoseSupport) -> bool:
     """Whether hardly anything is missing: lines of which next to nothing is seen are MOST_MISSING at most."""
     return _length(support, below=MISSING) <= MOST_MISSING * _length(support)
+
+
+def whole_lines(support: PoseSupport) -> Flags:
+    """Which lines of the model are seen whole, (L,)."""
+    visible, supported = support.by_line
+    return np.asarray((supported >= WHOLE * visible) & (visible > 0.0))
+
+
+def keeps(support: PoseSupport, whole: Flags) -> bool:
+    """Whether lines that were seen ``whole`` (L,) a frame before still are, where they should be visible.
+
+    Beside the right pose another one may be that lines which were not seen before support instead.
+    """
+    visible, supported = support.by_line
+    gone = whole & (supported < MISSING * visible)
+    return bool(visible[gone].sum() <= MOST_GONE * visible[whole].sum())
 
 
 def _length(support: PoseSupport, least: float = 0.0, below: float = math.inf) -> float:

@@ -14,16 +14,16 @@ from geometry.model import Model
 from geometry.pose import Pose
 from vision_server.channels.depth import Pixels
 from vision_server.pose.covariance import uncertainty
-from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, refine
-from vision_server.pose.sampling import spacing_for
 from vision_server.pose.support import PoseSupport, support_of
 from vision_server.pose.trust import TAILS, belief, quality
 from vision_server.tracking.beside import Beside, beside
 from vision_server.tracking.fitting import Fit, Habits, fitted
 from vision_server.tracking.frame import Tone, problem_of, window
 from vision_server.tracking.outermost import outermost
+from vision_server.tracking.softness import Softness
+from vision_server.tracking.strain import is_strained
 
 Floats = NDArray[np.float64]
 
@@ -45,6 +45,7 @@ class Found:
 
     fit: Fit
     support: PoseSupport
+    softness: Softness
 
     @property
     def pose(self) -> Pose:
@@ -79,16 +80,38 @@ class Sight:
     camera: Camera
     tone: Tone
 
-    def near(self, pixels: Pixels, expected: Pose, habits: Habits) -> Found | None:
-        """The pose a few pixels around the one expected; None where nothing holds it."""
+    def near(
+        self, pixels: Pixels, expected: Pose, habits: Habits, before: Softness | None = None
+    ) -> Found | None:
+        """The pose a few pixels around the one expected; None where nothing holds it.
+
+        Parameters
+        ----------
+        before : of the frame before, where the target was followed surely.
+        """
         seen = window(pixels, self.model, self.camera, expected, MARGIN_PX)
         if seen is None:
             return None
-        problem = problem_of(seen, self.model, self.tone)
-        problem = replace(problem, scale=line_scales(problem, expected))
-        spacing = spacing_for(self.model, seen.camera, expected)
-        first = refine(problem, expected, NEAR_REACHES_PX, spacing)
-        return None if first is None else on_lines(problem, first.pose, spacing, habits)
+        problem, kept = problem_of(seen, self.model, self.tone), None
+        if before is not None and before.holds(self.model, self.camera, expected):
+            kept = before
+        own = kept or Softness.measured(problem, expected)
+        problem = replace(problem, scale=own.scale)
+        first = refine(problem, expected, NEAR_REACHES_PX, own.spacing_px)
+        if first is None:
+            return None
+        line = first.observation.samples.line
+        if kept is not None and not kept.holds(self.model, self.camera, first.pose, line):
+            return self.near(pixels, expected, habits)
+        return on_lines(problem, first.pose, own, habits)
+
+    def is_strained(self, pixels: Pixels, found: Found) -> bool:
+        """Whether the lines of a pose that was found say that the model is too long along an axis."""
+        seen = window(pixels, self.model, self.camera, found.pose, MARGIN_PX)
+        if seen is None:
+            return False
+        problem = replace(problem_of(seen, self.model, self.tone), scale=found.softness.scale)
+        return is_strained(problem, found.pose, found.softness.spacing_px)
 
     def far(self, pixels: Pixels, expected: Sequence[Pose], habits: Habits) -> list[Found]:
         """The same some 30 px around each of the poses, by way of smaller pictures; best first."""
@@ -107,18 +130,18 @@ class Sight:
         return sorted(found, key=lambda one: -one.quality)
 
 
-def on_lines(problem: PoseProblem, near: Pose, spacing_px: float, habits: Habits) -> Found | None:
+def on_lines(problem: PoseProblem, near: Pose, softness: Softness, habits: Habits) -> Found | None:
     """Fitted to whole lines from nearby; on the outermost edges where those inside of them may be print."""
     around = beside(problem, near)
-    found = _fitted(problem, near, EXACT_REACH_PX, spacing_px, habits, around)
+    found = _fitted(problem, near, EXACT_REACH_PX, softness, habits, around)
     outer = outermost(problem, near, around)
     if found is None or outer is None:
         return found
-    refined = refine(problem, outer, OUTER_REACHES_PX, spacing_px)
+    refined = refine(problem, outer, OUTER_REACHES_PX, softness.spacing_px)
     if refined is None:
         return found
     around = beside(problem, refined.pose)
-    other = _fitted(problem, refined.pose, OUTER_REACHES_PX[-1], spacing_px, habits, around)
+    other = _fitted(problem, refined.pose, OUTER_REACHES_PX[-1], softness, habits, around)
     return other if other is not None and _is_print(found, other, problem.model.middle) else found
 
 
@@ -134,16 +157,17 @@ def _is_print(found: Found, outer: Found, middle: Floats) -> bool:
 
 
 def _fitted(
-    problem: PoseProblem, pose: Pose, reach_px: float, spacing_px: float, habits: Habits, around: Beside
+    problem: PoseProblem, pose: Pose, reach_px: float, softness: Softness, habits: Habits, around: Beside
 ) -> Found | None:
     """Fitted to whole lines in a few passes, until it has settled."""
     fit, variance = None, around.variance_px2
     for _ in range(PASSES):
-        fit = fitted(problem, pose, reach_px, spacing_px, habits, variance)
+        fit = fitted(problem, pose, reach_px, softness.spacing_px, habits, variance)
         if fit is None:
             return None
         pose = fit.pose
         if fit.moved_px < SETTLED_PX:
             break
     assert fit is not None
-    return Found(fit, support_of(fit.observation, [channel.name for channel in problem.channels]))
+    names = [channel.name for channel in problem.channels]
+    return Found(fit, support_of(fit.observation, names), softness)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -12,7 +12,7 @@ from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from vision_server.channels.depth import Pixels, is_deep, linear_image, linear_table, rounded
+from vision_server.channels.depth import Pixels, linear_image, linear_table, rounded
 from vision_server.channels.gradients import Frame, GradientChannel
 from vision_server.channels.noise import grey_noise
 from vision_server.pose.observation import PoseProblem
@@ -20,6 +20,7 @@ from vision_server.pose.observation import PoseProblem
 Floats = NDArray[np.float64]
 
 LEAST_SIDE_PX = 24  # of what is looked at
+AROUND_PX = 8.0  # of what is looked at first, where the next looks go
 NAME = "frame"
 
 
@@ -69,14 +70,13 @@ def window(pixels: Pixels, model: Model, camera: Camera, pose: Pose, margin_px: 
     return Window(part, camera.part((left, top, right, bottom)))
 
 
-def problem_of(seen: Window, model: Model, tone: Tone, scale: NDArray[np.int64] | None = None) -> PoseProblem:
-    """What a pose is refined on in a window; ``scale`` (1, L) of the filters where it is known."""
+def problem_of(seen: Window, model: Model, tone: Tone) -> PoseProblem:
+    """What a pose is refined on in a window, all lines taken for sharp."""
     linear, whole = tone.linear, rounded(seen.pixels)
-    noise = (grey_noise(seen.pixels) * np.gradient(linear.astype(np.float64))).astype(np.float32)
-    deep = linear_image(seen.pixels, tone.gamma, linear) if is_deep(seen.pixels) else None
-    channel = GradientChannel(NAME, Frame.of(whole, linear, deep, whole, noise))
-    problem = PoseProblem.at_scale([channel], model, seen.camera, 0, tone.sd_px)
-    return problem if scale is None else replace(problem, scale=scale)
+    noise = (grey_noise(seen.pixels) * tone.slope).astype(np.float32)
+    intensity = linear_image(seen.pixels, tone.gamma, linear)
+    channel = GradientChannel(NAME, Frame.of(whole, linear, intensity, whole, noise), AROUND_PX)
+    return PoseProblem.at_scale([channel], model, seen.camera, 0, tone.sd_px)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,14 +87,16 @@ class Tone:
     ----------
     gamma : linear = grey^gamma.
     sd_px : how well it is known, see refinement.
-    linear : (256,) float32, linear intensity of each grey, 0..255.
+    linear, slope : (256,) float32, linear intensity of each grey, 0..255; float64, how it grows with grey.
     """
 
     gamma: float
     sd_px: float
     linear: NDArray[np.float32]
+    slope: Floats
 
     @classmethod
     def of(cls, gamma: float, sd_px: float) -> Tone:
         """From the exponent."""
-        return cls(gamma, sd_px, linear_table(gamma).astype(np.float32))
+        linear = linear_table(gamma).astype(np.float32)
+        return cls(gamma, sd_px, linear, np.gradient(linear.astype(np.float64)))

@@ -29,13 +29,16 @@ from vision_server.tracking.acceptance import (
     is_partly_whole,
     is_sure,
     is_whole,
+    keeps,
     told_covariance,
+    whole_lines,
 )
 from vision_server.tracking.choosing import likeliest
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.frame import NAME, Tone, check_size
 from vision_server.tracking.motion import Innovation, Motion
+from vision_server.tracking.softness import Softness
 
 Floats = NDArray[np.float64]
 State = Literal["sure", "unsure", "lost"]
@@ -46,6 +49,7 @@ SURPRISING = 38.3  # squared innovation that one pose in a million exceeds where
 AS_BEFORE = 0.5  # of the quality that believed frames have: below, the frame is looked at again ...
 SURE_LIKE = 0.67  # ... what is less probable than SURE is not sure (8 of 253 such off, all < 0.6) ...
 LIKE_BEFORE = 0.25  # ... and below this nothing in it is believed
+ASKED_AGAIN = 8  # sure frames, until it is asked again whether the model is true; it costs half of a frame
 REMEMBERED = 0.1  # share of the latest frame in that quality
 LOOKED_AT_ANEW = 5  # frames that are not believed in a row before everything is searched again
 EVERYWHERE = 6  # of so many searches that are not believed in a row, one looks without a pose to start from
@@ -107,7 +111,10 @@ class Tracker:
         self._habits = Habits.of(model, edge_radius_m)
         self._ambiguity = 0.0
         self._steady = False  # whether the last frame was followed surely
+        self._softness: Softness | None = None  # its lines, of a steady frame
+        self._whole: NDArray[np.bool_] | None = None  # which of them were seen whole then
         self._believed = False  # whether the last search that found something believed it
+        self._strained, self._unasked = False, ASKED_AGAIN  # the model, and sure frames since that was asked
         self._typical = 0.0  # quality of believed frames
         self._was_believed = False
         self._met = False  # whether any pose was found yet
@@ -169,7 +176,7 @@ class Tracker:
             self._since_s += seconds
             found = self._followed(pixels, self._motion)
             if found is not None and (self._doubted < LOOKED_AT_ANEW or self._is_believed(found)):
-                return self._taken(found)
+                return self._taken(pixels, found)
         held = found is not None and found.belief(0.0) >= HELD
         return self._searched(pixels, found if held else None)
 
@@ -177,9 +184,8 @@ class Tracker:
         """The pose around the expected one, or where the target was, that a frame supports best."""
         middle = self._sight.model.middle
         start = expected.pose(middle)
-        near = self._sight.near(pixels, start, self._habits)
-        like = near is not None and near.quality >= AS_BEFORE * self._typical
-        if near is not None and like and self._steady and self._is_believed(near):
+        near = self._sight.near(pixels, start, self._habits, self._softness)
+        if near is not None and self._steady and self._is_as_before(near) and self._is_believed(near):
             return near
         starts = [start] if isinstance(self._around, Anywhere) else [start, self._around]
         candidates = self._sight.far(pixels, starts, self._habits) + ([] if near is None else [near])
@@ -194,6 +200,12 @@ class Tracker:
             if is_partly_whole(one.support) and self._is_foreseen(one):
                 return one
         return None
+
+    def _is_as_before(self, found: Found) -> bool:
+        """Whether a frame shows what the one before did, so that it needs no look farther around."""
+        if found.quality < AS_BEFORE * self._typical:
+            return False
+        return self._whole is None or keeps(found.support, self._whole)
 
     def _is_believed(self, found: Found) -> bool:
         if not self._believed:  # nothing but a search weighs rivals and stretched models
@@ -214,7 +226,7 @@ class Tracker:
             self._asked = found, self._motion, own
         return self._asked[2]
 
-    def _taken(self, found: Found) -> Seen:
+    def _taken(self, pixels: Pixels, found: Found) -> Seen:
         """A pose that was followed: the motion goes on from it."""
         assert self._motion is not None
         believed, middle = self._is_believed(found), self._sight.model.middle
@@ -224,13 +236,24 @@ class Tracker:
             self._motion = Motion.at_rest(found.pose, found.covariance, middle)
         belief = found.belief(self._ambiguity)
         stays = self._steady and found.quality >= SURE_LIKE * self._typical
-        self._steady = believed and is_sure(found.pose, found.covariance, belief, stays)
+        sure = believed and is_sure(found.pose, found.covariance, belief, stays)
+        self._steady = sure and not self._is_strained(pixels, found)
         self._held(found.pose, found.quality, believed)
         if believed:
             self._habits = self._habits.after(found.fit)
         state: State = "sure" if self._steady else "unsure"
-        support = {line.line: line.support for line in found.support.lines}
-        return state, found.pose, told_covariance(found.covariance, belief), support
+        line = found.fit.observation.samples.line
+        soft = found.softness.kept(self.model, self.camera, found.pose, line, self._softness)
+        self._softness = soft if self._steady else None
+        self._whole = whole_lines(found.support) if self._steady else None
+        return state, found.pose, told_covariance(found.covariance, belief), found.support.shares
+
+    def _is_strained(self, pixels: Pixels, found: Found) -> bool:
+        """Whether the model is not that of the target; asked of a sure pose first, and now and then."""
+        self._unasked += 1
+        if self._strained or self._unasked >= ASKED_AGAIN:
+            self._unasked, self._strained = 0, self._sight.is_strained(pixels, found)
+        return self._strained
 
     def _held(self, pose: Pose, quality: float, believed: bool) -> None:
         self._around, self._met, self._misses, self._since_s = pose, True, 0, 0.0
@@ -245,7 +268,7 @@ class Tracker:
 
         A pose that was ``followed`` and is not believed stays unless what is found is better.
         """
-        self._steady = False
+        self._steady, self._softness, self._whole = False, None, None
         estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
         self._doubted = 0
         likely = estimate.score >= HELD or is_likely(estimate, self._met)
@@ -256,7 +279,7 @@ class Tracker:
         if followed is not None and (found is None or found.quality <= followed.quality):
             same = estimate.pose is not None and followed.pose.error_to(estimate.pose).within(*SAME)
             self._was_believed = self._believed = self._judged(estimate, found) and same
-            return self._taken(followed)
+            return self._taken(pixels, followed)
         if not likely or estimate.pose is None or estimate.covariance is None:
             self._misses, self._was_believed = self._misses + 1, False
             if self._since_s > LONGEST_S:

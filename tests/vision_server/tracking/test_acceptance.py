@@ -12,7 +12,15 @@ from geometry.pose import Pose
 from vision_server.pipeline import Estimate
 from vision_server.pose.support import PoseSupport
 from vision_server.pose.trust import Misfit
-from vision_server.tracking.acceptance import found_belief, is_exact, is_partly_whole, is_sure, is_whole
+from vision_server.tracking.acceptance import (
+    found_belief,
+    is_exact,
+    is_partly_whole,
+    is_sure,
+    is_whole,
+    keeps,
+    whole_lines,
+)
 from vision_server.tracking.following import Found
 from vision_server.tracking.motion import about
 
@@ -20,7 +28,8 @@ from vision_server.tracking.motion import about
 def supported(*lines: tuple[float, float]) -> PoseSupport:
     """Lines of so many px and such support."""
     seen = [SimpleNamespace(visible_px=px, support=share) for px, share in lines]
-    return cast("PoseSupport", SimpleNamespace(lines=seen))
+    visible, share = np.array(lines).reshape(-1, 2).T
+    return cast("PoseSupport", SimpleNamespace(lines=seen, by_line=(visible, share * visible)))
 
 
 @pytest.mark.parametrize(
@@ -37,6 +46,14 @@ def supported(*lines: tuple[float, float]) -> PoseSupport:
 def test_lines_count_by_their_length(lines: list[tuple[float, float]], partly: bool, wholly: bool) -> None:
     assert is_partly_whole(supported(*lines)) == partly
     assert is_whole(supported(*lines)) == wholly
+
+
+def test_lines_that_were_seen_whole_are_kept_or_gone_by_their_length() -> None:
+    before = whole_lines(supported((50.0, 1.0), (30.0, 0.8), (20.0, 0.2), (0.0, 0.0)))
+    assert before.tolist() == [True, True, False, False]
+    assert keeps(supported((50.0, 0.5), (12.0, 0.1), (20.0, 0.0), (9.0, 0.0)), before)  # 12 of 62
+    assert not keeps(supported((50.0, 0.5), (13.0, 0.1), (20.0, 1.0), (9.0, 1.0)), before)  # 13 of 63
+    assert keeps(supported((0.0, 0.0), (0.0, 0.0), (20.0, 0.0), (9.0, 0.0)), before)  # turned away
 
 
 @pytest.mark.parametrize(

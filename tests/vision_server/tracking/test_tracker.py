@@ -1,10 +1,13 @@
 """Following a cuboid: sure while it is right, lost when it is gone, found again; and odd frames."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from benchmarks.films import CAMERA as film_camera  # noqa: N811
+from benchmarks.films import film
 from benchmarks.printed_boxes import sharp
 from bridge.errors import BadInput
 from geometry.model import Model
@@ -73,6 +76,17 @@ def test_a_jump_that_no_motion_foresees_is_found(model: Model) -> None:
         assert one.pose is not None
         assert one.pose.error_to(far).within(0.3, 0.003)
     assert told[-1].state == "sure"
+
+
+def test_a_pose_nearby_that_loses_lines_seen_before_is_not_taken_for_the_target() -> None:
+    """From frame 19 on of this film, other lines of the satellite fit as well beside the foreseen pose."""
+    satellite, shown = film(40002, "eighth", 120)
+    tracker: Tracker | None = None
+    for seen in itertools.islice(shown, 21):
+        tracker = tracker or Tracker(satellite, film_camera, seen.pose)
+        told = tracker.step(seen.pixels, seen.time_s)
+        assert told.pose is not None
+        assert told.pose.error_to(seen.pose).within(1.0, 0.01)
 
 
 def test_another_thing_is_never_sure(model: Model) -> None:
