@@ -12,8 +12,8 @@ from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from vision_server.channels.depth import Pixels, is_deep, linear_image, linear_table, rounded
-from vision_server.channels.gradients import Frame, GradientChannel
+from vision_server.channels.depth import PIXEL_TYPES, Pixels, deepened, linear_table
+from vision_server.channels.gradients import Frame, GradientChannel, Picture
 from vision_server.channels.noise import grey_noise
 from vision_server.pose.observation import PoseProblem
 
@@ -46,7 +46,7 @@ def check_size(pixels: Pixels, camera: Camera, number: int) -> None:
     ------
     BadInput : another size or type.
     """
-    if pixels.dtype not in (np.uint8, np.float32) or pixels.shape != (camera.height, camera.width):
+    if pixels.dtype not in PIXEL_TYPES or pixels.shape != (camera.height, camera.width):
         shape = f"{'x'.join(map(str, pixels.shape[1::-1]))} px of {pixels.dtype}"
         raise BadInput(
             f"Frame {number} has {shape}, the camera {camera.width}x{camera.height}.",
@@ -71,10 +71,11 @@ def window(pixels: Pixels, model: Model, camera: Camera, pose: Pose, margin_px: 
 
 def problem_of(seen: Window, model: Model, tone: Tone, scale: NDArray[np.int64] | None = None) -> PoseProblem:
     """What a pose is refined on in a window; ``scale`` (1, L) of the filters where it is known."""
-    linear, whole = tone.linear, rounded(seen.pixels)
-    noise = (grey_noise(seen.pixels) * np.gradient(linear.astype(np.float64))).astype(np.float32)
-    deep = linear_image(seen.pixels, tone.gamma, linear) if is_deep(seen.pixels) else None
-    channel = GradientChannel(NAME, Frame.of(whole, linear, deep, whole, noise))
+    pixels, linear = seen.pixels, tone.linear
+    noise = (grey_noise(pixels) * np.gradient(linear.astype(np.float64))).astype(np.float32)
+    level = deepened(pixels) if pixels.dtype == np.float32 else pixels
+    frame = Frame.of(pixels.shape, level, noise)
+    channel = GradientChannel(NAME, Picture(pixels, tone.gamma, linear), frame)
     problem = PoseProblem.at_scale([channel], model, seen.camera, 0, tone.sd_px)
     return problem if scale is None else replace(problem, scale=scale)
 
