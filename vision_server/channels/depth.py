@@ -23,7 +23,7 @@ Deep = NDArray[np.uint16]  # PER_GREY to a grey
 Pixels = NDArray[Any]  # uint8, uint16 of PER_GREY to a grey, or float32
 
 PIXEL_TYPES = (np.uint8, np.uint16, np.float32)
-WHITE, PER_GREY = 65535, 257  # of uint16: 255 grey
+WHITE_BITS, WHITE, PER_GREY = 16, 65535, 257  # of uint16: 255 grey
 DEPTHS = (10, 12, 14, 16)  # bits of cameras whose files have 16
 ROUNDING_SD = 0.3  # of steps of 1, uniform: 1/sqrt(12)
 FINEST_STEP_GREY = 255.0 / 65535.0  # finer ones no camera has
@@ -46,8 +46,8 @@ def in_grey(image: Pixels) -> Field:
     return np.asarray(image, np.float32)
 
 
-def deepened(grey: Field) -> Deep:
-    """Grey with fractions as uint16."""
+def deepened(grey: Pixels) -> Deep:
+    """Grey with fractions, float32, as uint16."""
     return np.asarray(np.clip(np.rint(grey * np.float32(PER_GREY)), 0.0, WHITE), np.uint16)
 
 
@@ -83,11 +83,14 @@ class Raw:
         bits = fewest_bits(max(most, highest or 0)) if self.bits is None else self.bits
         if most >= 2**bits:
             raise BadInput(f"An image has values up to {most}, more than {bits} bits hold.", "Correct bits.")
-        full_scale = 2**bits - 1
-        scaled = pixels if full_scale == WHITE else (np.arange(2**bits) * WHITE + full_scale // 2) // full_scale
-        if full_scale != WHITE:
-            scaled = scaled.astype(np.uint16)[pixels]
+        scaled = pixels if bits == WHITE_BITS else _scaled(bits)[pixels]
         return _without_mosaic(scaled) if self.bayer else scaled
+
+
+def _scaled(bits: int) -> Deep:
+    """Each value of so many bits as one of sixteen, rounded."""
+    most = 2**bits - 1
+    return np.asarray((np.arange(2**bits) * WHITE + most // 2) // most, np.uint16)
 
 
 def fewest_bits(highest: int) -> int:
@@ -103,7 +106,7 @@ def _without_mosaic(pixels: Pixels) -> Pixels:
     even = cv2.sepFilter2D(
         in_grey(pixels), cv2.CV_32F, MOSAIC_TAPS, MOSAIC_TAPS, borderType=cv2.BORDER_REFLECT_101
     )
-    return np.asarray(even, np.float32) if pixels.dtype == np.float32 else deepened(even)
+    return np.asarray(even, np.float32) if pixels.dtype == np.float32 else deepened(np.asarray(even))
 
 
 def rounded(image: Pixels) -> Grey:

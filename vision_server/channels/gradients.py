@@ -59,7 +59,7 @@ class Normals(NamedTuple):
 
 
 class Picture(NamedTuple):
-    """What a channel's tiles are made of: pixels (H, W) as they came, and their tone curve, see `linear_image`."""
+    """What tiles are made of: pixels (H, W) as they came, and their tone curve, see `linear_image`."""
 
     pixels: Pixels
     gamma: float

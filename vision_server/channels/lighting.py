@@ -141,7 +141,7 @@ def lighting(
 def _looked_up(level: Any, table: Field) -> Field:
     """Entries (256,) of a table for each grey, between them where it has fractions."""
     if is_deep(level):
-        return np.asarray(np.interp(COUNTS, LEVELS, table), np.float32)[level]
+        return np.asarray(np.interp(COUNTS, LEVELS, table).astype(np.float32)[level])
     return np.asarray(cv2.LUT(level, table), np.float32)
 
 

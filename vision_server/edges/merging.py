@@ -172,8 +172,8 @@ class ImageSetStatistics:
         def add(begin: int, end: int) -> None:
             for channel in channels:
                 if len(channel.gradient.places):  # a white image would have all the say, and nothing to say
-                    coarse = begin // 2, coarse_rows if end == rows else end // 2
-                    weight, noise = (of(*coarse) for of in (channel.light.weight_of_rows, channel.light.noise_of_rows))
+                    light, coarse = channel.light, (begin // 2, coarse_rows if end == rows else end // 2)
+                    weight, noise = light.weight_of_rows(*coarse), light.noise_of_rows(*coarse)
                     _accumulate(channel.gradient, weight, noise, state, begin, end)
 
         if sum(len(channel.gradient.places) for channel in channels) < WORTH_TWO_CORES:

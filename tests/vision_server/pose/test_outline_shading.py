@@ -10,7 +10,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.visibility import visible_samples
 from tests.vision_server.whole_tiles import deep_channel
-from vision_server.channels.gradients import GradientChannel, Normals
+from vision_server.channels.gradients import Normals
 from vision_server.pose.edge_points import Channel
 from vision_server.pose.edge_search import search
 from vision_server.pose.outline_shading import inside_of, way_back
