@@ -17,7 +17,7 @@ from numerics.memory import keep_freed_memory
 {first}
 
 def touched():
-    for array in [np.empty(2**24, np.uint8) for _ in range(4)]:
+    for array in [np.empty(2**22, np.uint8) for _ in range(8)]:
         array[:] = 1
 
 touched()

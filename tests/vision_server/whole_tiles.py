@@ -1,4 +1,4 @@
-"""The tiles of a channel put together to whole images, and frames whose linear intensity is given."""
+"""The tiles of a channel put together to whole images, and channels whose linear intensity is given."""
 
 from typing import NamedTuple
 
@@ -12,6 +12,7 @@ from vision_server.channels.gradients import (
     Frame,
     GradientChannel,
     Normals,
+    Picture,
 )
 
 Field = NDArray[np.float32]
@@ -25,18 +26,16 @@ class Whole(NamedTuple):
     smooth: Field
 
 
-def deep_frame(linear: Field, noise: float, clipped: NDArray[np.bool_] | None = None) -> Frame:
-    """A frame (H, W) of that intensity with the same noise everywhere."""
-    image = (
-        np.zeros(linear.shape, np.uint8) if clipped is None else np.where(clipped, np.uint8(255), np.uint8(0))
-    )
-    table = np.full(256, noise, np.float32)
-    return Frame.of(image, np.zeros(256, np.float32), linear, image, table)
+def deep_channel(linear: Field, noise: float) -> GradientChannel:
+    """A channel (H, W) of that intensity with the same noise everywhere."""
+    level, table = np.zeros(linear.shape, np.uint8), np.full(256, noise, np.float32)
+    picture = Picture(linear, 1.0, np.zeros(256, np.float32))
+    return GradientChannel("i1", picture, Frame.of(linear.shape, level, table))
 
 
 def everywhere(channel: GradientChannel) -> None:
     """Look at all of the image at all scales."""
-    height, width = channel.frame.image.shape
+    height, width = channel.frame.shape
     y, x = np.mgrid[0 : height + TILE_PX : TILE_PX, 0 : width + TILE_PX : TILE_PX].reshape(2, -1)
     image = np.column_stack([x, y]).astype(np.float64)
     normals = Normals(image, np.full(image.shape, 0.5**0.5), np.full(len(image), float(TILE_PX)))
@@ -46,7 +45,7 @@ def everywhere(channel: GradientChannel) -> None:
 
 def whole(channel: GradientChannel) -> Whole:
     """What the tiles hold, each at its place; where two do, what the one holds whose place it is."""
-    height, width = channel.frame.image.shape
+    height, width = channel.frame.shape
     scales, tiles = len(SCALES_PX), channel.tiles
     gradient = np.full((scales, height, width, 2), np.nan, np.float32)
     clipped = np.full((scales, height, width), 255, np.uint8)

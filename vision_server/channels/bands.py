@@ -23,7 +23,7 @@ class GradientRows:
     Attributes
     ----------
     image
-        Grey as it came, uint8 or float32 (H, W); ``gamma`` is its tone curve.
+        Grey as it came (H, W); ``gamma`` is its tone curve.
     kernels
         Across and along the derivative, see `contrast_kernels`.
     """

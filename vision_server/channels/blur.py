@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from numerics.kernels import kernel
-from vision_server.channels.depth import Field, Grey, Pixels
+from vision_server.channels.depth import Field, Grey, Pixels, deepened
 from vision_server.channels.gaussian import contrast_kernels
 
 Slopes = NDArray[np.int16]
@@ -29,11 +29,11 @@ LARGEST_SLOPE = 2 * 4 * 255  # of Sobel's |gx| + |gy|
 
 
 def halved(image: Pixels) -> Pixels:
-    """Means of 2 x 2 px, (H // 2, W // 2), of the image's type; an odd last row or column is left out."""
+    """Means of 2 x 2 px, (H // 2, W // 2), uint8 or uint16; an odd last row or column is left out."""
     rows, columns = image.shape
     even = image[: rows & ~1, : columns & ~1]
     half = cv2.resize(even, (columns // 2, rows // 2), interpolation=cv2.INTER_AREA)
-    return np.asarray(half, image.dtype)
+    return deepened(half) if half.dtype == np.float32 else np.asarray(half, image.dtype)
 
 
 @kernel(nogil=True)

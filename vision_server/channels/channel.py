@@ -21,11 +21,11 @@ from numerics.two_cores import both
 from vision_server.channels.bands import GradientRows
 from vision_server.channels.blur import blur_sigma, halved
 from vision_server.channels.depth import (
+    PIXEL_TYPES,
     ROUNDING_SD,
     Field,
     Grey,
     Pixels,
-    is_deep,
     linear_image,
     linear_slope,
     linear_table,
@@ -52,8 +52,8 @@ class ChannelStatistics:
 
     Attributes
     ----------
-    image
-        uint8 (H, W), as it came; one of more bits rounded.
+    pixels
+        (H, W), as they came, see `depth`; ``gamma`` is their tone curve.
     gradient
         Pixels whose gradient stands out of the noise. Magnitudes are contrasts: the height in grey, at
         reference exposure, of the ideal step edge that would give the gradient (gradient times
@@ -67,13 +67,12 @@ class ChannelStatistics:
         Relative exposure of the frame; scale of the gradient; blur found in the image.
     noise_factor
         By so much the noise exceeds what white noise of the measured size would give: 1 to 2.
-    deep
-        Linear intensity of an image of more than 8 bits, as ``linear``; None of others.
     rounding_sd
         Standard deviation of what rounding to the image's steps leaves, grey.
     """
 
-    image: Grey
+    pixels: Pixels
+    gamma: float
     gradient: GradientPixels
     light: Lighting
     linear_of: Field
@@ -81,32 +80,32 @@ class ChannelStatistics:
     sigma_px: float
     blur_px: float
     noise_factor: float
-    deep: Field | None = None
     rounding_sd: float = ROUNDING_SD
+
+    @property
+    def image(self) -> Grey:
+        """The image as a picture, uint8 (H, W)."""
+        return rounded(self.pixels)
 
     @property
     def shape(self) -> tuple[int, int]:
         """Height and width of the image in px."""
-        height, width = self.image.shape
+        height, width = self.pixels.shape
         return height, width
 
     def same_picture(self, other: ChannelStatistics) -> bool:
         """Whether two images are alike to the last pixel; of one grey they may be without being the same."""
-        alike = np.array_equal(self.image, other.image) and self.image.min() < self.image.max()
-        if self.deep is None or other.deep is None:
-            return alike and self.deep is other.deep
-        return alike and np.array_equal(self.deep, other.deep)
+        one, two = self.pixels, other.pixels
+        return one.dtype == two.dtype and np.array_equal(one, two) and bool(one.min() < one.max())
 
     @cached_property
     def linear(self) -> Field:
         """Linear intensity at this frame's own exposure, 0..255, float32 (H, W)."""
-        return linear_image(self.image, 1.0, self.linear_of) if self.deep is None else self.deep
+        return linear_image(self.pixels, self.gamma, self.linear_of)
 
     def linear_at(self, rows: slice, columns: slice) -> Field:
         """`linear` of some rows and columns, without the others."""
-        if self.deep is not None:
-            return self.deep[rows, columns]
-        return linear_image(np.ascontiguousarray(self.image[rows, columns]), 1.0, self.linear_of)
+        return linear_image(np.ascontiguousarray(self.pixels[rows, columns]), self.gamma, self.linear_of)
 
     @cached_property
     def contrast(self) -> Field:
@@ -160,9 +159,10 @@ def _measured(image: Pixels, gamma: float, exposure: float, sigma_px: float | No
 
 
 def _check(image: Pixels, exposure: float, gamma: float) -> None:
-    if image.ndim != 2 or image.dtype not in (np.uint8, np.float32) or min(image.shape) < 3:
+    if image.ndim != 2 or image.dtype not in PIXEL_TYPES or min(image.shape) < 3:
         raise BadInput(
-            f"A channel must be grey of at least 3x3 px, uint8 or float32, not {image.dtype} {image.shape}."
+            "A channel must be grey of at least 3x3 px, uint8, uint16 or float32, "
+            f"not {image.dtype} {image.shape}."
         )
     for name, value in (("exposure", exposure), ("gamma", gamma)):
         if not (np.isfinite(value) and value > 0.0):
@@ -182,7 +182,7 @@ def channel_statistics(
     Parameters
     ----------
     image
-        Grey, (H, W): uint8, or float32 0..255 of more bits.
+        Grey, (H, W), see `depth`.
     exposure
         Relative exposure, > 0: shutter / aperture^2 times gain over that of the reference settings.
         Everything measured is divided by it.
@@ -225,6 +225,6 @@ def channel_statistics(
     pixels, (light, others) = both(lambda: found.gradient.pixels(whole, floor_of, 0, split), lower)
     table = linear_of.astype(np.float32)
     return ChannelStatistics(
-        rounded(image), joined(pixels, others), light, table, exposure, found.sigma_px, blur_px,
-        found.noise_factor, linear_image(image, gamma, table) if is_deep(image) else None, rounding_sd(image),
+        image, gamma, joined(pixels, others), light, table, exposure, found.sigma_px, blur_px,
+        found.noise_factor, rounding_sd(image),
     )  # fmt: skip

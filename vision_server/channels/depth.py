@@ -1,8 +1,8 @@
 """Images of more than eight bits a pixel.
 
-Grey counts from 0 to 255 whatever the depth: an image of 8 bits is uint8, a deeper one float32 on the same
-scale, with its fractions. Where grey only chooses an entry of a table (noise, light, clipping), a deep image
-is looked at in its rounded values; where edges are measured, in full.
+Grey counts from 0 to 255 whatever the depth: an image of 8 bits is uint8, a deeper one uint16 with 257 to a
+grey, and one of a float file float32 with its fractions. Where grey only chooses an entry of a table (noise,
+light, clipping), a deep image is looked at in its rounded values; where edges are measured, in full.
 """
 
 from __future__ import annotations
@@ -19,8 +19,11 @@ from bridge.errors import BadInput
 
 Grey = NDArray[np.uint8]
 Field = NDArray[np.float32]
-Pixels = NDArray[Any]  # uint8 or float32
+Deep = NDArray[np.uint16]  # PER_GREY to a grey
+Pixels = NDArray[Any]  # uint8, uint16 of PER_GREY to a grey, or float32
 
+PIXEL_TYPES = (np.uint8, np.uint16, np.float32)
+WHITE_BITS, WHITE, PER_GREY = 16, 65535, 257  # of uint16: 255 grey
 DEPTHS = (10, 12, 14, 16)  # bits of cameras whose files have 16
 ROUNDING_SD = 0.3  # of steps of 1, uniform: 1/sqrt(12)
 FINEST_STEP_GREY = 255.0 / 65535.0  # finer ones no camera has
@@ -34,6 +37,18 @@ MOST_STRETCH = 256.0  # to steps of 16 bits
 def is_deep(image: NDArray[Any]) -> bool:
     """Whether an image has fractions of grey."""
     return image.dtype != np.uint8
+
+
+def in_grey(image: Pixels) -> Field:
+    """The image in grey with its fractions, float32; itself if it is that."""
+    if image.dtype == np.uint16:
+        return np.multiply(image, np.float32(1.0 / PER_GREY), dtype=np.float32)
+    return np.asarray(image, np.float32)
+
+
+def deepened(grey: Pixels) -> Deep:
+    """Grey with fractions, float32, as uint16."""
+    return np.asarray(np.clip(np.rint(grey * np.float32(PER_GREY)), 0.0, WHITE), np.uint16)
 
 
 @dataclass(frozen=True)
@@ -50,7 +65,7 @@ class Raw:
     bayer: bool = False
 
     def grey(self, pixels: NDArray[Any], highest: int | None = None) -> Pixels:
-        """Grey (H, W) of pixels as they came, uint8, uint16 or float32 0..1: uint8, or float32 0..255.
+        """Grey (H, W) of pixels as they came, uint8, uint16 or float32 0..1, see `depth`.
 
         Without ``bits`` the camera has the fewest of 10, 12, 14 or 16 that hold the pixels, or ``highest``.
 
@@ -61,17 +76,21 @@ class Raw:
         """
         if pixels.dtype == np.uint8:
             return _without_mosaic(pixels) if self.bayer else pixels
-        full_scale = 1.0
-        if pixels.dtype == np.uint16:
-            most = int(pixels.max(initial=0))
-            bits = fewest_bits(max(most, highest or 0)) if self.bits is None else self.bits
-            if most >= 2**bits:
-                raise BadInput(
-                    f"An image has values up to {most}, more than {bits} bits hold.", "Correct bits."
-                )
-            full_scale = float(2**bits - 1)
-        grey = np.asarray(pixels * np.float32(255.0 / full_scale), np.float32)
-        return _without_mosaic(grey) if self.bayer else grey
+        if pixels.dtype != np.uint16:
+            grey: Pixels = np.asarray(pixels * np.float32(255.0), np.float32)
+            return _without_mosaic(grey) if self.bayer else grey
+        most = int(pixels.max(initial=0))
+        bits = fewest_bits(max(most, highest or 0)) if self.bits is None else self.bits
+        if most >= 2**bits:
+            raise BadInput(f"An image has values up to {most}, more than {bits} bits hold.", "Correct bits.")
+        scaled = pixels if bits == WHITE_BITS else _scaled(bits)[pixels]
+        return _without_mosaic(scaled) if self.bayer else scaled
+
+
+def _scaled(bits: int) -> Deep:
+    """Each value of so many bits as one of sixteen, rounded."""
+    most = 2**bits - 1
+    return np.asarray((np.arange(2**bits) * WHITE + most // 2) // most, np.uint16)
 
 
 def fewest_bits(highest: int) -> int:
@@ -79,22 +98,27 @@ def fewest_bits(highest: int) -> int:
     return next(bits for bits in DEPTHS if highest < 2**bits)
 
 
-def _without_mosaic(pixels: Pixels) -> Field:
-    """(R + 2 G + B) / 4 around each pixel, float32: the same weights wherever the mosaic begins.
+def _without_mosaic(pixels: Pixels) -> Pixels:
+    """(R + 2 G + B) / 4 around each pixel, a deep image: the same weights wherever the mosaic begins.
 
     Nothing is interpolated, so nothing is made up at edges; they are blurred by 0.7 px more.
     """
-    return np.asarray(
-        cv2.sepFilter2D(pixels, cv2.CV_32F, MOSAIC_TAPS, MOSAIC_TAPS, borderType=cv2.BORDER_REFLECT_101),
-        np.float32,
+    even = cv2.sepFilter2D(
+        in_grey(pixels), cv2.CV_32F, MOSAIC_TAPS, MOSAIC_TAPS, borderType=cv2.BORDER_REFLECT_101
     )
+    return np.asarray(even, np.float32) if pixels.dtype == np.float32 else deepened(np.asarray(even))
 
 
 def rounded(image: Pixels) -> Grey:
     """The image in whole grey, uint8; itself if it is of 8 bits."""
     if not is_deep(image):
         return np.asarray(image, np.uint8)
-    return np.asarray(cv2.convertScaleAbs(image), np.uint8)
+    return np.asarray(cv2.convertScaleAbs(image, alpha=grey_per_count(image)), np.uint8)
+
+
+def grey_per_count(image: Pixels) -> float:
+    """Grey of 1 in the image's type."""
+    return 1.0 / PER_GREY if image.dtype == np.uint16 else 1.0
 
 
 def linear_table(gamma: float) -> NDArray[np.float64]:
@@ -112,9 +136,10 @@ def linear_image(image: Pixels, gamma: float, table: Field) -> Field:
     """Linear intensity of an image, float32 (H, W), 0..255; ``table`` is `linear_table` of the gamma."""
     if not is_deep(image):
         return np.asarray(cv2.LUT(image, table), np.float32)
+    grey = in_grey(image)
     if gamma == 1.0:
-        return np.asarray(image, np.float32)
-    return np.asarray(np.float32(255.0) * cv2.pow(image * np.float32(1.0 / 255.0), gamma), np.float32)
+        return grey
+    return np.asarray(np.float32(255.0) * cv2.pow(grey * np.float32(1.0 / 255.0), gamma), np.float32)
 
 
 def rounding_sd(image: Pixels) -> float:
@@ -125,7 +150,7 @@ def rounding_sd(image: Pixels) -> float:
     if not is_deep(image):
         return ROUNDING_SD
     sampled = image[:: max(1, len(image) // SAMPLED_ROWS)].ravel()
-    values = np.unique(sampled[:: max(1, len(sampled) // SAMPLED_VALUES)])
+    values = np.unique(in_grey(sampled[:: max(1, len(sampled) // SAMPLED_VALUES)]))
     steps = np.diff(values)
     steps = steps[steps > 0.5 * FINEST_STEP_GREY]
     return ROUNDING_SD * max(float(steps.min(initial=1.0)), FINEST_STEP_GREY)
@@ -135,9 +160,10 @@ def stretched(image: Pixels) -> Grey:
     """A deep image in eight bits of its own range, where that is narrow; its ends clip then, as at 255."""
     if not is_deep(image):
         return rounded(image)
-    low, high = np.percentile(image[::2, ::2], (1.0, 99.9)).tolist()
+    scale = grey_per_count(image)
+    low, high = (scale * np.percentile(image[::2, ::2], (1.0, 99.9))).tolist()
     factor = STRETCHED_RANGE / max(high - low, STRETCHED_RANGE / MOST_STRETCH)
     if factor <= 1.0:
         return rounded(image)
-    whole = np.clip((image - np.float32(low)) * np.float32(factor) + np.float32(8.0), 0.0, 255.0)
+    whole = np.clip((in_grey(image) - np.float32(low)) * np.float32(factor) + np.float32(8.0), 0.0, 255.0)
     return rounded(whole)

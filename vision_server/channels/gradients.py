@@ -16,7 +16,16 @@ from numpy.typing import NDArray
 
 from numerics.kernels import kernel
 from vision_server.channels.channel import ChannelStatistics
-from vision_server.channels.depth import Field, Grey, Pixels, is_deep, linear_image, rounded
+from vision_server.channels.depth import (
+    PER_GREY,
+    Deep,
+    Field,
+    Grey,
+    Pixels,
+    is_deep,
+    linear_image,
+    rounded,
+)
 from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient, gaussian_kernels, noise_gain
 from vision_server.channels.noise import SATURATED_GREY
 
@@ -32,7 +41,7 @@ TILE_PX = 1 << TILE_BITS
 FULL = 0.2  # of a block of tiles, at least, that are computed at once
 ALIGNED_PX = 32  # blocks start at multiples: filters of some pixels at once give the same everywhere
 SIDE_PX = TILE_PX + 1  # kept of a tile: with the first row and column of the next, to look between pixels
-NONE: Field = np.empty((0, 0), np.float32)
+NONE: Deep = np.empty((0, 0), np.uint16)
 
 
 class Normals(NamedTuple):
@@ -49,51 +58,52 @@ class Normals(NamedTuple):
     reach_px: Floats
 
 
+class Picture(NamedTuple):
+    """What tiles are made of: pixels (H, W) as they came, and their tone curve, see `linear_image`."""
+
+    pixels: Pixels
+    gamma: float
+    linear_of: Field
+
+
 class Frame(NamedTuple):
-    """What a channel's tiles are made of.
+    """How large a channel is, and its noise.
 
     Attributes
     ----------
-    image
-        uint8 (H, W), as it came; ``linear_of`` (256,) is the linear intensity of each grey, 0..255, at the
-        frame's own exposure.
-    deep
-        float32 (H, W), linear intensity of an image of more than 8 bits; (0, 0) of others.
+    shape
+        Height and width in px.
     level
         uint8 (H, W) or (H // 2, W // 2), grey of each pixel or of each 2 x 2 px, and ``noise_of`` (256,) the
         standard deviation of the linear intensity from sensor noise at each grey.
     deep_level
-        float32, as ``level``, of an image of more than 8 bits; (0, 0) of others.
+        uint16, as ``level`` and in its place, of an image of more than 8 bits; (0, 0) of others.
     """
 
-    image: Grey
-    linear_of: Field
-    deep: Field
+    shape: tuple[int, int]
     level: Grey
-    deep_level: Field
+    deep_level: Deep
     noise_of: Field
 
     @classmethod
-    def of(cls, image: Pixels, linear_of: Field, deep: Field | None, level: Pixels, noise_of: Field) -> Frame:
-        """With (0, 0) for what an image of eight bits does not have."""
-        return cls(
-            np.ascontiguousarray(rounded(image)),
-            linear_of,
-            NONE if deep is None else np.ascontiguousarray(deep),
-            np.ascontiguousarray(rounded(level)),
-            np.ascontiguousarray(level) if is_deep(level) else NONE,
-            noise_of,
-        )
+    def of(cls, shape: tuple[int, ...], level: Pixels, noise_of: Field) -> Frame:
+        """With (0, 0) for the level that it does not have."""
+        level, size = np.ascontiguousarray(level), (shape[0], shape[1])
+        if is_deep(level):
+            return cls(size, NONE.astype(np.uint8), level, noise_of)
+        return cls(size, level, NONE, noise_of)
 
 
 @kernel(error_model="numpy")
 def noise_at(frame: Frame, row: int, column: int) -> float:
     """Standard deviation of the linear intensity of a pixel from sensor noise."""
-    if len(frame.level) < len(frame.image):
-        row, column = min(row >> 1, frame.level.shape[0] - 1), min(column >> 1, frame.level.shape[1] - 1)
-    if frame.deep_level.size == 0:
+    deep = frame.deep_level.size > 0
+    rows, columns = frame.deep_level.shape if deep else frame.level.shape
+    if rows < frame.shape[0]:
+        row, column = min(row >> 1, rows - 1), min(column >> 1, columns - 1)
+    if not deep:
         return float(frame.noise_of[frame.level[row, column]])
-    grey = max(float(frame.deep_level[row, column]), 0.0)
+    grey = frame.deep_level[row, column] / PER_GREY
     low = min(int(grey), 254)
     share = min(grey - low, 1.0)
     return float((1.0 - share) * frame.noise_of[low] + share * frame.noise_of[low + 1])
@@ -132,13 +142,14 @@ class GradientChannel:
     """
 
     name: str
+    picture: Picture
     frame: Frame
     around_px: float = 0.0
     tiles: Tiles = field(init=False)
     count: Ints = field(init=False)
 
     def __post_init__(self) -> None:
-        rows, columns = (-(-side // TILE_PX) for side in self.frame.image.shape)
+        rows, columns = (-(-side // TILE_PX) for side in self.frame.shape)
         scales, total = len(SCALES_PX), rows * columns
         self.tiles = Tiles(
             np.full((scales, rows, columns), -1, np.int32),
@@ -159,7 +170,7 @@ class GradientChannel:
         known = self.count.copy()
         if known[scale.max(initial=0)] == 0:
             beyond_px += self.around_px
-        new = _claimed(self.tiles.number, self.count, self.frame.image.shape, scale, normals, beyond_px)
+        new = _claimed(self.tiles.number, self.count, self.frame.shape, scale, normals, beyond_px)
         for index in np.flatnonzero(self.count > known).tolist():
             first = int(known[index])
             for block in blocks_of(new[index, first : self.count[index]]):
@@ -167,14 +178,13 @@ class GradientChannel:
 
     def _fill(self, index: int, first: int, block: Numbers) -> None:
         """The new tiles of a block, numbered from ``first`` on, from what surrounds it."""
-        image, kernels, tiles = self.frame.image, gaussian_kernels(SCALES_PX[index]), self.tiles
+        kernels, tiles = gaussian_kernels(SCALES_PX[index]), self.tiles
         reach = len(kernels[0]) // 2
         top, left = (max(TILE_PX * int(start) - reach, 0) for start in block[:2])
         bottom, right = (TILE_PX * int(end) + 1 + reach for end in block[2:])
         left -= left % ALIGNED_PX
-        there = np.s_[top:bottom, left : right + ALIGNED_PX]
-        deep = self.frame.deep
-        source = linear_image(image[there], 1.0, self.frame.linear_of) if deep.size == 0 else deep[there]
+        pixels = self.picture.pixels[top:bottom, left : right + ALIGNED_PX]
+        source = linear_image(pixels, self.picture.gamma, self.picture.linear_of)
         corner, number = np.array([top, left]), tiles.number[index]
 
         def lay(field: Pixels, out: Pixels) -> None:
@@ -186,7 +196,7 @@ class GradientChannel:
             smooth = kernels[0]
             blurred = cv2.sepFilter2D(source, cv2.CV_32F, smooth, smooth, borderType=cv2.BORDER_REPLICATE)
             lay(blurred, tiles.smooth)
-        clipped = (image[there] >= SATURATED_GREY).astype(np.uint8)
+        clipped = (rounded(pixels) >= SATURATED_GREY).astype(np.uint8)
         if cv2.countNonZero(clipped):
             side = 2 * clip_reach(index) + 1
             lay(cv2.dilate(clipped, np.ones((side, side), np.uint8)), tiles.near_clipped[index])
@@ -280,6 +290,5 @@ def gradient_channel(name: str, known: ChannelStatistics) -> GradientChannel:
     """
     kernels = contrast_kernels(known.sigma_px, known.exposure)
     noise_of = known.light.noise_of / np.float32(noise_gain(kernels) * known.noise_factor)
-    return GradientChannel(
-        name, Frame.of(known.image, known.linear_of, known.deep, known.light.level, noise_of)
-    )
+    picture = Picture(known.pixels, known.gamma, known.linear_of)
+    return GradientChannel(name, picture, Frame.of(known.shape, known.light.level, noise_of))

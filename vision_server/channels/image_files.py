@@ -63,7 +63,7 @@ def _check_size(path: Path, content: NDArray[np.uint8]) -> None:
 
 
 def read_grey(path: str | Path, raw: Raw = PLAIN) -> Pixels:
-    """An image file as grey, (H, W): uint8 of 8 bits, float32 0..255 of more; colour by BT.601.
+    """An image file as grey, (H, W): of the file's depth, see `depth`; colour by BT.601.
 
     Raises
     ------
@@ -85,7 +85,9 @@ def read_image_set(paths: Sequence[str | Path], raw: Raw = PLAIN) -> list[Pixels
         raise BadInput("No image files given.", "Name at least one.")
     files = [read_pixels(Path(path)) for path in paths]
     highest = max((int(pixels.max()) for pixels in files if pixels.dtype == np.uint16), default=0)
-    images = [raw.grey(pixels, highest) for pixels in files]
+    images: list[Pixels] = []
+    while files:  # a large one is not held in two forms longer than need be
+        images.append(raw.grey(files.pop(0), highest))
     first = images[0].shape
     for path, image in zip(paths, images, strict=True):
         if image.shape != first:

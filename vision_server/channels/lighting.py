@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from numerics.kernels import kernel
-from vision_server.channels.depth import LEVELS, Field, Pixels, is_deep
+from vision_server.channels.depth import LEVELS, PER_GREY, WHITE, Field, Grey, Pixels, is_deep, rounded
 from vision_server.channels.noise import SATURATED_GREY
 
 Floats = NDArray[np.float64]
@@ -36,6 +36,7 @@ SHARPEST_PX = 0.7  # the spread of an edge in the sharpest channel: the finest s
 CLIPPED_STOPS = 0.25  # beside a clipped pixel a channel counts as so much darker: others know better
 LOG2_WEIGHT_LIMIT = 100.0  # float32 holds 2^126; room for sums
 SMOOTHING_PX = 0.5  # of the halved image, against noise
+COUNTS = np.arange(WHITE + 1) / PER_GREY  # grey of each of uint16
 
 
 class Lighting(NamedTuple):
@@ -43,8 +44,10 @@ class Lighting(NamedTuple):
 
     Attributes
     ----------
-    level, darkest, brightest
-        Their grey, smoothed, and the least and the largest within reach, uint8 or float32 as the image.
+    level
+        Their grey, smoothed, uint8 or uint16, see `depth`.
+    reach
+        How far the darkest and the brightest of them are looked for, of them.
     noise_of
         float32 (256,), for each grey the standard deviation of the contrast from sensor noise, grey at
         reference exposure.
@@ -53,22 +56,32 @@ class Lighting(NamedTuple):
     """
 
     level: Pixels
-    darkest: Pixels
-    brightest: Pixels
+    reach: int
     noise_of: Field
     weight_of_darkest: Field
     weight_of_brightest: Field
 
-    def rows(self, first: int, end: int) -> Lighting:
-        """Of these rows of 2 x 2 px."""
-        level, darkest, brightest = (grey[first:end] for grey in self[:3])
-        return self._replace(level=level, darkest=darkest, brightest=brightest)
+    def weight_of_rows(self, first: int, end: int) -> Field:
+        """`weight` of these rows."""
+        top = max(first - self.reach, 0)
+        level, there = self.level[top : end + self.reach], np.s_[first - top : end - top]
+        darkest = _looked_up(cv2.erode(level, self._window)[there], self.weight_of_darkest)
+        brightest = _looked_up(cv2.dilate(level, self._window)[there], self.weight_of_brightest)
+        return np.asarray(cv2.multiply(darkest, brightest))
 
     @property
     def weight(self) -> Field:
         """How lit they are in this channel, float32 (H // 2, W // 2)."""
-        darkest = _looked_up(self.darkest, self.weight_of_darkest)
-        return np.asarray(cv2.multiply(darkest, _looked_up(self.brightest, self.weight_of_brightest)))
+        return self.weight_of_rows(0, len(self.level))
+
+    @property
+    def brightest(self) -> Grey:
+        """Grey of the brightest within reach, uint8 (H // 2, W // 2)."""
+        return np.asarray(cv2.dilate(rounded(self.level), self._window), np.uint8)
+
+    @property
+    def _window(self) -> Grey:
+        return np.ones((2 * self.reach + 1, 2 * self.reach + 1), np.uint8)
 
     @property
     def clear(self) -> NDArray[np.bool_]:
@@ -82,7 +95,11 @@ class Lighting(NamedTuple):
     @property
     def noise(self) -> Field:
         """Standard deviation of the contrast from sensor noise, float32 (H // 2, W // 2)."""
-        return _looked_up(self.level, self.noise_of)
+        return self.noise_of_rows(0, len(self.level))
+
+    def noise_of_rows(self, first: int, end: int) -> Field:
+        """`noise` of these rows."""
+        return _looked_up(self.level[first:end], self.noise_of)
 
 
 def smoothed(half: Pixels) -> Pixels:
@@ -100,7 +117,7 @@ def lighting(
     Parameters
     ----------
     level
-        uint8 or float32 (H // 2, W // 2), the image halved and smoothed.
+        uint8 or uint16 (H // 2, W // 2), the image halved and smoothed.
     linear_of, noise_of
         (256,), for each grey its linear intensity (0..255) and the noise of the contrast there.
     exposure
@@ -118,15 +135,13 @@ def lighting(
     root_of_brightest = np.where(clipped, root * np.float32(2.0 ** (-weight_exponent * CLIPPED_STOPS)), root)
 
     reach = max(int(np.round(0.5 * REACH * spread_px)), 1)
-    window = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-    darkest, brightest = cv2.erode(level, window), cv2.dilate(level, window)
-    return Lighting(level, np.asarray(darkest), np.asarray(brightest), noise_of, root, root_of_brightest)
+    return Lighting(level, reach, noise_of, root, root_of_brightest)
 
 
 def _looked_up(level: Any, table: Field) -> Field:
     """Entries (256,) of a table for each grey, between them where it has fractions."""
     if is_deep(level):
-        return np.asarray(np.interp(level, LEVELS, table), np.float32)
+        return np.asarray(np.interp(COUNTS, LEVELS, table).astype(np.float32)[level])
     return np.asarray(cv2.LUT(level, table), np.float32)
 
 

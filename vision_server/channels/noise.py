@@ -9,9 +9,10 @@ from numerics.kernels import kernel
 from vision_server.channels.depth import (
     FINEST_STEP_GREY,
     LEVELS,
-    Field,
     Grey,
     Pixels,
+    grey_per_count,
+    in_grey,
     is_deep,
     rounded,
     rounding_sd,
@@ -49,7 +50,7 @@ def grey_noise(image: Pixels) -> Floats:
     Parameters
     ----------
     image
-        Grey, (H, W), encoded as it came (before any tone curve is undone); uint8, or float32 if deeper.
+        Grey, (H, W), encoded as it came (before any tone curve is undone).
 
     Returns
     -------
@@ -63,12 +64,13 @@ def grey_noise(image: Pixels) -> Floats:
     return np.asarray(np.sqrt(np.maximum(a + b * LEVELS, rounding_sd(image) ** 2)), dtype=np.float64)
 
 
-def _deep_medians(image: Field, step: int) -> tuple[Floats, Floats]:
+def _deep_medians(image: Pixels, step: int) -> tuple[Floats, Floats]:
     """`_band_medians` of an image with fractions of grey; only 0 itself counts as black there."""
     rows = np.arange(0, len(image) - 2, step)
-    column = image[rows] - 2 * image[rows + 1] + image[rows + 2]
+    top, middle, bottom = (in_grey(image[rows + k]) for k in range(3))
+    column = top - 2 * middle + bottom
     response = np.abs(column[:, 1:-3] - 2 * column[:, 2:-2] + column[:, 3:-1])
-    centre = 0.5 * (image[rows + 1, :-4] + image[rows + 1, 4:])
+    centre = 0.5 * (middle[:, :-4] + middle[:, 4:])
     medians, counts = np.zeros(BANDS), np.zeros(BANDS)
     band = np.where((centre > 0.0) & (centre < SATURATED_GREY), centre * (BANDS / 256.0), BANDS).astype(int)
     for number in range(BANDS):
@@ -144,7 +146,7 @@ def gradient_scale(image: Pixels, noise: Floats) -> float:
     Parameters
     ----------
     image
-        Grey, (H, W), uint8 or float32.
+        Grey, (H, W).
     noise
         float64 (256,), its noise from `grey_noise`.
 
@@ -154,7 +156,7 @@ def gradient_scale(image: Pixels, noise: Floats) -> float:
     """
     if is_deep(image):
         sampled = image[::SAMPLE_STEP, ::SAMPLE_STEP]
-        low, middle, high = np.quantile(sampled, TELLING_RANKS).tolist()
+        low, middle, high = (grey_per_count(image) * np.quantile(sampled, TELLING_RANKS)).tolist()
         share = float(noise[int(0.5 * (middle + high))]) / max(high - low, FINEST_STEP_GREY)
     else:
         below = np.cumsum(_counts(image))
@@ -184,7 +186,7 @@ def smooth_noise_factor(magnitude: NDArray[np.float32], grey: Pixels, noise_of: 
     Parameters
     ----------
     magnitude, grey
-        Same shape: gradients of a sample of pixels, float32, and their grey, uint8 or float32.
+        Same shape: gradients of a sample of pixels, float32, and their grey.
     noise_of
         float32 (256,), standard deviation of the gradient from white noise, for each grey.
 
@@ -192,8 +194,9 @@ def smooth_noise_factor(magnitude: NDArray[np.float32], grey: Pixels, noise_of: 
     -------
     1 to 2.
     """
-    telling = (grey > (0.0 if is_deep(grey) else BLACK_GREY)) & (grey < SATURATED_GREY)
-    ratio = magnitude[telling] / noise_of[rounded(grey)[telling]]
+    whole = rounded(grey)
+    telling = (grey > (0 if is_deep(grey) else BLACK_GREY)) & (whole < SATURATED_GREY)
+    ratio = magnitude[telling] / noise_of[whole[telling]]
     if len(ratio) < FEWEST_FLAT:
         return 1.0
     quarter = float(np.partition(ratio, len(ratio) // 4)[len(ratio) // 4])

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vision_server.channels.depth import Pixels
+from vision_server.channels.depth import Pixels, in_grey, is_deep
 from vision_server.channels.noise import SATURATED_GREY
 
 # Chosen by hand where nothing else is said.
@@ -27,7 +27,7 @@ def overexposures(images: Sequence[Pixels], gamma: Sequence[float]) -> list[floa
     Parameters
     ----------
     images
-        Grey (H, W), uint8 or float32, of one scene under different lights.
+        Grey (H, W) of one scene under different lights.
     gamma
         Tone curve of each: linear = grey^gamma.
 
@@ -38,7 +38,8 @@ def overexposures(images: Sequence[Pixels], gamma: Sequence[float]) -> list[floa
     one; what is not clipped may lie in shadow. Where only the other is clipped, that is brighter: without
     such pixels what lights another's shadows would seem overexposed itself.
     """
-    seen = [image[::STEP, ::STEP] for image in images]
+    sampled = (image[::STEP, ::STEP] for image in images)
+    seen = [in_grey(one) if is_deep(one) else one for one in sampled]
     out = []
     for k, image in enumerate(seen):
         others = seen[:k] + seen[k + 1 :]

@@ -63,7 +63,8 @@ def read_set(
     if region is not None:
         left, top, right, bottom = region
         width, height = right - left, bottom - top
-        pixels = [one[top:bottom, left:right].copy() for one in pixels]
+        for number, whole in enumerate(pixels):
+            pixels[number] = whole[top:bottom, left:right].copy()
     image_set = ImageSet(width, height)
     names = [f"i{number}" for number in range(1, len(pixels) + 1)]
     for name, grey, exposure, curve in zip(names, pixels, times, gammas, strict=True):

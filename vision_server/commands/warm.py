@@ -34,6 +34,7 @@ def warm_up() -> None:
     from geometry.camera import Camera
     from geometry.model import TARGETS, load_model
     from geometry.pose import Pose
+    from vision_server.channels.depth import PER_GREY
     from vision_server.edges.kinds import edge_kinds
     from vision_server.image_set import ImageSet
     from vision_server.matching import Anywhere
@@ -49,6 +50,7 @@ def warm_up() -> None:
     images.add("sharp", sharp, 1.0, 1.0)
     images.add("blurred", drawn(model, camera, pose, 3.0), 1.0, 1.0)
     images.add("toned", sharp, 1.0, 2.2)
+    images.add("deep", sharp.astype(np.uint16) * np.uint16(PER_GREY), 1.0, 1.0)
     images.add("noisy", np.clip(sharp + noise, 0.0, 255.0).astype(np.uint8), 1.0, 1.0)
     edge_kinds([image.statistics for image in images.images.values()])
     for names, matcher in ((["sharp"], "search"), (["blurred"], "search"), (["sharp", "blurred"], "genetic")):

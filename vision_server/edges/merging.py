@@ -172,8 +172,9 @@ class ImageSetStatistics:
         def add(begin: int, end: int) -> None:
             for channel in channels:
                 if len(channel.gradient.places):  # a white image would have all the say, and nothing to say
-                    light = channel.light.rows(begin // 2, coarse_rows if end == rows else end // 2)
-                    _accumulate(channel.gradient, light.weight, light.noise, state, begin, end)
+                    light, coarse = channel.light, (begin // 2, coarse_rows if end == rows else end // 2)
+                    weight, noise = light.weight_of_rows(*coarse), light.noise_of_rows(*coarse)
+                    _accumulate(channel.gradient, weight, noise, state, begin, end)
 
         if sum(len(channel.gradient.places) for channel in channels) < WORTH_TWO_CORES:
             add(0, rows)

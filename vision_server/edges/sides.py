@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from numerics.kernels import kernel
 from vision_server.channels.channel import ChannelStatistics
-from vision_server.channels.depth import Field, Grey
+from vision_server.channels.depth import WHITE, Deep, Field, Grey, deepened, is_deep, linear_image
 from vision_server.channels.gaussian import contrast_kernels, noise_gain
 from vision_server.channels.lighting import coarse_places
 from vision_server.channels.noise import SATURATED_GREY
@@ -24,6 +24,7 @@ SHARP_BLUR_PX = 1.25  # of images that are no sharper for it, as their blur is m
 ALONG = 3  # places beside the edge whose mean is taken
 PLACES = ALONG + len(REACH_PX) - 1  # that are looked at on either side
 SMOOTHED_NOISE = 0.44  # of the noise of single pixels, in the mean of three bilinear values a pixel apart
+EACH_COUNT = np.arange(WHITE + 1, dtype=np.uint16)[None]
 DARK_GREY = 4.0  # of the longest exposed frame: less is black, whatever its noise
 
 
@@ -69,21 +70,23 @@ class FlatGrey(NamedTuple):
 
     Attributes
     ----------
-    image, linear_of, deep
-        As of `ChannelStatistics`, without rows; ``deep`` is empty for images of 8 bits.
+    pixels, linear_of
+        uint8 or uint16, see `depth`, and the linear intensity of each of their values.
     columns
         Of a row.
     """
 
-    image: Grey
+    pixels: Grey | Deep
     linear_of: Field
-    deep: Field
     columns: int
 
 
 def _flat_grey(channel: ChannelStatistics) -> FlatGrey:
-    deep = np.empty(0, np.float32) if channel.deep is None else channel.deep.ravel()
-    return FlatGrey(channel.image.ravel(), channel.linear_of, deep, channel.shape[1])
+    pixels, linear_of = channel.pixels, channel.linear_of
+    if is_deep(pixels):
+        pixels = deepened(pixels) if pixels.dtype == np.float32 else pixels
+        linear_of = linear_image(EACH_COUNT, channel.gamma, linear_of).ravel()
+    return FlatGrey(pixels.ravel(), linear_of, channel.shape[1])
 
 
 def evenly_weighted(channel: ChannelStatistics) -> ChannelStatistics:
@@ -163,8 +166,8 @@ def _read(grey: FlatGrey, pixels: NDArray[np.int32], parts: Field, near: Field, 
 
     Beside the edge each is the mean of the three places along it; all are bilinear between four pixels.
     """
-    image, linear_of, deep, columns = grey
-    is_deep, third = len(deep) > 0, np.float32(1.0 / 3.0)
+    image, linear_of, columns = grey
+    third = np.float32(1.0 / 3.0)
     for i in range(len(pixels)):
         for side in range(2):
             mean, largest = np.float32(0.0), np.float32(0.0)
@@ -172,11 +175,8 @@ def _read(grey: FlatGrey, pixels: NDArray[np.int32], parts: Field, near: Field, 
                 k = side * PLACES + number
                 at, right, down = pixels[i, k], parts[i, k, 0], parts[i, k, 1]
                 below = at + columns
-                if is_deep:
-                    a, b, c, d = deep[at], deep[at + 1], deep[below], deep[below + 1]
-                else:
-                    a, b = linear_of[image[at]], linear_of[image[at + 1]]
-                    c, d = linear_of[image[below]], linear_of[image[below + 1]]
+                a, b = linear_of[image[at]], linear_of[image[at + 1]]
+                c, d = linear_of[image[below]], linear_of[image[below + 1]]
                 a += right * (b - a)
                 value = a + down * (c + right * (d - c) - a)
                 if number < ALONG:

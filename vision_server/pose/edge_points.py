@@ -113,7 +113,7 @@ def find_edge_points(
     c
         Which channel it is.
     """
-    rows, columns = frame.image.shape
+    rows, columns = frame.shape
     out.offset[c], out.snr[c], out.sd[c], out.strength[c] = np.nan, 0.0, 0.0, 0.0
     profile = np.empty(2 * int(np.ceil(normals.reach_px.max())) + 3)
     for i in range(len(scale)):
@@ -157,7 +157,7 @@ def _refined_maximum(
     ``values`` (3,) are the derivatives from u - 1 to u + 1.
     """
     none = (0.0, 0.0, 0.0, 0.0)
-    rows, columns = frame.image.shape
+    rows, columns = frame.shape
     right, bottom = columns - 2.0, rows - 2.0
     nx, ny, sigma = normal[0], normal[1], channel.sigma
     x, y = image[0] + u * nx, image[1] + u * ny

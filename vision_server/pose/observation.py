@@ -271,7 +271,7 @@ def _take_chosen(
     softness; clipping moves it towards its dark side. What it is moved by where it is an
     outline: `way_back`. ``sigma``, ``filters`` (C, L): softness, px, and filter, index into SCALES_PX.
     """
-    rows, columns = frame.image.shape
+    rows, columns = frame.shape
     for i in range(chosen.shape[1]):
         k = chosen[c, i]
         out.offset[c, i], out.sd[c, i], out.strength[c, i] = np.nan, np.inf, 0.0

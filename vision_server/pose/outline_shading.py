@@ -63,7 +63,7 @@ def way_back(
     slope : the derivative there, grey per px.
     inside : 1 or -1, see `inside_of`.
     """
-    rows, columns = frame.image.shape
+    rows, columns = frame.shape
     reach = FLANK * channel.sigma
     (x, y), (nx, ny) = place, normal
     if not (reach <= x < columns - 2.0 - reach and reach <= y < rows - 2.0 - reach):

@@ -12,8 +12,8 @@ from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from vision_server.channels.depth import Pixels, linear_image, linear_table, rounded
-from vision_server.channels.gradients import Frame, GradientChannel
+from vision_server.channels.depth import PIXEL_TYPES, Pixels, deepened, linear_table
+from vision_server.channels.gradients import Frame, GradientChannel, Picture
 from vision_server.channels.noise import grey_noise
 from vision_server.pose.observation import PoseProblem
 
@@ -47,7 +47,7 @@ def check_size(pixels: Pixels, camera: Camera, number: int) -> None:
     ------
     BadInput : another size or type.
     """
-    if pixels.dtype not in (np.uint8, np.float32) or pixels.shape != (camera.height, camera.width):
+    if pixels.dtype not in PIXEL_TYPES or pixels.shape != (camera.height, camera.width):
         shape = f"{'x'.join(map(str, pixels.shape[1::-1]))} px of {pixels.dtype}"
         raise BadInput(
             f"Frame {number} has {shape}, the camera {camera.width}x{camera.height}.",
@@ -72,10 +72,11 @@ def window(pixels: Pixels, model: Model, camera: Camera, pose: Pose, margin_px: 
 
 def problem_of(seen: Window, model: Model, tone: Tone) -> PoseProblem:
     """What a pose is refined on in a window, all lines taken for sharp."""
-    linear, whole = tone.linear, rounded(seen.pixels)
-    noise = (grey_noise(seen.pixels) * tone.slope).astype(np.float32)
-    intensity = linear_image(seen.pixels, tone.gamma, linear)
-    channel = GradientChannel(NAME, Frame.of(whole, linear, intensity, whole, noise), AROUND_PX)
+    pixels = seen.pixels
+    noise = (grey_noise(pixels) * tone.slope).astype(np.float32)
+    level = deepened(pixels) if pixels.dtype == np.float32 else pixels
+    picture, frame = Picture(pixels, tone.gamma, tone.linear), Frame.of(pixels.shape, level, noise)
+    channel = GradientChannel(NAME, picture, frame, AROUND_PX)
     return PoseProblem.at_scale([channel], model, seen.camera, 0, tone.sd_px)
 
 

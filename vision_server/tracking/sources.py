@@ -32,7 +32,7 @@ class Frame:
     Attributes
     ----------
     name : of its file, or its number in the video.
-    pixels : grey, (H, W): uint8, or float32 0..255 of more bits.
+    pixels : grey, (H, W): see `channels.depth`.
     time_s : when it was taken; None where nothing tells.
     """
 

@@ -143,7 +143,7 @@ class Tracker:
 
         Parameters
         ----------
-        pixels : grey, (H, W), of the camera's size: uint8, or float32 0..255 of more bits.
+        pixels : grey, (H, W), of the camera's size: see `channels.depth`.
         time_s : when it was taken; without it, PERIOD_S after the one before.
 
         Raises

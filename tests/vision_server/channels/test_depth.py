@@ -14,7 +14,7 @@ from geometry.model import Model
 from geometry.pose import disturbed
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, one_image
 from vision_server.channels.channel import channel_statistics
-from vision_server.channels.depth import Raw, rounded, rounding_sd, stretched
+from vision_server.channels.depth import PER_GREY, Raw, in_grey, rounded, rounding_sd, stretched
 from vision_server.channels.image_files import read_grey, read_image_set
 from vision_server.channels.noise import grey_noise
 from vision_server.pipeline import Estimate, estimate_pose
@@ -23,6 +23,7 @@ from vision_server.tracking.tracker import Tracker
 FACES = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 TEN_BITS, SIXTEEN_BITS = 1023.0, 65535.0
 NOISE = 4.0  # of TEN_BITS
+HALF_A_COUNT = 0.51 / PER_GREY  # grey
 TRACKED_WITHIN_MM = 0.2  # a first frame is fitted to whole lines: 0.12; cut to eight bits it is 1.6 off
 WITHIN_MM = 0.06  # what this scene's noise allows: 0.02 in the median of 8 draws, 0.03 at most
 
@@ -70,10 +71,9 @@ def test_files_keep_the_depth_of_the_camera(tmp_path: Path, bits: int, name: str
     counts[0, 0] = 2**bits - 1
     cv2.imwrite(str(tmp_path / name), counts)
     grey = read_grey(tmp_path / name)
-    np.testing.assert_allclose(grey, counts * (255.0 / (2**bits - 1)), rtol=1e-6)
-    np.testing.assert_allclose(
-        read_grey(tmp_path / name, Raw(16)), counts * (255.0 / SIXTEEN_BITS), rtol=1e-6
-    )
+    assert grey.dtype == np.uint16
+    np.testing.assert_allclose(in_grey(grey), counts * (255.0 / (2**bits - 1)), atol=HALF_A_COUNT)
+    np.testing.assert_array_equal(read_grey(tmp_path / name, Raw(16)), counts)
     if bits > 10:
         with pytest.raises(BadInput, match=r"more than 10 bits hold.*Correct bits"):
             read_grey(tmp_path / name, Raw(10))
@@ -95,7 +95,7 @@ def test_a_mosaic_becomes_even_grey_whatever_its_order(
     mosaic = np.ascontiguousarray(np.roll(mosaic, order, axis=(0, 1)))
     cv2.imwrite(str(tmp_path / "raw.png"), mosaic)
     (grey,) = read_image_set([tmp_path / "raw.png"], Raw(8, bayer=True))
-    np.testing.assert_allclose(grey, (red + 2 * green + blue) / 4, rtol=1e-6)
+    np.testing.assert_allclose(in_grey(grey), (red + 2 * green + blue) / 4, atol=HALF_A_COUNT)
 
 
 def test_noise_is_measured_below_a_step_of_eight_bits() -> None:
@@ -117,13 +117,13 @@ def test_eight_bits_are_as_they_were() -> None:
     assert Raw().grey(image) is image
     assert stretched(image) is image
     one = channel_statistics(image, gamma=2.2)
-    assert one.deep is None
+    assert one.pixels is image
     assert one.image is image
 
 
 def test_a_deep_image_of_whole_grey_gives_the_edges_of_eight_bits(model: Model) -> None:
     whole = np.rint(255.0 * linear_picture(model, CAMERA, POSE, FACES)).astype(np.uint8)
-    eight, deep = channel_statistics(whole), channel_statistics(whole.astype(np.float32))
-    np.testing.assert_array_equal(deep.linear, eight.linear)
+    eight, deep = channel_statistics(whole), channel_statistics(whole * np.uint16(PER_GREY))
+    np.testing.assert_allclose(deep.linear, eight.linear, rtol=1e-6)
     strong = eight.contrast > 20.0
     np.testing.assert_allclose(deep.contrast[strong], eight.contrast[strong], rtol=0.02)

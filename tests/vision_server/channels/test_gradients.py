@@ -3,10 +3,10 @@
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from tests.vision_server.whole_tiles import deep_frame, everywhere, whole
+from tests.vision_server.whole_tiles import deep_channel, everywhere, whole
 from vision_server.channels.channel import channel_statistics
+from vision_server.channels.depth import Pixels
 from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient, gaussian_kernels, noise_gain
 from vision_server.channels.gradients import (
     SCALES_PX,
@@ -25,7 +25,7 @@ WIDTH, HEIGHT = 323, 241
 def channel() -> GradientChannel:
     rng = np.random.default_rng(4)
     linear = rng.uniform(0.0, 255.0, (HEIGHT, WIDTH)).astype(np.float32)
-    return GradientChannel("i1", deep_frame(linear, 1.0, linear > 254.0))
+    return deep_channel(np.where(linear > 254.0, linear, 0.97 * linear).astype(np.float32), 1.0)
 
 
 def at(*places: tuple[float, float, float, float]) -> Normals:
@@ -37,12 +37,12 @@ def at(*places: tuple[float, float, float, float]) -> Normals:
 def test_tiles_hold_what_filters_of_the_whole_image_give() -> None:
     made = channel()
     everywhere(made)
-    found, linear = whole(made), made.frame.deep
+    found, linear = whole(made), made.picture.pixels
     for index, scale in enumerate(SCALES_PX):
         expected = np.stack(gaussian_gradient(linear, gaussian_kernels(scale)), axis=-1)
         np.testing.assert_allclose(found.gradient[index], expected, atol=1e-3)
         side = 2 * clip_reach(index) + 1
-        clipped = (made.frame.image > 0).astype(np.uint8)
+        clipped = (linear > 254.0).astype(np.uint8)
         np.testing.assert_array_equal(
             found.near_clipped[index], cv2.dilate(clipped, np.ones((side, side), np.uint8))
         )
@@ -93,8 +93,8 @@ def test_nothing_in_the_image_asks_for_nothing() -> None:
 
 @pytest.mark.parametrize("deep", [False, True])
 def test_a_frame_has_the_intensity_and_the_noise_of_its_statistics(deep: bool) -> None:
-    image = np.random.default_rng(5).integers(0, 256, (HEIGHT, WIDTH), np.uint8)
-    pixels: NDArray[np.uint8] | NDArray[np.float32] = image + np.float32(0.3) if deep else image
+    image = np.random.default_rng(5).integers(0, 255, (HEIGHT, WIDTH), np.uint8)
+    pixels: Pixels = np.uint16(257) * image + np.uint16(77) if deep else image
     known = channel_statistics(pixels, 0.5, 2.2)
     made = gradient_channel("i1", known)
     everywhere(made)

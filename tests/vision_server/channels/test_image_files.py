@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from bridge.errors import BadInput
+from vision_server.channels.depth import PER_GREY, in_grey
 from vision_server.channels.image_files import read_grey, read_image_set
 
 
@@ -69,8 +70,8 @@ def test_the_depth_of_a_camera_is_that_of_all_its_images(tmp_path: Path, bits: i
     for name, value in (("bright", top), ("dark", top // 5)):
         cv2.imwrite(str(tmp_path / f"{name}.png"), np.full((5, 5), value, np.uint16))
     dark, bright = read_image_set([tmp_path / "dark.png", tmp_path / "bright.png"])
-    assert (bright == 255).all()
-    np.testing.assert_allclose(dark, 255.0 * (top // 5) / top, rtol=1e-6)
+    assert (in_grey(bright) == 255.0).all()
+    np.testing.assert_allclose(in_grey(dark), 255.0 * (top // 5) / top, atol=0.51 / PER_GREY)
 
 
 def test_images_are_turned_as_their_camera_was_held(tmp_path: Path) -> None:

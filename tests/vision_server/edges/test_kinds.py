@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bridge.errors import BadInput
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
+from vision_server.channels.depth import PER_GREY
 from vision_server.edges.background import Background, background_grey
 from vision_server.edges.densities import Scatter, log_normal, sum_of_logs
 from vision_server.edges.edge_map import EdgeMap
@@ -217,10 +218,10 @@ def test_an_image_clipped_more_than_the_others_tells_no_kinds() -> None:
 
 def _clipped_below(channel: ChannelStatistics, clear: float) -> ChannelStatistics:
     """As if a channel were clipped in the lower rows, where all but this share of its edges are."""
-    brightest = channel.light.brightest.copy()
+    level = channel.light.level.copy()
     row = np.quantile(channel.gradient.places // channel.shape[1], clear)
-    brightest[int(row) // 2 :] = 255
-    return replace(channel, light=channel.light._replace(brightest=brightest))
+    level[int(row) // 2 :] = 255
+    return replace(channel, light=channel.light._replace(level=level))
 
 
 def test_edgels_are_judged_each_by_itself_however_many_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -235,10 +236,12 @@ def test_edgels_are_judged_each_by_itself_however_many_there_are(monkeypatch: py
 def test_an_image_of_more_bits_is_read_as_one_of_eight_where_it_is_the_same() -> None:
     channels = [channel_statistics(image, gamma=2.2) for image in polygon_with_shadows(3)]
     eight = merge_channels(channels)
-    deep = replace(eight, channels=tuple(replace(channel, deep=channel.linear) for channel in channels))
-    for one, other in zip(sides_of(eight), sides_of(deep), strict=True):
-        np.testing.assert_array_equal(one, other)
-    assert background_grey(eight.channels) == background_grey(deep.channels)
+    for kind, per_grey in ((np.uint16, PER_GREY), (np.float32, 1)):
+        alike = (replace(channel, pixels=kind(per_grey) * channel.image) for channel in channels)
+        deep = replace(eight, channels=tuple(alike))
+        for one, other in zip(sides_of(eight), sides_of(deep), strict=True):
+            np.testing.assert_allclose(one, other, rtol=1e-5)
+        assert background_grey(eight.channels) == pytest.approx(background_grey(deep.channels))
 
 
 @pytest.mark.parametrize(("grey", "noise"), [(0.0, 0.0), (0.0, 1.0), (5.0, 2.0)])

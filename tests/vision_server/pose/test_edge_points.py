@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.vision_server.synthetic import one_image
-from tests.vision_server.whole_tiles import deep_frame, everywhere, whole
+from tests.vision_server.whole_tiles import deep_channel, everywhere, whole
 from vision_server.channels.gradients import GradientChannel, Normals
 from vision_server.pose.edge_points import CURVATURE_NOISE, DERIVATIVE_NOISE
 from vision_server.pose.edge_search import search
@@ -23,14 +23,14 @@ def step_image(place: float, angle: float, blur: float, size: int = 81) -> NDArr
 
 
 def channel(linear: NDArray[np.float64], noise: float) -> GradientChannel:
-    return GradientChannel("i1", deep_frame(linear.astype(np.float32), noise))
+    return deep_channel(linear.astype(np.float32), noise)
 
 
 def points_on(
     made: GradientChannel, angle: float, count: int = 21, scale: int = 0
 ) -> list[NDArray[np.float64]]:
     """Offset, SNR, standard deviation and strength (count, PEAKS) on an edge through the middle."""
-    half = made.frame.image.shape[0] // 2
+    half = made.frame.shape[0] // 2
     along = np.linspace(-15, 15, count)
     image = half + np.stack([-along * math.sin(angle), along * math.cos(angle)], axis=1)
     normal = np.tile([math.cos(angle), math.sin(angle)], (count, 1))

@@ -9,8 +9,8 @@ from benchmarks.synthetic_parts import estimated, random_view, rendered
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.visibility import visible_samples
-from tests.vision_server.whole_tiles import deep_frame
-from vision_server.channels.gradients import GradientChannel, Normals
+from tests.vision_server.whole_tiles import deep_channel
+from vision_server.channels.gradients import Normals
 from vision_server.pose.edge_points import Channel
 from vision_server.pose.edge_search import search
 from vision_server.pose.outline_shading import inside_of, way_back
@@ -60,7 +60,7 @@ def moved(shading: float, inside: float) -> tuple[float, float, float]:
     x = inside * (np.arange(SIZE * 8) / 8.0 - SIZE // 2)
     fine = 30.0 + 60.0 * (x > 0) + shading * np.sqrt(np.maximum(x, 0.0))
     row = cv2.GaussianBlur(fine[None], (0, 0), 8 * 0.7)[0].reshape(SIZE, 8).mean(axis=1)
-    channel = GradientChannel("i1", deep_frame(np.tile(row, (SIZE, 1)).astype(np.float32), 1.0))
+    channel = deep_channel(np.tile(row, (SIZE, 1)).astype(np.float32), 1.0)
     middle, tiles = float(SIZE // 2), channel.tiles
     normals = Normals(np.full((1, 2), middle), np.array([[1.0, 0.0]]), np.array([4.0]))
     points = search([channel], np.full((1, 1), SCALE), normals)
