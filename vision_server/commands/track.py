@@ -29,7 +29,8 @@ from vision_server.commands.options import (
 if TYPE_CHECKING:
     from vision_server.serve.inputs import GivenCamera
     from vision_server.tracking.sources import Frame
-    from vision_server.tracking.tracker import Tracked, Tracker
+    from vision_server.tracking.tracked import Tracked
+    from vision_server.tracking.tracker import Tracker
 
 
 EXIT_INTERRUPTED = 130  # as a shell says of a program that Ctrl-C ends

@@ -13,7 +13,7 @@ from vision_server.pipeline import Estimate
 
 if TYPE_CHECKING:
     from vision_server.tracking.referee import Judgement
-    from vision_server.tracking.tracker import Tracked
+    from vision_server.tracking.tracked import Tracked
 
 
 def estimate_result(estimate: Estimate) -> dict[str, Any]:

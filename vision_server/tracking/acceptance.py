@@ -7,7 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.model import Model
 from geometry.pose import Pose, origin_jacobian
+from vision_server.matching.match import Anywhere
 from vision_server.pipeline import Estimate
 from vision_server.pose.covariance import uncertainty
 from vision_server.pose.support import PoseSupport
@@ -139,3 +141,14 @@ def keeps(support: PoseSupport, whole: Flags) -> bool:
 def _length(support: PoseSupport, least: float = 0.0, below: float = math.inf) -> float:
     """Visible length, px, of the lines with so much support."""
     return sum(line.visible_px for line in support.lines if least <= line.support < below)
+
+
+def is_elsewhere(pose: Pose, before: Pose | Anywhere, model: Model) -> bool:
+    """Whether a pose is beside what was doubted before, which says nothing of it then."""
+    if isinstance(before, Anywhere):
+        return False
+    middles = [one.apply(model.middle[None])[0] for one in (pose, before)]
+    if min(middle[2] for middle in middles) <= 0.0:
+        return False
+    across = [middle[:2] / middle[2] for middle in middles]
+    return float(np.linalg.norm(across[0] - across[1])) > model.diameter / float(middles[0][2])

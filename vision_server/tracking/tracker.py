@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
-from geometry.pose import SEARCH_ROTATION_DEG, Pose, search_translation_px
+from geometry.pose import Pose
 from vision_server.channels.depth import Pixels
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
-from vision_server.image_set import ImageSet
 from vision_server.matching.match import Anywhere
-from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
+from vision_server.pipeline import Estimate, PipelineSettings
 from vision_server.pose.trust import TAILS, quality
 from vision_server.tracking.acceptance import (
     HELD,
@@ -24,6 +21,7 @@ from vision_server.tracking.acceptance import (
     SURE,
     belief_in,
     found_belief,
+    is_elsewhere,
     is_exact,
     is_likely,
     is_partly_whole,
@@ -34,14 +32,16 @@ from vision_server.tracking.acceptance import (
     whole_lines,
 )
 from vision_server.tracking.choosing import likeliest
+from vision_server.tracking.clock import Clock
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
-from vision_server.tracking.frame import NAME, Tone, check_size
+from vision_server.tracking.frame import Tone, check_size
 from vision_server.tracking.motion import Innovation, Motion
+from vision_server.tracking.searching import Search
 from vision_server.tracking.softness import Softness
+from vision_server.tracking.tracked import State, Tracked
 
 Floats = NDArray[np.float64]
-State = Literal["sure", "unsure", "lost"]
 Seen = tuple[State, Pose | None, Floats | None, dict[int, float] | None]
 
 # Chosen by hand where nothing else is said.
@@ -54,33 +54,9 @@ REMEMBERED = 0.1  # share of the latest frame in that quality
 LOOKED_AT_ANEW = 5  # frames that are not believed in a row before everything is searched again
 EVERYWHERE = 6  # of so many searches that are not believed in a row, one looks without a pose to start from
 MOST_AGAINST = 3  # searches in doubt that count: as many must believe before what they find is believed
-FARTHER = 1.6  # than when it was last seen, or nearer, it may be then
-PERIOD_S = 1.0 / 30.0  # between frames, where nothing tells
 LONGEST_S = 0.5  # without a pose, until velocity says nothing
-ROWS = 48  # of which one is looked at first, for a frozen camera
 SAME = (3.0, 0.03)  # degrees, share of the range, that a fit to whole lines moves a pose that was searched
 WIDENED, WIDEST = 1.25, 2.5  # the range of a search, with each frame that found nothing, and at most
-
-
-@dataclass(frozen=True, eq=False)
-class Tracked:
-    """What one frame says.
-
-    Attributes
-    ----------
-    pose, covariance : None when it is lost.
-    seconds : of processor time.
-    note : for people, what is strange about the frame; empty mostly.
-    support : share of each visible line that the frame supports.
-    """
-
-    frame: int
-    state: State
-    pose: Pose | None
-    covariance: Floats | None
-    seconds: float
-    note: str = ""
-    support: dict[int, float] | None = None
 
 
 class Tracker:
@@ -124,8 +100,7 @@ class Tracker:
         self._since_s = 0.0  # the last pose
         self._doubted = 0
         self._frame = -1
-        self._time_s = 0.0
-        self._last: Pixels | None = None
+        self._clock = Clock()
         self._asked: tuple[Found, Motion, Innovation] | None = None
 
     @property
@@ -144,7 +119,7 @@ class Tracker:
         Parameters
         ----------
         pixels : grey, (H, W), of the camera's size: see `channels.depth`.
-        time_s : when it was taken; without it, PERIOD_S after the one before.
+        time_s : when it was taken; without it, a thirtieth of a second after the one before.
 
         Raises
         ------
@@ -153,21 +128,9 @@ class Tracker:
         began = time.process_time()
         self._frame += 1
         check_size(pixels, self._sight.camera, self._frame)
-        note, seconds = self._passed(pixels, time_s)
+        note, seconds = self._clock.passed(pixels, time_s)
         state, pose, covariance, support = self._seen(pixels, seconds)
-        self._last = pixels
         return Tracked(self._frame, state, pose, covariance, time.process_time() - began, note, support)
-
-    def _passed(self, pixels: Pixels, time_s: float | None) -> tuple[str, float]:
-        """What is strange about the frame, and seconds since the one before."""
-        before, self._time_s = self._time_s, self._time_s + PERIOD_S if time_s is None else time_s
-        note = ""
-        if self._last is not None and _are_same(self._last, pixels):
-            note = "the same picture as the frame before: the camera may be frozen"
-        if self._frame > 0 and not self._time_s > before:
-            note = f"its time goes back, from {before:g} s to {self._time_s:g} s"
-            return note, PERIOD_S
-        return note, self._time_s - before
 
     def _seen(self, pixels: Pixels, seconds: float) -> Seen:
         found = None
@@ -302,7 +265,7 @@ class Tracker:
         told = found_belief(estimate, fitted)
         if estimate.pose is None or told < HELD:
             return False
-        if self._is_elsewhere(estimate.pose):
+        if is_elsewhere(estimate.pose, self._around, self._sight.model):
             self._against = 0
         like = self._is_like_before(estimate)
         if told >= SURE and like:
@@ -319,42 +282,12 @@ class Tracker:
             return False
         return self._misses == 0 or is_whole(support)
 
-    def _is_elsewhere(self, pose: Pose) -> bool:
-        """Whether a pose is beside what was doubted before, which says nothing of it then."""
-        if isinstance(self._around, Anywhere):
-            return False
-        middles = [one.apply(self._sight.model.middle[None])[0] for one in (pose, self._around)]
-        if min(middle[2] for middle in middles) <= 0.0:
-            return False
-        across = [middle[:2] / middle[2] for middle in middles]
-        wide = self._sight.model.diameter / float(middles[0][2])
-        return float(np.linalg.norm(across[0] - across[1])) > wide
-
     def _estimate(self, pixels: Pixels, widened: float) -> Estimate:
-        sight = self._sight
-        images = ImageSet(sight.camera.width, sight.camera.height)
-        images.add(NAME, pixels, 1.0, sight.tone.gamma)
-        settings = replace(
-            self._settings,
-            rotation_range_deg=widened * SEARCH_ROTATION_DEG,
-            translation_range_px=widened * search_translation_px(sight.camera.width),
-        )
-        around = self._trusted if self._misses % 2 else self._around
-        found = estimate_pose(images, [NAME], sight.model, sight.camera, around, settings)
+        search = Search(self._sight, self._settings, pixels)
+        found = search.around(self._trusted if self._misses % 2 else self._around, widened)
         self._vain = 0 if found.score >= SURE and self._is_like_before(found) else self._vain + 1
         if self._vain > 0 and self._vain % EVERYWHERE == 0 and isinstance(self._trusted, Pose):
-            range_m = float(np.linalg.norm(self._trusted.apply(sight.model.middle[None])[0]))
-            anywhere = Anywhere((range_m / FARTHER, range_m * FARTHER))
-            seen = estimate_pose(images, [NAME], sight.model, sight.camera, anywhere, self._settings)
-            alike = [one.pose for one in seen.poses] or ([] if seen.pose is None else [seen.pose])
-            if alike:  # of those that look alike, the one that it has turned least to
-                last = self._trusted
-                pose = min(alike, key=lambda one: one.error_to(last).rotation_deg)
-                other = estimate_pose(images, [NAME], sight.model, sight.camera, pose, self._settings)
+            other = search.anywhere(self._trusted)
+            if other is not None:
                 found = max(found, other, key=lambda one: (self._is_like_before(one), one.score))
         return found
-
-
-def _are_same(one: Pixels, other: Pixels) -> bool:
-    """Whether two pictures are; of most pairs some rows tell."""
-    return np.array_equal(one[::ROWS], other[::ROWS]) and np.array_equal(one, other)

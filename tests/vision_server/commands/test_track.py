@@ -24,7 +24,8 @@ from tests.vision_server.tracking.films import filmed, moving
 from vision_server.__main__ import COMMANDS
 from vision_server.channels.depth import Pixels
 from vision_server.tracking.sources import Source
-from vision_server.tracking.tracker import Tracked, Tracker
+from vision_server.tracking.tracked import Tracked
+from vision_server.tracking.tracker import Tracker
 
 pytestmark = pytest.mark.slow
 

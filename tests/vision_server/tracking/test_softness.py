@@ -11,7 +11,8 @@ from tests.vision_server.tracking.framed import problem
 from vision_server.pose.observation import PoseProblem
 from vision_server.tracking import softness
 from vision_server.tracking.softness import KEPT_FRAMES, STILL_PX, Softness
-from vision_server.tracking.tracker import Tracked, Tracker
+from vision_server.tracking.tracked import Tracked
+from vision_server.tracking.tracker import Tracker
 
 
 def aside(px: float) -> Pose:

@@ -20,11 +20,12 @@ from vision_server.channels.depth import Pixels
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import Estimate
 from vision_server.pose.trust import Misfit
-from vision_server.tracking.acceptance import is_exact, is_likely, told_covariance
+from vision_server.tracking.acceptance import is_elsewhere, is_exact, is_likely, told_covariance
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.motion import about
-from vision_server.tracking.tracker import EVERYWHERE, LOOKED_AT_ANEW, SURPRISING, Tracked, Tracker
+from vision_server.tracking.tracked import Tracked
+from vision_server.tracking.tracker import EVERYWHERE, LOOKED_AT_ANEW, SURPRISING, Tracker
 
 BETTER = Misfit(significance=0.0, gain=1.0)  # another model than the given one does
 NEAR = disturbed(POSE, np.random.default_rng(1), 10.0, 10.0, CAMERA.fx)
@@ -315,7 +316,7 @@ def test_what_is_believed_and_hardly_seen_does_not_keep_it_from_looking_everywhe
         starts.append(given[4])
         return Estimate(score=0.95)
 
-    monkeypatch.setattr("vision_server.tracking.tracker.estimate_pose", elsewhere)
+    monkeypatch.setattr("vision_server.tracking.searching.estimate_pose", elsewhere)
     tracker = Tracker(model, CAMERA, NEAR)
     for _ in range(EVERYWHERE):
         tracker._estimate(np.zeros((CAMERA.height, CAMERA.width), np.uint8), 1.0)
@@ -323,7 +324,6 @@ def test_what_is_believed_and_hardly_seen_does_not_keep_it_from_looking_everywhe
 
 
 def test_doubts_of_a_thing_elsewhere_do_not_count(model: Model) -> None:
-    tracker = Tracker(model, CAMERA, NEAR)
     aside = np.array([1.2 * model.diameter, 0.0, 0.0])
-    assert not tracker._is_elsewhere(POSE)
-    assert tracker._is_elsewhere(Pose(POSE.rotation_vector, POSE.translation + aside))
+    assert not is_elsewhere(POSE, NEAR, model)
+    assert is_elsewhere(Pose(POSE.rotation_vector, POSE.translation + aside), NEAR, model)
