@@ -199,6 +199,8 @@ def main(
     write: Annotated[Path | None, typer.Option(help="Folder for pictures of what is not right.")] = None,
 ) -> None:
     """Targets found without a seed pose."""
+    if write is not None:
+        write.mkdir(parents=True, exist_ok=True)
     for name in targets.split(","):
         given = Conditions(name, width, images, clutter)
         done = [] if write is None else known(write, given)
