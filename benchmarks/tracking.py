@@ -34,7 +34,8 @@ from vision_server.channels.tone import file_tone
 from vision_server.matching.match import Anywhere
 from vision_server.serve.inputs import read_camera
 from vision_server.tracking.motion import Motion
-from vision_server.tracking.tracker import Tracked, Tracker
+from vision_server.tracking.tracked import Tracked
+from vision_server.tracking.tracker import Tracker
 
 Floats = NDArray[np.float64]
 

@@ -27,7 +27,8 @@ from image_server.simulator import Simulator
 from image_server.simulator.scenario import Scenario, Time, load_scenario
 from report.film import Film
 from report.overlay import draw_overlay
-from vision_server.tracking.tracker import Tracked, Tracker
+from vision_server.tracking.tracked import Tracked
+from vision_server.tracking.tracker import Tracker
 
 Pixels = NDArray[np.uint8]
 
