@@ -1,7 +1,7 @@
 """What the constants of `vision_server.pose.trust` come from: estimates of drawn scenes, right and wrong.
 
     .venv/bin/python -m benchmarks.ray_traced_stacks SCENES MODEL... --hard
-    .venv/bin/python -m benchmarks.trust_fit collect SCENES/* --simulated 140 --out ROWS.jsonl
+    .venv/bin/python -m benchmarks.trust_fit collect SCENES/* --simulated 140 [--seed 1] --out ROWS.jsonl
     .venv/bin/python -m benchmarks.trust_fit fit ROWS.jsonl [--plot FILE.png] [--by-lines] [--today]
 
 `collect` draws image sets of each stack and each scene of the simulator, of any settings or of those that
