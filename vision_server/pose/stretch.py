@@ -48,10 +48,8 @@ BETWEEN_AXES = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])
 
 def misfit(best: Refined) -> Misfit:
     """Look for a stretched model that fits better than a pose's own."""
-    step, covariance = _strain(best.problem.model, best.solution, 3)
-    between = BETWEEN_AXES @ step
-    covariance = covariance + TOLERATED_SD**2 * np.eye(3)
-    significance = float(between @ np.linalg.solve(BETWEEN_AXES @ covariance @ BETWEEN_AXES.T, between))
+    step, covariance = strain_of(best.problem.model, best.solution, 3)
+    significance = significance_of(step, covariance)
     gain, found = 0.0, np.r_[step, np.zeros(3)]
     best = of_fewer_lines(best)
     starts = _scanned(best) if best.support.supported_fraction < ENOUGH_SUPPORT else []
@@ -85,12 +83,22 @@ def motion_of_strains(samples: Samples, jacobian: Floats, model: Model, pose: Po
     return np.asarray(np.einsum("ni,kij,nj->nk", jacobian[:, 3:] @ pose.matrix, STRAINS, aside))
 
 
-def _strain(model: Model, solution: Solution, count: int = 6) -> tuple[Floats, Floats]:
+def strain_of(model: Model, solution: Solution, count: int = 6) -> tuple[Floats, Floats]:
     """The first so many STRAINS that bring the lines onto their edge points, with their covariance."""
     seen = solution.observation
     rates = motion_of_strains(seen.samples, seen.jacobian, model, solution.pose)[:, :count]
     step, covariance = unknowns_of(solution, rates, np.full(count, STRETCH_SD))
     return step[-count:], covariance[-count:, -count:]
+
+
+def significance_of(strain: Floats, covariance: Floats) -> float:
+    """Squared stretch of axes against each other, in units of its covariance and of what is tolerated.
+
+    Of logarithms of the three axes' scales (3,), and their covariance (3, 3).
+    """
+    between = BETWEEN_AXES @ strain
+    covariance = covariance + TOLERATED_SD**2 * np.eye(3)
+    return float(between @ np.linalg.solve(BETWEEN_AXES @ covariance @ BETWEEN_AXES.T, between))
 
 
 def _scanned(best: Refined) -> list[tuple[Floats, Pose]]:
@@ -172,7 +180,7 @@ def _followed(best: Refined, starts: list[tuple[Floats, Pose]]) -> list[tuple[Fl
             if fit is None:
                 break
             found.append((strain, fit.quality))
-            strain = np.clip(strain + _strain(fit.problem.model, fit.solution)[0], -LARGEST, LARGEST)
+            strain = np.clip(strain + strain_of(fit.problem.model, fit.solution)[0], -LARGEST, LARGEST)
             fit = _fitted(best, strain, fit.pose)
         if fit is not None:
             found.append((strain, fit.quality))

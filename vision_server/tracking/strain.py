@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.pose import Pose
-from vision_server.pose.covariance import unknowns_of
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, refine
-from vision_server.pose.stretch import BETWEEN_AXES, STRETCH_SD, TOLERATED_SD, motion_of_strains
+from vision_server.pose.stretch import significance_of, strain_of
 from vision_server.pose.trust import USUAL
 
 Floats = NDArray[np.float64]
@@ -28,16 +27,11 @@ def is_strained(problem: PoseProblem, pose: Pose, spacing_px: float) -> bool:
     solution = refine(problem, pose, (EXACT_REACH_PX,), spacing_px)
     if solution is None:
         return False
-    seen, model = solution.observation, problem.model
-    rates = motion_of_strains(seen.samples, seen.jacobian, model, solution.pose)[:, :3]
-    unknowns, covariance = unknowns_of(solution, rates, np.full(3, STRETCH_SD))
-    return clearly_strained(unknowns[-3:], covariance[-3:, -3:])
+    return clearly_strained(*strain_of(problem.model, solution, 3))
 
 
 def clearly_strained(strain: Floats, covariance: Floats) -> bool:
     """Whether logarithms of three axes' scales (3,), of this covariance, are surely not alike."""
     if float(np.abs(strain - strain.mean()).max()) < LEAST_STRAIN:
         return False
-    between = BETWEEN_AXES @ strain
-    spread = BETWEEN_AXES @ (covariance + TOLERATED_SD**2 * np.eye(3)) @ BETWEEN_AXES.T
-    return float(between @ np.linalg.solve(spread, between)) > USUAL
+    return significance_of(strain, covariance) > USUAL
