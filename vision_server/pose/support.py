@@ -160,7 +160,7 @@ class PoseSupport:
     def lines(self) -> tuple[LineSupport, ...]:
         """Support of each visible line; of the many poses that are looked at, few are asked for it."""
         line, px, count = self.samples.line, self.samples.px, self.trust.shape[1]
-        visible, supported = self.by_line
+        visible = self.by_line[0]
         squares = np.bincount(line, px * self.distance**2, count)
         by_channel = np.stack([np.bincount(line, px * seen, count) for seen in self.supports])
         most = np.argmax(by_channel * self.trust, axis=0)
@@ -168,11 +168,11 @@ class PoseSupport:
             LineSupport(
                 line=index,
                 visible_px=float(visible[index]),
-                support=min(1.0, float(supported[index] / visible[index])),
+                support=share,
                 rms_px=math.sqrt(squares[index] / visible[index]),
                 image=self.names[most[index]] if by_channel[most[index], index] > 0 else None,
             )
-            for index in np.flatnonzero(visible).tolist()
+            for index, share in self.shares.items()
         )
 
 
