@@ -10,7 +10,7 @@ quite its model.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from benchmarks import povray
 from geometry.model import Model
 from geometry.pose import Pose
+from vision_server.pose.stretch import stretched
 
 Floats = NDArray[np.float64]
 
@@ -50,8 +51,9 @@ def conditions(kind: str, rng: np.random.Generator) -> Conditions:
 
 def not_quite(model: Model, off: float, rng: np.random.Generator) -> Model:
     """The part of which a model is not quite true: longer along an axis, shorter along another."""
-    share = rng.permutation([off, -SHORTER * off, 0.0])
-    return replace(model, vertices=model.vertices + share * (model.vertices - model.middle))
+    if off == 0.0:
+        return model
+    return stretched(model, np.log1p(rng.permutation([off, -SHORTER * off, 0.0])))
 
 
 def bar(ends: Floats, width_m: float, look: str) -> str:
