@@ -64,7 +64,7 @@ def sure_edgels(channel: ChannelStatistics) -> SureEdgels:
     edges = merge_channels([channel])
     sure = edges.strength > edgel_thresholds(edges)[1]
     directions = (edges.axis[sure] * (DIRECTIONS / np.pi)).astype(np.uint8) % DIRECTIONS
-    return SureEdgels(edges.places[sure], directions.astype(np.uint8), edges.shape, channel.blur_px)
+    return SureEdgels(edges.places[sure], directions, edges.shape, channel.blur_px)
 
 
 def moved_since(before: Sequence[SureEdgels], after: SureEdgels) -> Movement | None:

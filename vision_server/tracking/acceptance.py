@@ -33,9 +33,7 @@ TOLD, TOLD_IN_DOUBT, LEAST_BELIEF = 2.0, 4.0, 0.02  # times the covariance of a 
 HELD_SHARE = 0.2  # of the lines' length, on lines seen whole: what an occluder leaves is followed, not surely
 WHOLE = 0.75  # of a line's length, seen
 MISSING = 0.3  # support of a line under which it is not seen
-MOST_GONE = (
-    0.2  # of the length of lines that the frame before showed whole, to be followed without another look
-)
+MOST_GONE = 0.2  # of the length of lines seen whole a frame before, to be followed without another look
 MOST_MISSING = 0.15  # of the visible length on lines not seen, to be sure of a target found again
 
 
