@@ -34,7 +34,8 @@ from geometry.pose import disturbed
 from geometry.visibility import visible_samples
 from image_server.simulator import Simulator
 from image_server.simulator.material import MaterialChanges, Texture
-from image_server.simulator.scenario import Background, Scenario, load_scenario, with_conditions
+from image_server.simulator.scenario import load_scenario, with_conditions
+from image_server.simulator.scenario_tables import Background, Scenario
 from vision_server.channels.gradients import Normals
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.edges.kinds import EdgeKinds, edge_kinds

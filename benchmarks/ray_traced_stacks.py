@@ -30,7 +30,7 @@ from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.pose import Pose
 from image_server.simulator.placement import drawn_pose, drawn_sun, seed_pose_of
-from image_server.simulator.scenario import PoseDraw, Sun
+from image_server.simulator.scenario_tables import PoseDraw, Sun
 from stack.exposure import APERTURES, FULL_SCALE_16, SHUTTERS_S
 from stack.write import described, new_folder, write_table
 

@@ -24,7 +24,8 @@ from benchmarks.tracking import WRONG
 from bridge.messages import Settings
 from geometry.pose import Pose
 from image_server.simulator import Simulator
-from image_server.simulator.scenario import Scenario, Time, load_scenario
+from image_server.simulator.scenario import load_scenario
+from image_server.simulator.scenario_tables import Scenario, Time
 from report.film import Film
 from report.overlay import draw_overlay
 from vision_server.tracking.tracked import Tracked

@@ -7,7 +7,7 @@ import msgspec
 from bridge.messages import Describe, LightDescription, PoseMessage, TargetDescription
 from geometry.camera import Camera
 from geometry.pose import Pose
-from image_server.simulator.scenario import Scenario
+from image_server.simulator.scenario_tables import Scenario
 
 
 def described(

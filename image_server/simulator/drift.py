@@ -10,7 +10,7 @@ from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from image_server.serve.device import Change
 from image_server.simulator.motion import smeared
-from image_server.simulator.scenario import Time
+from image_server.simulator.scenario_tables import Time
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.float32]

@@ -9,7 +9,8 @@ from geometry.camera import Camera
 from geometry.model import Model, about_pivot
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from geometry.rotation import euler_matrix, matrix_of
-from image_server.simulator.scenario import RANGE_M, Move, PoseDraw, Sun
+from image_server.simulator.scenario import RANGE_M
+from image_server.simulator.scenario_tables import Move, PoseDraw, Sun
 
 Floats = NDArray[np.float64]
 

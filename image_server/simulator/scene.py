@@ -13,7 +13,7 @@ from geometry.pose import Pose
 from geometry.rotation import euler_matrix, matrix_of
 from image_server.simulator import texture
 from image_server.simulator.material import TEXTURES, Appearance, Material, MaterialChanges
-from image_server.simulator.scenario import Background
+from image_server.simulator.scenario_tables import Background
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

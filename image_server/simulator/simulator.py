@@ -23,7 +23,8 @@ from image_server.simulator.description import described, pose_message
 from image_server.simulator.drift import Drift
 from image_server.simulator.lens import focused, zoomed
 from image_server.simulator.material import load_appearance
-from image_server.simulator.scenario import Scenario, load_scenario, of_size
+from image_server.simulator.scenario import load_scenario, of_size
+from image_server.simulator.scenario_tables import Scenario
 from image_server.simulator.scene import Scene, background_parts, joined, target_part
 from image_server.simulator.view import Radiances, TracedView, rendered, sky_of
 from stack.exposure import level_fraction

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from image_server.simulator.lens import glared, vignette
 from image_server.simulator.light import SUN_STRENGTH, Illumination, beam_table
-from image_server.simulator.scenario import Scenario
+from image_server.simulator.scenario_tables import Scenario
 from image_server.simulator.scene import TARGET, Scene
 from image_server.simulator.sky import EARTH_RADIUS_KM, NO_EARTH, Earth, Sky, seen
 from image_server.simulator.tracing import traced

@@ -8,7 +8,8 @@ import msgspec
 import pytest
 
 from image_server.simulator.material import Appearance
-from image_server.simulator.scenario import SCENARIOS, Scenario
+from image_server.simulator.scenario import SCENARIOS
+from image_server.simulator.scenario_tables import Scenario
 from stack.tables import Table
 
 pytestmark = pytest.mark.slow

@@ -10,7 +10,7 @@ from geometry.rotation import matrix_of
 from image_server.simulator import Simulator
 from image_server.simulator.light import DEFAULT_LIGHTS
 from image_server.simulator.motion import image_velocity, smeared
-from image_server.simulator.scenario import Background, Scenario, Time
+from image_server.simulator.scenario_tables import Background, Scenario, Time
 from stack.sensor import blurred
 from tests.stack.cameras import camera as still
 

@@ -17,16 +17,14 @@ from image_server.serve.device import Change
 from image_server.simulator import Simulator
 from image_server.simulator.description import pose_message
 from image_server.simulator.placement import drawn_pose, faces_shown, fraction_inside
-from image_server.simulator.scenario import (
-    SCENARIOS,
+from image_server.simulator.scenario import SCENARIOS, load_scenario, with_conditions
+from image_server.simulator.scenario_tables import (
     PoseDraw,
     Scenario,
     ScenarioCamera,
     ScenarioEarth,
     Sun,
     Time,
-    load_scenario,
-    with_conditions,
 )
 from image_server.simulator.scene import skins
 from tests.vision_server.synthetic import lines_alone
