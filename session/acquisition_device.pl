@@ -29,23 +29,21 @@ results, events as exogenous actions.  Pixels stay on the other side.
 :- use_module(display, [show/2]).
 :- use_module(json_terms).
 :- use_module(recovery).
-:- use_module(restoration, [unmet_surprise/2]).
 :- use_module(servers, [captures_taken/1, own_server/1]).
 :- use_module(strategy_file, [check_against_device/2, check_instead/2]).
+:- use_module(surprising).
 :- use_module('../indigolog/indigolog', [situation_history/2]).
 :- use_module('../domain/reasoning/merit', [default_threshold/1]).
 :- use_module('../domain/reasoning/outlook').
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(filesex), [directory_file_path/3]).
-:- use_module(library(lists), [append/3, last/2, member/2, memberchk/2]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3]).
 
 :- dynamic
     opened_with/1,                      % Options
     own_move/0,                         % one for each move of ours that is not reported yet
-    surprised/1,                        % exogenous action that is not reported yet
     tolerance/1,                        % by what fraction settings may differ that the device takes for the same
-    told_of_model/0,                    % the strategy knows that the model does not fit
     told_others/0.                      % it was said that other settings are applied than are asked for
 
 %!  open_acquisition(+Options) is det.
@@ -67,9 +65,8 @@ close_acquisition :-
     close_connections,
     retractall(opened_with(_)),
     retractall(own_move),
-    retractall(surprised(_)),
     retractall(tolerance(_)),
-    retractall(told_of_model),
+    forget_surprises,
     retractall(told_others).
 
                 /*******************************
@@ -124,9 +121,8 @@ carry_out(capture(Image, Settings), Seen) :-
     ask(vision_server, capture, Args, Result),
     came_with(Result),
     statistics_term(Result.statistics, Statistics),
-    (   surprise_told(Image, Result, Event)
-    ->  assertz(surprised(Event)),
-        Seen0 = told(Statistics, Event)
+    (   surprised(Image, Result, Event)
+    ->  Seen0 = told(Statistics, Event)
     ;   Seen0 = Statistics
     ),
     (   others_applied(Settings, Result.applied, Applied)
@@ -142,7 +138,7 @@ carry_out(capture(Image, Settings), Seen) :-
 carry_out(estimate(Images), Fix) :-
     ask(vision_server, estimate, _{images:Images}, Result),
     fix_term(Result, Fix),
-    model_judged(Images, Result).
+    judge_model(Images, Result).
 carry_out(predict(_, _, []), []) :-
     !.
 carry_out(predict(Device, Unfavourable, Images), Outlook) :-
@@ -183,8 +179,7 @@ resumed(Situation) :-
     memberchk(connect, Newest),
     !,
     take_over(Situation),
-    forall(unmet_surprise(Newest, Event), assertz(surprised(Event))),
-    ( memberchk(surprise(_, model_wrong(_, _)), Newest) -> assertz(told_of_model) ; true ),
+    recall_surprises(Newest),
     ask(image_server, describe, _{}, Description),
     heard_of(Description).              % only now: the events of moves that were done again have been met
 resumed(_).
@@ -265,40 +260,8 @@ close_to(Applied, Asked) :-
 exogenous(Actions) :-
     new_events(Events),
     findall(Action, ( member(Event, Events), event_action(Event, Action), \+ ours(Action) ), Told),
-    findall(Surprise, retract(surprised(Surprise)), Surprises),
+    new_surprises(Surprises),
     append(Told, Surprises, Actions).
-
-%   An image that is not as it was foreseen, and what has most likely happened.  The journal has it with the image: what
-%   is killed before the event is met meets it when it goes on.
-surprise_told(Image, Result, surprise(Since, Cause)) :-
-    cause_told(Image, Result.get(surprise), Since, Cause),
-    !.
-surprise_told(Image, Result, doubt(Since, Cause)) :-
-    cause_told(Image, Result.get(doubt), Since, Cause).
-
-cause_told(Image, Told, Since, Cause) :-
-    is_dict(Told),
-    cause_term(Told.cause, Told.get(lights, []), Cause),
-    first_after(Told.get(since, Image), Since).
-
-%   A model that does not fit is told of once.
-model_judged(Images, Result) :-
-    Wrong = Result.get(model_wrong),
-    is_dict(Wrong),
-    \+ told_of_model,
-    !,
-    assertz(told_of_model),
-    last(Images, Newest),
-    atom_string(Axis, Wrong.axis),
-    assertz(surprised(surprise(Newest, model_wrong(Axis, Wrong.share)))).
-model_judged(_, _).
-
-first_after(Told, Image) :-
-    atom_string(Image, Told).
-
-cause_term(Name, Lights, Cause) :-
-    maplist(atom_string, Words, [Name|Lights]),
-    Cause =.. Words.
 
 % The target moved because it was told to: advance/1 has said so.
 ours(target_moved) :-

@@ -3,15 +3,14 @@
           ]).
 /** <module> The command line of a session
 
-`swipl main.pl [options]`.  What a user can get wrong is found here and said in
-one line: what, where, what to do.
+`swipl main.pl [options]`.  What a user can get wrong is said in one line: what, where, what to do.
 */
 
-:- use_module('../bridge/prolog/keys', [client_keys/4]).
+:- use_module(option_rules, [check_of_use/1, check_options/1]).
 :- use_module(resumption, [resumed_options/3]).
 :- use_module(usage, [dashes/2, did_you_mean/3, usage_error/2]).
-:- use_module(library(apply), [foldl/4, maplist/3]).
-:- use_module(library(lists), [member/2, memberchk/2]).
+:- use_module(library(apply), [foldl/4]).
+:- use_module(library(lists), [memberchk/2]).
 :- use_module(library(main), [argv_options/4, argv_usage/1]).
 :- use_module(library(memfile), [free_memory_file/1, memory_file_to_string/2, new_memory_file/1, open_memory_file/3]).
 :- use_module(library(option), [merge_options/3, option/2]).
@@ -133,7 +132,7 @@ session_options(Argv, _) :-
     ( memberchk('--help', Argv) ; memberchk('-h', Argv) ),
     !,
     usage(Text),
-    write(Text),
+    catch(write(Text), error(io_error(write, _), _), true),      % who reads may have seen enough
     halt(0).
 session_options(Argv, Options) :-
     catch(argv_options(session_options:Argv, Positional, Given, []), Error, bad_usage(Error)),
@@ -145,7 +144,7 @@ session_options(Argv, Options) :-
     begun_with(Given, Begun),
     defaults(Begun, Defaults),
     merge_options(Begun, Defaults, Options),
-    check(Options).
+    check_options(Options).
 
 %   The usage, with the names of options as they are written on a command line.
 usage(Text) :-
@@ -162,11 +161,15 @@ usage(Text) :-
     foldl(with_dashes, Names, Underscored, Text).
 
 with_dashes(Name, Text0, Text) :-
-    dashes(Name, Dashed),
     atomic_list_concat(['--', Name], Underscored),
-    atomic_list_concat(['--', Dashed], Written),
+    written(Name, Written),
     atomic_list_concat(Parts, Underscored, Text0),
     atomic_list_concat(Parts, Written, Text).
+
+%   An option as it is written on a command line.
+written(Name, Written) :-
+    dashes(Name, Dashed),
+    atom_concat('--', Dashed, Written).
 
 %   A session that is resumed has its options from its folder.
 begun_with(Given, Begun) :-
@@ -187,11 +190,11 @@ bad_usage(Error) :-
     throw(Error).
 
 usage_text(opt_error(unknown_option(_:Option)), Text) :-
-    findall(Name, opt_type(Name, _, _), Names),
-    maplist(dashes, [Option|Names], [Dashed|Known]),
-    did_you_mean(Dashed, Known, Hint),
+    findall(Known, ( opt_type(Name, _, _), written(Name, Known) ), All),
+    written(Option, Given),
+    did_you_mean(Given, All, Hint),
     ( Hint == '' -> Stop = '' ; Stop = '.' ),
-    format(codes(Text), "unknown option --~w~w~w", [Dashed, Stop, Hint]).
+    format(codes(Text), "unknown option ~w~w~w", [Given, Stop, Hint]).
 usage_text(opt_error(missing_value(Option, _)), Text) :-
     dashes(Option, Dashed),
     format(codes(Text), "--~w needs a value", [Dashed]).
@@ -209,98 +212,3 @@ type_words(boolean, "true or false").
 type_words(oneof(Names), Words) :-
     atomic_list_concat(Names, ', ', Joined),
     format(string(Words), "one of ~w", [Joined]).
-
-%   An option that would change nothing is refused: who gives it expects something of it.
-check_of_use(Given) :-
-    forall(( of_no_use(Given, Name, Why), \+ option(resume(_), Given) ),
-           ( dashes(Name, Dashed), usage_error("--~w ~w", [Dashed, Why]) )).
-
-of_no_use(Given, Name, 'is of --approach: give that too, or leave it out') :-
-    member(Name, [first_range, contact_range]),
-    given(Name, Given),
-    \+ option(approach(true), Given).
-of_no_use(Given, idle_s, 'is of --keep-servers: give that too, or leave it out') :-
-    given(idle_s, Given), \+ option(keep_servers(true), Given).
-of_no_use(Given, keep_servers, 'has no server to keep: --image-server and --vision-server name both') :-
-    option(keep_servers(true), Given), given(image_server, Given), given(vision_server, Given).
-of_no_use(Given, scenario, Why) :-
-    given(scenario, Given),
-    member(Name, [stack, camera, image_server]),
-    given(Name, Given),
-    dashes(Name, Dashed),
-    format(atom(Why), "is of the simulator, and the images come from --~w: leave one of them out", [Dashed]).
-of_no_use(Given, seed_pose, 'says where to look, and --first-sight looks everywhere: leave one of them out') :-
-    given(seed_pose, Given),
-    option(first_sight(true), Given).
-of_no_use(Given, explain, 'says what --quiet leaves out: give one of them') :-
-    option(explain(true), Given), option(quiet(true), Given).
-
-given(Name, Given) :-
-    given(Name, Given, _).
-
-given(Name, Given, Value) :-
-    Option =.. [Name, Value],
-    option(Option, Given).
-
-most_seed(0x7fffffffffffffff).          % what the servers' messages hold: 64 bits with a sign
-
-check(Options) :-
-    forall(rule(Options, Format, Args), usage_error(Format, Args)).
-
-% What must not be, and what to say then.
-rule(Options, "--out: the name of the folder is missing", []) :-
-    option(out(''), Options).
-rule(Options, "--threshold must be a positive number of pixels, not ~w", [Px]) :-
-    option(threshold(Px), Options), Px =< 0.
-rule(Options, "--max-iterations must be at least 1, not ~w", [N]) :-
-    option(max_iterations(N), Options), N < 1.
-rule(Options, "--seed must be a whole number from 0 to ~w, not ~w", [Most, Seed]) :-
-    option(seed(Seed), Options), most_seed(Most), \+ between(0, Most, Seed).
-rule(Options, "--~w and --~w exclude each other: each says where the images come from", [First, Second]) :-
-    findall(Dashed,
-            ( member(Name, [stack, image_server, camera]), given(Name, Options), dashes(Name, Dashed) ),
-            [First, Second|_]).
-rule(Options, "--idle-s must be a positive number of seconds, not ~w", [Seconds]) :-
-    option(idle_s(Seconds), Options), Seconds =< 0.
-rule(Options, "--keep-servers and --camera exclude each other: a camera and lights are not kept switched on", []) :-
-    option(keep_servers(true), Options), option(camera(_), Options).
-rule(Options, "--lights needs --camera: light is only worth what a camera sees of it", []) :-
-    option(lights(_), Options), \+ option(camera(_), Options).
-rule(Options, "--camera needs --target: cube, fixture, satellite or a model file", []) :-
-    option(camera(_), Options), \+ option(target(_), Options).
-rule(Options, "--approach needs the simulator (or an image server that can move the target), not --stack or --camera", []) :-
-    option(approach(true), Options), ( option(stack(_), Options) ; option(camera(_), Options) ).
-rule(Options, "--stack has its own target: leave --target out, or name a model file", []) :-
-    option(stack(_), Options), option(target(Name), Options), \+ exists_file(Name).
-rule(Options, "--unit needs --target FILE: it is the unit of the numbers in that file", []) :-
-    option(unit(_), Options), \+ ( option(target(File), Options), exists_file(File) ).
-rule(Options, "--contact-range must be positive and less than --first-range", []) :-
-    option(first_range(First), Options), option(contact_range(Contact), Options),
-    ( Contact =< 0 ; Contact >= First ).
-rule(Options, "--~w: '~w' is not an endpoint such as tcp://127.0.0.1:5555 or ipc:///tmp/vision", [Dashed, Endpoint]) :-
-    member(Name, [image_server, vision_server]),
-    given(Name, Options, Endpoint),
-    \+ ( member(Scheme, ['tcp://', 'ipc://']), sub_atom(Endpoint, 0, _, _, Scheme) ),
-    dashes(Name, Dashed).
-rule(Options, "--~w: no file '~w'", [Dashed, File]) :-
-    member(Name, [camera_model, seed_pose]),
-    given(Name, Options, File),
-    \+ exists_file(File),
-    dashes(Name, Dashed).
-rule(Options, "--~w: there is no '~w'", [Name, Device]) :-
-    member(Name, [camera, lights]),
-    given(Name, Options, Device),
-    \+ access_file(Device, exist).
-rule(Options, "--keys: others can read ~w, which is a secret: chmod 600 ~w", [File, File]) :-
-    option(keys(Dir), Options), exists_directory(Dir),
-    catch(( client_keys(Dir, controller, vision_server, _), fail ), error(Error, _), true),
-    nonvar(Error),
-    Error = open_secret(File).
-rule(Options, "--keys: no ~w key in ~w; make keys with python -m bridge keys DIR", [Which, File]) :-
-    option(keys(Dir), Options), exists_directory(Dir),
-    member(Server, [image_server, vision_server]),
-    catch(( client_keys(Dir, controller, Server, _), fail ), error(no_key(File, Which), _), true).
-rule(Options, "--~w: no folder '~w'", [Name, Dir]) :-
-    member(Name, [stack, keys]),
-    given(Name, Options, Dir),
-    \+ exists_directory(Dir).

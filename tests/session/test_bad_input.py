@@ -75,8 +75,8 @@ def test_help_lists_the_options() -> None:
     ("options", "words"),
     [
         (["--colour"], ["ERROR: unknown option --colour (see --help)"]),
-        (["--scenari", "nominal"], ["unknown option --scenari", "Did you mean scenario?"]),
-        (["--max-iteration", "3"], ["unknown option --max-iteration", "Did you mean max-iterations?"]),
+        (["--scenari", "nominal"], ["unknown option --scenari", "Did you mean --scenario?"]),
+        (["--max-iteration", "3"], ["unknown option --max-iteration", "Did you mean --max-iterations?"]),
         (["--controller", "heuristc"], ["Did you mean heuristic?"]),
         (["--target", "sattelite"], ["Did you mean satellite?"]),
         (["--first-range", "2"], ["--first-range is of --approach"]),
