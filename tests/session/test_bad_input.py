@@ -1,5 +1,6 @@
 """What a user can get wrong: one plain line, exit status 2, nothing left running."""
 
+import os
 import subprocess
 import tempfile
 from collections.abc import Callable
@@ -69,6 +70,15 @@ def test_help_lists_the_options() -> None:
     text = done.stdout + done.stderr
     for option in ("--controller", "--target", "--stack", "--threshold", "--resume", "--approach", "--json"):
         assert option in text
+
+
+def test_help_may_be_read_in_part() -> None:
+    ours, theirs = os.pipe()
+    os.close(ours)
+    words = ["swipl", str(ROOT / "main.pl"), "--help"]
+    done = subprocess.run(words, stdout=theirs, stderr=subprocess.PIPE, timeout=60, check=False)
+    os.close(theirs)
+    assert (done.returncode, done.stderr) == (0, b"")
 
 
 @pytest.mark.parametrize(
