@@ -139,7 +139,7 @@ class Tracker:
             self._since_s += seconds
             found = self._followed(pixels, self._motion)
             if found is not None and (self._doubted < LOOKED_AT_ANEW or self._is_believed(found)):
-                return self._taken(pixels, found)
+                return self._taken(found)
         held = found is not None and found.belief(0.0) >= HELD
         return self._searched(pixels, found if held else None)
 
@@ -189,7 +189,7 @@ class Tracker:
             self._asked = found, self._motion, own
         return self._asked[2]
 
-    def _taken(self, pixels: Pixels, found: Found) -> Seen:
+    def _taken(self, found: Found) -> Seen:
         """A pose that was followed: the motion goes on from it."""
         assert self._motion is not None
         believed, middle = self._is_believed(found), self._sight.model.middle
@@ -200,7 +200,9 @@ class Tracker:
         belief = found.belief(self._ambiguity)
         stays = self._steady and found.quality >= SURE_LIKE * self._typical
         sure = believed and is_sure(found.pose, found.covariance, belief, stays)
-        self._steady = sure and not self._is_strained(pixels, found)
+        self._steady = sure and not self._is_strained(found)
+        if not believed and found.quality < LIKE_BEFORE * self._typical:
+            self._believed = False  # it may be another thing that was followed then
         self._held(found.pose, found.quality, believed)
         if believed:
             self._habits = self._habits.after(found.fit)
@@ -211,11 +213,11 @@ class Tracker:
         self._whole = whole_lines(found.support) if self._steady else None
         return state, found.pose, told_covariance(found.covariance, belief), found.support.shares
 
-    def _is_strained(self, pixels: Pixels, found: Found) -> bool:
+    def _is_strained(self, found: Found) -> bool:
         """Whether the model is not that of the target; asked of a sure pose first, and now and then."""
         self._unasked += 1
         if self._strained or self._unasked >= ASKED_AGAIN:
-            self._unasked, self._strained = 0, self._sight.is_strained(pixels, found)
+            self._unasked, self._strained = 0, found.is_strained()
         return self._strained
 
     def _held(self, pose: Pose, quality: float, believed: bool) -> None:
@@ -242,7 +244,7 @@ class Tracker:
         if followed is not None and (found is None or found.quality <= followed.quality):
             same = estimate.pose is not None and followed.pose.error_to(estimate.pose).within(*SAME)
             self._was_believed = self._believed = self._judged(estimate, found) and same
-            return self._taken(pixels, followed)
+            return self._taken(followed)
         if not likely or estimate.pose is None or estimate.covariance is None:
             self._misses, self._was_believed = self._misses + 1, False
             if self._since_s > LONGEST_S:
