@@ -40,6 +40,7 @@ from vision_server.tracking.motion import Innovation, Motion
 from vision_server.tracking.searching import Search
 from vision_server.tracking.softness import Softness
 from vision_server.tracking.tracked import State, Tracked
+from vision_server.tracking.turning import Turning
 
 Floats = NDArray[np.float64]
 Seen = tuple[State, Pose | None, Floats | None, dict[int, float] | None]
@@ -101,6 +102,7 @@ class Tracker:
         self._doubted = 0
         self._frame = -1
         self._clock = Clock()
+        self._turning = Turning(model)
         self._asked: tuple[Found, Motion, Innovation] | None = None
 
     @property
@@ -129,7 +131,10 @@ class Tracker:
         self._frame += 1
         check_size(pixels, self._sight.camera, self._frame)
         note, seconds = self._clock.passed(pixels, time_s)
+        self._turning.passed(seconds)
         state, pose, covariance, support = self._seen(pixels, seconds)
+        if state == "sure" and pose is not None:
+            self._turning.seen(pose)
         return Tracked(self._frame, state, pose, covariance, time.process_time() - began, note, support)
 
     def _seen(self, pixels: Pixels, seconds: float) -> Seen:
@@ -152,6 +157,7 @@ class Tracker:
             return near
         starts = [start] if isinstance(self._around, Anywhere) else [start, self._around]
         candidates = self._sight.far(pixels, starts, self._habits) + ([] if near is None else [near])
+        candidates = [one for one in candidates if self._turning.allows(one.pose)]
         candidates.sort(key=lambda one: -one.quality)
         believed = [one for one in candidates if self._is_believed(one)]
         if believed:
@@ -201,8 +207,6 @@ class Tracker:
         stays = self._steady and found.quality >= SURE_LIKE * self._typical
         sure = believed and is_sure(found.pose, found.covariance, belief, stays)
         self._steady = sure and not self._is_strained(found)
-        if not believed and found.quality < LIKE_BEFORE * self._typical:
-            self._believed = False  # it may be another thing that was followed then
         self._held(found.pose, found.quality, believed)
         if believed:
             self._habits = self._habits.after(found.fit)
@@ -237,6 +241,7 @@ class Tracker:
         estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
         self._doubted = 0
         likely = estimate.score >= HELD or is_likely(estimate, self._met)
+        likely = likely and estimate.pose is not None and self._turning.allows(estimate.pose)
         found = None
         if likely and estimate.pose is not None:  # on whole lines, as every frame is
             near = self._sight.near(pixels, estimate.pose, self._habits)
