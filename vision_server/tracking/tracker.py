@@ -205,7 +205,7 @@ class Tracker:
             self._motion = Motion.at_rest(found.pose, found.covariance, middle)
         belief = found.belief(self._ambiguity)
         stays = self._steady and found.quality >= SURE_LIKE * self._typical
-        sure = believed and is_sure(found.pose, found.covariance, belief, stays)
+        sure = believed and self._was_believed and is_sure(found.pose, found.covariance, belief, stays)
         self._steady = sure and not self._is_strained(found)
         self._held(found.pose, found.quality, believed)
         if believed:
