@@ -92,7 +92,7 @@ class Fit:
     Attributes
     ----------
     covariance : (6, 6), of a left-multiplied step.
-    observation : edge points where the step started.
+    observation : edge points where the step started, their offsets from the lines where it ended.
     moved_px : how far it moved the lines, at most.
     off_px2, lines : what the lines are off, this frame alone, and how many they are.
     radius_m : of the edges, with what was known before.
@@ -139,13 +139,14 @@ def fitted(
     step, covariance, off_px2, radius_told = solved(lines, prior, habits)
     if not np.isfinite(step).all():
         return None
+    moves = seen.jacobian @ step[:6]
     turn = np.eye(6)  # of steps about the turning point into steps about the camera
     turn[3:, :3] = cross_matrix(seen.centre)
     return Fit(
         moved(start, step[:6], seen.centre),
         np.asarray(turn @ covariance[:6, :6] @ turn.T),
-        seen,
-        float(np.abs(seen.jacobian @ step[:6]).max()),
+        seen._replace(offset=seen.offset - moves),
+        float(np.abs(moves).max()),
         off_px2,
         len(lines.value),
         float(step[8]),

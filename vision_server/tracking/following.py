@@ -33,7 +33,8 @@ NEAR_REACHES_PX = (6.0,)  # where the motion was foreseen
 # inside are left out; by what share of the range it is nearer; and what it may lack of quality and evidence.
 OUTER_REACHES_PX = (2.0, 2.0)
 NEARER, LIKE, PRINT_NATS = 0.003, 0.5, 10.0
-SETTLED_PX = 0.3  # a step that moves no line farther was looked at from near enough
+SETTLED_PX = 0.3  # a step that moves no line farther was looked at from near enough ...
+NEAR_SETTLED_PX = 1.0  # ... and of a pose that was foreseen: where it ends, edges are off by 0.02 px more
 PASSES = 3  # at most, until it has settled
 FAR = ((4, (7.0, 5.0)), (2, (5.0,)))  # sizes and reaches there, where it was not: 28 px at full size
 MARGIN_PX = 40.0  # of the window around the target: these 28 px, and the filters' reach
@@ -46,6 +47,7 @@ class Found:
     fit: Fit
     support: PoseSupport
     softness: Softness
+    problem: PoseProblem
 
     @property
     def pose(self) -> Pose:
@@ -67,9 +69,17 @@ class Found:
         """Largest standard deviation, 0.01 of 1 % of the range or 1 degree; it has its tails already."""
         return uncertainty(self.covariance, self.pose.translation)
 
+    @cached_property
+    def _own_belief(self) -> float:
+        return belief(self.support, 0.0, self.uncertainty / TAILS)
+
     def belief(self, ambiguity: float) -> float:
         """Probability that this is where the target is, however exactly, see `trust.belief`."""
-        return belief(self.support, ambiguity, self.uncertainty / TAILS)
+        return self._own_belief / (1.0 + ambiguity)
+
+    def is_strained(self) -> bool:
+        """Whether its lines say that the model is too long along an axis."""
+        return is_strained(self.problem, self.pose, self.softness.spacing_px)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,14 +115,6 @@ class Sight:
             return self.near(pixels, expected, habits)
         return on_lines(problem, first.pose, own, habits)
 
-    def is_strained(self, pixels: Pixels, found: Found) -> bool:
-        """Whether the lines of a pose that was found say that the model is too long along an axis."""
-        seen = window(pixels, self.model, self.camera, found.pose, MARGIN_PX)
-        if seen is None:
-            return False
-        problem = replace(problem_of(seen, self.model, self.tone), scale=found.softness.scale)
-        return is_strained(problem, found.pose, found.softness.spacing_px)
-
     def far(self, pixels: Pixels, expected: Sequence[Pose], habits: Habits) -> list[Found]:
         """The same some 30 px around each of the poses, by way of smaller pictures; best first."""
         found = []
@@ -133,7 +135,7 @@ class Sight:
 def on_lines(problem: PoseProblem, near: Pose, softness: Softness, habits: Habits) -> Found | None:
     """Fitted to whole lines from nearby; on the outermost edges where those inside of them may be print."""
     around = beside(problem, near)
-    found = _fitted(problem, near, EXACT_REACH_PX, softness, habits, around)
+    found = _fitted(problem, near, (EXACT_REACH_PX, NEAR_SETTLED_PX), softness, habits, around)
     outer = outermost(problem, near, around)
     if found is None or outer is None:
         return found
@@ -141,7 +143,7 @@ def on_lines(problem: PoseProblem, near: Pose, softness: Softness, habits: Habit
     if refined is None:
         return found
     around = beside(problem, refined.pose)
-    other = _fitted(problem, refined.pose, OUTER_REACHES_PX[-1], softness, habits, around)
+    other = _fitted(problem, refined.pose, (OUTER_REACHES_PX[-1], SETTLED_PX), softness, habits, around)
     return other if other is not None and _is_print(found, other, problem.model.middle) else found
 
 
@@ -157,17 +159,23 @@ def _is_print(found: Found, outer: Found, middle: Floats) -> bool:
 
 
 def _fitted(
-    problem: PoseProblem, pose: Pose, reach_px: float, softness: Softness, habits: Habits, around: Beside
+    problem: PoseProblem,
+    pose: Pose,
+    looks_px: tuple[float, float],
+    softness: Softness,
+    habits: Habits,
+    around: Beside,
 ) -> Found | None:
-    """Fitted to whole lines in a few passes, until it has settled."""
+    """Fitted to whole lines in a few passes; ``looks_px``: the reach, and a step that is settled."""
+    reach_px, settled_px = looks_px
     fit, variance = None, around.variance_px2
     for _ in range(PASSES):
         fit = fitted(problem, pose, reach_px, softness.spacing_px, habits, variance)
         if fit is None:
             return None
         pose = fit.pose
-        if fit.moved_px < SETTLED_PX:
+        if fit.moved_px < settled_px:
             break
     assert fit is not None
     names = [channel.name for channel in problem.channels]
-    return Found(fit, support_of(fit.observation, names), softness)
+    return Found(fit, support_of(fit.observation, names), softness, problem)

@@ -40,6 +40,7 @@ from vision_server.tracking.motion import Innovation, Motion
 from vision_server.tracking.searching import Search
 from vision_server.tracking.softness import Softness
 from vision_server.tracking.tracked import State, Tracked
+from vision_server.tracking.turning import Turning
 
 Floats = NDArray[np.float64]
 Seen = tuple[State, Pose | None, Floats | None, dict[int, float] | None]
@@ -101,6 +102,7 @@ class Tracker:
         self._doubted = 0
         self._frame = -1
         self._clock = Clock()
+        self._turning = Turning(model)
         self._asked: tuple[Found, Motion, Innovation] | None = None
 
     @property
@@ -129,7 +131,10 @@ class Tracker:
         self._frame += 1
         check_size(pixels, self._sight.camera, self._frame)
         note, seconds = self._clock.passed(pixels, time_s)
+        self._turning.passed(seconds)
         state, pose, covariance, support = self._seen(pixels, seconds)
+        if state == "sure" and pose is not None:
+            self._turning.seen(pose)
         return Tracked(self._frame, state, pose, covariance, time.process_time() - began, note, support)
 
     def _seen(self, pixels: Pixels, seconds: float) -> Seen:
@@ -139,7 +144,7 @@ class Tracker:
             self._since_s += seconds
             found = self._followed(pixels, self._motion)
             if found is not None and (self._doubted < LOOKED_AT_ANEW or self._is_believed(found)):
-                return self._taken(pixels, found)
+                return self._taken(found)
         held = found is not None and found.belief(0.0) >= HELD
         return self._searched(pixels, found if held else None)
 
@@ -152,6 +157,7 @@ class Tracker:
             return near
         starts = [start] if isinstance(self._around, Anywhere) else [start, self._around]
         candidates = self._sight.far(pixels, starts, self._habits) + ([] if near is None else [near])
+        candidates = [one for one in candidates if self._turning.allows(one.pose)]
         candidates.sort(key=lambda one: -one.quality)
         believed = [one for one in candidates if self._is_believed(one)]
         if believed:
@@ -189,7 +195,7 @@ class Tracker:
             self._asked = found, self._motion, own
         return self._asked[2]
 
-    def _taken(self, pixels: Pixels, found: Found) -> Seen:
+    def _taken(self, found: Found) -> Seen:
         """A pose that was followed: the motion goes on from it."""
         assert self._motion is not None
         believed, middle = self._is_believed(found), self._sight.model.middle
@@ -199,8 +205,8 @@ class Tracker:
             self._motion = Motion.at_rest(found.pose, found.covariance, middle)
         belief = found.belief(self._ambiguity)
         stays = self._steady and found.quality >= SURE_LIKE * self._typical
-        sure = believed and is_sure(found.pose, found.covariance, belief, stays)
-        self._steady = sure and not self._is_strained(pixels, found)
+        sure = believed and self._was_believed and is_sure(found.pose, found.covariance, belief, stays)
+        self._steady = sure and not self._is_strained(found)
         self._held(found.pose, found.quality, believed)
         if believed:
             self._habits = self._habits.after(found.fit)
@@ -211,11 +217,11 @@ class Tracker:
         self._whole = whole_lines(found.support) if self._steady else None
         return state, found.pose, told_covariance(found.covariance, belief), found.support.shares
 
-    def _is_strained(self, pixels: Pixels, found: Found) -> bool:
+    def _is_strained(self, found: Found) -> bool:
         """Whether the model is not that of the target; asked of a sure pose first, and now and then."""
         self._unasked += 1
         if self._strained or self._unasked >= ASKED_AGAIN:
-            self._unasked, self._strained = 0, self._sight.is_strained(pixels, found)
+            self._unasked, self._strained = 0, found.is_strained()
         return self._strained
 
     def _held(self, pose: Pose, quality: float, believed: bool) -> None:
@@ -235,6 +241,7 @@ class Tracker:
         estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
         self._doubted = 0
         likely = estimate.score >= HELD or is_likely(estimate, self._met)
+        likely = likely and estimate.pose is not None and self._turning.allows(estimate.pose)
         found = None
         if likely and estimate.pose is not None:  # on whole lines, as every frame is
             near = self._sight.near(pixels, estimate.pose, self._habits)
@@ -242,7 +249,7 @@ class Tracker:
         if followed is not None and (found is None or found.quality <= followed.quality):
             same = estimate.pose is not None and followed.pose.error_to(estimate.pose).within(*SAME)
             self._was_believed = self._believed = self._judged(estimate, found) and same
-            return self._taken(pixels, followed)
+            return self._taken(followed)
         if not likely or estimate.pose is None or estimate.covariance is None:
             self._misses, self._was_believed = self._misses + 1, False
             if self._since_s > LONGEST_S:
