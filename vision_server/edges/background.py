@@ -47,7 +47,7 @@ class Background(NamedTuple):
     enclosed: NDArray[np.bool_] | None = None
     wall: NDArray[np.float32] | None = None
 
-    def of(self, edgels: slice) -> Background:
+    def of(self, edgels: slice | NDArray[np.int64]) -> Background:
         """As some of the edgels see it."""
         enclosed = None if self.enclosed is None else self.enclosed[edgels]
         wall = None if self.wall is None else self.wall[:, edgels]
