@@ -44,7 +44,7 @@ from vision_server.edges.sides import DARK_GREY, Sides, evenly_weighted, sides_o
 Floats = NDArray[np.float64] | NDArray[np.float32]
 
 # Chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
-SAMPLE_STEP = 4  # of the pixels that say whether a channel tells kinds
+SAMPLE_STEP = 8  # of the pixels that say whether a channel tells kinds
 FALLING_STEP = 8  # of the edgels that say where lights are: with every fourth one nothing is surer
 EM_ITERATIONS = 10  # more change no probability by 0.01
 LEAST_LOG = -8.0  # of a likelihood, beside the edgel's largest: no single edgel is surer

@@ -55,12 +55,16 @@ class Cluster(NamedTuple):
 def learnt_lights(sides: Sides) -> KnownLights | None:
     """The lamps that N edgels in C channels tell of, and the sun; None without any.
 
-    They are all if there are as many as channels, each is on in others, and none gives less than nothing:
-    which is so sure that smaller clusters may be lamps then. So they are where each is alone in an image.
+    Where each is alone in an image nothing else is asked. Those of clusters are all if there are as many as
+    channels, each is on in others, and none gives less than nothing: which is so sure that smaller clusters
+    may be lamps then.
     """
-    clusters = _clusters(_telling_steps(sides))
     some = sides.of(slice(None, None, SAMPLE_STEP))
-    lights = _that_explain(_of_one_light(clusters), some) or _alone_and_together(some)
+    lights = _alone_and_together(some)
+    if lights is not None:
+        return lights
+    clusters = _clusters(_telling_steps(sides))
+    lights = _that_explain(_of_one_light(clusters), some)
     if lights is not None:
         return lights
     sure = _of_one_light([cluster for cluster in clusters if cluster.steps >= FEWEST])
@@ -107,8 +111,10 @@ def _alone_and_together(sides: Sides) -> KnownLights | None:
         lit, turned = LEVEL_SD * total > noise, LEVEL_SD * uneven > noise
         if min(lit.sum(), turned.sum()) < FEWEST_PLACES:
             continue
-        lower = np.quantile(both[lit] / total[lit], 1.0 - OUTSIDE)
-        upper, most = np.quantile((both - least)[turned] / uneven[turned], (OUTSIDE, 1.0 - OUTSIDE))
+        lower = _ranked(both[lit] / total[lit], 1.0 - OUTSIDE)
+        upper, most = (
+            _ranked((both - least)[turned] / uneven[turned], share) for share in (OUTSIDE, 1.0 - OUTSIDE)
+        )
         is_sun = most < LEVEL_SLACK
         if not is_sun and (not -LEVEL_SLACK < upper - lower < LEVEL_UNSURE or count * upper < 1.0):
             continue
@@ -123,6 +129,12 @@ def _alone_and_together(sides: Sides) -> KnownLights | None:
         if _explains(lights, sides):
             return lights
     return None
+
+
+def _ranked(values: Field, share: float) -> float:
+    """The value that has such a share of the others below it: `np.quantile`, at a tenth of its time."""
+    rank = round(share * (len(values) - 1))
+    return float(np.partition(values, rank)[rank])
 
 
 def _of_lamps(near: Field, variance: Field, of_sun: Field) -> Floats:
