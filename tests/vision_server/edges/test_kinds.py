@@ -12,7 +12,7 @@ from bridge.errors import BadInput
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
 from vision_server.channels.depth import PER_GREY
-from vision_server.edges.background import Background, background_grey
+from vision_server.edges.background import Background, background_of
 from vision_server.edges.densities import sum_of_logs
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.kinds import edge_kinds, fit_kinds
@@ -229,7 +229,8 @@ def test_an_image_of_more_bits_is_read_as_one_of_eight_where_it_is_the_same() ->
         deep = replace(eight, channels=tuple(alike))
         for one, other in zip(sides_of(eight), sides_of(deep), strict=True):
             np.testing.assert_allclose(one, other, rtol=1e-5)
-        assert background_grey(eight.channels) == pytest.approx(background_grey(deep.channels))
+        dark = [background_of(edges, sides_of(edges)).dark for edges in (eight, deep)]
+        assert dark[0] == pytest.approx(dark[1])
 
 
 @pytest.mark.parametrize(("grey", "noise"), [(0.0, 0.0), (0.0, 1.0), (5.0, 2.0)])
