@@ -55,16 +55,12 @@ class Cluster(NamedTuple):
 def learnt_lights(sides: Sides) -> KnownLights | None:
     """The lamps that N edgels in C channels tell of, and the sun; None without any.
 
-    Where each is alone in an image nothing else is asked. Those of clusters are all if there are as many as
-    channels, each is on in others, and none gives less than nothing: which is so sure that smaller clusters
-    may be lamps then.
+    They are all if there are as many as channels, each is on in others, and none gives less than nothing:
+    which is so sure that smaller clusters may be lamps then. So they are where each is alone in an image.
     """
-    some = sides.of(slice(None, None, SAMPLE_STEP))
-    lights = _alone_and_together(some)
-    if lights is not None:
-        return lights
     clusters = _clusters(_telling_steps(sides))
-    lights = _that_explain(_of_one_light(clusters), some)
+    some = sides.of(slice(None, None, SAMPLE_STEP))
+    lights = _that_explain(_of_one_light(clusters), some) or _alone_and_together(some)
     if lights is not None:
         return lights
     sure = _of_one_light([cluster for cluster in clusters if cluster.steps >= FEWEST])
