@@ -4,14 +4,20 @@
 
 Simulated targets, each light alone. Between two images: how far apart their edgels on one edge lie across it,
 of those that stand LEAST_SIGNAL of their own noise out of it. Of the merge: how far its edgels lie from the
-visible lines of the model at the true pose, of those whose signal is about 20; and of these, on lines that
-have no other visible line beside them: what is printed on a narrow side moves both of its edges.
+visible lines of the model at the true pose, of those whose signal is about 20: of targets as they are, and of
+the same ones with all faces plain. There the model's lines are the only edges; what is printed has edges of
+its own, and on a narrow side these are what is found.
 """
 
 from __future__ import annotations
 
 import argparse
+import re
+import shutil
+import tempfile
+from collections.abc import Sequence
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +25,7 @@ from numpy.typing import NDArray
 from benchmarks.edge_times import APERTURE, EXPOSURE, SHUTTER_S, TARGETS
 from benchmarks.lines import show
 from bridge.messages import Settings
+from geometry.model import find_target
 from geometry.visibility import visible_samples
 from image_server.simulator import Simulator
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
@@ -33,7 +40,6 @@ SIGNAL = (15.0, 25.0)
 REACH_PX = 1.5
 LEAST_COSINE = 0.97
 SPACING_PX = 2.0
-ALONE_PX = 6.0  # to the nearest line that runs alike: nearer ones are the edges of one narrow side
 
 
 def nearest(edges: EdgeMap, points: Floats, normals: Floats) -> tuple[Floats, NDArray[np.int64]]:
@@ -63,28 +69,41 @@ def between(first: ChannelStatistics, second: ChannelStatistics) -> Floats:
     return np.abs(offset[seen])
 
 
-def alone(points: Floats, along: Floats, line: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which samples (N, 2) of lines have no sample of another line that runs alike beside them, bool (N,)."""
-    free = np.ones(len(points), np.bool_)
-    for i, direction in enumerate(along):
-        away = points - points[i]
-        beside = (line != line[i]) & (np.abs(along @ direction) > LEAST_COSINE)
-        beside &= np.abs(away @ direction) < SPACING_PX
-        across = away[beside] @ np.array([-direction[1], direction[0]])
-        free[i] = not (np.abs(across) < ALONE_PX).any()
-    return free
-
-
-def beside_truth(simulator: Simulator, edges: EdgeMap) -> tuple[Floats, NDArray[np.bool_]]:
-    """Distances (N,) of edgels of about SIGNAL from the visible lines, signed, px; which are `alone`."""
+def beside_truth(simulator: Simulator, edges: EdgeMap) -> Floats:
+    """Distances (N,) of edgels of about SIGNAL from the visible lines, px."""
     samples = visible_samples(simulator.model, simulator.camera, simulator.true_pose, SPACING_PX)
     along = samples.image_direction / np.linalg.norm(samples.image_direction, axis=1, keepdims=True)
-    normals = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    offset, which = nearest(edges, samples.image, normals)
+    offset, which = nearest(edges, samples.image, np.stack([-along[:, 1], along[:, 0]], axis=1))
     signal = edges.mass / edges.floor
     good = which >= 0
     good[good] = ((signal > SIGNAL[0]) & (signal < SIGNAL[1]))[which[good]]
-    return np.asarray(offset[good]), alone(samples.image, along, samples.line)[good]
+    return np.asarray(np.abs(offset[good]))
+
+
+def plain(target: str, folder: Path) -> Path:
+    """A copy of a target of the project that has nothing printed on it: its model file."""
+    own = find_target(target)
+    model = Path(shutil.copy(own, folder))
+    look = own.with_suffix(".toml").read_text(encoding="utf-8")
+    model.with_suffix(".toml").write_text(
+        re.sub('texture = ".*"', 'texture = "plain"', look), encoding="utf-8"
+    )
+    return model
+
+
+def measured(target: str | Path, seeds: Sequence[int]) -> tuple[Floats, Floats]:
+    """Over some views, what `between` gives of all pairs of images, and `beside_truth` of their merge."""
+    apart, off = [], []
+    for seed in seeds:
+        simulator = Simulator(target, "nominal", seed)
+        channels = []
+        for levels in LIGHTS:
+            settings = Settings(lights=levels, shutter_s=SHUTTER_S, aperture=APERTURE)
+            image = np.asarray(simulator.capture(settings).pixels)
+            channels.append(channel_statistics(image, EXPOSURE))
+        apart += [between(*pair) for pair in combinations(channels, 2)]
+        off.append(beside_truth(simulator, merge_channels(channels)))
+    return np.concatenate(apart), np.concatenate(off)
 
 
 def main() -> None:
@@ -92,26 +111,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seeds", type=int, default=3, help="views of each target (default: %(default)s)")
     seeds = range(1, parser.parse_args().seeds + 1)
-    for target in TARGETS:
-        apart, off, free = [], [], []
-        for seed in seeds:
-            simulator = Simulator(target, "nominal", seed)
-            channels = []
-            for levels in LIGHTS:
-                settings = Settings(lights=levels, shutter_s=SHUTTER_S, aperture=APERTURE)
-                image = np.asarray(simulator.capture(settings).pixels)
-                channels.append(channel_statistics(image, EXPOSURE))
-            apart += [between(*pair) for pair in combinations(channels, 2)]
-            of_view, alone_there = beside_truth(simulator, merge_channels(channels))
-            off.append(of_view)
-            free.append(alone_there)
-        pairs, errors, lone = np.concatenate(apart), np.concatenate(off), np.concatenate(free)
-        show(f"edge places/{target}, two lights", float(np.median(pairs)), "px", edgels=len(pairs))
-        show(
-            f"edge places/{target}, merged beside the truth", float(np.median(np.abs(errors))), "px",
-            mean_px=float(np.mean(errors)), edgels=len(errors),
-            alone_px=float(np.median(np.abs(errors[lone]))), edgels_alone=int(lone.sum()),
-        )  # fmt: skip
+    with tempfile.TemporaryDirectory() as folder:
+        for name in TARGETS:
+            for target, look in ((name, name), (plain(name, Path(folder)), f"{name}, plain")):
+                pairs, off = measured(target, seeds)
+                show(f"edge places/{look}, two lights", float(np.median(pairs)), "px", edgels=len(pairs))
+                show(
+                    f"edge places/{look}, merged beside the truth",
+                    float(np.median(off)),
+                    "px",
+                    edgels=len(off),
+                )
 
 
 if __name__ == "__main__":

@@ -36,8 +36,6 @@ Results = dict[str, dict[str, dict[str, float]]]  # set of images -> rule -> mea
 METHODS = ("em", "em, fixed kinds", "em without weights", *MERGE_RULES, "lsd, first image", "lsd, united")
 TRIPLES = ((1, 5, 9), (2, 6, 10), (3, 7, 11), (4, 8, 12))
 SATURATED = (4.0, 12.0)  # times that an image among good ones is overexposed
-REPEATS = 7
-CANNY_THRESHOLDS = (50, 150)
 
 
 def ridges(images: Sequence[Image], method: str) -> NDArray[np.float32]:

@@ -1,22 +1,22 @@
-"""Places of edges beside the truth: which lines have others beside them."""
+"""Places of edges beside the truth: targets on which nothing is printed."""
 
 from __future__ import annotations
 
-import numpy as np
+from pathlib import Path
 
-from benchmarks.edge_places import ALONE_PX, alone
+import pytest
+
+from benchmarks.edge_places import plain
+from benchmarks.edge_times import TARGETS
+from geometry.model import find_target, load_model
+from image_server.simulator.material import load_appearance
 
 
-def line(y: float, turn: float, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    along = np.array([np.cos(turn), np.sin(turn)])
-    points = np.array([0.0, y]) + np.arange(0.0, 40.0, 2.0)[:, None] * along
-    return points, np.tile(along, (len(points), 1)), np.full(len(points), number)
-
-
-def test_a_line_is_alone_unless_another_runs_beside_it() -> None:
-    near, far, crossing = 0.5 * ALONE_PX, 0.5 * ALONE_PX + 1.1 * ALONE_PX, 1.2
-    lines = [line(0.0, 0.0, 0), line(near, 0.0, 1), line(far, 0.0, 2), line(far, crossing, 3)]
-    points, along, number = (np.concatenate(parts) for parts in zip(*lines, strict=True))
-    free = alone(points, along, number)
-    assert [bool(free[number == n].all()) for n in range(4)] == [False, False, True, True]
-    assert not free[number < 2].any()
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_plain_target_differs_in_nothing_but_its_texture(target: str, tmp_path: Path) -> None:
+    own, copy = find_target(target), plain(target, tmp_path)
+    faces = len(load_model(own).faces)
+    assert copy.read_bytes() == own.read_bytes()
+    looks = [load_appearance(file, faces) for file in (own, copy)]
+    textures = [{look.material_of(face).texture for face in range(faces)} for look in looks]
+    assert textures[1] == {"plain"} != textures[0]

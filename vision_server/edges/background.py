@@ -18,8 +18,7 @@ from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.sides import Sides, furthest_reach
 
 # Chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
-BACKGROUND_SHARE = 0.02  # of the pixels, in their best lights, that are darker than what counts as background
-SAMPLE_STEP = 4  # of the pixels that are ranked for it
+BACKGROUND_SHARE = 0.02  # of the image, in its best lights, that is darker than what counts as background
 CELL_PX = 4  # side of the squares of which the middle says whether they are dark
 LEAST_AT_LARGE = 0.5  # share of what is dark, where the background is
 DARK_RATIO = 2.7  # of such a mean in its best light to the background: more is none
@@ -47,7 +46,7 @@ class Background(NamedTuple):
     enclosed: NDArray[np.bool_] | None = None
     wall: NDArray[np.float32] | None = None
 
-    def of(self, edgels: slice) -> Background:
+    def of(self, edgels: slice | NDArray[np.int64]) -> Background:
         """As some of the edgels see it."""
         enclosed = None if self.enclosed is None else self.enclosed[edgels]
         wall = None if self.wall is None else self.wall[:, edgels]
@@ -56,9 +55,10 @@ class Background(NamedTuple):
 
 def background_of(edges: EdgeMap, sides: Sides) -> Background:
     """What is behind the edgels of a merged set, of which ``sides`` are."""
-    dark = background_grey(edges.channels)
     means = [_coarse(channel) for channel in edges.channels]
-    outside = _outside(means, dark, sides.dark)
+    best = np.max(means, axis=0)
+    dark = _background_grey(best)
+    outside = _outside(best, dark, sides.dark)
     return Background(dark, _enclosed(edges, sides, outside), _wall(edges, means, sides.dark))
 
 
@@ -95,11 +95,9 @@ def _quadratic(x: NDArray[np.floating], y: NDArray[np.floating]) -> NDArray[np.f
     return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1).astype(np.float64)
 
 
-def background_grey(channels: Sequence[ChannelStatistics]) -> float:
-    """Grey at reference exposure that only few pixels stay under in their best light."""
-    some = slice(None, None, SAMPLE_STEP)
-    sampled = [channel.linear_at(some, some) / np.float32(channel.exposure) for channel in channels]
-    return float(np.quantile(np.max(sampled, axis=0), BACKGROUND_SHARE))
+def _background_grey(best: NDArray[np.float32]) -> float:
+    """Grey at reference exposure that only few cells stay under in their best light."""
+    return float(np.sort(best, axis=None)[round(BACKGROUND_SHARE * (best.size - 1))])
 
 
 def _enclosed(edges: EdgeMap, sides: Sides, outside: NDArray[np.uint8]) -> NDArray[np.bool_]:
@@ -121,12 +119,12 @@ def _coarse(channel: ChannelStatistics) -> NDArray[np.float32]:
     return np.asarray((one + other) * np.float32(0.5 / channel.exposure), np.float32)
 
 
-def _outside(means: Sequence[NDArray[np.float32]], background: float, dark: float) -> NDArray[np.uint8]:
+def _outside(best: NDArray[np.float32], background: float, dark: float) -> NDArray[np.uint8]:
     """1 for cells that are of the background at large or beside it: dark ones that adjoin up to the border.
 
     All are where most of what is dark does not: then it is not the background that is dark.
     """
-    is_dark = np.max(means, axis=0) + dark < DARK_RATIO * (background + dark)
+    is_dark = best + dark < DARK_RATIO * (background + dark)
     framed = np.pad(is_dark.astype(np.uint8), 1, constant_values=1)
     _, pieces = cv2.connectedComponents(framed, connectivity=4)
     at_large = (pieces == pieces[0, 0]).astype(np.uint8)[1:-1, 1:-1]

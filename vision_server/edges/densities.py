@@ -6,15 +6,16 @@ the time.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.kernels import kernel
+from numerics.logarithm import HALF, ONE, ZERO, log_of
 from vision_server.edges.sides import Sides
 
 Floats = NDArray[np.float64] | NDArray[np.float32]
 
+TAU = np.float32(2.0 * np.pi)
 UNKNOWN_SD = 10.0  # of a log-ratio, where a side is clipped
 FACTORS = 8  # so many values within what float32 holds have a product that float64 holds
 
@@ -37,43 +38,9 @@ def sum_of_logs(values: Floats) -> NDArray[np.float32]:
     return np.asarray(sum(np.log(product) for product in products), np.float32)
 
 
-def log_normal(x: Floats, variance: Floats) -> Floats:
-    """Logarithm of the density of a Gaussian of mean 0."""
-    return np.asarray(-0.5 * (x * x / variance + np.log(2.0 * np.pi * variance)))
-
-
 def normal(x: Floats, variance: Floats) -> Floats:
     """Density of a Gaussian of mean 0."""
     return np.asarray(np.exp(-0.5 * x * x / variance) / np.sqrt(2.0 * np.pi * variance))
-
-
-class Scatter(NamedTuple):
-    """What is needed of values (C, N) of known variances to say how likely they are; (N,) each.
-
-    Attributes
-    ----------
-    alone
-        Logarithm of their density as Gaussians of mean 0.
-    precision, pull
-        Sums of 1 / variance, and of value / variance.
-    """
-
-    alone: Floats
-    precision: Floats
-    pull: Floats
-
-    @classmethod
-    def of(cls, x: Floats, variance: Floats) -> Scatter:
-        """Of values (C, N) and their variances."""
-        precision = 1.0 / variance
-        pull = x * precision
-        alone = -0.5 * (np.sum(pull * x, axis=0) + sum_of_logs(2.0 * np.pi * variance))
-        return cls(alone, precision.sum(axis=0), pull.sum(axis=0))
-
-    def about_a_mean(self, sd: float) -> Floats:
-        """Log-likelihood (N,) that they scatter about a mean for each column, which itself is N(0, sd^2)."""
-        wider = 1.0 + sd**2 * self.precision
-        return np.asarray(self.alone + 0.5 * (sd * self.pull) ** 2 / wider - 0.5 * np.log(wider))
 
 
 def logarithms(sides: Sides) -> tuple[Floats, Floats]:
@@ -85,3 +52,30 @@ def logarithms(sides: Sides) -> tuple[Floats, Floats]:
     noise = np.sum(np.square(sides.noise[:, None] / near), axis=1)
     unlit = np.square(np.square(np.float32(sides.dark) / near.max(axis=1)))
     return np.log(near), noise + unlit + np.where(sides.known, np.float32(0.0), np.float32(UNKNOWN_SD**2))
+
+
+@kernel(inline="always")
+def log_normal(x: np.float32, variance: np.float32) -> np.float32:
+    """Logarithm of the density of a Gaussian of mean 0, in kernels."""
+    return -HALF * (x * x / variance + log_of(TAU * variance))
+
+
+@kernel(inline="always")
+def of_a_mean(precision: np.float32, pull: np.float32, variance: np.float32) -> np.float32:
+    """How much likelier Gaussian values are if they have a mean that is N(0, variance), in kernels.
+
+    A logarithm, beside their density about 0; from the sums of 1 / variance and of value / variance.
+    """
+    wider = ONE + variance * precision
+    return HALF * (variance * pull * pull / wider - log_of(wider))
+
+
+@kernel(inline="always")
+def ratio_of(
+    first: np.float32, second: np.float32, noise: np.float32, dark: np.float32
+) -> tuple[np.float32, np.float32]:
+    """Log-ratio of two intensities, and its variance from noise: `logarithms` where neither is clipped."""
+    a, b = max(first, ZERO) + dark, max(second, ZERO) + dark
+    unlit = dark / max(a, b)
+    unlit *= unlit
+    return log_of(a / b), noise * noise * (ONE / (a * a) + ONE / (b * b)) + unlit * unlit

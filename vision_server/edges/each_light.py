@@ -20,12 +20,15 @@ All are told as the logarithm of how much likelier they are than a crease.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from vision_server.edges.densities import Floats, any_of, either, log_normal, logarithms
+from numerics.kernels import kernel
+from numerics.logarithm import HALF, ONE, TWO, ZERO, exp_of, log_of, log_of_sum
+from vision_server.channels.depth import Field
+from vision_server.edges.densities import log_normal, of_a_mean, ratio_of
 from vision_server.edges.sides import Sides
 
 # As measured on simulated creases (`benchmarks.edge_kinds`), where the log-ratios of two lights do not depend
@@ -36,25 +39,18 @@ FACES_AWAY = 0.1  # share of the lights that reach only one of the faces
 FLAT_SD = 0.04  # of a log-ratio of two places 4 px apart on one flat surface
 DARK_SHARE = 0.03  # of what the brightest light gives: nothing
 TWO_ENDS = 0.15  # share of the shadows' ends beside which another light's shadow ends
-IN_PART = 0.3  # share of the lights with such an end that still give something
-ON_PRINT = 0.1  # share of the shadows' ends that lie on a print
+IN_PART = np.float32(0.3)  # share of the lights with such an end that still give something
+ON_PRINT = np.float32(0.1)  # share of the shadows' ends that lie on a print
 SHADED_PRINT_SD = 0.2  # of the log-ratio of that print
 GLARING_PRINT_SD = 0.7  # of the log-ratio of prints that a light is mirrored in
-BEHIND = 0.3  # share of the lights that are missing behind an outline, before a surface that is alike
-BEHIND_ANY = 0.5  # before any other, and on the same side
+BEHIND = np.float32(
+    0.3
+)  # share of the lights that are missing behind an outline, before a surface that is alike
+BEHIND_ANY = np.float32(0.5)  # before any other, and on the same side
 RARER_ANY = 1.0  # of the logarithm of an outline before any other, beside those before one that is alike
-SUREST = 12.0  # the logarithm of how sure one light alone may be
-
-
-class EachLight(NamedTuple):
-    """Log-likelihoods that each of L lights is alike, gives nothing to the darker side, and is turned.
-
-    Each is less that of what it is at a crease; float32 (L, N).
-    """
-
-    alike: Floats
-    nothing: Floats
-    turned: Floats
+SUREST = np.float32(12.0)  # the logarithm of how sure one light alone may be
+NEVER = np.float32(-1e9)  # the logarithm of how likely
+LEAST = 1e-300  # of what a logarithm is taken of
 
 
 class LessCrease(NamedTuple):
@@ -72,13 +68,32 @@ class LessCrease(NamedTuple):
         A print on what one light is mirrored in.
     """
 
-    shadow: Floats
-    outline: Floats
-    mirrored: Floats
-    glare: Floats
+    shadow: Field
+    outline: Field
+    mirrored: Field
+    glare: Field
 
 
-def less_crease(parts: Sides, dark_side: tuple[Floats, Floats] | None = None) -> LessCrease:
+class EachLight(NamedTuple):
+    """What each of L lights is to N edgels: float32 (L, N) each.
+
+    Attributes
+    ----------
+    alike, nothing, turned
+        Log-likelihoods that it is alike, gives nothing to the darker side, and is turned, less that of what
+        it is at a crease.
+    precision, pull
+        Of its log-ratio on a flat surface: 1 / variance, and that times the log-ratio.
+    """
+
+    alike: Field
+    nothing: Field
+    turned: Field
+    precision: Field
+    pull: Field
+
+
+def less_crease(parts: Sides, dark_side: tuple[Field, Field] | None = None) -> LessCrease:
     """What else than a crease N edgels may be.
 
     Parameters
@@ -88,75 +103,109 @@ def less_crease(parts: Sides, dark_side: tuple[Floats, Floats] | None = None) ->
     dark_side
         As `falling.Falling.of` gives it; else the dark side of a shadow may be on any side.
     """
-    logs, noise = logarithms(parts)
-    ratio = logs[:, 0] - logs[:, 1]
-    each, count = _each_light(parts, ratio, noise), len(parts.noise)
-    at_end, behind = (np.ones_like(each.alike),) * 2 if dark_side is None else dark_side
-    sure = EachLight(*(np.asarray(np.clip(value, -SUREST, SUREST), np.float32) for value in each))
-    base = sure.alike.sum(axis=0)
-    nothing, turned = np.exp(sure.nothing - sure.alike), np.exp(sure.turned - sure.alike)
-    others_alike = _but_one(each.alike, ratio, noise)
-    clear_end = base + np.log1p(-ON_PRINT) + _log(_shadow_end(at_end * nothing, turned))
-    printed_end = any_of(each.nothing + np.log(at_end) + others_alike(SHADED_PRINT_SD))
-    before_any = _before_any(parts, turned, behind * nothing) - RARER_ANY
-    return LessCrease(
-        shadow=either(clear_end, printed_end + np.log(ON_PRINT)),
-        outline=base + either(_before_alike(behind * nothing), before_any),
-        mirrored=base + _log(turned.sum(axis=0) / count),
-        glare=any_of(sure.turned + others_alike(GLARING_PRINT_SD)),
-    )
+    shape = parts.noise.shape
+    at_end, behind = (np.ones(shape, np.float32),) * 2 if dark_side is None else dark_side
+    each = EachLight(*np.empty((5, *shape), np.float32))
+    less = LessCrease(*np.empty((4, shape[1]), np.float32))
+    _each_light(parts.near, parts.noise, np.float32(parts.dark), each)
+    _others_alike(each, parts.near, at_end, behind, less)
+    _on_prints(each, at_end, less)
+    return less
 
 
-def _log(values: Floats) -> Floats:
-    return np.asarray(np.log(np.maximum(values, np.finfo(values.dtype).tiny)))
+@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+def _each_light(near: Field, noise: Field, dark: np.float32, each: EachLight) -> None:
+    """What each light by itself is to N edgels: ``each`` is an output."""
+    lights, count = noise.shape
+    flat, turned_too = np.float32(FLAT_SD**2), np.float32(TURNED_SD**2)
+    both_faces, one_face = np.float32(math.log(1.0 - FACES_AWAY)), np.float32(math.log(FACES_AWAY))
+    brightest = np.zeros(count, np.float32)
+    for light in range(lights):
+        for i in range(count):
+            brightest[i] = max(brightest[i], near[light, 0, i], near[light, 1, i])
+    for light in range(lights):
+        for i in range(count):
+            ratio, variance = ratio_of(near[light, 0, i], near[light, 1, i], noise[light, i], dark)
+            darker, sd = max(min(near[light, 0, i], near[light, 1, i]), ZERO), noise[light, i]
+            dim = np.float32(DARK_SHARE) * brightest[i]
+            # the density of nothing but noise, on either side, as one of the log-ratio
+            nothing = log_normal(darker, sd * sd + dim * dim) + log_of(HALF * (darker + dark))
+            turned = log_normal(ratio, variance + turned_too)
+            crease = log_of_sum(turned + both_faces, nothing + one_face)
+            each.alike[light, i] = log_normal(ratio, variance + flat) - crease
+            each.nothing[light, i] = nothing - crease
+            each.turned[light, i] = turned - crease
+            each.precision[light, i] = ONE / (variance + flat)
+            each.pull[light, i] = ratio / (variance + flat)
 
 
-def _shadow_end(nothing: Floats, turned: Floats) -> Floats:
-    """How much likelier than that all lights are alike, (N,): one of them ends, or two do."""
-    count = len(nothing)
-    end = (1.0 - IN_PART) * nothing + IN_PART * turned
-    one = two = np.zeros_like(nothing[0])
-    for another_end in end:
-        two, one = two + one * another_end, one + another_end
-    pairs = max(count * (count - 1) / 2, 1.0)
-    return np.asarray((1.0 - TWO_ENDS) / count * nothing.sum(axis=0) + TWO_ENDS / pairs * two)
+@kernel(inline="always")
+def _sure(value: np.float32) -> np.float32:
+    return min(max(value, -SUREST), SUREST)
 
 
-def _before_alike(nothing: Floats) -> Floats:
-    """Logarithm of how much likelier than all lights alike, (N,): some are missing, the others alike."""
-    share = 1.0 - BEHIND + BEHIND * nothing
-    return _log(np.prod(share, axis=0, dtype=np.float64) - (1.0 - BEHIND) ** len(nothing))
+@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+def _others_alike(each: EachLight, near: Field, at_end: Field, behind: Field, less: LessCrease) -> None:
+    """Where all lights are alike but one that ends or is mirrored, or some that are missing.
+
+    ``less`` is an output, without its glare. All is told beside ``base``, that all lights are alike.
+    """
+    lights, count = each.alike.shape
+    base, nothing, turned, mirrored = np.zeros((4, count), np.float32)
+    ends, one, two = np.zeros((3, count), np.float32)
+    before_alike, is_back, is_ahead = np.ones((3, count), np.float64)
+    for light in range(lights):
+        for i in range(count):
+            alike = _sure(each.alike[light, i])
+            nothing[i] = exp_of(_sure(each.nothing[light, i]) - alike)
+            turned[i] = exp_of(_sure(each.turned[light, i]) - alike)
+            base[i] += alike
+            mirrored[i] += turned[i]
+        for i in range(count):
+            gone = at_end[light, i] * nothing[i]
+            end = (ONE - IN_PART) * gone + IN_PART * turned[i]
+            ends[i] += gone
+            two[i] += one[i] * end
+            one[i] += end
+        for i in range(count):
+            # the density of nothing is of either side: that of the one that is behind is twice as large
+            missing, here = behind[light, i] * nothing[i], (ONE - BEHIND_ANY) * turned[i]
+            gone = here + TWO * BEHIND_ANY * missing
+            is_darker_back = near[light, 0, i] < near[light, 1, i]
+            before_alike[i] *= ONE - BEHIND + BEHIND * missing
+            is_back[i] *= gone if is_darker_back else here
+            is_ahead[i] *= here if is_darker_back else gone
+    single = np.float32((1.0 - TWO_ENDS) / lights)
+    pair = np.float32(TWO_ENDS / max(lights * (lights - 1) / 2, 1.0))
+    none_missing, rarer = (1.0 - BEHIND) ** lights, 0.5 * math.exp(-RARER_ANY)
+    for i in range(count):
+        less.shadow[i] = base[i] + log_of((ONE - ON_PRINT) * (single * ends[i] + pair * two[i]))
+        less.mirrored[i] = base[i] + log_of(mirrored[i] / np.float32(lights))
+        some_missing = before_alike[i] - none_missing + rarer * (is_back[i] + is_ahead[i])
+        less.outline[i] = base[i] + np.float32(math.log(max(some_missing, LEAST)))
 
 
-def _before_any(parts: Sides, turned: Floats, nothing: Floats) -> Floats:
-    """Logarithm of how much likelier than all lights alike, (N,): each is turned, or missing behind."""
-    turned, missing = (1.0 - BEHIND_ANY) * turned, BEHIND_ANY * nothing
-    darker = parts.near[:, 0] < parts.near[:, 1]
-    # the density of nothing is of either side: that of the one that is behind is twice as large
-    each = (turned + 2.0 * missing * side for side in (darker, ~darker))
-    return _log(sum(0.5 * np.prod(of_side, axis=0, dtype=np.float64) for of_side in each))
-
-
-def _but_one(alike: Floats, ratio: Floats, noise: Floats) -> Callable[[float], Floats]:
-    """How much likelier than a crease, (L, N): all lights but one have the same log-ratio, N(0, sd^2)."""
-    precision = 1.0 / (noise + FLAT_SD**2)
-    pull = ratio * precision
-    alike, precision, pull = (value.sum(axis=0) - value for value in (alike, precision, pull))
-
-    def of(sd: float) -> Floats:
-        wider = 1.0 + sd**2 * precision
-        return np.asarray(alike + 0.5 * ((sd * pull) ** 2 / wider - np.log(wider)))
-
-    return of
-
-
-def _each_light(parts: Sides, ratio: Floats, noise: Floats) -> EachLight:
-    """What each light by itself is to N edgels, by their log-ratios and their variances, (L, N) each."""
-    near = np.maximum(parts.near, 0.0)
-    darker, variance = near.min(axis=1), parts.noise**2 + (DARK_SHARE * near.max(axis=(0, 1))) ** 2
-    # the density of nothing but noise, on either side, as one of the log-ratio
-    nothing = log_normal(darker, variance) + np.log(0.5 * (darker + parts.dark))
-    turned = log_normal(ratio, noise + TURNED_SD**2)
-    crease = either(turned + np.log(1.0 - FACES_AWAY), nothing + np.log(FACES_AWAY))
-    alike = log_normal(ratio, noise + FLAT_SD**2)
-    return EachLight(alike - crease, nothing - crease, turned - crease)
+@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+def _on_prints(each: EachLight, at_end: Field, less: LessCrease) -> None:
+    """Where all lights but one have the same log-ratio: adds to ``less``' shadow, gives its glare."""
+    lights, count = each.alike.shape
+    shaded_print, glaring_print = np.float32(SHADED_PRINT_SD**2), np.float32(GLARING_PRINT_SD**2)
+    alike, precision, pull = np.zeros((3, count), np.float32)
+    for light in range(lights):
+        for i in range(count):
+            alike[i] += each.alike[light, i]
+            precision[i] += each.precision[light, i]
+            pull[i] += each.pull[light, i]
+    shaded, glare = np.full((2, count), NEVER)
+    for light in range(lights):
+        for i in range(count):
+            others = alike[i] - each.alike[light, i]
+            among, pulled = precision[i] - each.precision[light, i], pull[i] - each.pull[light, i]
+            end = each.nothing[light, i] + log_of(at_end[light, i])
+            shaded[i] = log_of_sum(shaded[i], end + others + of_a_mean(among, pulled, shaded_print))
+            mirrored = _sure(each.turned[light, i])
+            glare[i] = log_of_sum(glare[i], mirrored + others + of_a_mean(among, pulled, glaring_print))
+    mean = np.float32(-math.log(lights))
+    for i in range(count):
+        less.glare[i] = glare[i] + mean
+        less.shadow[i] = log_of_sum(less.shadow[i], shaded[i] + mean + log_of(ON_PRINT))

@@ -51,17 +51,17 @@ class Falling(NamedTuple):
     shadow: Field
     outline: Field
 
-    def of(self, near: Field, normals: Field) -> tuple[Field, Field]:
+    def of(self, near: Field, axis: Field) -> tuple[Field, Field]:
         """For N edgels, (L, N) each.
 
         Parameters
         ----------
         near
             (L, 2, N), what each light gives behind and ahead of them; or (1, 2, N), what all do.
-        normals
-            (N, 2), ahead.
+        axis
+            (N,), direction ahead, rad.
         """
-        at = _dark_side(near, normals) + DIRECTIONS * np.arange(len(self.shadow))[:, None]
+        at = _dark_side(near, axis) + DIRECTIONS * np.arange(len(self.shadow))[:, None]
         return self.shadow.take(at), self.outline.take(at)
 
     def of_most_changed(self, parts: Sides) -> Field:
@@ -72,7 +72,7 @@ class Falling(NamedTuple):
         changed = _most_changed(parts.near)
         at = changed, np.arange(len(changed))
         near = np.stack([parts.near[:, side][at] for side in (0, 1)])[None]
-        return np.asarray(np.minimum(self.shadow[changed, _dark_side(near, parts.normals)[0]], 1.0))
+        return np.asarray(np.minimum(self.shadow[changed, _dark_side(near, parts.axis)[0]], 1.0))
 
 
 def _most_changed(near: Field) -> NDArray[np.int64]:
@@ -80,11 +80,10 @@ def _most_changed(near: Field) -> NDArray[np.int64]:
     return np.asarray(np.argmax(np.abs(near[:, 0] - near[:, 1]), axis=0))
 
 
-def _dark_side(near: Field, normals: Field) -> NDArray[np.int64]:
+def _dark_side(near: Field, axis: Field) -> NDArray[np.int64]:
     """Number (L, N) of the direction to the side that each light gives less to."""
-    angle = np.arctan2(normals[:, 1], normals[:, 0])
-    ahead = np.round(angle * (DIRECTIONS / (2.0 * np.pi))).astype(np.int64) % DIRECTIONS
-    return np.where(near[:, 0] < near[:, 1], (ahead + DIRECTIONS // 2) % DIRECTIONS, ahead)
+    ahead = np.rint(axis * (DIRECTIONS / (2.0 * np.pi))).astype(np.int64) % DIRECTIONS
+    return np.asarray(np.where(near[:, 0] < near[:, 1], (ahead + DIRECTIONS // 2) % DIRECTIONS, ahead))
 
 
 def learn_falling(parts: Sides, is_outline: NDArray[np.bool_], is_shadow: NDArray[np.bool_]) -> Falling:
@@ -100,7 +99,7 @@ def learn_falling(parts: Sides, is_outline: NDArray[np.bool_], is_shadow: NDArra
     shading = _shading(parts, is_outline)
     ends = parts.of(np.flatnonzero(is_shadow))
     missing = _most_changed(ends.near)
-    at = _dark_side(ends.near, ends.normals)
+    at = _dark_side(ends.near, ends.axis)
     tables = []
     for light, towards in enumerate(shading):
         seen = np.bincount(at[light, missing == light], minlength=DIRECTIONS) / LIKE_ONE
@@ -118,6 +117,7 @@ def _shading(parts: Sides, is_outline: NDArray[np.bool_]) -> Floats:
     both = near.sum(axis=0)
     behind = both[0] > both[1]
     share = np.where(behind, near[:, 0], near[:, 1]) / np.maximum(both.max(axis=0), 1.0)
-    outwards = parts.normals[is_outline] * np.where(behind, 1.0, -1.0)[:, None]
+    axis = parts.axis[is_outline]
+    outwards = np.stack([np.cos(axis), np.sin(axis)], axis=1) * np.where(behind, 1.0, -1.0)[:, None]
     more = share - share.mean(axis=1, keepdims=True) if share.shape[1] else share
     return np.asarray(more @ outwards / np.maximum(np.abs(more).sum(axis=1, keepdims=True), 1e-9))

@@ -17,6 +17,7 @@ from vision_server.edges.sides import Sides
 
 Floats = NDArray[np.float64]
 
+SAME = 1e-6  # rounding
 MOST_NOISE = 6.0  # of a part, in that of single channels: more lights that are hardly told apart
 
 
@@ -51,8 +52,8 @@ def known_lights(levels: Floats) -> KnownLights:
     if len(on) < on.shape[1]:
         return KnownLights(on, None)
     share = np.linalg.pinv(on)
-    apart = np.allclose(share @ on, np.eye(len(share)))
-    apart &= bool(np.linalg.norm(share, axis=1).max() <= MOST_NOISE)
+    apart = np.abs(share @ on - np.eye(len(share))).max() < SAME
+    apart &= np.linalg.norm(share, axis=1).max() <= MOST_NOISE
     return KnownLights(on, share.astype(np.float32) if apart else None)
 
 

@@ -7,15 +7,18 @@ lights in `edges.blocked`.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from vision_server.edges.background import Background
 from vision_server.edges.blocked import DEPTH_SD, FLAT_SD, KNOWN_DEPTH_SD, shadow_of_one
-from vision_server.edges.densities import Scatter, either, logarithms, normal, sum_of_logs
+from vision_server.edges.densities import either, logarithms, normal, sum_of_logs
 from vision_server.edges.each_light import less_crease
 from vision_server.edges.falling import Falling
 from vision_server.edges.light_parts import KnownLights, apparent_parts, parts_of
+from vision_server.edges.scatter import SURFACE_SD, scatter
 from vision_server.edges.sides import Sides
 
 Floats = NDArray[np.float64] | NDArray[np.float32]
@@ -26,14 +29,8 @@ FIXED = (OUTLINE, CREASE, PRINT)
 """Kinds of edges that are of the scene, not of its light."""
 
 # Of log-ratios; chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
-SURFACE_SD = 0.2  # of two places 4 px apart on one surface, from light to light: it is curved
-TEXTURE_SD = 0.15  # of the same in all lights alike: it is not of one grey
-UNEVEN_SD = 0.1  # of both where there is no edge
-FAINT_SD = 0.04  # of prints that are none
-PRINT_SD = 0.7  # of prints, and of creases in their mean light
-CREASE_SD = 0.25  # of a crease from light to light
+TEXTURE_SD = 0.15  # of two places 4 px apart on one surface, in all lights alike: it is not of one grey
 TOUCHED_SD = 1.0  # of a shadow's depth and a highlight's height
-BACKGROUND_SD = 0.4  # of the background from place to place
 UNTOUCHED = 0.6  # share of the channels in which no shadow ends where one does in another
 SIDE_STEEPNESS = 2.0  # how surely the side that changed tells shadow from highlight
 MOST_STEEP = 30.0  # the logarithm of how surely: more changes no density and runs out of float32
@@ -84,29 +81,22 @@ def _of_block(
     sides: Sides, background: Background, lights: KnownLights | None, falling: Falling | None
 ) -> Floats:
     """As `likelihoods`, of as many edgels as the processor's cache holds."""
-    logs, noise = logarithms(sides)
-    ratio, surface = logs[:, 0] - logs[:, 1], noise + SURFACE_SD**2
-    found = np.empty((len(KINDS), ratio.shape[1]), ratio.dtype)
-    darkness = _darker_side(sides) - np.log(background.dark + sides.dark)
-    constant = Scatter.of(ratio, noise + FLAT_SD**2)
-    before_background = Scatter.of(darkness, surface).about_a_mean(BACKGROUND_SD)
-    found[OUTLINE] = before_background
+    found = np.empty((len(KINDS), sides.noise.shape[1]), np.float32)
+    found[[OUTLINE, CREASE, PRINT, NOISE]] = scatter(sides, background.dark)
     if background.enclosed is not None:
         found[OUTLINE] -= RARER_ENCLOSED * background.enclosed
-    found[CREASE] = Scatter.of(ratio, surface + CREASE_SD**2).about_a_mean(PRINT_SD)
-    found[PRINT] = constant.about_a_mean(PRINT_SD)
-    uneven = Scatter.of(ratio, noise + UNEVEN_SD**2).about_a_mean(UNEVEN_SD)
-    found[NOISE] = either(constant.about_a_mean(FAINT_SD), uneven) - np.log(2.0)
     if lights is not None and lights.are_all:
-        _known_lights(found, sides, logs, noise, lights, falling)
+        _known_lights(found, sides, lights, falling)
     else:
-        on = np.ones((len(ratio), 1)) if lights is None else lights.on
-        touched, highlight = _touched(logs, ratio, noise)
-        found[SHADOW] = either(touched, shadow_of_one(sides, logs, noise, on, DEPTH_SD)) - np.log(2.0)
+        logs, noise = logarithms(sides)
+        on = np.ones((len(noise), 1)) if lights is None else lights.on
+        touched, highlight = _touched(logs, noise)
+        found[SHADOW] = either(touched, shadow_of_one(sides, logs, noise, on, DEPTH_SD)) - math.log(2.0)
         if falling is not None:
             found[SHADOW] += np.log(falling.of_most_changed(apparent_parts(sides)))
         found[HIGHLIGHT] = highlight - RARE_HIGHLIGHT
     if background.wall is not None:
+        logs, noise = logarithms(sides)
         beside = logs - np.log(background.wall + sides.dark)[:, None]
         # what is clipped is at least that bright, which tells which of its sides is no wall
         _before_wall(found, beside, np.where(sides.known, noise, np.float32(0.0)))
@@ -132,43 +122,37 @@ def _before_wall(found: Floats, beside: Floats, noise: Floats) -> None:
         outline.append(sum_of_logs(of_wall) + sum_of_logs(any_grey[:, other]) - usual)
         on_wall = (1.0 - IN_SHADOW) * alike + IN_SHADOW * shaded[:, other]
         end.append(sum_of_logs(lit[:, one] * on_wall + OFF_WALL) - usual)
-    found[OUTLINE] = either(*outline) - np.log(2.0)
-    found[SHADOW] = either(found[SHADOW], either(*end) - np.log(2.0))
+    found[OUTLINE] = either(*outline) - math.log(2.0)
+    found[SHADOW] = either(found[SHADOW], either(*end) - math.log(2.0))
 
 
-def _known_lights(
-    found: Floats,
-    sides: Sides,
-    logs: Floats,
-    noise: Floats,
-    lights: KnownLights,
-    falling: Falling | None,
-) -> None:
+def _known_lights(found: Floats, sides: Sides, lights: KnownLights, falling: Falling | None) -> None:
     """Let known lights say what is shadow, highlight, print and outline in ``found`` (6, N), an output."""
     parts = parts_of(sides, lights)
     told = np.zeros(found.shape[1], np.bool_) if parts is None else parts.known[0]
     if parts is not None and told.any():
-        fall = None if falling is None else falling.of(parts.near, parts.normals)
-        shadow, outline, mirrored, glare = (found[CREASE] + more for more in less_crease(parts, fall))
-        found[SHADOW], found[HIGHLIGHT] = shadow, mirrored - RARER_HIGHLIGHT
-        found[PRINT] = np.where(told, either(found[PRINT], glare - RARER_GLARE), found[PRINT])
-        found[OUTLINE] = np.where(told, either(found[OUTLINE], outline - RARER_LIT), found[OUTLINE])
+        fall = None if falling is None else falling.of(parts.near, parts.axis)
+        less, crease = less_crease(parts, fall), found[CREASE]
+        found[SHADOW], found[HIGHLIGHT] = crease + less.shadow, crease + less.mirrored - RARER_HIGHLIGHT
+        for kind, more in ((PRINT, less.glare - RARER_GLARE), (OUTLINE, less.outline - RARER_LIT)):
+            np.copyto(found[kind], either(found[kind], crease + more), where=told)
     other = np.flatnonzero(~told)
     if len(other):
-        some, logs, noise = sides.of(other), logs[..., other], noise[:, other]
+        some = sides.of(other)
+        logs, noise = logarithms(some)
         fall_to: Floats | float = 1.0
         if falling is not None and parts is None:
             fall_to = falling.of_most_changed(apparent_parts(some))
         elif falling is not None:
-            fall_to = falling.of(some.near.sum(axis=0, keepdims=True), some.normals)[0]
+            fall_to = falling.of(some.near.sum(axis=0, keepdims=True), some.axis)[0]
         found[SHADOW, other] = shadow_of_one(some, logs, noise, lights.on, KNOWN_DEPTH_SD, fall_to)
-        highlight = _touched(logs, logs[:, 0] - logs[:, 1], noise)[1]
+        highlight = _touched(logs, noise)[1]
         found[HIGHLIGHT, other] = highlight - RARER_HIGHLIGHT
 
 
-def _touched(logs: Floats, ratio: Floats, noise: Floats) -> tuple[Floats, Floats]:
+def _touched(logs: Floats, noise: Floats) -> tuple[Floats, Floats]:
     """Log-likelihoods (N,) that light is blocked, and that it is mirrored, on one side in some channels."""
-    variance = noise + SURFACE_SD**2
+    ratio, variance = logs[:, 0] - logs[:, 1], noise + SURFACE_SD**2
     most = np.float32(2.0 * TEXTURE_SD)
     texture = np.minimum(np.maximum(_at_least(ratio, ratio * ratio / variance), -most), most)
     step = ratio - texture
@@ -196,10 +180,3 @@ def _middle(logs: Floats) -> Floats:
     if len(logs) < 3:
         return np.asarray(logs.mean(axis=0))
     return np.asarray((logs.sum(axis=0) - logs.max(axis=0) - logs.min(axis=0)) / (len(logs) - 2))
-
-
-def _darker_side(sides: Sides) -> Floats:
-    """Logarithm (C, N) of the largest intensity on the side that is the darker one in its best light."""
-    lit = sides.brightest.max(axis=0)
-    darker = np.where(lit[0] < lit[1], sides.brightest[:, 0], sides.brightest[:, 1])
-    return np.asarray(np.log(np.maximum(darker, 0.0) + np.float32(sides.dark)))

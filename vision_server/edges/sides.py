@@ -41,8 +41,8 @@ class Sides(NamedTuple):
         float32 (C, N), standard deviation of one intensity.
     known
         bool (C, N), False where a side is clipped: what is there is not known.
-    normals
-        float32 (N, 2), unit vectors ahead, x and y.
+    axis
+        float32 (N,), direction ahead, rad, 0 along x.
     dark
         Grey at reference exposure that is added before logarithms are taken.
     """
@@ -51,17 +51,17 @@ class Sides(NamedTuple):
     brightest: Field
     noise: Field
     known: NDArray[np.bool_]
-    normals: Field
+    axis: Field
     dark: float = DARK_GREY
 
     def of(self, edgels: slice | NDArray[np.int64]) -> Sides:
         """Those of some of the edgels."""
         return self._replace(
-            near=self.near[..., edgels],
-            brightest=self.brightest[..., edgels],
-            noise=self.noise[:, edgels],
-            known=self.known[:, edgels],
-            normals=self.normals[edgels],
+            near=np.ascontiguousarray(self.near[..., edgels]),
+            brightest=np.ascontiguousarray(self.brightest[..., edgels]),
+            noise=np.ascontiguousarray(self.noise[:, edgels]),
+            known=np.ascontiguousarray(self.known[:, edgels]),
+            axis=self.axis[edgels],
         )
 
 
@@ -123,7 +123,7 @@ def sides_of(edges: EdgeMap) -> Sides:
             near[number] /= np.float32(channel.exposure)
             brightest[number] /= np.float32(channel.exposure)
     dark = DARK_GREY / max(channel.exposure for channel in channels)
-    return Sides(near, brightest, noise, known, edges.normals, dark)
+    return Sides(near, brightest, noise, known, edges.axis, dark)
 
 
 @kernel(nogil=True, error_model="numpy")

@@ -16,9 +16,10 @@ TOWARDS_DEG = np.array([0.0, 120.0, 240.0])  # to each of three lights, as the i
 def edgels(pairs: list[tuple[NDArray[np.float64], NDArray[np.float64]]], ahead_deg: list[float]) -> Sides:
     near = np.array(pairs, np.float32).transpose(2, 1, 0)
     angle = np.deg2rad(ahead_deg)
-    normals = np.stack([np.cos(angle), np.sin(angle)], axis=1).astype(np.float32)
     count = len(pairs)
-    return Sides(near, near, np.ones((3, count), np.float32), np.ones((3, count), bool), normals)
+    return Sides(
+        near, near, np.ones((3, count), np.float32), np.ones((3, count), bool), angle.astype(np.float32)
+    )
 
 
 def without(light: int) -> NDArray[np.float64]:
@@ -79,7 +80,7 @@ def test_a_dark_side_away_from_the_light_is_rather_behind_an_outline() -> None:
     found = learn_falling(edgels(pairs, ahead), ~every, every)
     # the same edge read both ways, then one that faces away
     asked = edgels([(LIT, without(1)), (without(1), LIT), (without(1), LIT)], [120.0, 300.0, 120.0])
-    less = less_crease(asked, found.of(asked.near, asked.normals))
+    less = less_crease(asked, found.of(asked.near, asked.axis))
     np.testing.assert_allclose(less.shadow[0], less.shadow[1], atol=1e-4)
     assert less.shadow[0] - less.outline[0] > less.shadow[2] - less.outline[2] + 3.0
 
@@ -90,7 +91,7 @@ def test_what_all_lights_show_together_has_the_dark_side_of_each() -> None:
     found = learn_falling(edgels(pairs, ahead), ~every, every)
     asked = edgels([(LIT, 0.5 * LIT)], [120.0])
     each, together = (
-        found.of(near, asked.normals)[0] for near in (asked.near, asked.near.sum(0, keepdims=True))
+        found.of(near, asked.axis)[0] for near in (asked.near, asked.near.sum(0, keepdims=True))
     )
     np.testing.assert_allclose(each, together)
     assert each[1, 0] > 2.0 * max(each[0, 0], each[2, 0])

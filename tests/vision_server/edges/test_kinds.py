@@ -12,14 +12,13 @@ from bridge.errors import BadInput
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
 from vision_server.channels.depth import PER_GREY
-from vision_server.edges.background import Background, background_grey
-from vision_server.edges.densities import Scatter, log_normal, sum_of_logs
+from vision_server.edges.background import Background, background_of
+from vision_server.edges.densities import sum_of_logs
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.kinds import edge_kinds, fit_kinds
 from vision_server.edges.kinds_table import kinds_picture, kinds_table
 from vision_server.edges.light_parts import known_lights
 from vision_server.edges.likelihoods import (
-    BACKGROUND_SD,
     CREASE,
     FIXED,
     HIGHLIGHT,
@@ -50,8 +49,7 @@ OF_KIND = {
 def sides(pairs: list[tuple[Floats, Floats]]) -> Sides:
     near = np.array([[left, right] for left, right in pairs], np.float32).transpose(2, 1, 0)
     noise, known = np.ones(near[:, 0].shape, np.float32), np.ones(near[:, 0].shape, bool)
-    ahead = np.tile(np.array([[1.0, 0.0]], np.float32), (len(pairs), 1))
-    return Sides(near, near.copy(), noise, known, ahead)
+    return Sides(near, near.copy(), noise, known, np.zeros(len(pairs), np.float32))
 
 
 def kinds_of(found: Sides) -> list[int]:
@@ -83,16 +81,6 @@ def test_a_clipped_or_black_channel_says_nothing() -> None:
             bad = sides([(np.r_[left, grey], np.r_[right, grey])])
             bad.known[-1] = known
             assert kinds_of(bad) == kinds_of(good) == [kind]
-
-
-def test_a_common_mean_is_integrated_out() -> None:
-    random = np.random.default_rng(0)
-    x, variance = random.normal(size=(3, 2)), random.uniform(0.1, 1.0, (3, 2))
-    means = np.linspace(-8.0, 8.0, 4001)
-    density = np.exp(log_normal(x[..., None] - means, variance[..., None]).sum(axis=0))
-    prior = np.exp(log_normal(means, np.full(1, BACKGROUND_SD**2)))
-    expected = np.log(np.trapezoid(density * prior, means, axis=1))
-    np.testing.assert_allclose(Scatter.of(x, variance).about_a_mean(BACKGROUND_SD), expected, rtol=1e-6)
 
 
 def test_the_logarithm_of_a_product_holds_any_number_of_channels() -> None:
@@ -241,7 +229,8 @@ def test_an_image_of_more_bits_is_read_as_one_of_eight_where_it_is_the_same() ->
         deep = replace(eight, channels=tuple(alike))
         for one, other in zip(sides_of(eight), sides_of(deep), strict=True):
             np.testing.assert_allclose(one, other, rtol=1e-5)
-        assert background_grey(eight.channels) == pytest.approx(background_grey(deep.channels))
+        dark = [background_of(edges, sides_of(edges)).dark for edges in (eight, deep)]
+        assert dark[0] == pytest.approx(dark[1])
 
 
 @pytest.mark.parametrize(("grey", "noise"), [(0.0, 0.0), (0.0, 1.0), (5.0, 2.0)])

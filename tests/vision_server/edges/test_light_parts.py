@@ -12,7 +12,7 @@ from vision_server.edges.likelihoods import CREASE, FIXED, HIGHLIGHT, PRINT, SHA
 from vision_server.edges.sides import Sides
 
 LEVELS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.6, 0.6]])
-AHEAD = np.array([[1.0, 0.0]], np.float32)
+AHEAD = np.zeros(1, np.float32)
 LEFT = np.array([50.0, 70.0, 40.0, 30.0])  # of three lamps and the sun
 
 

@@ -1,0 +1,95 @@
+"""How log-ratios scatter from channel to channel: tells outline, crease and print before any light is known.
+
+In each kind the values of C channels are Gaussians of known variances about a mean of their own, which is one
+itself. Of a print, and of what is no edge, the log-ratio varies by noise only, or by what is uneven; of a
+crease by more. Of an outline what varies is the darker side beside the background.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from numerics.kernels import kernel
+from numerics.logarithm import HALF, ONE, ZERO, log_of, log_of_sum
+from vision_server.channels.depth import Field
+from vision_server.edges.blocked import FLAT_SD
+from vision_server.edges.densities import UNKNOWN_SD, log_normal, of_a_mean, ratio_of
+from vision_server.edges.sides import Sides
+
+# Of log-ratios; chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
+SURFACE_SD = 0.2  # of two places 4 px apart on one surface, from light to light: it is curved
+UNEVEN_SD = 0.1  # of both where there is no edge
+FAINT_SD = 0.04  # of prints that are none
+PRINT_SD = 0.7  # of prints, and of creases in their mean light
+CREASE_SD = 0.25  # of a crease from light to light
+BACKGROUND_SD = 0.4  # of the background from place to place
+ALONE, PRECISION, PULL = range(
+    3
+)  # of a scatter: its density about 0, sums of 1 / variance and value / variance
+
+
+def scatter(sides: Sides, background: float) -> Field:
+    """Log-likelihoods of an outline, a crease, a print and of no edge: float32 (4, N).
+
+    Parameters
+    ----------
+    sides
+        Of N edgels in C channels.
+    background
+        Grey of the background at reference exposure.
+    """
+    found = np.empty((4, sides.noise.shape[1]), np.float32)
+    _scatter(sides, np.float32(sides.dark), np.float32(background + sides.dark), found)
+    return found
+
+
+@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+def _sums(values: Field, noise: Field, more: float) -> Field:
+    """ALONE, PRECISION and PULL (3, N) of values (C, N) whose variances are ``noise`` and so much more."""
+    channels, count = values.shape
+    sums, extra = np.zeros((3, count), np.float32), np.float32(more)
+    for channel in range(channels):
+        for i in range(count):
+            value, variance = values[channel, i], noise[channel, i] + extra
+            sums[ALONE, i] += log_normal(value, variance)
+            sums[PRECISION, i] += ONE / variance
+            sums[PULL, i] += value / variance
+    return sums
+
+
+@kernel(inline="always")
+def _about_a_mean(sums: Field, i: int, sd: float) -> np.float32:
+    """Log-likelihood that values scatter about a mean that is N(0, sd^2)."""
+    likelier = of_a_mean(sums[PRECISION, i], sums[PULL, i], np.float32(sd * sd))
+    return np.float32(sums[ALONE, i] + likelier)
+
+
+@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+def _scatter(of: Sides, dark: np.float32, background: np.float32, found: Field) -> None:
+    """As `scatter`; ``background`` has what is dark added to it, ``found`` is an output."""
+    channels, count = of.noise.shape
+    lit, darkness = np.zeros((2, count), np.float32), np.empty((channels, count), np.float32)
+    ratios, noise = np.empty((channels, count), np.float32), np.empty((channels, count), np.float32)
+    for channel in range(channels):
+        for i in range(count):
+            lit[0, i] = max(lit[0, i], of.brightest[channel, 0, i])
+            lit[1, i] = max(lit[1, i], of.brightest[channel, 1, i])
+    for channel in range(channels):
+        for i in range(count):
+            back, ahead = of.brightest[channel, 0, i], of.brightest[channel, 1, i]
+            darker = max(back if lit[0, i] < lit[1, i] else ahead, ZERO)
+            darkness[channel, i] = log_of((darker + dark) / background)
+        for i in range(count):
+            ratios[channel, i], of_noise = ratio_of(
+                of.near[channel, 0, i], of.near[channel, 1, i], of.noise[channel, i], dark
+            )
+            noise[channel, i] = of_noise + (ZERO if of.known[channel, i] else np.float32(UNKNOWN_SD**2))
+    surface = SURFACE_SD**2
+    behind, crease = _sums(darkness, noise, surface), _sums(ratios, noise, surface + CREASE_SD**2)
+    flat, uneven = _sums(ratios, noise, FLAT_SD**2), _sums(ratios, noise, UNEVEN_SD**2)
+    for i in range(count):
+        found[0, i] = _about_a_mean(behind, i, BACKGROUND_SD)
+        found[1, i] = _about_a_mean(crease, i, PRINT_SD)
+        found[2, i] = _about_a_mean(flat, i, PRINT_SD)
+        faint = _about_a_mean(flat, i, FAINT_SD)
+        found[3, i] = log_of_sum(faint, _about_a_mean(uneven, i, UNEVEN_SD)) + log_of(HALF)
