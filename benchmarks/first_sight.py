@@ -4,7 +4,8 @@
         [--clutter 0] [--width 640] [--write FOLDER]
 
 Six targets: parts that are drawn anew for each trial (machined ones, prisms, plates, and wheels, which are
-turned onto themselves but for one block), a flange that is turned onto itself by 60 degrees, and a satellite.
+turned onto themselves but for one block), a flange that is turned onto itself by 60 degrees, and a satellite;
+others if named, as gear, shaft and bracket, drawn anew too.
 While a pose is not trusted, another image of the same place under another lamp is added, up to so many. One
 JSON object per target: how often the right pose (1 degree, 1 % of the range, up to the target's symmetry) is
 the first or as probable as the first, how often it is listed, both after all images and after the first one;
@@ -28,6 +29,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from benchmarks.cad_parts import CAD
 from benchmarks.drawn_parts import PARTS, part_file
 from benchmarks.lines import show
 from benchmarks.machined_parts import ROUND
@@ -42,7 +44,12 @@ from vision_server.matching import Anywhere
 from vision_server.pipeline import Estimate, estimate_pose
 
 TARGETS = ("machined", "prisms", "plate", "satellite", "wheel", "flange")
-COUNTS = {"machined": 48, "prisms": 60, **dict.fromkeys(ROUND, 128)}  # segments to a circle, or lines
+COUNTS = {
+    "machined": 48,
+    "prisms": 60,
+    **dict.fromkeys(ROUND, 128),
+    **dict.fromkeys(CAD, 96),
+}  # segments to a circle, or lines
 FILLS = (0.35, 0.9)  # of the frame's height, the target's diameter
 TRUSTED = 0.93  # score, docs/trust.md
 SAME_PROBABILITY = 0.999

@@ -22,6 +22,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from benchmarks.cad_parts import CAD
 from benchmarks.lines import show
 from benchmarks.machined_parts import ROUND, machined, surface_of
 from geometry.camera import Camera
@@ -198,6 +199,8 @@ def part_of(shape: str, count: int, rng: np.random.Generator) -> Surface:
     """A part of that shape, of so many lines or segments."""
     if shape == "prisms":
         return random_part(rng, count)
+    if shape in CAD:
+        return surface_of(CAD[shape](rng, count))
     return surface_of(machined(rng, count) if shape == "machined" else ROUND[shape](count))
 
 
@@ -213,7 +216,7 @@ def error_of(pose: Pose, true: Pose, symmetry: Symmetry) -> PoseError:
 
 
 def main(  # noqa: PLR0913  # the options of a command
-    shape: Annotated[str, typer.Option(help=f"prisms, machined, {', '.join(ROUND)}.")] = "prisms",
+    shape: Annotated[str, typer.Option(help=f"prisms, machined, {', '.join([*ROUND, *CAD])}.")] = "prisms",
     counts: Annotated[str, typer.Option(help="Numbers of lines, or of segments.")] = "12,100,500,1000",
     trials: int = 12,
     width: int = 640,

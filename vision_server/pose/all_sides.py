@@ -162,13 +162,15 @@ def _add_turned(found: list[Refined], first: Refined, turns: Sequence[Pose]) -> 
     From behind, a target often looks the same turned so. Of many turns those are refined that fit best.
     """
     seen: list[tuple[float, Pose]] = []
+    sparse = fewer_lines(first.problem)
     for turn in turns:
         start = first.pose.compose(turn)
-        support = support_at(first.problem, start, COARSER * first.spacing_px)
+        support = support_at(sparse, start, COARSER * first.spacing_px)
         if support is not None:
             seen.append((support.evidence, start))
     seen.sort(key=lambda one: -one[0])
+    least = found[0].support.evidence - ROUGHLY_NATS
     for _, start in seen[:MOST_TURNED]:
         other = refined(first.problem, start, COARSE_REACHES_PX, first.spacing_px, COARSER, known=found)
         if other is not None:
-            found.append(finished(other))
+            found.append(finished(other) if other.support.evidence >= least else other)

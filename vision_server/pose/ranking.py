@@ -35,12 +35,13 @@ ROUGHLY_NATS = 10.0  # of evidence, that fewer samples may miss
 
 @dataclass(frozen=True, eq=False)
 class Refined:
-    """A refined pose, what it was refined on, what supports it, and its samples' spacing, px."""
+    """A refined pose, on what, what supports it, its samples' spacing, px; whether to the end."""
 
     problem: PoseProblem
     solution: Solution
     support: PoseSupport
     spacing_px: float
+    to_the_end: bool = False
 
     @property
     def pose(self) -> Pose:
@@ -173,9 +174,9 @@ def of_fewer_lines(best: Refined) -> Refined:
 
 
 def finished(rough: Refined) -> Refined:
-    """A coarsely refined pose, refined to the end."""
-    fine = refined(rough.problem, rough.pose, FINE_REACHES_PX, rough.spacing_px)
-    return rough if fine is None else fine
+    """A coarsely refined pose, refined to the end, unless it is."""
+    fine = None if rough.to_the_end else refined(rough.problem, rough.pose, FINE_REACHES_PX, rough.spacing_px)
+    return rough if fine is None else replace(fine, to_the_end=True)
 
 
 def add_beside(found: list[Refined]) -> None:
