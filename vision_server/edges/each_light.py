@@ -43,10 +43,9 @@ IN_PART = np.float32(0.3)  # share of the lights with such an end that still giv
 ON_PRINT = np.float32(0.1)  # share of the shadows' ends that lie on a print
 SHADED_PRINT_SD = 0.2  # of the log-ratio of that print
 GLARING_PRINT_SD = 0.7  # of the log-ratio of prints that a light is mirrored in
-BEHIND = np.float32(
-    0.3
-)  # share of the lights that are missing behind an outline, before a surface that is alike
-BEHIND_ANY = np.float32(0.5)  # before any other, and on the same side
+# Share of the lights that are missing behind an outline, before a surface that is alike ...
+BEHIND = np.float32(0.3)
+BEHIND_ANY = np.float32(0.5)  # ... and before any other, on the same side
 RARER_ANY = 1.0  # of the logarithm of an outline before any other, beside those before one that is alike
 SUREST = np.float32(12.0)  # the logarithm of how sure one light alone may be
 NEVER = np.float32(-1e9)  # the logarithm of how likely

@@ -23,9 +23,8 @@ FAINT_SD = 0.04  # of prints that are none
 PRINT_SD = 0.7  # of prints, and of creases in their mean light
 CREASE_SD = 0.25  # of a crease from light to light
 BACKGROUND_SD = 0.4  # of the background from place to place
-ALONE, PRECISION, PULL = range(
-    3
-)  # of a scatter: its density about 0, sums of 1 / variance and value / variance
+# Of a scatter: the logarithm of its density about 0, sums of 1 / variance and of value / variance.
+ALONE, PRECISION, PULL = range(3)
 
 
 def scatter(sides: Sides, background: float) -> Field:
