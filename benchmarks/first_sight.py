@@ -44,12 +44,8 @@ from vision_server.matching import Anywhere
 from vision_server.pipeline import Estimate, estimate_pose
 
 TARGETS = ("machined", "prisms", "plate", "satellite", "wheel", "flange")
-COUNTS = {
-    "machined": 48,
-    "prisms": 60,
-    **dict.fromkeys(ROUND, 128),
-    **dict.fromkeys(CAD, 96),
-}  # segments to a circle, or lines
+# Segments to a circle, or lines.
+COUNTS = {"machined": 48, "prisms": 60, **dict.fromkeys(ROUND, 128), **dict.fromkeys(CAD, 96)}
 FILLS = (0.35, 0.9)  # of the frame's height, the target's diameter
 TRUSTED = 0.93  # score, docs/trust.md
 SAME_PROBABILITY = 0.999

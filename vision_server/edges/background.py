@@ -97,7 +97,7 @@ def _quadratic(x: NDArray[np.floating], y: NDArray[np.floating]) -> NDArray[np.f
 
 def _background_grey(best: NDArray[np.float32]) -> float:
     """Grey at reference exposure that only few cells stay under in their best light."""
-    return float(np.sort(best, axis=None)[round(BACKGROUND_SHARE * (best.size - 1))])
+    return float(np.quantile(best, BACKGROUND_SHARE, method="nearest"))
 
 
 def _enclosed(edges: EdgeMap, sides: Sides, outside: NDArray[np.uint8]) -> NDArray[np.bool_]:

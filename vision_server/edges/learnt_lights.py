@@ -107,10 +107,9 @@ def _alone_and_together(sides: Sides) -> KnownLights | None:
         lit, turned = LEVEL_SD * total > noise, LEVEL_SD * uneven > noise
         if min(lit.sum(), turned.sum()) < FEWEST_PLACES:
             continue
-        lower = _ranked(both[lit] / total[lit], 1.0 - OUTSIDE)
-        upper, most = (
-            _ranked((both - least)[turned] / uneven[turned], share) for share in (OUTSIDE, 1.0 - OUTSIDE)
-        )
+        lower = np.quantile(both[lit] / total[lit], 1.0 - OUTSIDE, method="nearest")
+        steps = (both - least)[turned] / uneven[turned]
+        upper, most = np.quantile(steps, (OUTSIDE, 1.0 - OUTSIDE), method="nearest")
         is_sun = most < LEVEL_SLACK
         if not is_sun and (not -LEVEL_SLACK < upper - lower < LEVEL_UNSURE or count * upper < 1.0):
             continue
@@ -125,12 +124,6 @@ def _alone_and_together(sides: Sides) -> KnownLights | None:
         if _explains(lights, sides):
             return lights
     return None
-
-
-def _ranked(values: Field, share: float) -> float:
-    """The value that has such a share of the others below it: `np.quantile`, at a tenth of its time."""
-    rank = round(share * (len(values) - 1))
-    return float(np.partition(values, rank)[rank])
 
 
 def _of_lamps(near: Field, variance: Field, of_sun: Field) -> Floats:
