@@ -135,7 +135,12 @@ def belief(
     if doubt is not None:
         ambiguity = max(ambiguity, doubt.otherwise)
     right = 1.0 if doubt is None or doubt.excess is None else RIGHT_OF_WRONG_MODEL
-    return right / (1.0 + math.exp(-logit)) / (1.0 + ambiguity)
+    return shared(right / (1.0 + math.exp(-logit)), ambiguity)
+
+
+def shared(belief: float, ambiguity: float) -> float:
+    """What is left of a belief in a pose by itself, where a rival has such a chance over it."""
+    return belief / (1.0 + ambiguity)
 
 
 def _by_lines(support: PoseSupport, uncertainty: float, doubt: Misfit | None) -> float:

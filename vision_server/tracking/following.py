@@ -17,7 +17,7 @@ from vision_server.pose.covariance import uncertainty
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, refine
 from vision_server.pose.support import PoseSupport, support_of
-from vision_server.pose.trust import TAILS, belief, quality
+from vision_server.pose.trust import TAILS, belief, quality, shared
 from vision_server.tracking.beside import Beside, beside
 from vision_server.tracking.fitting import Fit, Habits, fitted
 from vision_server.tracking.frame import Tone, problem_of, window
@@ -75,7 +75,7 @@ class Found:
 
     def belief(self, ambiguity: float) -> float:
         """Probability that this is where the target is, however exactly, see `trust.belief`."""
-        return self._own_belief / (1.0 + ambiguity)
+        return shared(self._own_belief, ambiguity)
 
     def is_strained(self) -> bool:
         """Whether its lines say that the model is too long along an axis."""
