@@ -3,6 +3,7 @@
 import sys
 from argparse import Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable
+from contextlib import closing, suppress
 from pathlib import Path
 
 from bridge.command_line import new_parser, whole_number
@@ -27,7 +28,13 @@ def main() -> int:
         parser.epilog = f"Commands:{listed}\n\npython -m report COMMAND --help tells more."
         parser.formatter_class = RawDescriptionHelpFormatter
     parser.add_argument("run_folder", type=Path, metavar="RUN_FOLDER", help="Run folder of a session.")
-    if command == "live":
+    if not command:
+        parser.add_argument(
+            "--when-told",
+            action="store_true",
+            help="Get ready, and write at the first line on standard input.",
+        )
+    elif command == "live":
         parser.add_argument(
             "--port",
             type=whole_number(0, 65535),
@@ -64,9 +71,15 @@ def main() -> int:
 
 
 def _write(options: Namespace) -> None:
-    from report.page import write_report  # late: --help must not wait for numba
+    from report.following import Journal
 
-    print(write_report(options.run_folder))
+    with closing(Journal(options.run_folder, every_reason=True)) as journal:
+        with suppress(OSError):  # without swipl there is a page all the same, which says so
+            journal.start()
+        from report.page import write_report  # late: the reader starts meanwhile
+
+        if not options.when_told or sys.stdin.readline():
+            print(write_report(options.run_folder, journal))
 
 
 def _serve(options: Namespace) -> None:

@@ -86,8 +86,19 @@ class Journal:
         self._actions: list[Action] = []
         self.spent_s = 0.0
 
+    def start(self) -> None:
+        """Start the reader, which is ready sooner then when it is asked; may be called twice."""
+        if self._process is None:
+            self._process = subprocess.Popen(
+                ["swipl", str(JOURNAL_READER), str(self._folder), self._reasons],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+            )  # fmt: skip
+            os.setpriority(os.PRIO_PROCESS, self._process.pid, WORK_NICENESS)
+
     def ask(self) -> Told:
-        """What the journal tells now; a reader that cannot be used is a problem told, not an error."""
+        """What the journal tells now, nothing where there is none; without its reader a problem is told."""
+        if not (self._folder / "history.pl").is_file():
+            return Told()
         try:
             return self._answer()
         except (OSError, ValueError, msgspec.MsgspecError) as error:
@@ -102,12 +113,8 @@ class Journal:
             process.communicate()
 
     def _answer(self) -> Told:
-        if self._process is None:
-            self._process = subprocess.Popen(
-                ["swipl", str(JOURNAL_READER), str(self._folder), self._reasons],
-                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            )  # fmt: skip
-            os.setpriority(os.PRIO_PROCESS, self._process.pid, WORK_NICENESS)
+        self.start()
+        assert self._process is not None
         asked, answers = self._process.stdin, self._process.stdout
         assert asked is not None and answers is not None
         asked.write(b"\n")
@@ -148,7 +155,7 @@ class Follower:
             return None
         self._seen = seen
         waiting = waits(self.folder)  # before the journal is read: what led here is in it
-        told = Told() if not (self.folder / "history.pl").is_file() else self._journal.ask()
+        told = self._journal.ask()
         if self._has_result():
             try:
                 result = read_result(self.folder)

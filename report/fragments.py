@@ -19,7 +19,7 @@ from report.following import State
 from report.records import LightRecord, ReasonRecord, StepRecord
 from report.scene import known_lights, read_scene
 from report.story import Picture, step_view
-from report.strokes import drawn_strokes, support_of
+from report.strokes import strokes_of, support_of
 from report.uncertainty import uncertainty_of
 from report.verdict import verdict_of
 
@@ -88,9 +88,9 @@ def fragments(folder: Path, state: State, token: str) -> dict[str, str]:
         "size": (scene.camera.width, scene.camera.height) if scene.camera else (4, 3),
         "newest": newest,
         "edges": next((name for name in reversed(images) if _drawn(folder, name)), ""),
-        "strokes": drawn_strokes(folder, scene, result.pose, support),
+        "strokes": strokes_of(scene, result.pose, support, at_once=True),
         "strip": strip_of(
-            result, images, lambda pose: drawn_strokes(folder, scene, pose, None), not state.ended
+            result, images, lambda pose: strokes_of(scene, pose, None, at_once=True), not state.ended
         ),
         "notes": scene.notes if images else (),
         "steps": [_view(step, number, result.steps, lights) for number, step in enumerate(result.steps, 1)],

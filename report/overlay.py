@@ -1,6 +1,6 @@
 """A model's wireframe drawn over an image, so that its fit can be judged at a glance."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import cv2
 import numpy as np
@@ -58,18 +58,33 @@ def draw_overlay(
     ReportError : an image of another type or size than the camera's.
     GeometryError : a model or camera that cannot be used.
     """
-    canvas = colour(image)
-    if canvas.shape[:2] != (camera.height, camera.width):
-        height, width = canvas.shape[:2]
-        raise ReportError(f"image is {width}×{height}, its camera {camera.width}×{camera.height}")
     if pose is None:
-        return canvas
-    runs = visible_runs(model, camera, pose)
+        return _canvas(image, camera)
+    return draw_runs(image, visible_runs(model, camera, pose), camera, support, inset)
+
+
+def draw_runs(
+    image: Pixels,
+    runs: Sequence[Run],
+    camera: Camera,
+    support: Mapping[int, float] | None = None,
+    inset: bool = True,
+) -> Pixels:
+    """The same, with what is seen of the model given as runs."""
+    canvas = _canvas(image, camera)
     out = _drawn(canvas, runs, support)
     bounds = bounds_of(runs)
     if inset and bounds is not None and is_small(bounds, camera):
         _add_inset(out, canvas, runs, support, bounds)
     return out
+
+
+def _canvas(image: Pixels, camera: Camera) -> Pixels:
+    canvas = colour(image)
+    if canvas.shape[:2] != (camera.height, camera.width):
+        height, width = canvas.shape[:2]
+        raise ReportError(f"image is {width}×{height}, its camera {camera.width}×{camera.height}")
+    return canvas
 
 
 def is_small(bounds: tuple[float, float, float, float], camera: Camera) -> bool:
@@ -94,7 +109,7 @@ def colour(image: Pixels) -> Pixels:
     raise ReportError(f"a picture needs shape (H, W) or (H, W, 3), got {image.shape}")
 
 
-def _drawn(canvas: Pixels, runs: list[Run], support: Mapping[int, float] | None) -> Pixels:
+def _drawn(canvas: Pixels, runs: Sequence[Run], support: Mapping[int, float] | None) -> Pixels:
     """Lines with a dark halo."""
     blue: list[NDArray[np.int32]] = []
     orange: list[NDArray[np.int32]] = []
@@ -129,7 +144,7 @@ def _dashes(points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
 def _add_inset(
     out: Pixels,
     canvas: Pixels,
-    runs: list[Run],
+    runs: Sequence[Run],
     support: Mapping[int, float] | None,
     bounds: tuple[float, float, float, float],
 ) -> None:

@@ -3,6 +3,7 @@
 import shlex
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,12 +42,13 @@ class Hero:
     close_ups: tuple[tuple[float, float], ...]
 
 
-def write_report(folder: Path) -> Path:
+def write_report(folder: Path, journal: Journal | None = None) -> Path:
     """Write RUN_FOLDER/report.html and RUN_FOLDER/images/<id>-overlay.png.
 
     Parameters
     ----------
     folder : a session's run folder (docs/architecture.md): result.json, images/<id>.png, images/stack.toml.
+    journal : its reader with every reason, where one has been started; it is asked once, and closed.
 
     Returns
     -------
@@ -57,8 +59,8 @@ def write_report(folder: Path) -> Path:
     ReportError : no such folder, no or broken result.json, a folder that cannot be written.
     """
     result = read_result(folder)
-    with ThreadPoolExecutor(1) as pool:  # the journal's reader works while pictures are read and drawn
-        html = render(folder, result, pool.submit(_told, folder))
+    with closing(journal or Journal(folder, every_reason=True)) as reader, ThreadPoolExecutor(1) as pool:
+        html = render(folder, result, pool.submit(reader.ask))  # it reads while pictures are read and drawn
     path = folder / "report.html"
     try:
         path.write_text(html, encoding="utf-8")
@@ -127,16 +129,6 @@ def render(folder: Path, result: Result, asked: Future[Told]) -> str:
             figure_svg=Markup,
         )
     )
-
-
-def _told(folder: Path) -> Told:
-    """What the journal tells; nothing where there is none."""
-    if not (folder / "history.pl").is_file():
-        return Told()
-    journal = Journal(folder, every_reason=True)
-    told = journal.ask()
-    journal.close()
-    return told
 
 
 def _untold(told: Told) -> list[str]:

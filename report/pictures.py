@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from report.errors import ReportError
-from report.overlay import draw_overlay
+from report.overlay import draw_runs
 from report.records import PoseRecord
 from report.scene import Scene
 from report.story import Picture
-from report.strokes import pose_of
+from report.strokes import pose_of, runs_of
 
 Pixels = NDArray[np.uint8]
 
@@ -90,7 +90,8 @@ def write_overlay(
     pose = pose_of(record)
     if picture.pixels is None or scene.camera is None or scene.model is None or pose is None:
         return False
-    drawn = draw_overlay(picture.pixels, scene.model, scene.camera, pose, support)
+    runs = runs_of(scene, scene.model, scene.camera, pose)
+    drawn = draw_runs(picture.pixels, runs, scene.camera, support)
     path = folder / "images" / f"{picture.name}-overlay.png"
     _, data = cv2.imencode(".png", drawn, PNG_FASTEST)
     try:

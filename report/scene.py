@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from geometry.camera import Camera
+from geometry.drawn_wireframes import WIREFRAMES
 from geometry.errors import GeometryError
 from geometry.model import Model, load_model
 from report.records import LightRecord, Result
@@ -22,12 +23,15 @@ class Scene:
     ----------
     lights : names and numbers of levels, in the order of the settings.
     notes : plain sentences on what is missing.
+    wireframes : the model as the vision server has drawn it at its poses (`geometry.drawn_wireframes`);
+        None where it draws none, as one of an earlier version.
     """
 
     camera: Camera | None = None
     model: Model | None = None
     lights: tuple[LightRecord, ...] = ()
     notes: tuple[str, ...] = field(default=())
+    wireframes: tuple[bytes, ...] | None = field(default=None, repr=False)
 
 
 def read_scene(folder: Path) -> Scene:
@@ -50,7 +54,7 @@ def read_scene(folder: Path) -> Scene:
         model = _model(path.parent / str(target["model"]), str(target.get("unit", "m")))
     except (KeyError, GeometryError, TypeError, AttributeError) as error:
         notes.append(f"The target in images/stack.toml cannot be used ({_reason(error)}): no overlays.")
-    return Scene(camera, model, _lights(table.get("lights")), tuple(notes))
+    return Scene(camera, model, _lights(table.get("lights")), tuple(notes), _wireframes(folder))
 
 
 def known_lights(result: Result, scene: Scene) -> tuple[LightRecord, ...]:
@@ -60,6 +64,13 @@ def known_lights(result: Result, scene: Scene) -> tuple[LightRecord, ...]:
         one.name == two.name for one, two in zip(told, scene.lights, strict=True)
     )
     return scene.lights if same or not told else told
+
+
+def _wireframes(folder: Path) -> tuple[bytes, ...] | None:
+    try:
+        return tuple((folder / "images" / WIREFRAMES).read_bytes().splitlines())
+    except OSError:
+        return None
 
 
 def _model(file: Path, unit: str) -> Model:

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from geometry.camera import Camera
-from geometry.drawn_wireframes import WIREFRAMES, drawn_runs
+from geometry.drawn_wireframes import drawn_runs
 from geometry.errors import GeometryError
+from geometry.model import Model
 from geometry.pose import Pose
 from geometry.wireframe import Run, bounds_of, visible_runs
 from report.records import LineRecord, PoseRecord
@@ -29,44 +29,38 @@ class Strokes:
 
 
 def strokes_of(
-    scene: Scene, record: PoseRecord | None, support: Mapping[int, float] | None
+    scene: Scene, record: PoseRecord | None, support: Mapping[int, float] | None, at_once: bool = False
 ) -> Strokes | None:
-    """The visible wireframe at a pose as SVG paths; None where it cannot be drawn or is out of view."""
+    """The visible wireframe at a pose as SVG paths; None where it cannot be drawn or is out of view.
+
+    `at_once`: what the vision server draws and has not drawn yet is not waited for: None.
+    """
     pose = pose_of(record)
     if pose is None or scene.camera is None or scene.model is None:
         return None
+    if at_once and scene.wireframes is not None and drawn_runs(scene.wireframes, pose) is None:
+        return None
     try:
-        runs = visible_runs(scene.model, scene.camera, pose)
+        runs = runs_of(scene, scene.model, scene.camera, pose)
     except GeometryError:
         return None
-    return _strokes(runs, scene.camera, support)
-
-
-def drawn_strokes(
-    folder: Path, scene: Scene, record: PoseRecord | None, support: Mapping[int, float] | None
-) -> Strokes | None:
-    """The same, of what the vision server has drawn at this pose, in the run folder's images.
-
-    Where there is no such file, as in a folder of an earlier version, it is drawn here.
-    """
-    try:
-        lines = (folder / "images" / WIREFRAMES).read_bytes().splitlines()
-    except OSError:
-        return strokes_of(scene, record, support)
-    pose = pose_of(record)
-    if pose is None or scene.camera is None:
-        return None
-    runs = drawn_runs(lines, pose)
-    return None if runs is None else _strokes(runs, scene.camera, support)
-
-
-def _strokes(runs: Sequence[Run], camera: Camera, support: Mapping[int, float] | None) -> Strokes | None:
     bounds = bounds_of(runs)
     if bounds is None:
         return None
     good = [run for run in runs if is_supported(run.line, support)]
     poor = [run for run in runs if not is_supported(run.line, support)]
-    return Strokes(_path(good), _path(poor), bounds, _spread(runs, camera))
+    return Strokes(_path(good), _path(poor), bounds, _spread(runs, scene.camera))
+
+
+def runs_of(scene: Scene, model: Model, camera: Camera, pose: Pose) -> Sequence[Run]:
+    """What is seen of the scene's model at a pose: as the vision server has drawn it there, or drawn here.
+
+    Raises
+    ------
+    GeometryError : a model or camera that cannot be used.
+    """
+    drawn = drawn_runs(scene.wireframes or (), pose)
+    return visible_runs(model, camera, pose) if drawn is None else drawn
 
 
 def support_of(lines: list[LineRecord] | None) -> dict[int, float] | None:

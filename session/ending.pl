@@ -12,9 +12,8 @@
 :- use_module(connections, [ask/4]).
 :- use_module(display, [show/2, show_outcome/2]).
 :- use_module(json_terms, [fix_term/2]).
-:- use_module(installation, [installation_python/1]).
 :- use_module(outcome, [advised/3]).
-:- use_module(processes, [wait_until/3]).
+:- use_module(reporting, [write_report/2]).
 :- use_module(result).
 :- use_module(run_folder, [run_file/3]).
 :- use_module(session_file, [file_sha256/2]).
@@ -24,10 +23,7 @@
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(lists), [member/2, memberchk/2, nth0/3]).
 :- use_module(library(option), [option/2]).
-:- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
 :- use_module(library(solution_sequences), [limit/2]).
-
-report_seconds(60).                     % for report.html to be written; chosen by hand, it takes two
 
 %!  end_session(+Session, +End, -Outcome) is det.
 %
@@ -57,7 +53,7 @@ end_session(Session, end(How, Situation), Outcome) :-
     call(Session.stop),
     show_outcome(Options, Result),
     tell_of_instead(Options, Result),
-    report(Session).                    % last: who waits for the pose need not wait for its picture
+    write_report(Options, Folder).      % last: who waits for the pose need not wait for its picture
 
 %   What if: the image that was to be taken otherwise was not taken at all.
 tell_of_instead(Options, Result) :-
@@ -150,26 +146,6 @@ with_estimated_with(_, _, Result, Result).
 command_line(Command) :-
     current_prolog_flag(argv, Arguments),
     atomic_list_concat(['swipl main.pl'|Arguments], ' ', Command).
-
-report(Session) :-
-    _{options:Options, plan:Plan, folder:Folder} :< Session,
-    option(report(true), Options),
-    !,
-    installation_python(Python),
-    catch(( process_create(Python, ['-m', report, Folder],
-                           [ process(Pid), cwd(Plan.root), stdout(null) ]),
-            report_seconds(Seconds),
-            get_time(Now),
-            Deadline is Now + Seconds,
-            wait_until(Deadline, Pid, Status),
-            ( Status == timeout -> process_kill(Pid, kill), process_wait(Pid, _, []) ; true ) ),
-          error(_, _), Status = failed),
-    (   Status == exit(0)
-    ->  run_file(Folder, 'report.html', File),
-        show(Options, report(File))
-    ;   print_message(warning, session(no_report(Status)))
-    ).
-report(_).
 
                 /*******************************
                 *         EXIT STATUS          *

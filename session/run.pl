@@ -12,6 +12,7 @@ error, by Ctrl-C or by SIGTERM.
 :- use_module(display, [show/2, show_address/0, tell/3]).
 :- use_module(ending, [end_session/3, exit_status/2]).
 :- use_module(holding, [forget_hold/1, wait_while_held/1]).
+:- use_module(reporting, [begin_report/2, drop_report/0]).
 :- use_module(resumption, [record_options/1]).
 :- use_module(run_folder, [leave_run_folder/1, run_file/3]).
 :- use_module(servers, [image_server_past/1, own_server/1, served_before/1, stop_servers/0]).
@@ -50,7 +51,7 @@ session(opened(Plan, Folder, Servers), Options, Outcome) :-
     (   option(dry_run(true), Options)
     ->  call_cleanup(checked_session(Session), ( stop_everything, delete_directory_and_contents(Folder) )),
         Outcome = checked
-    ;   call_cleanup(served_session(Session, Outcome), stop_everything)
+    ;   call_cleanup(served_session(Session, Outcome), ( stop_everything, drop_report ))
     ).
 
 %   All but what touches the world: the servers take what they are told, and know what the strategy names.
@@ -71,6 +72,7 @@ served_session(Session, Outcome) :-
     begin_table(Options, Plan),
     catch(( open_servers(Session), check_same_scene(Session), with_target(Session, Named) ),
           Error1, nothing_begun(Folder, Error1)),
+    begin_report(Options, Folder),
     catch(( run_program(Named, End, Situation),
             end_session(Named.put(stop, session_run:stop_everything), end(End, Situation), Outcome) ),
           error(Formal, _), cannot_go_on(Formal, Folder)),

@@ -15,11 +15,12 @@ from tests.report.run_folders import RunMaker
 pytestmark = pytest.mark.slow
 
 
-def run(root: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run the command in the project's folder."""
+def run(root: Path, *arguments: str, said: str = "") -> subprocess.CompletedProcess[str]:
+    """Run the command in the project's folder, with this on its standard input."""
     return subprocess.run(
-        [sys.executable, "-m", "report", *arguments], cwd=root, capture_output=True, text=True, check=False
-    )
+        [sys.executable, "-m", "report", *arguments],
+        cwd=root, input=said, capture_output=True, text=True, check=False,
+    )  # fmt: skip
 
 
 def test_it_writes_the_page(root: Path, make_run: RunMaker) -> None:
@@ -28,6 +29,16 @@ def test_it_writes_the_page(root: Path, make_run: RunMaker) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.strip() == str(folder / "report.html")
     assert (folder / "report.html").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(("said", "written"), [("\n", True), ("", False)])
+def test_what_waits_writes_when_it_is_told_and_nothing_when_nobody_will(
+    root: Path, make_run: RunMaker, said: str, written: bool
+) -> None:
+    folder = make_run()
+    done = run(root, str(folder), "--when-told", said=said)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (folder / "report.html").exists() == written
 
 
 def test_help_lists_the_commands(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

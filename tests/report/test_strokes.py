@@ -10,7 +10,7 @@ from geometry.pose import Pose
 from geometry.wireframe import visible_runs
 from report.records import PoseRecord, Result, read_result
 from report.scene import read_scene
-from report.strokes import Strokes, drawn_strokes, strokes_of
+from report.strokes import Strokes, strokes_of
 from tests.report.run_folders import Bench, RunMaker
 
 
@@ -20,14 +20,13 @@ def line(bench: Bench, pose: Pose) -> bytes:
 
 
 def drawn(folder: Path, result: Result) -> Strokes | None:
-    return drawn_strokes(folder, read_scene(folder), result.pose, {0: 1.0})
+    return strokes_of(read_scene(folder), result.pose, {0: 1.0})
 
 
 def test_what_was_drawn_at_the_pose_is_taken_and_is_the_same(bench: Bench, make_run: RunMaker) -> None:
     folder = make_run()
     result = read_result(folder)
-    here = strokes_of(read_scene(folder), result.pose, {0: 1.0})
-    assert drawn(folder, result) == here  # a folder of an earlier version
+    here = drawn(folder, result)  # as in a folder of an earlier version
     file = folder / "images" / WIREFRAMES
     other = Pose(np.array([0.0, 0.0, 0.1]), np.array([0.0, 0.0, 1.0]))
     file.write_bytes(line(bench, other) + line(bench, bench.pose) + line(bench, other)[:40])
@@ -37,9 +36,11 @@ def test_what_was_drawn_at_the_pose_is_taken_and_is_the_same(bench: Bench, make_
     assert found.supported and found.unsupported
 
 
-def test_a_pose_that_is_not_drawn_yet_has_no_strokes(bench: Bench, make_run: RunMaker) -> None:
+def test_a_pose_that_is_not_drawn_yet_is_drawn_here(bench: Bench, make_run: RunMaker) -> None:
     folder = make_run()
-    (folder / "images" / WIREFRAMES).write_bytes(line(bench, bench.pose))
     moved = msgspec.structs.replace(read_result(folder), pose=PoseRecord([0.0, 0.0, 0.1], [0.0, 0.0, 1.0]))
-    assert drawn(folder, moved) is None
+    here = drawn(folder, moved)
+    (folder / "images" / WIREFRAMES).write_bytes(line(bench, bench.pose))
+    assert here is not None and drawn(folder, moved) == here
+    assert strokes_of(read_scene(folder), moved.pose, None, at_once=True) is None
     assert drawn(folder, msgspec.structs.replace(moved, pose=None)) is None

@@ -1,5 +1,6 @@
 """However a session ends, nothing is left running and the exit status says what happened."""
 
+import contextlib
 import json
 import os
 import shutil
@@ -214,6 +215,34 @@ def test_a_session_whose_disk_is_full_is_resumed_when_there_is_space(
     subprocess.run(["mount", "-o", "remount,size=50m", str(small_disk)], check=True)
     assert served("--resume", small_disk / "run", "--no-report").returncode == 3
     assert outcome(small_disk / "run") == outcome(whole)
+
+
+def report_of(out: Path) -> int:
+    """Process id of the report that waits for the end of the session in this folder."""
+    deadline = time.monotonic() + DEADLINE_S
+    while True:
+        for entry in Path("/proc").iterdir():
+            with contextlib.suppress(OSError):
+                words = (entry / "cmdline").read_bytes().split(b"\0") if entry.name.isdigit() else []
+                if b"--when-told" in words and str(out).encode() in words:
+                    return int(entry.name)
+        assert time.monotonic() < deadline, "no report waits"
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize(("sent", "written"), [(signal.SIGINT, True), (signal.SIGKILL, False)])
+def test_the_report_is_written_where_a_session_ends_and_never_left_waiting(
+    tmp_path: Path, sent: signal.Signals, written: bool
+) -> None:
+    session = start_controller(
+        "--out", tmp_path, "--controller", "greedy", "--threshold", "0.000001", "--max-iterations", "1000"
+    )
+    captured(session, tmp_path, "i1")
+    report = report_of(tmp_path)
+    session.send_signal(sent)
+    session.communicate(timeout=DEADLINE_S)
+    assert gone({"report": report})
+    assert (tmp_path / "report.html").exists() == written
 
 
 def test_killed_controller(tmp_path: Path) -> None:

@@ -120,13 +120,20 @@ def _is_course(
         row[:6], row[6:8], row[8:] = seen.jacobian[i], seen.nuisance[c, i], more[i]
         pull[0] += w * row
         pull[1] += w * t * row
-        square += w * w * np.array([[1.0, t], [t, t * t]])
+        square[0, 0] += w * w
+        square[0, 1] += w * w * t
+        square[1, 1] += w * w * t * t
     if found < FEWEST:
         return False
     sigma = seen.sigma[c, seen.samples.line[start]]
     variance = SAMPLES_TOGETHER * max(scatter / total, LEAST_VARIANCE_PX2)
-    out.motion[m] = inverse @ pull
-    out.noise[m] = variance * (inverse @ square @ inverse)
+    square[1, 0] = square[0, 1]
+    for k in range(2):
+        out.motion[m, k] = inverse[k, 0] * pull[0] + inverse[k, 1] * pull[1]
+        for j in range(2):
+            for a in range(2):  # sums, as products of matrices load SciPy
+                for b in range(2):
+                    out.noise[m, k, j] += variance * inverse[k, a] * square[a, b] * inverse[b, j]
     off = math.hypot(SPREAD_PX * sigma, math.hypot(CLIPPED_SPREAD_PX * sigma * clipped, beside) / total)
     out.spread[m] = math.hypot(off * (end - start) / found, tolerance / total)
     out.share[m] = total
