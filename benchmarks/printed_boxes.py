@@ -101,7 +101,7 @@ def taken(box: Box, poses: Sequence[Pose], camera: Camera, lamp: Floats, behind:
     return out
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _outside(box: Box, p: Floats) -> float:
     """Distance (m) of a point from the rounded box."""
     half, radius = box.half, box.radius
@@ -113,7 +113,7 @@ def _outside(box: Box, p: Floats) -> float:
     return math.sqrt(square) + min(most, 0.0) - radius
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _shade(box: Box, p: Floats, toward: Floats, lamp: Floats) -> float:
     """Radiance of a surface point; ray and lamp in the box's frame."""
     half, radius, prints = box.half, box.radius, box.prints
@@ -138,7 +138,7 @@ def _shade(box: Box, p: Floats, toward: Floats, lamp: Floats) -> float:
     return float(albedo * (AMBIENT + LIT * max(0.0, facing)) + GLOSS * max(0.0, mirrored) ** SHARPNESS)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _traced(
     box: Box, turns: Floats, centres: Floats, lens: Floats, lamp: Floats, part: Ints, out: Floats
 ) -> None:

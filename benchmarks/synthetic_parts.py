@@ -111,7 +111,7 @@ def random_view(rng: np.random.Generator, model: Model, camera: Camera) -> Pose:
     return Pose.from_matrix(rotation, np.array([*aside, range_m]) - rotation @ model.middle)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _drawn(corners: Floats, triangles: Ints, grey: Floats, picture: Floats, depth: Floats) -> None:
     """Triangles by depth buffer; ``corners`` (V, 3): x, y in pixels of the picture, inverse depth."""
     for m in range(len(triangles)):

@@ -31,7 +31,7 @@ class LinesInView(NamedTuple):
     length: Floats
 
 
-@kernel(error_model="numpy")
+@kernel()
 def lines_in_view(
     solid: Solid, towards: Flags, points: Floats, intrinsics: Floats, bounds: Floats, near: float
 ) -> LinesInView:
@@ -123,7 +123,7 @@ def _line_turned(line_faces: Ints, smooth: Flags, two_sided: Flags, towards: Fla
     return bool(g >= 0 and (towards[g] or two_sided[g]))
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _clipped(ends: Floats, row: int, bounds: Floats) -> tuple[float, float]:
     """Part (from, to) of one segment of (N, 4) [x1, y1, x2, y2] inside bounds [x0, y0, x1, y1].
 

@@ -179,7 +179,7 @@ class _Wireframe:
         return np.asarray(near.reshape(len(angles), len(some)) @ weights / weights.sum())
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _on_some_line(points: Floats, start: Floats, direction: Floats, tolerance: float) -> NDArray[np.bool_]:
     """Whether points (N, 3) are within the tolerance of a line from ``start`` along ``direction`` (L, 3)."""
     out = np.zeros(len(points), dtype=np.bool_)

@@ -68,7 +68,7 @@ def hiders_of(solid: Solid, towards: Flags, centre: Floats, touch: float) -> Hid
     return Hiders(tree, before, centre, touch)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def hidden_parts(hiders: Hiders, start: Floats, end: Floats, hidden: Floats) -> int:
     """How many intervals of a line, from 0 at its start to 1, are hidden: the first of ``hidden`` (T, 2).
 
@@ -125,7 +125,7 @@ def hidden_parts(hiders: Hiders, start: Floats, end: Floats, hidden: Floats) -> 
     return count
 
 
-@kernel(error_model="numpy", inline="always")
+@kernel(inline="always")
 def _in_cone(
     corners: Floats, centre: Place, a: Place, b: Place, sign: float, low: float, high: float
 ) -> tuple[float, float]:

@@ -151,7 +151,7 @@ class _Body:
         )
 
 
-@kernel(error_model="numpy")
+@kernel()
 def count_astray(points: Floats, cloud: Floats, reach: float, most: int) -> int:
     """How many points (N, 3) have none of the cloud (M, 3) within reach; counted to one over ``most``."""
     astray = 0

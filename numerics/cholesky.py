@@ -12,7 +12,7 @@ from numerics.kernels import kernel
 Floats = NDArray[np.float64]
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _factor(matrix: Floats, damping: float, floor: float) -> Floats:
     """Cholesky's lower factor (n, n), see `solve_positive`; (0, 0) when there is none."""
     size = len(matrix)
@@ -33,7 +33,7 @@ def _factor(matrix: Floats, damping: float, floor: float) -> Floats:
     return lower
 
 
-@kernel(error_model="numpy")
+@kernel()
 def solve_positive(matrix: Floats, vector: Floats, damping: float, floor: float) -> Floats:
     """Solution (n,) of a positive definite system (n, n), (n,); 0 when it is not positive definite.
 
@@ -57,7 +57,7 @@ def solve_positive(matrix: Floats, vector: Floats, damping: float, floor: float)
     return out
 
 
-@kernel(error_model="numpy")
+@kernel()
 def inverse_positive(matrix: Floats) -> Floats:
     """Inverse (n, n) of a positive definite matrix (n, n); NaN when it is not positive definite.
 

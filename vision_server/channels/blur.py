@@ -135,7 +135,7 @@ def _strongest_edgels(half: Grey, margin: int) -> Ints:
     return np.asarray(_ridges(places, gx, gy, slope, margin))
 
 
-@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def _step_heights(half: Grey, edgels: Ints, smooth: Field, derivative: Field) -> Field:
     """Length of the gradient at some pixels, as the height of the ideal step that would give it."""
     heights = np.empty(len(edgels), np.float32)

@@ -86,7 +86,7 @@ def _length(along_x: Field, along_y: Field) -> Field:
     return length
 
 
-@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def _narrow_gradient(image: Grey | Field, smooth: Field, derivative: Field) -> tuple[Field, Field, Field]:
     """`gaussian_gradient` and `_length` with kernels of radius 2, row by row; tested against the two."""
     rows, columns = image.shape
@@ -119,7 +119,7 @@ def _narrow_gradient(image: Grey | Field, smooth: Field, derivative: Field) -> t
 
 
 # Over 60 lines: with its first loops in a function of their own it takes a tenth longer.
-@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def pixels_of_rows(gradient: Gradient, level: Grey, floor_of: Field, first: int, end: int) -> GradientPixels:
     """The pixels whose gradient is above the floor, and that are not on the foot of a stronger one.
 

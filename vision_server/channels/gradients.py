@@ -94,7 +94,7 @@ class Frame(NamedTuple):
         return cls(size, level, NONE, noise_of)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def noise_at(frame: Frame, row: int, column: int) -> float:
     """Standard deviation of the linear intensity of a pixel from sensor noise."""
     deep = frame.deep_level.size > 0

@@ -145,7 +145,7 @@ def _looked_up(level: Any, table: Field) -> Field:
     return np.asarray(cv2.LUT(level, table), np.float32)
 
 
-@kernel(nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def coarse_places(places: NDArray[np.int32], columns: int, coarse: tuple[int, int]) -> NDArray[np.int32]:
     """Flat indices (N,) of the 2 x 2 px, of which there are ``coarse`` rows and columns, that hold pixels."""
     found = np.empty(len(places), np.int32)

@@ -33,7 +33,7 @@ def mean_along(edges: EdgeMap, values: Field) -> Field:
     return np.ascontiguousarray(_means(edges.index, edges.points, edges.normals, columns).T)
 
 
-@kernel(nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def _means(number_at: NDArray[np.int32], points: Field, normals: Field, values: Field) -> Field:
     rows, columns = number_at.shape
     means = np.zeros_like(values)

@@ -71,7 +71,7 @@ def _coarse(at: int, end: int) -> int:
     return min(at >> 1, end - 1)
 
 
-@kernel(nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def _largest_masses(state: SetState, inverse: Field, first: int, end: int) -> Field:
     """Largest mass in each 2 x 2 px of the coarse rows ``first`` up to ``end``."""
     numbers, sums = state.numbers, state.sums
@@ -87,7 +87,7 @@ def _largest_masses(state: SetState, inverse: Field, first: int, end: int) -> Fi
     return largest
 
 
-@kernel(nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def _candidates(state: SetState, inverse: Field, least: Field, first: int, end: int) -> Candidates:
     """Pixels of rows ``first`` up to ``end`` with enough mass, hardly less than the mean of their flanks.
 
@@ -153,7 +153,7 @@ def _across(sums: Field, c: np.float32, s: np.float32) -> tuple[bool, np.float32
     return here >= ahead and here > behind, min(max(offset, -MOST_OFFSET_PX), MOST_OFFSET_PX)
 
 
-@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def _edgels(state: SetState, inverse: Field, floor: Field, candidates: Candidates) -> tuple[Places, Field]:
     """The candidates that are maxima across the axis of their mixture: places, and what is known of them."""
     places, states, masses = candidates

@@ -42,7 +42,7 @@ def scatter(sides: Sides, background: float) -> Field:
     return found
 
 
-@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def _sums(values: Field, noise: Field, more: float) -> Field:
     """ALONE, PRECISION and PULL (3, N) of values (C, N) whose variances are ``noise`` and so much more."""
     channels, count = values.shape
@@ -63,7 +63,7 @@ def _about_a_mean(sums: Field, i: int, sd: float) -> np.float32:
     return np.float32(sums[ALONE, i] + likelier)
 
 
-@kernel(nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz"})
+@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def _scatter(of: Sides, dark: np.float32, background: np.float32, found: Field) -> None:
     """As `scatter`; ``background`` has what is dark added to it, ``found`` is an output."""
     channels, count = of.noise.shape

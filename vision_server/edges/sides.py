@@ -126,7 +126,7 @@ def sides_of(edges: EdgeMap) -> Sides:
     return Sides(near, brightest, noise, known, edges.axis, dark)
 
 
-@kernel(nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def _places(
     points: Field, normals: Field, reach: Field, rows: int, columns: int
 ) -> tuple[NDArray[np.int32], Field]:
@@ -160,7 +160,7 @@ def _places(
     return pixels, parts
 
 
-@kernel(nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def _read(grey: FlatGrey, pixels: NDArray[np.int32], parts: Field, near: Field, brightest: Field) -> None:
     """Intensities (2, N) behind and ahead of each edgel, and the largest up to further away; outputs.
 

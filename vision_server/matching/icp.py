@@ -67,7 +67,7 @@ class Lookup(NamedTuple):
     intrinsics: Floats
 
 
-@kernel(error_model="numpy")
+@kernel()
 def image_direction(
     ends: Floats, run: int, r: Floats, t: Floats, fx: float, fy: float
 ) -> tuple[float, float]:
@@ -87,7 +87,7 @@ def image_direction(
     return (dx / length, dy / length) if length > 0.0 else (0.0, 0.0)
 
 
-@kernel(error_model="numpy", inline="always")  # a call would count references per sample
+@kernel(inline="always")  # a call would count references per sample
 def _seen(
     points: Floats, s: int, r: Floats, t: Floats, intrinsics: Floats
 ) -> tuple[float, float, float, float, float, float]:
@@ -102,13 +102,13 @@ def _seen(
     return a, b, c, inverse, x, y
 
 
-@kernel(error_model="numpy", inline="always")
+@kernel(inline="always")
 def _inside(x: float, y: float, width: float, height: float) -> bool:
     """Whether a place is in the image."""
     return -0.5 <= x < width - 0.5 and -0.5 <= y < height - 0.5
 
 
-@kernel(error_model="numpy")
+@kernel()
 def score_pose(
     lookup: Lookup,
     view: int,
@@ -189,7 +189,7 @@ def score_poses(
     return out
 
 
-@kernel(error_model="numpy")
+@kernel()
 def align(
     lookup: Lookup, view: int, rotation: Floats, translation: Floats, reach_px: float, iterations: int
 ) -> None:
@@ -214,7 +214,7 @@ def align(
             translation[k] += step[3 + k]
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _normal_equations(
     lookup: Lookup, view: int, r: Floats, t: Floats, reach_px: float, normal: Floats, gradient: Floats
 ) -> None:

@@ -115,7 +115,7 @@ def _paint(table: Floats, order: NDArray[np.int64], height: int, width: int) -> 
     return out
 
 
-@kernel(error_model="numpy")
+@kernel()
 def bin_of(dx: float, dy: float) -> int:
     """Bin of an axial direction: floor(angle / (180° / BINS)), by comparing with the bins' borders."""
     if dy < 0.0:
@@ -128,7 +128,7 @@ def bin_of(dx: float, dy: float) -> int:
     return side + 3 if dx <= TAN_22_5 * dy else side + 2
 
 
-@kernel(error_model="numpy")
+@kernel()
 def offset(segments: Floats, segment: int, x: float, y: float) -> tuple[float, float]:
     """Signed distance of a point to a segment's line, and distance to the segment itself, px."""
     px, py = x - segments[segment, 0], y - segments[segment, 1]
@@ -138,7 +138,7 @@ def offset(segments: Floats, segment: int, x: float, y: float) -> tuple[float, f
     return across, math.sqrt(across * across + beyond * beyond)
 
 
-@kernel(error_model="numpy", inline="always")
+@kernel(inline="always")
 def piece_of(edges: NearestEdges, segment: int, x: float, y: float) -> int:
     """Number of the piece of a segment that is nearest to a point."""
     segments = edges.segments

@@ -50,7 +50,7 @@ class _Courses(NamedTuple):
     pairs: Ints
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _boxes(line: Ints, image: Floats, ends: Ints) -> Floats:
     """Bounds (L, 4) in the image of the samples of each line; ``ends`` (L, 2), the first and last of them."""
     box = np.empty((len(ends), 4))
@@ -63,7 +63,7 @@ def _boxes(line: Ints, image: Floats, ends: Ints) -> Floats:
     return box
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _near_pairs(visible: Ints, box: Floats, near_px: Floats) -> Ints:
     """Lines and others whose bounds (L, 4) come as near to theirs as ``near_px`` (L,) says, (P, 2) ascending.
 
@@ -98,7 +98,7 @@ def _near_pairs(visible: Ints, box: Floats, near_px: Floats) -> Ints:
     return _by_number(_by_number(pairs[:count], 1, len(box)), 0, len(box))
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _by_number(pairs: Ints, column: int, numbers: int) -> Ints:
     """Rows in the order of one column, of numbers from 0; equal ones stay as they are (a counting sort)."""
     place, out = np.zeros(numbers + 1, dtype=np.int64), np.empty_like(pairs)
@@ -113,7 +113,7 @@ def _by_number(pairs: Ints, column: int, numbers: int) -> Ints:
     return out
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _apart(samples: Samples, ends: Ints, along: Floats, mine: int, other: int, near_px: float) -> bool:
     """Whether all of a straight line is farther than ``near_px`` to one side of another one's course."""
     image, a = samples.image, ends[other, 0]
@@ -126,7 +126,7 @@ def _apart(samples: Samples, ends: Ints, along: Floats, mine: int, other: int, n
     return bool(least > near_px + 2.0 * STRAIGHT_PX)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def line_courses(samples: Samples, near_px: Floats) -> _Courses:
     """The courses of the lines, and which others come as near to each as its ``near_px`` (L,)."""
     lines = len(near_px)
@@ -162,7 +162,7 @@ def line_courses(samples: Samples, near_px: Floats) -> _Courses:
     return _Courses(ends, along, bow, pairs[:count])
 
 
-@kernel(error_model="numpy")
+@kernel()
 def beside(samples: Samples, courses: _Courses, other: int, x: float, y: float) -> tuple[float, float, int]:
     """Where a place is beside a line: how far from its straight course, how far past its ends, and at which
     of its samples, px.
@@ -187,7 +187,7 @@ def beside(samples: Samples, courses: _Courses, other: int, x: float, y: float) 
     return abs(dx * uy - dy * ux), beyond, nearest
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _course_at(samples: Samples, courses: _Courses, other: int, at: int) -> tuple[float, float]:
     """Unit direction of a line: of its straight course, or of one that is bowed at its sample ``at``."""
     if courses.bow[other] > 0.0:
@@ -195,7 +195,7 @@ def _course_at(samples: Samples, courses: _Courses, other: int, at: int) -> tupl
     return courses.along[other, 0], courses.along[other, 1]
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _crosses(samples: Samples, courses: _Courses, mine: int, other: int, i: int, at: int) -> bool:
     """Whether a line, at its sample ``i``, runs otherwise than another one where that is next to it, at its
     sample ``at``; two straight ones do not, or they were no pair.
@@ -207,7 +207,7 @@ def _crosses(samples: Samples, courses: _Courses, mine: int, other: int, i: int,
     return bool(abs(direction[i, 0] * x + direction[i, 1] * y) < ALONG_COSINE)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def associate(samples: Samples, lines: int, offset: Floats) -> None:
     """Take from each line the edge points that are nearer to another one; they become NaN.
 
@@ -247,7 +247,7 @@ def associate(samples: Samples, lines: int, offset: Floats) -> None:
                         offset[c, i, k] = np.nan
 
 
-@kernel(error_model="numpy")
+@kernel()
 def neighbour_pulls(samples: Samples, lines: int, sigma: Floats) -> Floats:
     """How far an edge may be moved by one that runs beside it, (C, N) px along the normal, towards it.
 

@@ -42,7 +42,7 @@ class Told(NamedTuple):
     gap: Floats
 
 
-@kernel(error_model="numpy")
+@kernel()
 def told_once(samples: Samples, lines: int, supported: Flags, reach_px: float = TOGETHER_PX) -> Told:
     """Which samples stand for a place of their own, whether that is seen, and how crowded it is there.
 
@@ -86,7 +86,7 @@ def told_once(samples: Samples, lines: int, supported: Flags, reach_px: float = 
     return Told(own, seen, 0.5 * (gap[:, 0] + gap[:, 1]))
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _on(samples: Samples, first: int, last: int, i: int) -> int:
     """The sample from ``first`` to ``last``, of one line, that sample ``i`` lies on; -1 for none."""
     image, direction = samples.image, samples.image_direction

@@ -70,7 +70,7 @@ def courses_of(seen: Observation, more: Floats) -> Courses:
     return Courses(place[:count], motion[:count], noise[:count], spread[:count], share, line)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _read(seen: Observation, base: Floats, more: Floats, out: Courses) -> int:
     """How many courses there are; ``out`` has room for all, with weights for shares."""
     line, channels, count = seen.samples.line, len(base), len(more)
@@ -91,7 +91,7 @@ def _read(seen: Observation, base: Floats, more: Floats, out: Courses) -> int:
     return found
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _is_course(
     seen: Observation,
     where: tuple[int, int, int],
@@ -140,7 +140,7 @@ def _is_course(
     return True
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _straight(
     along: Floats, offset: Floats, base: Floats, weight: Floats, residual: Floats, room: Floats
 ) -> tuple[Floats, Floats]:

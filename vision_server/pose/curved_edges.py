@@ -33,7 +33,7 @@ def drawn_in(samples: Samples, softness: Floats, filter_px: Floats) -> Floats:
     return np.asarray(0.5 * square[:, samples.line] * bend(samples))
 
 
-@kernel(error_model="numpy")
+@kernel()
 def bend(samples: Samples) -> Floats:
     """How each line bends at its samples, (N,) 1/px, greater than 0 towards the normal.
 

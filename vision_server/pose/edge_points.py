@@ -35,7 +35,7 @@ class Channel(NamedTuple):
     sigma: float
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _gradient(channel: Channel, x: float, y: float) -> tuple[float, float]:
     """Derivatives along x and y between pixels, bilinear; the caller keeps 0 <= x < W - 1, 0 <= y < H - 1.
 
@@ -53,14 +53,14 @@ def _gradient(channel: Channel, x: float, y: float) -> tuple[float, float]:
     return along_x, along_y
 
 
-@kernel(error_model="numpy")
+@kernel()
 def derivative_at(channel: Channel, x: float, y: float, nx: float, ny: float) -> float:
     """Derivative along (nx, ny) at a place as in `_gradient`."""
     along_x, along_y = _gradient(channel, x, y)
     return float(nx * along_x + ny * along_y)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _parabola(before: float, here: float, after: float) -> tuple[float, float]:
     """Place of the maximum of a Gaussian through three values one px apart, and minus its log curvature."""
     least = LEAST_SHARE * here
@@ -86,7 +86,7 @@ class EdgePoints(NamedTuple):
     strength: Floats
 
 
-@kernel(error_model="numpy")
+@kernel()
 def find_edge_points(
     frame: Frame,
     tiles: Tiles,
@@ -148,7 +148,7 @@ def find_edge_points(
             out.sd[c, i, slot], out.strength[c, i, slot] = sd, strength
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _refined_maximum(
     frame: Frame, channel: Channel, image: Floats, normal: Floats, u: float, values: Floats
 ) -> tuple[float, float, float, float]:

@@ -203,7 +203,7 @@ def _edges_beside(near: EdgesAround, along: Floats, lines: int) -> list[tuple[fl
     return out
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _nearest(offset: Floats, sample: int, place: float) -> float:
     """Signed distance from a place to the nearest edge point of a sample, of (N, K); inf without any."""
     best = np.inf
@@ -214,7 +214,7 @@ def _nearest(offset: Floats, sample: int, place: float) -> float:
     return float(best)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def followed(jacobian: Floats, offset: Floats, px: Floats, prior: Floats, step: Floats) -> None:
     """Let a step (6,) settle on the edge points nearest to where it puts the lines; changed in place."""
     for reach in FOLLOWED_PX:
@@ -238,7 +238,7 @@ def followed(jacobian: Floats, offset: Floats, px: Floats, prior: Floats, step: 
         step[:] = solve_positive(normal, pull, 0.0, 0.0)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def explained(jacobian: Floats, offset: Floats, px: Floats, step: Floats) -> float:
     """Mean over the visible length of 1 - d / EXPLAINS_PX; d: distance to the nearest edge after a step."""
     total = 0.0

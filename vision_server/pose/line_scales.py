@@ -73,7 +73,7 @@ def _raise_to_median(scale: Ints, visible_px: Floats) -> None:
         np.maximum(own, own[order][np.searchsorted(reached, 0.5 * reached[-1])], out=own)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _median_ratios(upper: Floats, lower: Floats, line: Ints, lines: int) -> Floats:
     """Median of upper / lower for each line; where lower sees too little but upper does not: 1, else 0.
 

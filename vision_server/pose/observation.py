@@ -184,7 +184,7 @@ def observe(
     )
 
 
-@kernel(error_model="numpy")
+@kernel()
 def places_on_lines(samples: Samples, gap_px: float) -> tuple[Floats, Floats]:
     """Where each sample is on its line, and how far from where the line or a visible part of it ends.
 
@@ -220,7 +220,7 @@ def places_on_lines(samples: Samples, gap_px: float) -> tuple[Floats, Floats]:
     return along, distance
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _quality(snr: Floats) -> Floats:
     """What each edge point counts in its line's vote, 0..1: strong beats weak, within its own channel."""
     channels, count, peaks = snr.shape
@@ -252,7 +252,7 @@ class _Chosen(NamedTuple):
     nuisance: Floats
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _take_chosen(
     c: int,
     chosen: Ints,

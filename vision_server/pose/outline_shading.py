@@ -46,7 +46,7 @@ def inside_of(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Flo
     return inside
 
 
-@kernel(error_model="numpy")
+@kernel()
 def way_back(
     frame: Frame,
     channel: Channel,

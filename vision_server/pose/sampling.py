@@ -31,7 +31,7 @@ def thinned(samples: Samples, most: int) -> Samples:
     return Samples(points[keep], direction[keep], line[keep], image[keep], image_direction[keep], px)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _kept(line: Ints, px: Floats, most: int) -> tuple[Ints, Floats]:
     """Which samples are kept, of n of a line number p where p m / n reaches a whole number, and their px."""
     keep, lengths = np.empty(len(line), np.int64), np.empty(len(line))

@@ -93,7 +93,7 @@ def solve_plainly(equations: Equations) -> tuple[Floats, Floats]:
     return step, weight
 
 
-@kernel(error_model="numpy")
+@kernel()
 def solve_reweighted(equations: Equations) -> tuple[Floats, Floats]:
     """`solve_plainly`, compiled."""
     weight = equations.base.copy()
@@ -113,7 +113,7 @@ def solve_reweighted(equations: Equations) -> tuple[Floats, Floats]:
     return step, weight
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _residuals(equations: Equations, step: Floats, out: Floats) -> None:
     """Distance (C, N) of edge points from their lines after a step, px; where there is one."""
     jacobian, nuisance, offset = equations.jacobian, equations.nuisance, equations.offset
@@ -126,7 +126,7 @@ def _residuals(equations: Equations, step: Floats, out: Floats) -> None:
                 out[c, i] = abs(offset[c, i] - expected)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _normal_equations(equations: Equations, weight: Floats) -> tuple[Floats, Floats]:
     """Matrix (8, 8), its lower triangle, and right-hand side (8,), with the lines' biases eliminated.
 
@@ -176,7 +176,7 @@ def _normal_equations(equations: Equations, weight: Floats) -> tuple[Floats, Flo
     return normal, pull
 
 
-@kernel(error_model="numpy")
+@kernel()
 def weighted_median(values: Floats, weights: Floats) -> float:
     """Median of values (C, N) >= 0 px with weights (C, N), 0: not counted.
 

@@ -35,7 +35,7 @@ def step_jacobian(camera: Camera, points_camera: Floats, normal: Floats, centre:
     return out
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _pinhole_jacobian(fx: float, fy: float, points: Floats, normal: Floats, centre: Floats) -> Floats:
     out = np.empty((len(points), 6))
     for i in range(len(points)):

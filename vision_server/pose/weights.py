@@ -99,7 +99,7 @@ def _scatter(x: Floats, y: Floats, room: Floats) -> float:
     return float(MAD_TO_SD * _median(room))
 
 
-@kernel(error_model="numpy")
+@kernel()
 def base_weights(seen: Observation, exact_ends: bool = True) -> Floats:
     """Weight of each edge point before its residual is known, (C, N), 1/px^2.
 
@@ -141,7 +141,7 @@ def base_weights(seen: Observation, exact_ends: bool = True) -> Floats:
     return out * _share_of_best(out)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _share_of_best(weight: Floats) -> float:
     """Sum over the samples of the largest weight of any channel, over the sum of all (C, N)."""
     best, total = 0.0, 0.0

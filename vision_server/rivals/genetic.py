@@ -165,7 +165,7 @@ def _least_cost(lines: Floats, x: float, y: float, nx: float, ny: float, axis: f
     return best
 
 
-@kernel(error_model="numpy", fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
+@kernel(fastmath={"nnan", "ninf", "nsz", "reassoc", "contract"})
 def line_costs(
     lines: Floats,
     views: ViewTable,

@@ -57,7 +57,7 @@ def _cut(points: NDArray[np.float64], groups: Ints, order: Ints) -> Ints:
     return found[:pieces].copy()
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _parabola(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, float]:
     """Place (n,) of points (n, 2) along their line, px; how they bend from end to end, and its sd, rad."""
     n = len(points)

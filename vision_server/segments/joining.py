@@ -18,7 +18,7 @@ MAX_STRENGTH_RATIO = 3.0  # of two that are one line; chosen by hand
 Ints = NDArray[np.int64]
 
 
-@kernel(nogil=True, error_model="numpy")
+@kernel(nogil=True)
 def _assign(
     endpoints: NDArray[np.float64], strength: NDArray[np.float64], order: Ints, base_of: Ints
 ) -> None:

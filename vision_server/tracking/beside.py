@@ -61,7 +61,7 @@ class Beside(NamedTuple):
         return np.asarray((TAKEN * share * COURSES**2).max(axis=1))
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _shares(line: Ints, lines: int, offset: Floats, courses: Floats, sign: Floats, width_px: float) -> Floats:
     """See `Beside.share_at`."""
     out, count = np.zeros((lines, len(courses))), np.zeros(lines)
@@ -74,7 +74,7 @@ def _shares(line: Ints, lines: int, offset: Floats, courses: Floats, sign: Float
     return out
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _is_near(offset: Floats, sign: float, course: float, width_px: float) -> bool:
     """Whether one of a sample's edge points (C, K) is on a course."""
     for c in range(len(offset)):

@@ -154,7 +154,7 @@ def fitted(
     )
 
 
-@kernel(error_model="numpy")
+@kernel()
 def none_or_rounded(
     unknowns: Floats, covariance: Floats, at_first_sd: float, odds_before: float
 ) -> tuple[Floats, Floats]:
@@ -188,7 +188,7 @@ def none_or_rounded(
     return unknowns + step, covariance - np.outer(gain, gain) * (variance - spread)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def rounded_odds(off_px2: float, numbers: float) -> float:
     """Odds that edges are rounded, by what other than that a frame's lines are off, as so many numbers show.
 
@@ -198,14 +198,14 @@ def rounded_odds(off_px2: float, numbers: float) -> float:
     return float((variance / EVEN_PX**2) ** (0.5 * POWER))
 
 
-@kernel(error_model="numpy")
+@kernel()
 def mills_ratio(above: float) -> float:
     """Mass of the standard normal below ``above`` over its density there."""
     above = min(above, FARTHEST)
     return math.sqrt(0.5 * math.pi) * math.exp(0.5 * above**2) * math.erfc(-above / math.sqrt(2.0))
 
 
-@kernel(error_model="numpy")
+@kernel()
 def solved(lines: LineFits, prior: Floats, habits: Habits) -> tuple[Floats, Floats, float, Told]:
     """Pose, nuisances and radius (9,), their covariance; of these lines alone, what they are off, px^2, and
     what they tell of the radius, see `Fit`.

@@ -63,7 +63,7 @@ class Course(NamedTuple):
     squares: float
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _course(along: Floats, place: Floats, base: Floats, weight: Floats) -> Course:
     """Robust, by reweighting; all (K,), ``weight`` is written to."""
     middle, offset, turn, spread, scatter, total, squares = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -91,7 +91,7 @@ def _course(along: Floats, place: Floats, base: Floats, weight: Floats) -> Cours
     return Course(middle, offset, turn, spread, scatter, total, squares)
 
 
-@kernel(error_model="numpy")
+@kernel()
 def line_fits(seen: Observation, base: Floats, rounding: Floats, slack: Floats) -> LineFits:
     """Robust straight courses of the edge points along each line, in each channel.
 
@@ -189,7 +189,7 @@ def _edges(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Edges:
     )
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _roundings(
     one: Floats, two: Floats, rounds: Flags, line: Ints, points: Floats, along: Floats, focal: Floats
 ) -> Floats:
@@ -217,7 +217,7 @@ def _roundings(
     return out
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _across(shift: Floats, point: Floats, focal: Floats) -> float:
     """How far a shift (3,) of a point moves it in the image along the normal that ``focal`` is, px."""
     x, y = shift[0] - shift[2] * point[0] / point[2], shift[1] - shift[2] * point[1] / point[2]
@@ -236,7 +236,7 @@ def outward_of(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Fl
     return found
 
 
-@kernel(error_model="numpy")
+@kernel()
 def _outward(
     one: Floats, two: Floats, rounds: Flags, line: Ints, points: Floats, along: Floats, focal: Floats
 ) -> Floats:
