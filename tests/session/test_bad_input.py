@@ -250,7 +250,7 @@ def test_a_strategy_that_never_ends_is_told_so_in_one_line(
     message = refused("--controller", file, "--out", tmp_path / "run", "--no-report", "--quiet", by=served)
     (line,) = [line for line in message.splitlines() if "ERROR" in line]
     assert all(word in line for word in ["mine", "never end?", *words])
-    assert (tmp_path / "run" / "result.json").exists()
+    assert json.loads((tmp_path / "run" / "result.json").read_text())["status"] == "stopped"
 
 
 @pytest.mark.slow

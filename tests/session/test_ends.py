@@ -19,6 +19,7 @@ from tests.session.command import (
     SERVERS,
     captured,
     controller,
+    end_after,
     gone,
     outcome,
     running_session,
@@ -41,6 +42,9 @@ def test_stopped_by_signal(tmp_path: Path, sent: signal.Signals, status: int) ->
     assert said.startswith("Stopped")
     assert gone(servers)
     assert json.loads((tmp_path / "result.json").read_text())["status"] == "stopped"
+    end_after(tmp_path / "history.pl", 3)
+    assert served("--resume", tmp_path, "--no-report", "--quiet").returncode == 3
+    assert json.loads((tmp_path / "result.json").read_text())["status"] == "exhausted"
 
 
 BLIND = """
@@ -214,10 +218,3 @@ def test_a_session_whose_disk_is_full_is_resumed_when_there_is_space(
     subprocess.run(["mount", "-o", "remount,size=50m", str(small_disk)], check=True)
     assert served("--resume", small_disk / "run", "--no-report").returncode == 3
     assert outcome(small_disk / "run") == outcome(whole)
-
-
-def test_killed_controller(tmp_path: Path) -> None:
-    session, servers = running_session(tmp_path)
-    session.kill()
-    session.communicate(timeout=DEADLINE_S)
-    assert gone(servers)
