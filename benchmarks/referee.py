@@ -49,7 +49,8 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import refine
 from vision_server.segments.extraction import extract_segments
 from vision_server.tracking import referee
-from vision_server.tracking.referee import CALIBRATION, LIMITS, Calibration, Chances, judged, probability
+from vision_server.tracking.chances import CALIBRATION, Calibration, Chances, probability
+from vision_server.tracking.referee import LIMITS, judged
 
 Floats = NDArray[np.float64]
 

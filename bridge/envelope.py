@@ -1,6 +1,5 @@
 """Headers of requests and replies, and how they become bytes."""
 
-import math
 from typing import Annotated, Any
 
 import msgspec
@@ -9,7 +8,7 @@ from msgspec import Meta
 
 from bridge.arrays import ArrayDescription
 from bridge.errors import LightsAndCameraError, ProtocolError
-from bridge.messages import PROTOCOL
+from bridge.messages import PROTOCOL, check_finite
 
 MAX_HEADER_BYTES = 1024 * 1024
 """Largest header of a request or a reply."""
@@ -162,17 +161,6 @@ def _encoded(header: dict[str, Any]) -> bytes:
     encoded = _ENCODER.encode(header)
     # msgspec writes NaN and infinities as null, so only then need the numbers be looked at one by one.
     if b"null" in encoded:
-        _refuse_not_finite(msgspec.to_builtins(header, enc_hook=_plain), "")
+        for name, value in msgspec.to_builtins(header, enc_hook=_plain).items():
+            check_finite(value, name)
     return encoded
-
-
-def _refuse_not_finite(value: object, where: str) -> None:
-    if isinstance(value, float):
-        if not math.isfinite(value):
-            raise ValueError(f"{where.lstrip('.')} is {value}, which is not a finite number")
-    elif isinstance(value, dict):
-        for key, item in value.items():
-            _refuse_not_finite(item, f"{where}.{key}")
-    elif isinstance(value, (list, tuple)):
-        for index, item in enumerate(value):
-            _refuse_not_finite(item, f"{where}[{index}]")

@@ -37,16 +37,17 @@ FileName = Annotated[str, Meta(pattern=r"^[^\0]+\Z", max_length=4096)]
 Unit = Literal["m", "cm", "mm", "in"]
 
 
-def _check_finite(value: object, where: str) -> None:
+def check_finite(value: object, where: str) -> None:
+    """Raise ValueError for a number that is not finite, anywhere in what `where` names."""
     if isinstance(value, float):
         if not math.isfinite(value):
             raise ValueError(f"{where} is {value}, which is not a finite number")
     elif isinstance(value, (tuple, list)):
         for index, item in enumerate(value):
-            _check_finite(item, f"{where}[{index}]")
+            check_finite(item, f"{where}[{index}]")
     elif isinstance(value, dict):
         for key, item in value.items():
-            _check_finite(item, f"{where}.{key}")
+            check_finite(item, f"{where}.{key}")
 
 
 class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -54,7 +55,7 @@ class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
-            _check_finite(getattr(self, name), name)
+            check_finite(getattr(self, name), name)
 
 
 class Operation(NamedTuple):

@@ -1,7 +1,6 @@
 """A run folder becomes one self-contained HTML page and its overlay pictures."""
 
 import shlex
-from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from report.following import Journal, Told
 from report.fragments import environment, short
 from report.overlay import is_small
 from report.pictures import data_uri, legibility, read_picture, write_overlay
-from report.records import LightRecord, ReasonRecord, Result, StepRecord, read_result
+from report.records import ReasonRecord, Result, StepRecord, read_result
 from report.scene import Scene, known_lights, read_scene
 from report.story import Picture, StepView, step_view
 from report.strokes import Strokes, strokes_of, support_of
@@ -103,7 +102,7 @@ def render(folder: Path, result: Result, asked: Future[Told]) -> str:
             steps=views,
             sources=_sources(pictures, hero),
             size=_size(scene, pictures),
-            notes=[*scene.notes, *_other_settings(result.steps, lights), *_untold(told)],
+            notes=[*scene.notes, *_other_settings(result.steps), *_untold(told)],
             reasons=_reasons(told),
             actions=told.actions,
             short=short,
@@ -148,14 +147,9 @@ def _reasons(told: Told) -> Reasons:
     return reasons
 
 
-def _other_settings(steps: list[StepRecord], lights: Sequence[LightRecord]) -> list[str]:
+def _other_settings(steps: list[StepRecord]) -> list[str]:
     """A note where images were taken under other settings than were asked for."""
-    others = [
-        f"{step.image} ({words.settings_words(applied, lights)}, {words.shutter(applied.shutter_s)},"
-        f" {words.aperture(applied.aperture)})"
-        for step in steps
-        if step.asked is not None and (applied := step.settings) is not None
-    ]
+    others = [f"{step.image} ({step.settings_words})" for step in steps if step.asked is not None]
     if not others:
         return []
     return [f"Taken under other settings than were asked for: {'; '.join(others)}."]

@@ -110,7 +110,7 @@ class StepRecord(Struct, frozen=True):
     settings: SettingsRecord | None = None
     asked: SettingsRecord | None = None
     settings_words: str | None = None
-    qualitative: Any = None
+    qualitative: str | None = None
     decision: str | None = None
     reason: str | None = None
     set_size: int | None = None
@@ -151,11 +151,9 @@ class Result(Struct, frozen=True):
     seed: int | None = None
     iterations: int | None = None
     kept: list[str] = field(default_factory=list)
-    discarded: list[str] = field(default_factory=list)
     rms_px: float | None = None
     merit_px: float | None = None
     threshold_px: float | None = None
-    supported_fraction: float | None = None
     pose: PoseRecord | None = None
     covariance: Covariance | None = None
     uncertainty: float | None = None

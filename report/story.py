@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -12,16 +11,7 @@ from numpy.typing import NDArray
 from report.lights import lights_svg
 from report.records import LightRecord, SettingsRecord, StepRecord
 from report.strokes import Strokes
-from report.words import (
-    angle,
-    aperture,
-    length,
-    light_name,
-    percent,
-    pixels,
-    settings_words,
-    shutter,
-)
+from report.words import angle, aperture, length, percent, pixels, shutter
 
 Pixels = NDArray[np.uint8]
 
@@ -92,18 +82,17 @@ def step_view(
     settings = step.settings or SettingsRecord()
     widest = min((s.settings.aperture for s in steps if s.settings and s.settings.aperture), default=None)
     iris = widest / settings.aperture if widest and settings.aperture else 0.0
-    words = step.settings_words or settings_words(step.settings, lights)
     return StepView(
         number=step.iteration or number,
         picture=picture,
         decision=step.decision or "",
-        settings=words,
+        settings=step.settings_words or "settings not recorded",
         bars=_bars(settings, lights, steps),
         shutter=shutter(settings.shutter_s) if settings.shutter_s else "",
         shutter_share=_shutter_share(settings.shutter_s),
         aperture=aperture(settings.aperture) if settings.aperture else "",
         iris=iris,
-        qualitative=plain(step.qualitative),
+        qualitative=step.qualitative or "",
         reason=step.reason or "",
         numbers=tuple(_numbers(step)),
         strokes=strokes,
@@ -111,17 +100,6 @@ def step_view(
         hold=step.hold,
         rig=Markup(lights_svg(step.settings, lights)),
     )
-
-
-def plain(value: Any) -> str:
-    """A qualitative state in words, however it was recorded."""
-    if value is None:
-        return ""
-    if isinstance(value, dict):
-        return ", ".join(f"{key} {plain(part)}" for key, part in value.items())
-    if isinstance(value, list):
-        return ", ".join(plain(part) for part in value)
-    return str(value).replace("_", " ")
 
 
 def _numbers(step: StepRecord) -> list[tuple[str, str]]:
@@ -149,8 +127,14 @@ def _bars(
         text = f"{level:g}/{top:g}" if levels is not None else f"{level:g}"
         segments = int(top) if top <= MOST_SEGMENTS and level == int(level) else 0
         share = min(1.0, max(0.0, level / top))
-        bars.append(LightBar(light_name(number, lights), text, segments, int(level), share))
+        bars.append(LightBar(_light_name(number, lights), text, segments, int(level), share))
     return tuple(bars)
+
+
+def _light_name(number: int, lights: Sequence[LightRecord]) -> str:
+    """Name of a light, or its number from 1 where it has none."""
+    name = lights[number].name if number < len(lights) else None
+    return name or f"light {number + 1}"
 
 
 def _shutter_share(value_s: float | None) -> float:

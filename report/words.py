@@ -1,9 +1,8 @@
 """Numbers as people say them: lengths, angles, shutters, settings in words."""
 
 import math
-from collections.abc import Sequence
 
-from report.records import LightRecord, SettingsRecord
+from report.records import SettingsRecord
 
 NONE = "–"
 
@@ -76,33 +75,6 @@ def shutter(value_s: float | None) -> str:
 def aperture(f_number: float | None) -> str:
     """An aperture as photographers write it."""
     return NONE if f_number is None else f"f/{f_number:g}"
-
-
-def light_name(number: int, lights: Sequence[LightRecord]) -> str:
-    """Name of a light, or its number from 1 where it has none."""
-    name = lights[number].name if number < len(lights) else None
-    return name or f"light {number + 1}"
-
-
-def settings_words(settings: SettingsRecord | None, lights: Sequence[LightRecord]) -> str:
-    """Settings in words, from the numbers alone."""
-    if settings is None:
-        return "settings not recorded"
-    parts = []
-    for number, level in enumerate(settings.lights):
-        levels = lights[number].levels if number < len(lights) else None
-        name = light_name(number, lights)
-        if level == 0:
-            parts.append(f"{name} off")
-        elif levels is not None and level == levels - 1:
-            parts.append(f"{name} full" if levels > 2 else f"{name} on")
-        else:
-            parts.append(f"{name} {level:g}" + (f" of {levels - 1}" if levels else ""))
-    if settings.focal_length_mm is not None:
-        parts.append(f"{settings.focal_length_mm:g} mm lens")
-    if settings.focus_m is not None:
-        parts.append(f"focus at {length(settings.focus_m)}")
-    return ", ".join(parts)
 
 
 def count(number: int, noun: str) -> str:

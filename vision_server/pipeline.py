@@ -139,9 +139,8 @@ class _Stopwatch:
         self._last = time.perf_counter()
 
     def lap(self, stage: str) -> None:
-        now = time.perf_counter()
-        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
-        self._last = now
+        before, self._last = self._last, time.perf_counter()
+        self.seconds[stage] = self._last - before
 
 
 def estimate_pose(
@@ -169,9 +168,8 @@ def estimate_pose(
     channels = images.gradients(names)
     watch.lap("edges")
     show(edges)
-    segments = extract_segments(edges)
-    if settings.edge_contrast_grey > 0.0:
-        segments = segments.take(segments.strength >= settings.edge_contrast_grey)
+    found = extract_segments(edges)
+    segments = found.take(found.strength >= settings.edge_contrast_grey)
     watch.lap("linking")
     estimate = pose_of_segments(segments.endpoints, channels, model, camera, seed_pose, settings)
     return replace(estimate, seconds={**watch.seconds, **estimate.seconds})
@@ -203,7 +201,7 @@ def pose_of_segments(
     beyond: Callable[[Pose], float] = anywhere
     asked = isinstance(seed_pose, Anywhere) or model.smooth.any()  # nothing else may look quite the same
     symmetry = symmetry_of(model) if asked else ASYMMETRIC
-    likely: list[Likely] = []
+    estimate, likely = Estimate(), list[Likely]()
     match = partial(match_near, ideal_segments(endpoints, camera), camera, settings.seed)
     if isinstance(seed_pose, Anywhere):
         refined = of_most_evidence(problem, hypotheses, LOOKED_AT, match)
@@ -214,7 +212,6 @@ def pose_of_segments(
         beyond = turned_beyond(seed_pose, settings.search_range)
         spin_rad = 2.0 * math.radians(settings.rotation_range_deg)  # from one end of the range to the other
         refined = best_first(problem, hypotheses, spin_rad=spin_rad, searched=searched)
-    estimate = Estimate()
     if refined:
         refined = likeliest_first(refined, beyond)
         rivals = rivals_of(refined, symmetry, searched, beyond)
@@ -222,10 +219,8 @@ def pose_of_segments(
         estimate = _judged(refined[0], last, rivals, symmetry, match)
         if isinstance(seed_pose, Anywhere) and estimate.pose is not None:
             best, allowed = last.best, partial(seed_pose.allows, middle=model.middle)
-            estimate = _with_poses(estimate, likely, symmetry, allowed)
-            estimate = replace(
-                estimate, free=estimate.free + unseen_turns(best.problem, best.pose, best.spacing_px)
-            )
+            free = estimate.free + unseen_turns(best.problem, best.pose, best.spacing_px)
+            estimate = replace(_with_poses(estimate, likely, symmetry, allowed), free=free)
     watch.lap("refinement")
     return replace(estimate, segments=len(endpoints), seconds=watch.seconds)
 

@@ -250,8 +250,7 @@ class Simulator(Device):
                 f"The target cannot come to {range_m:g} m: it is {self._model.diameter:.2g} m large.",
                 f"Allowed: {least:.2g} m or more.",
             )
-        rng = self._random(MOVES, len(self._moves))
-        move = self._scenario.move
+        rng, move = self._random(MOVES, len(self._moves)), self._scenario.move
         self._left.append(self._true)
         self._true = placement.moved_pose(self._true, range_m, move, rng)
         self._first_seed_pose = None

@@ -4,7 +4,6 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,7 +13,7 @@ from image_server.v4l2.camera_file import CameraFile
 from image_server.v4l2.controls import SETTABLE, Control, controls, read_control, write_control
 from image_server.v4l2.file_check import check_card, check_controls, completed, named_control
 from image_server.v4l2.node import Node
-from image_server.v4l2.stream import START_DEADLINE_S, Freshness, Stamp, Stream, StreamFormat
+from image_server.v4l2.stream import START_DEADLINE_S, Freshness, Stamp, Stream
 
 ATTEMPTS = 2
 """Times that a frame is asked for: a stream that has stalled is started again once."""
@@ -65,8 +64,7 @@ class V4L2Camera:
             self.file = completed(file, self.controls)
             check_controls(self.file, self.controls, self._node)
             self._axes = self.file.axes()
-            self._format = msgspec.convert(file.format, StreamFormat, from_attributes=True)
-            self._stream = Stream(self._node, self._format)
+            self._stream = Stream(self._node, self.file.format)
             for name, value in self.file.controls.items():
                 self._write(name, value)
             self._changed = time.monotonic()
@@ -239,7 +237,7 @@ class V4L2Camera:
 
     def _streaming(self) -> Stream:
         if self._stream is None:
-            self._stream = Stream(self._node, self._format)
+            self._stream = Stream(self._node, self.file.format)
         return self._stream
 
     def _stop(self) -> None:

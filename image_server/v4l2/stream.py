@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput, DeviceError
+from image_server.v4l2.camera_file import FormatTable
 from image_server.v4l2.formats import DECODERS, DamagedFrameError, Layout, decoded
 from image_server.v4l2.kernel import (
     BUFFER_CAPTURE,
@@ -31,16 +32,6 @@ STAMPED_AT_FIRST_PACKET = ("uvcvideo",)
 """Drivers that call it the start of the exposure when data first come, after exposure."""
 START_DEADLINE_S = 3.0
 """Longest wait for a first frame; a USB camera needs up to two seconds to wake up."""
-
-
-@dataclass(frozen=True)
-class StreamFormat:
-    """What to ask the driver for; None keeps what it has."""
-
-    pixel_format: str | None = None
-    width: int | None = None
-    height: int | None = None
-    frame_rate: float | None = None
 
 
 @dataclass(frozen=True)
@@ -70,7 +61,7 @@ class Stream:
     DeviceError : the camera is busy, or failed.
     """
 
-    def __init__(self, node: Node, wanted: StreamFormat) -> None:
+    def __init__(self, node: Node, wanted: FormatTable) -> None:
         self._node = node
         self.lost = 0
         self.damaged = 0
@@ -219,7 +210,7 @@ def formats(node: Node) -> list[str]:
             raise node.failure("listing its formats", error) from error
 
 
-def _set_format(node: Node, wanted: StreamFormat) -> Layout:
+def _set_format(node: Node, wanted: FormatTable) -> Layout:
     offered = formats(node)
     name = wanted.pixel_format or next((name for name in DECODERS if name in offered), None)
     if name is None or name not in offered or name not in DECODERS:

@@ -1,13 +1,14 @@
 :- module(indigolog_sensing,
           [ sensing_action/1,         % +Action
             sensing_action/2,         % +Theory, +Action
+            check_result/3,           % +Theory, +Action, +Result
             result_effect/4,          % +Action, +Result, +Situation, -Effect
             sensing_results/3,        % +Action, +Situation, -Results
             answers/3                 % +Action, +Situation, -Results
           ]).
 /** <module> What sensing actions tell, and may tell */
 
-:- use_module(library(lists), [list_to_set/2, member/2]).
+:- use_module(library(lists), [list_to_set/2, member/2, memberchk/2]).
 :- use_module(library(apply), [exclude/3]).
 :- use_module(formula, [holds_in/2]).
 :- use_module(knowledge, [possible_instance/3]).
@@ -37,6 +38,19 @@ result_axiom(settles, Module, A, R, F, V, C) :-
     Module:settles(A, R, F, V, C).
 result_axiom(rejects, Module, A, R, F, V, C) :-
     Module:rejects(A, R, F, V, C).
+
+%!  check_result(+Theory, +Action, +Result) is det.
+%
+%   @error golog(not_boolean_result(Action, Fluent, Result)) where it senses a relational fluent and told something else
+
+check_result(Theory, Action, Result) :-
+    theory_module(Theory, Module),
+    (   Module:senses(Action, Fluent),
+        fluent_template(Theory, Fluent, rel),
+        \+ memberchk(Result, [true, false])
+    ->  throw(error(golog(not_boolean_result(Action, Fluent, Result)), _))
+    ;   true
+    ).
 
 %!  result_effect(+Action, +Result, +Situation, -Effect) is nondet.
 %

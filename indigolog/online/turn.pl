@@ -18,14 +18,14 @@ those to skip, for they need not be written again.  The setting stays the same i
 is `live`, or `replay` where only a journal is followed.
 */
 
-:- use_module(library(lists), [memberchk/2]).
+:- use_module(library(apply), [foldl/4]).
 :- use_module(library(record)).
 :- use_module('../language/context', [top_context/1]).
 :- use_module('../language/notice', [progress_message/1]).
 :- use_module('../language/patience', [still_patient/3]).
 :- use_module('../language/progression', [progress/3]).
 :- use_module('../language/semantics', [final/3, step/4]).
-:- use_module('../language/sensing', [sensing_action/2]).
+:- use_module('../language/sensing', [check_result/3, sensing_action/2]).
 :- use_module('../language/situation').
 :- use_module('../language/theory').
 :- use_module('../language/unfolding', [unfolded/2]).
@@ -175,22 +175,17 @@ take_in(X, T0, T) :-
     turn_number(T0, N),
     (   Entries = [exogenous(N, A)|Entries1]
     ->  set_entries_of_turn(Entries1, T0, T1),
-        taken_in(A, X, T1, T2),
+        taken_in(X, A, T1, T2),
         take_in(X, T2, T)
     ;   Entries == [],
         setting_mode(X, live)
     ->  setting_devices(X, Devices),
         arrived_events(Devices, As),
-        take_in_all(As, X, T0, T)
+        foldl(taken_in(X), As, T0, T)
     ;   T = T0
     ).
 
-take_in_all([], _, T, T).
-take_in_all([A|As], X, T0, T) :-
-    taken_in(A, X, T0, T1),
-    take_in_all(As, X, T1, T).
-
-taken_in(A, X, T0, T) :-
+taken_in(X, A, T0, T) :-
     turn_situation(T0, S0),
     turn_number(T0, N),
     situation_module(S0, Module),
@@ -264,18 +259,9 @@ sensed(A, Sensing, S, S1) :-
     situation_theory(S, Theory),
     (   Sensing \== none,
         sensing_action(Theory, A)
-    ->  boolean_if_relational(A, Sensing, Theory),
+    ->  check_result(Theory, A, Sensing),
         progress(e(A, Sensing), S, S1)
     ;   S1 = S
-    ).
-
-boolean_if_relational(A, Sensing, Theory) :-
-    theory_module(Theory, Module),
-    (   Module:senses(A, F),
-        fluent_template(Theory, F, rel),
-        \+ memberchk(Sensing, [true, false])
-    ->  throw(error(golog(not_boolean_result(A, F, Sensing)), _))
-    ;   true
     ).
 
 replayed(executed(_, _, Sensing), done(Sensing)).

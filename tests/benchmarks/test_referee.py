@@ -8,7 +8,8 @@ from benchmarks.films import CAMERA
 from geometry.model import TARGETS, load_model
 from geometry.pose import Pose
 from vision_server.tracking.agreement import Agreement
-from vision_server.tracking.referee import CALIBRATION, LIMITS, Calibration, Chance, Chances
+from vision_server.tracking.chances import CALIBRATION, Calibration, Chance, Chances
+from vision_server.tracking.referee import LIMITS
 
 
 @pytest.mark.parametrize(("number", "shape"), [(3, "box"), (6, "part"), (12, "part")])

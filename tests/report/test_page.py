@@ -227,7 +227,7 @@ def test_only_what_the_design_promises(make_run: RunMaker) -> None:
             del step[key]
     (folder / "result.json").write_text(json.dumps(result))
     text = page_of(folder).text
-    assert "left 1 of 7, right off, top full" in text
+    assert "settings not recorded" in text
     assert "command line was not recorded" in text
 
 
@@ -318,7 +318,7 @@ def test_other_settings_than_were_asked_for_are_noted(make_run: RunMaker) -> Non
     steps[1]["asked"] = steps[1]["settings"] | {"lights": [3, 3, 3]}
     changed(folder, steps=steps)
     page = " ".join(Page(write_report(folder).read_text()).words)
-    others = "i2 (left 2 of 7, right off, top full, 1/60 s, f/4)"
+    others = "i2 (left 2 right 0 top 7, 1/60 s, f/4)"
     assert f"Taken under other settings than were asked for: {others}." in page
 
 

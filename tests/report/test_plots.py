@@ -10,7 +10,6 @@ import pytest
 from report import words
 from report.figures import time_figure
 from report.plots import Rule, Series, bar_chart, line_chart, scale_of
-from report.records import SettingsRecord
 
 SVG = ""  # no namespace: the page is HTML
 LABELS = ["1", "2", "3"]
@@ -141,7 +140,6 @@ def test_the_parts_of_the_time_add_up() -> None:
         (words.aperture(2.8), "f/2.8"),
         (words.significant(math.inf), "∞"),
         (words.count(1, "image"), "1 image"),
-        (words.settings_words(SettingsRecord([0, 2]), []), "light 1 off, light 2 2"),
     ],
 )
 def test_numbers_in_words(text: str, expected: str) -> None:

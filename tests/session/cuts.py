@@ -22,9 +22,9 @@ BRIEF = ("--no-report", "--quiet")
 
 
 def places(journal: bytes, every: int, last_lines: int) -> list[int]:
-    """Lengths of the journal to cut it to: after every so manyth line, and each in the last lines."""
+    """Lengths of the journal to cut it to: after every so manyth line, and byte of the last lines."""
     ends = [number + 1 for number, byte in enumerate(journal) if byte == ord("\n")]
-    inside = range(ends[-1 - last_lines] + 1, ends[-1]) if last_lines else range(0)
+    inside = range(ends[-1 - last_lines] + 1, ends[-1], every) if last_lines else range(0)
     return sorted({*ends[:-1:every], *inside})
 
 
@@ -54,7 +54,9 @@ def main() -> int:
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--case", choices=CASES, action="append", help="Only these sessions; repeatable.")
-    parser.add_argument("--every", type=int, default=1, help="Cut after every so manyth line.")
+    parser.add_argument(
+        "--every", type=int, default=1, help="Cut after every so manyth line, and byte of the last."
+    )
     parser.add_argument("--last-lines", type=int, default=4, help="Lines that are cut at every byte.")
     options = parser.parse_args()
     wrong = 0

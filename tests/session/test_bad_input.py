@@ -1,5 +1,6 @@
 """What a user can get wrong: one plain line, exit status 2, nothing left running."""
 
+import json
 import os
 import subprocess
 import tempfile
@@ -81,58 +82,74 @@ def test_help_may_be_read_in_part() -> None:
     assert (done.returncode, done.stderr) == (0, b"")
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--colour"], ["ERROR: unknown option --colour (see --help)"]),
-        (["--scenari", "nominal"], ["unknown option --scenari", "Did you mean --scenario?"]),
-        (["--max-iteration", "3"], ["unknown option --max-iteration", "Did you mean --max-iterations?"]),
-        (["--controller", "heuristc"], ["Did you mean heuristic?"]),
-        (["--target", "sattelite"], ["Did you mean satellite?"]),
-        (["--first-range", "2"], ["--first-range is of --approach"]),
-        (["--contact-range", "2"], ["--contact-range is of --approach"]),
-        (["--idle-s", "2"], ["--idle-s is of --keep-servers"]),
-        (
-            ["--keep-servers", "--image-server", "ipc:///a", "--vision-server", "ipc:///b"],
-            ["--keep-servers has no"],
-        ),
-        (["--stack", ".", "--scenario", "nominal"], ["--scenario is of the simulator", "--stack"]),
-        (["--image-server", "ipc:///a", "--scenario", "nominal"], ["--scenario is of the simulator"]),
-        (["--quiet", "--explain"], ["--explain says what --quiet leaves out"]),
-        (["--threshold"], ["--threshold needs a value"]),
-        (["--threshold", "low"], ["--threshold", "'low' is not a number"]),
-        (["--threshold", "-1"], ["--threshold must be a positive number"]),
-        (["--max-iterations", "0"], ["--max-iterations must be at least 1"]),
-        (["--seed", "x"], ["--seed", "whole number"]),
-        (["--seed", "9223372036854775808"], ["--seed must be a whole number from 0 to 9223372036854775807"]),
-        (["--instead", "i0: left 7, 1/60 s, f/4"], ["--instead: there is no image i0; the first one is i1"]),
-        (["--instead", "i11: left 7, 1/60 s, f/4"], ["no image i11; a session takes at most 10"]),
-        (["--matcher", "genetc"], ["is not one of search, genetic. Did you mean genetic?"]),
-        (["cube"], ["unexpected argument 'cube'"]),
-        (["--controller", "wizard"], ["--controller", "'wizard'", "heuristic"]),
-        (["--target", "teapot"], ["teapot", "cube", "satellite"]),
-        (["--scenario", "disco"], ["disco", "nominal"]),
-        (["--stack", "/nowhere"], ["--stack", "/nowhere"]),
-        (["--resume", "/nowhere"], ["--resume", "/nowhere"]),
-        (["--image-server", "localhost:1"], ["--image-server", "endpoint"]),
-        (["--unit", "ell"], ["--unit", "m, cm, mm, in"]),
-        (["--unit", "mm"], ["--unit", "--target"]),
-        (["--camera-model", "/nowhere.toml"], ["--camera-model", "/nowhere.toml"]),
-        (["--approach", "--stack", "."], ["--approach"]),
-        (["--camera", "/dev/null", "--stack", "."], ["--stack and --camera exclude each other"]),
-        (["--camera", "/dev/null"], ["--camera needs --target", "cube"]),
-        (["--camera", "/dev/nowhere", "--target", "cube"], ["--camera", "there is no '/dev/nowhere'"]),
-        (["--lights", "/dev/null"], ["--lights needs --camera"]),
-        (["--out", "/proc/none"], ["--out", "/proc/none"]),
-        (["--dry-run", "--out", "/proc/none"], ["--out: cannot make /proc/none"]),
-        (["--dry-run", "--out", str(ROOT / "session")], ["session is in use for something else"]),
-    ],
-)
-def test_options(options: list[str], words: list[str]) -> None:
-    message = refused(*options)
+REFUSED: list[tuple[list[str], list[str]]] = [
+    (["--colour"], ["unknown option --colour (see --help)"]),
+    (["--scenari", "nominal"], ["unknown option --scenari", "Did you mean --scenario?"]),
+    (["--max-iteration", "3"], ["unknown option --max-iteration", "Did you mean --max-iterations?"]),
+    (["--controller", "heuristc"], ["Did you mean heuristic?"]),
+    (["--target", "sattelite"], ["Did you mean satellite?"]),
+    (["--first-range", "2"], ["--first-range is of --approach"]),
+    (["--contact-range", "2"], ["--contact-range is of --approach"]),
+    (["--idle-s", "2"], ["--idle-s is of --keep-servers"]),
+    (
+        ["--keep-servers", "--image-server", "ipc:///a", "--vision-server", "ipc:///b"],
+        ["--keep-servers has no"],
+    ),
+    (["--stack", ".", "--scenario", "nominal"], ["--scenario is of the simulator", "--stack"]),
+    (["--image-server", "ipc:///a", "--scenario", "nominal"], ["--scenario is of the simulator"]),
+    (["--quiet", "--explain"], ["--explain says what --quiet leaves out"]),
+    (["--threshold"], ["--threshold needs a value"]),
+    (["--threshold", "low"], ["--threshold", "'low' is not a number"]),
+    (["--threshold", "-1"], ["--threshold must be a positive number"]),
+    (["--max-iterations", "0"], ["--max-iterations must be at least 1"]),
+    (["--seed", "x"], ["--seed", "whole number"]),
+    (["--seed", "9223372036854775808"], ["--seed must be a whole number from 0 to 9223372036854775807"]),
+    (["--instead", "i0: left 7, 1/60 s, f/4"], ["--instead: there is no image i0; the first one is i1"]),
+    (["--instead", "i11: left 7, 1/60 s, f/4"], ["no image i11; a session takes at most 10"]),
+    (["--matcher", "genetc"], ["is not one of search, genetic. Did you mean genetic?"]),
+    (["cube"], ["unexpected argument 'cube'"]),
+    (["--controller", "wizard"], ["--controller", "'wizard'", "heuristic"]),
+    (["--target", "teapot"], ["teapot", "cube", "satellite"]),
+    (["--scenario", "disco"], ["disco", "nominal"]),
+    (["--stack", "/nowhere"], ["--stack", "/nowhere"]),
+    (["--resume", "/nowhere"], ["--resume", "/nowhere"]),
+    (["--image-server", "localhost:1"], ["--image-server", "endpoint"]),
+    (["--unit", "ell"], ["--unit", "m, cm, mm, in"]),
+    (["--unit", "mm"], ["--unit", "--target"]),
+    (["--camera-model", "/nowhere.toml"], ["--camera-model", "/nowhere.toml"]),
+    (["--approach", "--stack", "."], ["--approach"]),
+    (["--camera", "/dev/null", "--stack", "."], ["--stack and --camera exclude each other"]),
+    (["--camera", "/dev/null"], ["--camera needs --target", "cube"]),
+    (["--camera", "/dev/nowhere", "--target", "cube"], ["--camera", "there is no '/dev/nowhere'"]),
+    (["--lights", "/dev/null"], ["--lights needs --camera"]),
+    (["--out", "/proc/none"], ["--out", "/proc/none"]),
+    (["--dry-run", "--out", "/proc/none"], ["--out: cannot make /proc/none"]),
+    (["--dry-run", "--out", str(ROOT / "session")], ["session is in use for something else"]),
+]
+"""Options, and words of what is said of them."""
+
+
+@pytest.fixture(scope="module")
+def told() -> dict[str, str]:
+    """What is said of each of them, all asked of one process."""
+    asked = json.dumps([options for options, _ in REFUSED])
+    done = subprocess.run(
+        ["swipl", str(Path(__file__).with_name("refusals.pl"))],
+        cwd=ROOT, input=asked, capture_output=True, text=True, timeout=DEADLINE_S, check=True,
+    )  # fmt: skip
+    return dict(zip((str(options) for options, _ in REFUSED), json.loads(done.stdout), strict=True))
+
+
+@pytest.mark.parametrize(("options", "words"), REFUSED)
+def test_options(told: dict[str, str], options: list[str], words: list[str]) -> None:
+    message = told[str(options)]
     for word in words:
         assert word in message
     assert "Unknown" not in message
+
+
+def test_an_option_is_refused_in_few_lines() -> None:
+    assert "ERROR: unknown option --colour (see --help)" in refused("--colour")
 
 
 def test_controller_with_a_syntax_error(tmp_path: Path) -> None:
@@ -233,7 +250,7 @@ def test_a_strategy_that_never_ends_is_told_so_in_one_line(
     message = refused("--controller", file, "--out", tmp_path / "run", "--no-report", "--quiet", by=served)
     (line,) = [line for line in message.splitlines() if "ERROR" in line]
     assert all(word in line for word in ["mine", "never end?", *words])
-    assert (tmp_path / "run" / "result.json").exists()
+    assert json.loads((tmp_path / "run" / "result.json").read_text())["status"] == "stopped"
 
 
 @pytest.mark.slow

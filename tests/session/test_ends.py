@@ -20,6 +20,7 @@ from tests.session.command import (
     SERVERS,
     captured,
     controller,
+    end_after,
     gone,
     outcome,
     running_session,
@@ -42,6 +43,9 @@ def test_stopped_by_signal(tmp_path: Path, sent: signal.Signals, status: int) ->
     assert said.startswith("Stopped")
     assert gone(servers)
     assert json.loads((tmp_path / "result.json").read_text())["status"] == "stopped"
+    end_after(tmp_path / "history.pl", 3)
+    assert served("--resume", tmp_path, "--no-report", "--quiet").returncode == 3
+    assert json.loads((tmp_path / "result.json").read_text())["status"] == "exhausted"
 
 
 BLIND = """
@@ -243,10 +247,3 @@ def test_the_report_is_written_where_a_session_ends_and_never_left_waiting(
     session.communicate(timeout=DEADLINE_S)
     assert gone({"report": report})
     assert (tmp_path / "report.html").exists() == written
-
-
-def test_killed_controller(tmp_path: Path) -> None:
-    session, servers = running_session(tmp_path)
-    session.kill()
-    session.communicate(timeout=DEADLINE_S)
-    assert gone(servers)

@@ -28,8 +28,16 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-@pytest.fixture
-def network(keys: Path) -> Iterator[tuple[str, str]]:
+@pytest.fixture(scope="module")
+def network_keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The keys of the servers on a network."""
+    folder = tmp_path_factory.mktemp("network") / "keys"
+    make_keys(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def network(network_keys: Path) -> Iterator[tuple[str, str]]:
     """Both servers on every interface of this machine; their endpoints as a client calls them."""
     image, events, vision = free_port(), free_port(), free_port()
     commands = [
@@ -38,7 +46,7 @@ def network(keys: Path) -> Iterator[tuple[str, str]]:
         ["vision_server", "serve", "--endpoint", f"tcp://0.0.0.0:{vision}"],
     ]  # fmt: skip
     running = [
-        subprocess.Popen([sys.executable, "-m", *command, "--keys", str(keys)], cwd=ROOT)
+        subprocess.Popen([sys.executable, "-m", *command, "--keys", str(network_keys)], cwd=ROOT)
         for command in commands
     ]
     yield f"tcp://127.0.0.1:{image}", f"tcp://127.0.0.1:{vision}"
@@ -48,13 +56,14 @@ def network(keys: Path) -> Iterator[tuple[str, str]]:
 
 
 def test_servers_on_a_network_serve_who_has_a_key(
-    network: tuple[str, str], keys: Path, tmp_path: Path
+    network: tuple[str, str], network_keys: Path, tmp_path: Path
 ) -> None:
     image, vision = network
     out = tmp_path / "run"
     done = controller(
-        "--image-server", image, "--vision-server", vision, "--keys", keys, "--out", out, "--no-report"
-    )
+        "--image-server", image, "--vision-server", vision, "--keys", network_keys,
+        "--out", out, "--no-report",
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert json.loads((out / "result.json").read_text())["status"] == "converged"
 

@@ -9,7 +9,12 @@ from tests.session.kills import CASES, VICTIMS, kill_library, killed_at, killed_
 pytestmark = pytest.mark.slow
 
 DRAW = random.Random(7)
-KILLS = [(case, VICTIMS[number % len(VICTIMS)], DRAW.random()) for number, case in enumerate(CASES)]
+LIKE_OTHERS = {"short", "satellite", "turning-sun"}
+"""Cases in which a kill meets nothing that it does not meet in others."""
+KILLS = [
+    (case, VICTIMS[number % len(VICTIMS)], DRAW.random())
+    for number, case in enumerate(case for case in CASES if case not in LIKE_OTHERS)
+]
 
 
 @pytest.mark.parametrize(("case", "victim", "share"), KILLS)

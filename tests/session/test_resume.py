@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 import shutil
 import signal
 import subprocess
@@ -14,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 
-from tests.session.command import DEADLINE_S, ROOT, cut, gone, outcome, running_session, steps_of
+from tests.session.command import DEADLINE_S, ROOT, cut, end_after, gone, outcome, running_session
 from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
@@ -30,33 +29,6 @@ OPTIONS = (
     "4",
     "--no-report",
 )
-
-
-def limit(journal: Path, images: int) -> None:
-    """Let the session that was to take 1000 images end after fewer; it learns its limit when it connects."""
-    text = journal.read_text()
-    assert ",1000))" in text
-    journal.write_text(text.replace(",1000))", f",{images}))"))
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The run folder of a session of four images that nothing interrupted."""
-    out = tmp_path_factory.mktemp("whole") / "run"
-    done = served(*OPTIONS, "--out", out, "--quiet")
-    assert done.returncode == 3, done.stderr
-    return out
-
-
-@pytest.mark.parametrize("after", ["capture(i2", "keep(i2)", "connect"])
-def test_it_comes_to_the_same_end(whole: Path, tmp_path: Path, after: str) -> None:
-    out = Path(shutil.copytree(whole, tmp_path / "run"))
-    (out / "result.json").unlink()
-    cut(out / "history.pl", after)
-    resumed = served("--resume", out, "--no-report", "--json")
-    assert resumed.returncode == 3, resumed.stderr
-    assert steps_of(out) == steps_of(whole)
-    assert json.loads(resumed.stdout)["seed"] == 3
 
 
 BLUR = (
@@ -85,23 +57,13 @@ def test_after_the_controller_was_killed(tmp_path: Path) -> None:
     session.send_signal(signal.SIGKILL)
     session.communicate(timeout=DEADLINE_S)
     assert gone(servers)
-    limit(tmp_path / "history.pl", 12)
+    end_after(tmp_path / "history.pl", 12)
     resumed = served("--resume", tmp_path, "--no-report", "--json")
     assert resumed.returncode == 3, resumed.stderr
     result = json.loads(resumed.stdout)
     assert result["iterations"] == 12
     assert len({step["image"] for step in result["steps"]}) == 12
     assert all((tmp_path / "images" / f"{image}.png").exists() for image in result["kept"])
-
-
-def test_after_a_signal(tmp_path: Path) -> None:
-    session, _ = running_session(tmp_path)
-    os.kill(session.pid, signal.SIGINT)
-    session.communicate(timeout=DEADLINE_S)
-    assert json.loads((tmp_path / "result.json").read_text())["status"] == "stopped"
-    limit(tmp_path / "history.pl", 3)
-    assert served("--resume", tmp_path, "--no-report", "--quiet").returncode == 3
-    assert json.loads((tmp_path / "result.json").read_text())["status"] == "exhausted"
 
 
 def test_a_finished_session_is_left_alone(tmp_path: Path) -> None:

@@ -7,6 +7,8 @@ the visible length is.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -61,6 +63,11 @@ def line_scales(problem: PoseProblem, pose: Pose) -> Ints:
     visible_px = np.asarray(np.bincount(samples.line, samples.px, out.shape[1]), dtype=np.float64)
     _raise_to_median(out, visible_px)
     return out
+
+
+def with_line_scales(problem: PoseProblem, pose: Pose) -> PoseProblem:
+    """The problem with each line as soft as it is near a pose, see `line_scales`."""
+    return replace(problem, scale=line_scales(problem, pose))
 
 
 def _raise_to_median(scale: Ints, visible_px: Floats) -> None:

@@ -268,8 +268,7 @@ def _take_chosen(
     """One channel's chosen edge points with what they may be off by.
 
     The tone curve moves an edge in proportion to the step's height over the mean of its sides, times its
-    softness; clipping moves it towards its dark side. What it is moved by where it is an
-    outline: `way_back`. ``sigma``, ``filters`` (C, L): softness, px, and filter, index into SCALES_PX.
+    softness; clipping towards its dark side; an outline as `way_back` says. ``sigma`` (C, L) in px.
     """
     rows, columns = frame.shape
     for i in range(chosen.shape[1]):

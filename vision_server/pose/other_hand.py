@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.surface import face_normals
-from vision_server.pose.line_scales import line_scales
-from vision_server.pose.observation import PoseProblem
+from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.ranking import COARSE_REACHES_PX, COARSER, Refined, of_fewer_lines, refined
 from vision_server.pose.support import PoseSupport, support_at
 from vision_server.pose.trust import odds
@@ -125,13 +124,5 @@ def _is_likely_here(own: Refined, other: Model) -> bool:
 
 def _fit(own: Refined, other: Model, pose: Pose) -> Refined | None:
     """What another model's hypothesis leads to."""
-    return refined(_problem(own, other, pose), pose, COARSE_REACHES_PX, own.spacing_px, COARSER)
-
-
-def _problem(own: Refined, other: Model, pose: Pose) -> PoseProblem:
-    """The problem of another model near a pose."""
-    of = own.problem
-    problem = PoseProblem.at_scale(
-        of.channels, other, of.camera, tone_sd_px=of.tone_sd_px, tolerance_m=of.tolerance_m
-    )
-    return replace(problem, scale=line_scales(problem, pose))
+    sharp = replace(own.problem, model=other, scale=np.zeros_like(own.problem.scale))
+    return refined(with_line_scales(sharp, pose), pose, COARSE_REACHES_PX, own.spacing_px, COARSER)

@@ -9,7 +9,7 @@ from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
 from vision_server.pose.detail import fewer_lines
 from vision_server.pose.hypotheses import edges_around, hypotheses_beside
-from vision_server.pose.line_scales import line_scales
+from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, Solution, refine
 from vision_server.pose.sampling import spacing_for
@@ -126,14 +126,14 @@ def best_first(
 
 def roughly(sparse: PoseProblem, pose: Pose, known: Sequence[Refined]) -> Refined | None:
     """One hypothesis, refined coarsely on scales of its own; None where it ends at a known one."""
-    scaled = replace(sparse, scale=line_scales(sparse, pose))
+    scaled = with_line_scales(sparse, pose)
     spacing = spacing_for(sparse.model, sparse.camera, pose)
     return refined(scaled, pose, COARSE_REACHES_PX, spacing, COARSER, known=known)
 
 
 def of_all_lines(rough: Refined, problem: PoseProblem) -> Refined:
     """A pose that was refined on some of the lines only, with what supports all of them."""
-    scaled = replace(problem, scale=line_scales(problem, rough.pose))
+    scaled = with_line_scales(problem, rough.pose)
     spacing = spacing_for(problem.model, problem.camera, rough.pose)
     support = support_at(scaled, rough.pose, COARSER * spacing)
     return rough if support is None else Refined(scaled, rough.solution, support, spacing)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from vision_server.prediction.places import CLIPPED, LEAST_BLUR_PX, SMALLER, faces_seen, smaller
+from vision_server.prediction.places import CLIPPED, LEAST_BLUR_PX, SMALLER, faces_seen, shrunk, smaller
 from vision_server.prediction.response import LitImage
 
 Floats = NDArray[np.float64]
@@ -72,8 +72,7 @@ def _drawn(face: NDArray[np.int32], step: float, blur_px: float) -> Field:
 
 
 def _clipped(image: LitImage) -> Flags:
-    over = (image.linear > CLIPPED).astype(np.float32)
-    share = cv2.resize(over, None, fx=1 / SMALLER, fy=1 / SMALLER, interpolation=cv2.INTER_AREA)
+    share = shrunk((image.linear > CLIPPED).astype(np.float32))
     return cv2.dilate(share, np.ones((CLIPPED_AROUND, CLIPPED_AROUND), np.uint8)) > MOST_CLIPPED
 
 

@@ -145,10 +145,15 @@ def _look(image: LitImage, sigma_px: float) -> tuple[Floats, Floats, Floats]:
     return seen.astype(np.float64), uneven.astype(np.float64), over.astype(np.float64)
 
 
+def shrunk(image: Field) -> Field:
+    """An image (H, W) in a fourth of its size."""
+    small = cv2.resize(image, None, fx=1 / SMALLER, fy=1 / SMALLER, interpolation=cv2.INTER_AREA)
+    return np.asarray(small, dtype=np.float32)
+
+
 def smaller(image: Field, sigma_px: float) -> Field:
     """An image (H, W) in a fourth of its size, blurred by so many of its own pixels."""
-    small = cv2.resize(image, None, fx=1 / SMALLER, fy=1 / SMALLER, interpolation=cv2.INTER_AREA)
-    return np.asarray(cv2.GaussianBlur(small, (0, 0), sigma_px / SMALLER), dtype=np.float32)
+    return np.asarray(cv2.GaussianBlur(shrunk(image), (0, 0), sigma_px / SMALLER), dtype=np.float32)
 
 
 def faces_seen(model: Model, camera: Camera, pose: Pose) -> NDArray[np.int32]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from geometry.pose import Pose
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import Estimate, PipelineSettings, pose_of_segments
 from vision_server.pose.covariance import pose_covariance, share_within, uncertainty
-from vision_server.pose.line_scales import line_scales
+from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import FINE_REACHES_PX, NEAR, refined
 from vision_server.pose.refinement import EXACT_REACH_PX, REACHES_PX, refine
@@ -25,8 +25,9 @@ from vision_server.pose.sampling import spacing_for
 from vision_server.pose.support import PoseSupport, support_at
 from vision_server.pose.trust import RIVAL_NATS, TAILS, confidence, quality
 from vision_server.segments.extraction import extract_segments
-from vision_server.tracking.agreement import Agreement, agreement
+from vision_server.tracking.agreement import agreement
 from vision_server.tracking.beside import beside
+from vision_server.tracking.chances import LEAST_ODDS, Chance, Chances, probability
 from vision_server.tracking.fitting import Habits, fitted
 from vision_server.tracking.following import PASSES, SETTLED_PX
 
@@ -34,62 +35,13 @@ Floats = NDArray[np.float64]
 Verdict = Literal["ok", "doubtful", "lost"]
 
 
-class Chance(NamedTuple):
-    """What a pose that may be the right one says of a given one.
-
-    Attributes
-    ----------
-    share : of that pose by its likelihood, of all around.
-    believed : probability that its lines are where they seem.
-    within : how much of its covariance is within LIMITS of the given pose.
-    agreement : of the given pose with it, were the given one from elsewhere, where poses that look alike are
-        taken for each other.
-    """
-
-    share: float
-    believed: float
-    within: float
-    agreement: Agreement
-
-
-class Chances(NamedTuple):
-    """What speaks for a pose: of each one around, and how far refinement moves the given one, in LIMITS."""
-
-    around: tuple[Chance, ...]
-    moved: float
-
-
-class Calibration(NamedTuple):
-    """What turns chances into a probability.
-
-    Attributes
-    ----------
-    bias, per_log_odds : of the log odds of a pose that refinement does not move, which these images tell.
-    elsewhere : logarithm of the density (see `Agreement`) of given poses where the pose around is wrong.
-    derived : log odds that a pose that refinement does not move is from these images.
-    most : log odds of a pose from elsewhere that agrees with all that is seen.
-    """
-
-    bias: float
-    per_log_odds: float
-    elsewhere: float
-    derived: float
-    most: float
-
-
 # Chosen by hand where nothing else is said.
 OK, LOST = 0.8, 0.2  # probabilities from which on, and below which
 LIMITS = (1.0, 0.01)  # degrees, share of the range: a pose is right within them
 BOUND_99 = 16.81  # of a squared difference of six dimensions in units of its covariance
-LEAST_ODDS = 1e-4  # probabilities are never taken for surer than this
-TINY = 1e-300  # a density that is none
 ALIKE_DEG = 20.0  # between poses that programs take for each other; nearer ones are errors of measurement
 CONFUSED = 1.0 / 3.0  # times as often as it is right, a pose from elsewhere is at such another one
 UNHELD = 1e3  # of LIMITS: moved by refinement, where nothing holds the pose
-# By maximum likelihood on simulated frames, poses right and wrong: python -m benchmarks.referee --fit
-CALIBRATION = Calibration(0.5, 0.9, -2.0, 2.6, 4.1)
-# By hand, of LIMITS, one sd: what refinement moves a pose by that was refined on these images before.
-SETTLED = 0.15
 WORTH_REFINING = 20.0  # nats that a turned pose may lack before it is refined: odds of e^-7 after that
 MOST_TURNED = 4  # turns that are refined
 DISAGREES = 0.25  # a line with less of its visible length supported
@@ -160,7 +112,7 @@ def judged(
     problem = PoseProblem.at_scale(
         images.gradients(names), model, camera, 0, settings.tone_sd_px, settings.tolerance_m
     )
-    problem = replace(problem, scale=line_scales(problem, pose))
+    problem = with_line_scales(problem, pose)
     given = support_at(problem, pose, spacing_for(model, camera, pose))
     missing = () if given is None else _disagreeing(given)
     if endpoints is None:
@@ -174,41 +126,6 @@ def judged(
     differs = squared_difference(pose, best.pose, best.covariance) > BOUND_99
     better = best.pose if differs and best.believed > LOST else None
     return Judgement(probability(chances), better, best.covariance, missing, chances)
-
-
-def probability(chances: Chances, told: Calibration = CALIBRATION) -> float:
-    """Of being right.
-
-    A pose that refinement does not move may be from these very images. Then it agrees with them whether it is
-    right or not, and has the chance that they leave it. One from elsewhere would hardly agree with them by
-    chance.
-    """
-    around = chances.around
-    if not around:
-        return 0.0
-    own = sum(
-        one.share * _logistic(told.bias + told.per_log_odds * log_odds(one.believed * one.within))
-        for one in around
-    )
-    density = sum(
-        one.share
-        * (one.believed * one.agreement.likelihood + (1.0 - one.believed) * math.exp(told.elsewhere))
-        for one in around
-    )
-    right = sum(one.share * one.believed * one.agreement.right for one in around)
-    independent = _logistic(told.most) * right / max(density, TINY)
-    derived = math.exp(told.derived - 0.5 * (chances.moved / SETTLED) ** 2)
-    return (independent + derived * own) / (1.0 + derived)
-
-
-def _logistic(value: float) -> float:
-    return 1.0 / (1.0 + math.exp(-value))
-
-
-def log_odds(believed: float) -> float:
-    """Logarithm of the odds; nothing is believed more than LEAST_ODDS leaves."""
-    believed = min(max(believed, LEAST_ODDS), 1.0 - LEAST_ODDS)
-    return math.log(believed / (1.0 - believed))
 
 
 def _poses_around(
@@ -258,7 +175,7 @@ def _on_lines(problem: PoseProblem, one: Around, habits: Habits) -> Around:
 
     Where too few are seen for that, the covariance is that of edge points, and its tails.
     """
-    problem = replace(problem, scale=line_scales(problem, one.pose))
+    problem = with_line_scales(problem, one.pose)
     spacing = spacing_for(problem.model, problem.camera, one.pose)
     variance = beside(problem, one.pose).variance_px2
     one = replace(one, covariance=TAILS**2 * one.covariance)

@@ -12,17 +12,8 @@ from tests.vision_server.tracking.films import GREYS
 from vision_server.image_set import ImageSet
 from vision_server.pose.covariance import share_within
 from vision_server.tracking.agreement import Agreement, agreement
-from vision_server.tracking.referee import (
-    LIMITS,
-    LOST,
-    OK,
-    Around,
-    Chance,
-    Chances,
-    chances_of,
-    judged,
-    probability,
-)
+from vision_server.tracking.chances import Chance, Chances, probability
+from vision_server.tracking.referee import LIMITS, LOST, OK, Around, chances_of, judged
 
 
 @pytest.fixture(scope="module")
