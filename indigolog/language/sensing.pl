@@ -1,7 +1,7 @@
 :- module(indigolog_sensing,
           [ sensing_action/1,         % +Action
             sensing_action/2,         % +Theory, +Action
-            check_result/3,           % +Theory, +Action, +Result
+            check_sensing_result/3,   % +Theory, +Action, +Result
             result_effect/4,          % +Action, +Result, +Situation, -Effect
             sensing_results/3,        % +Action, +Situation, -Results
             answers/3                 % +Action, +Situation, -Results
@@ -39,11 +39,11 @@ result_axiom(settles, Module, A, R, F, V, C) :-
 result_axiom(rejects, Module, A, R, F, V, C) :-
     Module:rejects(A, R, F, V, C).
 
-%!  check_result(+Theory, +Action, +Result) is det.
+%!  check_sensing_result(+Theory, +Action, +Result) is det.
 %
 %   @error golog(not_boolean_result(Action, Fluent, Result)) where it senses a relational fluent and told something else
 
-check_result(Theory, Action, Result) :-
+check_sensing_result(Theory, Action, Result) :-
     theory_module(Theory, Module),
     (   Module:senses(Action, Fluent),
         fluent_template(Theory, Fluent, rel),

@@ -25,7 +25,7 @@ is `live`, or `replay` where only a journal is followed.
 :- use_module('../language/patience', [still_patient/3]).
 :- use_module('../language/progression', [progress/3]).
 :- use_module('../language/semantics', [final/3, step/4]).
-:- use_module('../language/sensing', [check_result/3, sensing_action/2]).
+:- use_module('../language/sensing', [check_sensing_result/3, sensing_action/2]).
 :- use_module('../language/situation').
 :- use_module('../language/theory').
 :- use_module('../language/unfolding', [unfolded/2]).
@@ -259,7 +259,7 @@ sensed(A, Sensing, S, S1) :-
     situation_theory(S, Theory),
     (   Sensing \== none,
         sensing_action(Theory, A)
-    ->  check_result(Theory, A, Sensing),
+    ->  check_sensing_result(Theory, A, Sensing),
         progress(e(A, Sensing), S, S1)
     ;   S1 = S
     ).
