@@ -9,7 +9,6 @@ from typing import Any, Self
 
 import zmq
 from numpy.typing import NDArray
-from zmq.utils.monitor import recv_monitor_message
 
 from bridge.arrays import pack, unpack
 from bridge.endpoints import CurveClient
@@ -137,6 +136,8 @@ class Client:
         A server that is not there, or stands still, does not refuse. One that has another key than we think
         cannot read what is said to it, and hangs up.
         """
+        from zmq.utils.monitor import recv_monitor_message  # late: asyncio comes with it
+
         sock = self._new_socket(PROBE_AGAIN_MS)
         failed = zmq.Event.HANDSHAKE_FAILED_PROTOCOL | zmq.Event.HANDSHAKE_FAILED_AUTH
         hung_up = zmq.Event.HANDSHAKE_FAILED_NO_DETAIL

@@ -14,7 +14,7 @@ from bridge.image_messages import MoveDone, PoseErrorMessage
 from bridge.messages import Describe, PoseMessage, Settings
 from geometry.camera import Camera
 from geometry.errors import GeometryError
-from geometry.model import Model, find_target, load_model
+from geometry.model import find_target, load_model
 from geometry.pose import Pose
 from image_server.replay import pose_error
 from image_server.serve.device import Change, Device, Frame, checked_settings, sure_frame
@@ -28,7 +28,6 @@ from image_server.simulator.scenario_tables import Scenario
 from image_server.simulator.scene import Scene, background_parts, joined, target_part
 from image_server.simulator.view import Radiances, TracedView, rendered, sky_of
 from stack.exposure import level_fraction
-from stack.format import CameraTable
 from stack.sensor import exposed, mixed
 
 POSE, SEED_POSE, SUN, BACKGROUND, MOVES, DRIFT, STARS = range(1, 8)
@@ -48,6 +47,13 @@ class Simulator(Device):
     unit : of the model file.
     captures_taken, moves : by an earlier process of the same session; it goes on from there.
 
+    Attributes
+    ----------
+    model, model_file : the target's geometry, and where it was read from.
+    sensor : and the blur in front of it.
+    true_pose : for tests and benchmarks; no reply of a server tells it.
+    seed_pose : where the target is said to be; None after a move.
+
     Raises
     ------
     BadInput : a target or scenario that cannot be used.
@@ -66,20 +72,20 @@ class Simulator(Device):
     ) -> None:
         told = load_scenario(scenario) if isinstance(scenario, str) else scenario
         try:
-            self._file = find_target(str(target)).resolve()
-            self._model = load_model(self._file, unit)
+            self.model_file = find_target(str(target)).resolve()
+            self.model = load_model(self.model_file, unit)
         except GeometryError as error:
             raise BadInput(f"{error}.") from None
-        if not self._model.faces:
+        if not self.model.faces:
             raise BadInput(
-                f"model {self._file} has lines alone, and no faces that light could fall on.",
+                f"model {self.model_file} has lines alone, and no faces that light could fall on.",
                 "Give a model with faces, or images: a --stack or a --camera.",
             )
-        self._scenario = of_size(told, self._model.diameter)
+        self._scenario = of_size(told, self.model.diameter)
         self._unit = unit
-        self._appearance = load_appearance(self._file, len(self._model.faces))
-        table = self._scenario.camera
-        self._camera = Camera.from_dict(msgspec.to_builtins(table))
+        self._appearance = load_appearance(self.model_file, len(self.model.faces))
+        self.sensor = self._scenario.camera
+        self._camera = Camera.from_dict(msgspec.to_builtins(self.sensor))
         self._notify: Callable[[Change], None] = lambda change: None
         self.restart(seed, captures_taken, moves)
 
@@ -108,21 +114,21 @@ class Simulator(Device):
     def _begin(self, seed: int) -> None:
         self._seed = seed
         front = np.array(self._appearance.front)
-        self._true = placement.drawn_pose(
-            self._scenario.pose, self._model, front, self._camera, self._random(POSE)
+        self.true_pose = placement.drawn_pose(
+            self._scenario.pose, self.model, front, self._camera, self._random(POSE)
         )
-        self._first_seed_pose: Pose | None = placement.seed_pose_of(
-            self._true,
-            self._model,
+        self.seed_pose: Pose | None = placement.seed_pose_of(
+            self.true_pose,
+            self.model,
             self._camera,
             self._scenario.pose.search_fraction,
             self._random(SEED_POSE),
         )
         self._sun = self._drawn_sun()
         axis = placement.sun_axis(self._sun, self._random(DRIFT))
-        self._drift = Drift(self._scenario.time, self._true, self._sun, axis)
+        self._drift = Drift(self._scenario.time, self.true_pose, self._sun, axis)
         self._ambient_scale = self._scenario.ambient_scale
-        table = self._scenario.camera
+        table = self.sensor
         self._focal_mm = table.focal_lengths_mm[0] if table.focal_lengths_mm else None
         self._focus_m = table.focuses_m[0] if table.focuses_m else None
         self._captures = 0
@@ -131,40 +137,13 @@ class Simulator(Device):
         self._traced: OrderedDict[float | None, TracedView] = OrderedDict()
 
     @property
-    def model(self) -> Model:
-        """The target's geometry."""
-        return self._model
-
-    @property
     def camera(self) -> Camera:
         """The camera at the focal length in use."""
-        return zoomed(self._camera, self._scenario.camera.focal_lengths_mm, self._focal_mm)
-
-    @property
-    def sensor(self) -> CameraTable:
-        """The sensor, and the blur in front of it."""
-        return self._scenario.camera
-
-    @property
-    def model_file(self) -> Path:
-        """Where it was read from."""
-        return self._file
-
-    @property
-    def true_pose(self) -> Pose:
-        """The true pose, for tests and benchmarks; no reply of a server tells it."""
-        return self._true
-
-    @property
-    def seed_pose(self) -> Pose | None:
-        """Where the target is said to be; None after a move."""
-        return self._first_seed_pose
+        return zoomed(self._camera, self.sensor.focal_lengths_mm, self._focal_mm)
 
     def describe(self) -> Describe:
         """Settings, camera at the focal length in use, target and seed pose."""
-        return described(
-            self.name, self._scenario, self.camera, self._file, self._unit, self._first_seed_pose
-        )
+        return described(self.name, self._scenario, self.camera, self.model_file, self._unit, self.seed_pose)
 
     def listen(self, notify: Callable[[Change], None]) -> None:
         """Tell of what the scenario's clock changes; it happens before the capture that first sees it."""
@@ -181,7 +160,7 @@ class Simulator(Device):
             self._notify(change)
         image = self._through_lens(self.radiance(applied.lights), applied.aperture)
         image = self._drift.smeared(
-            image, self.camera, self._true, self._view().target_depth, applied.shutter_s
+            image, self.camera, self.true_pose, self._view().target_depth, applied.shutter_s
         )
         self._captures += 1
         pixels = exposed(
@@ -219,7 +198,7 @@ class Simulator(Device):
         """Out of focus where the lens is not focused on it."""
         if self._focus_m is None:
             return radiance
-        table, camera = self._scenario.camera, self.camera
+        table, camera = self.sensor, self.camera
         focal_m = table.fx * table.pixel_um * 1e-6
         if self._focal_mm is not None:
             focal_m = self._focal_mm * 1e-3
@@ -229,7 +208,7 @@ class Simulator(Device):
         """The time from one capture to the next passes."""
         if self._captures == 0 or self._drift.stands_still:
             return []
-        self._true, self._sun, changes = self._drift.advanced(self._true, self._sun)
+        self.true_pose, self._sun, changes = self._drift.advanced(self.true_pose, self._sun)
         self._traced.clear()
         return changes
 
@@ -244,16 +223,16 @@ class Simulator(Device):
         ------
         BadInput : so near that the target would touch the camera.
         """
-        least = LEAST_RANGE_DIAMETERS * self._model.diameter
+        least = LEAST_RANGE_DIAMETERS * self.model.diameter
         if range_m < least:
             raise BadInput(
-                f"The target cannot come to {range_m:g} m: it is {self._model.diameter:.2g} m large.",
+                f"The target cannot come to {range_m:g} m: it is {self.model.diameter:.2g} m large.",
                 f"Allowed: {least:.2g} m or more.",
             )
         rng, move = self._random(MOVES, len(self._moves)), self._scenario.move
-        self._left.append(self._true)
-        self._true = placement.moved_pose(self._true, range_m, move, rng)
-        self._first_seed_pose = None
+        self._left.append(self.true_pose)
+        self.true_pose = placement.moved_pose(self.true_pose, range_m, move, rng)
+        self.seed_pose = None
         self._moves.append(MoveDone(range_m=range_m, captures_taken=self._captures))
         self._traced.clear()
         changes = [Change("target_moved", {"range_m": range_m})]
@@ -261,7 +240,7 @@ class Simulator(Device):
             self._sun = placement.turned_sun(self._sun, move.sun_turn_deg, rng)
             self._ambient_scale *= rng.uniform(*move.sun_factor)
             changes.append(Change("sun_changed"))
-        self._drift.tell(self._true, self._sun)
+        self._drift.tell(self.true_pose, self._sun)
         return changes
 
     def score(self, pose: PoseMessage, moves: int | None = None) -> PoseErrorMessage:
@@ -271,7 +250,7 @@ class Simulator(Device):
         ------
         BadInput : there were fewer moves.
         """
-        true_poses = [*self._left, self._true]
+        true_poses = [*self._left, self.true_pose]
         if moves is not None and moves >= len(true_poses):
             raise BadInput(f"The target was moved {len(self._left)} times, not {moves}.")
         return pose_error(pose, pose_message(true_poses[-1 if moves is None else moves]))
@@ -280,7 +259,7 @@ class Simulator(Device):
         """The sun where the scenario puts it; drawn again while the Earth hides it."""
         scenario, rng = self._scenario, self._random(SUN)
         for _ in range(placement.TRIES):
-            sun = placement.drawn_sun(scenario.sun, self._model, self._true, rng)
+            sun = placement.drawn_sun(scenario.sun, self.model, self.true_pose, rng)
             if not sky_of(scenario, sun).hides_sun(sun):
                 return sun
         raise BadInput(
@@ -290,9 +269,9 @@ class Simulator(Device):
 
     def _scene(self) -> Scene:
         scenario = self._scenario
-        parts = [target_part(self._model, self._appearance, scenario.target, self._true)]
+        parts = [target_part(self.model, self._appearance, scenario.target, self.true_pose)]
         parts += background_parts(
-            scenario.background, self.camera, self._true, self._model.diameter, self._random(BACKGROUND)
+            scenario.background, self.camera, self.true_pose, self.model.diameter, self._random(BACKGROUND)
         )
         return joined(parts)
 

@@ -11,6 +11,8 @@ pytestmark = pytest.mark.slow
 DRAW = random.Random(7)
 LIKE_OTHERS = {"short", "satellite", "turning-sun"}
 """Cases in which a kill meets nothing that it does not meet in others."""
+LEAST_WRITES = {"controller": 30, "image_server": 50, "vision_server": 45}
+"""Of a short session: it has 33, 57 and 52 to 59."""
 KILLS = [
     (case, VICTIMS[number % len(VICTIMS)], DRAW.random())
     for number, case in enumerate(case for case in CASES if case not in LIKE_OTHERS)
@@ -28,8 +30,7 @@ def test_killed_at_a_random_moment(case: str, victim: str, share: float) -> None
 def test_killed_in_the_middle_of_a_write(victim: str) -> None:
     with scratch() as folder:
         library = kill_library(folder)
-        places = killed_at("short", 1, victim, library, None)["places"]
-        for place in random.Random(victim).sample(range(1, places + 1), 2):
+        for place in random.Random(victim).sample(range(1, LEAST_WRITES[victim] + 1), 2):
             found = killed_at("short", 1, victim, library, place)
-            assert found["same"], found
+            assert found["same"] and found["died"], found
             assert (found["lost"], found["twice"], found["strays"], found["sockets"]) == (0, 0, 0, 0), found

@@ -11,10 +11,13 @@ from pathlib import Path
 
 import pytest
 
+from bridge.mocks import MockImageServer, MockVisionServer, mock_image_server, mock_vision_server
 from tests.session.command import DEADLINE_S, ROOT, start_controller
 from tests.session.serving import KEEPING, served
 
 pytestmark = pytest.mark.slow
+
+__all__ = ["mock_image_server", "mock_vision_server"]
 
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 PASSING = re.compile(r"wide|narrow|\d+\.\d s")
@@ -72,10 +75,15 @@ def test_no_word_is_broken_on_a_narrow_terminal(tmp_path: Path) -> None:
     assert words[0] == words[1]
 
 
-def test_a_session_is_a_table_with_what_is_done_now_below_it(tmp_path: Path) -> None:
-    # An image that is answered between two looks is not seen below: the genetic matcher takes several.
-    written = in_a_terminal(80, "--matcher", "genetic", "--threshold", "0.000001", "--max-iterations", "4",
-                            "--no-report", "--out", tmp_path / "run")  # fmt: skip
+def test_a_session_is_a_table_with_what_is_done_now_below_it(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    for op in ("capture", "estimate"):  # one that is answered between two looks is not seen below
+        mock_vision_server.delay(op, 0.3)
+    written = in_a_terminal(
+        80, "--vision-server", mock_vision_server.endpoint, "--image-server", mock_image_server.endpoint,
+        "--threshold", "0.000001", "--max-iterations", "4", "--no-report", "--out", tmp_path / "run",
+    )  # fmt: skip
     stay, below = shown(written)
     head = next(number for number, line in enumerate(stay) if line.startswith(" image left right top"))
     assert "" not in stay[: stay.index(next(line for line in stay if line.startswith("  translation")))]
@@ -139,7 +147,8 @@ def test_the_result_is_on_standard_output_however_quiet(tmp_path: Path) -> None:
 
 def test_who_reads_only_the_beginning_ends_no_session(tmp_path: Path) -> None:
     out = tmp_path / "run"
-    command = f"swipl {ROOT / 'main.pl'} --seed 3 --out {out} --no-report --quiet --json | head -1"
+    options = " ".join(("--seed 3 --no-report --quiet --json", *KEEPING))
+    command = f"swipl {ROOT / 'main.pl'} {options} --out {out} | head -1"
     done = subprocess.run(
         ["bash", "-o", "pipefail", "-c", command],
         check=False,

@@ -18,6 +18,7 @@ from vision_server.commands.options import (
     add_gamma,
     add_model_and_camera,
     add_seed,
+    check_size,
     told_gamma,
 )
 
@@ -53,13 +54,9 @@ def read_set(
 
     pixels = read_image_set(options.images, told_raw(table))
     gammas, tone_sd_px = file_tone(options.images, told_gamma(options.gamma, table))
-    height, width = pixels[0].shape
-    if (width, height) != (camera.width, camera.height):
-        raise BadInput(
-            f"{options.images[0]} has {width}x{height} px, the camera {camera.width}x{camera.height}.",
-            "Give the camera model of the image's size.",
-        )
+    check_size(options.images[0], pixels[0].shape, camera)
     times = exposures_of(options, pixels, gammas)
+    width, height = camera.width, camera.height
     if region is not None:
         left, top, right, bottom = region
         width, height = right - left, bottom - top

@@ -11,6 +11,7 @@ from bridge.command_line import MOST_SEED, number, whole_number
 from bridge.errors import BadInput
 
 if TYPE_CHECKING:
+    from geometry.camera import Camera
     from geometry.model import Model
     from vision_server.serve.inputs import GivenCamera
 
@@ -78,6 +79,16 @@ def told_gamma(option: float | None, table: dict[str, Any]) -> float | None:
     if given is not None and not (isinstance(given, (int, float)) and 0.0 < given < math.inf):
         raise BadInput(f"The value of gamma must be a positive number, not {given!r}.")
     return None if given is None else float(given)
+
+
+def check_size(image: Path, shape: tuple[int, ...], camera: Camera) -> None:
+    """Raise BadInput for an image (H, W) of another size than the camera's."""
+    height, width = shape
+    if (width, height) != (camera.width, camera.height):
+        raise BadInput(
+            f"{image} has {width}x{height} px, the camera {camera.width}x{camera.height}.",
+            "Give the camera model of the image's size.",
+        )
 
 
 def add_exposures(parser: ArgumentParser) -> None:

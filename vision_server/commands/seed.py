@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from bridge.command_line import number, whole_number
 from bridge.errors import BadInput
+from vision_server.commands.edges import write_file
 from vision_server.commands.estimate import write_overlay
-from vision_server.commands.options import add_model_and_camera
+from vision_server.commands.options import add_model_and_camera, check_size
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -80,12 +81,7 @@ def _read(options: Namespace) -> _Scene:
     camera, table = read_camera(options.camera)
     model = read_model(options.model, options.unit)
     grey = read_grey(options.image, told_raw(table))
-    height, width = grey.shape
-    if (width, height) != (camera.width, camera.height):
-        raise BadInput(
-            f"{options.image} has {width}x{height} px, the camera {camera.width}x{camera.height}.",
-            "Give the camera model of the image's size.",
-        )
+    check_size(options.image, grey.shape, camera)
     if (doubt := model_warning(model, camera, None)) is not None:
         print(f"vision_server: {doubt}", file=sys.stderr)
     return _Scene(model, camera, grey)
@@ -131,10 +127,7 @@ def _write(options: Namespace, scene: _Scene, found: PointsPose, out: Path | Non
     except GeometryError as error:
         raise BadInput(f"The pose of these pairs is none to start from: {error}.") from error
     if out is not None:
-        try:
-            out.write_text(_toml(found), encoding="utf-8")
-        except OSError as error:
-            raise BadInput(f"Cannot write {out}: {error.strerror}.", "Check the path.") from error
+        write_file(out, _toml(found).encode())
     if options.overlay is not None:
         shown = scene.grey.round().clip(0, 255).astype("uint8")
         write_overlay(options.overlay, shown, scene.model, scene.camera, found.pose)

@@ -57,7 +57,7 @@ def background_of(edges: EdgeMap, sides: Sides) -> Background:
     """What is behind the edgels of a merged set, of which ``sides`` are."""
     means = [_coarse(channel) for channel in edges.channels]
     best = np.max(means, axis=0)
-    dark = _background_grey(best)
+    dark = float(np.quantile(best, BACKGROUND_SHARE, method="nearest"))
     outside = _outside(best, dark, sides.dark)
     return Background(dark, _enclosed(edges, sides, outside), _wall(edges, means, sides.dark))
 
@@ -93,11 +93,6 @@ def _wall(edges: EdgeMap, means: Sequence[NDArray[np.float32]], dark: float) -> 
 def _quadratic(x: NDArray[np.floating], y: NDArray[np.floating]) -> NDArray[np.float64]:
     """What a quadratic of places, as shares of the image, is linear in: (N, 6)."""
     return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1).astype(np.float64)
-
-
-def _background_grey(best: NDArray[np.float32]) -> float:
-    """Grey at reference exposure that only few cells stay under in their best light."""
-    return float(np.quantile(best, BACKGROUND_SHARE, method="nearest"))
 
 
 def _enclosed(edges: EdgeMap, sides: Sides, outside: NDArray[np.uint8]) -> NDArray[np.bool_]:

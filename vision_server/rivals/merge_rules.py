@@ -12,13 +12,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from bridge.errors import BadInput
 from vision_server.channels.depth import Field
 from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient, noise_gain
 from vision_server.channels.noise import grey_noise
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import suppress_non_maxima
-from vision_server.rivals import MERGE_RULES, MergeRule
+from vision_server.rivals import MergeRule
 
 SIGMA_PX = 1.0  # of the Gaussian derivatives
 
@@ -34,7 +33,7 @@ def comparison_edges(
     Parameters
     ----------
     images
-        uint8 grey, (H, W) each.
+        uint8 grey, (H, W) each, one or more.
     method
         ``mean``: gradient of the mean image; ``max-image``: of the per-pixel maximum; ``max-gradient``: per
         pixel the largest of the gradients; ``di-zenzo``: root of the largest eigenvalue of the mean structure
@@ -48,21 +47,8 @@ def comparison_edges(
     Returns
     -------
     EdgeMap. These rules know nothing of noise: ``floor`` is that of the noisiest image alone.
-
-    Raises
-    ------
-    BadInput
-        Unknown method, no images, sizes or numbers that do not agree.
     """
-    if method not in MERGE_RULES:
-        raise BadInput(f"Unknown edge method {method!r}.", f"Known: em, {', '.join(MERGE_RULES)}.")
-    if not images:
-        raise BadInput("No images to take edges of.")
-    times = [1.0] * len(images) if exposures is None else list(exposures)
-    if len(times) != len(images):
-        raise BadInput(f"{len(times)} exposures for {len(images)} images.")
-    if any(image.shape != images[0].shape for image in images):
-        raise BadInput("The images of a set must be of one size.")
+    times = [1.0] * len(images) if exposures is None else exposures
     linear = [
         (255.0 * (image / 255.0) ** gamma / time).astype(np.float32)
         for image, time in zip(images, times, strict=True)

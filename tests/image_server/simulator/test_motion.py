@@ -37,10 +37,10 @@ def exposure(
     for moment in (np.arange(MOMENTS) + 0.5) / MOMENTS - 0.5:
         seconds = SHUTTER_S * moment
         turned = matrix_of(spin * seconds) @ middle.matrix
-        simulator._true = Pose.from_matrix(turned, middle.translation + velocity * seconds)
+        simulator.true_pose = Pose.from_matrix(turned, middle.translation + velocity * seconds)
         simulator._traced.clear()
         total += simulator.basis()[0]
-    simulator._true = middle
+    simulator.true_pose = middle
     simulator._traced.clear()
     return (total / MOMENTS).astype(np.float32)
 

@@ -61,13 +61,13 @@ def test_the_true_pose_lies_in_the_search_range_of_the_seed_pose(target: str) ->
         assert np.abs(offset_px).max() <= 40.0 + 1e-6
         assert 0.5 <= np.linalg.norm(true.translation) <= 1.0
         camera = sim._camera
-        assert fraction_inside(sim._model, camera, true) > 0.9
+        assert fraction_inside(sim.model, camera, true) > 0.9
 
 
 def test_uniform_draws_show_several_faces() -> None:
     for seed in range(6):
         sim = Simulator("cube", Scenario(pose=PoseDraw(orientation="uniform")), seed)
-        assert faces_shown(sim._model, sim.true_pose) >= 2
+        assert faces_shown(sim.model, sim.true_pose) >= 2
 
 
 def test_settings_matter_from_dark_to_saturated() -> None:

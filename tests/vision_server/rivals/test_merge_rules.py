@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bridge.errors import BadInput
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
 from vision_server.rivals.merge_rules import comparison_edges
 
@@ -52,15 +51,3 @@ def test_exposures_are_divided_out() -> None:
     alone = comparison_edges([image], "mean")
     strong = alone.ridge > 20.0
     np.testing.assert_allclose(same.ridge[strong], alone.ridge[strong], rtol=0.02)
-
-
-def test_bad_input_is_refused() -> None:
-    image = step(0.0, 0.0, 40, 100)
-    with pytest.raises(BadInput, match="Unknown edge method"):
-        comparison_edges([image], "median")  # type: ignore[arg-type]
-    with pytest.raises(BadInput, match="No images"):
-        comparison_edges([], "mean")
-    with pytest.raises(BadInput, match="2 exposures for 1"):
-        comparison_edges([image], "mean", [1.0, 2.0])
-    with pytest.raises(BadInput, match="one size"):
-        comparison_edges([image, image[:50]], "mean")
