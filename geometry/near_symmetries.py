@@ -24,6 +24,7 @@ Floats = NDArray[np.float64]
 POINTS, LEAST_POINTS = 300, 2  # along all lines together, and on each line where they are no more than that
 SCREENED = 10  # each so many-th point alone is turned first
 TOLERANCE = 0.012  # how far a turned point may be from a line, share of the diameter
+LEAST_TOLERANCE = 0.004  # likewise, of a part that is much thinner than long
 CLOSER = 0.25  # of the tolerance, for where the axis is: a centroid beside it brings back as much within that
 ALIKE = 0.4  # share of the wireframe that must come back onto itself ...
 SCREENED_ALIKE = 0.25  # ... less of few points, which miss some ...
@@ -67,13 +68,23 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
                     known = best.get(part, (0.0, 0.0, middle))
                     placed = middle if close > known[1] else known[2]
                     best[part] = (max(share, known[0]), max(close, known[1]), placed)
+        exactly = replace(wires, tolerance=exact_tolerance(axis, wires.points - of_box, model.diameter))
         for part, (share, _, middle) in best.items():
-            if share >= EXACT:
+            if share >= EXACT and exactly.shares(axis, [2.0 * np.pi * float(part)], middle)[0] >= EXACT:
                 continue
             turn = matrix_of(2.0 * np.pi * float(part) * axis)
             found.append((share, Pose.from_matrix(turn, middle - turn @ middle)))
     found.sort(key=lambda one: -one[0])
     return tuple(turn for _, turn in found)
+
+
+def exact_tolerance(axis: Floats, points: Floats, diameter: float) -> float:
+    """How far a turn that changes nothing may take points (N, 3), given from a place on its axis, metres.
+
+    By the width across the axis: of a thin shaft's length shallow flats are hardly anything.
+    """
+    width = 2.0 * float(np.linalg.norm(np.cross(points, axis), axis=1).max())
+    return max(TOLERANCE * min(width, diameter), LEAST_TOLERANCE * diameter)
 
 
 def wires_of(model: Model) -> Floats:
