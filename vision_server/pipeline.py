@@ -45,7 +45,7 @@ from vision_server.pose.trust import (
     confidence,
     odds,
 )
-from vision_server.segments.extraction import extract_segments
+from vision_server.segments.extraction import extract_segments, extract_with_pieces
 
 Floats = NDArray[np.float64]
 
@@ -169,7 +169,8 @@ def estimate_pose(
     channels = images.gradients(names)
     watch.lap("edges")
     show(edges)
-    segments = extract_segments(edges)
+    extract = extract_with_pieces if isinstance(seed_pose, Anywhere) else extract_segments
+    segments = extract(edges)
     if settings.edge_contrast_grey > 0.0:
         segments = segments.take(segments.strength >= settings.edge_contrast_grey)
     watch.lap("linking")

@@ -32,6 +32,7 @@ from vision_server.matching.search import (
 )
 from vision_server.matching.templates import candidates, sizes_px
 from vision_server.matching.views import Views
+from vision_server.segments.curves import LEAST_PIECE_PX
 
 Floats = NDArray[np.float64]
 
@@ -84,7 +85,7 @@ def _of_sizes(
     scale = _scale(sizes)
     ends, small = at_scale(segments, camera, scale)
     ahead = Pose(np.zeros(3), np.array([0.0, 0.0, looks.distance]) - model.middle)
-    ends = ends[long_enough(segments, views.typical_line_px(ahead) / scale)]
+    ends = ends[long_enough(segments, views.typical_line_px(ahead) / scale, LEAST_PIECE_PX)]
     problem, edges = Problem(ends, views, small), nearest_edges(ends, small)
     poses = best_of(
         (found.rotations, found.translations),
