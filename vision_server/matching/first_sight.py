@@ -32,7 +32,6 @@ from vision_server.matching.search import (
 )
 from vision_server.matching.templates import candidates, sizes_px
 from vision_server.matching.views import Views
-from vision_server.segments.curves import LEAST_PIECE_PX
 
 Floats = NDArray[np.float64]
 
@@ -42,6 +41,7 @@ CANDIDATES, ALIGNED, KEPT = 1500, 300, 60  # poses of each grid of sizes
 FINISHED = 12  # likewise: scores of different grids are only roughly comparable
 HYPOTHESES = 12
 WIDEST_PX = 1280.0  # a frame that is wider is looked at as if it were so wide, when these are finished
+LEAST_PIECE_PX = 4.0  # segments of bent edges are as short
 FAR = 2.5  # diameters: from there on, what is seen of a target hardly depends on how far it is
 
 
