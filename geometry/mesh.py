@@ -16,13 +16,15 @@ from geometry.surface import Surface
 FLAT_DEG = 0.01  # rounding of coordinates; anything above may be part of a fine tessellation
 SHARP_DEG = 30.0  # edges bent by more are lines of the wireframe
 SAME_PLACE = 1e-6  # of the diameter: facets that meet are written with their own rounding
+WELDED = 1e-4  # likewise, of a mesh most of whose facets share no corner: no two of its lines are told apart
 MOST_TRIANGLES = 80_000  # 65 000 are read in 2.2 s of processor time; what finer facets add is under a pixel
 
 
 def read_mesh(path: Path) -> Surface:
     """Read a mesh with trimesh; vertices at one place become one; doubles, and triangles without area, go.
 
-    One place is what the rounding of coordinates leaves of it, SAME_PLACE or some steps of 32-bit numbers.
+    One place is what the rounding of coordinates leaves of it, SAME_PLACE or some steps of 32-bit numbers; if
+    most facets then still lie loose, WELDED.
 
     Raises
     ------
@@ -49,6 +51,9 @@ def read_mesh(path: Path) -> Surface:
             mesh.vertices = _snapped(np.asarray(mesh.vertices, dtype=np.float64))
         mesh.process()  # which leaves out what is not finite
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
+        if len(mesh.vertices) > len(mesh.faces):  # of a closed surface there are half as many
+            mesh.vertices = _welded(np.asarray(mesh.vertices, dtype=np.float64))
+            mesh.merge_vertices(merge_tex=True, merge_norm=True)
         mesh.update_faces(mesh.nondegenerate_faces() & mesh.unique_faces())
         vertices = np.array(mesh.vertices, dtype=np.float64)
         faces = np.array(mesh.faces, dtype=np.int64)
@@ -77,4 +82,21 @@ def _snapped(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
         cell[order] = np.cumsum(np.r_[0, np.diff(values[order]) > apart])
         place = place * len(vertices) + cell
     _, first, which = np.unique(place, return_index=True, return_inverse=True)
+    return np.asarray(vertices[first[which]])
+
+
+def _welded(vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Vertices (V, 3) of which those that are WELDED apart, or have such between them, are at one place."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    if len(vertices) == 0:
+        return vertices
+    reach = WELDED * float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    one, other = cKDTree(vertices).query_pairs(reach, output_type="ndarray").T
+    beside = coo_matrix((np.ones(len(one), dtype=bool), (one, other)), shape=(len(vertices), len(vertices)))
+    _, first, which = np.unique(
+        connected_components(beside, directed=False)[1], return_index=True, return_inverse=True
+    )
     return np.asarray(vertices[first[which]])

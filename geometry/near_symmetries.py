@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
@@ -24,11 +24,13 @@ Floats = NDArray[np.float64]
 POINTS, LEAST_POINTS = 300, 2  # along all lines together, and on each line where they are no more than that
 SCREENED = 10  # each so many-th point alone is turned first
 TOLERANCE = 0.012  # how far a turned point may be from a line, share of the diameter
+LEAST_TOLERANCE = 0.004  # likewise, of a part that is much thinner than long
 CLOSER = 0.25  # of the tolerance, for where the axis is: a centroid beside it brings back as much within that
 ALIKE = 0.4  # share of the wireframe that must come back onto itself ...
 SCREENED_ALIKE = 0.25  # ... less of few points, which miss some ...
 EXACT = 0.995  # ... and from which on the turn changes nothing that could be seen
-FOLDS = range(2, 37)  # n-fold turns that are tried: a dial's to 10 degrees
+FOLDS = range(2, 49)  # n-fold turns that are tried: a gear's to 7.5 degrees; ...
+FINE = 36  # ... of more than so many, which any small turn is near to, those that bring back as much closely
 BESIDE_RAD = np.radians(3.0)  # so much more or less moves the farthest points twice the tolerance ...
 PEAK = 1.1  # ... and must bring back less by this factor, or the turn is only a small one
 APART_RAD = np.radians(4.0)  # less than the least of FOLDS; products of turns about two middles differ by 0
@@ -61,19 +63,31 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
         best: dict[Fraction, tuple[float, float, Floats]] = {}  # share, share of the closer, middle of that
         through = [of_box, wires.weights @ wires.points, *middles_of_rings(ends, axis, wires.tolerance)]
         for middle in _distinct(through, axis, 0.1 * TOLERANCE * model.diameter):
-            for part, share in _shares(wires, axis, middle).items():
-                if share >= ALIKE:
+            for part, share in _shares(wires, closer, axis, middle).items():
+                if share >= ALIKE and share >= PEAK * _beside(wires, axis, part, middle):
                     (close,) = closer.shares(axis, [2.0 * np.pi * float(part)], middle)
                     known = best.get(part, (0.0, 0.0, middle))
                     placed = middle if close > known[1] else known[2]
                     best[part] = (max(share, known[0]), max(close, known[1]), placed)
-        for part, (share, _, middle) in best.items():
-            if share >= EXACT:
+        exactly = replace(wires, tolerance=exact_tolerance(axis, wires.points - of_box, model.diameter))
+        for part in _apart(best):
+            share, _, middle = best[part]
+            angle = 2.0 * np.pi * float(part)
+            if share >= EXACT and exactly.shares(axis, [angle], middle)[0] >= EXACT:
                 continue
-            turn = matrix_of(2.0 * np.pi * float(part) * axis)
+            turn = matrix_of(angle * axis)
             found.append((share, Pose.from_matrix(turn, middle - turn @ middle)))
     found.sort(key=lambda one: -one[0])
     return tuple(turn for _, turn in found)
+
+
+def exact_tolerance(axis: Floats, points: Floats, diameter: float) -> float:
+    """How far a turn that changes nothing may take points (N, 3), given from a place on its axis, metres.
+
+    By the width across the axis: of a thin shaft's length shallow flats are hardly anything.
+    """
+    width = 2.0 * float(np.linalg.norm(np.cross(points, axis), axis=1).max())
+    return max(TOLERANCE * min(width, diameter), LEAST_TOLERANCE * diameter)
 
 
 def wires_of(model: Model) -> Floats:
@@ -184,12 +198,18 @@ def _on_some_line(points: Floats, start: Floats, direction: Floats, tolerance: f
     """Whether points (N, 3) are within the tolerance of a line from ``start`` along ``direction`` (L, 3)."""
     out = np.zeros(len(points), dtype=np.bool_)
     inverse, square = np.empty(len(start)), tolerance * tolerance
+    middle, around = start + 0.5 * direction, np.empty(len(start))  # and the square of how far a line reaches
     for line in range(len(start)):
         x, y, z = direction[line]
-        inverse[line] = 1.0 / (x * x + y * y + z * z + 1e-30)
+        length = x * x + y * y + z * z
+        inverse[line] = 1.0 / (length + 1e-30)
+        around[line] = (0.5 * np.sqrt(length) + tolerance) ** 2
     for i in range(len(points)):
         px, py, pz = points[i]
         for line in range(len(start)):
+            dx, dy, dz = px - middle[line, 0], py - middle[line, 1], pz - middle[line, 2]
+            if dx * dx + dy * dy + dz * dz > around[line]:
+                continue
             x, y, z = direction[line]
             dx, dy, dz = px - start[line, 0], py - start[line, 1], pz - start[line, 2]
             share = min(max((dx * x + dy * y + dz * z) * inverse[line], 0.0), 1.0)
@@ -200,7 +220,7 @@ def _on_some_line(points: Floats, start: Floats, direction: Floats, tolerance: f
     return out
 
 
-def _shares(wires: _Wireframe, axis: Floats, middle: Floats) -> dict[Fraction, float]:
+def _shares(wires: _Wireframe, closer: _Wireframe, axis: Floats, middle: Floats) -> dict[Fraction, float]:
     """Shares that turns about an axis bring back, by their part of a full turn.
 
     Of all folds that bring back more than a little less or more of their angle does.
@@ -210,16 +230,38 @@ def _shares(wires: _Wireframe, axis: Floats, middle: Floats) -> dict[Fraction, f
     out: dict[Fraction, float] = {}
     for n in np.array(FOLDS)[screened].tolist():
         (alike,) = wires.shares(axis, [full / n], middle)
-        if alike < ALIKE:
+        if alike < ALIKE or (n > FINE and closer.shares(axis, [full / n], middle)[0] < ALIKE):
             continue
-        beside = wires.shares(axis, [full / n - BESIDE_RAD, full / n + BESIDE_RAD], middle)
-        if alike < PEAK * beside.max():
+        if alike < PEAK * _beside(wires, axis, Fraction(1, n), middle):
             continue
         parts = [part for part in (Fraction(k, n) for k in range(1, n)) if part not in out]
         if parts:
             shares = wires.shares(axis, [full * float(part) for part in parts], middle)
             out.update(zip(parts, shares.tolist(), strict=True))
     return out
+
+
+def _beside(wires: _Wireframe, axis: Floats, part: Fraction, middle: Floats) -> float:
+    """The more of what a little less and a little more than a part of a full turn bring back."""
+    angle = 2.0 * np.pi * float(part)
+    return float(wires.shares(axis, [angle - BESIDE_RAD, angle + BESIDE_RAD], middle).max())
+
+
+def _apart(best: Mapping[Fraction, tuple[float, float, Floats]]) -> list[Fraction]:
+    """Parts of a full turn, none APART_RAD or less from one that goes before: those of the fold all of whose
+    turns bring back most, closely. Beside a tooth's turn other folds have one that brings back as much.
+    """
+    whole = {
+        n: sum(best[part][1] if (part := Fraction(k, n)) in best else 0.0 for k in range(1, n)) / (n - 1)
+        for n in FOLDS
+    }
+    worth = {part: max(whole[n] for n in FOLDS if n % part.denominator == 0) for part in best}
+    kept: list[Fraction] = []
+    for part in sorted(best, key=lambda one: (-worth[one], -best[one][1])):
+        around = [abs(part - other) for other in kept]
+        if all(2.0 * np.pi * min(gap, 1 - gap) > APART_RAD for gap in around):
+            kept.append(part)
+    return kept
 
 
 def _middle_of_ring(points: Floats, axis: Floats, tolerance: float) -> Floats | None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.model import Model
-from geometry.near_symmetries import EXACT, TOLERANCE
+from geometry.near_symmetries import EXACT, TOLERANCE, exact_tolerance
 from geometry.own_axes import own_axes
 from geometry.points_along import points_along
 from geometry.pose import Pose
@@ -42,8 +42,10 @@ def round_axes(model: Model) -> tuple[tuple[Floats, Floats], ...]:
         for centre in (np.zeros(3), middle):
             if any(known is axis for known, _ in found):
                 continue
-            shares = [_share(some, cloud, matrix_of(angle * axis), centre, model) for angle in ODD_ANGLES_RAD]
-            if min(shares) >= ROUND and max(shares) < EXACT:
+            turned = [(some - centre) @ matrix_of(angle * axis).T + centre for angle in ODD_ANGLES_RAD]
+            nearly = [_share(points, cloud, TOLERANCE * model.diameter) for points in turned]
+            reach = exact_tolerance(axis, some - centre, model.diameter)
+            if min(nearly) >= ROUND and max(_share(points, cloud, reach) for points in turned) < EXACT:
                 found.append((axis, centre))
     return tuple(found)
 
@@ -76,8 +78,6 @@ def other_sides(pose: Pose, axis: Floats, middle: Floats) -> list[Pose]:
     return [Pose.from_matrix(one, place - one @ middle) for one in rotations]
 
 
-def _share(some: Floats, cloud: Floats, turn: Floats, centre: Floats, model: Model) -> float:
-    """Share of some points (M, 3) of a cloud (N, 3) that a turn (3, 3) brings back onto it."""
-    turned = np.ascontiguousarray((some - centre) @ turn.T + centre)
-    astray = count_astray(turned, cloud, TOLERANCE * model.diameter, len(some))
-    return (len(some) - astray) / len(some)
+def _share(points: Floats, cloud: Floats, reach: float) -> float:
+    """Share of some points (M, 3) that have one of a cloud (N, 3) within reach."""
+    return 1.0 - count_astray(np.ascontiguousarray(points), cloud, reach, len(points)) / len(points)

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.model import Model
-from geometry.near_symmetries import EXACT, FOLDS, TOLERANCE
+from geometry.near_symmetries import EXACT, FOLDS, exact_tolerance
 from geometry.points_along import points_along
 from geometry.pose import Pose
-from geometry.rotation import matrix_of
+from geometry.rotation import matrix_of, vector_of
 from numerics.kernels import kernel
 
 Floats = NDArray[np.float64]
@@ -114,8 +114,10 @@ class _Body:
     def comes_back(self, turn: Floats) -> bool:
         """Whether a turn (3, 3) about the centre leaves the body as it is."""
         turned = np.ascontiguousarray(self.held @ turn.T)
-        astray = int((1.0 - EXACT) * len(turned))
-        return count_astray(turned, self.cloud, TOLERANCE * self.diameter, astray) <= astray
+        astray, vector = int((1.0 - EXACT) * len(turned)), vector_of(turn)
+        axis = vector / max(float(np.linalg.norm(vector)), np.finfo(float).tiny)
+        reach = exact_tolerance(axis, self.held, self.diameter)
+        return count_astray(turned, self.cloud, reach, astray) <= astray
 
     def candidates(self) -> list[Floats]:
         """Turns (3, 3) that may leave the body as it is: n-fold ones, and those of two corners to others."""

@@ -45,7 +45,7 @@ from vision_server.pose.trust import (
     confidence,
     odds,
 )
-from vision_server.segments.extraction import extract_segments
+from vision_server.segments.extraction import extract_segments, extract_with_pieces
 
 Floats = NDArray[np.float64]
 
@@ -168,7 +168,8 @@ def estimate_pose(
     channels = images.gradients(names)
     watch.lap("edges")
     show(edges)
-    found = extract_segments(edges)
+    extract = extract_with_pieces if isinstance(seed_pose, Anywhere) else extract_segments
+    found = extract(edges)
     segments = found.take(found.strength >= settings.edge_contrast_grey)
     watch.lap("linking")
     estimate = pose_of_segments(segments.endpoints, channels, model, camera, seed_pose, settings)

@@ -6,6 +6,7 @@ import pytest
 from benchmarks.cad_parts import CAD
 from benchmarks.machined_parts import surface_of
 from geometry.model import Model
+from geometry.round_axes import round_axes
 from geometry.symmetries import symmetry_of
 
 
@@ -22,7 +23,11 @@ def test_each_part_is_closed_and_wound_outwards(name: str, segments: int) -> Non
             assert np.sum(a * np.cross(b, c)) > 0.0
 
 
-def test_a_key_seat_leaves_a_gear_no_symmetry() -> None:
-    model = Model.of_surface("gear", surface_of(CAD["gear"](np.random.default_rng((7, 0)), 96)))
-    assert len(symmetry_of(model).turns) == 1
-    assert len(model.lines) > 1000
+@pytest.mark.parametrize("name", ["gear", "shaft"])
+def test_a_key_seat_leaves_no_symmetry_however_thin_the_part(name: str) -> None:
+    for number in range(8):
+        model = Model.of_surface(name, surface_of(CAD[name](np.random.default_rng((501, number)), 96)))
+        symmetry = symmetry_of(model)
+        assert len(symmetry.turns) == 1 and symmetry.free_axis is None
+        assert len(round_axes(model)) == 1
+        assert len(model.lines) > 500

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.cad_parts import CAD
 from benchmarks.machined_parts import circle, drilled, rounded, surface_of
 from geometry.model import Model, find_target, load_model
 from geometry.near_symmetries import TOLERANCE, middles_of_rings, near_symmetries
@@ -108,3 +109,13 @@ def test_a_part_that_lies_aslant_in_its_file_has_the_same_turns() -> None:
     found = near_symmetries(drilled_plate(aslant, 24))
     turned = {tuple(np.round(one.matrix, 2).ravel() + 0.0) for one in found}
     assert straight and straight <= turned
+
+
+@pytest.mark.parametrize(("number", "teeth"), [(4, 27), (5, 40)])
+def test_a_gear_is_turned_by_each_of_its_teeth_and_by_hardly_anything_else(number: int, teeth: int) -> None:
+    model = Model.of_surface("gear", surface_of(CAD["gear"](np.random.default_rng((501, number)), 96)))
+    about = [turn.rotation_vector[2] for turn in near_symmetries(model) if turn.matrix[2, 2] > 0.999]
+    turned = np.array(about) * teeth / (2.0 * np.pi)
+    by_teeth = np.abs(turned - np.rint(turned)) < 0.02
+    assert set(np.rint(turned[by_teeth]).astype(int) % teeth) == set(range(1, teeth))
+    assert np.sum(~by_teeth) <= 0.6 * teeth

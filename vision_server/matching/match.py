@@ -173,14 +173,16 @@ def matching_problem(
     return Problem(segments[long_enough(segments, views.typical_line_px(seed_pose))], views, camera.ideal)
 
 
-def long_enough(segments: Floats, typical_line_px: float) -> NDArray[np.bool_]:
+def long_enough(
+    segments: Floats, typical_line_px: float, least_px: float = LEAST_SEGMENT_PX
+) -> NDArray[np.bool_]:
     """Which segments (N, 4) are worth matching with a model whose typical line is that long in the image.
 
     Neither all segments nor only the long ones do best: short ones are clutter, but a small target has only
     short ones.
     """
     length = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1])
-    shortest = min(max(SEGMENT_SHARE * typical_line_px, LEAST_SEGMENT_PX), MOST_SEGMENT_PX)
+    shortest = min(max(SEGMENT_SHARE * typical_line_px, least_px), MOST_SEGMENT_PX)
     if len(length) > MOST_SEGMENTS:
         shortest = max(shortest, float(np.partition(length, -MOST_SEGMENTS)[-MOST_SEGMENTS]))
     out: NDArray[np.bool_] = length >= shortest

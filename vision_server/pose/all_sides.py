@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from geometry.model import Model
-from geometry.near_symmetries import near_symmetries_and_products
+from geometry.near_symmetries import near_symmetries, near_symmetries_and_products
 from geometry.pose import Pose, near
 from geometry.round_axes import other_sides, rim_middle, round_axes
 from geometry.symmetries import symmetry_of
@@ -69,8 +70,10 @@ def of_most_evidence(
         found = [finished(one) if one.support.evidence >= least else one for one in found]
         found.sort(key=_evidence, reverse=True)
     _add_other_sides(problem, found)
-    for index in _firsts_of_looks([one.pose for one in found], turns)[:LOOKS_TURNED]:
-        _add_turned(found, found[index], turns)
+    looks = [found[index] for index in _firsts_of_looks([one.pose for one in found], turns)[:LOOKS_TURNED]]
+    for look in looks:
+        if look.support.evidence >= looks[0].support.evidence - CONVINCING_NATS:
+            _add_turned(found, look, turns)
     return sorted(found, key=_evidence, reverse=True)
 
 
@@ -122,12 +125,17 @@ def _evidence(one: Refined) -> float:
 
 
 def _spin_rad(model: Model) -> float:
-    """How far a nearly round target need be turned to either side until it has looked all ways it can."""
+    """How far a nearly round target need be turned to either side until it has looked all ways it can.
+
+    It is turned by its symmetries, near ones too, anyway: so by half of what lies between two of these.
+    """
     axes = [axis for axis, _ in round_axes(model)]
-    if not axes:
-        return 0.0
-    about = [turn for turn in symmetry_of(model).turns if turn.matrix @ axes[0] @ axes[0] > ALONG]
-    return math.pi / len(about) if len(axes) == 1 else math.pi
+    if len(axes) != 1:
+        return math.pi if axes else 0.0
+    vectors = [turn.rotation_vector for turn in (*symmetry_of(model).turns, *near_symmetries(model))]
+    about = [v @ axes[0] for v in vectors if abs(v @ axes[0]) >= ALONG * np.linalg.norm(v)]
+    angles = np.sort(np.mod([*about, *(-angle for angle in about)], 2.0 * math.pi))
+    return 0.5 * float(np.diff([*angles, angles[0] + 2.0 * math.pi]).max())
 
 
 def _add_other_sides(problem: PoseProblem, found: list[Refined]) -> None:
@@ -159,18 +167,26 @@ def _add_other_sides(problem: PoseProblem, found: list[Refined]) -> None:
 def _add_turned(found: list[Refined], first: Refined, turns: Sequence[Pose]) -> None:
     """Add a pose turned by what nearly brings the target back onto itself.
 
-    From behind, a target often looks the same turned so. Of many turns those are refined that fit best.
+    From behind, a target often looks the same turned so. Of many turns those are refined that fit best; more
+    that fit as well as the pose, as a gear's do whose key seat is not seen, are taken as they are.
     """
     seen: list[tuple[float, Pose]] = []
-    sparse = fewer_lines(first.problem)
+    sparse, coarse_px = fewer_lines(first.problem), COARSER * first.spacing_px
     for turn in turns:
         start = first.pose.compose(turn)
-        support = support_at(sparse, start, COARSER * first.spacing_px)
+        support = support_at(sparse, start, coarse_px)
         if support is not None:
             seen.append((support.evidence, start))
     seen.sort(key=lambda one: -one[0])
+    itself = support_at(sparse, first.pose, coarse_px)
+    alike = math.inf if itself is None else itself.evidence - ROUGHLY_NATS
     least = found[0].support.evidence - ROUGHLY_NATS
-    for _, start in seen[:MOST_TURNED]:
-        other = refined(first.problem, start, COARSE_REACHES_PX, first.spacing_px, COARSER, known=found)
-        if other is not None:
-            found.append(finished(other) if other.support.evidence >= least else other)
+    for number, (evidence, start) in enumerate(seen):
+        if number < MOST_TURNED:
+            other = refined(first.problem, start, COARSE_REACHES_PX, first.spacing_px, COARSER, known=found)
+            if other is not None:
+                found.append(finished(other) if other.support.evidence >= least else other)
+        elif evidence >= alike and not any(known.ends_at(start, NEAR) for known in found):
+            support = support_at(first.problem, start, first.spacing_px)
+            if support is not None:
+                found.append(replace(first, solution=replace(first.solution, pose=start), support=support))

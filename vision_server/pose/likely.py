@@ -16,7 +16,9 @@ from vision_server.pose.ranking import Refined
 from vision_server.pose.settling import Settled, settled
 from vision_server.pose.trust import confidence
 
-LEAST_SHARE = 1e-3  # of the evidence; with less, a pose is not looked at (chosen by hand)
+# Chosen by hand.
+LEAST_SHARE = 1e-3  # of the evidence; with less, a pose is not looked at
+MOST_SETTLED = 6  # poses that are taken the last step
 
 
 class Likely(NamedTuple):
@@ -29,7 +31,12 @@ class Likely(NamedTuple):
 
 def last_step(one: Refined) -> Settled:
     """A pose after the last step, or, where too little holds it for that, as it was refined."""
-    return settled(one) or Settled(one, pose_covariance(one.solution))
+    return settled(one) or _as_refined(one)
+
+
+def _as_refined(one: Refined) -> Settled:
+    """A pose without the last step."""
+    return Settled(one, pose_covariance(one.solution))
 
 
 def likely_of(found: Sequence[Refined], symmetry: Symmetry) -> list[Likely]:
@@ -38,11 +45,12 @@ def likely_of(found: Sequence[Refined], symmetry: Symmetry) -> list[Likely]:
     That is the share of the evidence that a pose has, times the probability that it would be right with no
     other beside it.
     """
-    out = []
+    out: list[Likely] = []
     for index, share in shares([(one.pose, one.support.evidence) for one in found], symmetry):
         if share >= LEAST_SHARE:
-            last = last_step(found[index])
+            one = found[index]
+            last = last_step(one) if len(out) < MOST_SETTLED else _as_refined(one)
             pose = last.best.pose
             spread = uncertainty(without_free_turn(last.covariance, pose, symmetry), pose.translation)
-            out.append(Likely(found[index], last, share * confidence(last.best.support, 0.0, spread)))
+            out.append(Likely(one, last, share * confidence(last.best.support, 0.0, spread)))
     return sorted(out, key=lambda one: -one.probability)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.cad_parts import CAD
 from benchmarks.drawn_parts import part_file
 from benchmarks.machined_parts import ROUND, surface_of
 from benchmarks.synthetic_parts import error_of, rendered
@@ -117,3 +118,15 @@ def test_a_side_that_many_turns_fit_leaves_room_for_the_other(tmp_path: Path) ->
     starts = [over.compose(turn) for turn in about] + [true.compose(about[2])]
     found = of_most_evidence(problem_of(model, true), starts, 5, nowhere)
     assert found[0].pose.error_to(true).within(1.0, 0.01)
+
+
+@pytest.mark.slow
+def test_all_turns_of_a_gear_are_found_when_its_key_seat_is_not_seen() -> None:
+    model = Model.of_surface("gear", surface_of(CAD["gear"](np.random.default_rng((501, 5)), 96)))
+    true, teeth = tilted(model, 75.0, 300.0), 40
+    turns = [matrix_of(np.array([0.0, 0.0, 2.0 * math.pi * k / teeth])) for k in range(teeth)]
+    turned = [true.compose(Pose.from_matrix(turn, np.zeros(3))) for turn in turns]
+    found = [one.pose for one in of_most_evidence(problem_of(model, true), [turned[7]], 1, nowhere)]
+    listed = [any(pose.error_to(one).within(1.0, 0.01) for pose in found) for one in turned]
+    assert listed[0]
+    assert sum(listed) > 0.8 * teeth
