@@ -36,11 +36,6 @@ def test_a_dead_light_two_swapped_and_another_sun_are_told_apart(model: Model) -
     assert all(cause is not None and cause.since == len(before) for cause in told)
 
 
-def test_where_light_goes_as_lamberts_law_has_it_one_image_of_both_lights_tells_a_swap(model: Model) -> None:
-    images = [taken(model, (1.0, 1.0), (1.0, 1.0)), taken(model, (0.0, 0.5), (0.5, 0.0))]
-    assert found(model, images)[0][:3] == ("lights_swapped", (0, 1), 1)
-
-
 def test_in_a_dark_room_a_light_that_is_dead_is_no_sun_that_has_set(model: Model) -> None:
     asked = (1.0, 1.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)
     given = (1.0, 1.0), (0.0, 1.0), (0.0, 1.0), (0.0, 0.0)
