@@ -184,7 +184,7 @@ causes_val(Judged, fruitless, 0, improves(fix, least_merit)) :- judged(Judged).
 causes_val(Judged, fruitless, N, N is fruitless + 1) :- judged(Judged).
 causes_val(Judged, rival, Ambiguity, held_back(fix, threshold, Ambiguity)) :- judged(Judged).
 causes_val(Judged, rival, none, true) :- judged(Judged).
-causes_val(Judged, undecided, N, and(undecided(fix, threshold, rival), N is undecided + 1)) :- judged(Judged).
+causes_val(Judged, undecided, N, and(still_held_back(fix, threshold, rival), N is undecided + 1)) :- judged(Judged).
 causes_val(Judged, undecided, 1, held_back(fix, threshold, _)) :- judged(Judged).
 causes_val(Judged, undecided, 0, true) :- judged(Judged).
 judged(keep(_)).

@@ -4,7 +4,7 @@
             no_worse/2,                 % +Fix, +MeritPx
             rather_right/1,             % +MeritPx
             held_back/3,                % +Fix, +ThresholdPx, -Ambiguity
-            undecided/3,                % +Fix, +ThresholdPx, +Ambiguity
+            still_held_back/3,          % +Fix, +ThresholdPx, +Ambiguity
             fix_rms/2,                  % +Fix, -RmsPx
             worst_merit/1,              % -MeritPx
             default_threshold/1         % -MeritPx
@@ -88,11 +88,11 @@ held_back(fix(_, _, quality(_, _, _, Score, Ambiguity), _), Threshold, Ambiguity
     D * (1 - Score) >= Threshold,
     D * (1 - Score * (1 + Ambiguity)) < Threshold.
 
-%!  undecided(+Fix, +ThresholdPx, +Ambiguity) is semidet.
+%!  still_held_back(+Fix, +ThresholdPx, +Ambiguity) is semidet.
 %
 %   Fix is held back by a pose that is as likely beside it as Ambiguity, that of the estimate before it, or likelier.
 
-undecided(Fix, Threshold, Before) :-
+still_held_back(Fix, Threshold, Before) :-
     number(Before),
     held_back(Fix, Threshold, Ambiguity),
     cleared(Share),
