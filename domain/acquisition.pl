@@ -37,6 +37,8 @@ fun_fluent(best).               % the estimate from the kept set
 fun_fluent(merit).              % of best, in px; lower is better
 fun_fluent(least_merit).        % of any estimate of this pose
 fun_fluent(fruitless).          % images since the pose came nearer to being trusted
+fun_fluent(rival).               % chance of another pose beside the last estimate's, where it keeps that from trust, or none
+fun_fluent(undecided).           % images in a row after which it was that likely
 fun_fluent(line_support(_)).    % how much of a model line the last estimate found, 0..1
 fun_fluent(outlook).            % adds(Bits, Settings, Line), best first: what was predicted last
 fun_fluent(richest_gamma).      % of the image appraised last: below 1 its gradients want more light
@@ -72,6 +74,8 @@ initially(best, none).
 initially(merit, Merit) :- worst_merit(Merit).
 initially(least_merit, Merit) :- worst_merit(Merit).
 initially(fruitless, 0).
+initially(rival, none).
+initially(undecided, 0).
 initially(line_support(_), 0).
 initially(outlook, []).
 initially(richest_gamma, 1.0).
@@ -178,6 +182,11 @@ causes_val(surprise(_, light_dead(Light)), device, Device, without_light(device,
 causes_val(Judged, least_merit, Merit, and(improves(fix, least_merit), merit(fix, Merit))) :- judged(Judged).
 causes_val(Judged, fruitless, 0, improves(fix, least_merit)) :- judged(Judged).
 causes_val(Judged, fruitless, N, N is fruitless + 1) :- judged(Judged).
+causes_val(Judged, rival, Ambiguity, held_back(fix, threshold, Ambiguity)) :- judged(Judged).
+causes_val(Judged, rival, none, true) :- judged(Judged).
+causes_val(Judged, undecided, N, and(still_held_back(fix, threshold, rival), N is undecided + 1)) :- judged(Judged).
+causes_val(Judged, undecided, 1, held_back(fix, threshold, _)) :- judged(Judged).
+causes_val(Judged, undecided, 0, true) :- judged(Judged).
 judged(keep(_)).
 judged(discard(_, _)).
 
@@ -214,6 +223,8 @@ causes_val(Event, best, none, true) :- new_pose(Event).
 causes_val(Event, merit, Merit, true) :- new_pose(Event), worst_merit(Merit).
 causes_val(Event, least_merit, Merit, true) :- new_pose(Event), worst_merit(Merit).
 causes_val(Event, fruitless, 0, true) :- new_pose(Event).
+causes_val(Event, rival, none, true) :- new_pose(Event).
+causes_val(Event, undecided, 0, true) :- new_pose(Event).
 causes_val(advance(Range), range, Range, true).
 causes_val(advance(_), allowed, N, N is iteration + 2 * max_iterations).     % a look, and a fresh one
 causes_val(hold_done(Outcome), holds, Holds, Holds = [hold(range, Outcome, best)|holds]).

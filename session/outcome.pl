@@ -8,6 +8,7 @@
 Messages session_outcome(Result): the dict that result.json is made from.
 */
 
+:- use_module('../domain/reasoning/merit', [held_back/3]).
 :- use_module('../domain/reasoning/surprises', [cause_words/2]).
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(lists), [member/2, reverse/2]).
@@ -152,6 +153,8 @@ help(Result, Limit, Help) :-
     (   Result.iterations >= Limit
     ->  counted(Limit, image, Images),
         format(atom(Help), "more than ~w (--max-iterations)", [Images])
+    ;   rival_holds_back(Result)
+    ->  Help = 'another view of the target: these images do not tell its pose from another one'
     ;   Help = 'a strategy that goes on (--controller heuristic or informed)'
     ).
 help(Result, _, 'is it the right model, and of the right size (--unit)? the report shows which lines are not there') :-
@@ -164,6 +167,11 @@ help(Result, _, Help) :-
     format(atom(Help), "a --threshold above ~w, where that is good enough", [Merit]).
 help(Result, _, 'an end farther away (--contact-range)') :-
     fixed_hold(Result, _).
+
+rival_holds_back(Result) :-
+    is_dict(Result.pose),
+    Result.iterations >= 3,             % as `spent` has it
+    held_back(fix(_, _, quality(_, _, _, Result.score, Result.ambiguity), _), Result.threshold_px, _).
 
 rather_right(Result) :-
     Result.score > 0.5.

@@ -3,6 +3,8 @@
             improves/2,                 % +Fix, +MeritPx
             no_worse/2,                 % +Fix, +MeritPx
             rather_right/1,             % +MeritPx
+            held_back/3,                % +Fix, +ThresholdPx, -Ambiguity
+            still_held_back/3,          % +Fix, +ThresholdPx, +Ambiguity
             fix_rms/2,                  % +Fix, -RmsPx
             worst_merit/1,              % -MeritPx
             default_threshold/1         % -MeritPx
@@ -38,6 +40,7 @@ default_threshold(1.0).
 weight(doubt, 15).                      % a percent counts as 0.15 px
 improvement(0.98).                      % of the merit: two percent less
 scatter(1.25).                          % of the merit from one image to the next that adds nothing
+cleared(0.99).                          % of a rival's chance: more is left by an image that does not tell it apart
 
 %!  merit(+Fix, -MeritPx) is det.
 %
@@ -75,6 +78,25 @@ no_worse(Fix, Merit) :-
     merit(Fix, New),
     scatter(Share),
     New =< Share * Merit.
+
+%!  held_back(+Fix, +ThresholdPx, -Ambiguity) is semidet.
+%
+%   Fix would be trusted but for another pose, which is so likely beside it.
+
+held_back(fix(_, _, quality(_, _, _, Score, Ambiguity), _), Threshold, Ambiguity) :-
+    weight(doubt, D),
+    D * (1 - Score) >= Threshold,
+    D * (1 - Score * (1 + Ambiguity)) < Threshold.
+
+%!  still_held_back(+Fix, +ThresholdPx, +Ambiguity) is semidet.
+%
+%   Fix is held back by a pose that is as likely beside it as Ambiguity, that of the estimate before it, or likelier.
+
+still_held_back(Fix, Threshold, Before) :-
+    number(Before),
+    held_back(Fix, Threshold, Ambiguity),
+    cleared(Share),
+    Ambiguity >= Share * Before.
 
 %!  fix_rms(+Fix, -RmsPx) is semidet.
 

@@ -35,7 +35,8 @@ image tells as much as it is neither dark nor saturated; a set's errors fall wit
 %   sun(Brightness) at the reference exposure (0.02), images(Most) that may be taken (10), threshold(Px) (1.0),
 %   seed(N) (1), happens(Event, Image) when that image is taken, blind_below(RangeM): no pose nearer than that, and
 %   cured_by(Parameter, Value): until the vision server is told so an image tells a fifth;
-%   useless: every image after the first tells nothing; harmful: makes the pose worse; nothing_foreseen: no prediction.
+%   useless: every image after the first tells nothing; harmful: makes the pose worse; nothing_foreseen: no prediction;
+%   rival(Chance): another pose is so likely beside that which is found (0).
 
 in_world(Options, Controller, Program, Outcome, Situation) :-
     maplist(retractall, [setting(_), image(_, _), range(_), parameter(_, _), pending(_)]),
@@ -176,7 +177,8 @@ fix(_, no_pose) :-
 fix(Told, no_pose) :-
     Told < 0.1,
     !.
-fix(Told, fix(pose([0.1, -0.2, 0.05], [0.0, 0.0, 0.6]), [], quality(Rms, Uncertainty, 1.0, Score, 0.1), [])) :-
+fix(Told, fix(pose([0.1, -0.2, 0.05], [0.0, 0.0, 0.6]), [], quality(Rms, Uncertainty, 1.0, Score, Chance), [])) :-
+    ( setting(rival(Chance)) -> true ; Chance = 0.0 ),
     Rms is 0.2 + 0.4 / Told,
     Uncertainty is 0.001 / sqrt(Told),
-    Score is 1 - 0.1 ** (Told + 0.5).
+    Score is (1 - 0.1 ** (Told + 0.5)) / (1 + Chance).

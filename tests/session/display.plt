@@ -1,7 +1,7 @@
 :- module(test_session_display, []).
 :- use_module(library(plunit)).
 :- use_module('../../session/display').
-:- use_module('../../session/outcome', [merit_words/2]).
+:- use_module('../../session/outcome', [advised/3, merit_words/2]).
 
 /** <module> What a session says of itself */
 
@@ -35,5 +35,13 @@ test(who_is_waited_for, true(Text == "  waiting for the servers to start ...")) 
 test(small_merits_are_told_apart, [forall(member(Px-Expected, [0-'0.00', 0.00384-'0.0038', 0.1-'0.10', 12.345-'12.35'])),
                                    true(Words == Expected)]) :-
     merit_words(Px, Words).
+test(another_view_may_help_where_another_pose_holds_this_one_back,
+     [forall(member(Images-Chance-Help, [3-0.1-'another view', 3-0.0-'a strategy', 1-0.1-'a strategy', 10-0.1-'more than'])),
+      true(sub_atom(First, 0, _, _, Help))]) :-
+    Score is 0.93 / (1 + Chance),
+    Merit is 15 * (1 - Score),
+    advised(10, result{status:exhausted, pose:pose{}, score:Score, ambiguity:Chance, merit_px:Merit, threshold_px:1.2,
+                       iterations:Images}, Advised),
+    get_dict(advice, Advised, [First|_]).
 
 :- end_tests(display).
