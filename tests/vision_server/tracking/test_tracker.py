@@ -26,6 +26,7 @@ from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.motion import about
 from vision_server.tracking.tracked import Tracked
 from vision_server.tracking.tracker import EVERYWHERE, LOOKED_AT_ANEW, SURPRISING, Tracker
+from vision_server.tracking.usual import Usual
 
 BETTER = Misfit(significance=0.0, gain=1.0)  # another model than the given one does
 NEAR = disturbed(POSE, np.random.default_rng(1), 10.0, 10.0, CAMERA.fx)
@@ -189,7 +190,7 @@ def test_of_believed_poses_the_one_that_the_motion_foresees_is_taken(
     spread = right.covariance + np.diag([4e-3] * 3 + [4e-6] * 3)
     other = replace(right, fit=replace(right.fit, pose=turned, covariance=spread))
     other.__dict__["quality"] = 1.2 * right.quality
-    tracker._typical = right.quality / 0.4
+    monkeypatch.setattr(Usual, "quality", right.quality / 0.4)
     assert tracker._motion is not None
     assert expected.innovation(turned, spread, model.middle).squared < SURPRISING
     monkeypatch.setattr(Sight, "far", lambda *_: [other])
@@ -267,7 +268,7 @@ def test_what_has_lost_most_of_its_support_is_sure_only_where_it_is_believed_ane
     tracker = Tracker(model, CAMERA, NEAR)
     frames = list(filmed(model, list(moving(5, still=5))))
     assert [tracker.step(frame).state for frame in frames[:4]] == ["sure"] * 4
-    tracker._typical /= 0.3
+    monkeypatch.setattr(Usual, "quality", tracker._usual.quality / 0.3)
     monkeypatch.setattr(Found, "belief", lambda *_: belief)
     told = tracker.step(frames[4])
     assert told.state == state
