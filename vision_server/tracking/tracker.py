@@ -34,7 +34,7 @@ from vision_server.tracking.acceptance import (
 from vision_server.tracking.choosing import likeliest
 from vision_server.tracking.clock import Clock
 from vision_server.tracking.fitting import Habits
-from vision_server.tracking.following import Found, Sight
+from vision_server.tracking.following import NEAR_REACHES_PX, Found, Sight
 from vision_server.tracking.frame import Tone, check_size
 from vision_server.tracking.motion import Innovation, Motion
 from vision_server.tracking.searching import Search
@@ -141,7 +141,6 @@ class Tracker:
         if self._motion is not None:
             self._motion = self._motion.after(seconds)
             self._since_s += seconds
-            self._usual.meets(pixels, self._motion.pose(self.model.middle))
             found = self._followed(pixels, self._motion)
             if found is not None and (self._doubted < LOOKED_AT_ANEW or self._is_believed(found)):
                 return self._taken(found)
@@ -152,22 +151,24 @@ class Tracker:
         """The pose around the expected one, or where the target was, that a frame supports best."""
         middle = self._sight.model.middle
         start = expected.pose(middle)
+        self._usual.meets(pixels, start)
         near = self._sight.near(pixels, start, self._habits, self._softness)
-        if near is not None and self._steady and self._is_as_before(near) and self._is_believed(near):
+        foreseen = expected.spread_px(self.camera, 0.5 * self.model.diameter) < NEAR_REACHES_PX[0]
+        steady = self._steady and foreseen
+        if near is not None and steady and self._is_as_before(near) and self._is_believed(near):
             return near
         starts = [start] if isinstance(self._around, Anywhere) else [start, self._around]
         candidates = self._sight.far(pixels, starts, self._habits) + ([] if near is None else [near])
+        held = [one for one in candidates if one.belief(0.0) >= HELD]
+        candidates += [] if foreseen or not held else self._sight.turned(pixels, held, self._habits)
         candidates = [one for one in candidates if self._turning.allows(one.pose)]
         candidates.sort(key=lambda one: -one.quality)
         if believed := [one for one in candidates if self._is_believed(one)]:
             return likeliest(believed, expected, middle)
-        for one in candidates:
-            if one.belief(0.0) >= HELD:
-                return one
-        for one in candidates if self._misses == 0 else ():
-            if is_partly_whole(one.support) and self._is_foreseen(one):
-                return one
-        return None
+        held = [one for one in candidates if one.belief(0.0) >= HELD]
+        if not held and self._misses == 0:
+            held = [one for one in candidates if is_partly_whole(one.support) and self._is_foreseen(one)]
+        return held[0] if held else None
 
     def _is_as_before(self, found: Found) -> bool:
         """Whether a frame shows what the one before did, so that it needs no look farther around."""
@@ -233,10 +234,9 @@ class Tracker:
 
         A pose that was ``followed`` and is not believed stays unless what is found is better.
         """
-        self._steady, self._softness = False, None
+        self._steady, self._softness, self._doubted = False, None, 0
         self._usual.forget_doubts()
         estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
-        self._doubted = 0
         likely = estimate.score >= HELD or is_likely(estimate, self._met)
         likely = likely and estimate.pose is not None and self._turning.allows(estimate.pose)
         found = None

@@ -71,11 +71,11 @@ class Usual:
     def meets(self, pixels: Pixels, pose: Pose) -> None:
         """A new frame (H, W), in which the target is about here."""
         self._faces, self._ago = self._brightness(pixels, pose), 1
-        if self._last:
+        before = _apart(self._faces, self._last[-1].faces) if self._last else 0.0
+        if self._is_nearer(0.0, before):  # not the light of the last frame, perhaps
             off = [_apart(self._faces, one.faces) for one in self._last]
             nearest = int(np.argmin(off))
-            if self._is_nearer(off[nearest], off[-1]):
-                self._ago = len(off) - nearest
+            self._ago = len(off) - nearest if self._is_nearer(off[nearest], before) else 1
 
     def believed(self, quality: float, whole: Flags | None) -> None:
         """That the target was seen so well in this frame; what was doubted for less was right then."""
@@ -100,15 +100,12 @@ class Usual:
 
     def _brightness(self, pixels: Pixels, pose: Pose) -> Floats:
         """Grey in the middles of faces that are turned to the camera, (F,)."""
-        points = pose.apply(self._middles)
+        points, found = pose.apply(self._middles), np.full(len(self._middles), np.nan)
         facing = ((self._model.face_normals @ pose.matrix.T) * points).sum(axis=1) < 0.0
-        places = np.full((len(points), 2), -1)
-        places[facing & (points[:, 2] > 0.0)] = 0
-        seen = np.flatnonzero(places[:, 0] == 0)
-        columns, rows = np.rint(self._camera.project(points[seen])).astype(int).T
-        inside = (columns >= 0) & (columns < pixels.shape[1]) & (rows >= 0) & (rows < pixels.shape[0])
-        found = np.full(len(points), np.nan)
-        found[seen[inside]] = pixels[rows[inside], columns[inside]]
+        seen = np.flatnonzero(facing & (points[:, 2] > 0.0))
+        column, row = np.rint(self._camera.project(points[seen])).astype(int).T
+        inside = (column >= 0) & (column < pixels.shape[1]) & (row >= 0) & (row < pixels.shape[0])
+        found[seen[inside]] = pixels[row[inside], column[inside]]
         return found
 
 
