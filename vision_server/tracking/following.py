@@ -139,9 +139,10 @@ class Sight:
 
         Slender and flat things show nearly the same from two sides of the line of sight, and lines of the one
         pose hold it where those of the other are beside them: no small search comes from there to the other.
+        Where nothing is supported at all, turns lead anywhere.
         """
         better = [max(found, key=_evidence)]
-        for _ in range(CLIMBS):
+        for _ in range(CLIMBS if _evidence(better[0]) > 0.0 else 0):
             starts = (turned_about(better[-1].pose, self.model.middle, turn) for turn in TURNS)
             beside = [self.near(pixels, start, habits) for start in starts]
             best = max((one for one in beside if one is not None), key=_evidence, default=better[-1])

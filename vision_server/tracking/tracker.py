@@ -159,8 +159,8 @@ class Tracker:
             return near
         starts = [start] if isinstance(self._around, Anywhere) else [start, self._around]
         candidates = self._sight.far(pixels, starts, self._habits) + ([] if near is None else [near])
-        held = [one for one in candidates if one.belief(0.0) >= HELD]
-        candidates += [] if foreseen or not held else self._sight.turned(pixels, held, self._habits)
+        if candidates and not foreseen:
+            candidates += self._sight.turned(pixels, candidates, self._habits)
         candidates = [one for one in candidates if self._turning.allows(one.pose)]
         candidates.sort(key=lambda one: -one.quality)
         if believed := [one for one in candidates if self._is_believed(one)]:
