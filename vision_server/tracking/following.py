@@ -18,7 +18,7 @@ from vision_server.pose.covariance import uncertainty
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, refine
 from vision_server.pose.support import PoseSupport, support_of
-from vision_server.pose.trust import TAILS, belief, quality, shared
+from vision_server.pose.trust import RIVAL_NATS, TAILS, belief, quality, shared
 from vision_server.tracking.beside import Beside, beside
 from vision_server.tracking.fitting import Fit, Habits, fitted
 from vision_server.tracking.frame import Tone, problem_of, window
@@ -139,17 +139,17 @@ class Sight:
 
         Slender and flat things show nearly the same from two sides of the line of sight, and lines of the one
         pose hold it where those of the other are beside them: no small search comes from there to the other.
-        Where nothing is supported at all, turns lead anywhere.
+        What less than nothing supports is not told: turns then lead anywhere.
         """
         better = [max(found, key=_evidence)]
-        for _ in range(CLIMBS if _evidence(better[0]) > 0.0 else 0):
+        for _ in range(CLIMBS):
             starts = (turned_about(better[-1].pose, self.model.middle, turn) for turn in TURNS)
             beside = [self.near(pixels, start, habits) for start in starts]
             best = max((one for one in beside if one is not None), key=_evidence, default=better[-1])
-            if _evidence(best) <= _evidence(better[-1]):
+            if _evidence(best) < _evidence(better[-1]) + RIVAL_NATS:
                 break
             better.append(best)
-        return better[1:]
+        return [one for one in better[1:] if _evidence(one) > 0.0]
 
 
 def _evidence(one: Found) -> float:
