@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from geometry.rotation import matrix_of
 from vision_server.channels.depth import Pixels
 from vision_server.pose.covariance import uncertainty
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, refine
 from vision_server.pose.support import PoseSupport, support_of
-from vision_server.pose.trust import TAILS, belief, quality, shared
+from vision_server.pose.trust import RIVAL_NATS, TAILS, belief, quality, shared
 from vision_server.tracking.beside import Beside, beside
 from vision_server.tracking.fitting import Fit, Habits, fitted
 from vision_server.tracking.frame import Tone, problem_of, window
@@ -37,6 +38,8 @@ SETTLED_PX = 0.3  # a step that moves no line farther was looked at from near en
 NEAR_SETTLED_PX = 1.0  # ... and of a pose that was foreseen: where it ends, edges are off by 0.02 px more
 PASSES = 3  # at most, until it has settled
 FAR = ((4, (7.0, 5.0)), (2, (5.0,)))  # sizes and reaches there, where it was not: 28 px at full size
+TURNS = np.radians(6.0) * np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])  # across the view
+CLIMBS = 3  # of such turns, one after the other, at most
 MARGIN_PX = 40.0  # of the window around the target: these 28 px, and the filters' reach
 
 
@@ -130,6 +133,33 @@ class Sight:
             if (one := self.near(pixels, pose, habits)) is not None:
                 found.append(one)
         return sorted(found, key=lambda one: -one.quality)
+
+    def turned(self, pixels: Pixels, found: Sequence[Found], habits: Habits) -> list[Found]:
+        """What the best supported pose leads to if it is turned, as long as that is better supported.
+
+        Slender and flat things show nearly the same from two sides of the line of sight, and lines of the one
+        pose hold it where those of the other are beside them: no small search comes from there to the other.
+        What less than nothing supports is not told: turns then lead anywhere.
+        """
+        better = [max(found, key=_evidence)]
+        for _ in range(CLIMBS):
+            starts = (turned_about(better[-1].pose, self.model.middle, turn) for turn in TURNS)
+            beside = [self.near(pixels, start, habits) for start in starts]
+            best = max((one for one in beside if one is not None), key=_evidence, default=better[-1])
+            if _evidence(best) < _evidence(better[-1]) + RIVAL_NATS:
+                break
+            better.append(best)
+        return [one for one in better[1:] if _evidence(one) > 0.0]
+
+
+def _evidence(one: Found) -> float:
+    return one.support.evidence
+
+
+def turned_about(pose: Pose, middle: Floats, turn: Floats) -> Pose:
+    """A pose turned by a rotation vector of the camera's frame about the target's middle (3,), m."""
+    matrix = matrix_of(turn) @ pose.matrix
+    return Pose.from_matrix(matrix, pose.apply(middle[None])[0] - matrix @ middle)
 
 
 def on_lines(problem: PoseProblem, near: Pose, softness: Softness, habits: Habits) -> Found | None:

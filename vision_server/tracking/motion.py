@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from geometry.camera import Camera
 from geometry.pose import Pose
 from geometry.rotation import cross_matrix, matrix_of, vector_of
 
@@ -81,6 +83,12 @@ class Motion:
     def pose_covariance(self) -> Floats:
         """Covariance (6, 6) of a small left-multiplied step of the pose."""
         return about(-self.centre, self.covariance[:6, :6])
+
+    def spread_px(self, camera: Camera, radius_m: float) -> float:
+        """How exactly the pose is foreseen: one sd in the image of points so far from the middle."""
+        variance = self.covariance.diagonal()
+        total = radius_m**2 * variance[:3].sum() + variance[3:6].sum()
+        return camera.fy / float(np.linalg.norm(self.centre)) * math.sqrt(total / 3.0)
 
     def after(self, seconds: float) -> Motion:
         """The target so much later, at the same velocity."""

@@ -6,6 +6,8 @@ lengths as unknowns beside it, the lines tell how much longer one is for another
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +22,21 @@ Floats = NDArray[np.float64]
 # Of sure frames of three films with a model 5 to 15 % too long half have more than 0.03 to 0.07; of films
 # with the true one, of printed boxes and of a real cube nine in ten have less than 0.005, 0.007 and 0.013.
 LEAST_STRAIN = 0.02  # of an axis beside the mean of all three
+ASKED_AGAIN = 8  # sure frames, until lines are asked again, which costs half of a frame; by hand
+
+
+class Strain:
+    """Whether the model is not that of the target; asked of a sure pose first, and now and then."""
+
+    def __init__(self) -> None:
+        self._found, self._since = False, ASKED_AGAIN
+
+    def asked(self, ask: Callable[[], bool]) -> bool:
+        """Of the next sure pose, whose lines ``ask`` asks."""
+        self._since += 1
+        if self._found or self._since >= ASKED_AGAIN:
+            self._since, self._found = 0, ask()
+        return self._found
 
 
 def is_strained(problem: PoseProblem, pose: Pose, spacing_px: float) -> bool:

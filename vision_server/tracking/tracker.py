@@ -34,24 +34,24 @@ from vision_server.tracking.acceptance import (
 from vision_server.tracking.choosing import likeliest
 from vision_server.tracking.clock import Clock
 from vision_server.tracking.fitting import Habits
-from vision_server.tracking.following import Found, Sight
+from vision_server.tracking.following import NEAR_REACHES_PX, Found, Sight
 from vision_server.tracking.frame import Tone, check_size
 from vision_server.tracking.motion import Innovation, Motion
 from vision_server.tracking.searching import Search
 from vision_server.tracking.softness import Softness
+from vision_server.tracking.strain import Strain
 from vision_server.tracking.tracked import State, Tracked
 from vision_server.tracking.turning import Turning
+from vision_server.tracking.usual import Usual
 
 Floats = NDArray[np.float64]
 Seen = tuple[State, Pose | None, Floats | None, dict[int, float] | None]
 
 # Chosen by hand where nothing else is said.
 SURPRISING = 38.3  # squared innovation that one pose in a million exceeds where the filter is honest
-AS_BEFORE = 0.5  # of the quality that believed frames have: below, the frame is looked at again ...
+AS_BEFORE = 0.5  # of the quality that is usual in its light: below, the frame is looked at again ...
 SURE_LIKE = 0.67  # ... what is less probable than SURE is not sure (8 of 253 such off, all < 0.6) ...
 LIKE_BEFORE = 0.25  # ... and below this nothing in it is believed
-ASKED_AGAIN = 8  # sure frames, until it is asked again whether the model is true; it costs half of a frame
-REMEMBERED = 0.1  # share of the latest frame in that quality
 LOOKED_AT_ANEW = 5  # frames that are not believed in a row before everything is searched again
 EVERYWHERE = 6  # of so many searches that are not believed in a row, one looks without a pose to start from
 MOST_AGAINST = 3  # searches in doubt that count: as many must believe before what they find is believed
@@ -89,10 +89,9 @@ class Tracker:
         self._ambiguity = 0.0
         self._steady = False  # whether the last frame was followed surely
         self._softness: Softness | None = None  # its lines, of a steady frame
-        self._whole: NDArray[np.bool_] | None = None  # which of them were seen whole then
         self._believed = False  # whether the last search that found something believed it
-        self._strained, self._unasked = False, ASKED_AGAIN  # the model, and sure frames since that was asked
-        self._typical = 0.0  # quality of believed frames
+        self._strain = Strain()
+        self._usual = Usual(model, camera)  # what believed frames in light like this one's show
         self._was_believed = False
         self._met = False  # whether any pose was found yet
         self._misses = 0
@@ -102,7 +101,7 @@ class Tracker:
         self._doubted = 0
         self._frame = -1
         self._clock = Clock()
-        self._turning = Turning(model)
+        self._turning = Turning(model, seed_pose)
         self._asked: tuple[Found, Motion, Innovation] | None = None
 
     @property
@@ -152,37 +151,39 @@ class Tracker:
         """The pose around the expected one, or where the target was, that a frame supports best."""
         middle = self._sight.model.middle
         start = expected.pose(middle)
+        self._usual.meets(pixels, start)
         near = self._sight.near(pixels, start, self._habits, self._softness)
-        if near is not None and self._steady and self._is_as_before(near) and self._is_believed(near):
+        foreseen = expected.spread_px(self.camera, 0.5 * self.model.diameter) < NEAR_REACHES_PX[0]
+        steady = self._steady and foreseen
+        if near is not None and steady and self._is_as_before(near) and self._is_believed(near):
             return near
         starts = [start] if isinstance(self._around, Anywhere) else [start, self._around]
         candidates = self._sight.far(pixels, starts, self._habits) + ([] if near is None else [near])
+        if candidates and not foreseen:
+            candidates += self._sight.turned(pixels, candidates, self._habits)
         candidates = [one for one in candidates if self._turning.allows(one.pose)]
         candidates.sort(key=lambda one: -one.quality)
-        believed = [one for one in candidates if self._is_believed(one)]
-        if believed:
+        if believed := [one for one in candidates if self._is_believed(one)]:
             return likeliest(believed, expected, middle)
-        for one in candidates:
-            if one.belief(0.0) >= HELD:
-                return one
-        for one in candidates if self._misses == 0 else ():
-            if is_partly_whole(one.support) and self._is_foreseen(one):
-                return one
-        return None
+        held = [one for one in candidates if one.belief(0.0) >= HELD]
+        if not held and self._misses == 0:
+            held = [one for one in candidates if is_partly_whole(one.support) and self._is_foreseen(one)]
+        return held[0] if held else None
 
     def _is_as_before(self, found: Found) -> bool:
         """Whether a frame shows what the one before did, so that it needs no look farther around."""
-        if found.quality < AS_BEFORE * self._typical:
-            return False
-        return self._whole is None or keeps(found.support, self._whole)
+        kept = self._usual.whole is None or keeps(found.support, self._usual.whole)
+        return kept and found.quality >= AS_BEFORE * self._usual.quality
 
     def _is_believed(self, found: Found) -> bool:
         if not self._believed:  # nothing but a search weighs rivals and stretched models
             return False
+        return found.quality >= LIKE_BEFORE * self._usual.quality and self._is_likely(found)
+
+    def _is_likely(self, found: Found) -> bool:
+        """Whether it would be believed in light that usually shows as little."""
         least = STAYS if self._was_believed else SURE
-        if found.quality < LIKE_BEFORE * self._typical or found.belief(self._ambiguity) < least:
-            return False
-        return self._is_foreseen(found)
+        return found.belief(self._ambiguity) >= least and self._is_foreseen(found)
 
     def _is_foreseen(self, found: Found) -> bool:
         return self._innovation(found).squared <= SURPRISING
@@ -198,48 +199,44 @@ class Tracker:
     def _taken(self, found: Found) -> Seen:
         """A pose that was followed: the motion goes on from it."""
         assert self._motion is not None
-        believed, middle = self._is_believed(found), self._sight.model.middle
+        believed, likely, middle = self._is_believed(found), self._is_likely(found), self.model.middle
         if self._is_foreseen(found):
             self._motion = self._motion.corrected(self._innovation(found))
         else:
             self._motion = Motion.at_rest(found.pose, found.covariance, middle)
         belief = found.belief(self._ambiguity)
-        stays = self._steady and found.quality >= SURE_LIKE * self._typical
-        sure = believed and self._was_believed and is_sure(found.pose, found.covariance, belief, stays)
-        self._steady = sure and not self._is_strained(found)
-        self._held(found.pose, found.quality, believed)
+        stays = self._usual.whole is not None and found.quality >= SURE_LIKE * self._usual.quality
+        sure = believed and (self._was_believed or self._usual.is_other)
+        sure = sure and is_sure(found.pose, found.covariance, belief, stays)
+        self._steady = sure and not self._strain.asked(found.is_strained)
+        self._held(found.pose, believed)
         if believed:
+            self._usual.believed(found.quality, whole_lines(found.support) if self._steady else None)
             self._habits = self._habits.after(found.fit)
+        elif likely:
+            self._usual.doubted(found.quality)
+        else:
+            self._usual.forget_doubts()
         state: State = "sure" if self._steady else "unsure"
-        line = found.fit.observation.samples.line
-        soft = found.softness.kept(self.model, self.camera, found.pose, line, self._softness)
+        lines = found.fit.observation.samples.line
+        soft = found.softness.kept(self.model, self.camera, found.pose, lines, self._softness)
         self._softness = soft if self._steady else None
-        self._whole = whole_lines(found.support) if self._steady else None
         return state, found.pose, told_covariance(found.covariance, belief), found.support.shares
 
-    def _is_strained(self, found: Found) -> bool:
-        """Whether the model is not that of the target; asked of a sure pose first, and now and then."""
-        self._unasked += 1
-        if self._strained or self._unasked >= ASKED_AGAIN:
-            self._unasked, self._strained = 0, found.is_strained()
-        return self._strained
-
-    def _held(self, pose: Pose, quality: float, believed: bool) -> None:
+    def _held(self, pose: Pose, believed: bool) -> None:
         self._around, self._met, self._misses, self._since_s = pose, True, 0, 0.0
         self._was_believed = believed
         self._doubted = 0 if believed else self._doubted + 1
         self._trusted = pose if believed else self._trusted
-        if believed:
-            self._typical += (quality - self._typical) * (REMEMBERED if self._typical > 0.0 else 1.0)
 
     def _searched(self, pixels: Pixels, followed: Found | None) -> Seen:
         """Search everything around the last pose, farther with each frame that finds nothing.
 
         A pose that was ``followed`` and is not believed stays unless what is found is better.
         """
-        self._steady, self._softness, self._whole = False, None, None
+        self._steady, self._softness, self._doubted = False, None, 0
+        self._usual.forget_doubts()
         estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
-        self._doubted = 0
         likely = estimate.score >= HELD or is_likely(estimate, self._met)
         likely = likely and estimate.pose is not None and self._turning.allows(estimate.pose)
         found = None
@@ -262,7 +259,10 @@ class Tracker:
             pose, covariance, belief = found.pose, found.covariance, found.belief(self._ambiguity)
         state: State = "sure" if believed and is_exact(pose, covariance) else "unsure"
         self._motion = Motion.at_rest(pose, covariance, self._sight.model.middle)
-        self._held(pose, quality(estimate.support), believed)
+        self._held(pose, believed)
+        if believed:
+            self._usual.meets(pixels, pose)
+            self._usual.believed(quality(estimate.support), None)
         support = {line.line: line.support for line in estimate.lines}
         return state, pose, told_covariance(covariance, belief), support
 
@@ -285,7 +285,7 @@ class Tracker:
     def _is_like_before(self, estimate: Estimate) -> bool:
         """Whether a searched pose is seen as well as the target was; a wider search meets more like it."""
         support = estimate.support
-        if support is None or quality(support) < LIKE_BEFORE * self._typical:
+        if support is None or quality(support) < LIKE_BEFORE * self._usual.quality:
             return False
         return self._misses == 0 or is_whole(support)
 

@@ -5,6 +5,7 @@ import pytest
 
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
+from tests.vision_server.synthetic import CAMERA
 from vision_server.tracking.motion import Motion, about
 
 MIDDLE = np.array([0.1, -0.05, 0.2])
@@ -54,3 +55,15 @@ def test_the_covariance_of_a_step_about_the_middle_and_about_the_camera() -> Non
     moved = pose.stepped(delta).translation - centre
     spread = about(centre, np.outer(delta, delta))
     assert np.sqrt(np.diag(spread)[3:]) == pytest.approx(np.abs(moved), rel=1e-2, abs=1e-4)
+
+
+def test_how_exactly_a_pose_is_foreseen_in_pixels() -> None:
+    covariance = np.diag(np.repeat([0.01**2, 0.004**2], 3))
+    motion = Motion(np.eye(3), np.array([0.0, 0.0, 2.0]), np.zeros(6), np.diag(np.repeat([1.0, 0.0], 6)))
+    motion.covariance[:6, :6] = covariance
+    rng = np.random.default_rng(0)
+    steps = rng.normal(size=(4000, 6)) * np.repeat([0.01, 0.004], 3)
+    point = np.array([0.0, 0.3, 0.0])  # from the middle, turned about axes across it
+    across = steps[:, 3] - steps[:, 2] * point[1]
+    foreseen = motion.spread_px(CAMERA, 0.3)
+    assert foreseen == pytest.approx(CAMERA.fx / 2.0 * np.std(across), rel=0.05)

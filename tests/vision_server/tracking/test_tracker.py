@@ -22,10 +22,12 @@ from vision_server.pipeline import Estimate
 from vision_server.pose.trust import Misfit
 from vision_server.tracking.acceptance import is_elsewhere, is_exact, is_likely, told_covariance
 from vision_server.tracking.fitting import Habits
-from vision_server.tracking.following import Found, Sight
+from vision_server.tracking.following import Found, Sight, turned_about
+from vision_server.tracking.frame import Tone
 from vision_server.tracking.motion import about
 from vision_server.tracking.tracked import Tracked
 from vision_server.tracking.tracker import EVERYWHERE, LOOKED_AT_ANEW, SURPRISING, Tracker
+from vision_server.tracking.usual import Usual
 
 BETTER = Misfit(significance=0.0, gain=1.0)  # another model than the given one does
 NEAR = disturbed(POSE, np.random.default_rng(1), 10.0, 10.0, CAMERA.fx)
@@ -88,6 +90,19 @@ def test_a_pose_nearby_that_loses_lines_seen_before_is_not_taken_for_the_target(
         told = tracker.step(seen.pixels, seen.time_s)
         assert told.pose is not None
         assert told.pose.error_to(seen.pose).within(1.0, 0.01)
+
+
+def test_from_a_pose_that_looks_nearly_the_same_a_turn_leads_to_the_right_one() -> None:
+    model, shown = film(68001, "eighth", 120)
+    seen = next(itertools.islice(shown, 40, None))
+    sight, habits = Sight(model, film_camera, Tone.of(1.0, 0.01)), Habits.of(model, None)
+    beside = turned_about(seen.pose, model.middle, np.radians([-8.9, 3.7, 0.3]))
+    found = sight.near(seen.pixels, beside, habits)
+    assert found is not None
+    assert found.pose.error_to(seen.pose).rotation_deg > 9.0
+    better = sight.turned(seen.pixels, [found], habits)
+    assert better[-1].pose.error_to(seen.pose).rotation_deg < 0.3
+    assert sight.turned(seen.pixels, [better[-1]], habits) == []
 
 
 def test_another_thing_is_never_sure(model: Model) -> None:
@@ -189,7 +204,7 @@ def test_of_believed_poses_the_one_that_the_motion_foresees_is_taken(
     spread = right.covariance + np.diag([4e-3] * 3 + [4e-6] * 3)
     other = replace(right, fit=replace(right.fit, pose=turned, covariance=spread))
     other.__dict__["quality"] = 1.2 * right.quality
-    tracker._typical = right.quality / 0.4
+    monkeypatch.setattr(Usual, "quality", right.quality / 0.4)
     assert tracker._motion is not None
     assert expected.innovation(turned, spread, model.middle).squared < SURPRISING
     monkeypatch.setattr(Sight, "far", lambda *_: [other])
@@ -267,7 +282,7 @@ def test_what_has_lost_most_of_its_support_is_sure_only_where_it_is_believed_ane
     tracker = Tracker(model, CAMERA, NEAR)
     frames = list(filmed(model, list(moving(5, still=5))))
     assert [tracker.step(frame).state for frame in frames[:4]] == ["sure"] * 4
-    tracker._typical /= 0.3
+    monkeypatch.setattr(Usual, "quality", tracker._usual.quality / 0.3)
     monkeypatch.setattr(Found, "belief", lambda *_: belief)
     told = tracker.step(frames[4])
     assert told.state == state
@@ -305,6 +320,25 @@ def test_after_a_frame_that_was_not_followed_surely_other_poses_are_looked_at(
         tracker.step(frame)
         counts.append(len(looks))
     assert counts == [0, 1, 1, 1]
+
+
+def test_where_the_motion_foresees_less_than_a_small_search_reaches_other_poses_are_looked_at(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looks, far = [], Sight.far
+
+    def counted(self: Sight, pixels: Pixels, expected: list[Pose], habits: Habits) -> list[Found]:
+        looks.append(len(expected))
+        return far(self, pixels, expected, habits)
+
+    monkeypatch.setattr(Sight, "far", counted)
+    tracker = Tracker(model, CAMERA, NEAR)
+    times = (0.0, 0.033, 0.067, 0.1, 0.133, 0.633)  # the last one half a second later
+    counts = []
+    for frame, time_s in zip(filmed(model, list(moving(6, still=6))), times, strict=True):
+        assert tracker.step(frame, time_s).state == "sure"
+        counts.append(len(looks))
+    assert counts == [0, 1, 1, 1, 1, 2]
 
 
 def test_what_is_believed_and_hardly_seen_does_not_keep_it_from_looking_everywhere(
