@@ -101,7 +101,7 @@ class Tracker:
         self._doubted = 0
         self._frame = -1
         self._clock = Clock()
-        self._turning = Turning(model, seed_pose)
+        self._turning = Turning(model)
         self._asked: tuple[Found, Motion, Innovation] | None = None
 
     @property

@@ -1,4 +1,4 @@
-"""How far a target can have turned since it was last sure, or given: what is turned farther is a look-alike.
+"""How far a target can have turned since it was last seen surely: what is turned farther is a look-alike.
 
 Many targets look nearly the same turned by half. One image tells the one from the other with some odds, and
 of many images that are searched a few tell the wrong one; but nothing turns by half from one frame to the
@@ -8,24 +8,20 @@ next.
 from __future__ import annotations
 
 from geometry.model import Model
-from geometry.pose import SEARCH_ROTATION_DEG, Pose
+from geometry.pose import Pose
 from geometry.symmetries import symmetry_of
-from vision_server.matching.match import Anywhere
 
 # Chosen by hand: beside what a pose may be off, 3 degrees a frame at 30 a second.
 AT_ONCE_DEG, RATE_DEG_S = 15.0, 90.0
 
 
 class Turning:
-    """Of one target, from frame to frame; turns after which it is just the same do not count.
+    """Of one target, from frame to frame; turns after which it is just the same do not count."""
 
-    Where the target is at first is known to the range of a search, if from a ``seed_pose``.
-    """
-
-    def __init__(self, model: Model, seed_pose: Pose | Anywhere) -> None:
+    def __init__(self, model: Model) -> None:
         self._symmetry = symmetry_of(model)
-        self._last = None if isinstance(seed_pose, Anywhere) else seed_pose
-        self._limit_deg = AT_ONCE_DEG + SEARCH_ROTATION_DEG
+        self._last: Pose | None = None
+        self._limit_deg = AT_ONCE_DEG
 
     def passed(self, seconds: float) -> None:
         """So much time, until the next frame."""
