@@ -202,7 +202,8 @@ def pose_of_segments(
     beyond: Callable[[Pose], float] = anywhere
     asked = isinstance(seed_pose, Anywhere) or model.smooth.any()  # nothing else may look quite the same
     symmetry = symmetry_of(model) if asked else ASYMMETRIC
-    estimate, likely = Estimate(), list[Likely]()
+    estimate = Estimate()
+    likely: list[Likely] = []
     match = partial(match_near, ideal_segments(endpoints, camera), camera, settings.seed)
     if isinstance(seed_pose, Anywhere):
         refined = of_most_evidence(problem, hypotheses, LOOKED_AT, match)

@@ -229,7 +229,8 @@ class Simulator(Device):
                 f"The target cannot come to {range_m:g} m: it is {self.model.diameter:.2g} m large.",
                 f"Allowed: {least:.2g} m or more.",
             )
-        rng, move = self._random(MOVES, len(self._moves)), self._scenario.move
+        rng = self._random(MOVES, len(self._moves))
+        move = self._scenario.move
         self._left.append(self.true_pose)
         self.true_pose = placement.moved_pose(self.true_pose, range_m, move, rng)
         self.seed_pose = None

@@ -41,7 +41,6 @@ CANDIDATES, ALIGNED, KEPT = 1500, 300, 60  # poses of each grid of sizes
 FINISHED = 12  # likewise: scores of different grids are only roughly comparable
 HYPOTHESES = 12
 WIDEST_PX = 1280.0  # a frame that is wider is looked at as if it were so wide, when these are finished
-LEAST_PIECE_PX = 4.0  # segments of bent edges are as short
 FAR = 2.5  # diameters: from there on, what is seen of a target hardly depends on how far it is
 
 
@@ -85,7 +84,7 @@ def _of_sizes(
     scale = _scale(sizes)
     ends, small = at_scale(segments, camera, scale)
     ahead = Pose(np.zeros(3), np.array([0.0, 0.0, looks.distance]) - model.middle)
-    ends = ends[long_enough(segments, views.typical_line_px(ahead) / scale, LEAST_PIECE_PX)]
+    ends = ends[long_enough(segments, views.typical_line_px(ahead) / scale, least_px=0.0)]
     problem, edges = Problem(ends, views, small), nearest_edges(ends, small)
     poses = best_of(
         (found.rotations, found.translations),

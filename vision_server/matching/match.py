@@ -179,7 +179,7 @@ def long_enough(
     """Which segments (N, 4) are worth matching with a model whose typical line is that long in the image.
 
     Neither all segments nor only the long ones do best: short ones are clutter, but a small target has only
-    short ones.
+    short ones. None is shorter than ``least_px``.
     """
     length = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1])
     shortest = min(max(SEGMENT_SHARE * typical_line_px, least_px), MOST_SEGMENT_PX)

@@ -14,7 +14,7 @@ from numerics.kernels import kernel
 Ints = NDArray[np.int64]
 
 # Chosen by hand.
-LEAST_PIECE_PX = 4.0
+SHORTEST_PX = 4.0
 GAP_PX = 3.0  # between ends that meet
 TURN_COSINE = float(np.cos(np.radians(60.0)))  # of the bend where they meet
 STRENGTH_RATIO = 3.0  # of two pieces of one edge

@@ -9,7 +9,7 @@ import numpy as np
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import edgel_thresholds
 from vision_server.segments.bending import cut_bent
-from vision_server.segments.curves import LEAST_PIECE_PX, chained_surprise
+from vision_server.segments.curves import SHORTEST_PX, chained_surprise
 from vision_server.segments.growing import grow_lines
 from vision_server.segments.joining import join_collinear
 from vision_server.segments.line_fit import Edgels, FittedLines, Segments, fit_lines, log_chance
@@ -31,12 +31,12 @@ def extract_segments(edges: EdgeMap) -> Segments:
 def extract_with_pieces(edges: EdgeMap) -> Segments:
     """Straight segments, and the pieces of bent edges that are no accident together; strongest first."""
     chosen = edges.strength > edgel_thresholds(edges)[0]
-    edgels = grow_lines(edges, chosen, LEAST_PIECE_PX)
+    edgels = grow_lines(edges, chosen, SHORTEST_PX)
     lines = fit_lines(edgels)
     places = 2.5 * np.log10(edges.shape[0] * edges.shape[1])  # decades of lines to choose from
     surprise = places - log_chance(lines, edges, chosen)
     chance = places - chained_surprise(lines.endpoints, lines.strength, surprise)
-    good = (lines.length >= LEAST_PIECE_PX) & (chance < MAX_LOG_CHANCE)
+    good = (lines.length >= SHORTEST_PX) & (chance < MAX_LOG_CHANCE)
     return joined_segments(replace(edgels, groups=edgels.groups[good]), lines.take(good))
 
 

@@ -9,7 +9,7 @@ import pytest
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels
-from vision_server.segments.curves import GAP_PX, LEAST_PIECE_PX, LINK, chained_surprise
+from vision_server.segments.curves import GAP_PX, LINK, SHORTEST_PX, chained_surprise
 from vision_server.segments.extraction import extract_segments, extract_with_pieces
 
 
@@ -35,7 +35,7 @@ def test_small_holes_have_pieces_most_of_the_way_around(radius_px: float) -> Non
     found = extract_with_pieces(edges)
     assert found.length.sum() > 0.7 * around
     assert extract_segments(edges).length.sum() < 0.35 * around
-    assert found.length.min() >= LEAST_PIECE_PX
+    assert found.length.min() >= SHORTEST_PX
 
 
 def test_noise_alone_has_none() -> None:
