@@ -82,7 +82,7 @@ ROWS: dict[str, tuple[Patch, ...]] = {
     "no association": ((observation, "associate", lambda *_: None),),
     "no hypotheses": ((ranking, "BESIDE_ROUNDS", 0),),
     "no Hough votes": ((observation, "vote", no_votes), (observation, "choose", nearest_point)),
-    "no line scales": ((ranking, "line_scales", lambda problem, _: problem.scale),),
+    "no line scales": ((ranking, "with_line_scales", lambda problem, _: problem),),
     "filters as wide as the blur": ((observation, "FILTER_OF", np.arange(len(SCALES_PX))),),
     "lines as sharp as they seem": ((line_scales, "_raise_to_median", lambda *_: None),),
     "no near symmetries": tuple((module, "near_symmetries", lambda _: ()) for module in (ranking, rivals)),
