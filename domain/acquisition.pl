@@ -37,8 +37,8 @@ fun_fluent(best).               % the estimate from the kept set
 fun_fluent(merit).              % of best, in px; lower is better
 fun_fluent(least_merit).        % of any estimate of this pose
 fun_fluent(fruitless).          % images since the pose came nearer to being trusted
-fun_fluent(rival).               % chance of another pose beside the last estimate's, where it keeps that from trust, or none
-fun_fluent(undecided).           % images in a row after which it was that likely
+fun_fluent(rival).              % chance of another pose beside the last estimate's, where it keeps that from trust, or none
+fun_fluent(undecided).          % images in a row after which it was that likely
 fun_fluent(line_support(_)).    % how much of a model line the last estimate found, 0..1
 fun_fluent(outlook).            % adds(Bits, Settings, Line), best first: what was predicted last
 fun_fluent(richest_gamma).      % of the image appraised last: below 1 its gradients want more light

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from geometry.camera import Camera
-from geometry.drawn_wireframes import WIREFRAMES
+from geometry.drawn_wireframes import WIREFRAMES, Wireframes
 from geometry.errors import GeometryError
 from geometry.model import Model, load_model
 from report.records import LightRecord, Result
@@ -31,7 +31,7 @@ class Scene:
     model: Model | None = None
     lights: tuple[LightRecord, ...] = ()
     notes: tuple[str, ...] = field(default=())
-    wireframes: tuple[bytes, ...] | None = field(default=None, repr=False)
+    wireframes: Wireframes | None = field(default=None, repr=False)
 
 
 def read_scene(folder: Path) -> Scene:
@@ -66,9 +66,9 @@ def known_lights(result: Result, scene: Scene) -> tuple[LightRecord, ...]:
     return scene.lights if same or not told else told
 
 
-def _wireframes(folder: Path) -> tuple[bytes, ...] | None:
+def _wireframes(folder: Path) -> Wireframes | None:
     try:
-        return tuple((folder / "images" / WIREFRAMES).read_bytes().splitlines())
+        return Wireframes((folder / "images" / WIREFRAMES).read_bytes().splitlines())
     except OSError:
         return None
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.camera import Camera
-from geometry.drawn_wireframes import drawn_runs
 from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import Pose
@@ -38,7 +37,7 @@ def strokes_of(
     pose = pose_of(record)
     if pose is None or scene.camera is None or scene.model is None:
         return None
-    if at_once and scene.wireframes is not None and drawn_runs(scene.wireframes, pose) is None:
+    if at_once and scene.wireframes is not None and scene.wireframes.at(pose) is None:
         return None
     try:
         runs = runs_of(scene, scene.model, scene.camera, pose)
@@ -59,7 +58,7 @@ def runs_of(scene: Scene, model: Model, camera: Camera, pose: Pose) -> Sequence[
     ------
     GeometryError : a model or camera that cannot be used.
     """
-    drawn = drawn_runs(scene.wireframes or (), pose)
+    drawn = None if scene.wireframes is None else scene.wireframes.at(pose)
     return visible_runs(model, camera, pose) if drawn is None else drawn
 
 

@@ -3,7 +3,7 @@
             check_alive/1,              % +Process
             stop_processes/1,           % +Processes
             kill_process/1,             % +Process
-            wait_until/3                % +Deadline, +Pid, -Status
+            ended_or_killed/3           % +Deadline, +Pid, -Status
           ]).
 /** <module> The two servers as child processes
 
@@ -73,11 +73,15 @@ ask(process(_, Pid, _)) :-
     catch(process_kill(Pid, term), error(_, _), true).
 
 insist(process(_, Pid, _), Deadline) :-
-    catch(ended_or_killed(Pid, Deadline), error(_, _), true).
+    catch(ended_or_killed(Deadline, Pid, _), error(_, _), true).
 
-%   A child that has not become a server yet, a copy of this process, loses the SIGTERM: so SIGKILL is
-%   not only for those that are stuck.
-ended_or_killed(Pid, Deadline) :-
+%!  ended_or_killed(+Deadline, +Pid, -Status) is det.
+%
+%   Status of a process as process_wait/3 tells it, `timeout` for one that still ran at Deadline (get_time/1) and had to
+%   be killed.  A child that has not become a server yet, a copy of this process, loses a SIGTERM: so SIGKILL is not only
+%   for those that are stuck.
+
+ended_or_killed(Deadline, Pid, Status) :-
     wait_until(Deadline, Pid, Status),
     (   Status == timeout
     ->  process_kill(Pid, kill),
@@ -85,18 +89,7 @@ ended_or_killed(Pid, Deadline) :-
     ;   true
     ).
 
-%!  kill_process(+Process) is det.
-
-kill_process(Process) :-
-    ( Process = process(_, Pid, _) ; Process = kept(_, Pid, _) ),
-    !,
-    catch(process_kill(Pid, kill), error(_, _), true).
-
-%!  wait_until(+Deadline, +Pid, -Status) is det.
-%
-%   Status of a process as process_wait/3 tells it, `timeout` for one that still runs at Deadline (get_time/1);
 %   process_wait/3 itself waits for ever when it is given a time that is not 0 (SWI-Prolog 9.0).
-
 wait_until(Deadline, Pid, Status) :-
     process_wait(Pid, Now, [timeout(0)]),
     get_time(Time),
@@ -105,3 +98,10 @@ wait_until(Deadline, Pid, Status) :-
     ;   sleep(0.01),
         wait_until(Deadline, Pid, Status)
     ).
+
+%!  kill_process(+Process) is det.
+
+kill_process(Process) :-
+    ( Process = process(_, Pid, _) ; Process = kept(_, Pid, _) ),
+    !,
+    catch(process_kill(Pid, kill), error(_, _), true).

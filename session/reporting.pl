@@ -10,10 +10,10 @@ It needs longer to be loaded than to write.
 
 :- use_module(display, [show/2]).
 :- use_module(installation, [installation_python/1, installation_root/1]).
-:- use_module(processes, [wait_until/3]).
+:- use_module(processes, [ended_or_killed/3]).
 :- use_module(run_folder, [run_file/3]).
 :- use_module(library(option), [option/2]).
-:- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
+:- use_module(library(process), [process_create/3]).
 
 :- dynamic
     ready/2.                            % Pid, In: waits for a line on In
@@ -59,12 +59,7 @@ written(Status) :-
     report_seconds(Seconds),
     get_time(Now),
     Deadline is Now + Seconds,
-    wait_until(Deadline, Pid, Status),
-    ( Status == timeout -> kill(Pid) ; true ).
-
-kill(Pid) :-
-    process_kill(Pid, kill),
-    process_wait(Pid, _, []).
+    ended_or_killed(Deadline, Pid, Status).
 
 %!  drop_report is det.
 %
@@ -72,4 +67,4 @@ kill(Pid) :-
 
 drop_report :-
     forall(retract(ready(Pid, In)),
-           ( close(In, [force(true)]), catch(kill(Pid), error(_, _), true) )).
+           ( close(In, [force(true)]), catch(ended_or_killed(0, Pid, _), error(_, _), true) )).

@@ -268,7 +268,8 @@ def _take_chosen(
     """One channel's chosen edge points with what they may be off by.
 
     The tone curve moves an edge in proportion to the step's height over the mean of its sides, times its
-    softness; clipping towards its dark side; an outline as `way_back` says. ``sigma`` (C, L) in px.
+    softness; clipping towards its dark side; an outline as `way_back` says. ``sigma`` and ``filters`` (C, L)
+    are softness, px, and filter, index into SCALES_PX.
     """
     rows, columns = frame.shape
     for i in range(chosen.shape[1]):

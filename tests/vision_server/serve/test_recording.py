@@ -14,7 +14,7 @@ from bridge.messages import Settings
 from bridge.start_messages import CauseTold, EstimateTold
 from bridge.vision_messages import VisionCaptureResult
 from geometry.camera import Camera
-from geometry.drawn_wireframes import WIREFRAMES, drawn_runs
+from geometry.drawn_wireframes import WIREFRAMES, Wireframes
 from geometry.model import load_model
 from geometry.pose import Pose
 from geometry.wireframe import visible_runs
@@ -129,7 +129,7 @@ def test_what_is_seen_of_the_model_is_written_with_each_pose(
     assert describe.camera is not None and describe.target is not None
     camera = Camera.from_dict(msgspec.to_builtins(describe.camera))
     runs = visible_runs(load_model(Path(describe.target.model)), camera, Pose.from_dict(poses[2]))
-    told = drawn_runs(lines, Pose.from_dict(poses[2]))
+    told = Wireframes(lines).at(Pose.from_dict(poses[2]))
     assert told is not None and [one.line for one in told] == [run.line for run in runs]
     for one, run in zip(told, runs, strict=True):
         assert np.allclose(one.points, run.points, atol=0.006)

@@ -304,16 +304,22 @@ def test_what_is_hardly_believed_any_more_is_followed_and_not_sure(
     assert told.pose is not None
 
 
-def test_after_a_frame_that_was_not_followed_surely_other_poses_are_looked_at(
-    model: Model, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    looks, far = [], Sight.far
+@pytest.fixture
+def looks(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """From how many poses each look farther around began."""
+    looks, far = list[int](), Sight.far
 
     def counted(self: Sight, pixels: Pixels, expected: list[Pose], habits: Habits) -> list[Found]:
         looks.append(len(expected))
         return far(self, pixels, expected, habits)
 
     monkeypatch.setattr(Sight, "far", counted)
+    return looks
+
+
+def test_after_a_frame_that_was_not_followed_surely_other_poses_are_looked_at(
+    model: Model, looks: list[int]
+) -> None:
     tracker = Tracker(model, CAMERA, NEAR)
     counts = []
     for frame in filmed(model, list(moving(4, still=4))):
@@ -323,15 +329,8 @@ def test_after_a_frame_that_was_not_followed_surely_other_poses_are_looked_at(
 
 
 def test_where_the_motion_foresees_less_than_a_small_search_reaches_other_poses_are_looked_at(
-    model: Model, monkeypatch: pytest.MonkeyPatch
+    model: Model, looks: list[int]
 ) -> None:
-    looks, far = [], Sight.far
-
-    def counted(self: Sight, pixels: Pixels, expected: list[Pose], habits: Habits) -> list[Found]:
-        looks.append(len(expected))
-        return far(self, pixels, expected, habits)
-
-    monkeypatch.setattr(Sight, "far", counted)
     tracker = Tracker(model, CAMERA, NEAR)
     times = (0.0, 0.033, 0.067, 0.1, 0.133, 0.633)  # the last one half a second later
     counts = []
