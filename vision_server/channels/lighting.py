@@ -83,11 +83,6 @@ class Lighting(NamedTuple):
     def _window(self) -> Grey:
         return np.ones((2 * self.reach + 1, 2 * self.reach + 1), np.uint8)
 
-    @property
-    def clear(self) -> NDArray[np.bool_]:
-        """False within reach of a clipped pixel, (H // 2, W // 2)."""
-        return np.asarray(self.brightest < SATURATED_GREY)
-
     def noise_at(self, places: NDArray[np.int32]) -> Field:
         """`noise` at flat indices (N,) into the 2 x 2 px."""
         return _looked_up(self.level.ravel()[places], self.noise_of).ravel()

@@ -70,13 +70,13 @@ def _wall(edges: EdgeMap, means: Sequence[NDArray[np.float32]], dark: float) -> 
     rows, columns = means[0].shape
     frame = np.ones((rows, columns), np.bool_)
     frame[FRAME_CELLS:-FRAME_CELLS, FRAME_CELLS:-FRAME_CELLS] = False
+    greys = [mean[frame].astype(np.float64) + dark for mean in means]
+    if any(np.median(grey) < (LIT + 1.0) * dark for grey in greys):
+        return None
     y, x = np.nonzero(frame)
     at_frame = _quadratic((x + 0.5) / columns, (y + 0.5) / rows)
     fits = []
-    for mean in means:
-        logs = np.log(mean[frame].astype(np.float64) + dark)
-        if np.median(logs) < np.log((LIT + 1.0) * dark):
-            return None
+    for logs in np.log(greys):
         left = logs - np.median(logs)
         for _ in range(WALL_FITS):
             weight = 1.0 / (1.0 + np.square(left / WALL_SPREAD))

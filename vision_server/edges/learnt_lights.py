@@ -3,8 +3,9 @@
 What is missing at a shadow's end is in proportion to how far its light was on in each image, whatever it
 falls on. So the steps at all ends of one light's shadows are alike but for their size, and nothing in the
 images in which it was off: they are a cluster. Where several lights change at once, as at creases, it is so
-in all images in which one of them is on: such a cluster is left out, and so is a light that is on in more
-than half of the images. Lamps that are on alone in one image each are told without any shadow.
+in all images in which one of them is on: such a cluster is left out. A light that is on in more than half of
+the images is not learnt, and steps that are clearly so are none of the others'. Lamps that are on alone in
+one image each are told without any shadow.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ APART = 0.2  # between clusters
 FEWEST = 8  # steps of a cluster
 FEWEST_OF_ALL = 4  # where the lights that are so learnt explain all there is
 OFF = 0.15  # level that is none
+CLEARLY_ON = 0.2  # level of a step in an image that counts where it is asked in how many there is one
 MOST_TRIED = 32  # choices of a cluster for each lamp, large ones first
 LEVEL_SD = 0.12  # of a level by one place: darker ones tell none
 LEVEL_SLACK, LEVEL_UNSURE = 0.04, 0.2  # by so much the least that it may be is above, or below, the most
@@ -182,6 +184,7 @@ def _telling_steps(sides: Sides) -> Floats:
     off = lit & (np.abs(step) < SURE * sd)
     told = sides.known.all(axis=0) & off.any(axis=0) & (step > -SURE * sd).all(axis=0)
     told &= (sd.max(axis=0) < MOST_NOISE * largest) & (largest > LEAST_STEP * best)
+    told &= np.count_nonzero(step > CLEARLY_ON * largest, axis=0) <= len(step) / 2
     some = np.flatnonzero(told)
     some = some[:: len(some) // MOST_STEPS + 1]
     return np.asarray((step[:, some] / largest[some]).T, np.float64)

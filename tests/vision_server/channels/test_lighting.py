@@ -34,7 +34,7 @@ def test_weight_and_noise_are_their_formulas(spread_px: float, shape: tuple[int,
     log_weight = WEIGHT_EXPONENT * (np.mean(stops, axis=0) - CLIPPED_STOPS * clipped)
     log_weight += SHARPNESS_EXPONENT * np.log2(SHARPEST_PX / spread_px)
     np.testing.assert_allclose(np.log2(light.weight), log_weight, atol=1e-4)
-    np.testing.assert_array_equal(light.clear, ~clipped)
+    np.testing.assert_array_equal(light.brightest, brightest)
     np.testing.assert_array_equal(light.noise, noise_of[light.level])
 
 
