@@ -12,7 +12,7 @@ from experiments.page import write_page
 from experiments.plan import Cell, read_plan
 from experiments.table import ResultsTable, read_description, read_rows
 from experiments.version import code_version
-from tests.experiments.experiment import plan_file
+from tests.experiments.experiment import computed, plan_file
 
 
 def cells(folder: Path, text: str) -> list[Cell]:
@@ -20,12 +20,7 @@ def cells(folder: Path, text: str) -> list[Cell]:
 
 
 def table_of(folder: Path, text: str) -> Path:
-    plan = read_plan(plan_file(folder, text))
-    table = ResultsTable(folder / "out", plan.description, code_version())
-    table.append(rows_of(list(plan.cells()), code_version()))
-    table.merge()
-    table.close()
-    return folder / "out"
+    return computed(plan_file(folder, text), folder / "out")
 
 
 def test_an_estimate_of_three_random_images(tmp_path: Path) -> None:
