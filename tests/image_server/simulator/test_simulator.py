@@ -273,7 +273,8 @@ def test_lines_alone_cannot_be_photographed(tmp_path: Path) -> None:
 
 def test_an_arm_hides_part_of_the_target_and_of_nothing_else() -> None:
     """Without one, nothing is drawn otherwise than before."""
-    plain = load_scenario("textured")
+    small = ScenarioCamera(width=320, height=240, fx=400.0, fy=400.0, cx=159.5, cy=119.5)
+    plain = msgspec.structs.replace(load_scenario("textured"), camera=small)
     behind = msgspec.structs.replace(plain.background, arm=0.2)
     settings = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
     images = [
