@@ -10,7 +10,7 @@ from image_server.lights.lights_file import load_lights_file
 from image_server.lights.line_protocol import decoded
 from image_server.v4l2.camera_file import load_camera_file
 from stack.read import load_stack
-from tests.commands import command, process
+from tests.commands import command, module
 from tests.session.command import ROOT
 
 pytestmark = pytest.mark.slow
@@ -43,7 +43,8 @@ def test_the_lines_shown_have_the_right_check() -> None:
 @pytest.mark.parametrize("line", commands("record"))
 def test_recordings_shown_can_be_made(line: str, tmp_path: Path) -> None:
     out, *options = shlex.split(line)
-    done = command("image_server", "record", tmp_path / out, *options)
+    quick = ("--average", "1")  # which of the frames' means are taken is shown by the tests of recording
+    done = command("image_server", "record", tmp_path / out, *options, *quick)
     assert done.returncode == 0, done.stderr
     assert load_stack(tmp_path / out).table.kind in line
 
@@ -57,7 +58,7 @@ def test_the_options_of_commands_that_need_hardware_are_there() -> None:
     assert {line[0].split()[1] for line in lines} == {"hardware", "lights", "bench"}
     for program_and_name, rest in lines:
         program, name = program_and_name.split()
-        help_of = command if program == "image_server" else process
+        help_of = command if program == "image_server" else module
         usage = help_of(program, name, "--help").stdout
         assert all(word in usage for word in shlex.split(rest) if word.startswith("--")), rest
 
