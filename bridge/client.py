@@ -4,7 +4,6 @@ import itertools
 import os
 import time
 from collections.abc import Sequence
-from types import TracebackType
 from typing import Any, Self
 
 import zmq
@@ -196,7 +195,5 @@ class Client:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()

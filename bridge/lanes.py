@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from threading import Condition, Lock, Thread
-from types import TracebackType
 
 MAX_WAITING = 16
 """Pieces of work of one caller that may wait, the one under way included; a client has one at a time."""
@@ -91,9 +90,7 @@ class Turns:
             self._waiting.append(turn)
         turn.acquire()  # until the one before passes it on
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         with self._guard:
             if self._waiting:
                 self._waiting.popleft().release()

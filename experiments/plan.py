@@ -6,11 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import msgspec
 
 from bridge.errors import BadInput
+from bridge.start_messages import Matcher
 from experiments.axes import numbers, stack_folders, strategies, unique_names
 from experiments.kinds import KINDS
 from geometry.errors import GeometryError
@@ -48,7 +49,7 @@ class Condition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return self.ambient_scale, self.light_power, self.defocus_sigma_px, self.motion_px_per_s
 
 
-class PlanSettings(msgspec.Struct, frozen=True):
+class PlanSettings(msgspec.Struct, frozen=True, kw_only=True):
     """What is the same for all cells of a plan.
 
     Attributes
@@ -61,14 +62,13 @@ class PlanSettings(msgspec.Struct, frozen=True):
     kind: str = "session"
     max_iterations: int = 10
     threshold: float | None = None
-    matcher: str = "search"
+    matcher: Matcher = "search"
     deadline_s: float = 300.0
 
 
-class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class _File(PlanSettings, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A plan as it is written."""
 
-    kind: str = "session"
     controllers: Words = msgspec.field(default_factory=list)
     stacks: Words = msgspec.field(default_factory=list)
     targets: Words = msgspec.field(default_factory=list)
@@ -76,10 +76,6 @@ class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     conditions: list[Condition] = msgspec.field(default_factory=list)
     poses: Numbers | None = None
     seeds: Numbers = 1
-    max_iterations: int = 10
-    threshold: float | None = None
-    matcher: Literal["search", "genetic"] = "search"
-    deadline_s: float = 300.0
 
 
 @dataclass(frozen=True)
@@ -229,9 +225,7 @@ def _plan(file: Path, given: _File, stacks: Sequence[Path], seeds: str | None) -
     if given.scenarios and not given.targets:
         raise BadInput("it has scenarios but no targets.", 'Add targets = ["cube"], or leave them out.')
     drawn_by = numbers("seeds", seeds if seeds is not None else given.seeds)
-    settings = PlanSettings(
-        given.kind, given.max_iterations, given.threshold, given.matcher, given.deadline_s
-    )
+    settings = msgspec.convert(given, PlanSettings, from_attributes=True)
     scenes = _scenes(given, stack_folders(_words(given.stacks), here) + _checked_folders(stacks), here)
     if kind.simulated and any(scene.stack is not None for scene in scenes):
         raise BadInput(f"cells of kind {given.kind!r} need the simulator, not stacks.", "Give targets.")

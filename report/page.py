@@ -125,7 +125,7 @@ def render(folder: Path, result: Result, asked: Future[Told]) -> str:
             command=_command(result),
             files=[name for name in FILES if (folder / name).is_file()],
             close_up_px=CLOSE_UP_PX,
-            figure_svg=Markup,
+            svg=Markup,
         )
     )
 

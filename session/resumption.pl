@@ -26,34 +26,15 @@ restoration.pl and sent by recovery.pl, which also brings back a server that die
 :- use_module(library(readutil), [read_file_to_string/3, read_file_to_terms/3]).
 
 % What concerns how a session is shown or reached, and not what it does.
-of_this_run(json(_)).
-of_this_run(quiet(_)).
-of_this_run(explain(_)).
-of_this_run(view(_)).
-of_this_run(report(_)).
-of_this_run(dry_run(_)).
-of_this_run(out(_)).
-of_this_run(resume(_)).
-of_this_run(image_server(_)).
-of_this_run(vision_server(_)).
-of_this_run(keys(_)).
-of_this_run(keep_servers(_)).
-of_this_run(idle_s(_)).
+of_this_run(Option) :-
+    functor(Option, Name, 1),
+    memberchk(Name, [ json, quiet, explain, view, report, dry_run, out, resume, image_server, vision_server, keys,
+                      keep_servers, idle_s ]).
 
 % It may be reached elsewhere when the session goes on; where it is not said, it is where it was.
 not_recorded(Option) :-
     of_this_run(Option),
     Option \= image_server(_).
-
-% Options whose value may be a path.
-path_option(controller).
-path_option(target).
-path_option(scenario).
-path_option(stack).
-path_option(camera).
-path_option(lights).
-path_option(camera_model).
-path_option(seed_pose).
 
 %!  record_options(+Options) is det.
 %
@@ -75,7 +56,7 @@ with_controller_hash(Options, Options).
 
 with_absolute_path(Option, Absolute) :-
     Option =.. [Name, Path],
-    path_option(Name),
+    memberchk(Name, [controller, target, scenario, stack, camera, lights, camera_model, seed_pose]),
     ( Name == stack -> exists_directory(Path) ; exists_file(Path) ),
     !,
     absolute_file_name(Path, File),

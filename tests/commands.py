@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import TypeAlias
+from unittest import mock
 
 from bridge.command_line import run_command
 
@@ -23,6 +24,15 @@ def command(program: str, *words: object) -> Done:
     spoken = list(map(str, words))
     commands = import_module(f"{program}.__main__").COMMANDS
     return _done([program, *spoken], lambda: run_command(program, "", commands, spoken))
+
+
+def report(*words: object) -> Done:
+    """`python -m report WORDS` in this process."""
+    from report.__main__ import main
+
+    spoken = ["report", *map(str, words)]
+    with mock.patch.object(sys, "argv", spoken):
+        return _done(spoken, main)
 
 
 def module(name: str, *words: object) -> Done:

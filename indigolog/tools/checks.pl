@@ -66,8 +66,9 @@ reported(Problems) :-
 
 theory_problems(Problems) :-
     current_theory(Theory),
+    theory_module(Theory, Module),
     findall(File-Line-problem(Kind, File, Line, What),
-            ( theory_problem(Theory, Kind, What, Ref),
+            ( theory_problem(Theory, Module, Kind, What, Ref),
               place(Ref, File, Line) ),
             Found0),
     sort(Found0, Found),
@@ -80,15 +81,13 @@ place(Ref, File, Line) :-
     ;   File = '?', Line = 0
     ).
 
-% theory_problem(+Theory, -Kind, -What, -Ref): Ref is the clause that it is in.
+% theory_problem(+Theory, +Module, -Kind, -What, -Ref): of a theory in Module; Ref is the clause that it is in.
 
-theory_problem(Theory, Kind, What, Ref) :-
-    theory_module(Theory, Module),
+theory_problem(Theory, Module, Kind, What, Ref) :-
     speaks_of(Head, _, _, _),
     clause(Module:Head, _, Ref),
     axiom_problem(Head, Theory, Kind, What).
-theory_problem(Theory, Kind, What, Ref) :-
-    theory_module(Theory, Module),
+theory_problem(Theory, Module, Kind, What, Ref) :-
     member(Head-Label-P,
            [ poss(A, P)-of(poss, A)-P,
              causes_val(A, _, _, P)-of(effect, A)-P,
@@ -100,19 +99,16 @@ theory_problem(Theory, Kind, What, Ref) :-
     clause(Module:Head, _, Ref),
     bound_names(P, Names),
     formula_problem(P, in(Label, Names), Theory, Kind, What).
-theory_problem(Theory, Kind, What, Ref) :-
-    theory_module(Theory, Module),
+theory_problem(Theory, Module, Kind, What, Ref) :-
     clause(Module:proc(Name, Body), _, Ref),
     bound_names(Body, Names),
     body_problem(Body, in(Name, Names), Theory, Kind, What).
-theory_problem(Theory, warning, no_poss(A), Ref) :-
-    theory_module(Theory, Module),
+theory_problem(_, Module, warning, no_poss(A), Ref) :-
     clause(Module:prim_action(A0), _, Ref),
     nonvar(A0),
     generalised(A0, A),
     \+ clause(Module:poss(A, _), _).
-theory_problem(Theory, warning, What, Ref) :-
-    theory_module(Theory, Module),
+theory_problem(Theory, Module, warning, What, Ref) :-
     member(F0-Head, [F-fun_fluent(F), F-prim_fluent(F)]),
     clause(Module:Head, Body, Ref),
     nonvar(F0),
@@ -126,8 +122,7 @@ theory_problem(Theory, warning, What, Ref) :-
         !,
         What = no_initial_value(F0)
     ).
-theory_problem(Theory, warning, two_values(F, V, First), Ref) :-
-    theory_module(Theory, Module),
+theory_problem(Theory, Module, warning, two_values(F, V, First), Ref) :-
     clause(Module:initially(F, V0), Body, Ref),
     ground(F),
     \+ uncertain_template(Theory, F),
@@ -135,21 +130,18 @@ theory_problem(Theory, warning, two_values(F, V, First), Ref) :-
     V = V0,
     once(Module:initially(F, First)),
     First \== V.
-theory_problem(Theory, error, two_kinds(F), Ref) :-
-    theory_module(Theory, Module),
+theory_problem(_, Module, error, two_kinds(F), Ref) :-
     clause(Module:rel_fluent(F0), _, Ref),
     nonvar(F0),
     generalised(F0, F),
     member(Head, [fun_fluent(F), prim_fluent(F)]),
     clause(Module:Head, _),
     \+ \+ ( clause(Module:Head, _, Other), Other \== Ref ).
-theory_problem(Theory, warning, two_uses(Name), Ref) :-
-    theory_module(Theory, Module),
+theory_problem(Theory, Module, warning, two_uses(Name), Ref) :-
     clause(Module:proc(Name, _), _, Ref),
     nonvar(Name),
     ( action_template(Theory, Name, prim) -> true ; fluent_template(Theory, Name, _) ).
-theory_problem(Theory, Kind, What, Ref) :-
-    theory_module(Theory, Module),
+theory_problem(_, Module, Kind, What, Ref) :-
     member(Head-A, [prim_action(A)-A, exog_action(A)-A, proc(A, _)-A]),
     clause(Module:Head, _, Ref),
     nonvar(A),
@@ -162,8 +154,7 @@ theory_problem(Theory, Kind, What, Ref) :-
         \+ ( Head = prim_action(_), assigning(G) )
     ->  Kind = warning, What = hidden(G)
     ).
-theory_problem(Theory, error, axiom_arity(Name/Arity, Expected), Ref) :-
-    theory_module(Theory, Module),
+theory_problem(_, Module, error, axiom_arity(Name/Arity, Expected), Ref) :-
     current_predicate(Module:Name/Arity),
     \+ theory_predicate(Name/Arity),
     theory_predicate(Name/_),
@@ -171,12 +162,10 @@ theory_problem(Theory, error, axiom_arity(Name/Arity, Expected), Ref) :-
     \+ predicate_property(Module:Head, imported_from(_)),
     findall(Name/N, theory_predicate(Name/N), Expected),
     clause(Module:Head, _, Ref).
-theory_problem(Theory, warning, kept_variable(in(Name, []), Part), Ref) :-
-    theory_module(Theory, Module),
+theory_problem(_, Module, warning, kept_variable(in(Name, []), Part), Ref) :-
     clause(Module:proc(Name, Body), Condition, Ref),
     once(kept_variable(Body, Name-Body-Condition, Part)).
-theory_problem(Theory, warning, recursion(Name, Path), Ref) :-
-    theory_module(Theory, Module),
+theory_problem(Theory, Module, warning, recursion(Name, Path), Ref) :-
     clause(Module:proc(Name, Body), true, Ref),
     nonvar(Name),
     unguarded_call(Body, Theory, Call),

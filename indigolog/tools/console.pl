@@ -3,6 +3,7 @@
           ]).
 /** <module> The stepper at the terminal: a command a line */
 
+:- use_module(library(lists), [memberchk/2]).
 :- use_module(library(readutil), [read_line_to_string/2]).
 :- use_module(explanation_text, [explanations//1, shown_program/2]).
 :- use_module(stepper).
@@ -78,22 +79,11 @@ word(q, quit).
 word(?, help).
 word(Word, Word).
 
-known(step).
+known(Command) :-
+    memberchk(Command, [ step, run, next, fluents, fluents(_), program, history, exog(_), undo, test(_), why, why(_),
+                         quit, help ]).
 known(step(N)) :- integer(N).
-known(run).
 known(run(N)) :- integer(N).
-known(next).
-known(fluents).
-known(fluents(_)).
-known(program).
-known(history).
-known(exog(_)).
-known(undo).
-known(test(_)).
-known(why).
-known(why(_)).
-known(quit).
-known(help).
 
                 /* Answers */
 

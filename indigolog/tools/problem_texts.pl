@@ -4,7 +4,7 @@
           ]).
 /** <module> What is said of a mistake in a theory or a program */
 
-:- use_module(library(apply), [maplist/2]).
+:- use_module(library(apply), [maplist/2, maplist/3]).
 :- use_module(program_checks, [near_miss/3]).
 :- use_module('../language/theory', [current_theory/1]).
 
@@ -12,83 +12,13 @@
 %
 %   What is that of a problem(Kind, File, Line, What) of checks.pl.
 
-problem(unknown_action(Axiom, A)) -->
-    { functor(A, Name, Arity) },
-    [ '~w axiom for ~q, which is not a declared action'-[Axiom, Name/Arity] ],
-    hint(A).
-problem(axiom_of_procedure(Axiom, A)) -->
-    { functor(A, Name, Arity) },
-    [ '~w axiom for ~q, which is a procedure, not an action: it never applies'-[Axiom, Name/Arity] ].
-problem(unknown_fluent(Axiom, F)) -->
-    { functor(F, Name, Arity) },
-    [ '~w axiom for ~q, which is not a declared fluent'-[Axiom, Name/Arity] ],
-    hint(F).
-problem(unknown_call(In, Call)) -->
-    { functor(Call, Name, Arity) },
+problem(What) -->
+    { said(What, In, Format, Args0) },
+    !,
+    { maplist(argument, Args0, Args) },
     inside(In),
-    [ '~q is neither an action nor a procedure of the theory'-[Name/Arity] ],
-    hint(Call).
-problem(no_instance(In, A)) -->
-    inside(In),
-    [ 'action ~q is not one of those that are declared'-[A] ].
-problem(no_clause(In, A)) -->
-    inside(In),
-    { functor(A, Name, Arity) },
-    [ 'no clause of the procedure ~q matches ~q'-[Name/Arity, A] ].
-problem(no_program(In, E)) -->
-    inside(In),
-    [ '~q stands where a program must'-[E] ].
-problem(no_formula(In, P)) -->
-    inside(In),
-    [ '~q stands where a formula must'-[P] ].
-problem(unknown_formula(In, P)) -->
-    { functor(P, Name, Arity) },
-    inside(In),
-    [ '~q is neither a fluent nor an abbreviation nor a predicate'-[Name/Arity] ],
-    hint(P).
-problem(fluent_arity(In, F, Declared)) -->
-    { functor(F, Name, Arity) },
-    inside(In),
-    [ '~q has the name of the fluent ~q'-[Name/Arity, Declared] ].
-problem(no_number(In, T)) -->
-    inside(In),
-    [ '~q is compared as a number and is no fluent'-[T] ].
-problem(constant_equality(In, P)) -->
-    inside(In),
-    [ '~q compares constants: neither side is a fluent'-[P] ].
-problem(never_equal(In, F, V)) -->
-    inside(In),
-    [ 'relational fluent ~q is compared with ~q, neither true nor false'-[F, V] ].
-problem(undeclared_instance(In, F)) -->
-    inside(In),
-    [ 'fluent ~q is not one of those that are declared'-[F] ].
-problem(impossible_value(F, V)) -->
-    [ '~q is not among the initial values of ~q'-[V, F] ].
-problem(two_values(F, V, First)) -->
-    [ 'fluent ~q is initially ~q: the value ~q given here does not count'-[F, First, V] ].
-problem(exogenous_step(In, A)) -->
-    inside(In),
-    [ '~q is an exogenous action: as a step of a program it is never possible'-[A] ].
-problem(no_commit(In)) -->
-    inside(In),
-    [ 'commit is not of this language: search does not prune what it may still need'-[] ].
-problem(idle_loop(In, E)) -->
-    inside(In),
-    [ 'the loop ~q makes no action: once begun, only an exogenous action can end it'-[E] ].
-problem(no_domain(In, D)) -->
-    inside(In),
-    [ 'the domain ~q is neither a list nor a predicate of one argument'-[D] ].
-problem(unused(In, Construct, V)) -->
-    inside(In),
-    [ '~w binds ~q, which is not used'-[Construct, V] ].
-problem(no_poss(A)) -->
-    { functor(A, Name, Arity) },
-    [ 'action ~q has no precondition axiom and will never be possible'-[Name/Arity] ].
-problem(no_initial(F)) -->
-    { functor(F, Name, Arity) },
-    [ 'fluent ~q has no initial value'-[Name/Arity] ].
-problem(no_initial_value(F)) -->
-    [ 'fluent ~q has no initial value'-[F] ].
+    [ Format-Args ],
+    ( { meant(What, Term) } -> hint(Term) ; [] ).
 problem(kept_variable(In, Part)) -->
     inside(In),
     { copy_term(Part, Shown),
@@ -96,24 +26,6 @@ problem(kept_variable(In, Part)) -->
       maplist(=('$VAR'('_')), Variables) },
     [ 'a variable in ~W keeps in every round of the loop the value of the first: bind it with pi or some'-
           [Shown, [quoted(true), numbervars(true)]] ].
-problem(two_kinds(F)) -->
-    { functor(F, Name, Arity) },
-    [ 'fluent ~q is declared relational and functional'-[Name/Arity] ].
-problem(two_uses(P)) -->
-    { functor(P, Name, Arity) },
-    [ 'procedure ~q has the name of an action or a fluent, and hides it'-[Name/Arity] ].
-problem(reserved(A)) -->
-    { functor(A, Name, Arity) },
-    [ '~q is an entry of the interpreter\'s own in histories: the action needs another name'-[Name/Arity] ].
-problem(hidden(A)) -->
-    { functor(A, Name, Arity) },
-    [ '~q has the name of a construct of the language, which hides it'-[Name/Arity] ].
-problem(not_relational(F)) -->
-    { functor(F, Name, Arity) },
-    [ 'causes_true and causes_false are for relational fluents, ~q is functional'-[Name/Arity] ].
-problem(not_boolean(F, V)) -->
-    { functor(F, Name, Arity) },
-    [ 'relational fluent ~q is given the value ~q, neither true nor false'-[Name/Arity, V] ].
 problem(axiom_arity(Given, Expected)) -->
     [ '~q has the wrong number of arguments: '-[Given] ],
     alternatives(Expected).
@@ -123,6 +35,54 @@ problem(recursion(Name, Path)) -->
       Steps is Length-1 },
     [ 'procedure ~q can come back to itself, in ~D call(s), before any action or test'-[F/N, Steps] ].
 
+argument(pi(Term), Shown) =>
+    functor(Term, Name, Arity),
+    Shown = Name/Arity.
+argument(Arg, Shown) =>
+    Shown = Arg.
+
+% said(?What, -In, -Format, -Args): In is where in the theory that is, `none` where the file and the line are enough; pi(T)
+% is shown as name and arity.
+said(unknown_action(Axiom, A), none, '~w axiom for ~q, which is not a declared action', [Axiom, pi(A)]).
+said(axiom_of_procedure(Axiom, A), none, '~w axiom for ~q, which is a procedure, not an action: it never applies',
+     [Axiom, pi(A)]).
+said(unknown_fluent(Axiom, F), none, '~w axiom for ~q, which is not a declared fluent', [Axiom, pi(F)]).
+said(unknown_call(In, Call), In, '~q is neither an action nor a procedure of the theory', [pi(Call)]).
+said(no_instance(In, A), In, 'action ~q is not one of those that are declared', [A]).
+said(no_clause(In, A), In, 'no clause of the procedure ~q matches ~q', [pi(A), A]).
+said(no_program(In, E), In, '~q stands where a program must', [E]).
+said(no_formula(In, P), In, '~q stands where a formula must', [P]).
+said(unknown_formula(In, P), In, '~q is neither a fluent nor an abbreviation nor a predicate', [pi(P)]).
+said(fluent_arity(In, F, Declared), In, '~q has the name of the fluent ~q', [pi(F), Declared]).
+said(no_number(In, T), In, '~q is compared as a number and is no fluent', [T]).
+said(constant_equality(In, P), In, '~q compares constants: neither side is a fluent', [P]).
+said(never_equal(In, F, V), In, 'relational fluent ~q is compared with ~q, neither true nor false', [F, V]).
+said(undeclared_instance(In, F), In, 'fluent ~q is not one of those that are declared', [F]).
+said(impossible_value(F, V), none, '~q is not among the initial values of ~q', [V, F]).
+said(two_values(F, V, First), none, 'fluent ~q is initially ~q: the value ~q given here does not count', [F, First, V]).
+said(exogenous_step(In, A), In, '~q is an exogenous action: as a step of a program it is never possible', [A]).
+said(no_commit(In), In, 'commit is not of this language: search does not prune what it may still need', []).
+said(idle_loop(In, E), In, 'the loop ~q makes no action: once begun, only an exogenous action can end it', [E]).
+said(no_domain(In, D), In, 'the domain ~q is neither a list nor a predicate of one argument', [D]).
+said(unused(In, Construct, V), In, '~w binds ~q, which is not used', [Construct, V]).
+said(no_poss(A), none, 'action ~q has no precondition axiom and will never be possible', [pi(A)]).
+said(no_initial(F), none, 'fluent ~q has no initial value', [pi(F)]).
+said(no_initial_value(F), none, 'fluent ~q has no initial value', [F]).
+said(two_kinds(F), none, 'fluent ~q is declared relational and functional', [pi(F)]).
+said(two_uses(P), none, 'procedure ~q has the name of an action or a fluent, and hides it', [pi(P)]).
+said(reserved(A), none, '~q is an entry of the interpreter\'s own in histories: the action needs another name', [pi(A)]).
+said(hidden(A), none, '~q has the name of a construct of the language, which hides it', [pi(A)]).
+said(not_relational(F), none, 'causes_true and causes_false are for relational fluents, ~q is functional', [pi(F)]).
+said(not_boolean(F, V), none, 'relational fluent ~q is given the value ~q, neither true nor false', [pi(F), V]).
+
+% What may have been meant by another name or number of arguments.
+meant(unknown_action(_, A), A).
+meant(unknown_fluent(_, F), F).
+meant(unknown_call(_, Call), Call).
+meant(unknown_formula(_, P), P).
+
+inside(none) -->
+    [].
 inside(in(In, _)) -->
     (   { nonvar(In), In = of(What, A) }
     ->  { functor(A, Name, Arity) },

@@ -81,30 +81,6 @@ command(run(N), stepper([Now|Past], Devices), Stepper1, Answer) =>
     ;   End = none
     ),
     Answer = ran(Happened, End).
-command(next, Stepper, Stepper1, Answer) =>
-    Stepper1 = Stepper,
-    now(Stepper, conf(E, S, _)),
-    possible_actions(E, S, Actions),
-    may_end(E, S, End),
-    Answer = next(Actions, End).
-command(fluents, Stepper, Stepper1, Answer) =>
-    command(fluents(_), Stepper, Stepper1, Answer).
-command(fluents(F), Stepper, Stepper1, Answer) =>
-    Stepper1 = Stepper,
-    now(Stepper, conf(_, S, _)),
-    known_fluents(S, Pairs),
-    findall(F-V, member(F-V, Pairs), Matching),
-    Answer = fluents(Matching).
-command(program, Stepper, Stepper1, Answer) =>
-    Stepper1 = Stepper,
-    now(Stepper, conf(E, _, _)),
-    Answer = program(E).
-command(history, Stepper, Stepper1, Answer) =>
-    Stepper1 = Stepper,
-    now(Stepper, conf(_, S, _)),
-    situation_history(S, History),
-    reverse(History, Actions),
-    Answer = history(Actions).
 command(exog(A), stepper([Now|Past], Devices), Stepper1, Answer) =>
     Now = conf(E, S, Entries),
     situation_theory(S, Theory),
@@ -127,27 +103,40 @@ command(undo, stepper([Now|Past], Devices), Stepper1, Answer) =>
         aggregate_all(count, ( member(A, History), A \= e(_, _) ), N),
         Answer = undone(N)
     ).
-command(test(P), Stepper, Stepper1, Answer) =>
+command(Question, Stepper, Stepper1, Answer) =>
     Stepper1 = Stepper,
-    now(Stepper, conf(_, S, _)),
+    Stepper = stepper([Now|_], _),
+    told(Question, Now, Answer).
+
+% What changes nothing.
+told(next, conf(E, S, _), Answer) =>
+    possible_actions(E, S, Actions),
+    may_end(E, S, End),
+    Answer = next(Actions, End).
+told(fluents, Now, Answer) =>
+    told(fluents(_), Now, Answer).
+told(fluents(F), conf(_, S, _), Answer) =>
+    known_fluents(S, Pairs),
+    findall(F-V, member(F-V, Pairs), Matching),
+    Answer = fluents(Matching).
+told(program, conf(E, _, _), Answer) =>
+    Answer = program(E).
+told(history, conf(_, S, _), Answer) =>
+    situation_history(S, History),
+    reverse(History, Actions),
+    Answer = history(Actions).
+told(test(P), conf(_, S, _), Answer) =>
     (   holds_in(P, S)
     ->  Answer = holds(P)
-    ;   why(holds(P), S, Whys),
-        Answer = why(Whys)
+    ;   told(why(holds(P)), conf(_, S, _), Answer)
     ).
-command(why, Stepper, Stepper1, Answer) =>
-    now(Stepper, conf(E, _, _)),
-    command(why(E), Stepper, Stepper1, Answer).
-command(why(Question), Stepper, Stepper1, Answer) =>
-    Stepper1 = Stepper,
-    now(Stepper, conf(_, S, _)),
+told(why, conf(E, S, _), Answer) =>
+    told(why(E), conf(E, S, _), Answer).
+told(why(Question), conf(_, S, _), Answer) =>
     why(Question, S, Whys),
     Answer = why(Whys).
-command(help, Stepper, Stepper1, Answer) =>
-    Stepper1 = Stepper,
+told(help, _, Answer) =>
     Answer = help.
-
-now(stepper([Now|_], _), Now).
 
 
                 /* Steps */

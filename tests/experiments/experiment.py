@@ -1,11 +1,16 @@
 """Running experiments as a user does, and looking at their tables."""
 
+import signal
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
-from experiments.table import read_rows
+from experiments.computing import rows_of
+from experiments.plan import read_plan
+from experiments.table import ResultsTable, read_rows
+from experiments.version import code_version
+from tests.commands import Done, command
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMAND = [sys.executable, "-m", "experiments"]
@@ -29,6 +34,25 @@ def run(plan: Path, out: Path, *options: str, timeout_s: float = 300.0) -> "subp
     """`experiments run`, to its end."""
     words = [*COMMAND, "run", str(plan), "--out", str(out), *options]
     return subprocess.run(words, cwd=ROOT, text=True, capture_output=True, timeout=timeout_s, check=False)
+
+
+def run_here(plan: Path, out: Path, *options: str) -> Done:
+    """`experiments run` in the process of the tests, whose workers are processes all the same."""
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        return command("experiments", "run", plan, "--out", out, *options)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def computed(plan: Path, out: Path, *stacks: Path) -> Path:
+    """The table of a plan, its cells computed one after the other in the process of the tests."""
+    read = read_plan(plan, stacks)
+    table = ResultsTable(out, read.description, code_version())
+    table.append(rows_of(list(read.cells()), code_version()))
+    table.merge()
+    table.close()
+    return out
 
 
 def rows(out: Path, times: bool = False) -> list[dict[str, Any]]:

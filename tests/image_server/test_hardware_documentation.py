@@ -2,8 +2,6 @@
 
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,6 +10,7 @@ from image_server.lights.lights_file import load_lights_file
 from image_server.lights.line_protocol import decoded
 from image_server.v4l2.camera_file import load_camera_file
 from stack.read import load_stack
+from tests.commands import command, module
 from tests.session.command import ROOT
 
 pytestmark = pytest.mark.slow
@@ -21,13 +20,6 @@ PAGE = (ROOT / "docs" / "hardware.md").read_text()
 
 def shown(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
-
-
-def run(program: str, *words: str) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        [sys.executable, "-m", program, *words],
-        capture_output=True, text=True, timeout=240, check=False, cwd=ROOT,
-    )  # fmt: skip
 
 
 def commands(name: str) -> list[str]:
@@ -48,12 +40,13 @@ def test_the_lines_shown_have_the_right_check() -> None:
     assert [decoded(line.encode())[1] for line in lines] == ["SET 0 128 255", "OUT 0 128 255"]
 
 
-@pytest.mark.parametrize("command", commands("record"))
-def test_recordings_shown_can_be_made(command: str, tmp_path: Path) -> None:
-    out, *options = shlex.split(command)
-    done = run("image_server", "record", str(tmp_path / out), *options)
+@pytest.mark.parametrize("line", commands("record"))
+def test_recordings_shown_can_be_made(line: str, tmp_path: Path) -> None:
+    out, *options = shlex.split(line)
+    quick = ("--average", "1")  # which of the frames' means are taken is shown by the tests of recording
+    done = command("image_server", "record", tmp_path / out, *options, *quick)
     assert done.returncode == 0, done.stderr
-    assert load_stack(tmp_path / out).table.kind in command
+    assert load_stack(tmp_path / out).table.kind in line
 
 
 def test_the_options_of_commands_that_need_hardware_are_there() -> None:
@@ -64,7 +57,9 @@ def test_the_options_of_commands_that_need_hardware_are_there() -> None:
     )
     assert {line[0].split()[1] for line in lines} == {"hardware", "lights", "bench"}
     for program_and_name, rest in lines:
-        usage = run(*program_and_name.split(), "--help").stdout
+        program, name = program_and_name.split()
+        help_of = command if program == "image_server" else module
+        usage = help_of(program, name, "--help").stdout
         assert all(word in usage for word in shlex.split(rest) if word.startswith("--")), rest
 
 
@@ -73,4 +68,4 @@ def test_every_command_is_there() -> None:
     assert {"cameras", "calibrate", "hardware", "record"} <= set(names)
     assert len(commands("record")) == 2
     for name in names:
-        assert run("image_server", name, "--help").returncode == 0, name
+        assert command("image_server", name, "--help").returncode == 0, name

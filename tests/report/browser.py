@@ -16,6 +16,14 @@ import pytest
 DEADLINE_S = 180.0  # a machine that runs much else beside the tests
 
 
+def chromium() -> str:
+    """The program; where there is none, the test is skipped: before it makes what it would look at."""
+    program = shutil.which("chromium") or shutil.which("google-chrome")
+    if program is None:
+        pytest.skip("no chromium to look at pages with")
+    return program
+
+
 class Browser:
     """One page of headless Chromium; a test without Chromium is skipped.
 
@@ -26,9 +34,7 @@ class Browser:
     """
 
     def __init__(self, width: int = 1200, height: int = 900, dark: bool = False) -> None:
-        program = shutil.which("chromium") or shutil.which("google-chrome")
-        if program is None:
-            pytest.skip("no chromium to look at pages with")
+        program = chromium()
         self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         there, self._to = os.pipe()
         self._from, back = os.pipe()

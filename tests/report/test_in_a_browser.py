@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.report.browser import Browser
+from tests.report.browser import Browser, chromium
 from tests.report.viewers import view_of
 from tests.session.serving import served
 
@@ -19,6 +19,7 @@ TABLES_FIT = f"{TABLES}.every(one => one.scrollWidth <= one.clientWidth)"
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run folder of a short session."""
+    chromium()
     out = tmp_path_factory.mktemp("session") / "run"
     done = served("--out", out, "--threshold", "0.000001", "--max-iterations", "3", "--seed", "2", "--quiet")
     assert done.returncode == 3, done.stderr
@@ -45,6 +46,7 @@ def test_nothing_is_cut_off_and_nothing_overlaps(run: Path, width: int, dark: bo
 @pytest.fixture(scope="module")
 def approach(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run folder of an approach of three hold points."""
+    chromium()
     out = tmp_path_factory.mktemp("approach") / "run"
     ranges = ("--first-range", "0.8", "--contact-range", "0.5")
     done = served("--approach", *ranges, "--out", out, "--seed", "3", "--quiet")

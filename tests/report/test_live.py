@@ -14,7 +14,7 @@ from geometry.drawn_wireframes import WIREFRAMES
 from report.errors import ReportError
 from report.following import Follower
 from report.holding import hold
-from tests.report.browser import Browser
+from tests.report.browser import Browser, chromium
 from tests.report.run_folders import RunMaker
 from tests.report.viewers import ADDRESS, asked, listening, next_part, told, view_of
 from tests.session.command import ROOT, gone, start_controller
@@ -25,6 +25,7 @@ ENDLESS = ("--controller", "greedy", "--threshold", "0.000001", "--max-iteration
 
 
 def test_a_real_session_is_followed_paused_stepped_and_seen_to_its_end(tmp_path: Path) -> None:
+    chromium()
     session = start_controller("--view", "--out", tmp_path, *ENDLESS, "--no-report")
     assert session.stderr is not None
     try:
@@ -119,6 +120,7 @@ def test_a_view_that_nobody_opens_loads_nothing_and_one_that_is_looked_at_no_ker
 
 
 def test_one_of_two_browsers_goes_away_in_the_middle_and_the_other_sees_the_end(tmp_path: Path) -> None:
+    chromium()
     session = start_controller(
         "--view", "--out", tmp_path, "--controller", "greedy", "--threshold", "0.000001",
         "--max-iterations", "4", "--no-report",

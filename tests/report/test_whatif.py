@@ -1,15 +1,13 @@
 """`python -m report whatif`: a session again with another choice, and what it refuses."""
 
 import json
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from report.records import read_result
+from tests.commands import Done, process, report
 from tests.session.kills import stack
 from tests.session.serving import served
 
@@ -18,12 +16,9 @@ pytestmark = pytest.mark.slow
 OTHER = "left 7 top 0, 1/15 s, f/2.8"
 
 
-def what_if(root: Path, *words: str | Path) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        [sys.executable, "-m", "report", "whatif", *map(str, words)],
-        cwd=root, env=os.environ | {"COLUMNS": "80"},
-        capture_output=True, text=True, timeout=240, check=False,
-    )  # fmt: skip
+def what_if(*words: str | Path) -> Done:
+    """In the process of the tests; `test_both_ways_are_the_same_up_to_the_choice` runs it as a user does."""
+    return report("whatif", *words)
 
 
 @pytest.fixture(scope="module")
@@ -39,37 +34,35 @@ def copy(session: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(session, tmp_path / "run"))
 
 
-def test_both_ways_are_the_same_up_to_the_choice(session: Path, root: Path, tmp_path: Path) -> None:
-    done = what_if(root, session, "--at", "2", "--settings", OTHER, "--out", tmp_path / "other")
+def test_both_ways_are_the_same_up_to_the_choice(session: Path, tmp_path: Path) -> None:
+    words = (session, "--at", "2", "--settings", OTHER, "--out", tmp_path / "other")
+    done = process("report", "whatif", *words, env={"COLUMNS": "80"})
     assert done.returncode == 0, done.stderr
     was, other = read_result(session), read_result(tmp_path / "other")
     assert other.steps[0] == was.steps[0]
     assert other.steps[1].settings_words == "left 7 right 0 top 0, 1/15 s, f/2.8"
     assert was.steps[1].settings_words != other.steps[1].settings_words
     assert len(other.steps) == 3
-    for words in ("as it was", "what if", "merit", "true error"):
-        assert words in done.stdout
+    for word in ("as it was", "what if", "merit", "true error"):
+        assert word in done.stdout
     assert max(map(len, done.stdout.splitlines()[:-1])) <= 80
     page = (tmp_path / "other" / "whatif.html").read_text()
     assert page.count("<image ") == 4
     assert str(done.stdout.splitlines()[-1]) == str(tmp_path / "other" / "whatif.html")
 
 
-@pytest.mark.parametrize("kind", ["basis recorded from the simulator", "basis beside the project", "frames"])
-def test_a_stack_is_replayed_with_another_choice(
-    kind: str, session: Path, root: Path, tmp_path: Path, request: pytest.FixtureRequest
-) -> None:
+@pytest.mark.parametrize("kind", ["basis", "frames"])
+def test_a_stack_is_replayed_with_another_choice(kind: str, session: Path, tmp_path: Path) -> None:
     if kind == "frames":
         replayed = Path(shutil.copytree(session / "images", tmp_path / "stack"))
         other = "i1", read_result(session).steps[1].settings_words
     else:
-        beside = "beside" in kind
-        replayed = request.getfixturevalue("shared_data") / "stacks" / "satellite-1" if beside else stack()
+        replayed = stack()
         other = "i2", "left 7, 1/15 s, f/4"
     never = ("--threshold", "0.000001", "--max-iterations", "3", "--no-report")
     assert served("--stack", replayed, "--out", tmp_path / "was", *never).returncode == 3
     at = other[0].removeprefix("i")
-    done = what_if(root, tmp_path / "was", "--at", at, "--settings", str(other[1]), "--out", tmp_path / "new")
+    done = what_if(tmp_path / "was", "--at", at, "--settings", str(other[1]), "--out", tmp_path / "new")
     assert done.returncode == 0, done.stderr
     was, new = read_result(tmp_path / "was"), read_result(tmp_path / "new")
     number = int(at)
@@ -79,9 +72,9 @@ def test_a_stack_is_replayed_with_another_choice(
     assert (tmp_path / "new" / "whatif.html").read_text().count("<image ") == 2 * (4 - number)
 
 
-def test_the_same_settings_change_nothing(session: Path, root: Path, tmp_path: Path) -> None:
+def test_the_same_settings_change_nothing(session: Path, tmp_path: Path) -> None:
     chosen = json.loads((session / "result.json").read_text())["steps"][1]["settings_words"]
-    done = what_if(root, session, "--at", "2", "--settings", chosen, "--out", tmp_path / "same")
+    done = what_if(session, "--at", "2", "--settings", chosen, "--out", tmp_path / "same")
     assert done.returncode == 0, done.stderr
     assert read_result(tmp_path / "same").steps == read_result(session).steps
 
@@ -94,19 +87,17 @@ def test_the_same_settings_change_nothing(session: Path, root: Path, tmp_path: P
         (("--at", "2", "--settings", "bright"), "is not an image and its settings on this device"),
     ],
 )
-def test_a_choice_that_cannot_be_made_leaves_nothing(
-    copy: Path, root: Path, words: tuple[str, ...], said: str
-) -> None:
-    done = what_if(root, copy, *words)
+def test_a_choice_that_cannot_be_made_leaves_nothing(copy: Path, words: tuple[str, ...], said: str) -> None:
+    done = what_if(copy, *words)
     assert (done.returncode, done.stdout) == (2, "")
     assert said in done.stderr
     assert done.stderr.count("\n") == 1
     assert list(copy.parent.iterdir()) == [copy]
 
 
-def test_a_folder_that_cannot_be_done_again_is_refused(copy: Path, root: Path) -> None:
+def test_a_folder_that_cannot_be_done_again_is_refused(copy: Path) -> None:
     def refused() -> str:
-        done = what_if(root, copy, "--at", "1", "--settings", OTHER)
+        done = what_if(copy, "--at", "1", "--settings", OTHER)
         assert done.returncode == 2
         assert done.stderr.count("\n") == 1
         return done.stderr
@@ -122,7 +113,7 @@ def test_a_folder_that_cannot_be_done_again_is_refused(copy: Path, root: Path) -
     result = json.loads((copy / "result.json").read_text())
     result["steps"][0]["rms_px"] += 0.01
     (copy / "result.json").write_text(json.dumps(result))
-    assert "another way already at i1" in what_if(root, copy, "--at", "2", "--settings", OTHER).stderr
+    assert "another way already at i1" in what_if(copy, "--at", "2", "--settings", OTHER).stderr
     shutil.rmtree(copy.with_name("run-whatif-2"))
     result["command"] = ["swipl", "main.pl", "--image-server", "ipc:///tmp/x"]
     (copy / "result.json").write_text(json.dumps(result))

@@ -37,7 +37,7 @@ CASES: dict[str, tuple[str, ...]] = {
     "satellite": ("--target", "satellite", "--scenario", "blur", "--controller", "greedy", *NEVER, "4"),
     "drifting": ("--scenario", "drifting", *NEVER, "5"),
     "turning-sun": ("--scenario", "turning-sun", *NEVER, "4"),
-    "approach": ("--approach", "--first-range", "0.5"),
+    "approach": ("--approach", "--first-range", "0.5", "--contact-range", "0.4"),
     "stack": ("--stack", "STACK", *NEVER, "5"),
     "first-sight": ("--first-sight", "--target", "fixture", *NEVER, "3"),
     "informed": ("--controller", "informed", "--scenario", "harsh", *NEVER, "7"),
@@ -109,7 +109,7 @@ def stack() -> Path:
     atexit.register(shutil.rmtree, made, ignore_errors=True)
     folder = Path(made) / "stack"
     words = ["record", str(folder), "--kind", "basis", "--scenario", "nominal", "--seed", "2"]
-    command = [sys.executable, "-m", "image_server", *words]
+    command = [sys.executable, "-m", "image_server", *words, "--average", "2"]
     subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
     return folder
 

@@ -195,10 +195,10 @@ def test_a_folder_that_is_deleted_under_a_session_is_said(tmp_path: Path) -> Non
 
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """A file system of 1 MB."""
+    """A file system of half a megabyte: room for some four images."""
     folder = tmp_path / "small"
     folder.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(folder)]
+    mount = ["mount", "-t", "tmpfs", "-o", "size=500k", "tmpfs", str(folder)]
     if subprocess.run(mount, capture_output=True, check=False).returncode != 0:
         pytest.skip("a file system can be mounted by root only")
     yield folder
@@ -208,7 +208,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 def test_a_session_whose_disk_is_full_is_resumed_when_there_is_space(
     small_disk: Path, tmp_path: Path
 ) -> None:
-    options = ("--seed", "3", "--threshold", "0.000001", "--max-iterations", "12", "--no-report")
+    options = ("--seed", "3", "--threshold", "0.000001", "--max-iterations", "7", "--no-report")
     whole = tmp_path / "whole"
     assert served("--out", whole, *options).returncode == 3
     full = controller("--out", small_disk / "run", *options)

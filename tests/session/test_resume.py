@@ -33,7 +33,7 @@ OPTIONS = (
 
 BLUR = (
     "--target", "satellite", "--scenario", "blur", "--seed", "3", "--threshold", "0.000001",
-    "--max-iterations", "3", "--no-report",
+    "--max-iterations", "2", "--no-report",
 )  # fmt: skip
 
 
@@ -78,7 +78,8 @@ def test_a_finished_session_is_left_alone(tmp_path: Path) -> None:
 def test_a_folder_with_the_target_s_name_is_not_the_target(tmp_path: Path) -> None:
     (tmp_path / "fixture").mkdir()
     out = tmp_path / "run"
-    whole = served(*OPTIONS, "--target", "fixture", "--out", out, "--quiet", cwd=tmp_path)
+    two = ("--max-iterations", "2", "--no-report", "--quiet")
+    whole = served(*OPTIONS[:-3], *two, "--target", "fixture", "--out", out, cwd=tmp_path)
     assert whole.returncode == 3, whole.stderr
     cut(out / "history.pl", "capture(i1")
     resumed = served("--resume", out, "--no-report", "--json", cwd=tmp_path)

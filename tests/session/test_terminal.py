@@ -128,10 +128,16 @@ def test_errors_are_broken_between_words_too() -> None:
     assert "is neither a file nor one of auto_exposed, " in " ".join(said.replace("ERROR:", "").split())
 
 
-def test_no_colour_where_none_is_wanted(tmp_path: Path) -> None:
+def test_no_colour_where_none_is_wanted(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
     assert COLOUR.search(in_a_terminal(80, "--dry-run", *KEEPING))
     assert "\x1b" not in in_a_terminal(80, "--dry-run", *KEEPING, NO_COLOR="1")
-    session = in_a_terminal(80, "--seed", "3", "--no-report", "--out", str(tmp_path / "run"), NO_COLOR="1")
+    mock_vision_server.delay("capture", 0.3)  # something stands below, and is cleared
+    session = in_a_terminal(
+        80, "--vision-server", mock_vision_server.endpoint, "--image-server", mock_image_server.endpoint,
+        "--max-iterations", "2", "--no-report", "--out", tmp_path / "run", NO_COLOR="1",
+    )  # fmt: skip
     assert CLEARED.search(session) and not COLOUR.search(session)
 
 

@@ -16,6 +16,7 @@ from bridge.client import Client
 from bridge.errors import ServerError
 from image_server.commands import record
 from image_server.commands.options import add_conditions, given_conditions
+from tests.commands import command
 from tests.stack.stack_folders import BASIS, basis_stack
 
 DEADLINE_S = 120.0
@@ -87,12 +88,14 @@ def test_a_terminated_server_ends_and_takes_its_socket_along(
         (["simulator", "--unit", "ell"], "unknown unit 'ell'"),
     ],
 )
-def test_bad_input_ends_with_one_plain_line(tmp_path: Path, arguments: list[str], message: str) -> None:
-    process = image_server(*arguments, "--endpoint", f"ipc://{tmp_path}/image")
-    _, complaint = process.communicate(timeout=DEADLINE_S)
-    assert process.returncode == 2
-    assert message in complaint
-    assert complaint.count("\n") == 1
+def test_bad_input_ends_with_one_plain_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], message: str
+) -> None:
+    monkeypatch.setattr("faulthandler.enable", lambda: None)  # it is pytest's here
+    done = command("image_server", *arguments, "--endpoint", f"ipc://{tmp_path}/image")
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize(
@@ -125,11 +128,10 @@ def test_bad_input_ends_with_one_plain_line(tmp_path: Path, arguments: list[str]
     ],
 )
 def test_a_wrong_command_line_is_told(arguments: list[str], message: str) -> None:
-    process = image_server(*arguments)
-    said, complaint = process.communicate(timeout=DEADLINE_S)
-    assert process.returncode == 2
-    assert not said
-    assert message in complaint.splitlines()[-1]
+    done = command("image_server", *arguments)
+    assert done.returncode == 2
+    assert not done.stdout
+    assert message in done.stderr.splitlines()[-1]
 
 
 def test_values_are_what_the_command_takes() -> None:

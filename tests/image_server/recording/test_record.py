@@ -1,7 +1,5 @@
 """Recording: what is replayed from a recorded stack is what the device would have shown."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import msgspec
@@ -16,7 +14,9 @@ from image_server.replay import Replay
 from image_server.serve.device import Device, Frame
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
+from image_server.simulator.scenario_tables import Scenario
 from stack.read import BasisStack, load_stack
+from tests.commands import command, process
 
 pytestmark = pytest.mark.slow
 
@@ -32,9 +32,18 @@ def ignore(_text: str) -> None:
     """Nobody watches."""
 
 
+def nominal() -> Scenario:
+    """The scenario of that name, with a small camera."""
+    told = load_scenario("nominal")
+    small = msgspec.structs.replace(
+        told.camera, width=320, height=240, fx=400.0, fy=400.0, cx=159.5, cy=119.5
+    )
+    return msgspec.structs.replace(told, camera=small)
+
+
 @pytest.fixture(scope="module")
 def simulator() -> Simulator:
-    return Simulator("cube", "nominal", seed=5)
+    return Simulator("cube", nominal(), seed=5)
 
 
 def test_frames_come_back_bit_for_bit(simulator: Simulator, tmp_path: Path) -> None:
@@ -76,9 +85,8 @@ def test_a_basis_replays_within_one_grey_level(
     simulator: Simulator, tmp_path: Path, noisy: bool, average: int, share: float
 ) -> None:
     """What differs is rounding, and what the averaging has left of the photons' noise."""
-    nominal = load_scenario("nominal")
-    noiseless = msgspec.structs.replace(nominal.camera, read_noise_e=0.0, full_well_e=1e12)
-    truth = Simulator("cube", msgspec.structs.replace(nominal, camera=noiseless), seed=5)
+    noiseless = msgspec.structs.replace(nominal().camera, read_noise_e=0.0, full_well_e=1e12)
+    truth = Simulator("cube", msgspec.structs.replace(nominal(), camera=noiseless), seed=5)
     at = Settings(lights=(0, 0, 0), shutter_s=1 / 60, aperture=APERTURE)
     source = simulator if noisy else truth
     record_basis(source, tmp_path / "stack", at, average=average, black=0.0, progress=ignore)
@@ -144,22 +152,14 @@ def test_a_light_that_is_not_linear_makes_no_basis(simulator: Simulator, tmp_pat
 # --- the command ---
 
 
-def record(*arguments: str | Path) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        [sys.executable, "-m", "image_server", "record", *map(str, arguments)],
-        capture_output=True, text=True, timeout=120, check=False,
-    )  # fmt: skip
-
-
 def test_the_command_records_from_the_simulator(tmp_path: Path) -> None:
     out = tmp_path / "stack"
-    done = record(
-        out, "--kind", "frames", "--scenario", "nominal", "--seed", "5", "--settings", "7,0,0:1/60:4"
-    )
+    words = (out, "--kind", "frames", "--scenario", "nominal", "--settings", "7,0,0:1/60:4")
+    done = process("image_server", "record", *words, "--seed", "5")
     assert done.returncode == 0, done.stderr
     assert "1 frame recorded, 0 of them unverified" in done.stdout
     assert load_stack(out).table.kind == "frames"
-    again = record(out, "--kind", "frames", "--scenario", "nominal", "--settings", "7,0,0:1/60:4")
+    again = command("image_server", "record", *words)
     assert again.returncode == 2
     assert "holds a stack already" in again.stderr
 
@@ -170,13 +170,17 @@ def test_the_command_records_from_the_simulator(tmp_path: Path) -> None:
         (["--kind", "frames", "--settings", "each"], "Give one of --camera, --stack and --scenario"),
         (["--kind", "frames", "--scenario", "nominal"], "nothing to record"),
         (["--kind", "frames", "--scenario", "nominal", "--settings", "bright"], "'bright' is not LEVELS"),
+        (
+            ["--kind", "frames", "--scenario", "nominal", "--settings", "7,0,0:0:4"],
+            "'7,0,0:0:4' is not LEVELS",
+        ),
         (["--kind", "frames", "--scenario", "nominal", "--settings", "9,0,0:1/60:4"], "no level 9"),
         (["--kind", "frames", "--scenario", "nominal", "--settings", "7,0,0:0.5:4"], "Allowed: 0.00416667"),
         (["--kind", "frames", "--camera", "/dev/video77", "--settings", "each"], "no camera /dev/video77"),
     ],
 )
 def test_bad_input_is_refused(tmp_path: Path, arguments: list[str], message: str) -> None:
-    done = record(tmp_path / "stack", *arguments)
+    done = command("image_server", "record", tmp_path / "stack", *arguments)
     assert done.returncode == 2
     assert message in done.stderr
     assert not (tmp_path / "stack" / "stack.toml").exists()

@@ -13,7 +13,7 @@ from image_server.simulator.sky import Earth, Sky, earth_radiance, mirrored
 pytestmark = pytest.mark.slow
 
 
-def lobe(n: np.ndarray, v: np.ndarray, alpha: float, reflectance: float, sky: Sky, side: int = 100) -> float:
+def lobe(n: np.ndarray, v: np.ndarray, alpha: float, reflectance: float, sky: Sky, side: int = 60) -> float:
     """The sky that a GGX face mirrors: its integral over half vectors, drawn as the facets lie."""
     first, second = (grid.ravel() for grid in np.meshgrid(*[(np.arange(side) + 0.5) / side] * 2))
     lean, around = np.arctan(alpha * np.sqrt(first / (1 - first))), 2 * np.pi * second

@@ -10,22 +10,25 @@ from geometry.rotation import matrix_of
 from image_server.simulator import Simulator
 from image_server.simulator.light import DEFAULT_LIGHTS
 from image_server.simulator.motion import image_velocity, smeared
-from image_server.simulator.scenario_tables import Background, Scenario, Time
+from image_server.simulator.scenario_tables import Background, Scenario, ScenarioCamera, Time
 from stack.sensor import blurred
 from tests.stack.cameras import camera as still
 
 pytestmark = pytest.mark.slow
 
 SHUTTER_S = 1 / 15
-MOMENTS = 15
+MOMENTS = 9
 LIGHTS = DEFAULT_LIGHTS[:1]
+SMALL = ScenarioCamera(width=320, height=240, fx=400.0, fy=400.0, cx=159.5, cy=119.5)
+SHAPE = (SMALL.height, SMALL.width)
 
 
 def moving(
     velocity: tuple[float, float, float], spin_deg: tuple[float, float, float], **more: object
 ) -> Simulator:
     time = Time(seconds_per_capture=1.0, velocity_m_per_s=velocity, spin_deg_per_s=spin_deg)
-    return Simulator("cube", msgspec.structs.replace(Scenario(time=time, lights=LIGHTS), **more), 4)
+    scenario = Scenario(time=time, lights=LIGHTS, camera=SMALL)
+    return Simulator("cube", msgspec.structs.replace(scenario, **more), 4)
 
 
 def exposure(
@@ -33,7 +36,7 @@ def exposure(
 ) -> NDArray[np.float32]:
     """The mean of renders at moments of the exposure: what the blur has to come near."""
     middle = simulator.true_pose
-    total = np.zeros((480, 640))
+    total = np.zeros(SHAPE)
     for moment in (np.arange(MOMENTS) + 0.5) / MOMENTS - 0.5:
         seconds = SHUTTER_S * moment
         turned = matrix_of(spin * seconds) @ middle.matrix
@@ -48,11 +51,11 @@ def exposure(
 @pytest.mark.parametrize(
     ("velocity", "spin_deg"),
     [
-        ((0.06, -0.03, 0.0), (0.0, 0.0, 0.0)),
-        ((0.0, 0.0, 0.3), (0.0, 0.0, 0.0)),
-        ((0.0, 0.0, 0.0), (0.0, 0.0, 60.0)),
-        ((0.0, 0.0, 0.0), (20.0, -30.0, 0.0)),
-        ((0.05, 0.0, 0.05), (0.0, 20.0, 30.0)),
+        ((0.12, -0.06, 0.0), (0.0, 0.0, 0.0)),
+        ((0.0, 0.0, 0.6), (0.0, 0.0, 0.0)),
+        ((0.0, 0.0, 0.0), (0.0, 0.0, 120.0)),
+        ((0.0, 0.0, 0.0), (40.0, -60.0, 0.0)),
+        ((0.1, 0.0, 0.1), (0.0, 40.0, 60.0)),
     ],
 )
 def test_blur_is_the_mean_of_the_way(
@@ -73,9 +76,9 @@ def test_a_turn_about_the_line_of_sight_moves_in_circles() -> None:
     simulator = moving((0.0, 0.0, 0.0), (0.0, 0.0, 10.0))
     camera, spin = simulator.camera, np.array([0.0, 0.0, 0.2])
     field = image_velocity(
-        camera, np.array([0.0, 0.0, 1.0]), np.zeros(3), spin, np.full((480, 640), 0.7, np.float32)
+        camera, np.array([0.0, 0.0, 1.0]), np.zeros(3), spin, np.full(SHAPE, 0.7, np.float32)
     )
-    x, y = 600, 100
+    x, y = 300, 50
     dx, dy = (x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy
     assert field[y, x] == pytest.approx([-0.2 * dy * camera.fx, 0.2 * dx * camera.fy], rel=1e-4)
 
@@ -84,8 +87,8 @@ def test_a_side_step_blurs_as_a_line() -> None:
     """Far from outlines it is the straight line of `motion_px_per_s`, as long as the depth asks for."""
     simulator = moving((0.05, 0.02, 0.0), (0.0, 0.0, 0.0))
     camera, origin = simulator.camera, simulator.true_pose.translation
-    radiance = np.random.default_rng(1).random((480, 640), np.float32)
-    flat = np.full((480, 640), 2.0, np.float32)
+    radiance = np.random.default_rng(1).random(SHAPE, np.float32)
+    flat = np.full(SHAPE, 2.0, np.float32)
     ours = smeared(radiance, camera, origin, np.array([0.05, 0.02, 0.0]), np.zeros(3), flat, SHUTTER_S)
     sensor = still(motion_px_per_s=(0.05 * 2 * camera.fx, 0.02 * 2 * camera.fy))
     line = blurred(radiance, sensor, SHUTTER_S, 4.0)
