@@ -237,8 +237,9 @@ def test_lines_for_people_are_not_broken_and_say_first_of_how_many_poses_it_is_o
     others = [{"pose": pose, "probability": share} for share in (0.5, 0.25, 0.25)]
     numbers = {"rms_px": 0.1, "supported_fraction": 1.0, "score": 0.5, "ambiguity": 0.0, "segments": 139}
     result = {"target": "cube", "pose": pose, "covariance": np.eye(6).tolist(), "poses": others, **numbers}
-    estimate_command._print(result | {"lines": [], "seconds": {f"stage {k}": 1.0 for k in range(10)}})
+    estimate_command._print(result | {"lines": [], "seconds": {f"stage {k}": 1.0 for k in range(10)}}, 0.1732)
     lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "Pose of cube (camera_T_target), 0.173 m across"
     many = lines.index("  one of 3 poses that fit, its probability 50 %")
     assert lines[many + 1].endswith("139 segments")
     assert lines[many + 2].startswith("  not trusted: the score is the chance that it is right")
