@@ -102,18 +102,16 @@ def read_camera_file(path: Path) -> GivenCamera:
         data = camera_table(path)
     else:
         data = read_toml(path, "camera file")
-    table = data.get("camera", data)
+    table, advice = data.get("camera", data), "A [camera] table needs width, height, fx, fy, cx and cy."
     try:
         if not isinstance(table, dict):
             raise GeometryError("camera is not a table")
         strange = unknown_camera_key(table)
         if strange is not None:
-            raise GeometryError(strange)
+            raise BadInput(f"{path}: {strange}", advice)
         return GivenCamera(path, Camera.from_dict(table), table, data.get("target", {}))
     except GeometryError as error:
-        raise BadInput(
-            f"{path}: {error}.", "A [camera] table needs width, height, fx, fy, cx and cy."
-        ) from error
+        raise BadInput(f"{path}: {error}.", advice) from error
 
 
 def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:

@@ -177,7 +177,7 @@ def test_of_a_large_frame_that_part_is_looked_at_where_the_target_can_be(folder:
         (["a.png"], {"seed_pose": None, "translation-range-px": "5"}, "--translation-range-px is how far"),
         (["a.png"], {"gamma": "0"}, "gamma"),
         (["a.png"], {"camera": "loose.toml"}, "tolerance_m must be a number from 0 to"),
-        (["a.png"], {"camera": "misspelt.toml"}, "unknown key distorsion; did you mean distortion?"),
+        (["a.png"], {"camera": "misspelt.toml"}, "unknown key distorsion; did you mean distortion? A [camera]"),
     ],
 )
 def test_bad_input_is_one_plain_line(
