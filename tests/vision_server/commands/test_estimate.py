@@ -177,7 +177,12 @@ def test_of_a_large_frame_that_part_is_looked_at_where_the_target_can_be(folder:
         (["a.png"], {"seed_pose": None, "translation-range-px": "5"}, "--translation-range-px is how far"),
         (["a.png"], {"gamma": "0"}, "gamma"),
         (["a.png"], {"camera": "loose.toml"}, "tolerance_m must be a number from 0 to"),
-        (["a.png"], {"camera": "misspelt.toml"}, "unknown key distorsion; did you mean distortion? A [camera]"),
+        (["a.png"], {"camera": "range.toml"}, "[target] has an unknown key range; did you mean range_m?"),
+        (
+            ["a.png"],
+            {"camera": "misspelt.toml"},
+            "unknown key distorsion; did you mean distortion? A [camera]",
+        ),
     ],
 )
 def test_bad_input_is_one_plain_line(
@@ -189,6 +194,7 @@ def test_bad_input_is_one_plain_line(
     write_pose(folder / "behind.toml", [0.0, 0.0, 0.0], [0.0, 0.0, -1.0])
     camera = (folder / "camera.toml").read_text()
     (folder / "loose.toml").write_text(camera + "[target]\ntolerance_m = -0.001\n")
+    (folder / "range.toml").write_text(camera + "[target]\nrange = [0.5, 2.0]\n")
     (folder / "misspelt.toml").write_text(camera.replace("distortion", "distorsion"))
     done = estimate(folder, *images, **options)
     assert done.returncode == 2, done.stdout + done.stderr
