@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from geometry.model import Model
     from geometry.pose import Pose
     from vision_server.image_set import ImageSet
-    from vision_server.matching.match import Anywhere
+    from vision_server.matching.match import Anywhere, SearchRange
+    from vision_server.pipeline import Estimate
     from vision_server.serve.inputs import GivenCamera
 
 TRUSTED_SCORE = 1.0 - 1.0 / 15.0  # from here on a session ends with a pose: domain/reasoning/merit.pl
@@ -134,11 +135,7 @@ def _estimated(options: Namespace) -> tuple[dict[str, Any], float]:
         estimate = estimate_pose(image_set, names, model, seen, start, settings)
     except GeometryError as error:
         raise BadInput(str(error)) from error
-    if estimate.pose is None:
-        from vision_server.commands.no_pose import why_no_pose
-
-        for reason in why_no_pose(estimate.segments, model, camera, start, reach):
-            print(f"vision_server: no pose: {reason}", file=sys.stderr)
+    _say_why(estimate, model, camera, start, reach)
     if options.overlay is not None:
         seed_pose = start if isinstance(start, Pose) else None
         shown = seed_pose if estimate.pose is None else estimate.pose
@@ -150,6 +147,19 @@ def _estimated(options: Namespace) -> tuple[dict[str, Any], float]:
     files = {name: str(options.images[int(name[1:]) - 1]) for name in names}
     first = {"target": model.name, "seed": options.seed, "kept": names, "files": files}
     return first | result, model.diameter
+
+
+def _say_why(
+    estimate: Estimate, model: Model, camera: Camera, start: Pose | Anywhere, reach: SearchRange
+) -> None:
+    """Say why there is no pose, or why what there is is hardly believed."""
+    from vision_server.commands.no_pose import why_hardly_believed, why_no_pose
+
+    if estimate.pose is None:
+        for reason in why_no_pose(estimate.segments, model, camera, start, reach):
+            print(f"vision_server: no pose: {reason}", file=sys.stderr)
+    elif (doubt := why_hardly_believed(estimate)) is not None:
+        print(f"vision_server: {doubt}", file=sys.stderr)
 
 
 def write_overlay(

@@ -114,6 +114,14 @@ def test_no_pose_is_said_honestly(folder: Path) -> None:
     assert "no pose: the images have 0 straight edges" in done.stderr
 
 
+def test_a_wrong_focal_length_is_suspected(folder: Path) -> None:
+    wrong = CAMERA.to_dict() | {"fx": 1.6 * CAMERA.fx, "fy": 1.6 * CAMERA.fy}
+    (folder / "focal.toml").write_text("[camera]\n" + "".join(f"{k} = {v}\n" for k, v in wrong.items()))
+    done = estimate(folder, "a.png", camera="focal.toml", seed_pose=None)
+    assert "fx, fy or distortion of the camera are wrong" in done.stderr, done.stdout
+    assert estimate(folder, "a.png", seed_pose=None).stderr == ""
+
+
 def test_no_pose_beside_a_wrong_seed_is_drawn_and_a_wider_search_finds_it(folder: Path) -> None:
     beside = POSE.translation + np.array([60.0 / CAMERA.fx * POSE.translation[2], 0.0, 0.0])
     write_pose(folder / "beside.toml", POSE.rotation_vector.tolist(), beside.tolist())
