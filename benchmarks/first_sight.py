@@ -5,7 +5,7 @@
 
 Six targets: parts that are drawn anew for each trial (machined ones, prisms, plates, and wheels, which are
 turned onto themselves but for one block), a flange that is turned onto itself by 60 degrees, and a satellite;
-others if named, as gear, shaft and bracket, drawn anew too.
+others if named, as gear, shaft, bracket, lumpy, statue and bottle, drawn anew too.
 While a pose is not trusted, another image of the same place under another lamp is added, up to so many. One
 JSON object per target: how often the right pose (1 degree, 1 % of the range, up to the target's symmetry) is
 the first or as probable as the first, how often it is listed, both after all images and after the first one;
@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 
 from benchmarks.cad_parts import CAD
 from benchmarks.drawn_parts import PARTS, part_file
+from benchmarks.free_form import FREE_FORM
 from benchmarks.lines import show
 from benchmarks.machined_parts import ROUND
 from benchmarks.synthetic_parts import BLUR_PX, LIMITS, NOISE_GREY, error_of, part_of, rendered
@@ -46,6 +47,7 @@ from vision_server.pipeline import Estimate, estimate_pose
 TARGETS = ("machined", "prisms", "plate", "satellite", "wheel", "flange")
 # Segments to a circle, or lines.
 COUNTS = {"machined": 48, "prisms": 60, **dict.fromkeys(ROUND, 128), **dict.fromkeys(CAD, 96)}
+COUNTS |= dict.fromkeys(FREE_FORM, 64)
 FILLS = (0.35, 0.9)  # of the frame's height, the target's diameter
 TRUSTED = 0.93  # score, docs/trust.md
 SAME_PROBABILITY = 0.999

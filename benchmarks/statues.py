@@ -120,8 +120,8 @@ class _Surface(NamedTuple):
 def statue(seed: int, look: Look) -> Statue:
     """A statue under `LIGHTS` lights all round it."""
     rng = np.random.default_rng(seed)
-    body = _body(rng, look.carved)
-    rays: Any = RayMeshIntersector(body)
+    solid = body(rng, look.carved, 6 if look.carved else 4)
+    rays: Any = RayMeshIntersector(solid)
     y, x = (one.ravel() for one in np.mgrid[:SIDE_PX, :SIDE_PX])
     half = SIDE_PX / 2
     origins = np.stack([(x - half) / PX_PER_UNIT, (y - half) / PX_PER_UNIT, np.full(x.shape, -3.0)], axis=1)
@@ -129,8 +129,8 @@ def statue(seed: int, look: Look) -> Statue:
         origins, np.tile([0.0, 0.0, 1.0], (len(origins), 1)), multiple_hits=False
     )
     triangles: Any = trimesh.triangles  # trimesh's are untyped
-    shares = triangles.points_to_barycentric(body.triangles[faces], places)
-    normals = (body.vertex_normals[body.faces[faces]] * shares[..., None]).sum(axis=1)
+    shares = triangles.points_to_barycentric(solid.triangles[faces], places)
+    normals = (solid.vertex_normals[solid.faces[faces]] * shares[..., None]).sum(axis=1)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     albedo = _paint(rng, places) if look.painted else np.full(len(places), ALBEDO)
     shown = [_Surface(seen, places, normals, albedo, GLOSS * look.painted)]
@@ -203,8 +203,8 @@ def _paint(rng: np.random.Generator, places: Floats) -> Floats:
     return np.where(waves > 0.8, dark, np.where(waves < -0.8, bright, middle))
 
 
-def _body(rng: np.random.Generator, carved: bool) -> trimesh.Trimesh:
-    """Trunk, head, arms and legs; y points down."""
+def body(rng: np.random.Generator, carved: bool, subdivisions: int) -> trimesh.Trimesh:
+    """Trunk, head, arms and legs, spheres of so many subdivisions each; y points down."""
 
     def at(x: float, y: float, z: float, wander: float = 0.0) -> Floats:
         return np.array([x, y, z]) + wander * rng.normal(size=3)
@@ -219,7 +219,7 @@ def _body(rng: np.random.Generator, carved: bool) -> trimesh.Trimesh:
         foot = knee + at(side * rng.uniform(0, 0.1), 0.4, 0)
         limbs += [(shoulder, elbow, 0.09), (elbow, hand, 0.07)]
         limbs += [(hip + at(0.14 * side, 0.1, 0), knee, 0.13), (knee, foot, 0.09)]
-    parts = [_capsule(rng, *limb, carved) for limb in limbs]
+    parts = [_capsule(rng, *limb, carved, subdivisions) for limb in limbs]
     starts = np.cumsum([0, *(len(one.vertices) for one in parts[:-1])])
     return trimesh.Trimesh(
         np.concatenate([one.vertices for one in parts]),
@@ -229,9 +229,9 @@ def _body(rng: np.random.Generator, carved: bool) -> trimesh.Trimesh:
 
 
 def _capsule(
-    rng: np.random.Generator, start: Floats, end: Floats, radius: float, carved: bool
+    rng: np.random.Generator, start: Floats, end: Floats, radius: float, carved: bool, subdivisions: int
 ) -> trimesh.Trimesh:
-    ball = trimesh.creation.icosphere(subdivisions=6 if carved else 4)
+    ball = trimesh.creation.icosphere(subdivisions=subdivisions)
 
     def waves(least: float, most: float) -> Floats:
         direction = rng.normal(size=3) * rng.uniform(least, most)

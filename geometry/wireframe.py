@@ -16,7 +16,10 @@ Floats = NDArray[np.float64]
 # Chosen by hand where nothing else is said.
 SPACING_PX = 1.0
 GAP = 1.6  # samples of a line farther apart than this many steps have something hidden between them
-LENS_STEP_PX = 6  # with lens distortion, lines are drawn as chords of about this length
+BENT_PX, CHORD_PX = (
+    0.2,
+    6,
+)  # stretches that leave their chord by more are drawn as chords of about this length
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +29,7 @@ class Run:
     Attributes
     ----------
     line : index into the model's lines.
-    points : (K, 2) float64, px, along the stretch; two points where the lens keeps lines straight.
+    points : (K, 2) float64, px, along the stretch; two points where it is straight.
     """
 
     line: int
@@ -53,10 +56,17 @@ def visible_runs(model: Model, camera: Camera, pose: Pose) -> list[Run]:
     for first, end in itertools.pairwise(edges):
         points = samples.image[first:end]
         half = 0.5 * samples.px[[first, end - 1], None] * samples.image_direction[[first, end - 1]]
-        inner = points[LENS_STEP_PX:-LENS_STEP_PX:LENS_STEP_PX] if camera.distorted else points[:0]
+        inner = points[CHORD_PX:-CHORD_PX:CHORD_PX] if _is_bent(points) else points[:0]
         ends = (points[:1] - half[:1], inner, points[-1:] + half[1:])
         runs.append(Run(int(samples.line[first]), np.concatenate(ends)))
     return runs
+
+
+def _is_bent(points: Floats) -> bool:
+    """Whether a stretch (K, 2) is more than its ends tell: an arc of facets, or a line through a lens."""
+    aside, chord = points - points[0], points[-1] - points[0]
+    across = aside[:, 0] * chord[1] - aside[:, 1] * chord[0]
+    return bool(np.abs(across).max() > BENT_PX * np.linalg.norm(chord))
 
 
 def bounds_of(runs: Sequence[Run]) -> tuple[float, float, float, float] | None:

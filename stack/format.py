@@ -75,11 +75,20 @@ CAMERA_KEYS = {*CameraTable.__struct_fields__, *LENS_KEYS}
 
 def unknown_camera_key(table: Mapping[str, Any]) -> str | None:
     """What to say of a key that no [camera] has, wherever it comes from; None where all are known."""
-    strange = [key for key in table if key not in CAMERA_KEYS and not isinstance(table[key], dict)]
+    return _unknown_key("camera", table, CAMERA_KEYS)
+
+
+def unknown_target_key(table: Mapping[str, Any]) -> str | None:
+    """Likewise of a [target], as it stands in a camera's file."""
+    return _unknown_key("target", table, {*TargetTable.__struct_fields__, "edge_radius_m"})
+
+
+def _unknown_key(name: str, table: Mapping[str, Any], known: set[str]) -> str | None:
+    strange = [key for key in table if key not in known and not isinstance(table[key], dict)]
     if not strange:
         return None
-    near = get_close_matches(strange[0], CAMERA_KEYS, 1, 0.0)[0]
-    return f"[camera] has an unknown key {strange[0]}; did you mean {near}?"
+    near = get_close_matches(strange[0], known, 1, 0.0)[0]
+    return f"[{name}] has an unknown key {strange[0]}; did you mean {near}?"
 
 
 class FramesLight(LightDescription, frozen=True, kw_only=True):

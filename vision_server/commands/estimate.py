@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from geometry.model import Model
     from geometry.pose import Pose
     from vision_server.image_set import ImageSet
-    from vision_server.matching.match import Anywhere
+    from vision_server.matching.match import Anywhere, SearchRange
+    from vision_server.pipeline import Estimate
     from vision_server.serve.inputs import GivenCamera
 
 TRUSTED_SCORE = 1.0 - 1.0 / 15.0  # from here on a session ends with a pose: domain/reasoning/merit.pl
@@ -99,7 +100,8 @@ def _check_use(options: Namespace) -> None:
             raise BadInput(f"{name} is how far around --seed-pose is looked.", "Give both, or neither.")
 
 
-def _estimated(options: Namespace) -> dict[str, Any]:
+def _estimated(options: Namespace) -> tuple[dict[str, Any], float]:
+    """What is told of the images, and how large the model is, metres."""
     from geometry.errors import GeometryError
     from geometry.pose import SEARCH_ROTATION_DEG, Pose, search_translation_px
     from vision_server.channels.depth import rounded
@@ -133,11 +135,7 @@ def _estimated(options: Namespace) -> dict[str, Any]:
         estimate = estimate_pose(image_set, names, model, seen, start, settings)
     except GeometryError as error:
         raise BadInput(str(error)) from error
-    if estimate.pose is None:
-        from vision_server.commands.no_pose import why_no_pose
-
-        for reason in why_no_pose(estimate.segments, model, camera, start, reach):
-            print(f"vision_server: no pose: {reason}", file=sys.stderr)
+    _say_why(estimate, model, camera, start, reach)
     if options.overlay is not None:
         seed_pose = start if isinstance(start, Pose) else None
         shown = seed_pose if estimate.pose is None else estimate.pose
@@ -147,7 +145,21 @@ def _estimated(options: Namespace) -> dict[str, Any]:
     result = estimate_result(estimate)
     result["seconds"]["total"] = sum(result["seconds"].values())
     files = {name: str(options.images[int(name[1:]) - 1]) for name in names}
-    return {"target": model.name, "seed": options.seed, "kept": names, "files": files, **result}
+    first = {"target": model.name, "seed": options.seed, "kept": names, "files": files}
+    return first | result, model.diameter
+
+
+def _say_why(
+    estimate: Estimate, model: Model, camera: Camera, start: Pose | Anywhere, reach: SearchRange
+) -> None:
+    """Say why there is no pose, or why what there is is hardly believed."""
+    from vision_server.commands.no_pose import why_hardly_believed, why_no_pose
+
+    if estimate.pose is None:
+        for reason in why_no_pose(estimate.segments, model, camera, start, reach):
+            print(f"vision_server: no pose: {reason}", file=sys.stderr)
+    elif (doubt := why_hardly_believed(estimate)) is not None:
+        print(f"vision_server: {doubt}", file=sys.stderr)
 
 
 def write_overlay(
@@ -164,7 +176,7 @@ def write_overlay(
     write_picture(path, draw_overlay(pixels, model, camera, pose, support))
 
 
-def _print(result: dict[str, Any]) -> None:
+def _print(result: dict[str, Any], diameter_m: float) -> None:
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
@@ -175,7 +187,8 @@ def _print(result: dict[str, Any]) -> None:
         say(f"No pose of {result['target']}: nothing in the images supports one.")
         return
     pose = result["pose"]
-    say(f"Pose of [bold]{result['target']}[/bold] (camera_T_target)")
+    # its size is all that shows a wrong unit
+    say(f"Pose of [bold]{result['target']}[/bold] (camera_T_target), {diameter_m:.3g} m across")
     say("  rotation vector  " + "  ".join(f"{value:+.6f}" for value in pose["rotation_vector"]) + "  rad")
     say("  translation      " + "  ".join(f"{value:+.6f}" for value in pose["translation"]) + "  m")
     spread = [math.sqrt(max(row[i], 0.0)) for i, row in enumerate(result["covariance"])]
@@ -264,9 +277,9 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Estimate and print; the exit status."""
-    result = _estimated(options)
+    result, diameter_m = _estimated(options)
     if options.json:
         print(json.dumps(result, allow_nan=False))
     else:
-        _print(result)
+        _print(result, diameter_m)
     return EXIT_NO_POSE if result["pose"] is None else 0

@@ -1,4 +1,4 @@
-"""Why an estimate may have found no pose, and what to do about it."""
+"""Why an estimate may have found no pose, or one that is hardly believed, and what to do about it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
 from vision_server.matching.match import Anywhere, SearchRange
+from vision_server.pipeline import LEAST_BY_LINES, Estimate
 from vision_server.serve.inputs import picture_px, size_warning
 
 FEWEST_SEGMENTS = 4  # three lines in the image hold a pose, one more tells whether it is right
@@ -49,3 +50,15 @@ def why_no_pose(
         f"the model would look {picture_px(model, camera, start):.0f} px wide from the seed pose. If the "
         "target in the image does not, --unit, the seed pose's range, or fx and fy of the camera are wrong.",
     ]
+
+
+def why_hardly_believed(estimate: Estimate) -> str | None:
+    """A sentence for people of a pose whose score is as low as if there were none; else None."""
+    if estimate.pose is None or estimate.score * max(1, len(estimate.poses)) >= LEAST_BY_LINES:
+        return None
+    share = f"{100 * estimate.supported_fraction:.0f} % of the model's visible lines lie on edges"
+    return (
+        f"the pose is hardly believed: {share}. If --overlay shows it nearly right, fx, fy or distortion "
+        "of the camera are wrong, or the model is not quite the part; if not, the target shows too little, "
+        "or is not in the image."
+    )

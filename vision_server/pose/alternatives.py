@@ -16,7 +16,8 @@ Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said.
 SAME = (3.0, 0.03)  # degrees, share of the range: poses that are one, or images of one another by a symmetry
-LEAST_CHANCE = 0.01  # of a pose that is listed
+LEAST_CHANCE = 0.01  # of a pose that is listed, or, if less, ...
+OF_EVEN_SHARE = 0.1  # ... of what each would have if all that are likely had the same, as a gear's turns
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,10 +84,11 @@ def listed(
         Whether an image of a pose may be, by what is known beforehand.
     """
     out = []
+    least = min(LEAST_CHANCE, OF_EVEN_SHARE / max(1, len(likely)))
     for pose, probability in likely:
         turned = [pose.compose(turn) for turn in symmetry.turns[1:]]
         images = [pose, *(image for image in turned if allowed(image))]
-        if probability >= LEAST_CHANCE:
+        if probability >= least:
             out += [PoseChance(image, probability / len(images)) for image in images]
     return tuple(out)
 

@@ -14,7 +14,7 @@ from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model, load_model
 from geometry.pose import Pose
-from stack.format import unknown_camera_key
+from stack.format import unknown_camera_key, unknown_target_key
 from stack.tables import read_toml
 from vision_server.channels.depth import Raw
 from vision_server.matching.match import Anywhere
@@ -102,18 +102,20 @@ def read_camera_file(path: Path) -> GivenCamera:
         data = camera_table(path)
     else:
         data = read_toml(path, "camera file")
-    table = data.get("camera", data)
+    table, target = data.get("camera", data), data.get("target", {})
+    advice = "A [camera] table needs width, height, fx, fy, cx and cy."
     try:
         if not isinstance(table, dict):
             raise GeometryError("camera is not a table")
-        strange = unknown_camera_key(table)
-        if strange is not None:
-            raise GeometryError(strange)
-        return GivenCamera(path, Camera.from_dict(table), table, data.get("target", {}))
+        if (strange := unknown_camera_key(table)) is not None:
+            raise BadInput(f"{path}: {strange}", advice)
+        if isinstance(target, dict) and (strange := unknown_target_key(target)) is not None:
+            raise BadInput(
+                f"{path}: {strange}", "docs/first_sight.md and docs/pose.md tell what each is for."
+            )
+        return GivenCamera(path, Camera.from_dict(table), table, target)
     except GeometryError as error:
-        raise BadInput(
-            f"{path}: {error}.", "A [camera] table needs width, height, fx, fy, cx and cy."
-        ) from error
+        raise BadInput(f"{path}: {error}.", advice) from error
 
 
 def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:

@@ -114,6 +114,14 @@ def test_no_pose_is_said_honestly(folder: Path) -> None:
     assert "no pose: the images have 0 straight edges" in done.stderr
 
 
+def test_a_wrong_focal_length_is_suspected(folder: Path) -> None:
+    wrong = CAMERA.to_dict() | {"fx": 1.6 * CAMERA.fx, "fy": 1.6 * CAMERA.fy}
+    (folder / "focal.toml").write_text("[camera]\n" + "".join(f"{k} = {v}\n" for k, v in wrong.items()))
+    done = estimate(folder, "a.png", camera="focal.toml", seed_pose=None)
+    assert "fx, fy or distortion of the camera are wrong" in done.stderr, done.stdout
+    assert estimate(folder, "a.png", seed_pose=None).stderr == ""
+
+
 def test_no_pose_beside_a_wrong_seed_is_drawn_and_a_wider_search_finds_it(folder: Path) -> None:
     beside = POSE.translation + np.array([60.0 / CAMERA.fx * POSE.translation[2], 0.0, 0.0])
     write_pose(folder / "beside.toml", POSE.rotation_vector.tolist(), beside.tolist())
@@ -177,7 +185,12 @@ def test_of_a_large_frame_that_part_is_looked_at_where_the_target_can_be(folder:
         (["a.png"], {"seed_pose": None, "translation-range-px": "5"}, "--translation-range-px is how far"),
         (["a.png"], {"gamma": "0"}, "gamma"),
         (["a.png"], {"camera": "loose.toml"}, "tolerance_m must be a number from 0 to"),
-        (["a.png"], {"camera": "misspelt.toml"}, "unknown key distorsion; did you mean distortion?"),
+        (["a.png"], {"camera": "range.toml"}, "[target] has an unknown key range; did you mean range_m?"),
+        (
+            ["a.png"],
+            {"camera": "misspelt.toml"},
+            "unknown key distorsion; did you mean distortion? A [camera]",
+        ),
     ],
 )
 def test_bad_input_is_one_plain_line(
@@ -189,6 +202,7 @@ def test_bad_input_is_one_plain_line(
     write_pose(folder / "behind.toml", [0.0, 0.0, 0.0], [0.0, 0.0, -1.0])
     camera = (folder / "camera.toml").read_text()
     (folder / "loose.toml").write_text(camera + "[target]\ntolerance_m = -0.001\n")
+    (folder / "range.toml").write_text(camera + "[target]\nrange = [0.5, 2.0]\n")
     (folder / "misspelt.toml").write_text(camera.replace("distortion", "distorsion"))
     done = estimate(folder, *images, **options)
     assert done.returncode == 2, done.stdout + done.stderr
@@ -237,8 +251,9 @@ def test_lines_for_people_are_not_broken_and_say_first_of_how_many_poses_it_is_o
     others = [{"pose": pose, "probability": share} for share in (0.5, 0.25, 0.25)]
     numbers = {"rms_px": 0.1, "supported_fraction": 1.0, "score": 0.5, "ambiguity": 0.0, "segments": 139}
     result = {"target": "cube", "pose": pose, "covariance": np.eye(6).tolist(), "poses": others, **numbers}
-    estimate_command._print(result | {"lines": [], "seconds": {f"stage {k}": 1.0 for k in range(10)}})
+    estimate_command._print(result | {"lines": [], "seconds": {f"stage {k}": 1.0 for k in range(10)}}, 0.1732)
     lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "Pose of cube (camera_T_target), 0.173 m across"
     many = lines.index("  one of 3 poses that fit, its probability 50 %")
     assert lines[many + 1].endswith("139 segments")
     assert lines[many + 2].startswith("  not trusted: the score is the chance that it is right")

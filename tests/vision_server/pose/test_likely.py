@@ -74,6 +74,12 @@ def test_shares_are_of_distinct_poses() -> None:
     assert first / second == pytest.approx(np.e)
 
 
+def test_of_many_poses_those_are_listed_that_noise_may_have_put_last() -> None:
+    turned = [POSE.compose(Pose(np.array([0.0, 0.0, 0.2 * k]), np.zeros(3))) for k in range(30)]
+    assert len(listed([(one, 0.005) for one in turned], ASYMMETRIC)) == 30
+    assert len(listed([(one, 0.003) for one in turned], ASYMMETRIC)) == 0
+
+
 def test_images_by_a_symmetry_share_a_probability() -> None:
     other = POSE.compose(QUARTER)
     poses = listed([(POSE, 0.8), (other, 0.9 * LEAST_CHANCE)], TWO_SIDES)
