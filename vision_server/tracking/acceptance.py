@@ -13,7 +13,7 @@ from vision_server.matching.match import Anywhere
 from vision_server.pipeline import Estimate
 from vision_server.pose.covariance import uncertainty
 from vision_server.pose.support import PoseSupport
-from vision_server.pose.trust import belief
+from vision_server.pose.trust import belief, shared
 from vision_server.tracking.following import Found
 
 Floats = NDArray[np.float64]
@@ -85,15 +85,31 @@ def odds_against(believed: float) -> float:
     return (1.0 - believed) / believed
 
 
-def is_sure(pose: Pose, covariance: Floats, believed: float, stays: bool) -> bool:
-    """Whether a pose that is believed with a probability is sure, by the covariance (6, 6) of its fit.
+def is_unlikely(ambiguity: float) -> bool:
+    """Whether rivals of such a chance leave a pose likely enough to be sure."""
+    return shared(1.0, ambiguity) >= SURE
+
+
+def is_clear(found: Found, ambiguity: float) -> bool:
+    """Whether a pose is the right one by its lines, and beside its rivals."""
+    return found.belief(0.0) >= SURE and is_unlikely(ambiguity)
+
+
+def is_probable(found: Found, ambiguity: float, stays: bool) -> bool:
+    """Whether a pose is clear, or likely enough where it ``stays`` believed from the frame before."""
+    return is_clear(found, ambiguity) or (stays and found.belief(ambiguity) >= STAYS)
+
+
+def is_sure(found: Found, ambiguity: float, stays: bool) -> bool:
+    """Whether a pose is sure, by its lines, its rivals and the covariance of its fit.
 
     After a sure frame it ``stays`` so where it is less likely and exact for what its doubt is more than that.
     """
-    if believed >= SURE:
-        return is_exact(pose, covariance)
-    wider = 1.0 + TOLD_IN_DOUBT * (odds_against(believed) - odds_against(SURE))
-    return stays and believed >= STAYS_SURE and is_exact(pose, wider * covariance)
+    if is_clear(found, ambiguity):
+        return is_exact(found.pose, found.covariance)
+    believed = found.belief(ambiguity)
+    wider = 1.0 + TOLD_IN_DOUBT * max(odds_against(believed) - odds_against(SURE), 0.0)
+    return stays and believed >= STAYS_SURE and is_exact(found.pose, wider * found.covariance)
 
 
 def is_exact(pose: Pose, covariance: Floats) -> bool:
