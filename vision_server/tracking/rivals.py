@@ -32,26 +32,40 @@ class _Rival:
 
 
 class Rivals:
-    """Of one followed pose."""
+    """Of one followed pose.
+
+    Attributes
+    ----------
+    unasked : chance over it of those that only searches weigh: other models, and poses beside it, which print
+        shows in all frames alike.
+    """
 
     def __init__(self) -> None:
         self._rivals: list[_Rival] = []
-        self._others = 0.0  # chance of other models, which only searches look at
+        self.unasked = 0.0
         self._seen: Pose | None = None  # the last pose that was asked about
 
     @property
     def ambiguity(self) -> float:
         """Chance of the likeliest rival over the followed pose's, 0 (unique) to 1 (as good)."""
-        return max(self._others, *(math.exp(one.log_odds) for one in self._rivals if one.lives), 0.0)
+        return max(self.asked, self.unasked)
+
+    @property
+    def asked(self) -> float:
+        """That of those that frames are asked about: look-alikes."""
+        return max((math.exp(one.log_odds) for one in self._rivals if one.lives), default=0.0)
 
     def found(self, estimate: Estimate, goes_on: bool) -> None:
         """What a search found; if its pose ``goes_on`` from the one that was followed, so do known rivals."""
         known = self._rivals if goes_on else []
-        self._rivals, self._others = list(known), 0.0
+        self._rivals, self.unasked = list(known), 0.0
         if estimate.pose is None:
             return
         self._seen = estimate.pose
         for rival in estimate.rivals:
+            if rival.pose.error_to(estimate.pose).within(*SAME):
+                self.unasked = max(self.unasked, rival.share)
+                continue
             if rival.share < SHARED:
                 continue
             told = math.log(rival.share)
@@ -63,7 +77,7 @@ class Rivals:
             if not same:
                 self._rivals.append(_Rival(estimate.pose.inverse().compose(rival.pose), told))
         if estimate.misfit is not None:
-            self._others = min(estimate.misfit.otherwise, 1.0)
+            self.unasked = max(self.unasked, min(estimate.misfit.otherwise, 1.0))
 
     def weigh(self, followed: Found, refined: Callable[[Pose], Found | None]) -> None:
         """Ask a frame about each that lives: it supports the ``followed`` pose so much, and the rival?

@@ -19,6 +19,7 @@ from vision_server.tracking.acceptance import (
     HELD,
     STAYS,
     SURE,
+    are_unlikely,
     belief_in,
     found_belief,
     is_elsewhere,
@@ -27,7 +28,6 @@ from vision_server.tracking.acceptance import (
     is_partly_whole,
     is_probable,
     is_sure,
-    is_unlikely,
     is_whole,
     told_covariance,
     whole_lines,
@@ -180,8 +180,7 @@ class Tracker:
 
     def _is_likely(self, found: Found) -> bool:
         """Whether it would be believed in light that usually shows as little."""
-        likely = is_probable(found, self._rivals.ambiguity, self._was_believed)
-        return likely and self._is_foreseen(found)
+        return is_probable(found, self._rivals, self._was_believed) and self._is_foreseen(found)
 
     def _is_foreseen(self, found: Found) -> bool:
         return self._innovation(found).squared <= SURPRISING
@@ -204,7 +203,7 @@ class Tracker:
             self._motion = Motion.at_rest(found.pose, found.covariance, middle)
         stays = self._usual.whole is not None and found.quality >= SURE_LIKE * self._usual.quality
         sure = believed and (self._was_believed or self._usual.is_other)
-        sure = sure and is_sure(found, self._rivals.ambiguity, stays)
+        sure = sure and is_sure(found, self._rivals, stays)
         self._steady = sure and not self._strain.asked(found.is_strained)
         self._held(found.pose, believed)
         if believed:
@@ -246,7 +245,7 @@ class Tracker:
         if followed is not None and (found is None or found.quality <= followed.quality):
             confirmed = same and self._believed and found_belief(estimate, found) >= STAYS
             self._believed = confirmed or (self._judged(estimate, found) and same)
-            self._was_believed = self._believed and is_unlikely(self._rivals.ambiguity)
+            self._was_believed = self._believed and are_unlikely(self._rivals)
             return self._taken(followed)
         if not likely or estimate.pose is None or estimate.covariance is None:
             self._misses, self._was_believed = self._misses + 1, False
@@ -255,7 +254,7 @@ class Tracker:
             return "lost", None, None, None
         assert estimate.support is not None
         self._believed = self._judged(estimate, found)
-        believed = self._believed and is_unlikely(self._rivals.ambiguity)
+        believed = self._believed and are_unlikely(self._rivals)
         pose, covariance, belief = estimate.pose, TAILS**2 * estimate.covariance, belief_in(estimate)
         if found is not None:
             pose, covariance, belief = found.pose, found.covariance, found.belief(self._rivals.ambiguity)
@@ -269,14 +268,14 @@ class Tracker:
         return state, pose, told_covariance(covariance, belief), support
 
     def _judged(self, estimate: Estimate, fitted: Found | None) -> bool:
-        """Whether what a search found is believed but for its rivals, after what those before it found."""
+        """Whether what a search found is believed but for look-alikes, after what those before it found."""
         told = found_belief(estimate, fitted)
         if estimate.pose is None or told < HELD:
             return False
         if is_elsewhere(estimate.pose, self._around, self._sight.model):
             self._against = 0
         like = self._is_like_before(estimate)
-        if told * (1.0 + estimate.ambiguity) >= SURE and like:
+        if told * (1.0 + estimate.ambiguity) >= SURE * (1.0 + self._rivals.unasked) and like:
             self._against = max(self._against - 1, 0)
             return self._against == 0
         if told < STAYS or not like:

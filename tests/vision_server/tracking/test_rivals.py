@@ -115,6 +115,15 @@ def test_a_rival_that_turns_otherwise_than_the_followed_pose_is_followed(
     assert asked[1].error_to(MOVED).within(0.01, 1e-4)
 
 
+def test_a_pose_beside_is_no_look_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = supporting(monkeypatch, 0.0)
+    own = Rivals()
+    own.found(Estimate(POSE, rivals=(Rival(turned(2.0), 0.2),)), goes_on=False)
+    own.weigh(seen(40.0, turned(20.0)), nothing)
+    assert asked == []
+    assert (own.asked, own.unasked, own.ambiguity) == (0.0, 0.2, 0.2)
+
+
 def test_other_models_are_looked_at_by_searches_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     supporting(monkeypatch, 0.0)
     own = Rivals()
