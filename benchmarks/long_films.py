@@ -60,19 +60,22 @@ def row_of(kind: str, number: int) -> dict[str, object]:
 def main(
     rows: Path,
     frames: int = 100_000,
-    kind: Annotated[list[str] | None, typer.Option(help=f"Of {', '.join(KINDS)}.")] = None,
+    kind: Annotated[
+        list[str] | None, typer.Option(help=f"Of {', '.join(KINDS)}; given twice, twice as many.")
+    ] = None,
     first: Annotated[int, typer.Option(help="Number of the first film of each kind.")] = 0,
 ) -> None:
     """Go on from where the file ends."""
     kinds = tuple(kind or LIGHT)
+    numbers = {one: itertools.count(first) for one in kinds}
     with rows.open("a+") as file:
         file.seek(0)
         found = [json.loads(line) for line in file]
         done = {(row["kind"], row["number"]) for row in found}
-        for number, one in ((number, one) for number in itertools.count(first) for one in kinds):
+        for one in itertools.cycle(kinds):
             if sum(row["frames"] for row in found) >= frames:
                 break
-            if (one, number) not in done:
+            if (one, number := next(numbers[one])) not in done:
                 found.append(row_of(one, number))
                 print(json.dumps(found[-1]), file=file, flush=True)
     sure, beyond = sum(row["sure"] for row in found), sum(len(row["wrong"]) for row in found)

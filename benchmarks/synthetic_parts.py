@@ -122,8 +122,14 @@ def _drawn(corners: Floats, triangles: Ints, grey: Floats, picture: Floats, dept
         if area == 0.0:
             continue
         top, bottom = min(a[1], b[1], c[1]), max(a[1], b[1], c[1])
-        left, right = min(a[0], b[0], c[0]), max(a[0], b[0], c[0])
         for y in range(max(0, int(top)), min(len(picture), int(bottom) + 2)):
+            left, right = np.inf, -np.inf
+            for p, q in ((a, b), (b, c), (c, a)):
+                if p[1] != q[1] and min(p[1], q[1]) <= y <= max(p[1], q[1]):
+                    x_there = p[0] + (q[0] - p[0]) * (y - p[1]) / (q[1] - p[1])
+                    left, right = min(left, x_there), max(right, x_there)
+            if left > right:
+                continue
             for x in range(max(0, int(left)), min(picture.shape[1], int(right) + 2)):
                 u = ((b[0] - x) * (c[1] - y) - (b[1] - y) * (c[0] - x)) / area
                 v = ((c[0] - x) * (a[1] - y) - (c[1] - y) * (a[0] - x)) / area
@@ -151,9 +157,10 @@ def rasterised(
     fine = (pixels - low + 0.5) * FINER - 0.5
     corners = np.column_stack([fine, 1.0 / points[:, 2]])
     _drawn(corners, model.triangles, grey[model.triangle_face], picture, depth)
-    blocks = (high[1] - low[1], FINER, high[0] - low[0], FINER)
-    small[part] = picture.reshape(blocks).mean(axis=(1, 3))
-    inside[part] = (depth > 0.0).reshape(blocks).any(axis=(1, 3))
+    small[part], covered = (
+        cv2.resize(one, (high - low).tolist(), interpolation=cv2.INTER_AREA) for one in (picture, depth)
+    )
+    inside[part] = covered > 0.0
     return small, inside
 
 

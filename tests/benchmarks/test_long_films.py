@@ -25,6 +25,20 @@ def test_films_that_were_made_are_not_made_again(tmp_path: Path, monkeypatch: py
     assert len(rows.read_text().splitlines()) == 3
 
 
+def test_a_kind_that_is_given_twice_has_twice_as_many_films(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(long_films, "row_of", made)
+    rows = tmp_path / "rows.jsonl"
+    long_films.main(rows, 6, ["fast", "fast", "arm"], first=7)
+    told = [(row["kind"], row["number"]) for row in map(json.loads, rows.read_text().splitlines())]
+    assert told == [("fast", 7), ("fast", 8), ("arm", 7), ("fast", 9), ("fast", 10), ("arm", 8)]
+
+
+def made(kind: str, number: int) -> dict[str, object]:
+    return {"kind": kind, "number": number, "frames": 1, "sure": 1, "unsure": 0, "lost": 0, "wrong": []}
+
+
 def test_sure_frames_of_a_target_that_is_not_there_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(long_films, "LENGTH", 3)
     assert long_films.row_of("fast", 0)["wrong"] == []

@@ -13,8 +13,9 @@ from vision_server.matching.match import Anywhere
 from vision_server.pipeline import Estimate
 from vision_server.pose.covariance import uncertainty
 from vision_server.pose.support import PoseSupport
-from vision_server.pose.trust import belief
+from vision_server.pose.trust import belief, shared
 from vision_server.tracking.following import Found
+from vision_server.tracking.rivals import Rivals
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -85,15 +86,31 @@ def odds_against(believed: float) -> float:
     return (1.0 - believed) / believed
 
 
-def is_sure(pose: Pose, covariance: Floats, believed: float, stays: bool) -> bool:
-    """Whether a pose that is believed with a probability is sure, by the covariance (6, 6) of its fit.
+def are_unlikely(rivals: Rivals) -> bool:
+    """Whether look-alikes leave a pose likely enough to be sure."""
+    return shared(1.0, rivals.asked) >= SURE
+
+
+def is_clear(found: Found, rivals: Rivals) -> bool:
+    """Whether a pose is the right one by its lines, and beside those that look like it."""
+    return found.belief(rivals.unasked) >= SURE and are_unlikely(rivals)
+
+
+def is_probable(found: Found, rivals: Rivals, stays: bool) -> bool:
+    """Whether a pose is clear, or likely enough where it ``stays`` believed from the frame before."""
+    return is_clear(found, rivals) or (stays and found.belief(rivals.ambiguity) >= STAYS)
+
+
+def is_sure(found: Found, rivals: Rivals, stays: bool) -> bool:
+    """Whether a pose is sure, by its lines, its rivals and the covariance of its fit.
 
     After a sure frame it ``stays`` so where it is less likely and exact for what its doubt is more than that.
     """
-    if believed >= SURE:
-        return is_exact(pose, covariance)
-    wider = 1.0 + TOLD_IN_DOUBT * (odds_against(believed) - odds_against(SURE))
-    return stays and believed >= STAYS_SURE and is_exact(pose, wider * covariance)
+    if is_clear(found, rivals):
+        return is_exact(found.pose, found.covariance)
+    believed = found.belief(rivals.ambiguity)
+    wider = 1.0 + TOLD_IN_DOUBT * max(odds_against(believed) - odds_against(SURE), 0.0)
+    return stays and believed >= STAYS_SURE and is_exact(found.pose, wider * found.covariance)
 
 
 def is_exact(pose: Pose, covariance: Floats) -> bool:

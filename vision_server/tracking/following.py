@@ -40,6 +40,7 @@ PASSES = 3  # at most, until it has settled
 FAR = ((4, (7.0, 5.0)), (2, (5.0,)))  # sizes and reaches there, where it was not: 28 px at full size
 TURNS = np.radians(6.0) * np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])  # across the view
 CLIMBS = 3  # of such turns, one after the other, at most
+SAME = (3.0, 0.03)  # degrees, share of the range: two poses that are one
 MARGIN_PX = 40.0  # of the window around the target: these 28 px, and the filters' reach
 
 
@@ -79,6 +80,10 @@ class Found:
     def belief(self, ambiguity: float) -> float:
         """Probability that this is where the target is, however exactly, see `trust.belief`."""
         return shared(self._own_belief, ambiguity)
+
+    def is_at(self, pose: Pose | None) -> bool:
+        """Whether it is this pose."""
+        return pose is not None and self.pose.error_to(pose).within(*SAME)
 
     def is_strained(self) -> bool:
         """Whether its lines say that the model is too long along an axis."""

@@ -19,15 +19,16 @@ from vision_server.tracking.acceptance import (
     HELD,
     STAYS,
     SURE,
+    are_unlikely,
     belief_in,
     found_belief,
     is_elsewhere,
     is_exact,
     is_likely,
     is_partly_whole,
+    is_probable,
     is_sure,
     is_whole,
-    keeps,
     told_covariance,
     whole_lines,
 )
@@ -37,6 +38,7 @@ from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import NEAR_REACHES_PX, Found, Sight
 from vision_server.tracking.frame import Tone, check_size
 from vision_server.tracking.motion import Innovation, Motion
+from vision_server.tracking.rivals import Rivals
 from vision_server.tracking.searching import Search
 from vision_server.tracking.softness import Softness
 from vision_server.tracking.strain import Strain
@@ -49,14 +51,13 @@ Seen = tuple[State, Pose | None, Floats | None, dict[int, float] | None]
 
 # Chosen by hand where nothing else is said.
 SURPRISING = 38.3  # squared innovation that one pose in a million exceeds where the filter is honest
-AS_BEFORE = 0.5  # of the quality that is usual in its light: below, the frame is looked at again ...
-SURE_LIKE = 0.67  # ... what is less probable than SURE is not sure (8 of 253 such off, all < 0.6) ...
-LIKE_BEFORE = 0.25  # ... and below this nothing in it is believed
+# Of the quality that is usual in its light: below, what is less probable than SURE is not sure (8 of 253 such
+# off, all < 0.6), and nothing in it is believed.
+SURE_LIKE, LIKE_BEFORE = 0.67, 0.25
 LOOKED_AT_ANEW = 5  # frames that are not believed in a row before everything is searched again
 EVERYWHERE = 6  # of so many searches that are not believed in a row, one looks without a pose to start from
 MOST_AGAINST = 3  # searches in doubt that count: as many must believe before what they find is believed
 LONGEST_S = 0.5  # without a pose, until velocity says nothing
-SAME = (3.0, 0.03)  # degrees, share of the range, that a fit to whole lines moves a pose that was searched
 WIDENED, WIDEST = 1.25, 2.5  # the range of a search, with each frame that found nothing, and at most
 
 
@@ -86,7 +87,7 @@ class Tracker:
         self._around = self._trusted = seed_pose  # the last pose, and the last believed one
         self._motion: Motion | None = None
         self._habits = Habits.of(model, edge_radius_m)
-        self._ambiguity = 0.0
+        self._rivals = Rivals()
         self._steady = False  # whether the last frame was followed surely
         self._softness: Softness | None = None  # its lines, of a steady frame
         self._believed = False  # whether the last search that found something believed it
@@ -142,6 +143,8 @@ class Tracker:
             self._motion = self._motion.after(seconds)
             self._since_s += seconds
             found = self._followed(pixels, self._motion)
+            if found is not None and found.belief(0.0) >= STAYS:
+                self._rivals.weigh(found, lambda pose: self._sight.near(pixels, pose, self._habits))
             if found is not None and (self._doubted < LOOKED_AT_ANEW or self._is_believed(found)):
                 return self._taken(found)
         held = found is not None and found.belief(0.0) >= HELD
@@ -155,7 +158,7 @@ class Tracker:
         near = self._sight.near(pixels, start, self._habits, self._softness)
         foreseen = expected.spread_px(self.camera, 0.5 * self.model.diameter) < NEAR_REACHES_PX[0]
         steady = self._steady and foreseen
-        if near is not None and steady and self._is_as_before(near) and self._is_believed(near):
+        if near is not None and steady and self._usual.shows(near.support) and self._is_believed(near):
             return near
         starts = [start] if isinstance(self._around, Anywhere) else [start, self._around]
         candidates = self._sight.far(pixels, starts, self._habits) + ([] if near is None else [near])
@@ -170,11 +173,6 @@ class Tracker:
             held = [one for one in candidates if is_partly_whole(one.support) and self._is_foreseen(one)]
         return held[0] if held else None
 
-    def _is_as_before(self, found: Found) -> bool:
-        """Whether a frame shows what the one before did, so that it needs no look farther around."""
-        kept = self._usual.whole is None or keeps(found.support, self._usual.whole)
-        return kept and found.quality >= AS_BEFORE * self._usual.quality
-
     def _is_believed(self, found: Found) -> bool:
         if not self._believed:  # nothing but a search weighs rivals and stretched models
             return False
@@ -182,8 +180,7 @@ class Tracker:
 
     def _is_likely(self, found: Found) -> bool:
         """Whether it would be believed in light that usually shows as little."""
-        least = STAYS if self._was_believed else SURE
-        return found.belief(self._ambiguity) >= least and self._is_foreseen(found)
+        return is_probable(found, self._rivals, self._was_believed) and self._is_foreseen(found)
 
     def _is_foreseen(self, found: Found) -> bool:
         return self._innovation(found).squared <= SURPRISING
@@ -204,10 +201,9 @@ class Tracker:
             self._motion = self._motion.corrected(self._innovation(found))
         else:
             self._motion = Motion.at_rest(found.pose, found.covariance, middle)
-        belief = found.belief(self._ambiguity)
         stays = self._usual.whole is not None and found.quality >= SURE_LIKE * self._usual.quality
         sure = believed and (self._was_believed or self._usual.is_other)
-        sure = sure and is_sure(found.pose, found.covariance, belief, stays)
+        sure = sure and is_sure(found, self._rivals, stays)
         self._steady = sure and not self._strain.asked(found.is_strained)
         self._held(found.pose, believed)
         if believed:
@@ -221,7 +217,8 @@ class Tracker:
         lines = found.fit.observation.samples.line
         soft = found.softness.kept(self.model, self.camera, found.pose, lines, self._softness)
         self._softness = soft if self._steady else None
-        return state, found.pose, told_covariance(found.covariance, belief), found.support.shares
+        covariance = told_covariance(found.covariance, found.belief(self._rivals.ambiguity))
+        return state, found.pose, covariance, found.support.shares
 
     def _held(self, pose: Pose, believed: bool) -> None:
         self._around, self._met, self._misses, self._since_s = pose, True, 0, 0.0
@@ -237,15 +234,18 @@ class Tracker:
         self._steady, self._softness, self._doubted = False, None, 0
         self._usual.forget_doubts()
         estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
+        same = followed is not None and followed.is_at(estimate.pose)
+        self._rivals.found(estimate, goes_on=same)
         likely = estimate.score >= HELD or is_likely(estimate, self._met)
         likely = likely and estimate.pose is not None and self._turning.allows(estimate.pose)
         found = None
         if likely and estimate.pose is not None:  # on whole lines, as every frame is
-            near = self._sight.near(pixels, estimate.pose, self._habits)
-            found = near if near is not None and near.pose.error_to(estimate.pose).within(*SAME) else None
+            found = self._sight.near(pixels, estimate.pose, self._habits)
+        found = found if found is not None and found.is_at(estimate.pose) else None
         if followed is not None and (found is None or found.quality <= followed.quality):
-            same = estimate.pose is not None and followed.pose.error_to(estimate.pose).within(*SAME)
-            self._was_believed = self._believed = self._judged(estimate, found) and same
+            confirmed = same and self._believed and found_belief(estimate, found) >= STAYS
+            self._believed = confirmed or (self._judged(estimate, found) and same)
+            self._was_believed = self._believed and are_unlikely(self._rivals)
             return self._taken(followed)
         if not likely or estimate.pose is None or estimate.covariance is None:
             self._misses, self._was_believed = self._misses + 1, False
@@ -253,10 +253,11 @@ class Tracker:
                 self._motion = None
             return "lost", None, None, None
         assert estimate.support is not None
-        self._believed = believed = self._judged(estimate, found)
+        self._believed = self._judged(estimate, found)
+        believed = self._believed and are_unlikely(self._rivals)
         pose, covariance, belief = estimate.pose, TAILS**2 * estimate.covariance, belief_in(estimate)
         if found is not None:
-            pose, covariance, belief = found.pose, found.covariance, found.belief(self._ambiguity)
+            pose, covariance, belief = found.pose, found.covariance, found.belief(self._rivals.ambiguity)
         state: State = "sure" if believed and is_exact(pose, covariance) else "unsure"
         self._motion = Motion.at_rest(pose, covariance, self._sight.model.middle)
         self._held(pose, believed)
@@ -267,15 +268,14 @@ class Tracker:
         return state, pose, told_covariance(covariance, belief), support
 
     def _judged(self, estimate: Estimate, fitted: Found | None) -> bool:
-        """Whether what a search found is believed, after what those before it found."""
-        self._ambiguity = estimate.ambiguity
+        """Whether what a search found is believed but for look-alikes, after what those before it found."""
         told = found_belief(estimate, fitted)
         if estimate.pose is None or told < HELD:
             return False
         if is_elsewhere(estimate.pose, self._around, self._sight.model):
             self._against = 0
         like = self._is_like_before(estimate)
-        if told >= SURE and like:
+        if told * (1.0 + estimate.ambiguity) >= SURE * (1.0 + self._rivals.unasked) and like:
             self._against = max(self._against - 1, 0)
             return self._against == 0
         if told < STAYS or not like:

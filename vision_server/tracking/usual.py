@@ -12,11 +12,15 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from vision_server.channels.depth import Pixels
+from vision_server.pose.support import PoseSupport
+from vision_server.pose.trust import quality
+from vision_server.tracking.acceptance import keeps
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 # Chosen by hand.
+AS_BEFORE = 0.5  # of the quality that is usual in its light: below, a frame is looked at again
 REMEMBERED = 0.1  # share of the latest frame in what is usual
 LAST = 8  # frames that are believed, of whose lights one may be this frame's
 # Faces are as bright in light like this but for so much of what they are off from the frame before, squared;
@@ -59,6 +63,11 @@ class Usual:
     def whole(self) -> Flags | None:
         """Lines (L,) that the last believed frame in light like this one's showed whole, if that was sure."""
         return self._last[-self._ago].whole if self._last else None
+
+    def shows(self, support: PoseSupport) -> bool:
+        """Whether a frame shows what those of its light do, so that it needs no look farther around."""
+        kept = self.whole is None or keeps(support, self.whole)
+        return kept and quality(support) >= AS_BEFORE * self.quality
 
     @property
     def is_other(self) -> bool:

@@ -11,11 +11,13 @@ import pytest
 from geometry.pose import Pose
 from vision_server.pipeline import Estimate
 from vision_server.pose.support import PoseSupport
-from vision_server.pose.trust import Misfit
+from vision_server.pose.trust import Misfit, shared
 from vision_server.tracking.acceptance import (
+    Floats,
     found_belief,
     is_exact,
     is_partly_whole,
+    is_probable,
     is_sure,
     is_whole,
     keeps,
@@ -23,6 +25,7 @@ from vision_server.tracking.acceptance import (
 )
 from vision_server.tracking.following import Found
 from vision_server.tracking.motion import about
+from vision_server.tracking.rivals import Rivals
 
 
 def supported(*lines: tuple[float, float]) -> PoseSupport:
@@ -30,6 +33,18 @@ def supported(*lines: tuple[float, float]) -> PoseSupport:
     seen = [SimpleNamespace(visible_px=px, support=share) for px, share in lines]
     visible, share = np.array(lines).reshape(-1, 2).T
     return cast("PoseSupport", SimpleNamespace(lines=seen, by_line=(visible, share * visible)))
+
+
+def believed(alone: float, pose: Pose | None = None, covariance: Floats | None = None) -> Found:
+    """A pose that is believed so much without a rival."""
+    own = SimpleNamespace(pose=pose, covariance=covariance, belief=lambda ambiguity: shared(alone, ambiguity))
+    return cast("Found", own)
+
+
+def alike(asked: float, unasked: float = 0.0) -> Rivals:
+    """Rivals of such a chance."""
+    told = SimpleNamespace(asked=asked, unasked=unasked, ambiguity=max(asked, unasked))
+    return cast("Rivals", told)
 
 
 @pytest.mark.parametrize(
@@ -89,8 +104,34 @@ def test_what_is_less_likely_is_sure_after_a_sure_frame_and_exact_for_all_its_do
     pose = Pose(np.zeros(3), np.array([0.0, 0.0, 0.5]))
     turned = [np.diag(np.repeat([np.radians(deg), 0.001], 3) ** 2) for deg in (0.3, 0.9)]
     exact, barely = (about(-pose.translation, spread) for spread in turned)
-    assert is_sure(pose, barely, 0.9, stays=False)
-    assert is_sure(pose, exact, 0.76, stays=True)
-    assert not is_sure(pose, exact, 0.76, stays=False)
-    assert not is_sure(pose, barely, 0.76, stays=True)
-    assert is_sure(pose, barely, 0.9 - 1e-6, stays=True)
+    assert is_sure(believed(0.9, pose, barely), alike(0.0), stays=False)
+    assert is_sure(believed(0.76, pose, exact), alike(0.0), stays=True)
+    assert not is_sure(believed(0.76, pose, exact), alike(0.0), stays=False)
+    assert not is_sure(believed(0.76, pose, barely), alike(0.0), stays=True)
+    assert is_sure(believed(0.9 - 1e-6, pose, barely), alike(0.0), stays=True)
+    assert is_sure(believed(0.95, pose, barely), alike(0.1), stays=False)
+    assert not is_sure(believed(0.95, pose, exact), alike(0.3), stays=False)
+    assert is_sure(believed(0.95, pose, exact), alike(0.3), stays=True)
+    assert not is_sure(believed(0.95, pose, exact), alike(0.7), stays=True)
+
+
+@pytest.mark.parametrize(
+    ("alone", "ambiguity", "stays", "probable"),
+    [
+        (0.9, 0.1, False, True),
+        (0.9, 0.12, False, False),
+        (0.89, 0.0, False, False),
+        (0.89, 0.7, True, True),
+        (0.89, 0.9, True, False),
+    ],
+)
+def test_lines_and_rivals_are_asked_each_for_itself_of_what_was_not_believed(
+    alone: float, ambiguity: float, stays: bool, probable: bool
+) -> None:
+    assert is_probable(believed(alone), alike(ambiguity), stays) == probable
+
+
+def test_rivals_that_no_frame_is_asked_about_lower_what_lines_tell() -> None:
+    assert is_probable(believed(0.98), alike(0.0, 0.08), stays=False)
+    assert not is_probable(believed(0.96), alike(0.0, 0.08), stays=False)
+    assert is_probable(believed(0.96), alike(0.08, 0.0), stays=False)
