@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 from report.following import Action, Journal
-from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
@@ -21,13 +20,8 @@ def told(folder: Path, every_reason: bool) -> list[Action]:
     return answer.actions
 
 
-def test_who_follows_is_told_the_newest_reasons_and_the_report_every_one(tmp_path: Path) -> None:
-    done = served(
-        "--out", tmp_path, "--controller", "greedy", "--threshold", "0.000001", "--max-iterations", "3",
-        "--no-report", "--quiet",
-    )  # fmt: skip
-    assert done.returncode == 3, done.stderr
-    newest, every = told(tmp_path, every_reason=False), told(tmp_path, every_reason=True)
+def test_who_follows_is_told_the_newest_reasons_and_the_report_every_one(three_images: Path) -> None:
+    newest, every = told(three_images, every_reason=False), told(three_images, every_reason=True)
     decided = ("choose", "capture", "estimate")
     assert [one.text for one in newest] == [one.text for one in every]
     assert [one.name for one in every if one.reason] == 3 * [*decided]

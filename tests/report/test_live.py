@@ -18,6 +18,7 @@ from tests.report.browser import Browser, chromium
 from tests.report.run_folders import RunMaker
 from tests.report.viewers import ADDRESS, asked, listening, next_part, told, view_of
 from tests.session.command import ROOT, gone, start_controller
+from tests.session.serving import KEEPING
 
 pytestmark = pytest.mark.slow
 
@@ -84,7 +85,7 @@ def hold_soon(folder: Path) -> None:
 
 
 def test_a_session_that_is_told_to_stop_ends_as_by_sigterm_and_its_view_with_it(tmp_path: Path) -> None:
-    session = start_controller("--view", "--out", tmp_path, *ENDLESS, "--no-report")
+    session = start_controller("--view", "--out", tmp_path, *ENDLESS, "--no-report", *KEEPING)
     assert session.stderr is not None
     address = next(found[1] for line in session.stderr if (found := ADDRESS.match(line)))
     viewers = [int(view.name) for view in views_of(tmp_path)]
