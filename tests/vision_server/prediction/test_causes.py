@@ -8,7 +8,7 @@ from geometry.model import Model
 from tests.vision_server.prediction.lit_scenes import ASKED, POSITIONS, found, taken
 from tests.vision_server.synthetic import CAMERA, POSE
 from vision_server.prediction.causes import DOUBT_NATS, Cause, likely_causes, verdict
-from vision_server.prediction.places import MOST_PLACES, OTHER_LIGHTS, _reached, read
+from vision_server.prediction.places import MOST_PLACES, OTHER_LIGHTS, Places, Readings, _reached, read
 from vision_server.prediction.response import LitImage
 
 
@@ -44,6 +44,21 @@ def test_in_a_dark_room_a_light_that_is_dead_is_no_sun_that_has_set(model: Model
     sure, _ = verdict(likely_causes(places, readings, np.array(asked), doubted=1))
     assert sure is not None
     assert sure[:3] == ("light_dead", (0,), 1)
+
+
+def test_beside_a_sun_on_most_places_a_weak_light_that_shows_in_its_shadow_is_not_dead() -> None:
+    in_sun = np.arange(16) >= 6
+    shape = np.stack([np.ones(16), np.where(in_sun, 1.6, 0.3), np.where(in_sun, 0.3, 1.9)], axis=1)
+    lights = 0.0625 * np.array([[1, 1], [0, 0], [0, 0], [0, 1], [1, 1], [1, 0]])
+    exposure = np.array([0.5, 2.0, 32.0, 32.0, 0.5, 0.5])[:, None]
+    given = 1.8 * in_sun + 0.1 * lights @ shape[:, 1:].T
+    sd = np.hypot(0.015 * given, 0.002 / exposure)
+    most = 0.93 / exposure
+    value = np.minimum(given + sd * np.random.default_rng(1).normal(size=sd.shape), most)
+    readings = Readings(value, sd, value < most, np.zeros_like(sd), np.eye(len(lights)), most[:, 0])
+    places = Places(np.zeros((16, 2), np.int64), np.zeros((16, 3)), shape, np.ones(2, np.bool_))
+    causes = likely_causes(places, readings, lights, doubted=4)
+    assert all(cause.nats < 0.0 for cause in causes if cause.name == "light_dead")
 
 
 def test_an_image_without_any_light_is_no_endless_evidence(model: Model) -> None:
