@@ -30,7 +30,7 @@ from vision_server.pose.ranking import (
     refined,
     roughly,
 )
-from vision_server.pose.spun import spun
+from vision_server.pose.spun import ALONG, spun
 from vision_server.pose.support import support_at
 
 SIDES, APART_DEG = 3, 20.0  # poses beside which others are looked for; chosen by hand
@@ -39,7 +39,6 @@ ONE_LOOK = (3.0, 0.005)  # degrees, share of the range, between poses that a nea
 # Where first sight lost a pose its best had 2 nats; the hypothesis, 3 % of the range off, was third; the pose
 # had 260. Chosen by hand: of 60 photographs of drawn parts none changes its answer.
 CONVINCING_NATS, MATCHED_AGAIN, OF_EACH = 40.0, 5, 2
-ALONG = 0.999  # cosine between an axis and itself turned, for a turn about it
 
 
 def of_most_evidence(

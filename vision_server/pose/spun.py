@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.round_axes import round_axes, turned_about
+from geometry.symmetries import symmetry_of
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.support import CAP_PX, support_at
 
@@ -25,7 +26,8 @@ LEAST_STEP_RAD, MOST_STEP_RAD = math.radians(1.5), math.radians(6.0)
 # of a flange of 128 segments 8 to 24 and 0.03 to 0.08 where the best turn was often wrong, 42 to 118 and 0.08
 # to 0.22 where the holes were seen.
 UNSEEN = (30.0, 0.06)
-MOST_LOOKED_AT = 48  # turns, for that
+MOST_LOOKED_AT, LEAST_LOOKED_AT = 48, 8  # turns, for that: all around, or an n-th of it where it has n folds
+ALONG = 0.999  # cosine between an axis and that of a turn about it
 CLEARLY = 0.03  # of the visible length: by so much a turn must be better; two that differ by less are alike
 
 
@@ -58,7 +60,8 @@ def spun(problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float) 
 def unseen_turns(problem: PoseProblem, pose: Pose, spacing_px: float) -> tuple[Floats, ...]:
     """The axes of a nearly round model about which no turn of a pose fits the images much better than others.
 
-    Seen from its side a flange shows slivers of its holes, and noise decides which turn fits best.
+    Seen from its side a flange shows slivers of its holes, and noise decides which turn fits best. Turns are
+    looked at as far as none is one that changes nothing.
 
     Parameters
     ----------
@@ -68,8 +71,12 @@ def unseen_turns(problem: PoseProblem, pose: Pose, spacing_px: float) -> tuple[F
     out = []
     for axis, centre in round_axes(problem.model):
         step = _step(problem.model, axis, centre, pose, problem.camera.fx)
-        turns = np.arange(0.0, 2.0 * math.pi, step)
-        some = turns[np.unique(np.linspace(0, len(turns) - 1, MOST_LOOKED_AT).astype(int))]
+        folds = _folds(problem.model, axis)
+        turns, most = (
+            np.arange(0.0, 2.0 * math.pi / folds, step),
+            max(LEAST_LOOKED_AT, MOST_LOOKED_AT // folds),
+        )
+        some = turns[np.unique(np.linspace(0, len(turns) - 1, most).astype(int))]
         found = [
             support_at(problem, turned_about(pose, axis, centre, turn), 2.0 * spacing_px) for turn in some
         ]
@@ -77,6 +84,12 @@ def unseen_turns(problem: PoseProblem, pose: Pose, spacing_px: float) -> tuple[F
         if len(told) and (np.ptp([told.max(axis=0), np.median(told, axis=0)], axis=0) < UNSEEN).any():
             out.append(axis)
     return tuple(out)
+
+
+def _folds(model: Model, axis: Floats) -> int:
+    """How many turns about an axis, none included, bring a model back onto itself."""
+    vectors = [turn.rotation_vector for turn in symmetry_of(model).turns]
+    return sum(bool(abs(v @ axis) >= ALONG * np.linalg.norm(v)) for v in vectors)
 
 
 def _step(model: Model, axis: Floats, centre: Floats, pose: Pose, focal_px: float) -> float:
