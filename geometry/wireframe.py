@@ -16,10 +16,8 @@ Floats = NDArray[np.float64]
 # Chosen by hand where nothing else is said.
 SPACING_PX = 1.0
 GAP = 1.6  # samples of a line farther apart than this many steps have something hidden between them
-BENT_PX, CHORD_PX = (
-    0.2,
-    6,
-)  # stretches that leave their chord by more are drawn as chords of about this length
+BENT_PX = 0.2  # stretches that leave their chord by more ...
+CHORD_PX = 6  # ... are drawn as chords of about this length
 
 
 @dataclass(frozen=True, eq=False)

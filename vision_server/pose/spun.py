@@ -72,10 +72,8 @@ def unseen_turns(problem: PoseProblem, pose: Pose, spacing_px: float) -> tuple[F
     for axis, centre in round_axes(problem.model):
         step = _step(problem.model, axis, centre, pose, problem.camera.fx)
         folds = _folds(problem.model, axis)
-        turns, most = (
-            np.arange(0.0, 2.0 * math.pi / folds, step),
-            max(LEAST_LOOKED_AT, MOST_LOOKED_AT // folds),
-        )
+        turns = np.arange(0.0, 2.0 * math.pi / folds, step)
+        most = max(LEAST_LOOKED_AT, MOST_LOOKED_AT // folds)
         some = turns[np.unique(np.linspace(0, len(turns) - 1, most).astype(int))]
         found = [
             support_at(problem, turned_about(pose, axis, centre, turn), 2.0 * spacing_px) for turn in some
