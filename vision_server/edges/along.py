@@ -10,8 +10,8 @@ from vision_server.channels.depth import Field
 from vision_server.edges.edge_map import EdgeMap
 
 # Chosen by hand: `python -m benchmarks.edge_kinds`.
-REACH_PX = 10  # along the edge, to either side
-STEP_PX = 5
+REACH_PX = 12  # along the edge, to either side
+STEP_PX = 4
 LEAST_COSINE = np.float32(0.92)  # 23 degrees between the axes of neighbours on one edge
 
 
