@@ -90,21 +90,23 @@ class CauseTold(Message, frozen=True):
 class ToldStep(Message, frozen=True):
     """One thing that a server must know again.
 
-    An answer of `estimate`, arguments of `parameters`, that `predict` was asked, or what has happened.
+    An answer of `estimate`, arguments of `parameters`, that `predict` was asked, an image that was discarded,
+    or what has happened.
     """
 
     estimate: EstimateTold | None = None
     parameters: dict[str, Any] = field(default_factory=dict)
     predicted: bool = False
+    discarded: ImageId | None = None
     happened: CauseTold | None = None
 
 
 class RestoreArgs(StartArgs, frozen=True, kw_only=True):
     """`restore`: go on with a session from its folder ``out``; ``images`` are those that were in the set.
 
-    ``discarded`` names images that were taken and dropped, so that their names are not used again; ``told``
-    is, in order, what best estimate, seed pose, parameters and predictions depend on, and ``doubted`` the
-    image before which something may have happened.
+    ``discarded`` names images that were taken and are not in it, so that their names are not used again;
+    ``told`` is, in order, what best estimate, seed pose, parameters and predictions depend on, and
+    ``doubted`` the image before which something may have happened.
     """
 
     out: FileName

@@ -1,6 +1,6 @@
 :- module(session_restoration,
           [ known_again/2,              % +Situation, -Known
-            told_again/3,               % +Newest, +Images, -Told
+            told_again/2,               % +Newest, -Told
             unmet_surprise/2            % +Newest, -Event
           ]).
 /** <module> What a vision server is told that has to know again what another one knew
@@ -25,37 +25,30 @@ known_again(Situation, _{images:Images, discarded:Discarded, told:Told, doubted:
     situation_history(Situation, Newest),
     findall(Image, member(capture(Image, _), Newest), Taken),
     subtract(Taken, Images, Discarded),
-    told_again(Newest, Images, Told),
+    told_again(Newest, Told),
     doubted(Newest, Doubted).
 
-%!  told_again(+Newest, +Images, -Told) is det.
+%!  told_again(+Newest, -Told) is det.
 %
 %   Of a history, newest action first: what best estimate, seed pose, parameters and predictions depend on, in order of
-%   time.  What has happened is told with the first of the Images after it, or null.
+%   time.
 
-told_again(Newest, Images, Told) :-
-    findall(Image, member(capture(Image, _), Newest), Last),
-    reverse(Last, Taken),
+told_again(Newest, Told) :-
     reverse(Newest, Oldest),
-    findall(Step, ( member(Event, Oldest), told_step(Event, Taken, Images, Step) ), Told).
+    findall(Step, ( member(Event, Oldest), told_step(Event, Step) ), Told).
 
-told_step(e(estimate(_), Fix), _, _, _{estimate:Estimate}) :-
+told_step(e(estimate(_), Fix), _{estimate:Estimate}) :-
     Fix = fix(_, _, _, _),
     fix_dict(Fix, Dict),
     del_dict(lines, Dict, _, Estimate).
-told_step(set_parameter(Name, Value), _, _, _{parameters:Parameters}) :-
+told_step(set_parameter(Name, Value), _{parameters:Parameters}) :-
     dict_pairs(Parameters, parameters, [Name-Value]).
-told_step(advance(RangeM), _, _, _{parameters:_{seed_pose:_{best_at_range_m:RangeM}}}).
-told_step(e(predict(_, _, [_|_]), _), _, _, _{predicted:true}).
-told_step(e(capture(_, _), Seen), Taken, Images, _{happened:_{cause:Name, lights:Lights, since:First}}) :-
+told_step(advance(RangeM), _{parameters:_{seed_pose:_{best_at_range_m:RangeM}}}).
+told_step(e(predict(_, _, [_|_]), _), _{predicted:true}).
+told_step(discard(Image, _), _{discarded:Image}).
+told_step(e(capture(_, _), Seen), _{happened:_{cause:Name, lights:Lights, since:Since}}) :-
     event_seen(Seen, surprise(Since, Cause)),
-    Cause =.. [Name|Lights],
-    (   append(_, [Since|Later], Taken),
-        member(Image, [Since|Later]),
-        memberchk(Image, Images)
-    ->  First = Image
-    ;   First = null
-    ).
+    Cause =.. [Name|Lights].
 
 %   The image before which something may have happened, where the last image has that doubted, or null.
 doubted(Newest, Since) :-

@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 
 def predict(task: PoseTask, args: PredictArgs) -> PredictResult:
     """Answer the operation `predict`."""
-    images = args.images or tuple(task.applied)
+    images = args.images or tuple(task.images.images)
     task.images.check(images)
     found = task.estimate_of(images) if images else None
     known = None if found is None or found.pose is None else forecast(task, images, found.pose)
@@ -56,17 +56,12 @@ def forecast(task: PoseTask, images: Sequence[str], pose: Pose) -> Forecast:
 
 
 def lit_images(task: PoseTask, images: Sequence[str]) -> tuple[Candidates, list[LitImage]]:
-    """What images of the set were taken under, and they as readings of brightness.
-
-    These are made once, but for the lights, see `outputs`.
-    """
+    """What images of the scene were taken under, and they as readings of brightness, lights as `outputs`."""
     taken = numbers(task, [task.applied[name] for name in images], images)
-    for row, name in enumerate(images):
-        if name not in task.lit:
-            channel = task.images.images[name].statistics
-            linear = channel.linear / np.float32(255.0)
-            task.lit[name] = LitImage(linear, float(taken.exposure[row]), taken.lights[row], channel.blur_px)
-    return taken, [replace(task.lit[name], lights=taken.lights[row]) for row, name in enumerate(images)]
+    lit = [
+        replace(task.reading(name), lights=lights) for name, lights in zip(images, taken.lights, strict=True)
+    ]
+    return taken, lit
 
 
 def _searched(

@@ -133,13 +133,20 @@ class VisionServer(Service):
             task.set_parameters(step.parameters)
             if step.predicted:
                 task.expect(task.best)
+            if step.discarded is not None and step.discarded in kept and task.foresees:
+                task.applied[step.discarded] = frames[step.discarded].settings()
             if step.happened is not None:
                 from vision_server.serve import surprises  # late: few sessions need it
 
-                surprises.restore(task, step.happened, args.images)
+                surprises.restore(task, step.happened, list(kept))
         task.doubted = args.doubted
-        for image in args.images:
-            task.add(image, read_pixels(out / FOLDER / f"{image}.png"), frames[image].settings())
+        remembered = set(task.applied)  # a new set has forgotten those before it
+        task.applied.clear()
+        for image in kept:
+            if image in args.images or image in remembered:
+                task.add(image, read_pixels(out / FOLDER / f"{image}.png"), frames[image].settings())
+            if image in remembered:
+                task.discard(image)
         task.retired |= set(args.discarded)
         return _started(task)
 

@@ -79,7 +79,8 @@ def in_the_way(task: PoseTask, images: Sequence[str], pose: Pose) -> Cause | Non
     target = target_region(task.model, task.camera, pose)
     pictures = task.images.images
     for before in images[:since]:
-        if _alike(task, before, last) and replaced(pictures[before].pixels, pictures[last].pixels, target):
+        same = before in pictures and _alike(task, before, last)
+        if same and replaced(pictures[before].pixels, pictures[last].pixels, target):
             return Cause("in_the_way", (), since, np.inf, tested=True)
     return None
 

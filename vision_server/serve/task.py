@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from bridge.arrays import FramePixels
 from bridge.errors import BadInput
 from bridge.messages import Describe, Settings
@@ -13,7 +15,7 @@ from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import Pose
-from stack.exposure import relative_exposure
+from stack.exposure import light_powers, relative_exposure
 from vision_server.channels.depth import Raw
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from vision_server.tracking.tracker import Tracker
 
 RATHER_RIGHT = 0.5  # score from which a pose is rather right than wrong
+REMEMBERED = 6  # discarded images: of no more `prediction.causes` asks what has happened
 
 
 class Happened(NamedTuple):
@@ -64,9 +67,12 @@ class PoseTask:
     best
         The estimate with the best score of the present set so far.
     applied
-        What each image of the set was taken under.
+        What each image of the scene was taken under, in order of time: of the set, and of the last ones that
+        were discarded since the first forecast.
     lit
-        Images as readings of brightness, of those that something was predicted from.
+        Images as readings of brightness, of those that something was predicted from, and of discarded ones.
+    foresees
+        Whether a forecast was asked for: images are held against those before, discarded ones among them.
     tracker
         What follows the target since its first frame, where a client has it followed.
     expected
@@ -94,6 +100,7 @@ class PoseTask:
     applied: dict[str, Settings] = field(default_factory=dict)
     lit: dict[str, LitImage] = field(default_factory=dict)
     tracker: Tracker | None = None
+    foresees: bool = False
     expected: Pose | None = None
     doubted: str | None = None
     happened: list[Happened] = field(default_factory=list)
@@ -132,15 +139,30 @@ class PoseTask:
         return self.best.pose
 
     def discard(self, image: str) -> None:
-        """Forget an image of the set; its name stays taken."""
-        if image not in self.retired:
-            self.images.remove(image)
-            del self.applied[image]
-            self.lit.pop(image, None)
-            self.retired.add(image)
+        """Take an image out of the set; its name stays taken, what it shows of light is remembered."""
+        if image in self.retired:
+            return
+        if self.foresees:
+            self.lit[image] = self.reading(image)
+        self.images.remove(image)
+        self.retired.add(image)
+        dropped = [name for name in self.applied if name not in self.images.images]
+        for name in dropped[: max(len(dropped) - REMEMBERED, 0)] if self.foresees else dropped:
+            del self.applied[name]
+            self.lit.pop(name, None)
+
+    def reading(self, image: str) -> LitImage:
+        """An image of the scene as readings of brightness; its lights are those that were asked for."""
+        if image not in self.lit:
+            channel, settings = self.images.images[image].statistics, self.applied[image]
+            powers = np.array(light_powers(self.describe.lights, settings.lights))
+            linear = channel.linear / np.float32(255.0)
+            self.lit[image] = LitImage(linear, self.exposure(settings), powers, channel.blur_px)
+        return self.lit[image]
 
     def expect(self, found: Estimate | None) -> None:
         """Take the target to be where it was found, if that is rather right: images are held against it."""
+        self.foresees = True
         self.expected = None if found is None or found.score < RATHER_RIGHT else found.pose
 
     def learn(self, happened: Happened) -> None:

@@ -112,6 +112,22 @@ def test_a_restored_session_holds_images_against_what_was_foreseen_and_knows_wha
         restored({"happened": {"cause": "light_dead", "lights": ["torch"]}})
 
 
+def test_a_restored_session_remembers_discarded_images_as_the_first_did(
+    vision: Client, images: Running, tmp_path: Path
+) -> None:
+    arguments = {"image_server": images.endpoint, "out": str(tmp_path)}
+    asked(vision, "start", **arguments)
+    for image in ("i1", "i2", "i3"):
+        asked(vision, "capture", image=image, settings=SETTINGS)
+    told = [{"predicted": True}, {"discarded": "i2"}, {"happened": {"cause": "sun_changed", "since": "i2"}}]
+    asked(vision, "restore", **arguments, images=["i1", "i3"], discarded=["i2"], told=told)
+    assert asked(vision, "discard", image="i3")["images"] == ["i1"]
+    with pytest.raises(ServerError, match="i2 is taken"):
+        asked(vision, "capture", image="i2", settings=SETTINGS)
+    with pytest.raises(ServerError, match="since i9"):
+        asked(vision, "restore", **arguments, told=[{"happened": {"cause": "sun_changed", "since": "i9"}}])
+
+
 def test_what_is_seen_of_the_model_is_written_with_each_pose(
     vision: Client, images: Running, simulator: Simulator, tmp_path: Path
 ) -> None:

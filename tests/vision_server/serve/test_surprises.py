@@ -19,7 +19,7 @@ from vision_server.serve import surprises
 from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import outputs
 from vision_server.serve.surprises import images_of_scene, restore
-from vision_server.serve.task import Happened, PoseTask
+from vision_server.serve.task import REMEMBERED, Happened, PoseTask
 
 FULL = Settings(lights=(7, 7, 7), shutter_s=1 / 60, aperture=4.0)
 
@@ -55,6 +55,36 @@ def test_images_of_another_sun_or_without_an_arm_are_no_evidence_when_the_first_
     assert images_of_scene(task) == ["i3", "i4"]
     task.discard("i3")
     assert images_of_scene(task) == ["i4"]
+
+
+def test_discarded_images_are_remembered_once_something_was_foreseen(task: PoseTask) -> None:
+    task.discard("i1")
+    assert images_of_scene(task) == ["i2", "i3", "i4"]
+    task.expect(None)
+    task.discard("i3")
+    assert images_of_scene(task) == ["i2", "i3", "i4"]
+    assert list(task.images.images) == ["i2", "i4"]
+    for number in range(5, 6 + REMEMBERED):
+        task.add(f"i{number}", np.zeros((task.camera.height, task.camera.width), np.uint8), FULL)
+        task.discard(f"i{number}")
+    assert images_of_scene(task) == ["i2", "i4", *(f"i{number}" for number in range(6, 6 + REMEMBERED))]
+    assert set(task.lit) == set(images_of_scene(task)) - {"i2", "i4"}
+
+
+def test_a_light_that_died_is_named_by_test_images_that_were_discarded(
+    task: PoseTask, simulator: Simulator
+) -> None:
+    without = Settings(lights=(0, 7, 7), shutter_s=1 / 60, aperture=4.0)
+    alone = Settings(lights=(7, 0, 0), shutter_s=1 / 60, aperture=4.0)
+    dark = Settings(lights=(0, 0, 0), shutter_s=1 / 60, aperture=4.0)
+    said = []
+    for name, asked_for, given in (("i5", FULL, without), ("i6", without, without), ("i7", alone, dark)):
+        task.foresees, task.expected = True, simulator.true_pose
+        task.add(name, simulator.capture(given).pixels, asked_for)
+        said.append(surprises.surprise_of(task, name).cause)
+        task.discard(name)
+    name = task.describe.lights[0].name
+    assert CauseTold(cause="light_dead", lights=(name,), since="i5") in said
 
 
 def test_what_was_doubted_first_is_not_forgotten_for_a_later_doubt(
