@@ -39,8 +39,9 @@ def kept_servers() -> Iterator[Path]:
 
 
 def kept(folder: Path) -> dict[str, int]:
-    """Process ids of the servers that run there, by the name of their socket."""
-    named = {file.stem: int(file.read_text().rstrip(".\n")) for file in folder.glob("*.pid")}
+    """Process ids of the servers that run there, by the name of their socket; a file may be empty yet."""
+    told = {file.stem: file.read_text().rstrip(".\n") for file in folder.glob("*.pid")}
+    named = {name: int(pid) for name, pid in told.items() if pid}
     return {name: pid for name, pid in named.items() if alive(pid)}
 
 
