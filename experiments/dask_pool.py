@@ -106,7 +106,11 @@ class DaskPool:
             return
         if error is not None:
             raise DeviceError(f"A worker of {self._address} failed: {type(error).__name__}: {error}.")
-        rows, seconds = future.result()
+        try:
+            rows, seconds = future.result()
+        except (OSError, self._distributed.CancelledError):  # the scheduler went away with them
+            feed.give_back(batch)
+            return
         feed.done(len(batch), seconds)
         yield rows
 

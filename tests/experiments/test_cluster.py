@@ -133,6 +133,26 @@ def test_processes_of_this_machine_as_a_cluster(tmp_path: Path) -> None:
     assert rows(tmp_path / "out") == rows(computed(plan, tmp_path / "alone"))
 
 
+def test_rows_that_went_with_the_scheduler_are_computed_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    distributed = pytest.importorskip("distributed")
+    gathered, asked = distributed.Future.result, []
+
+    def result(future: object) -> object:
+        asked.append(future)
+        if len(asked) == 1:
+            raise distributed.comm.CommClosedError("Stream is closed")
+        return gathered(future)
+
+    monkeypatch.setattr(distributed.Future, "result", result)
+    plan = plan_file(tmp_path, EMPTY.format(last=3))
+    done = run_here(plan, tmp_path / "out", "--cluster", "local:1")
+    assert done.returncode == 0, done.stderr
+    assert len(asked) > 1
+    assert rows(tmp_path / "out") == rows(computed(plan, tmp_path / "alone"))
+
+
 def test_workers_of_another_version_are_refused(tmp_path: Path, cluster: Cluster) -> None:
     custom = tmp_path / "cluster" / "sitecustomize.py"
     custom.write_text("import experiments.version as v\nv.code_version = lambda: 'another'\n")
