@@ -35,25 +35,25 @@ problem(recursion(Name, Path)) -->
       Steps is Length-1 },
     [ 'procedure ~q can come back to itself, in ~D call(s), before any action or test'-[F/N, Steps] ].
 
-argument(pi(Term), Shown) =>
+argument('$pi'(Term), Shown) =>
     functor(Term, Name, Arity),
     Shown = Name/Arity.
 argument(Arg, Shown) =>
     Shown = Arg.
 
-% said(?What, -In, -Format, -Args): In is where in the theory that is, `none` where the file and the line are enough; pi(T)
-% is shown as name and arity.
-said(unknown_action(Axiom, A), none, '~w axiom for ~q, which is not a declared action', [Axiom, pi(A)]).
+% said(?What, -In, -Format, -Args): In is where in the theory that is, `none` where the file and the line are enough;
+% '$pi'(T) is shown as name and arity.
+said(unknown_action(Axiom, A), none, '~w axiom for ~q, which is not a declared action', [Axiom, '$pi'(A)]).
 said(axiom_of_procedure(Axiom, A), none, '~w axiom for ~q, which is a procedure, not an action: it never applies',
-     [Axiom, pi(A)]).
-said(unknown_fluent(Axiom, F), none, '~w axiom for ~q, which is not a declared fluent', [Axiom, pi(F)]).
-said(unknown_call(In, Call), In, '~q is neither an action nor a procedure of the theory', [pi(Call)]).
+     [Axiom, '$pi'(A)]).
+said(unknown_fluent(Axiom, F), none, '~w axiom for ~q, which is not a declared fluent', [Axiom, '$pi'(F)]).
+said(unknown_call(In, Call), In, '~q is neither an action nor a procedure of the theory', ['$pi'(Call)]).
 said(no_instance(In, A), In, 'action ~q is not one of those that are declared', [A]).
-said(no_clause(In, A), In, 'no clause of the procedure ~q matches ~q', [pi(A), A]).
+said(no_clause(In, A), In, 'no clause of the procedure ~q matches ~q', ['$pi'(A), A]).
 said(no_program(In, E), In, '~q stands where a program must', [E]).
 said(no_formula(In, P), In, '~q stands where a formula must', [P]).
-said(unknown_formula(In, P), In, '~q is neither a fluent nor an abbreviation nor a predicate', [pi(P)]).
-said(fluent_arity(In, F, Declared), In, '~q has the name of the fluent ~q', [pi(F), Declared]).
+said(unknown_formula(In, P), In, '~q is neither a fluent nor an abbreviation nor a predicate', ['$pi'(P)]).
+said(fluent_arity(In, F, Declared), In, '~q has the name of the fluent ~q', ['$pi'(F), Declared]).
 said(no_number(In, T), In, '~q is compared as a number and is no fluent', [T]).
 said(constant_equality(In, P), In, '~q compares constants: neither side is a fluent', [P]).
 said(never_equal(In, F, V), In, 'relational fluent ~q is compared with ~q, neither true nor false', [F, V]).
@@ -65,15 +65,16 @@ said(no_commit(In), In, 'commit is not of this language: search does not prune w
 said(idle_loop(In, E), In, 'the loop ~q makes no action: once begun, only an exogenous action can end it', [E]).
 said(no_domain(In, D), In, 'the domain ~q is neither a list nor a predicate of one argument', [D]).
 said(unused(In, Construct, V), In, '~w binds ~q, which is not used', [Construct, V]).
-said(no_poss(A), none, 'action ~q has no precondition axiom and will never be possible', [pi(A)]).
-said(no_initial(F), none, 'fluent ~q has no initial value', [pi(F)]).
+said(no_poss(A), none, 'action ~q has no precondition axiom and will never be possible', ['$pi'(A)]).
+said(no_initial(F), none, 'fluent ~q has no initial value', ['$pi'(F)]).
 said(no_initial_value(F), none, 'fluent ~q has no initial value', [F]).
-said(two_kinds(F), none, 'fluent ~q is declared relational and functional', [pi(F)]).
-said(two_uses(P), none, 'procedure ~q has the name of an action or a fluent, and hides it', [pi(P)]).
-said(reserved(A), none, '~q is an entry of the interpreter\'s own in histories: the action needs another name', [pi(A)]).
-said(hidden(A), none, '~q has the name of a construct of the language, which hides it', [pi(A)]).
-said(not_relational(F), none, 'causes_true and causes_false are for relational fluents, ~q is functional', [pi(F)]).
-said(not_boolean(F, V), none, 'relational fluent ~q is given the value ~q, neither true nor false', [pi(F), V]).
+said(two_kinds(F), none, 'fluent ~q is declared relational and functional', ['$pi'(F)]).
+said(two_uses(P), none, 'procedure ~q has the name of an action or a fluent, and hides it', ['$pi'(P)]).
+said(reserved(A), none, '~q is an entry of the interpreter\'s own in histories: the action needs another name',
+     ['$pi'(A)]).
+said(hidden(A), none, '~q has the name of a construct of the language, which hides it', ['$pi'(A)]).
+said(not_relational(F), none, 'causes_true and causes_false are for relational fluents, ~q is functional', ['$pi'(F)]).
+said(not_boolean(F, V), none, 'relational fluent ~q is given the value ~q, neither true nor false', ['$pi'(F), V]).
 
 % What may have been meant by another name or number of arguments.
 meant(unknown_action(_, A), A).

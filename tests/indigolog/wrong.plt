@@ -94,6 +94,9 @@ print_documented :-
 test(printed, [forall(documented(Title, Theory, Expected)), true(Title-Lines == Title-Expected)]) :-
     printed(Theory, Lines).
 
+test(a_value_is_shown_as_it_is,
+     Line == "warning, line 3: fluent at is initially pi(2): the value pi(3) given here does not count") :-
+    printed(["fun_fluent(at).", "initially(at, pi(2)).", "initially(at, pi(3))."], [Line]).
 test(all_are_wrong, true(Count >= 25)) :-
     findall(T, ( documented(T, _, Printed), Printed \== [] ), Titles),
     length(Titles, Count).
