@@ -14,6 +14,7 @@ from geometry.model import Model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from vision_server.channels.depth import Pixels
+from vision_server.pose.alternatives import SAME
 from vision_server.pose.covariance import uncertainty
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, refine
@@ -40,7 +41,6 @@ PASSES = 3  # at most, until it has settled
 FAR = ((4, (7.0, 5.0)), (2, (5.0,)))  # sizes and reaches there, where it was not: 28 px at full size
 TURNS = np.radians(6.0) * np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])  # across the view
 CLIMBS = 3  # of such turns, one after the other, at most
-SAME = (3.0, 0.03)  # degrees, share of the range: two poses that are one
 MARGIN_PX = 40.0  # of the window around the target: these 28 px, and the filters' reach
 
 

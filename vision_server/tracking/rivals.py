@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 from geometry.pose import Pose
 from vision_server.pipeline import Estimate
+from vision_server.pose.alternatives import SAME
 from vision_server.pose.support import support_at
 from vision_server.pose.trust import RIVAL_NATS, SHARED
-from vision_server.tracking.following import SAME, Found
+from vision_server.tracking.following import Found
 
 # Chosen by hand.
 ANOTHER_DEG = 15.0  # turned so far, a target shows another side; frames between tell the less, the less it is
