@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from numerics.kernels import kernel
 from vision_server.channels.noise import MAD_TO_SD
 from vision_server.pose.observation import Observation, PoseProblem
-from vision_server.pose.profiles import Place, rest_of_profiles
+from vision_server.pose.profiles import Place, profiles_of
 from vision_server.pose.solver import SAMPLES_TOGETHER, TUKEY
 from vision_server.pose.weights import base_weights
 
@@ -42,7 +42,8 @@ class Courses(NamedTuple):
 
     Attributes
     ----------
-    place : (M, 2), px along the normal: of the line's middle, and from there to its end by turning.
+    place : (M, 2), px along the normal: of the line's middle, and from there to its end by turning; without
+        what `profiles` says to have moved it.
     motion : (M, 2, K), change of both per unit of each unknown.
     noise : (M, 2, 2), covariance of both by what the edge points scatter, px^2.
     spread : (M,), one sd of what it may be off as a whole, px.
@@ -80,8 +81,9 @@ def courses_of(problem: PoseProblem, seen: Observation, more: Floats) -> Courses
     count = _read(seen, base, more, Courses(place, motion, noise, spread, weight, line, channel), beside)
     place, weight, line, channel = place[:count], weight[:count], line[:count], channel[:count]
     moved, covered, tolerance = (part[:count] for part in beside)
-    rest = rest_of_profiles(problem, seen, Place(place, line, channel))
-    own = np.maximum(SPREAD_PX * rest**SPREAD_POWER, LEAST_SPREAD_PX) * seen.sigma[channel, line]
+    profiles = profiles_of(problem, seen, Place(place, line, channel))
+    place[:, 0] -= profiles.moved
+    own = np.maximum(SPREAD_PX * profiles.rest**SPREAD_POWER, LEAST_SPREAD_PX) * seen.sigma[channel, line]
     spread = np.hypot(np.hypot(own, moved) / covered, tolerance)
     share = weight / np.bincount(line, weight)[line] if count else weight
     return Courses(place, motion[:count], noise[:count], spread, share, line, channel)

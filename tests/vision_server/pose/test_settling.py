@@ -12,6 +12,7 @@ from geometry.pose import disturbed
 from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server import pipeline
+from vision_server.pose import profiles
 from vision_server.pose.courses import FLAT_SHARE, UNKNOWNS, Courses, courses_of
 from vision_server.pose.observation import PoseProblem, observe
 from vision_server.pose.ranking import Refined, best_first
@@ -66,8 +67,11 @@ def test_lines_that_lie_on_shadows_do_not_outvote_those_that_agree(seed: int) ->
     np.testing.assert_allclose(courses.motion @ step, courses.motion @ true, atol=0.15)
 
 
-def test_the_course_of_a_line_is_the_weighted_straight_line_through_its_edge_points(model: Model) -> None:
+def test_the_course_of_a_line_is_the_weighted_straight_line_through_its_edge_points(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """And the motion of its unknowns is theirs under the same weights."""
+    monkeypatch.setattr(profiles, "MOST_MOVED_PX", 0.0)
     best = found(model, model, 1)
     spacing = spacing_for(model, CAMERA, best.pose)
     seen = observe(best.problem, best.pose, 3.0, spacing)
