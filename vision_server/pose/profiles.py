@@ -26,7 +26,7 @@ WIDTHS = np.arange(0.8, 2.45, 0.1)  # sd of an edge's derivative, in steps
 ON_COURSE_PX = 0.55  # of its softness: an edge point farther from its line's course is none of it
 # What is beside a sharp edge is a sum of Gaussians as wide as its own (1.05 to 1.15 are seen) at these steps,
 # with so much for their squared heights beside what is not explained.
-SHARP_WIDTH, HELD = 1.12, 0.1
+SHARP_WIDTH, HELD = 1.12, 0.03
 NEXT_STEPS = np.concatenate([np.arange(-4.5, -1.0, 0.5), np.arange(1.5, 5.0, 0.5)])
 MOST_REST, MOST_MOVED_PX = 0.3, 0.3  # of more it is not clear which part is the edge; no more
 

@@ -31,7 +31,7 @@ def test_a_blurred_step_is_an_edge_and_nothing_else(width: float) -> None:
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-@pytest.mark.parametrize("beside", [(1.6, -0.4), (2.0, -0.3), (2.5, 0.3)])
+@pytest.mark.parametrize("beside", [(1.6, -0.4), (2.0, -0.3), (2.0, 0.3), (2.5, 0.3)])
 def test_of_what_print_beside_an_edge_moves_it_the_profile_tells_some_and_not_too_much(
     beside: tuple[float, float], side: float, sign: float
 ) -> None:
@@ -39,7 +39,7 @@ def test_of_what_print_beside_an_edge_moves_it_the_profile_tells_some_and_not_to
     seen, moved = profile(((0.0, sign), (side * place, sign * height)))
     told = told_by(seen, SHARP)
     assert abs(moved) > 0.02
-    assert 0.35 < float(told.moved[0]) / moved < 1.2
+    assert 0.5 < float(told.moved[0]) / moved < 1.5
     assert told.rest > 0.003
     assert told_by(seen, ~SHARP).moved == 0.0
 
