@@ -127,6 +127,8 @@ def chance(coefficients: Floats, rows: Sequence[Row], x: Floats, settled: bool =
     if settled:
         both = list(OF_BOTH)
         last = x[:, OF_LAST_STEP] @ coefficients[OF_LAST_STEP] + x[:, both] @ coefficients[both]
+        missing = np.array([row["missing"] for row in rows])
+        last = last + trust.PER_MOSTLY_MISSING * np.maximum(0.0, missing - trust.MOSTLY)
         shared = np.array([row["ambiguity"] >= trust.SHARED for row in rows])
         logit = np.where(shared, np.minimum(last, logit), last)
     return np.asarray(np.clip(within * expit(logit) / (1.0 + unclear), 1e-9, 1.0 - 1e-9))

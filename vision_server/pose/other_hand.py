@@ -19,22 +19,25 @@ from geometry.pose import Pose
 from geometry.surface import face_normals
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.ranking import COARSE_REACHES_PX, COARSER, Refined, of_fewer_lines, refined
-from vision_server.pose.support import PoseSupport, support_at
-from vision_server.pose.trust import odds
+from vision_server.pose.support import support_at
+from vision_server.pose.trust import LIMIT, odds
 
 Floats = NDArray[np.float64]
 Matcher = Callable[[Sequence[Model], Pose], list[list[tuple[float, Pose]]]]
 
 # The lines in sight say that the model is the right way round where no more than this share of their length
 # is missing, and they are more than a plain box shows or more than are out of sight (chosen by hand).
-LITTLE_MISSING, IN_SIGHT, HIDDEN_SHARE = 0.05, 9, 0.5
-UNLIKELY_NATS = 18.0  # of evidence, that a model is the wrong way round (by hand)
+LITTLE_MISSING, IN_SIGHT, HIDDEN_SHARE = 0.015, 9, 0.5
+# Nats of evidence that a model is unlikely to be the wrong way round, and that it is so where the other way
+# fits at the same pose, which is right then in any case (by hand).
+UNLIKELY_NATS, AT_THE_SAME_POSE = 10.0, 18.0
 # At the pose itself: less of evidence, before it is refined, another way is not worth a look (by hand),
 # which is with so many times fewer samples.
 HERE_NATS, HERE_COARSER = 30.0, 3.0
-# What the other way leaves unexplained counts so many times more: one thing in the way hides many lines. A
-# plain back then misses less than a front that is half hidden, but has fewer of the edges (chosen by hand).
-LOST = 3.0
+# What the other way leaves unexplained, beyond what two fits differ by anyway, counts so many times more: one
+# thing in the way hides many lines. A plain back then misses less than a front that is half hidden, but has
+# fewer of the edges (chosen by hand).
+LOST, LITTLE_LOST = 3.0, 5.0
 MOST_ODDS = 1000.0  # more say no more
 SAME = 1e-3  # of the diameter, between corners of one model and of another that is the same (chosen by hand)
 FIRST_CORNERS = 16  # are asked first whether two models are the same
@@ -102,13 +105,15 @@ def the_other_way(best: Refined, match: Matcher) -> float:
     ]
     likely += [(other, own.pose) for other in others if _is_likely_here(own, other)]
     fits = [_fit(own, other, pose) for other, pose in likely]
-    return max((_chance(own.support, fit.support) for fit in fits if fit is not None), default=0.0)
+    return max((_chance(own, fit) for fit in fits if fit is not None), default=0.0)
 
 
-def _chance(own: PoseSupport, other: PoseSupport) -> float:
+def _chance(own: Refined, other: Refined) -> float:
     """Chance of the other way over the model's own, at most MOST_ODDS."""
-    lost = max(0.0, own.confirmed - other.confirmed)
-    return odds(own, other, UNLIKELY_NATS + LOST * lost, MOST_ODDS)
+    same = other.pose.error_to(own.pose).within(100.0 * LIMIT, LIMIT)
+    lost = max(0.0, own.support.confirmed - other.support.confirmed - LITTLE_LOST)
+    unlikely = (AT_THE_SAME_POSE if same else UNLIKELY_NATS) + LOST * lost
+    return odds(own.support, other.support, unlikely, MOST_ODDS)
 
 
 def _is_likely_here(own: Refined, other: Model) -> bool:

@@ -72,7 +72,7 @@ def settled(best: Refined) -> Settled | None:
     for _ in range(ROUNDS):
         seen = observe(problem, pose, EXACT_REACH_PX, best.spacing_px)
         strains = motion_of_strains(seen.samples, seen.jacobian, problem.model, pose)[:, :3]
-        courses = courses_of(seen, strains @ OF_AXES)
+        courses = courses_of(problem, seen, strains @ OF_AXES)
         if not len(courses.share):
             return None
         prior = prior_precision(float(np.linalg.norm(pose.translation)), best.solution.tone_sd_px)

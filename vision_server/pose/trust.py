@@ -19,11 +19,15 @@ PER_ROOT_GAIN, PER_GAIN, CLEAR_GAIN = -2.26, -1.22, 0.3  # of a stretched model,
 PER_LOG2_SIGNIFICANCE, USUAL = -1.04, 4.0  # of 1 + the squared stretch over what true models hardly exceed
 # Of a pose that has taken the last step, in place of the above: fitted by benchmarks.trust_fit to 2021
 # estimates of 310 drawn scenes (docs/trust.md).
-# Missing lines do not agree, and the uncertainty is in how far off the pose may be: neither counts twice.
+# Missing lines do not agree, and the uncertainty is in how far off the pose may be: neither counts twice,
+# unless most of the part is missing.
 SETTLED_BIAS = -6.53
 PER_AGREEING, ROOM = 1.13, 0.05  # of the log odds of the share of the visible length on lines that agree
 PER_LOG_SCATTER, LEAST_SCATTER = -1.01, 0.02  # of how far lines are off, squared, over what was foreseen
 PER_LOG2_STRETCH = -2.8  # of 1 + the squared stretch over USUAL
+# Of the share of the visible length that is missing, over this: an arm hides half of a part now and then, a
+# wrong model misses as much more often (by hand, docs/trust.md).
+PER_MOSTLY_MISSING, MOSTLY = -10.0, 0.45
 # Ambiguity from which on lines that agree say nothing for a pose: its rival shares them. By hand.
 SHARED = 0.01
 LIMIT = 0.01  # 1 % of the range, 1 degree
@@ -162,6 +166,7 @@ def _settled(support: PoseSupport, doubt: Misfit | None, agreement: LineAgreemen
         + PER_LOG2_CONFIRMED * math.log2(1.0 + min(support.confirmed, MOST_CONFIRMED))
         + PER_AGREEING * math.log((share + ROOM) / (1.0 + ROOM - share))
         + PER_LOG_SCATTER * math.log(agreement.scatter + LEAST_SCATTER)
+        + PER_MOSTLY_MISSING * max(0.0, support.missing - MOSTLY)
     )
     return logit + (0.0 if doubt is None else _of_other_models(doubt, PER_LOG2_STRETCH))
 

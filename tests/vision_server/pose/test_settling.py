@@ -12,7 +12,8 @@ from geometry.pose import disturbed
 from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server import pipeline
-from vision_server.pose.courses import FLAT_SHARE, SPREAD_PX, UNKNOWNS, Courses, courses_of
+from vision_server.pose import profiles
+from vision_server.pose.courses import FLAT_SHARE, UNKNOWNS, Courses, courses_of
 from vision_server.pose.observation import PoseProblem, observe
 from vision_server.pose.ranking import Refined, best_first
 from vision_server.pose.sampling import spacing_for
@@ -41,7 +42,15 @@ def drawn_courses(count: int, seed: int) -> tuple[Courses, NDArray[np.float64]]:
     true[:6] = random.normal(0.0, 0.003, 6)
     noise = np.tile(0.02**2 * np.eye(2), (count, 1, 1))
     place = motion @ true + random.normal(0.0, 0.02, (count, 2))
-    return Courses(place, motion, noise, np.full(count, SPREAD_PX), np.ones(count), np.arange(count)), true
+    return Courses(
+        place,
+        motion,
+        noise,
+        np.full(count, 0.06),
+        np.ones(count),
+        np.arange(count),
+        np.zeros(count, np.int64),
+    ), true
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -58,14 +67,17 @@ def test_lines_that_lie_on_shadows_do_not_outvote_those_that_agree(seed: int) ->
     np.testing.assert_allclose(courses.motion @ step, courses.motion @ true, atol=0.15)
 
 
-def test_the_course_of_a_line_is_the_weighted_straight_line_through_its_edge_points(model: Model) -> None:
+def test_the_course_of_a_line_is_the_weighted_straight_line_through_its_edge_points(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """And the motion of its unknowns is theirs under the same weights."""
+    monkeypatch.setattr(profiles, "MOST_MOVED_PX", 0.0)
     best = found(model, model, 1)
     spacing = spacing_for(model, CAMERA, best.pose)
     seen = observe(best.problem, best.pose, 3.0, spacing)
     more = np.random.default_rng(0).normal(size=(len(seen.along), 2))
     base = base_weights(seen)
-    courses = courses_of(seen, more)
+    courses = courses_of(best.problem, seen, more)
     line, number = seen.samples.line, 0
     for own in np.unique(line):
         (at,) = np.nonzero((line == own) & (base[0] > 0))

@@ -95,6 +95,13 @@ def test_a_missing_line_counts_once() -> None:
     assert confidence(more, 0.0, 0.001, None, agreement) == confidence(some, 0.0, 0.001, None, agreement)
 
 
+def test_a_pose_of_which_most_is_missing_is_not_trusted_however_well_the_rest_agrees() -> None:
+    agreement = LineAgreement(0.4, 0.03)
+    some, most = support(*[1.0] * 12, *[0.0] * 9), support(*[1.0] * 12, *[0.0] * 20)
+    assert confidence(some, 0.0, 0.001, None, agreement) > 0.98
+    assert confidence(most, 0.0, 0.001, None, agreement) < 0.93
+
+
 def test_lines_that_a_rival_shares_do_not_speak_for_a_pose() -> None:
     """Of a turn that the seed pose rules out, too: where it is turned itself, its lines agree as well."""
     good = support(*[0.9] * 8)

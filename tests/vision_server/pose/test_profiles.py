@@ -1,0 +1,65 @@
+"""What a line's profile tells: how much of it is no edge, and how far that has moved the edge."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from vision_server.pose.profiles import MOST_MOVED_PX, SHARP_WIDTH, STEPS, told_by
+
+Floats = NDArray[np.float64]
+Bumps = tuple[tuple[float, float], ...]
+SHARP = np.array([True])
+
+
+def profile(bumps: Bumps, width: float = SHARP_WIDTH) -> tuple[Floats, float]:
+    """Of edges at places and of heights, about the maximum near 0, which is at the second."""
+
+    def at(u: Floats | float) -> Floats:
+        return np.asarray(sum(h * np.exp(-0.5 * ((u - place) / width) ** 2) for place, h in bumps))
+
+    maximum = float(minimize_scalar(lambda u: -abs(at(u)), bounds=(-1.0, 1.0), method="bounded").x)
+    return at(maximum + np.arange(-STEPS, STEPS + 1))[None], maximum
+
+
+@pytest.mark.parametrize("width", [0.9, 1.12, 1.6, 2.2])
+def test_a_blurred_step_is_an_edge_and_nothing_else(width: float) -> None:
+    told = told_by(profile(((0.0, -3.0),), width)[0], SHARP)
+    assert told.rest < 0.002
+    assert abs(told.moved) < 1e-9
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("beside", [(1.6, -0.4), (2.0, -0.3), (2.0, 0.3), (2.5, 0.3)])
+def test_of_what_print_beside_an_edge_moves_it_the_profile_tells_some_and_not_too_much(
+    beside: tuple[float, float], side: float, sign: float
+) -> None:
+    place, height = beside
+    seen, moved = profile(((0.0, sign), (side * place, sign * height)))
+    told = told_by(seen, SHARP)
+    assert abs(moved) > 0.02
+    assert 0.5 < float(told.moved[0]) / moved < 1.5
+    assert told.rest > 0.003
+    assert told_by(seen, ~SHARP).moved == 0.0
+
+
+def test_more_beside_an_edge_is_more_rest() -> None:
+    rest = [
+        told_by(profile(((0.0, 1.0), (2.5, height)))[0], SHARP).rest[0] for height in (0.0, 0.1, 0.3, 0.6)
+    ]
+    assert np.all(np.diff(rest) > 0.0)
+
+
+def test_where_anything_may_be_the_edge_it_is_left_where_it_is() -> None:
+    noise = np.random.default_rng(0).normal(size=(200, 2 * STEPS + 1))
+    told = told_by(noise, np.ones(200, bool))
+    assert np.median(told.rest) > 0.4
+    assert np.all(told.moved[told.rest > 0.3] == 0.0)
+    assert np.abs(told.moved).max() <= MOST_MOVED_PX
+
+
+def test_no_edge_at_all_tells_nothing() -> None:
+    told = told_by(np.zeros((1, 2 * STEPS + 1)), SHARP)
+    assert told.rest == 1.0
+    assert told.moved == 0.0

@@ -1,0 +1,128 @@
+"""How much of a line's profile across its edge is an edge, and how far what is beside it has moved it.
+
+An edge is a step between two even sides: its derivative along the normal is a Gaussian. Print that runs
+beside it, a bright rim, a shadow's end, other edges within reach add to that, and move its maximum.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from numerics.kernels import kernel
+from vision_server.channels.gradients import SCALES_PX, Frame, Tiles
+from vision_server.pose.edge_points import Channel, derivative_at
+from vision_server.pose.observation import Observation, PoseProblem
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Chosen by hand: how far 1717 lines are off goes with the rest for 3 to 5 steps to either side.
+STEPS = 4  # to either side of an edge, each as wide as it is soft,
+MOST_STEP_PX = 2.5  # and no wider: gradients are there so far
+WIDTHS = np.arange(0.8, 2.45, 0.1)  # sd of an edge's derivative, in steps
+ON_COURSE_PX = 0.55  # of its softness: an edge point farther from its line's course is none of it
+# What is beside a sharp edge is a sum of Gaussians as wide as its own (1.05 to 1.15 are seen) at these steps,
+# with so much for their squared heights beside what is not explained.
+SHARP_WIDTH, HELD = 1.12, 0.03
+NEXT_STEPS = np.concatenate([np.arange(-4.5, -1.0, 0.5), np.arange(1.5, 5.0, 0.5)])
+MOST_REST, MOST_MOVED_PX = 0.3, 0.3  # of more it is not clear which part is the edge; no more
+
+
+class Place(NamedTuple):
+    """Where M lines are seen, (M, 2) px as in `Courses`, and which in which channel, (M,)."""
+
+    place: Floats
+    line: Ints
+    channel: Ints
+
+
+class Profiles(NamedTuple):
+    """What M lines' mean profiles tell.
+
+    Attributes
+    ----------
+    rest : (M,), of a profile's square the share that is no Gaussian of any width, 0 to 1.
+    moved : (M,), px along the normal, from a sharp edge to where its maximum is.
+    """
+
+    rest: Floats
+    moved: Floats
+
+
+def profiles_of(problem: PoseProblem, seen: Observation, at: Place) -> Profiles:
+    """The profiles of lines in their channels, about where they are seen."""
+    profiles = np.zeros((len(at.line), 2 * STEPS + 1))
+    for c, channel in enumerate(problem.channels):
+        _add_up_all(channel.frame, channel.tiles, problem.filters[c], seen, c, at, profiles)
+    return told_by(profiles, seen.sigma[at.channel, at.line] <= SCALES_PX[0])
+
+
+def told_by(profiles: Floats, sharp: NDArray[np.bool_]) -> Profiles:
+    """What profiles (M, 2 STEPS + 1) about their maxima tell; of sharp edges (M,) also how far they moved."""
+    square = np.maximum((profiles**2).sum(axis=1), np.finfo(np.float64).tiny)
+    like = ((profiles @ _GAUSSIANS.T) ** 2).max(axis=1)
+    rest = np.clip(1.0 - like / square, 0.0, 1.0)
+    height, slope = (profiles @ _EDGE.T).T
+    told = sharp & (rest < MOST_REST) & (height != 0.0)
+    moved = np.divide(-slope, height, out=np.zeros_like(rest), where=told)
+    return Profiles(rest, np.clip(moved, -MOST_MOVED_PX, MOST_MOVED_PX))
+
+
+def _gaussian(widths: Floats | float, places: Floats | float = 0.0) -> Floats:
+    """At the steps of a profile, (..., 2 STEPS + 1)."""
+    around = np.arange(-STEPS, STEPS + 1.0) - np.expand_dims(np.asarray(places), -1)
+    return np.asarray(np.exp(-0.5 * (around / np.expand_dims(np.asarray(widths), -1)) ** 2))
+
+
+def _edge() -> Floats:
+    """What makes of a profile the height of its edge and that times its place in steps, (2, 2 STEPS + 1).
+
+    By least squares, of both and of what is beside, which is held to be small.
+    """
+    own = _gaussian(SHARP_WIDTH)
+    parts = np.vstack(
+        [own, np.arange(-STEPS, STEPS + 1) / SHARP_WIDTH**2 * own, _gaussian(SHARP_WIDTH, NEXT_STEPS)]
+    )
+    held = np.diag(np.r_[0.0, 0.0, np.full(len(NEXT_STEPS), HELD)])
+    return np.asarray(np.linalg.solve(parts @ parts.T + held, parts)[:2])
+
+
+_GAUSSIANS = _gaussian(WIDTHS) / np.linalg.norm(_gaussian(WIDTHS), axis=1)[:, None]
+_EDGE = _edge()
+
+
+@kernel()
+def _add_up_all(
+    frame: Frame, tiles: Tiles, scale: Ints, seen: Observation, c: int, at: Place, out: Floats
+) -> None:
+    """The profiles (M, 2 STEPS + 1) of the lines in one channel; ``scale`` (L,), index into SCALES_PX."""
+    for m in range(len(at.line)):
+        if at.channel[m] == c:
+            s = scale[at.line[m]]
+            channel = Channel(tiles.number[s], tiles.gradient[s], tiles.near_clipped[s], SCALES_PX[s])
+            _add_up(frame, channel, seen, c, at, m, seen.sigma[c, at.line[m]], out[m])
+
+
+@kernel()
+def _add_up(
+    frame: Frame, channel: Channel, seen: Observation, c: int, at: Place, m: int, softness: float, out: Floats
+) -> None:
+    """The sum of the profiles (2 STEPS + 1,) of the m-th line's samples, about its course."""
+    (rows, columns), samples = frame.shape, seen.samples
+    step = min(softness, MOST_STEP_PX)
+    out[:] = 0.0
+    for i in range(np.searchsorted(samples.line, at.line[m]), len(samples.line)):
+        if samples.line[i] != at.line[m]:
+            break
+        course = at.place[m, 0] + at.place[m, 1] * seen.along[i]
+        if not abs(seen.offset[c, i] - course) < ON_COURSE_PX * softness:
+            continue
+        nx, ny = -samples.image_direction[i, 1], samples.image_direction[i, 0]
+        for k in range(len(out)):
+            u = course + (k - STEPS) * step
+            x, y = samples.image[i, 0] + u * nx, samples.image[i, 1] + u * ny
+            if x >= 0.0 and y >= 0.0 and x < columns - 1 and y < rows - 1:
+                out[k] += derivative_at(channel, x, y, nx, ny)
