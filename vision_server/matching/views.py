@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.chains import longest_chains, runs
+from geometry.coarser import coarser
 from geometry.hidden_lines import Trace, trace
 from geometry.model import Model
 from geometry.occluders import Solid
@@ -45,6 +46,7 @@ def sparse_solid(model: Model) -> Solid:
 
     Everything still hides what is behind it. More lines make a search slower, not better.
     """
+    model = coarser(model)
     solid = solid_of(model)
     followed: set[int] = set()
     lines, faces, chain = [], [], []
