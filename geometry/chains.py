@@ -107,9 +107,12 @@ def runs(model: Model, bend_deg: float) -> Iterator[Run]:
     for one, other in _followers(model):
         beside.setdefault(one, []).append(other)
         beside.setdefault(other, []).append(one)
+    if not beside:
+        return
     steps = model.vertices[model.lines[:, 1]] - model.vertices[model.lines[:, 0]]
     length = np.linalg.norm(steps, axis=1)
-    unit, ends = steps / length[:, None], model.lines.tolist()
+    unit, own = steps / length[:, None], np.array(list(beside))
+    ends = dict(zip(own.tolist(), model.lines[own].tolist(), strict=True))
     straight, bent = np.cos(np.radians([bend_deg, max(bend_deg, SHORT_CURVE_DEG)])).tolist()
     short, seen = SHORT * model.diameter, set()
     for start in sorted(beside, key=lambda line: len(beside[line])):  # ends of open chains first
@@ -140,7 +143,7 @@ def runs(model: Model, bend_deg: float) -> Iterator[Run]:
             yield run
 
 
-def _loose_end(ends: list[list[int]], line: int, beside: list[int]) -> int:
+def _loose_end(ends: dict[int, list[int]], line: int, beside: list[int]) -> int:
     """The vertex of a line from which to walk along its chain: one that nothing continues, if there is."""
     a, b = ends[line]
     return a if not any(a in ends[other] for other in beside) or len(beside) > 1 else b

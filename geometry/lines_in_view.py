@@ -110,7 +110,7 @@ def faces_towards(solid: Solid, centre: Floats) -> Flags:
     return out
 
 
-@kernel()
+@kernel(inline="always")
 def _line_turned(line_faces: Ints, smooth: Flags, two_sided: Flags, towards: Flags, line: int) -> bool:
     """Whether the faces beside a line let it be seen, other parts of the model apart."""
     f, g = line_faces[line, 0], line_faces[line, 1]

@@ -125,6 +125,45 @@ def hidden_parts(hiders: Hiders, start: Floats, end: Floats, hidden: Floats) -> 
     return count
 
 
+@kernel()
+def hidden_point(hiders: Hiders, point: Floats) -> bool:
+    """Whether a point (3,) of a line, target frame, is hidden; the same as `hidden_parts` says of it."""
+    tree, centre, before, touch = hiders.tree, hiders.centre, hiders.before, hiders.touch
+    boxes, after, first, last, plane = tree.boxes, tree.after, tree.first, tree.last, tree.plane
+    cx, cy, cz = centre[0], centre[1], centre[2]
+    px, py, pz = point[0] - cx, point[1] - cy, point[2] - cz
+    near = 1.0 - touch / math.sqrt(px * px + py * py + pz * pz)
+    over_x, over_y, over_z = _over(px), _over(py), _over(pz)
+    reach_x, reach_y, reach_z = abs(over_x), abs(over_y), abs(over_z)
+    box = 0
+    while box < len(after):
+        x, y, z = (boxes[box, 0] - cx) * over_x, (boxes[box, 1] - cy) * over_y, (boxes[box, 2] - cz) * over_z
+        hx, hy, hz = boxes[box, 3] * reach_x, boxes[box, 4] * reach_y, boxes[box, 5] * reach_z
+        if max(x - hx, y - hy, z - hz, 0.0) > min(x + hx, y + hy, z + hz, near):
+            box = after[box]
+            continue
+        for n in range(first[box], last[box]):
+            away = before[n]
+            if away == 0.0:
+                continue
+            sign = -1.0 if away > 0.0 else 1.0
+            x, y, z = sign * plane[n, 0], sign * plane[n, 1], sign * plane[n, 2]
+            if x * px + y * py + z * pz < abs(away) + touch:
+                continue
+            here = (px, py, pz)
+            low, high = _in_cone(tree.corners[n], (cx, cy, cz), here, here, sign, 0.0, 1.0)
+            if low <= high:
+                return True
+        box += 1
+    return False
+
+
+@kernel(inline="always")
+def _over(number: float) -> float:
+    """One over it; of nearly nothing, which is too little to tell a side, very much."""
+    return 1.0 / number if abs(number) > 1e-300 else 1e300
+
+
 @kernel(inline="always")
 def _in_cone(
     corners: Floats, centre: Place, a: Place, b: Place, sign: float, low: float, high: float

@@ -8,6 +8,7 @@ import trimesh
 
 from geometry.camera import Camera
 from geometry.errors import GeometryError
+from geometry.mesh import MOST_TRIANGLES, OFF
 from geometry.model import find_target, load_model
 from geometry.own_axes import own_axes
 from geometry.pose import Pose
@@ -241,10 +242,22 @@ def test_a_mesh_with_a_point_that_is_nowhere_is_refused(tmp_path: Path) -> None:
         load_model(file)
 
 
-def test_a_mesh_of_too_many_triangles_says_what_to_do(tmp_path: Path) -> None:
-    trimesh.creation.icosphere(6).export(tmp_path / "fine.stl")
-    with pytest.raises(GeometryError, match=r"81920 triangles, and at most 80000 are read.*coarser"):
+def test_a_mesh_of_too_many_triangles_that_is_not_closed_says_what_to_do(tmp_path: Path) -> None:
+    ball = trimesh.creation.icosphere(6)
+    trimesh.Trimesh(ball.vertices, ball.faces[1:], process=False).export(tmp_path / "fine.stl")
+    with pytest.raises(GeometryError, match=r"81919 triangles, and at most 80000 are read.*coarser"):
         load_model(tmp_path / "fine.stl")
+
+
+def test_a_closed_mesh_of_more_triangles_is_made_coarser(tmp_path: Path) -> None:
+    ball = trimesh.creation.icosphere(6, 0.1)
+    ball.export(tmp_path / "fine.stl")
+    model = load_model(tmp_path / "fine.stl")
+    assert 1000 < len(model.triangles) < MOST_TRIANGLES
+    assert not model.two_sided.any()
+    np.testing.assert_allclose(np.linalg.norm(model.vertices, axis=1), 0.1, rtol=1e-4)
+    middles = np.linalg.norm(model.vertices[model.triangles].mean(axis=1), axis=1)
+    assert middles.min() > np.linalg.norm(ball.triangles_center, axis=1).min() - OFF * model.diameter
 
 
 @pytest.mark.parametrize(("scale", "said"), [(1e-6, "1.41e-06 m across"), (1e9, r"1.41e\+09 m across")])

@@ -79,7 +79,7 @@ GOOD = {"z": "float", "faces": 1, "count": "uchar", "corners": "vertex_index", "
         ({"rows": "1.5 0 1 2"}, "face rows are cut short or no numbers"),
         ({"rows": "3 0 one 2"}, "face rows are cut short or no numbers"),
         ({"rows": "99999 0 1 2"}, "a face has at most 10000 corners"),
-        ({"faces": 1_000_000}, "it has 1000000 triangles, and at most 80000 are read.*coarser"),
+        ({"faces": 2_000_000}, "it has 2000000 triangles, and at most 1500000 are read.*coarser"),
         ({"z": "quad"}, "its header's line 'property quad z' cannot be read"),
         ({"corners": "edges"}, "its faces have no list vertex_indices"),
         ({"last": "nan"}, "has a point that is not finite"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from geometry.occluders import Hiders, hidden_parts
+from geometry.occluders import Hiders, hidden_parts, hidden_point
 from geometry.triangle_tree import MOST_IN_LEAF, TriangleTree, tree_of
 
 Floats = NDArray[np.float64]
@@ -64,6 +64,25 @@ def test_what_the_tree_hides_of_lines_is_what_all_triangles_hide(seed: int) -> N
         np.testing.assert_array_equal(ours, hidden(in_one_box(tree), centre, start, end, 1e-4))
         found += len(ours)
     assert found > 200
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_point_is_hidden_where_the_part_of_its_line_is(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    tree, told = tree_of(*soup(seed), 2.0), []
+    for number in range(300):
+        centre = random.normal(size=3)
+        centre *= random.uniform(0.3, 5.0) / np.linalg.norm(centre)
+        start = random.uniform(-1.0, 1.0, 3)
+        end = start + 10.0 ** random.uniform(-3.0, 0.0) * random.normal(size=3)
+        if number % 10 == 0:
+            end[0] = start[0] = centre[0]  # the line of sight lies in two planes of the boxes' sides
+        parts, at = hidden(tree, centre, start, end, 1e-4), random.uniform()
+        before = tree.plane[:, :3] @ centre - tree.plane[:, 3]
+        point = hidden_point(Hiders(tree, before, centre, 1e-4), start + at * (end - start))
+        assert point == bool(((parts[:, 0] <= at) & (at <= parts[:, 1])).any())
+        told.append(point)
+    assert 30 < sum(told) < 270
 
 
 def test_a_line_on_a_triangle_is_not_hidden_and_one_behind_it_is() -> None:

@@ -9,7 +9,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from vision_server.matching.icp import SIGNIFICANCE
-from vision_server.matching.looks import Looks, directions_of, looks_of
+from vision_server.matching.looks import Looks, cell_px_of, directions_of, looks_of, range_of
 from vision_server.matching.match import (
     Anywhere,
     Hypothesis,
@@ -63,8 +63,9 @@ def match_anywhere(segments: Floats, model: Model, camera: Camera, anywhere: Any
     looks, views = None, None
     for sizes in sizes_px(camera, model.diameter, anywhere):
         if looks is None or views is None or looks.distance < FAR * model.diameter:
-            looks = looks_of(model, camera, sizes, directions)
-            views = _views(model, camera, sizes, looks.distance)
+            distance = range_of(model, camera, float(sizes[len(sizes) // 2]))
+            views = _views(model, camera, sizes, distance)
+            looks = looks_of(views, model, distance, directions, cell_px_of(sizes) * _scale(sizes))
         found.append(_of_sizes(segments, model, camera, sizes, looks, views))
     rotations, translations, scores = (np.concatenate(part) for part in zip(*found, strict=True))
     ends, small = at_scale(segments, camera, min(1.0, WIDEST_PX / max(camera.width, camera.height)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,12 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from geometry.hidden_lines import trace
 from geometry.model import Model
-from geometry.visibility import MIN_LINE_PX
-from numerics.two_cores import cores
 from vision_server.matching.match import Anywhere
-from vision_server.matching.views import UNBOUNDED_PX, frame_towards, sparse_solid
+from vision_server.matching.views import Views, frame_towards
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -73,22 +69,26 @@ def directions_of(anywhere: Anywhere) -> Floats:
     return seen
 
 
-def looks_of(model: Model, camera: Camera, sizes: Floats, directions: Floats) -> Looks:
-    """The target from directions (V, 3), unit, in its frame, as wide as the middle one of some sizes, px."""
-    solid, middle, cell_px = sparse_solid(model), model.middle, cell_px_of(sizes)
-    distance = range_of(model, camera, float(sizes[len(sizes) // 2]))
-    bounds = np.array([-UNBOUNDED_PX, -UNBOUNDED_PX, UNBOUNDED_PX, UNBOUNDED_PX])
+def looks_of(views: Views, model: Model, distance: float, directions: Floats, cell_px: float) -> Looks:
+    """The target from directions (V, 3), unit, in its frame, at a distance of its middle.
+
+    ``cell_px`` is the width of a grid's cells in the image of the views.
+    """
     frames = np.array([frame_towards(-one) for one in directions])
-
-    def seen(frame: Floats) -> Look:
-        translation = np.array([0.0, 0.0, distance]) - frame @ middle
-        found = trace(solid, frame, translation, camera.intrinsics, bounds, cell_px, cell_px, MIN_LINE_PX)
-        some = evenly(found.px, POINTS)
-        length = float(found.px.sum()) / cell_px
-        return Look((found.points[some] - middle) @ frame.T, found.along[some] @ frame.T, length)
-
-    with ThreadPoolExecutor(min(2, cores())) as threads:
-        return Looks(distance, frames, list(threads.map(seen, frames)))
+    translations = np.array([0.0, 0.0, distance]) - frames @ model.middle
+    numbers = views.of(frames, translations)
+    table = views.table()
+    seen = []
+    for frame, number in zip(frames, numbers.tolist(), strict=True):
+        runs = slice(table.first[number], table.first[number + 1])
+        first = table.run[runs.start : runs.stop + 1]
+        px = table.px[first[0] : first[-1]]
+        some = evenly(px, POINTS)
+        steps = np.diff(table.ends[runs], axis=1)[np.searchsorted(first, first[0] + some, "right") - 1, 0]
+        along = steps / np.linalg.norm(steps, axis=1, keepdims=True)
+        points = table.points[first[0] : first[-1]][some] - model.middle
+        seen.append(Look(points @ frame.T, along @ frame.T, float(px.sum()) / cell_px))
+    return Looks(distance, frames, seen)
 
 
 def evenly(px: Floats, most: int) -> Ints:

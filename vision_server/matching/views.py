@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.chains import longest_chains, runs
+from geometry.coarser import coarser
 from geometry.hidden_lines import Trace, trace
 from geometry.model import Model
 from geometry.occluders import Solid
@@ -28,8 +29,8 @@ Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 # Chosen by hand where nothing else is said.
-CELL_DEG = 8.0  # width of a cell of directions
-CELLS_PER_SIDE = 64  # more than 360° / CELL_DEG
+CELLS_ACROSS = 11  # cells of directions, across each side of a cube around the model; odd
+CELL_DEG = 90.0 / CELLS_ACROSS  # width of one
 UNBOUNDED_PX = 1e9
 MOST_LINES = 200  # or curves, that a search looks at
 SEEN_LINE_PX = (
@@ -45,6 +46,7 @@ def sparse_solid(model: Model) -> Solid:
 
     Everything still hides what is behind it. More lines make a search slower, not better.
     """
+    model = coarser(model)
     solid = solid_of(model)
     followed: set[int] = set()
     lines, faces, chain = [], [], []
@@ -116,7 +118,7 @@ class Views:
         centre = -(seed.matrix.T @ seed.translation) - self._middle
         self._range = float(np.linalg.norm(centre))
         self._frame = frame_towards(centre / self._range)
-        self._view_of = np.full(CELLS_PER_SIDE * CELLS_PER_SIDE, -1, dtype=np.int64)
+        self._view_of = np.full(6 * CELLS_ACROSS**2, -1, dtype=np.int64)
         self._parts: list[tuple[Ints, Floats, Floats, Floats]] = []  # runs: starts and ends; points, px
         self._table: ViewTable | None = None
 
@@ -126,7 +128,7 @@ class Views:
     def of(self, rotations: Floats, translations: Floats) -> Ints:
         """Index of the view of each pose, (N, 3, 3) and (N, 3) to (N,)."""
         rotations = np.ascontiguousarray(rotations)  # one kernel, not one for each way they may lie
-        cells = _cells(rotations, np.ascontiguousarray(translations), self._middle, self._frame)
+        cells = cells_of(rotations, np.ascontiguousarray(translations), self._middle, self._frame)
         new = np.unique(cells[self._view_of[cells] < 0])
         if len(new):
             self._view_of[new] = len(self._parts) + np.arange(len(new))
@@ -199,24 +201,43 @@ _frame_towards = kernel()(frame_towards)
 
 
 @kernel()
-def _cells(rotations: Floats, translations: Floats, middle: Floats, frame: Floats) -> Ints:
-    """Cell (N,) of the direction from the model's middle to the camera: an azimuthal equidistant map."""
+def cells_of(rotations: Floats, translations: Floats, middle: Floats, frame: Floats) -> Ints:
+    """Cell (N,) of the direction from the model's middle to the camera, by equal angles on a cube's sides.
+
+    The cube stands in ``frame``, whose third axis goes through the middle of a cell.
+    """
     step = math.radians(CELL_DEG)
     out = np.empty(len(rotations), dtype=np.int64)
-    centre = np.empty(3)
+    centre, towards = np.empty(3), np.empty(3)
     for i in range(len(rotations)):
         for k in range(3):
             centre[k] = -middle[k]
             for c in range(3):
                 centre[k] -= rotations[i, c, k] * translations[i, c]
-        x = frame[0, 0] * centre[0] + frame[0, 1] * centre[1] + frame[0, 2] * centre[2]
-        y = frame[1, 0] * centre[0] + frame[1, 1] * centre[1] + frame[1, 2] * centre[2]
-        z = frame[2, 0] * centre[0] + frame[2, 1] * centre[1] + frame[2, 2] * centre[2]
-        across = math.hypot(x, y)
-        scale = math.atan2(across, z) / (across * step) if across > 0.0 else 0.0
-        row = round(x * scale) + CELLS_PER_SIDE // 2
-        column = round(y * scale) + CELLS_PER_SIDE // 2
-        out[i] = row * CELLS_PER_SIDE + column
+        for k in range(3):
+            towards[k] = frame[k, 0] * centre[0] + frame[k, 1] * centre[1] + frame[k, 2] * centre[2]
+        axis = int(np.argmax(np.abs(towards)))
+        ahead, u, v = abs(towards[axis]), towards[(axis + 1) % 3], towards[(axis + 2) % 3]
+        side = 2 * axis + (towards[axis] < 0.0)
+        row = min(math.floor(math.atan2(u, ahead) / step + 0.5 * CELLS_ACROSS), CELLS_ACROSS - 1)
+        column = min(math.floor(math.atan2(v, ahead) / step + 0.5 * CELLS_ACROSS), CELLS_ACROSS - 1)
+        out[i] = (side * CELLS_ACROSS + row) * CELLS_ACROSS + column
+    return out
+
+
+@kernel()
+def middle_of_cell(cell: int, frame: Floats) -> Floats:
+    """Unit direction (3,) of the middle of a cell, see `cells_of`."""
+    step, middle = math.radians(CELL_DEG), 0.5 * (CELLS_ACROSS - 1)
+    side, row, column = cell // CELLS_ACROSS**2, cell // CELLS_ACROSS % CELLS_ACROSS, cell % CELLS_ACROSS
+    axis = side // 2
+    u, v = math.tan(step * (row - middle)), math.tan(step * (column - middle))
+    length = math.sqrt(1.0 + u * u + v * v)
+    ahead = -1.0 if side % 2 else 1.0
+    out = np.empty(3)
+    for k in range(3):
+        across = u * frame[(axis + 1) % 3, k] + v * frame[(axis + 2) % 3, k]
+        out[k] = (ahead * frame[axis, k] + across) / length
     return out
 
 
@@ -232,16 +253,9 @@ def _seen_from(
     min_line_px: float,
 ) -> tuple[Ints, Floats, Floats, Floats]:
     """Starts and ends of the runs, points (N, 3) and px (N,) of the samples, from the middle of a cell."""
-    a = math.radians(CELL_DEG) * (cell // CELLS_PER_SIDE - CELLS_PER_SIDE // 2)
-    b = math.radians(CELL_DEG) * (cell % CELLS_PER_SIDE - CELLS_PER_SIDE // 2)
-    angle = math.hypot(a, b)
-    sine = math.sin(angle) / angle if angle > 0.0 else 1.0
-    away, centre, translation = np.empty(3), np.empty(3), np.empty(3)
-    for k in range(3):
-        towards = sine * (a * frame[0, k] + b * frame[1, k]) + math.cos(angle) * frame[2, k]
-        away[k] = -towards
-        centre[k] = middle[k] + distance * towards
-    rotation = _frame_towards(away)
+    towards = middle_of_cell(cell, frame)
+    centre, translation = middle + distance * towards, np.empty(3)
+    rotation = _frame_towards(-towards)
     for k in range(3):
         translation[k] = -(
             rotation[k, 0] * centre[0] + rotation[k, 1] * centre[1] + rotation[k, 2] * centre[2]

@@ -34,7 +34,10 @@ from vision_server.matching.views import (
     SEEN_LINE_PX,
     Views,
     ViewTable,
+    cells_of,
+    frame_towards,
     least_line_px,
+    middle_of_cell,
     sparse_solid,
 )
 
@@ -232,6 +235,18 @@ def test_poses_that_look_alike_share_a_view() -> None:
     again = views.of(POSE.matrix[None], POSE.translation[None])
     assert again[0] == index[0]
     assert len(views) == 2
+
+
+@pytest.mark.parametrize("towards", np.random.default_rng(8).normal(size=(40, 3)))
+def test_a_view_is_seen_from_near_the_direction_asked_for(towards: Floats) -> None:
+    away = frame_towards(-towards / np.linalg.norm(towards))
+    frame = frame_towards(POSE.matrix[2])
+    cell = cells_of(away[None], np.array([[0.0, 0.0, 1.0]]), np.zeros(3), frame)[0]
+    middle = middle_of_cell(cell, frame)
+    off = np.degrees(np.arccos(middle @ towards / np.linalg.norm(towards)))
+    assert off < 0.5 * np.sqrt(2.0) * CELL_DEG
+    again = frame_towards(-middle)
+    assert cells_of(again[None], np.array([[0.0, 0.0, 1.0]]), np.zeros(3), frame)[0] == cell
 
 
 def of_many_lines() -> Model:
