@@ -50,7 +50,7 @@ bridge/prolog/zmq4pl.so: $(wildcard bridge/prolog/*.c bridge/prolog/*.h) | syste
 .venv/.prolog: .venv/.installed bridge/prolog/zmq4pl.so $(PROLOG)
 	@rm -f $(PROLOG:.pl=.qlf)
 	@swipl --on-warning=status --on-error=status -t halt \
-	  -g "current_prolog_flag(argv, [_|Files]), forall(member(File, Files), qcompile(File))" -- $(PROLOG)
+	  -g "current_prolog_flag(argv, Files), forall(member(File, Files), qcompile(File))" -- $(PROLOG)
 	@touch $@
 
 dock: setup

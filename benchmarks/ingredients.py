@@ -37,7 +37,7 @@ from experiments.warm_servers import served_vision
 from geometry.pose import RIGHT
 from numerics.two_cores import use_one_core
 from vision_server.prediction.belief import Belief
-from vision_server.serve import prediction, surprises
+from vision_server.serve import prediction, unforeseen
 
 Floats = NDArray[np.float64]
 Patch = tuple[object, str, Any]
@@ -62,7 +62,7 @@ ROWS: dict[str, tuple[str, tuple[Patch, ...]]] = {
     "keeping what does no harm": (str(STRATEGIES / "choosy.pl"), ()),
     "a second image": (str(STRATEGIES / "credulous.pl"), ()),
     "test images": (str(STRATEGIES / "untested.pl"), ()),
-    "surprise": ("informed", ((surprises, "surprise_of", lambda *_: surprises.Surprise()),)),
+    "surprise": ("informed", ((unforeseen, "surprise_of", lambda *_: unforeseen.Surprise()),)),
 }
 """What is left out: the strategy, and what is put in the place of parts of the vision server."""
 

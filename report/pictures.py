@@ -7,6 +7,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import numpy.ma  # np.percentile loads it: now, while what the page shows is not there yet
 from numpy.typing import NDArray
 
 from report.errors import ReportError

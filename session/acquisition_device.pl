@@ -36,7 +36,7 @@ results, events as exogenous actions.  Pixels stay on the other side.
 :- use_module('../domain/reasoning/merit', [default_threshold/1]).
 :- use_module('../domain/reasoning/outlook').
 :- use_module(library(apply), [maplist/3]).
-:- use_module(library(filesex), [directory_file_path/3]).
+:- autoload(library(filesex), [directory_file_path/3]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3]).
 

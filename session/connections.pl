@@ -13,7 +13,7 @@
 /** <module> The session's connections: to both servers, and to the image server's events */
 
 :- use_module('../bridge/prolog/client').
-:- use_module('../bridge/prolog/keys', [client_keys/4]).
+:- autoload('../bridge/prolog/keys', [client_keys/4]).
 :- use_module(library(apply), [maplist/2]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2, sum_list/2]).
 :- use_module(library(option), [option/2]).

@@ -8,12 +8,12 @@
     4 a device or server failed for good, 130 and 143 stopped by Ctrl-C and SIGTERM
 */
 
-:- use_module(acquisition_device, [score_pose/3]).
+:- use_module(acquisition_device, [close_acquisition/0, score_pose/3]).
 :- use_module(connections, [ask/4]).
 :- use_module(display, [show/2, show_outcome/2]).
 :- use_module(json_terms, [fix_term/2]).
 :- use_module(outcome, [advised/3]).
-:- use_module(reporting, [write_report/2]).
+:- use_module(reporting, [tell_report/0, wait_for_report/2]).
 :- use_module(result).
 :- use_module(run_folder, [run_file/3]).
 :- use_module(session_file, [file_sha256/2]).
@@ -29,7 +29,7 @@
 %
 %   Write and tell what came of a session.  End is end(How, Situation), with How one of
 %   finished, stopped(Signal) and failed(Error), and Situation the last one, or `none`.
-%   Session.stop is called when all is known: the vision server then flushes its images.
+%   Session.stop is called when all is known, to stop the servers; the report is written meanwhile.
 %   Outcome is converged, exhausted, stopped(Signal) or failed(Error).
 
 end_session(_, end(How, none), Outcome) :-
@@ -50,10 +50,12 @@ end_session(Session, end(How, Situation), Outcome) :-
     option(max_iterations(Limit), Options),
     advised(Limit, Result2, Result),
     write_result(Result, Folder),
+    catch(close_acquisition, error(_, _), true),        % the vision server writes what is left of its images
+    tell_report,
     call(Session.stop),
     show_outcome(Options, Result),
     tell_of_instead(Options, Result),
-    write_report(Options, Folder).      % last: who waits for the pose need not wait for its picture
+    wait_for_report(Options, Folder).   % last: who waits for the pose need not wait for its picture
 
 %   What if: the image that was to be taken otherwise was not taken at all.
 tell_of_instead(Options, Result) :-

@@ -25,8 +25,12 @@ often is asked.  A controller from the folder itself is not run.
 
 :- initialization(tell, main).
 
+:- dynamic
+    loaded/2.                           % Options, Plan
+
 tell :-
     current_prolog_flag(argv, [Folder, Reasons]),
+    catch(begun(Folder, _, _), _, true),        % while nobody asks yet; what is wrong is found again then
     ( asked -> told(Folder, Reasons) ; true ).
 
 %   After a problem from the beginning: it may have been one of that moment.
@@ -41,15 +45,23 @@ told(Folder, Reasons) :-
     ).
 
 follow(Folder, Reasons) :-
-    begun_options(Folder, Options),
-    session_plan(Options, Plan),
-    load_theory(Plan.theory),
+    begun(Folder, Options, Plan),
     run_file(Folder, 'history.pl', Journal),
     b_setval(journal_reader_actions, []),
     b_setval(journal_reader_first, 0),
     indigolog(Plan.program,
               [ check(false), replay(Journal), on_action(session_journal_reader:note),
                 follow(session_journal_reader:answered(Reasons, Options, Plan)), outcome(_) ]).
+
+%   What the session was begun with; its theory is loaded then.
+begun(_, Options, Plan) :-
+    loaded(Options, Plan),
+    !.
+begun(Folder, Options, Plan) :-
+    begun_options(Folder, Options),
+    session_plan(Options, Plan),
+    load_theory(Plan.theory),
+    assertz(loaded(Options, Plan)).
 
 %   Somebody wants to know; fails where nobody will ask any more.
 asked :-

@@ -18,7 +18,7 @@ with which arguments it was started.  So one that is found fits.
 :- use_module(installation, [installation_python/1, installation_root/1]).
 :- autoload(library(filesex), [chmod/2, make_directory_path/1]).
 :- use_module(library(lists), [max_list/2, member/2]).
-:- use_module(library(readutil), [read_file_to_string/3, read_file_to_terms/3]).
+:- autoload(library(readutil), [read_file_to_string/3, read_file_to_terms/3]).
 :- autoload(library(uid), [getuid/1]).
 
 most_servers(16).                       % of one kind at a time, chosen by hand

@@ -8,7 +8,7 @@ are started first; the controller is loaded and checked meanwhile.
 */
 
 :- use_module(plan).
-:- use_module(resumption, [check_frames/1]).
+:- autoload(resumption, [check_frames/1]).
 :- use_module(run_folder).
 :- use_module(servers).
 :- use_module(library(option), [option/2]).

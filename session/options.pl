@@ -7,9 +7,9 @@
 */
 
 :- use_module(option_rules, [check_of_use/1, check_options/1]).
-:- use_module(resumption, [resumed_options/3]).
+:- autoload(resumption, [resumed_options/3]).
 :- use_module(usage, [dashes/2, did_you_mean/3, usage_error/2]).
-:- use_module(library(apply), [foldl/4]).
+:- autoload(library(apply), [foldl/4]).
 :- use_module(library(lists), [memberchk/2]).
 :- use_module(library(main), [argv_options/4]).
 :- use_module(library(option), [merge_options/3, option/2]).

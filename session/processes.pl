@@ -13,11 +13,11 @@ they notice by themselves (`--parent`).
 */
 
 :- use_module(installation, [installation_python/1, installation_root/1]).
-:- use_module(library(apply), [exclude/3]).
+:- autoload(library(apply), [exclude/3]).
 :- use_module(kept_servers, [kept_log/2, kept_running/2]).
 :- use_module(library(lists), [last/2, member/2]).
 :- use_module(library(process), [process_create/3, process_kill/2, process_wait/3]).
-:- use_module(library(readutil), [read_file_to_string/3]).
+:- autoload(library(readutil), [read_file_to_string/3]).
 
 %!  start_server(+Name, +Arguments, +Redirection, +LogFile, -Process) is det.
 %
@@ -95,7 +95,7 @@ wait_until(Deadline, Pid, Status) :-
     get_time(Time),
     (   ( Now \== timeout ; Time >= Deadline )
     ->  Status = Now
-    ;   sleep(0.01),
+    ;   sleep(0.002),
         wait_until(Deadline, Pid, Status)
     ).
 

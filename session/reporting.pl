@@ -1,6 +1,7 @@
 :- module(session_reporting,
           [ begin_report/2,             % +Options, +Folder
-            write_report/2,             % +Options, +Folder
+            tell_report/0,
+            wait_for_report/2,          % +Options, +Folder
             drop_report/0
           ]).
 /** <module> The page of a session: `python -m report`, which gets ready beside the session and writes at its end
@@ -16,7 +17,8 @@ It needs longer to be loaded than to write.
 :- use_module(library(process), [process_create/3]).
 
 :- dynamic
-    ready/2.                            % Pid, In: waits for a line on In
+    ready/2,                            % Pid, In: waits for a line on In
+    writing/1.                          % Pid: has been told to write
 
 report_seconds(60).                     % for report.html to be written; chosen by hand, it takes less than one
 
@@ -37,11 +39,23 @@ start(Folder) :-
                    [ process(Pid), cwd(Root), stdin(pipe(In)), stdout(null), detached(true) ]),
     assertz(ready(Pid, In)).
 
-%!  write_report(+Options, +Folder) is det.
+%!  tell_report is det.
 %
-%   Write report.html and say where it is, if it was asked for.
+%   All that it shows is in the folder now.
 
-write_report(Options, Folder) :-
+tell_report :-
+    retract(ready(Pid, In)),
+    !,
+    catch(nl(In), error(_, _), true),   % of one that has ended the status is told
+    close(In, [force(true)]),
+    assertz(writing(Pid)).
+tell_report.
+
+%!  wait_for_report(+Options, +Folder) is det.
+%
+%   Until report.html is written, if it was asked for; say where it is.
+
+wait_for_report(Options, Folder) :-
     option(report(true), Options),
     !,
     ( catch(written(Status), error(_, _), fail) -> true ; Status = failed ),
@@ -50,12 +64,10 @@ write_report(Options, Folder) :-
         show(Options, report(File))
     ;   print_message(warning, session(no_report(Status)))
     ).
-write_report(_, _).
+wait_for_report(_, _).
 
 written(Status) :-
-    retract(ready(Pid, In)),
-    catch(nl(In), error(_, _), true),   % of one that has ended the status is told
-    close(In, [force(true)]),
+    retract(writing(Pid)),
     report_seconds(Seconds),
     get_time(Now),
     Deadline is Now + Seconds,
@@ -66,5 +78,8 @@ written(Status) :-
 %   Nothing is to be written any more.
 
 drop_report :-
-    forall(retract(ready(Pid, In)),
-           ( close(In, [force(true)]), catch(ended_or_killed(0, Pid, _), error(_, _), true) )).
+    forall(retract(ready(Pid, In)), ( close(In, [force(true)]), end(Pid) )),
+    forall(retract(writing(Pid)), end(Pid)).
+
+end(Pid) :-
+    catch(ended_or_killed(0, Pid, _), error(_, _), true).

@@ -26,7 +26,7 @@ error, by Ctrl-C or by SIGTERM.
 :- use_module('../indigolog/tools/explain', [why/3]).
 :- use_module('../indigolog/indigolog').
 :- use_module('../indigolog/online/journal', [journal_entries/3]).
-:- use_module(library(filesex), [delete_directory_and_contents/1]).
+:- autoload(library(filesex), [delete_directory_and_contents/1]).
 :- use_module(library(lists), [append/3, member/2]).
 :- use_module(library(option), [option/2]).
 

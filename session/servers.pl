@@ -15,7 +15,7 @@
 :- use_module(installation, [installation_root/1]).
 :- use_module(kept_servers).
 :- use_module(processes).
-:- use_module(resumption, [journaled_action/2]).
+:- autoload(resumption, [journaled_action/2]).
 :- use_module(run_folder, [run_file/3]).
 :- use_module(library(lists), [append/2, append/3, member/2, memberchk/2, reverse/2]).
 :- use_module(library(option), [option/2]).

@@ -12,9 +12,9 @@ cut or changed is known.  It is read as data: nothing in it is called.
 */
 
 :- use_module(usage, [usage_error/2]).
-:- use_module(library(apply), [maplist/2]).
+:- autoload(library(apply), [maplist/2]).
 :- use_module(library(lists), [append/3, member/2]).
-:- use_module(library(sha), [hash_atom/2, sha_hash/3]).
+:- autoload(library(sha), [hash_atom/2, sha_hash/3]).
 
 format_version(1).
 

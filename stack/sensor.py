@@ -31,6 +31,7 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
+from numpy.random import SFC64, Generator, SeedSequence
 from numpy.typing import NDArray
 
 from stack.exposure import WHITE, relative_exposure
@@ -86,7 +87,7 @@ def line_kernel(dx: float, dy: float) -> Image:
 @lru_cache(maxsize=2)
 def fixed_pattern(shape: tuple[int, int], seed: int) -> tuple[Image, Image]:
     """Standard normal patterns (H, W) of the pixels' sensitivity and of their dark signal."""
-    draws = np.random.Generator(np.random.SFC64(np.random.SeedSequence([seed])))
+    draws = Generator(SFC64(SeedSequence([seed])))
     return draws.standard_normal(shape, np.float32), draws.standard_normal(shape, np.float32)
 
 
@@ -123,7 +124,7 @@ def exposed(
         variance *= np.float32(per_electron)
         variance += np.float32((camera.read_noise_e * per_electron) ** 2)
         np.sqrt(variance, out=variance)
-        noise = np.random.Generator(np.random.SFC64(np.random.SeedSequence(list(seed))))
+        noise = Generator(SFC64(SeedSequence(list(seed))))
         variance *= noise.standard_normal(signal.shape, dtype=np.float32)
         signal += variance
     np.clip(signal, 0, 1, out=signal)

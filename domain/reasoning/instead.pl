@@ -13,9 +13,9 @@ A session has at most one such image, named as people write it and as settings_w
 Lights that are not named are off.
 */
 
-:- use_module(device).
-:- use_module(library(apply), [maplist/3]).
-:- use_module(library(dcg/basics), [blanks/2, integer/3, number/3, string_without/4]).
+:- autoload(device, [device_lights/2]).
+:- autoload(library(apply), [maplist/3]).
+:- autoload(library(dcg/basics), [blanks/2, integer/3, number/3, string_without/4]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 
 :- dynamic

@@ -226,7 +226,12 @@ def warm(endpoint: str, requests: dict[str, dict[str, Any]]) -> None:
 
 
 def attack(
-    kind: str, messages: int, seed: int = 1, seconds: float = math.inf, attackers: int = ATTACKERS
+    kind: str,
+    messages: int,
+    seed: int = 1,
+    seconds: float = math.inf,
+    attackers: int = ATTACKERS,
+    first: int = FIRST,
 ) -> dict[str, Any]:
     """Start a server, let the crowd loose, and tell what came of it."""
     folder = Path(tempfile.mkdtemp(prefix="h"))
@@ -247,7 +252,7 @@ def attack(
             processes.append(server)
         requests = json.loads(words)
         warm(endpoint, requests)
-        Crowd(endpoint, requests, FIRST, seed - 1).run(attackers)
+        Crowd(endpoint, requests, first, seed - 1).run(attackers)
         time.sleep(QUIET_S)
         before = most = memory_mb(server.pid)
         crowd = Crowd(endpoint, requests, messages, seed, seconds)

@@ -170,7 +170,7 @@ class GradientChannel:
         known = self.count.copy()
         if known[scale.max(initial=0)] == 0:
             beyond_px += self.around_px
-        new = _claimed(self.tiles.number, self.count, self.frame.shape, scale, normals, beyond_px)
+        new = _claimed(self.tiles.number, self.count, self.frame.shape, scale, normals, float(beyond_px))
         for index in np.flatnonzero(self.count > known).tolist():
             first = int(known[index])
             for block in blocks_of(new[index, first : self.count[index]]):

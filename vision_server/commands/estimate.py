@@ -18,7 +18,7 @@ from vision_server.commands.options import (
     add_gamma,
     add_model_and_camera,
     add_seed,
-    check_size,
+    check_image_size,
     told_gamma,
 )
 
@@ -55,7 +55,7 @@ def read_set(
 
     pixels = read_image_set(options.images, told_raw(table))
     gammas, tone_sd_px = file_tone(options.images, told_gamma(options.gamma, table))
-    check_size(options.images[0], pixels[0].shape, camera)
+    check_image_size(options.images[0], pixels[0].shape, camera)
     times = exposures_of(options, pixels, gammas)
     width, height = camera.width, camera.height
     if region is not None:

@@ -81,7 +81,7 @@ def told_gamma(option: float | None, table: dict[str, Any]) -> float | None:
     return None if given is None else float(given)
 
 
-def check_size(image: Path, shape: tuple[int, ...], camera: Camera) -> None:
+def check_image_size(image: Path, shape: tuple[int, ...], camera: Camera) -> None:
     """Raise BadInput for an image (H, W) of another size than the camera's."""
     height, width = shape
     if (width, height) != (camera.width, camera.height):

@@ -14,7 +14,7 @@ from bridge.command_line import number, whole_number
 from bridge.errors import BadInput
 from vision_server.commands.edges import write_file
 from vision_server.commands.estimate import write_overlay
-from vision_server.commands.options import add_model_and_camera, check_size
+from vision_server.commands.options import add_model_and_camera, check_image_size
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -81,7 +81,7 @@ def _read(options: Namespace) -> _Scene:
     camera, table = read_camera(options.camera)
     model = read_model(options.model, options.unit)
     grey = read_grey(options.image, told_raw(table))
-    check_size(options.image, grey.shape, camera)
+    check_image_size(options.image, grey.shape, camera)
     if (doubt := model_warning(model, camera, None)) is not None:
         print(f"vision_server: {doubt}", file=sys.stderr)
     return _Scene(model, camera, grey)

@@ -49,11 +49,16 @@ def warm_up() -> None:
     noise = np.random.default_rng(0).normal(0.0, 4.0, sharp.shape)
     images.add("sharp", sharp, 1.0, 1.0)
     images.add("blurred", drawn(model, camera, pose, 3.0), 1.0, 1.0)
+    images.add("bright", np.minimum(2 * sharp.astype(np.uint16), 255).astype(np.uint8), 2.0, 1.0)
     images.add("toned", sharp, 1.0, 2.2)
     images.add("deep", sharp.astype(np.uint16) * np.uint16(PER_GREY), 1.0, 1.0)
     images.add("noisy", np.clip(sharp + noise, 0.0, 255.0).astype(np.uint8), 1.0, 1.0)
     edge_kinds([image.statistics for image in images.images.values()])
-    for names, matcher in ((["sharp"], "search"), (["blurred"], "search"), (["sharp", "blurred"], "genetic")):
+    for names, matcher in (
+        (["sharp"], "search"),
+        (["blurred", "bright"], "search"),
+        (["sharp", "blurred"], "genetic"),
+    ):
         estimate_pose(images, names, model, camera, pose, PipelineSettings(matcher=matcher))
     estimate_pose(images, ["sharp"], model, camera, Anywhere())
     tracker = Tracker(model, camera, pose)

@@ -36,8 +36,8 @@ ALIKE = 0.08  # between steps of one cluster, as a share of the largest
 APART = 0.2  # between clusters
 FEWEST = 8  # steps of a cluster
 FEWEST_OF_ALL = 4  # where the lights that are so learnt explain all there is
-OFF = 0.15  # level that is none
-CLEARLY_ON = 0.2  # level of a step in an image that counts where it is asked in how many there is one
+ON_BY_MANY = 0.15  # level, as a share of the largest, from which on a light is on, by the median of a cluster
+ON_BY_ONE = 0.2  # and by a single step, which is noisier
 MOST_TRIED = 32  # choices of a cluster for each lamp, large ones first
 LEVEL_SD = 0.12  # of a level by one place: darker ones tell none
 LEVEL_SLACK, LEVEL_UNSURE = 0.04, 0.2  # by so much the least that it may be is above, or below, the most
@@ -184,7 +184,7 @@ def _telling_steps(sides: Sides) -> Floats:
     off = lit & (np.abs(step) < SURE * sd)
     told = sides.known.all(axis=0) & off.any(axis=0) & (step > -SURE * sd).all(axis=0)
     told &= (sd.max(axis=0) < MOST_NOISE * largest) & (largest > LEAST_STEP * best)
-    told &= np.count_nonzero(step > CLEARLY_ON * largest, axis=0) <= len(step) / 2
+    told &= np.count_nonzero(step > ON_BY_ONE * largest, axis=0) <= len(step) / 2
     some = np.flatnonzero(told)
     some = some[:: len(some) // MOST_STEPS + 1]
     return np.asarray((step[:, some] / largest[some]).T, np.float64)
@@ -201,6 +201,6 @@ def _clusters(steps: Floats) -> list[Cluster]:
         if count[most] < FEWEST_OF_ALL:
             break
         middle = np.median(steps[(near[most] > 0.0) & left], axis=0)
-        clusters.append(Cluster(np.where(middle > OFF, middle, 0.0), int(count[most])))
+        clusters.append(Cluster(np.where(middle > ON_BY_MANY, middle, 0.0), int(count[most])))
         left &= apart[most] > APART
     return clusters

@@ -128,7 +128,7 @@ class Views:
     def of(self, rotations: Floats, translations: Floats) -> Ints:
         """Index of the view of each pose, (N, 3, 3) and (N, 3) to (N,)."""
         rotations = np.ascontiguousarray(rotations)  # one kernel, not one for each way they may lie
-        cells = cells_of(rotations, np.ascontiguousarray(translations), self._middle, self._frame)
+        cells = cells_of(rotations, np.array(translations, order="C"), self._middle, self._frame)
         new = np.unique(cells[self._view_of[cells] < 0])
         if len(new):
             self._view_of[new] = len(self._parts) + np.arange(len(new))

@@ -57,7 +57,8 @@ def _boxes(line: Ints, image: Floats, ends: Ints) -> Floats:
     for i in range(len(line)):
         m = line[i]
         if i == ends[m, 0]:
-            box[m, :2], box[m, 2:] = image[i], image[i]
+            for k in range(2):
+                box[m, k], box[m, 2 + k] = image[i, k], image[i, k]
         for k in range(2):
             box[m, k], box[m, 2 + k] = min(box[m, k], image[i, k]), max(box[m, 2 + k], image[i, k])
     return box
@@ -87,7 +88,8 @@ def _near_pairs(visible: Ints, box: Floats, near_px: Floats) -> Ints:
             if count + 2 > room:
                 room *= 2
                 longer = np.empty((room, 2), dtype=np.int64)
-                longer[:count] = pairs[:count]
+                for row in range(count):
+                    longer[row, 0], longer[row, 1] = pairs[row, 0], pairs[row, 1]
                 pairs = longer
             if apart <= near_px[mine]:
                 pairs[count, 0], pairs[count, 1] = mine, other

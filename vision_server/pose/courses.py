@@ -72,7 +72,7 @@ class _Beside(NamedTuple):
 
 def courses_of(problem: PoseProblem, seen: Observation, more: Floats) -> Courses:
     """Courses of the lines in each channel, by the pose's unknowns, two nuisances and ``more`` (N, 2), px."""
-    base = base_weights(seen)
+    base = base_weights(seen, True)
     lines = 1 + int((np.diff(seen.samples.line) != 0).sum())
     room = len(base) * lines
     place, motion, noise = (np.zeros((room, *of)) for of in ((2,), (2, UNKNOWNS), (2, 2)))

@@ -235,7 +235,9 @@ def followed(jacobian: Floats, offset: Floats, px: Floats, prior: Floats, step: 
                 pull[k] += scaled * (place + distance)
                 for m in range(k + 1):
                     normal[k, m] += scaled * jacobian[i, m]
-        step[:] = solve_positive(normal, pull, 0.0, 0.0)
+        solved = solve_positive(normal, pull, 0.0, 0.0)
+        for k in range(6):
+            step[k] = solved[k]
 
 
 @kernel()

@@ -100,7 +100,7 @@ def _scatter(x: Floats, y: Floats, room: Floats) -> float:
 
 
 @kernel()
-def base_weights(seen: Observation, exact_ends: bool = True) -> Floats:
+def base_weights(seen: Observation, exact_ends: bool) -> Floats:
     """Weight of each edge point before its residual is known, (C, N), 1/px^2.
 
     Its length in the image times its strength and the trust in its line, over its variance: by noise, by what

@@ -43,7 +43,8 @@ def _cut(points: NDArray[np.float64], groups: Ints, order: Ints) -> Ints:
                 count = max(1, min(int(np.ceil(abs(bend) / MAX_BEND_RAD)), int(length / LEAST_PIECE_PX)))
         if count > 1:
             sorted_ = np.argsort(along)
-            order[first:stop] = first + sorted_
+            for k in range(len(sorted_)):
+                order[first + k] = first + sorted_[k]
             along = along[sorted_]
             low = along[0]
         begin = first

@@ -136,9 +136,9 @@ class VisionServer(Service):
             if step.discarded is not None and step.discarded in kept and task.foresees:
                 task.applied[step.discarded] = frames[step.discarded].settings()
             if step.happened is not None:
-                from vision_server.serve import surprises  # late: few sessions need it
+                from vision_server.serve import unforeseen  # late: few sessions need it
 
-                surprises.restore(task, step.happened, list(kept))
+                unforeseen.restore(task, step.happened, list(kept))
         task.doubted = args.doubted
         remembered = set(task.applied)  # a new set has forgotten those before it
         task.applied.clear()
@@ -241,7 +241,7 @@ def _taken(
     moved = task.images.moved(image)
     cause = doubt = None
     if task.expected is not None:
-        from vision_server.serve.surprises import surprise_of
+        from vision_server.serve.unforeseen import surprise_of
 
         cause, doubt = surprise_of(task, image)
     if task.recorder is not None:

@@ -124,7 +124,7 @@ def fitted(
     beside_px2 : (L,), variance of each line of the model for what runs beside it, see `beside`.
     """
     seen = observe(problem, start, reach_px, spacing_px, pulls=False)
-    base = base_weights(seen)
+    base = base_weights(seen, True)
     if int((base > 0.0).sum()) < ENOUGH_ROWS:
         return None
     lines = line_fits(seen, base, *rounding_shifts(problem, start, seen))

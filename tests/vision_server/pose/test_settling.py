@@ -76,7 +76,7 @@ def test_the_course_of_a_line_is_the_weighted_straight_line_through_its_edge_poi
     spacing = spacing_for(model, CAMERA, best.pose)
     seen = observe(best.problem, best.pose, 3.0, spacing)
     more = np.random.default_rng(0).normal(size=(len(seen.along), 2))
-    base = base_weights(seen)
+    base = base_weights(seen, True)
     courses = courses_of(best.problem, seen, more)
     line, number = seen.samples.line, 0
     for own in np.unique(line):

@@ -62,7 +62,7 @@ def test_a_solution_is_the_reweighted_least_squares_one(model: Model) -> None:
     pixels = photographed(linear_picture(model, CAMERA, POSE))
     start = disturbed(POSE, np.random.default_rng(0), 1.0, 1.5, CAMERA.fx)
     seen = observe(PoseProblem.at_scale(channels_of(pixels), model, CAMERA), start, 4.0, 2.0)
-    step, weight = solve(seen, base_weights(seen), 0.42, 0.01)
+    step, weight = solve(seen, base_weights(seen, True), 0.42, 0.01)
     used = weight > 0
     samples = np.nonzero(used)[1]
     of_line = seen.samples.line[samples][:, None] == np.arange(len(model.lines))

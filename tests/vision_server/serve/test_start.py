@@ -53,8 +53,10 @@ with event.install_recorder("numba:compile") as compiled:
     images = ImageSet(camera.width, camera.height)
     images.add("i1", drawn(model, camera, pose, 0.8), 1.0, 1.0)
     images.add("i2", drawn(model, camera, pose, 2.5), 2.0, 1.0)
+    bright = 2 * drawn(model, camera, pose, 0.8).astype(int)
+    images.add("clipped", np.minimum(bright, 255).astype(np.uint8), 2.0, 1.0)
     near = Pose(pose.rotation_vector + 0.1, pose.translation * 1.02)
-    for names in (["i1"], ["i2"], ["i1", "i2"]):
+    for names in (["i1"], ["i2"], ["i1", "i2"], ["i1", "clipped"]):
         found = estimate_pose(images, names, model, camera, near, PipelineSettings())
         print(found.pose and found.pose.to_dict())
     print([module for module in ("scipy.linalg", "scipy.spatial") if module in sys.modules])

@@ -15,11 +15,11 @@ from tests.vision_server.serve.running import SETTINGS, Running, asked
 from vision_server import pipeline
 from vision_server.pose.trust import Misfit
 from vision_server.prediction.causes import Cause
-from vision_server.serve import surprises
+from vision_server.serve import unforeseen
 from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import outputs
-from vision_server.serve.surprises import images_of_scene, restore
 from vision_server.serve.task import REMEMBERED, Happened, PoseTask
+from vision_server.serve.unforeseen import images_of_scene, restore
 
 FULL = Settings(lights=(7, 7, 7), shutter_s=1 / 60, aperture=4.0)
 
@@ -81,7 +81,7 @@ def test_a_light_that_died_is_named_by_test_images_that_were_discarded(
     for name, asked_for, given in (("i5", FULL, without), ("i6", without, without), ("i7", alone, dark)):
         task.foresees, task.expected = True, simulator.true_pose
         task.add(name, simulator.capture(given).pixels, asked_for)
-        said.append(surprises.surprise_of(task, name).cause)
+        said.append(unforeseen.surprise_of(task, name).cause)
         task.discard(name)
     name = task.describe.lights[0].name
     assert CauseTold(cause="light_dead", lights=(name,), since="i5") in said
@@ -91,11 +91,11 @@ def test_what_was_doubted_first_is_not_forgotten_for_a_later_doubt(
     task: PoseTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     doubts = iter([Cause("light_dead", (0,), 1, 9.0), Cause("sun_changed", (), 3, 9.0), None])
-    monkeypatch.setattr(surprises, "verdict", lambda _: (None, next(doubts)))
-    monkeypatch.setattr(surprises, "causes", lambda *_: [])
-    monkeypatch.setattr(surprises, "target_moved", lambda *_: False)
+    monkeypatch.setattr(unforeseen, "verdict", lambda _: (None, next(doubts)))
+    monkeypatch.setattr(unforeseen, "causes", lambda *_: [])
+    monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
     task.expected = Pose(np.zeros(3), np.array([0.0, 0.0, 1.0]))
-    told = [surprises.surprise_of(task, "i4").doubt for _ in range(3)]
+    told = [unforeseen.surprise_of(task, "i4").doubt for _ in range(3)]
     assert [doubt and (doubt.cause, doubt.since) for doubt in told] == [
         ("light_dead", "i2"),
         ("sun_changed", "i2"),
@@ -107,9 +107,9 @@ def test_what_was_doubted_first_is_not_forgotten_for_a_later_doubt(
 def test_something_in_the_way_is_sure_where_an_image_from_before_the_doubt_is_repeated(
     task: PoseTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(surprises, "verdict", lambda _: (None, None))
-    monkeypatch.setattr(surprises, "causes", lambda *_: [])
-    monkeypatch.setattr(surprises, "target_moved", lambda *_: False)
+    monkeypatch.setattr(unforeseen, "verdict", lambda _: (None, None))
+    monkeypatch.setattr(unforeseen, "causes", lambda *_: [])
+    monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
     behind = np.array(task.images.images["i1"].pixels)
     behind[:, behind.shape[1] // 2 - 30 : behind.shape[1] // 2 + 30] = 40
     task.add("i5", behind, FULL)
@@ -117,15 +117,15 @@ def test_something_in_the_way_is_sure_where_an_image_from_before_the_doubt_is_re
     for since, settings, told in (("i3", other, None), ("i3", FULL, "i3")):
         task.expected = Pose(np.zeros(3), np.array([0.0, 0.0, 1.0]))
         task.doubted, task.applied["i5"] = since, settings
-        cause = surprises.surprise_of(task, "i5").cause
+        cause = unforeseen.surprise_of(task, "i5").cause
         assert (cause and cause.cause, cause and cause.since) == (told and "in_the_way", told)
 
 
 def test_new_edges_are_a_doubt_of_what_is_in_the_way_until_something_is_doubted(
     task: PoseTask, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(surprises, "verdict", lambda _: (None, None))
-    monkeypatch.setattr(surprises, "target_moved", lambda *_: False)
+    monkeypatch.setattr(unforeseen, "verdict", lambda _: (None, None))
+    monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
     seen = np.asarray(simulator.capture(FULL).pixels)
     behind = seen.copy()
     behind[:, behind.shape[1] // 2 - 30 : behind.shape[1] // 2 + 30] = 40
@@ -135,7 +135,7 @@ def test_new_edges_are_a_doubt_of_what_is_in_the_way_until_something_is_doubted(
     for name, pixels in (("i5", simulator.capture(other).pixels), ("i6", behind), ("i7", behind)):
         task.expected = pose
         task.add(name, pixels, other)
-        doubt = surprises.surprise_of(task, name).doubt
+        doubt = unforeseen.surprise_of(task, name).doubt
         told.append(doubt and (doubt.cause, doubt.since))
     assert told == [None, ("in_the_way", "i6"), None]
 
