@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from numerics.kernels import kernel
-from vision_server.channels.gradients import SCALES_PX, Frame, Tiles
+from vision_server.channels.gradients import SCALES_PX, Frame, Normals, Tiles
 from vision_server.pose.edge_points import Channel, derivative_at
 from vision_server.pose.observation import Observation, PoseProblem
 
@@ -21,7 +21,7 @@ Ints = NDArray[np.int64]
 
 # Chosen by hand: how far 1717 lines are off goes with the rest for 3 to 5 steps to either side.
 STEPS = 4  # to either side of an edge, each as wide as it is soft,
-MOST_STEP_PX = 2.5  # and no wider: gradients are there so far
+MOST_STEP_PX = 2.5  # and no wider: hardly more of the image is looked at so than edges are looked for in
 WIDTHS = np.arange(0.8, 2.45, 0.1)  # sd of an edge's derivative, in steps
 ON_COURSE_PX = 0.55  # of its softness: an edge point farther from its line's course is none of it
 # What is beside a sharp edge is a sum of Gaussians as wide as its own (1.05 to 1.15 are seen) at these steps,
@@ -54,8 +54,13 @@ class Profiles(NamedTuple):
 
 def profiles_of(problem: PoseProblem, seen: Observation, at: Place) -> Profiles:
     """The profiles of lines in their channels, about where they are seen."""
-    profiles = np.zeros((len(at.line), 2 * STEPS + 1))
+    profiles, samples = np.zeros((len(at.line), 2 * STEPS + 1)), seen.samples
     for c, channel in enumerate(problem.channels):
+        softness = seen.sigma[c, samples.line]
+        to_course = np.abs(np.nan_to_num(seen.offset[c])) + ON_COURSE_PX * softness
+        reach = to_course + STEPS * np.minimum(softness, MOST_STEP_PX)
+        normals = Normals(samples.image, samples.normal, reach)
+        channel.prepare(problem.filters[c, samples.line], normals, 0.0)
         _add_up_all(channel.frame, channel.tiles, problem.filters[c], seen, c, at, profiles)
     return told_by(profiles, seen.sigma[at.channel, at.line] <= SCALES_PX[0])
 

@@ -5,7 +5,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from vision_server.pose.profiles import MOST_MOVED_PX, SHARP_WIDTH, STEPS, told_by
+from geometry.model import Model
+from tests.vision_server.refined_poses import channels_of
+from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
+from vision_server.pose.observation import PoseProblem, observe
+from vision_server.pose.profiles import MOST_MOVED_PX, SHARP_WIDTH, STEPS, Place, profiles_of, told_by
 
 Floats = NDArray[np.float64]
 Bumps = tuple[tuple[float, float], ...]
@@ -63,3 +67,24 @@ def test_no_edge_at_all_tells_nothing() -> None:
     told = told_by(np.zeros((1, 2 * STEPS + 1)), SHARP)
     assert told.rest == 1.0
     assert told.moved == 0.0
+
+
+@pytest.mark.parametrize("scale", [0, 3])
+def test_what_a_profile_runs_into_is_there(model: Model, scale: int) -> None:
+    """Where nobody has looked for edges before, and where an edge is as far off as it may be."""
+    pixels = photographed(linear_picture(model, CAMERA, POSE, (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)), seed=1)
+
+    def problem() -> PoseProblem:
+        return PoseProblem.at_scale(channels_of(pixels), model, CAMERA, scale)
+
+    seen = observe(problem(), POSE, 3.0, 2.0)
+    lines = np.unique(seen.samples.line)
+    place = np.stack([np.full(len(lines), 15.0), np.zeros(len(lines))], axis=1)
+    at = Place(place, lines, np.zeros(len(lines), np.int64))
+    far = seen._replace(offset=np.full_like(seen.offset, 15.0))
+    widely = problem()
+    observe(widely, POSE, 40.0, 2.0)
+    told, known = (profiles_of(one, far, at) for one in (problem(), widely))
+    np.testing.assert_array_equal(told.rest, known.rest)
+    np.testing.assert_array_equal(told.moved, known.moved)
+    assert np.isfinite(told.rest).all()
