@@ -62,19 +62,12 @@ def alive(pid: int) -> bool:
         return False
 
 
-def running_session(out: Path) -> tuple[subprocess.Popen[str], dict[str, int]]:
+def running_session(out: Path, report: bool = False) -> tuple[subprocess.Popen[str], dict[str, int]]:
     """A session that cannot converge, with both servers up and at least one image taken."""
     session = start_controller(
-        "--out",
-        out,
-        "--controller",
-        "greedy",
-        "--threshold",
-        "0.000001",
-        "--max-iterations",
-        "1000",
-        "--no-report",
-    )
+        "--out", out, "--controller", "greedy", "--threshold", "0.000001", "--max-iterations", "1000",
+        *([] if report else ["--no-report"]),
+    )  # fmt: skip
     captured(session, out, "i1")
     servers = servers_of(session.pid)
     assert set(servers) == SERVERS
