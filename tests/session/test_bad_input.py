@@ -262,7 +262,7 @@ def leaving_no_folder(*options: str | Path) -> Done:
 
 
 @pytest.mark.slow
-def test_a_dry_run_checks_what_a_session_needs(tmp_path: Path) -> None:
+def test_a_dry_run_checks_what_a_session_needs_and_leaves_nothing(tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text("x = [")
     message = refused("--scenario", tmp_path / "bad.toml", "--dry-run", by=leaving_no_folder)
     assert "bad.toml" in message
