@@ -34,10 +34,21 @@ pytestmark = pytest.mark.slow
 TURNING = ("--scenario", "turning-sun", "--threshold", "0.000001", "--max-iterations", "4", "--no-report")
 
 
+def threads_that_take(sent: signal.Signals, pid: int) -> list[str]:
+    """Names of a process's threads that the kernel may give this signal to."""
+    taking = []
+    for thread in Path(f"/proc/{pid}/task").iterdir():
+        told = dict(line.split(":\t", 1) for line in (thread / "status").read_text().splitlines())
+        if not int(told["SigBlk"], 16) >> (sent - 1) & 1:
+            taking.append(told["Name"])
+    return taking
+
+
 @pytest.mark.parametrize(("sent", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_stopped_by_signal(tmp_path: Path, sent: signal.Signals, status: int) -> None:
     session, servers = running_session(tmp_path, report=True)
     report = report_of(tmp_path)
+    assert threads_that_take(sent, session.pid) == ["swipl"]  # another one would lose it
     session.send_signal(sent)
     said, _ = session.communicate(timeout=DEADLINE_S)
     assert session.returncode == status
