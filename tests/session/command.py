@@ -9,6 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 DEADLINE_S = 240.0
 SERVERS = {"image_server", "vision_server"}
+STARTED: list[subprocess.Popen[str]] = []
 
 
 def controller(
@@ -27,14 +28,24 @@ def controller(
 
 
 def start_controller(*options: str | Path) -> subprocess.Popen[str]:
-    """Start a session and leave it running."""
-    return subprocess.Popen(
+    """Start a session and leave it running; it ends with the test at the latest."""
+    session = subprocess.Popen(
         ["swipl", str(ROOT / "main.pl"), *map(str, options)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         stdin=subprocess.DEVNULL,
     )
+    STARTED.append(session)
+    return session
+
+
+def end_sessions() -> None:
+    """End those that a test has left running, as one that fails does; their servers end with them."""
+    while STARTED:
+        session = STARTED.pop()
+        session.kill()  # nothing where it has ended
+        session.wait()
 
 
 def servers_of(parent: int) -> dict[str, int]:
