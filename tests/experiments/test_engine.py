@@ -195,9 +195,10 @@ def test_a_session_that_takes_too_long_is_a_row_and_the_next_one_is_well(tmp_pat
 @pytest.mark.slow
 def test_workers_leave_nothing_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with tempfile.TemporaryDirectory(prefix="s") as scratch:  # paths of sockets are in it: short
-        monkeypatch.setenv("TMPDIR", scratch)
+        monkeypatch.setenv("TMPDIR", scratch)  # of workers, ...
+        monkeypatch.setattr(tempfile, "tempdir", scratch)  # ... and of this process
         text = 'controllers = ["simple"]\ntargets = ["cube"]\nmax_iterations = 1\n'
-        done = run(plan_file(tmp_path, text), tmp_path / "out", "--workers", "1")
+        done = run_here(plan_file(tmp_path, text), tmp_path / "out", "--workers", "1")
         assert done.returncode == 0, done.stderr
         assert list(Path(scratch).iterdir()) == []
 
