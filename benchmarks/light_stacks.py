@@ -26,8 +26,9 @@ from benchmarks.photographs import Photograph, Studio, image_set, stack_studio
 from geometry.pose import Pose, disturbed
 from report.overlay import draw_overlay
 from vision_server.image_set import ImageSet
+from vision_server.judgement import Estimate
 from vision_server.matching import SearchRange
-from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose, pose_of_segments
+from vision_server.pipeline import PipelineSettings, estimate_pose, pose_of_segments
 from vision_server.segments.extraction import extract_segments
 
 WAYS = ("middle", "best single", "three merged", "three united", "bracket merged")

@@ -22,7 +22,8 @@ from image_server.simulator.scenario import load_scenario
 from report.overlay import draw_overlay
 from stack.exposure import relative_exposure
 from vision_server.image_set import ImageSet
-from vision_server.pipeline import Estimate, estimate_pose
+from vision_server.judgement import Estimate
+from vision_server.pipeline import estimate_pose
 
 ROOT = Path(__file__).resolve().parent.parent
 DEFAULT = ROOT / "docs" / "images" / "story.png"

@@ -34,7 +34,8 @@ from geometry.surface import Surface
 from geometry.symmetries import Symmetry, symmetry_of
 from numerics.kernels import kernel
 from vision_server.image_set import ImageSet
-from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
+from vision_server.judgement import Estimate
+from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.pose.alternatives import turned_towards
 
 Floats = NDArray[np.float64]

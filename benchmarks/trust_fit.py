@@ -17,34 +17,24 @@ of poses that have not taken it, as tracking's have not.
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Iterator, Sequence
 from itertools import compress
 from pathlib import Path
-from typing import Annotated
+from types import SimpleNamespace
+from typing import Annotated, Any
+from unittest import mock
 from zlib import crc32
 
 import numpy as np
 import typer
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.special import erf, expit
 
 from benchmarks import trust_rows
 from benchmarks.photographs import Studio
 from benchmarks.trust_rows import Row
 from vision_server.pose import trust
-from vision_server.pose.trust import (
-    CLEAR_GAIN,
-    LEAST_SCATTER,
-    LEAST_UNCERTAINTY,
-    LIMIT,
-    MOST_CONFIRMED,
-    ROOM,
-    SOME,
-    TAILS,
-    USUAL,
-)  # fmt: skip
+from vision_server.pose.trust import LineAgreement
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -54,19 +44,16 @@ RIDGE = 0.3  # on the squared coefficients
 FOLDS = 5
 TRUSTED = 0.933  # a merit of 1 px, the default threshold
 SAME_PX = 0.5  # a wrong model whose visible lines are nearer to those of the true one looks the same
+LEAST_CHANCE = 1e-9  # of a pose's being right, or wrong
 DRAWS = 200  # of what is right, by the probabilities themselves
 CHI_SQUARED_99 = 16.81  # of six degrees of freedom
-TODAY = np.array([
-    trust.BIAS, trust.PER_LOG2_CONFIRMED, trust.PER_LOG2_MISSING, trust.PER_LOG_UNCERTAINTY,
-    trust.PER_ROOT_GAIN, trust.PER_GAIN, trust.PER_LOG2_SIGNIFICANCE,
-    trust.SETTLED_BIAS, trust.PER_AGREEING, trust.PER_LOG_SCATTER, trust.PER_LOG2_STRETCH,
-])  # fmt: skip
 STRATA = ("mild", "dark", "blurred", "hidden", "few lines", "symmetric")
 NAMES = (
-    "bias", "confirmed", "missing", "uncertainty", "root gain", "gain", "significance",
-    "settled bias", "agreeing", "scatter", "stretch",
+    "BIAS", "PER_LOG2_CONFIRMED", "PER_LOG2_MISSING", "PER_LOG_UNCERTAINTY", "PER_ROOT_GAIN", "PER_GAIN",
+    "PER_LOG2_SIGNIFICANCE", "SETTLED_BIAS", "PER_AGREEING", "PER_LOG_SCATTER", "PER_LOG2_STRETCH",
 )  # fmt: skip
-BY_LINES, OF_LAST_STEP, OF_BOTH = slice(0, 7), slice(7, 11), (1, 4, 5)
+BY_LINES, OF_LAST_STEP = slice(0, 7), slice(7, 11)  # in NAMES
+TODAY = np.array([getattr(trust, name) for name in NAMES])
 
 app = typer.Typer(help=__doc__, add_completion=False)
 
@@ -95,43 +82,30 @@ def collect(
             print(name, len(rows), flush=True)
 
 
-def inputs(rows: Sequence[Row]) -> Floats:
-    """What NAMES are of, for each row, as `confidence` takes them, (N, 11)."""
-    table = {key: np.array([float(row[key]) for row in rows]) for key in (
-        "confirmed", "missing", "uncertainty", "gain", "significance", "agreeing", "scatter")}  # fmt: skip
-    return np.stack([
-        np.ones(len(rows)),
-        np.log2(1.0 + np.minimum(table["confirmed"], MOST_CONFIRMED)),
-        np.log2(1.0 + table["missing"] / SOME),
-        np.log(np.maximum(table["uncertainty"], LEAST_UNCERTAINTY) / LIMIT),
-        np.sqrt(table["gain"]),
-        np.maximum(0.0, table["gain"] - CLEAR_GAIN),
-        np.log2(1.0 + table["significance"] / USUAL),
-        np.ones(len(rows)),
-        np.log((table["agreeing"] + ROOM) / (1.0 + ROOM - table["agreeing"])),
-        np.log(table["scatter"] + LEAST_SCATTER),
-        np.log2(1.0 + table["significance"] / USUAL),
-    ], axis=1)  # fmt: skip
+def inputs(rows: Sequence[Row], settled: bool = True) -> list[tuple[Any, ...]]:
+    """What `confidence` takes, for each row; without ``settled`` as of poses without the last step."""
+    return [
+        (
+            SimpleNamespace(confirmed=row["confirmed"], missing=row["missing"]),
+            row["ambiguity"],
+            row["uncertainty"],
+            SimpleNamespace(
+                gain=row["gain"],
+                significance=row["significance"],
+                otherwise=row["otherwise"],
+                excess=row["surely_wrong"] or None,
+            ),
+            LineAgreement(row["agreeing"], row["scatter"]) if settled else None,
+        )
+        for row in rows
+    ]
 
 
-def chance(coefficients: Floats, rows: Sequence[Row], x: Floats, settled: bool = True) -> Floats:
-    """Probability that rows are right, by coefficients (11,) of their `inputs` (N, 11).
-
-    Without ``settled`` as of poses that have not taken the last step.
-    """
-    spread = np.array([row["uncertainty"] for row in rows])
-    unclear = np.array([max(row["ambiguity"], row["otherwise"]) for row in rows])
-    within = erf(LIMIT / (math.sqrt(2.0) * TAILS * np.maximum(spread, 1e-9)))
-    within = within * np.where([row["surely_wrong"] for row in rows], trust.RIGHT_OF_WRONG_MODEL, 1.0)
-    logit = x[:, BY_LINES] @ coefficients[BY_LINES]
-    if settled:
-        both = list(OF_BOTH)
-        last = x[:, OF_LAST_STEP] @ coefficients[OF_LAST_STEP] + x[:, both] @ coefficients[both]
-        missing = np.array([row["missing"] for row in rows])
-        last = last + trust.PER_MOSTLY_MISSING * np.maximum(0.0, missing - trust.MOSTLY)
-        shared = np.array([row["ambiguity"] >= trust.SHARED for row in rows])
-        logit = np.where(shared, np.minimum(last, logit), last)
-    return np.asarray(np.clip(within * expit(logit) / (1.0 + unclear), 1e-9, 1.0 - 1e-9))
+def chance(constants: Floats, evidence: Sequence[tuple[Any, ...]]) -> Floats:
+    """Probability that poses are right (N,), by constants (11,) of NAMES and their `inputs`."""
+    with mock.patch.multiple(trust, **dict(zip(NAMES, constants.tolist(), strict=True))):
+        told = [trust.confidence(*one) for one in evidence]
+    return np.clip(told, LEAST_CHANCE, 1.0 - LEAST_CHANCE)
 
 
 def fitted(rows: Sequence[Row], settled: bool = True) -> tuple[Callable[[Sequence[Row]], Floats], Floats]:
@@ -139,7 +113,7 @@ def fitted(rows: Sequence[Row], settled: bool = True) -> tuple[Callable[[Sequenc
 
     Fitted are those of the last step, or those by lines; the others are the ones in use.
     """
-    x, right = inputs(rows), np.array([row["right"] for row in rows])
+    evidence, right = inputs(rows, settled), np.array([row["right"] for row in rows])
     weight = np.array([1.0 if row["model"] == "true" else WRONG_MODELS for row in rows])
     free = OF_LAST_STEP if settled else BY_LINES
 
@@ -149,12 +123,12 @@ def fitted(rows: Sequence[Row], settled: bool = True) -> tuple[Callable[[Sequenc
         return out
 
     def loss(own: Floats) -> float:
-        p = chance(all_of(own), rows, x, settled)
+        p = chance(all_of(own), evidence)
         likely = weight @ np.where(right, np.log(p), np.log(1.0 - p))
         return float(RIDGE * own[1:] @ own[1:] - likely)
 
     found = all_of(minimize(loss, np.zeros(len(TODAY[free])), method="BFGS").x)
-    return (lambda of: chance(found, of, inputs(of), settled)), found
+    return (lambda of: chance(found, inputs(of, settled))), found
 
 
 @app.command()
@@ -172,7 +146,7 @@ def fit(
     # a pose that is right in spite of its model, or looks so, is neither to be believed nor to be doubted
     rows = [row for row in rows if row["right"] or row["model"] == "true" or not _looks_right(row)]
     if today:
-        p = chance(TODAY, rows, inputs(rows), not by_lines)
+        p = chance(TODAY, inputs(rows, not by_lines))
     else:
         constants = dict(zip(NAMES, np.round(fitted(rows, not by_lines)[1], 2).tolist(), strict=True))
         print(json.dumps({"name": "trust constants", "estimates": len(rows), **constants}))

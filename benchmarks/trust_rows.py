@@ -25,8 +25,9 @@ from geometry.rotation import matrix_of
 from geometry.visibility import visible_samples
 from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
+from vision_server.judgement import Estimate
 from vision_server.matching import SearchRange
-from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
+from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.pose.other_hand import changed
 from vision_server.pose.stretch import stretched
 

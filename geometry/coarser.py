@@ -14,18 +14,18 @@ from geometry.simplified import simplified
 MANY_FACETS = 10_000
 # Of the diameter, that a surface may be off: 0.4 px, as a search looks at a target. Twice as much lost two
 # of nine statues.
-OFF = 1e-3
+SEARCHED_OFF = 1e-3
 
 
 @lru_cache(maxsize=8)
 def coarser(model: Model) -> Model:
-    """A closed model of MANY_FACETS or more in fewer, OFF of its diameter off; any other as it is.
+    """A closed model of MANY_FACETS or more in fewer, SEARCHED_OFF of its diameter off; any other as it is.
 
     Its vertices are some of the model's. Where these are on no sharp line, large facets make none.
     """
     if len(model.triangles) < MANY_FACETS:
         return model
-    few = simplified(model.vertices, model.triangles, OFF * model.diameter)
+    few = simplified(model.vertices, model.triangles, SEARCHED_OFF * model.diameter)
     if few is None:
         return model
     kept, triangles = few

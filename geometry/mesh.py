@@ -23,7 +23,7 @@ SAME_PLACE = 1e-6  # of the diameter: facets that meet are written with their ow
 WELDED = 1e-4  # likewise, of a mesh most of whose facets share no corner: no two of its lines are told apart
 MOST_TRIANGLES = 80_000  # 65 000 are read in 2.2 s of processor time; what finer facets add is under a pixel
 MOST_READ = 1_500_000  # of a closed mesh, which is made coarser: 1.3 million in 13 s and 1.7 GB
-OFF = 1e-4  # of the diameter, by which it may be off then: a tenth of a pixel of a part that fills the frame
+READ_OFF = 1e-4  # of the diameter, by which it may be off then: 0.1 px of a part that fills the frame
 
 
 def read_mesh(path: Path) -> Surface:
@@ -86,9 +86,9 @@ def surface_of_triangles(vertices: Floats, triangles: Ints) -> Surface:
 
 
 def _fewer(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
-    """A closed mesh in fewer triangles, none of them more than OFF of its size from its place."""
+    """A closed mesh in fewer triangles, none of them more than READ_OFF of its size from its place."""
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    few = simplified(vertices, triangles, OFF * size)
+    few = simplified(vertices, triangles, READ_OFF * size)
     return (vertices, triangles) if few is None else (vertices[few[0]], few[1])
 
 

@@ -10,6 +10,7 @@ never ends is met here.  What counts is the time of the processor, less what goe
 
 :- use_module(connections, [waits_for_server/0]).
 :- use_module(usage, [usage_error/2]).
+:- use_module('../bridge/prolog/zmq', [zmq_without_stops/1]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(time), [alarm/4, remove_alarm/1]).
 
@@ -24,7 +25,7 @@ looks(12).                              % at a strategy while its budget lasts; 
 within_budget(Controller, Seconds, Goal) :-
     note_thought,
     nb_setval(session_looks, []),
-    setup_call_cleanup(look_later(Controller, Seconds), Goal, look_no_more).
+    setup_call_cleanup(zmq_without_stops(look_later(Controller, Seconds)), Goal, look_no_more). % starts the alarms' thread
 
 %   The look that rings now is removed by the one after it: not before it has rung.
 look_later(Controller, Seconds) :-

@@ -10,6 +10,7 @@ import pytest
 from numerics.blas import use_one_blas_thread
 from numerics.memory import collect_rarely
 from numerics.stale_kernels import remove_stale_kernels
+from tests.session.command import end_sessions
 from tests.session.serving import end_kept_servers
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -30,6 +31,12 @@ def pytest_configure(config: pytest.Config) -> None:
         os.environ["TMPDIR"] = tempfile.mkdtemp(prefix="t")  # short: paths of sockets are in it
         tempfile.tempdir = None
         os.environ["XDG_RUNTIME_DIR"] = tempfile.mkdtemp(prefix="r")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown() -> None:
+    """A session that cannot converge would take a core until the last test."""
+    end_sessions()
 
 
 @pytest.hookimpl(trylast=True)

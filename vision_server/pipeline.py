@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -15,42 +15,27 @@ from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model, about_pivot
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
-from geometry.symmetries import ASYMMETRIC, Symmetry, symmetry_of
+from geometry.symmetries import ASYMMETRIC, symmetry_of
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
+from vision_server.judgement import Estimate, about_origin, judged, with_poses
 from vision_server.matching import MATCHERS, Anywhere, Hypothesis, SearchRange, match_genetic
 from vision_server.matching.draws import in_range_of, turned_beyond
 from vision_server.matching.match import ideal_segments, worth_refining
 from vision_server.matching.search import match_near
 from vision_server.pose.all_sides import of_most_evidence
-from vision_server.pose.alternatives import PoseChance, listed, without_free_turn
-from vision_server.pose.covariance import uncertainty
 from vision_server.pose.likely import Likely, last_step, likely_of
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.other_hand import Matcher, the_other_way
-from vision_server.pose.ranking import Refined, best_first, nowhere
+from vision_server.pose.ranking import best_first, nowhere
 from vision_server.pose.rivals import anywhere, likeliest_first, rivals_of
-from vision_server.pose.settling import Settled
 from vision_server.pose.spun import unseen_turns
-from vision_server.pose.stretch import misfit
-from vision_server.pose.support import LineSupport, PoseSupport
-from vision_server.pose.trust import (
-    WORTH_DOUBTING,
-    WORTH_TURNING,
-    LineAgreement,
-    Misfit,
-    ambiguity,
-    confidence,
-    odds,
-)
 from vision_server.segments.extraction import extract_segments, extract_with_pieces
 
 Floats = NDArray[np.float64]
 
 LOOKED_AT = 10  # hypotheses, at first sight
-LEAST_BY_LINES = 0.02  # belief in a pose by its lines; of those that had less, one in a hundred was right
 
 
 @dataclass(frozen=True)
@@ -95,40 +80,6 @@ class PipelineSettings:
     def search_range(self) -> SearchRange:
         """How far the matchers look."""
         return SearchRange(self.rotation_range_deg, self.translation_range_px)
-
-
-@dataclass(frozen=True, eq=False)
-class Rival:
-    """Another pose that explains the images, and its chance over the estimate's, at most 1."""
-
-    pose: Pose
-    share: float
-
-
-@dataclass(frozen=True, eq=False)
-class Estimate:
-    """What the images of a set say about the target's pose; see docs/pose.md for each value.
-
-    Without a pose, covariance, rms_px and uncertainty are None too. ``poses`` are all that fit, where nothing
-    was known of the pose; ``free`` the axes that the target may be turned about unseen, in its frame.
-    """
-
-    pose: Pose | None = None
-    covariance: Floats | None = None
-    rms_px: float | None = None
-    uncertainty: float | None = None
-    supported_fraction: float = 0.0
-    score: float = 0.0
-    ambiguity: float = 0.0
-    lines: tuple[LineSupport, ...] = ()
-    rivals: tuple[Rival, ...] = ()
-    poses: tuple[PoseChance, ...] = ()
-    free: tuple[Floats, ...] = ()
-    segments: int = 0
-    seconds: dict[str, float] = field(default_factory=dict)
-    support: PoseSupport | None = None
-    misfit: Misfit | None = None
-    agreement: LineAgreement | None = None
 
 
 class _Stopwatch:
@@ -192,7 +143,7 @@ def pose_of_segments(
     if centred is not model:
         seed_pose = seed_pose if isinstance(seed_pose, Anywhere) else seed_pose.compose(to_pivot)
         found = pose_of_segments(endpoints, channels, centred, camera, seed_pose, settings)
-        return _moved(found, to_pivot.inverse())
+        return about_origin(found, to_pivot.inverse())
     watch = _Stopwatch()
     hypotheses = worth_refining(_matched(endpoints, model, camera, seed_pose, settings))
     watch.lap("matching")
@@ -218,22 +169,13 @@ def pose_of_segments(
         refined = likeliest_first(refined, beyond)
         rivals = rivals_of(refined, symmetry, searched, beyond)
         last = likely[0].last if likely else last_step(refined[0])
-        estimate = _judged(refined[0], last, rivals, symmetry, match)
+        estimate = judged(refined[0], last, rivals, symmetry, match)
         if isinstance(seed_pose, Anywhere) and estimate.pose is not None:
             best, allowed = last.best, partial(seed_pose.allows, middle=model.middle)
             free = estimate.free + unseen_turns(best.problem, best.pose, best.spacing_px)
-            estimate = replace(_with_poses(estimate, likely, symmetry, allowed), free=free)
+            estimate = replace(with_poses(estimate, likely, symmetry, allowed), free=free)
     watch.lap("refinement")
     return replace(estimate, segments=len(endpoints), seconds=watch.seconds)
-
-
-def _moved(found: Estimate, pivot_from_origin: Pose) -> Estimate:
-    """An estimate in the model's own frame; its covariance is of steps in the camera's, and stays."""
-    if found.pose is None:
-        return found
-    rivals = tuple(replace(rival, pose=rival.pose.compose(pivot_from_origin)) for rival in found.rivals)
-    poses = tuple(replace(one, pose=one.pose.compose(pivot_from_origin)) for one in found.poses)
-    return replace(found, pose=found.pose.compose(pivot_from_origin), rivals=rivals, poses=poses)
 
 
 def _matched(
@@ -252,51 +194,3 @@ def _matched(
     if settings.matcher == "genetic":
         matcher = partial(match_genetic, generations=settings.generations, population=settings.population)
     return matcher(ends, model, camera, seed_pose, settings.seed, settings.search_range)
-
-
-def _judged(
-    first: Refined,
-    last: Settled,
-    rivals: list[tuple[Pose, PoseSupport, float]],
-    symmetry: Symmetry,
-    match: Matcher,
-) -> Estimate:
-    """What there is to say about a pose that was ``first`` before its last step, as rivals still are."""
-    best, covariance, agreement = last
-    spread = uncertainty(without_free_turn(covariance, best.pose, symmetry), best.pose.translation)
-    unclear = ambiguity(first.support, [(support, prior) for _, support, prior in rivals])
-    by_lines = confidence(best.support, unclear, spread)
-    if by_lines < LEAST_BY_LINES:
-        return Estimate()
-
-    def believed(doubt: Misfit | None) -> float:
-        return confidence(best.support, unclear, spread, doubt, agreement)
-
-    doubt = misfit(first) if max(by_lines, believed(None)) >= WORTH_DOUBTING else None
-    if doubt is not None and believed(doubt) >= WORTH_TURNING:
-        doubt = replace(doubt, otherwise=the_other_way(first, match))
-        unclear = min(1.0, max(unclear, doubt.otherwise))
-    return Estimate(
-        pose=best.pose,
-        covariance=covariance,
-        rms_px=best.support.rms_px,
-        uncertainty=spread,
-        supported_fraction=best.support.supported_fraction,
-        score=believed(doubt),
-        ambiguity=unclear,
-        lines=best.support.lines,
-        rivals=tuple(Rival(pose, odds(first.support, support, prior)) for pose, support, prior in rivals),
-        free=() if symmetry.free_axis is None else (symmetry.free_axis,),
-        support=best.support,
-        misfit=doubt,
-        agreement=agreement,
-    )
-
-
-def _with_poses(
-    estimate: Estimate, likely: list[Likely], symmetry: Symmetry, allowed: Callable[[Pose], bool]
-) -> Estimate:
-    """The estimate with all poses that fit; its score is no more than the first one's probability."""
-    poses = listed([(one.last.best.pose, one.probability) for one in likely], symmetry, allowed)
-    first = poses[0].probability if poses else estimate.score
-    return replace(estimate, poses=poses, score=min(estimate.score, first))

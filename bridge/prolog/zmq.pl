@@ -26,7 +26,8 @@ where Errno is an atom such as 'EADDRINUSE'. Timeouts are seconds from now, or `
             zmq_curve_keypair/2,    % -PublicKey, -SecretKey
             zmq_private_file/1,     % +File
             zmq_open_sockets/1,     % -Count
-            zmq_clock/1             % -Seconds
+            zmq_clock/1,            % -Seconds
+            zmq_without_stops/1     % :Goal
           ]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(shlib), [use_foreign_library/1]).
@@ -35,6 +36,8 @@ where Errno is an atom such as 'EADDRINUSE'. Timeouts are seconds from now, or `
    file_directory_name(Here, Folder),
    atom_concat(Folder, '/zmq4pl', Library),
    use_foreign_library(Library).
+
+:- meta_predicate zmq_without_stops(0).
 
 :- multifile prolog:error_message//1.
 
@@ -142,3 +145,8 @@ zmq_receive(Socket, Frames, Timeout) :-
 %!  zmq_clock(-Seconds) is det.
 %
 %   Time on a clock that nobody sets; for deadlines and durations.
+
+%!  zmq_without_stops(:Goal) is semidet.
+%
+%   Call Goal once. Threads that it starts are never given Ctrl-C or a request to end, which the kernel else may give to
+%   any thread that takes it: what is thrown in another than the main one ends nothing.

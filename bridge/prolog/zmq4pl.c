@@ -6,6 +6,8 @@
 */
 
 #include "zmq4pl.h"
+#include <pthread.h>
+#include <signal.h>
 #include <stdio.h>
 #include <sys/stat.h>
 #include <time.h>
@@ -91,6 +93,21 @@ private_file(term_t file)
   return (found.st_mode & (S_IRWXG|S_IRWXO)) == 0;
 }
 
+/* Threads inherit what is blocked when they are started. */
+static foreign_t
+without_stops(term_t goal)
+{ sigset_t stops, before;
+  int ok;
+
+  sigemptyset(&stops);
+  sigaddset(&stops, SIGINT);
+  sigaddset(&stops, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &stops, &before);
+  ok = PL_call_predicate(NULL, PL_Q_PASS_EXCEPTION, PL_predicate("call", 1, "system"), goal);
+  pthread_sigmask(SIG_SETMASK, &before, NULL);
+  return ok;
+}
+
 install_t
 install_zmq4pl(void)
 { install_sockets();
@@ -98,4 +115,5 @@ install_zmq4pl(void)
   PL_register_foreign("zmq_curve_keypair", 2, curve_keypair, 0);
   PL_register_foreign("zmq_clock", 1, clock_seconds, 0);
   PL_register_foreign("zmq_private_file", 1, private_file, 0);
+  PL_register_foreign("zmq_without_stops", 1, without_stops, 0);
 }

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks import referee
+from benchmarks import given_poses, referee
 from benchmarks.films import CAMERA
 from geometry.model import TARGETS, load_model
 from geometry.pose import Pose
@@ -14,7 +14,7 @@ from vision_server.tracking.referee import LIMITS
 
 @pytest.mark.parametrize(("number", "shape"), [(3, "box"), (6, "part"), (12, "part")])
 def test_every_third_scene_is_a_frame_of_a_box_or_of_a_random_part(number: int, shape: str) -> None:
-    images, model, _, _ = referee.scene(number)
+    images, model, _, _ = given_poses.scene(number)
     assert model.name == shape
     assert len(images.images) == 1
 
@@ -22,13 +22,13 @@ def test_every_third_scene_is_a_frame_of_a_box_or_of_a_random_part(number: int, 
 def test_corners_tell_the_pose_but_for_those_that_are_interchanged(monkeypatch: pytest.MonkeyPatch) -> None:
     model, rng = load_model(TARGETS / "fixture.cao"), np.random.default_rng(0)
     true = Pose(np.array([0.4, 0.5, 0.1]), np.array([0.02, -0.01, 0.9]))
-    monkeypatch.setattr(referee, "MOST_OFF_PX", 1e-3)
-    monkeypatch.setattr(referee, "INTERCHANGED", 0.0)
-    found = referee._of_corners(rng, model, CAMERA, true)
+    monkeypatch.setattr(given_poses, "MOST_OFF_PX", 1e-3)
+    monkeypatch.setattr(given_poses, "INTERCHANGED", 0.0)
+    found = given_poses._of_corners(rng, model, CAMERA, true)
     assert found is not None
     assert found.error_to(true).within(0.05, 0.001)
-    monkeypatch.setattr(referee, "INTERCHANGED", 1.0)
-    others = [referee._of_corners(rng, model, CAMERA, true) for _ in range(5)]
+    monkeypatch.setattr(given_poses, "INTERCHANGED", 1.0)
+    others = [given_poses._of_corners(rng, model, CAMERA, true) for _ in range(5)]
     assert not any(other is not None and other.error_to(true).within(*LIMITS) for other in others)
 
 

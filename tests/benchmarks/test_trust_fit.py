@@ -44,14 +44,14 @@ def test_what_agrees_counts_and_noise_does_not() -> None:
 def test_a_model_that_is_likelier_the_other_way_round_is_hardly_believed() -> None:
     one = rows(1)[0]
     told = [one, {**one, "otherwise": 99.0}]
-    likely, mirrored = chance(TODAY, told, inputs(told))
+    likely, mirrored = chance(TODAY, inputs(told))
     assert mirrored == pytest.approx(likely / 100.0)
 
 
 def test_a_model_that_is_surely_wrong_is_believed_less() -> None:
     one = rows(1)[0]
     told = [one, {**one, "surely_wrong": True}]
-    likely, wrong = chance(TODAY, told, inputs(told))
+    likely, wrong = chance(TODAY, inputs(told))
     assert wrong == pytest.approx(RIGHT_OF_WRONG_MODEL * likely)
 
 
@@ -77,7 +77,7 @@ def test_the_formula_of_the_fit_is_that_of_the_pipeline(tmp_path: Path) -> None:
     picture = photographed(linear_picture(model, CAMERA, POSE))
     found = estimate_pose(one_image(picture), ["i1"], model, CAMERA, POSE)
     row = row_of(Studio("one", Simulator(), CAMERA, model, POSE), found)
-    assert chance(TODAY, [row], inputs([row]))[0] == pytest.approx(found.score, abs=1e-9)
+    assert chance(TODAY, inputs([row]))[0] == pytest.approx(found.score, abs=1e-9)
 
 
 def test_the_constants_in_use_are_judged_without_a_fit(tmp_path: Path) -> None:
@@ -87,5 +87,5 @@ def test_the_constants_in_use_are_judged_without_a_fit(tmp_path: Path) -> None:
     assert ran.exit_code == 0, ran.output
     told = {one["name"]: one for one in map(json.loads, ran.output.splitlines())}
     assert "trust constants" not in told
-    said = chance(TODAY, rows(400), inputs(rows(400))).mean()
+    said = chance(TODAY, inputs(rows(400))).mean()
     assert told["stratum all"]["mean probability"] == pytest.approx(said, abs=1e-3)

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.trust_rows import apart_px, models, rows_of, simulated, strata_of
 from geometry.model import find_target, load_model
-from vision_server.pipeline import Estimate
+from vision_server.judgement import Estimate
 from vision_server.pose.stretch import stretched
 
 

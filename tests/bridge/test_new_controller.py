@@ -1,5 +1,6 @@
 """What `python -m bridge new-controller` makes passes its tests as made, and what it refuses."""
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from experiments.plan import read_plan
+from tests.commands import Done, command
 
 pytestmark = pytest.mark.slow
 
@@ -19,13 +21,14 @@ def run(cwd: Path, root: Path, *words: str) -> "subprocess.CompletedProcess[str]
     )  # fmt: skip
 
 
-def new(cwd: Path, root: Path, name: str) -> "subprocess.CompletedProcess[str]":
-    return run(cwd, root, sys.executable, "-m", "bridge", "new-controller", name)
+def new(cwd: Path, name: str) -> Done:
+    with contextlib.chdir(cwd):
+        return command("bridge", "new-controller", name)
 
 
 @pytest.fixture
-def mine(tmp_path: Path, root: Path) -> Path:
-    done = new(tmp_path, root, "mine")
+def mine(tmp_path: Path) -> Path:
+    done = new(tmp_path, "mine")
     assert done.returncode == 0, done.stderr
     return tmp_path / "mine"
 
@@ -57,8 +60,8 @@ def test_its_tests_fail_where_the_strategy_is_wrong(mine: Path, root: Path) -> N
 
 
 @pytest.mark.parametrize("name", ["Mine", "2nd", "a-b", "../mine", "", "a" * 41, "mine.pl"])
-def test_a_bad_name_is_refused(tmp_path: Path, root: Path, name: str) -> None:
-    done = new(tmp_path, root, name)
+def test_a_bad_name_is_refused(tmp_path: Path, name: str) -> None:
+    done = new(tmp_path, name)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == (
         f"bridge: A strategy cannot be called {name!r}. "
@@ -67,13 +70,13 @@ def test_a_bad_name_is_refused(tmp_path: Path, root: Path, name: str) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_name_that_is_taken_is_refused(mine: Path, root: Path) -> None:
+def test_a_name_that_is_taken_is_refused(mine: Path) -> None:
     kept = (mine / "mine.pl").read_text()
-    again = new(mine.parent, root, "mine")
+    again = new(mine.parent, "mine")
     assert (again.returncode, again.stderr) == (
         2, "bridge: There is a folder or file mine here already. Use another name, or remove it.\n",
     )  # fmt: skip
     assert (mine / "mine.pl").read_text() == kept
-    shipped = new(mine.parent, root, "greedy")
+    shipped = new(mine.parent, "greedy")
     assert shipped.returncode == 2
     assert "There is a strategy greedy already" in shipped.stderr

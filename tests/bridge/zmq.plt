@@ -192,6 +192,19 @@ sum_by_messages(Sum) :-
 
 :- begin_tests(zmq_interrupts).
 
+test(without_stops_it_comes_to_what_the_goal_comes_to, [X, Caught] == [1, thrown]) :-
+    zmq_without_stops(X = 1),
+    \+ zmq_without_stops(fail),
+    catch(zmq_without_stops(throw(thrown)), Caught, true).
+test(afterwards_they_come_again, Blocked == 0) :-
+    zmq_without_stops(true),
+    read_file_to_string('/proc/thread-self/status', Status, []),
+    once(sub_string(Status, At, _, _, "SigBlk:\t")),
+    Start is At+8,
+    sub_string(Status, Start, 16, _, Mask),
+    string_concat("0x", Mask, Number),
+    number_string(Bits, Number),
+    Blocked is Bits /\ 0x4002.         % SIGINT and SIGTERM
 test(a_signal_ends_the_wait, Status == exception(enough)) :-
     thread_self(Me),
     thread_create(( zmq_socket(pull, S, []),

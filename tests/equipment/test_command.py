@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from image_server.lights.opening import open_rig
+from tests.commands import module
 from tests.image_server.lights.lights_files import until
 
 pytestmark = pytest.mark.slow
@@ -69,7 +70,6 @@ def test_a_fault_may_be_planned(tmp_path: Path) -> None:
     ],
 )
 def test_bad_input_is_refused(arguments: list[str], message: str) -> None:
-    process = emulate(*arguments)
-    _, complaint = process.communicate(timeout=DEADLINE_S)
-    assert process.returncode == 2
-    assert message in complaint
+    done = module("tests.equipment", "lights", *arguments)
+    assert done.returncode == 2
+    assert message in done.stderr

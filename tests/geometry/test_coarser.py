@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from geometry.coarser import MANY_FACETS, OFF, coarser
+from geometry.coarser import MANY_FACETS, SEARCHED_OFF, coarser
 from geometry.mesh import surface_of_triangles
 from geometry.model import Model
 
@@ -25,7 +25,7 @@ def test_a_fine_ball_has_fewer_facets_no_edges_and_nearly_its_surface() -> None:
     places = {tuple(one) for one in ball.vertices.tolist()}
     assert all(tuple(one) in places for one in few.vertices.tolist())
     own, left = (np.linalg.norm(one.vertices[one.triangles].mean(axis=1), axis=1) for one in (ball, few))
-    assert left.min() > own.min() - OFF * ball.diameter
+    assert left.min() > own.min() - SEARCHED_OFF * ball.diameter
 
 
 def test_the_rims_of_a_fine_cylinder_stay_sharp() -> None:

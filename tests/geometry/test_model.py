@@ -8,7 +8,7 @@ import trimesh
 
 from geometry.camera import Camera
 from geometry.errors import GeometryError
-from geometry.mesh import MOST_TRIANGLES, OFF
+from geometry.mesh import MOST_TRIANGLES, READ_OFF
 from geometry.model import find_target, load_model
 from geometry.own_axes import own_axes
 from geometry.pose import Pose
@@ -257,7 +257,7 @@ def test_a_closed_mesh_of_more_triangles_is_made_coarser(tmp_path: Path) -> None
     assert not model.two_sided.any()
     np.testing.assert_allclose(np.linalg.norm(model.vertices, axis=1), 0.1, rtol=1e-4)
     middles = np.linalg.norm(model.vertices[model.triangles].mean(axis=1), axis=1)
-    assert middles.min() > np.linalg.norm(ball.triangles_center, axis=1).min() - OFF * model.diameter
+    assert middles.min() > np.linalg.norm(ball.triangles_center, axis=1).min() - READ_OFF * model.diameter
 
 
 @pytest.mark.parametrize(("scale", "said"), [(1e-6, "1.41e-06 m across"), (1e9, r"1.41e\+09 m across")])

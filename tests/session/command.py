@@ -9,6 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 DEADLINE_S = 240.0
 SERVERS = {"image_server", "vision_server"}
+STARTED: list[subprocess.Popen[str]] = []
 
 
 def controller(
@@ -27,14 +28,24 @@ def controller(
 
 
 def start_controller(*options: str | Path) -> subprocess.Popen[str]:
-    """Start a session and leave it running."""
-    return subprocess.Popen(
+    """Start a session and leave it running; it ends with the test at the latest."""
+    session = subprocess.Popen(
         ["swipl", str(ROOT / "main.pl"), *map(str, options)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         stdin=subprocess.DEVNULL,
     )
+    STARTED.append(session)
+    return session
+
+
+def end_sessions() -> None:
+    """End those that a test has left running, as one that fails does; their servers end with them."""
+    while STARTED:
+        session = STARTED.pop()
+        session.kill()  # nothing where it has ended
+        session.wait()
 
 
 def servers_of(parent: int) -> dict[str, int]:
@@ -62,19 +73,12 @@ def alive(pid: int) -> bool:
         return False
 
 
-def running_session(out: Path) -> tuple[subprocess.Popen[str], dict[str, int]]:
+def running_session(out: Path, report: bool = False) -> tuple[subprocess.Popen[str], dict[str, int]]:
     """A session that cannot converge, with both servers up and at least one image taken."""
     session = start_controller(
-        "--out",
-        out,
-        "--controller",
-        "greedy",
-        "--threshold",
-        "0.000001",
-        "--max-iterations",
-        "1000",
-        "--no-report",
-    )
+        "--out", out, "--controller", "greedy", "--threshold", "0.000001", "--max-iterations", "1000",
+        *([] if report else ["--no-report"]),
+    )  # fmt: skip
     captured(session, out, "i1")
     servers = servers_of(session.pid)
     assert set(servers) == SERVERS

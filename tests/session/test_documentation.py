@@ -71,11 +71,9 @@ PROGRAMS = ("vision_server", "image_server", "bridge", "experiments")
 @cache
 def help_of(name: str, *words: str) -> Done:
     """What a command says of its options; many lines show the same one."""
-    if name in PROGRAMS and words:
-        return command(name, *words, "--help")
-    if name.startswith("benchmarks."):
-        return module(name, "--help")
-    return process(name, *words, "--help")
+    if name in PROGRAMS:
+        return command(name, *words, "--help") if words else process(name, "--help")
+    return module(name, *([] if name.startswith("benchmarks.") else words), "--help")
 
 
 @pytest.mark.parametrize(("page", "line"), [*shown(".venv/bin/python -m"), *shown("python -m")])

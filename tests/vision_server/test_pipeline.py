@@ -9,7 +9,8 @@ from geometry.model import Model
 from geometry.pose import Pose, disturbed
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server.image_set import ImageSet
-from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
+from vision_server.judgement import Estimate
+from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.pose.support import CAP_PX
 from vision_server.pose.trust import ambiguity, confidence, quality
 from vision_server.serve.results import estimate_result

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from geometry.model import Model
     from geometry.pose import Pose
     from vision_server.image_set import ImageSet
+    from vision_server.judgement import Estimate
     from vision_server.matching.match import Anywhere, SearchRange
-    from vision_server.pipeline import Estimate
     from vision_server.serve.inputs import GivenCamera
 
 TRUSTED_SCORE = 1.0 - 1.0 / 15.0  # from here on a session ends with a pose: domain/reasoning/merit.pl

@@ -22,9 +22,9 @@ from numerics.kernels import kernel
 from vision_server.channels.gradients import Normals
 from vision_server.pose.edge_search import search
 from vision_server.pose.hough import vote
-from vision_server.pose.observation import PoseProblem, places_on_lines
+from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import prior_precision
-from vision_server.pose.sampling import thinned
+from vision_server.pose.sampling import places_on_lines, thinned
 from vision_server.pose.steps import moved, step_jacobian, turning_point
 
 Floats = NDArray[np.float64]

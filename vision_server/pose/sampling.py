@@ -1,4 +1,4 @@
-"""How densely the lines of a model are sampled."""
+"""How densely the lines of a model are sampled, and where on its line each sample is."""
 
 from __future__ import annotations
 
@@ -48,3 +48,39 @@ def _kept(line: Ints, px: Floats, most: int) -> tuple[Ints, Floats]:
                 found += 1
         start = end
     return keep[:found], lengths[:found]
+
+
+@kernel()
+def places_on_lines(samples: Samples, gap_px: float) -> tuple[Floats, Floats]:
+    """Where each sample is on its line, and how far from where the line or a visible part of it ends.
+
+    Parameters
+    ----------
+    gap_px
+        Neighbours that are farther apart have something in between that hides the line.
+
+    Returns
+    -------
+    along (N,), between the ends of all visible parts, -1 to 1; distance (N,) to the nearest end, px.
+    """
+    line, image, direction = samples.line, samples.image, samples.image_direction
+    count = len(line)
+    along, distance = np.zeros(count), np.zeros(count)
+    start = 0
+    while start < count:
+        end = start
+        while end < count and line[end] == line[start]:
+            end += 1
+        ux, uy = direction[(start + end) // 2, 0], direction[(start + end) // 2, 1]
+        low, high, part = np.inf, -np.inf, start
+        for i in range(start, end):
+            along[i] = image[i, 0] * ux + image[i, 1] * uy
+            low, high = min(low, along[i]), max(high, along[i])
+            if i + 1 == end or abs(image[i + 1, 0] * ux + image[i + 1, 1] * uy - along[i]) > gap_px:
+                for k in range(part, i + 1):
+                    distance[k] = min(abs(along[k] - along[part]), abs(along[k] - along[i])) + 0.25 * gap_px
+                part = i + 1
+        for i in range(start, end):
+            along[i] = 2.0 * (along[i] - low) / (high - low) - 1.0 if high > low else 0.0
+        start = end
+    return along, distance

@@ -34,7 +34,7 @@ from geometry.pose import Pose
 from stack.format import FrameTable
 from stack.read import recorded_frames, recorded_seed_pose
 from vision_server.channels.image_files import read_pixels
-from vision_server.pipeline import Estimate
+from vision_server.judgement import Estimate
 from vision_server.serve.files import ANY_FILES, Files
 from vision_server.serve.inputs import model_warning, picture_px
 from vision_server.serve.opening import GIVEN_FRAMES, given_values, open_task

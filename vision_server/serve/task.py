@@ -19,8 +19,9 @@ from stack.exposure import light_powers, relative_exposure
 from vision_server.channels.depth import Raw
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
+from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
-from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
+from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.prediction.response import LitImage
 from vision_server.serve import parameters
 from vision_server.serve.inputs import checked_tolerance

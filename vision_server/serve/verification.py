@@ -18,7 +18,7 @@ from geometry.pose import Pose
 from stack.format import STACK_FILE
 from stack.read import FramesStack, describe_stack, load_stack
 from stack.write import file_sha256
-from vision_server.pipeline import Estimate
+from vision_server.judgement import Estimate
 from vision_server.serve.opening import open_task
 from vision_server.serve.recorder import FOLDER
 from vision_server.serve.results import estimate_result

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose, origin_jacobian
+from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
-from vision_server.pipeline import Estimate
 from vision_server.pose.covariance import uncertainty
 from vision_server.pose.support import PoseSupport
 from vision_server.pose.trust import belief, shared

@@ -15,7 +15,8 @@ from geometry.model import Model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
 from vision_server.image_set import ImageSet
-from vision_server.pipeline import Estimate, PipelineSettings, pose_of_segments
+from vision_server.judgement import Estimate
+from vision_server.pipeline import PipelineSettings, pose_of_segments
 from vision_server.pose.covariance import pose_covariance, share_within, uncertainty
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem

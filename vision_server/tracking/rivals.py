@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from geometry.pose import Pose
-from vision_server.pipeline import Estimate
+from vision_server.judgement import Estimate
 from vision_server.pose.alternatives import SAME
 from vision_server.pose.support import support_at
 from vision_server.pose.trust import RIVAL_NATS, SHARED

@@ -9,8 +9,9 @@ import numpy as np
 from geometry.pose import SEARCH_ROTATION_DEG, Pose, search_translation_px
 from vision_server.channels.depth import Pixels
 from vision_server.image_set import ImageSet
+from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
-from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
+from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.tracking.following import Sight
 from vision_server.tracking.frame import NAME
 

@@ -12,8 +12,9 @@ from geometry.model import Model
 from geometry.pose import Pose
 from vision_server.channels.depth import Pixels
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
+from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
-from vision_server.pipeline import Estimate, PipelineSettings
+from vision_server.pipeline import PipelineSettings
 from vision_server.pose.trust import TAILS, quality
 from vision_server.tracking.acceptance import (
     HELD,

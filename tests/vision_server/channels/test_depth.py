@@ -17,7 +17,8 @@ from vision_server.channels.channel import channel_statistics
 from vision_server.channels.depth import PER_GREY, Raw, in_grey, rounded, rounding_sd, stretched
 from vision_server.channels.image_files import read_grey, read_image_set
 from vision_server.channels.noise import grey_noise
-from vision_server.pipeline import Estimate, estimate_pose
+from vision_server.judgement import Estimate
+from vision_server.pipeline import estimate_pose
 from vision_server.tracking.tracker import Tracker
 
 FACES = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)

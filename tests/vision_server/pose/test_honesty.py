@@ -13,8 +13,9 @@ from geometry.model import Model, find_target, load_model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import RIGHT, Pose, disturbed
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
+from vision_server.judgement import Estimate
 from vision_server.matching import MATCHERS
-from vision_server.pipeline import Estimate, PipelineSettings, estimate_pose
+from vision_server.pipeline import PipelineSettings, estimate_pose
 
 pytestmark = pytest.mark.slow
 

@@ -6,7 +6,8 @@ import pytest
 from geometry.model import Model, find_target, load_model
 from tests.vision_server.synthetic import CAMERA, POSE, SIZE_M, boxes, linear_picture, one_image, photographed
 from vision_server import pipeline
-from vision_server.pipeline import Estimate, estimate_pose
+from vision_server.judgement import Estimate
+from vision_server.pipeline import estimate_pose
 from vision_server.pose import ranking, rivals
 from vision_server.pose.other_hand import changed, other_ways
 from vision_server.pose.stretch import stretched

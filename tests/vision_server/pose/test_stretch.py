@@ -8,8 +8,9 @@ import pytest
 from geometry.model import Model
 from geometry.pose import RIGHT, Pose
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
-from vision_server import pipeline
-from vision_server.pipeline import LEAST_BY_LINES, Estimate, estimate_pose
+from vision_server import judgement
+from vision_server.judgement import LEAST_BY_LINES, Estimate
+from vision_server.pipeline import estimate_pose
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import FINE_REACHES_PX, refined
 from vision_server.pose.stretch import misfit, stretched
@@ -98,7 +99,7 @@ def test_a_pose_that_is_rather_wrong_is_compared_with_other_models_too(model: Mo
 def test_a_pose_is_told_however_much_better_another_model_fits(
     model: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pipeline, "misfit", lambda _: Misfit(0.0, 9.0))
+    monkeypatch.setattr(judgement, "misfit", lambda _: Misfit(0.0, 9.0))
     found = estimated(model, model)
     assert found.score < LEAST_BY_LINES
     assert found.pose is not None

@@ -12,8 +12,8 @@ from bridge.start_messages import StartArgs
 from geometry.model import find_target
 from geometry.pose import Pose
 from stack.tables import read_toml
+from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
-from vision_server.pipeline import Estimate
 from vision_server.serve.opening import GIVEN_FRAMES, given_values, open_task
 from vision_server.serve.task import PoseTask
 

@@ -12,7 +12,7 @@ from bridge.start_messages import CauseTold, StartArgs
 from geometry.pose import Pose
 from image_server.simulator import Simulator
 from tests.vision_server.serve.running import SETTINGS, Running, asked
-from vision_server import pipeline
+from vision_server import judgement
 from vision_server.pose.trust import Misfit
 from vision_server.prediction.causes import Cause
 from vision_server.serve import unforeseen
@@ -166,7 +166,7 @@ def test_what_is_told_before_the_images_come_back_is_of_the_next_one(simulator: 
 def test_a_model_is_judged_by_two_images_and_more(
     vision: Client, images: Running, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pipeline, "misfit", lambda _: Misfit(20.0, 0.0, (-0.02, 0.01, 0.01, 0.0, 0.0, 0.0)))
+    monkeypatch.setattr(judgement, "misfit", lambda _: Misfit(20.0, 0.0, (-0.02, 0.01, 0.01, 0.0, 0.0, 0.0)))
     asked(vision, "start", image_server=images.endpoint)
     for image in ("i1", "i2"):
         asked(vision, "capture", image=image, settings=SETTINGS)

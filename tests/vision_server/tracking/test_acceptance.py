@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from geometry.pose import Pose
-from vision_server.pipeline import Estimate
+from vision_server.judgement import Estimate
 from vision_server.pose.support import PoseSupport
 from vision_server.pose.trust import Misfit, shared
 from vision_server.tracking.acceptance import (

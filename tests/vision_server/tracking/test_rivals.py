@@ -13,7 +13,7 @@ from benchmarks.films import CAMERA as film_camera  # noqa: N811
 from benchmarks.films import film
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from vision_server.pipeline import Estimate, Rival
+from vision_server.judgement import Estimate, Rival
 from vision_server.pose.trust import SHARED, Misfit
 from vision_server.tracking import rivals
 from vision_server.tracking.following import Found

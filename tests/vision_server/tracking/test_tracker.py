@@ -17,8 +17,8 @@ from tests.vision_server.synthetic import CAMERA, POSE
 from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_at
 from tests.vision_server.tracking.films import filmed, moving
 from vision_server.channels.depth import Pixels
+from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
-from vision_server.pipeline import Estimate
 from vision_server.pose.trust import Misfit
 from vision_server.tracking.acceptance import is_elsewhere, is_exact, is_likely, told_covariance
 from vision_server.tracking.fitting import Habits

@@ -1,0 +1,124 @@
+"""What is said of a pose that was found: how sure it is right, how exact it is, and which others may be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.pose import Pose
+from geometry.symmetries import Symmetry
+from vision_server.pose.alternatives import PoseChance, listed, without_free_turn
+from vision_server.pose.covariance import uncertainty
+from vision_server.pose.likely import Likely
+from vision_server.pose.other_hand import Matcher, the_other_way
+from vision_server.pose.ranking import Refined
+from vision_server.pose.settling import Settled
+from vision_server.pose.stretch import misfit
+from vision_server.pose.support import LineSupport, PoseSupport
+from vision_server.pose.trust import (
+    WORTH_DOUBTING,
+    WORTH_TURNING,
+    LineAgreement,
+    Misfit,
+    ambiguity,
+    confidence,
+    odds,
+)
+
+Floats = NDArray[np.float64]
+
+LEAST_BY_LINES = 0.02  # belief in a pose by its lines; of those that had less, one in a hundred was right
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """Another pose that explains the images, and its chance over the estimate's, at most 1."""
+
+    pose: Pose
+    share: float
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """What the images of a set say about the target's pose; see docs/pose.md for each value.
+
+    Without a pose, covariance, rms_px and uncertainty are None too. ``poses`` are all that fit, where nothing
+    was known of the pose; ``free`` the axes that the target may be turned about unseen, in its frame.
+    """
+
+    pose: Pose | None = None
+    covariance: Floats | None = None
+    rms_px: float | None = None
+    uncertainty: float | None = None
+    supported_fraction: float = 0.0
+    score: float = 0.0
+    ambiguity: float = 0.0
+    lines: tuple[LineSupport, ...] = ()
+    rivals: tuple[Rival, ...] = ()
+    poses: tuple[PoseChance, ...] = ()
+    free: tuple[Floats, ...] = ()
+    segments: int = 0
+    seconds: dict[str, float] = field(default_factory=dict)
+    support: PoseSupport | None = None
+    misfit: Misfit | None = None
+    agreement: LineAgreement | None = None
+
+
+def judged(
+    first: Refined,
+    last: Settled,
+    rivals: list[tuple[Pose, PoseSupport, float]],
+    symmetry: Symmetry,
+    match: Matcher,
+) -> Estimate:
+    """What there is to say about a pose that was ``first`` before its last step, as rivals still are."""
+    best, covariance, agreement = last
+    spread = uncertainty(without_free_turn(covariance, best.pose, symmetry), best.pose.translation)
+    unclear = ambiguity(first.support, [(support, prior) for _, support, prior in rivals])
+    by_lines = confidence(best.support, unclear, spread)
+    if by_lines < LEAST_BY_LINES:
+        return Estimate()
+
+    def believed(doubt: Misfit | None) -> float:
+        return confidence(best.support, unclear, spread, doubt, agreement)
+
+    doubt = misfit(first) if max(by_lines, believed(None)) >= WORTH_DOUBTING else None
+    if doubt is not None and believed(doubt) >= WORTH_TURNING:
+        doubt = replace(doubt, otherwise=the_other_way(first, match))
+        unclear = min(1.0, max(unclear, doubt.otherwise))
+    return Estimate(
+        pose=best.pose,
+        covariance=covariance,
+        rms_px=best.support.rms_px,
+        uncertainty=spread,
+        supported_fraction=best.support.supported_fraction,
+        score=believed(doubt),
+        ambiguity=unclear,
+        lines=best.support.lines,
+        rivals=tuple(Rival(pose, odds(first.support, support, prior)) for pose, support, prior in rivals),
+        free=() if symmetry.free_axis is None else (symmetry.free_axis,),
+        support=best.support,
+        misfit=doubt,
+        agreement=agreement,
+    )
+
+
+def with_poses(
+    estimate: Estimate, likely: list[Likely], symmetry: Symmetry, allowed: Callable[[Pose], bool]
+) -> Estimate:
+    """The estimate with all poses that fit; its score is no more than the first one's probability."""
+    poses = listed([(one.last.best.pose, one.probability) for one in likely], symmetry, allowed)
+    first = poses[0].probability if poses else estimate.score
+    return replace(estimate, poses=poses, score=min(estimate.score, first))
+
+
+def about_origin(found: Estimate, pivot_from_origin: Pose) -> Estimate:
+    """The estimate in the model's own frame; its covariance is of steps in the camera's, and stays."""
+    if found.pose is None:
+        return found
+    rivals = tuple(replace(rival, pose=rival.pose.compose(pivot_from_origin)) for rival in found.rivals)
+    poses = tuple(replace(one, pose=one.pose.compose(pivot_from_origin)) for one in found.poses)
+    return replace(found, pose=found.pose.compose(pivot_from_origin), rivals=rivals, poses=poses)
