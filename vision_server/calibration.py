@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from vision_server.channels.depth import Pixels, stretched
 
 Grey = NDArray[np.uint8]
 FEWEST_BOARDS = 5  # seven unknowns of the lens and six of each board; fewer leave them to chance
@@ -39,7 +40,7 @@ class Calibration:
     missed: tuple[str, ...]
 
 
-def calibrated(images: Mapping[str, Grey], corners: tuple[int, int]) -> Calibration:
+def calibrated(images: Mapping[str, Pixels], corners: tuple[int, int]) -> Calibration:
     """Calibrate from images (H, W) by name, of a board with so many inner corners (columns, rows).
 
     Raises
@@ -79,10 +80,10 @@ def calibrated(images: Mapping[str, Grey], corners: tuple[int, int]) -> Calibrat
 _PLACES = {"fx": (0, 0), "fy": (1, 1), "cx": (0, 2), "cy": (1, 2)}
 
 
-def _corners(image: Grey, corners: tuple[int, int]) -> NDArray[np.float32] | None:
+def _corners(image: Pixels, corners: tuple[int, int]) -> NDArray[np.float32] | None:
     """The board's inner corners (N, 1, 2), px, or None where the whole board is not seen."""
     flags = cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_ACCURACY
-    there, places = cv2.findChessboardCornersSB(image, corners, flags=flags)
+    there, places = cv2.findChessboardCornersSB(stretched(image), corners, flags=flags)
     return np.asarray(places, np.float32) if there else None
 
 

@@ -49,6 +49,18 @@ def test_finds_the_camera_that_took_the_boards(
 
 
 @pytest.mark.slow
+def test_boards_of_a_camera_of_twelve_bits_tell_the_same(boards: list[Path], tmp_path: Path) -> None:
+    deep = [tmp_path / f"{board.stem}.tiff" for board in boards[:5]]
+    for board, file in zip(boards, deep, strict=False):
+        cv2.imwrite(str(file), np.uint16(16) * read_grey(board))
+    found = {}
+    for name, files in (("plain", boards[:5]), ("deep", deep)):
+        assert run(*files, "--corners", "7x5", "--out", tmp_path / name) == 0
+        found[name], _ = read_camera(tmp_path / name)
+    assert found["deep"].fx == pytest.approx(found["plain"].fx, rel=2e-3)
+
+
+@pytest.mark.slow
 def test_too_few_boards_are_refused(
     boards: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
