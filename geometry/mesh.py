@@ -2,6 +2,7 @@
 
 import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ SAME_PLACE = 1e-6  # of the diameter: facets that meet are written with their ow
 WELDED = 1e-4  # likewise, of a mesh most of whose facets share no corner: no two of its lines are told apart
 MOST_TRIANGLES = 80_000  # 65 000 are read in 2.2 s of processor time; what finer facets add is under a pixel
 MOST_READ = 1_500_000  # of a closed mesh, which is made coarser: 1.3 million in 13 s and 1.7 GB
+FARTHEST = 1e10  # in the file's unit, from its origin: ten thousand kilometres in millimetres
 READ_OFF = 1e-4  # of the diameter, by which it may be off then: 0.1 px of a part that fills the frame
 
 
@@ -40,8 +42,7 @@ def read_mesh(path: Path) -> Surface:
 
     try:
         if path.suffix.lower() == ".obj":
-            text = cut_polygons(path.read_text(encoding="utf-8", errors="replace"))
-            mesh = trimesh.load_mesh(io.StringIO(text), file_type="obj", process=False)
+            mesh = _read_obj(path)
         elif path.suffix.lower() == ".ply":
             mesh = trimesh.Trimesh(*read_ply(path, MOST_READ), process=False)
         elif path.suffix.lower() == ".stl":
@@ -52,10 +53,11 @@ def read_mesh(path: Path) -> Surface:
         if not isinstance(mesh, trimesh.Trimesh):
             mesh = mesh.to_mesh()
         must_be_few(len(mesh.faces), MOST_READ)
-        finite = np.isfinite(mesh.vertices).all()
-        if finite and len(mesh.vertices):
+        if not (np.abs(mesh.vertices) <= FARTHEST).all():
+            raise GeometryError(f"it has a point that is not finite, or over {FARTHEST:g} from the origin")
+        if len(mesh.vertices):
             mesh.vertices = _snapped(np.asarray(mesh.vertices, dtype=np.float64))
-        mesh.process()  # which leaves out what is not finite
+        mesh.process()
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
         if len(mesh.vertices) > len(mesh.faces):  # of a closed surface there are half as many
             mesh.vertices = _welded(np.asarray(mesh.vertices, dtype=np.float64))
@@ -63,14 +65,25 @@ def read_mesh(path: Path) -> Surface:
         mesh.update_faces(mesh.nondegenerate_faces() & mesh.unique_faces())
         vertices = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
-        if finite and len(faces) > MOST_TRIANGLES:
+        if len(faces) > MOST_TRIANGLES:
             vertices, faces = _fewer(vertices, faces)
             must_be_few(len(faces), MOST_TRIANGLES)
     except Exception as error:  # trimesh's readers raise whatever their format stumbles on
         raise GeometryError(f"model {path} cannot be read as a mesh: {error}") from error
-    if not finite:
-        raise GeometryError(f"model {path} has a point that is not finite")
     return surface_of_triangles(vertices, faces)
+
+
+def _read_obj(path: Path) -> Any:
+    """The mesh of an OBJ file, or what trimesh makes of several."""
+    import trimesh
+
+    text = cut_polygons(path.read_text(encoding="utf-8", errors="replace"))
+    try:
+        return trimesh.load_mesh(io.StringIO(text), file_type="obj", process=False)
+    except IndexError as error:
+        raise GeometryError("a face names a point that the file does not have") from error
+    except ValueError as error:
+        raise GeometryError("its points and faces are not all numbers") from error
 
 
 def surface_of_triangles(vertices: Floats, triangles: Ints) -> Surface:

@@ -132,7 +132,7 @@ def load_model(path: str | Path, unit: str = "m") -> Model:
             f"model {path}: unknown kind {path.suffix!r}; use one of {', '.join(READERS)}{hint}"
         )
     if not path.is_file():
-        raise GeometryError(f"model file {path} does not exist")
+        raise GeometryError(f"model file {path} {'is a folder' if path.is_dir() else 'does not exist'}")
     surface = reader(path)
     if len(surface.vertices) > 0 and (surface.vertices == surface.vertices[0]).all():
         raise GeometryError(f"model {path} has no size: all of its points are in one place")

@@ -27,8 +27,10 @@ TOLERANCE = 0.012  # how far a turned point may be from a line, share of the dia
 LEAST_TOLERANCE = 0.004  # likewise, of a part that is much thinner than long
 CLOSER = 0.25  # of the tolerance, for where the axis is: a centroid beside it brings back as much within that
 ALIKE = 0.4  # share of the wireframe that must come back onto itself ...
+ALIKE_OVER = 0.35  # ... by half a turn: a plate's rim does, turned over, what stands on it does not ...
 SCREENED_ALIKE = 0.25  # ... less of few points, which miss some ...
 EXACT = 0.995  # ... and from which on the turn changes nothing that could be seen
+HALF = Fraction(1, 2)
 FOLDS = range(2, 49)  # n-fold turns that are tried: a gear's to 7.5 degrees; ...
 FINE = 36  # ... of more than so many, which any small turn is near to, those that bring back as much closely
 BESIDE_RAD = np.radians(3.0)  # so much more or less moves the farthest points twice the tolerance ...
@@ -64,11 +66,13 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
         through = [of_box, wires.weights @ wires.points, *middles_of_rings(ends, axis, wires.tolerance)]
         for middle in _distinct(through, axis, 0.1 * TOLERANCE * model.diameter):
             for part, share in _shares(wires, closer, axis, middle).items():
-                if share >= ALIKE and share >= PEAK * _beside(wires, axis, part, middle):
+                if share >= _least(part) and share >= PEAK * _beside(wires, axis, part, middle):
                     (close,) = closer.shares(axis, [2.0 * np.pi * float(part)], middle)
                     known = best.get(part, (0.0, 0.0, middle))
                     placed = middle if close > known[1] else known[2]
                     best[part] = (max(share, known[0]), max(close, known[1]), placed)
+        if len(best) > 1 and HALF in best and best[HALF][0] < ALIKE:
+            del best[HALF]  # of a wheel, between two of its spokes
         exactly = replace(wires, tolerance=exact_tolerance(axis, wires.points - of_box, model.diameter))
         for part in _apart(best):
             share, _, middle = best[part]
@@ -230,15 +234,20 @@ def _shares(wires: _Wireframe, closer: _Wireframe, axis: Floats, middle: Floats)
     out: dict[Fraction, float] = {}
     for n in np.array(FOLDS)[screened].tolist():
         (alike,) = wires.shares(axis, [full / n], middle)
-        if alike < ALIKE or (n > FINE and closer.shares(axis, [full / n], middle)[0] < ALIKE):
+        if n > FINE and closer.shares(axis, [full / n], middle)[0] < ALIKE:
             continue
-        if alike < PEAK * _beside(wires, axis, Fraction(1, n), middle):
+        if alike < _least(Fraction(1, n)) or alike < PEAK * _beside(wires, axis, Fraction(1, n), middle):
             continue
         parts = [part for part in (Fraction(k, n) for k in range(1, n)) if part not in out]
         if parts:
             shares = wires.shares(axis, [full * float(part) for part in parts], middle)
             out.update(zip(parts, shares.tolist(), strict=True))
     return out
+
+
+def _least(part: Fraction) -> float:
+    """The share that a turn by this part of a full one must bring back."""
+    return ALIKE_OVER if part == HALF else ALIKE
 
 
 def _beside(wires: _Wireframe, axis: Floats, part: Fraction, middle: Floats) -> float:

@@ -13,7 +13,7 @@ def cut_polygons(text: str) -> str:
 
     Raises
     ------
-    GeometryError : a face of more than MOST_CORNERS corners, or no point at all.
+    GeometryError : a face of more than MOST_CORNERS corners, or of a point 0; no point at all.
     """
     lines = text.replace("\\\n", " ").splitlines()
     points: list[list[str]] = []
@@ -22,6 +22,8 @@ def cut_polygons(text: str) -> str:
         words = line.split("#")[0].split()
         if words[:1] == ["v"]:
             points.append(words[1:4])
+        elif words[:1] == ["f"] and " 0" in line and any(word.split("/")[0] == "0" for word in words):
+            raise GeometryError(f"line {number + 1}: a face names point 0; the first is 1")
         elif words[:1] == ["f"] and len(words) > 4:
             if len(words) - 1 > MOST_CORNERS:
                 raise GeometryError(f"line {number + 1}: a face has at most {MOST_CORNERS} corners")

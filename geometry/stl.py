@@ -14,17 +14,21 @@ def checked_stl(content: bytes) -> bytes:
 
     Raises
     ------
-    GeometryError : neither; a binary one that is cut short says by how much.
+    GeometryError : neither, or empty; a binary one that is cut short says by how much.
     """
+    if not content.strip():
+        raise GeometryError("it is empty")
     count = struct.unpack_from("<I", content, HEADER - 4)[0] if len(content) >= HEADER else 0
     whole = HEADER + TRIANGLE * count
     if len(content) == whole:
         return content
-    if content.lstrip()[:5].lower() == b"solid" or not content.strip():
+    if content.lstrip()[:5].lower() == b"solid":
         return content.decode("utf-8", "replace").encode("ascii", "replace")
     if count > 0 and whole < len(content):
         return content[:whole]
+    if count == 0:
+        raise GeometryError("it is no STL file: it neither begins with `solid` nor counts triangles")
     raise GeometryError(
-        f"it is no text, and of its {len(content)} bytes no binary STL: {count} triangles, as it says, take "
-        f"{whole}; perhaps it was cut short"
+        f"it was cut short, or is no STL file: of the {whole} bytes that its {count} triangles take it has "
+        f"{len(content)}"
     )

@@ -25,6 +25,7 @@ HALO_SHARE = 0.3
 FRAME: Colour = (235, 235, 235)
 
 DASH_PX, DASH_GAP_PX = 7.0, 4.0
+WIDE_PX = 1300  # of a frame, for each pixel that its lines are wide
 SMALL_TARGET = 0.35  # a target smaller than this share of the frame gets an inset
 INSET_SHARE = 0.42  # of the frame; looks chosen by hand, like the colours above
 INSET_PAD_PX = 8
@@ -110,19 +111,20 @@ def colour(image: Pixels) -> Pixels:
 
 
 def _drawn(canvas: Pixels, runs: Sequence[Run], support: Mapping[int, float] | None) -> Pixels:
-    """Lines with a dark halo."""
+    """Lines with a dark halo, wider in a large image."""
+    wide = max(1, round(max(canvas.shape) / WIDE_PX))
     blue: list[NDArray[np.int32]] = []
     orange: list[NDArray[np.int32]] = []
     for run in runs:
         if is_supported(run.line, support):
             blue.append(_fixed(run.points))
         else:
-            orange.extend(_fixed(dash) for dash in _dashes(run.points))
+            orange.extend(_fixed(dash) for dash in _dashes(run.points, wide))
     shade = canvas.copy()
-    cv2.polylines(shade, blue + orange, False, HALO, 3, cv2.LINE_AA, SHIFT)
+    cv2.polylines(shade, blue + orange, False, HALO, 3 * wide, cv2.LINE_AA, SHIFT)
     out = np.asarray(cv2.addWeighted(shade, HALO_SHARE, canvas, 1 - HALO_SHARE, 0), dtype=np.uint8)
-    cv2.polylines(out, orange, False, UNSUPPORTED, 1, cv2.LINE_AA, SHIFT)
-    cv2.polylines(out, blue, False, SUPPORTED, 1, cv2.LINE_AA, SHIFT)
+    cv2.polylines(out, orange, False, UNSUPPORTED, wide, cv2.LINE_AA, SHIFT)
+    cv2.polylines(out, blue, False, SUPPORTED, wide, cv2.LINE_AA, SHIFT)
     return out
 
 
@@ -130,12 +132,12 @@ def _fixed(points: NDArray[np.float64]) -> NDArray[np.int32]:
     return np.round(points * (1 << SHIFT)).astype(np.int32).reshape(-1, 1, 2)
 
 
-def _dashes(points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Cut a polyline into dashes."""
+def _dashes(points: NDArray[np.float64], wide: int) -> list[NDArray[np.float64]]:
+    """Cut a polyline into dashes, for lines so wide."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     out = []
-    for start in np.arange(0.0, along[-1], DASH_PX + DASH_GAP_PX):
-        stop = min(start + DASH_PX, along[-1])
+    for start in np.arange(0.0, along[-1], wide * (DASH_PX + DASH_GAP_PX)):
+        stop = min(start + wide * DASH_PX, along[-1])
         at = np.array([start, *along[(along > start) & (along < stop)], stop])
         out.append(np.column_stack([np.interp(at, along, points[:, k]) for k in range(2)]))
     return out

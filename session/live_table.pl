@@ -19,7 +19,7 @@ may take, drawn anew as time goes.  Only on a terminal: what goes into a file or
 :- use_module('../domain/reasoning/merit').
 :- use_module('../domain/reasoning/qualitative').
 :- use_module('../indigolog/indigolog', [fluent_value/3]).
-:- use_module(library(apply), [maplist/3, maplist/4]).
+:- use_module(library(apply), [foldl/4, maplist/3, maplist/4]).
 :- use_module(library(lists), [member/2, memberchk/2, sum_list/2]).
 :- use_module(library(option), [option/2]).
 :- use_module(library(yall)).
@@ -61,7 +61,6 @@ table_is_live :-
                 *******************************/
 
 lights_room(24).                        % columns for all lights; where their names need more, only levels are shown
-state_room(22).                         % columns for a state in words
 fixed_room(45).                         % for all columns but lights and state, blanks between them, and the margin
 
 %!  table_head(+Device)// is det.
@@ -84,8 +83,7 @@ table_row(Device, step(_, Image, Settings, Looks, Decision, Reason, SetSize, Fix
     [ '~w~w'-[Left, State], ansi(fg(Colour), '~w', [DecisionCell]), '~w'-[Right] ],
     because(Reason).
 
-because('') -->
-    !.
+because('') --> !.
 because(Reason) -->
     [ nl, ansi(faint, '       ~w', [Reason]) ].
 
@@ -110,7 +108,7 @@ row([Image, Lights, Shutter, Aperture, Looks, Decision0, Merit, Set], Device, Le
     lights_width(Device, LightsWidth),
     terminal_width(Width),
     fixed_room(Fixed),
-    state_room(Most),
+    widest_state(Device, Most),
     Room is min(Most, Width - Fixed - LightsWidth),
     (   Room >= 8
     ->  padded(Looks, Room, Padded),
@@ -120,10 +118,14 @@ row([Image, Lights, Shutter, Aperture, Looks, Decision0, Merit, Set], Device, Le
     format(string(Decision), "~w~t~8|", [Decision0]),
     format(string(Right), "~t~w~8|~t~w~4+", [Merit, Set]).
 
+%   Columns for a state in words: 22, or as many as `medium from LIGHT, -1` takes.
+widest_state(Device, Width) :-
+    device_lights(Device, Lights),
+    foldl([light(Name, _), W0, W]>>( atom_length(Name, L), W is max(W0, 16 + L) ), Lights, 22, Width).
+
 left_part(Image, Lights, Shutter, Aperture, Left) :-
     maplist(padded, [Image, Shutter, Aperture], [5, 7, 4], [ImageCell, ShutterCell, ApertureCell]),
-    atomic_list_concat(['', ImageCell, Lights, '', ShutterCell, ApertureCell], ' ', Left0),
-    string_concat(Left0, " ", Left).
+    atomic_list_concat(['', ImageCell, Lights, '', ShutterCell, ApertureCell, ''], ' ', Left).
 
 padded(Text, Width, Padded) :-
     ( sub_string(Text, 0, Width, _, Cut) -> true ; Cut = Text ),

@@ -296,8 +296,29 @@ def test_a_stl_file_that_is_cut_short_says_so(tmp_path: Path) -> None:
     file.write_bytes(whole + b"made by a CAD program")
     assert len(load_model(file).lines) == 12
     file.write_bytes(whole[:-70])
-    with pytest.raises(GeometryError, match="12 triangles, as it says, take 684; perhaps it was cut short"):
+    with pytest.raises(
+        GeometryError, match="cut short, or is no STL file: of the 684 bytes that its 12 triangles"
+    ):
         load_model(file)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.stl", "", "it is empty"),
+        ("a.stl", "hello", "it is no STL file: it neither begins with `solid`"),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "a face names a point that the file does not have"),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "line 4: a face names point 0; the first is 1"),
+        ("a.obj", "v 0 0 zero\nf 1 1 1\n", "its points and faces are not all numbers"),
+        ("a.obj", "v 0 0 0\nv 1e30 0 0\nv 0 1 0\nf 1 2 3\n", r"not finite, or over 1e\+10 from the origin"),
+    ],
+)
+def test_what_is_wrong_with_a_mesh_is_said_in_plain_words(
+    tmp_path: Path, name: str, text: str, said: str
+) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(GeometryError, match=said):
+        load_model(tmp_path / name)
 
 
 def test_a_text_stl_may_have_a_name_in_any_letters(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.cad_parts import CAD
-from benchmarks.machined_parts import circle, drilled, rounded, surface_of
+from benchmarks.machined_parts import circle, drilled, machined, rounded, surface_of
 from geometry.model import Model, find_target, load_model
 from geometry.near_symmetries import TOLERANCE, middles_of_rings, near_symmetries
 from geometry.rotation import matrix_of
@@ -96,6 +96,13 @@ def drilled_plate(turn: np.ndarray, segments: int) -> Model:
 @pytest.mark.parametrize("segments", [24, 300])
 def test_a_plate_is_nearly_the_same_turned_over_however_fine_its_hole_is(segments: int) -> None:
     turns = near_symmetries(drilled_plate(np.zeros(3), segments))
+    halves = {tuple(np.rint(np.abs(turn.rotation_vector / np.pi)).astype(int)) for turn in turns}
+    assert halves == {(1, 0, 0), (0, 1, 0), (0, 0, 1)}
+
+
+def test_a_plate_is_nearly_the_same_turned_over_whatever_stands_on_it() -> None:
+    plate = Model.of_surface("plate", surface_of(machined(np.random.default_rng(90117), 40)))
+    turns = near_symmetries(plate)
     halves = {tuple(np.rint(np.abs(turn.rotation_vector / np.pi)).astype(int)) for turn in turns}
     assert halves == {(1, 0, 0), (0, 1, 0), (0, 0, 1)}
 

@@ -76,6 +76,16 @@ def test_unsupported_lines_are_orange(bench: Bench) -> None:
     assert not blue(everything).any()
 
 
+def test_lines_are_wider_in_a_large_image(bench: Bench) -> None:
+    scaled = bench.camera.scaled(12.0)
+    grey = np.full((scaled.height, scaled.width), GREY, dtype=np.uint8)
+    small, large = (
+        blue(draw_overlay(image, bench.model, camera, bench.pose)).sum()
+        for image, camera in ((bench.image(), bench.camera), (grey, scaled))
+    )
+    assert large > 1.5 * 12 * small  # twelve times as long
+
+
 def test_a_small_target_gets_an_inset(bench: Bench) -> None:
     far = Pose(bench.pose.rotation_vector, np.array([-0.3, -0.2, 1.2]))
     with_inset = draw_overlay(bench.image(), bench.model, bench.camera, far)

@@ -15,13 +15,13 @@ FINER = 3  # samples across a pixel
 RIM = 1.5  # of paper around the squares, in squares
 
 
-def board_pose(rng: np.random.Generator, corners: tuple[int, int]) -> Pose:
-    """The board tilted by 20 to 45 degrees, filling most of a frame of focal length 1.2 times its width."""
+def board_pose(rng: np.random.Generator, corners: tuple[int, int], nearer: float = 1.0) -> Pose:
+    """The board tilted by 20 to 45 degrees, filling most of a frame of focal length 1.2 ``nearer`` widths."""
     turn, tilt = rng.uniform(-np.pi, np.pi), np.radians(rng.uniform(20.0, 45.0))
     lean = matrix_of(np.array([np.cos(turn), np.sin(turn), 0.0]) * tilt)
     rotation = lean @ matrix_of(np.array([0.0, 0.0, rng.uniform(-0.3, 0.3)]))
     middle = np.array([corners[0] - 1, corners[1] - 1, 0.0]) / 2.0
-    ahead = np.array([*rng.uniform(-1.0, 1.0, 2), rng.uniform(2.0, 2.6) * corners[0]])
+    ahead = np.array([*rng.uniform(-1.0, 1.0, 2), nearer * rng.uniform(2.0, 2.6) * corners[0]])
     return Pose.from_matrix(rotation, ahead - rotation @ middle)
 
 
@@ -54,7 +54,9 @@ def photographed(
     return np.asarray(np.clip(np.round(seen), 0, 255), np.uint8)
 
 
-def write_boards(folder: Path, camera: Camera, corners: tuple[int, int], count: int) -> list[Path]:
+def write_boards(
+    folder: Path, camera: Camera, corners: tuple[int, int], count: int, nearer: float = 1.0
+) -> list[Path]:
     """Photographs ``board01.png`` and so on."""
     folder.mkdir(parents=True, exist_ok=True)
     files = []
@@ -62,5 +64,7 @@ def write_boards(folder: Path, camera: Camera, corners: tuple[int, int], count: 
     for number in range(1, count + 1):
         rng = np.random.default_rng(number)
         files.append(folder / f"board{number:02d}.png")
-        cv2.imwrite(str(files[-1]), photographed(camera, rays, board_pose(rng, corners), corners, rng))
+        cv2.imwrite(
+            str(files[-1]), photographed(camera, rays, board_pose(rng, corners, nearer), corners, rng)
+        )
     return files

@@ -44,7 +44,7 @@ def read_pixels(path: Path) -> NDArray[Any]:
     if pixels.dtype not in (np.uint8, np.uint16, np.float32):
         raise BadInput(f"{path} holds {pixels.dtype} pixels.", "Give an 8-bit, 16-bit or float32 image.")
     if pixels.dtype == np.float32 and not (pixels.min() >= 0.0 and pixels.max() <= 1.0):
-        raise BadInput(f"{path} holds float32 pixels outside of 0 to 1.", "Divide them by the clip level.")
+        raise BadInput(f"{path} holds float32 pixels that are not 0 to 1.", "Divide them by the clip level.")
     if pixels.ndim == 3:
         pixels = cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY)  # BT.601
     return np.ascontiguousarray(pixels, dtype=pixels.dtype.type)

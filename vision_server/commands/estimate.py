@@ -104,7 +104,7 @@ def _estimated(options: Namespace) -> tuple[dict[str, Any], float]:
     """What is told of the images, and how large the model is, metres."""
     from geometry.errors import GeometryError
     from geometry.pose import SEARCH_ROTATION_DEG, Pose, search_translation_px
-    from vision_server.channels.depth import rounded
+    from vision_server.channels.depth import stretched
     from vision_server.channels.image_files import read_image_set
     from vision_server.matching.match import SearchRange
     from vision_server.matching.region import region_of
@@ -140,7 +140,7 @@ def _estimated(options: Namespace) -> tuple[dict[str, Any], float]:
         seed_pose = start if isinstance(start, Pose) else None
         shown = seed_pose if estimate.pose is None else estimate.pose
         support = {line.line: line.support for line in estimate.lines}
-        picture = rounded(read_image_set(options.images[:1], told_raw(table))[0])
+        picture = stretched(read_image_set(options.images[:1], told_raw(table))[0])
         write_overlay(options.overlay, picture, model, camera, shown, support)
     result = estimate_result(estimate)
     result["seconds"]["total"] = sum(result["seconds"].values())

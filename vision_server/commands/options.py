@@ -25,7 +25,7 @@ def add_model_and_camera(parser: ArgumentParser) -> None:
         "--camera",
         required=True,
         type=Path,
-        metavar="TOML",
+        metavar="FILE",
         help="File with [camera], or of OpenCV, ROS, Kalibr or ViSP.",
     )
     parser.add_argument(

@@ -8,7 +8,7 @@ import sys
 from argparse import ArgumentParser, Namespace
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bridge.command_line import number, whole_number
 from bridge.errors import BadInput
@@ -17,6 +17,7 @@ from vision_server.commands.estimate import write_overlay
 from vision_server.commands.options import add_model_and_camera, check_image_size
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
     from geometry.camera import Camera
@@ -71,16 +72,17 @@ def run(options: Namespace) -> int:
 class _Scene:
     model: Model
     camera: Camera
-    grey: NDArray[Any]
+    grey: NDArray[np.uint8]  # (H, W); of a deep image its own range
 
 
 def _read(options: Namespace) -> _Scene:
+    from vision_server.channels.depth import stretched
     from vision_server.channels.image_files import read_grey
     from vision_server.serve.inputs import model_warning, read_camera, read_model, told_raw
 
     camera, table = read_camera(options.camera)
     model = read_model(options.model, options.unit)
-    grey = read_grey(options.image, told_raw(table))
+    grey = stretched(read_grey(options.image, told_raw(table)))
     check_image_size(options.image, grey.shape, camera)
     if (doubt := model_warning(model, camera, None)) is not None:
         print(f"vision_server: {doubt}", file=sys.stderr)
@@ -129,8 +131,7 @@ def _write(options: Namespace, scene: _Scene, found: PointsPose, out: Path | Non
     if out is not None:
         write_file(out, _toml(found).encode())
     if options.overlay is not None:
-        shown = scene.grey.round().clip(0, 255).astype("uint8")
-        write_overlay(options.overlay, shown, scene.model, scene.camera, found.pose)
+        write_overlay(options.overlay, scene.grey, scene.model, scene.camera, found.pose)
 
 
 def _toml(found: PointsPose) -> str:

@@ -41,7 +41,7 @@ class SeedView:
 
     Parameters
     ----------
-    grey : (H, W), the image, 0 to 255.
+    grey : (H, W), the image.
     save : writes a pose that was found; what it says is shown. BadInput where it cannot.
 
     Attributes
@@ -50,7 +50,7 @@ class SeedView:
     """
 
     def __init__(
-        self, model: Model, camera: Camera, grey: NDArray[Any], save: Callable[[PointsPose, Pairs], str]
+        self, model: Model, camera: Camera, grey: NDArray[np.uint8], save: Callable[[PointsPose, Pairs], str]
     ) -> None:
         self._model, self._camera, self._grey, self._save = model, camera, grey, save
         self._corners = model.vertices[corners_of(model)]
@@ -125,8 +125,7 @@ class SeedView:
 
     @cached_property
     def _png(self) -> bytes:
-        shown = np.round(self._grey).clip(0, 255).astype(np.uint8)
-        return bytes(cv2.imencode(".png", shown)[1].tobytes())
+        return bytes(cv2.imencode(".png", self._grey)[1].tobytes())
 
     @cached_property
     def _html(self) -> str:

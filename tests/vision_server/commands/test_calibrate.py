@@ -10,7 +10,7 @@ from bridge.command_line import run_command
 from geometry.camera import Camera
 from tests.vision_server.boards import write_boards
 from vision_server.__main__ import COMMANDS
-from vision_server.calibration import drawn_board
+from vision_server.calibration import calibrated, drawn_board
 from vision_server.channels.image_files import read_grey
 from vision_server.serve.inputs import read_camera
 
@@ -46,6 +46,43 @@ def test_finds_the_camera_that_took_the_boards(
     turned = apart.mean(axis=0)  # the middle of the image is what boards tell least
     assert np.abs(turned).max() < 3.0  # px, over the frame
     assert np.abs(apart - turned).max() < 0.7
+
+
+@pytest.mark.slow
+def test_boards_of_a_camera_of_twelve_bits_tell_the_same(boards: list[Path], tmp_path: Path) -> None:
+    deep = [tmp_path / f"{board.stem}.tiff" for board in boards[:5]]
+    for board, file in zip(boards, deep, strict=False):
+        cv2.imwrite(str(file), np.uint16(16) * read_grey(board))
+    found = {}
+    for name, files in (("plain", boards[:5]), ("deep", deep)):
+        assert run(*files, "--corners", "7x5", "--out", tmp_path / name) == 0
+        found[name], _ = read_camera(tmp_path / name)
+    assert found["deep"].fx == pytest.approx(found["plain"].fx, rel=2e-3)
+
+
+@pytest.mark.slow
+def test_a_fisheye_is_told_from_a_plain_lens(tmp_path: Path) -> None:
+    true = Camera(640, 480, 260.0, 262.0, 316.0, 244.0, (-0.02, 0.004, -0.003, 0.0006), "fisheye")
+    boards = write_boards(tmp_path / "boards", true, CORNERS, 9, nearer=0.35)
+    assert run(*boards, "--corners", "7x5", "--out", tmp_path / "camera.toml") == 0
+    found, _ = read_camera(tmp_path / "camera.toml")
+    assert found.lens == "fisheye"
+    told = calibrated({board.name: read_grey(board) for board in boards}, CORNERS)
+    assert told.focal_sd < 0.005
+    assert found.fx == pytest.approx(true.fx, rel=3.0 * told.focal_sd)
+
+
+@pytest.mark.slow
+def test_corners_of_a_large_image_are_placed_in_all_its_pixels(
+    boards: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    images = {board.name: read_grey(board) for board in boards[:6]}
+    whole = calibrated(images, CORNERS)
+    monkeypatch.setattr("vision_server.calibration.SEARCHED_PX", 240)
+    halved = calibrated(images, CORNERS)
+    assert halved.seen == whole.seen
+    assert halved.rms_px < 1.3 * whole.rms_px
+    assert halved.camera["fx"] == pytest.approx(TRUE.fx, rel=3.0 * halved.focal_sd)
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ import pytest
 from geometry.pose import Pose
 from tests.commands import Done, command, process
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, photographed
+from vision_server.channels.image_files import read_grey
 from vision_server.serve.inputs import read_model, read_seed_pose
 
 pytestmark = pytest.mark.slow
@@ -51,6 +52,16 @@ def test_pairs_give_a_seed_pose_that_estimate_takes(folder: Path, tmp_path: Path
     told = command("vision_server", "estimate", folder / "a.png", "--json", "--model", folder / "cuboid.cao",
                    "--camera", folder / "camera.toml", "--seed-pose", tmp_path / "seed.toml")  # fmt: skip
     assert Pose.from_dict(json.loads(told.stdout)["pose"]).error_to(POSE).within(0.5, 0.005)
+
+
+def test_a_deep_image_is_shown_in_its_own_range(folder: Path, tmp_path: Path) -> None:
+    plain = read_grey(folder / "a.png")
+    deep, drawn = tmp_path / "deep.tiff", tmp_path / "o.png"
+    cv2.imwrite(str(deep), plain.astype(np.uint16) * 16)
+    words = ["--model", folder / "cuboid.cao", "--camera", folder / "camera.toml", "--overlay", drawn]
+    assert not command("vision_server", "seed", deep, *words, "--points", folder / "points.txt").returncode
+    shown = read_grey(drawn)
+    assert np.median(np.abs(shown.astype(int) - plain)) < 30
 
 
 def test_three_pairs_say_that_a_fourth_decides_and_a_wrong_one_is_named(folder: Path) -> None:
