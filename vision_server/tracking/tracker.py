@@ -162,7 +162,7 @@ class Tracker:
             return near
         starts = [start] if isinstance(self._around, Anywhere) else [start, self._around]
         candidates = self._sight.far(pixels, starts, self._habits) + ([] if near is None else [near])
-        if candidates and (self._tilt.is_likely or not foreseen):
+        if candidates and not foreseen:
             candidates += self._sight.turned(pixels, candidates, self._habits)
         candidates = [one for one in candidates if self._turning.allows(one.pose)]
         candidates.sort(key=lambda one: -one.quality)
