@@ -38,13 +38,13 @@ def report(*words: object) -> Done:
 def module(name: str, *words: object) -> Done:
     """`python -m NAME WORDS` of a module that is a program by itself, in this process."""
     before, sys.argv = sys.argv, [name, *map(str, words)]
-    imported = sys.modules.pop(name, None)  # by another test
+    programs = (name, f"{name}.__main__")
+    imported = {each: sys.modules.pop(each) for each in programs if each in sys.modules}  # by another test
     try:
         return _done(sys.argv, lambda: runpy.run_module(name, run_name="__main__", alter_sys=True))
     finally:
         sys.argv = before
-        if imported is not None:
-            sys.modules[name] = imported
+        sys.modules.update(imported)
 
 
 def _done(words: list[str], run: Callable[[], object]) -> Done:
