@@ -43,7 +43,6 @@ from vision_server.tracking.rivals import Rivals
 from vision_server.tracking.searching import Search
 from vision_server.tracking.softness import Softness
 from vision_server.tracking.strain import Strain
-from vision_server.tracking.tilted import Tilt
 from vision_server.tracking.tracked import State, Tracked
 from vision_server.tracking.turning import Turning
 from vision_server.tracking.usual import Usual
@@ -93,10 +92,11 @@ class Tracker:
         self._steady = False  # whether the last frame was followed surely
         self._softness: Softness | None = None  # its lines, of a steady frame
         self._believed = False  # whether the last search that found something believed it
-        self._strain, self._tilt = Strain(), Tilt()
+        self._strain = Strain()
         self._usual = Usual(model, camera)  # what believed frames in light like this one's show
         self._was_believed = False
-        self._met, self._misses = False, 0  # whether any pose was found yet; searches since that found none
+        self._met = False  # whether any pose was found yet
+        self._misses = 0
         self._vain = 0  # searches that were not believed, in a row
         self._against = 0  # searches that doubted what they found, less those that did not
         self._since_s = 0.0  # the last pose
@@ -198,15 +198,14 @@ class Tracker:
         """A pose that was followed: the motion goes on from it."""
         assert self._motion is not None
         believed, likely, middle = self._is_believed(found), self._is_likely(found), self.model.middle
-        stays = self._usual.whole is not None and found.quality >= SURE_LIKE * self._usual.quality
-        sure = believed and (self._was_believed or self._usual.is_other)
-        sure = sure and is_sure(found, self._rivals, stays)
-        found = self._tilt.asked(found, sure, at_once=not self._steady)
         if self._is_foreseen(found):
             self._motion = self._motion.corrected(self._innovation(found))
         else:
             self._motion = Motion.at_rest(found.pose, found.covariance, middle)
-        self._steady = sure and not (self._tilt.is_likely or self._strain.asked(found.is_strained))
+        stays = self._usual.whole is not None and found.quality >= SURE_LIKE * self._usual.quality
+        sure = believed and (self._was_believed or self._usual.is_other)
+        sure = sure and is_sure(found, self._rivals, stays)
+        self._steady = sure and not self._strain.asked(found.is_strained)
         self._held(found.pose, believed)
         if believed:
             self._usual.believed(found.quality, whole_lines(found.support) if self._steady else None)
@@ -215,11 +214,12 @@ class Tracker:
             self._usual.doubted(found.quality)
         else:
             self._usual.forget_doubts()
+        state: State = "sure" if self._steady else "unsure"
         lines = found.fit.observation.samples.line
         soft = found.softness.kept(self.model, self.camera, found.pose, lines, self._softness)
         self._softness = soft if self._steady else None
         covariance = told_covariance(found.covariance, found.belief(self._rivals.ambiguity))
-        return "sure" if self._steady else "unsure", found.pose, covariance, found.support.shares
+        return state, found.pose, covariance, found.support.shares
 
     def _held(self, pose: Pose, believed: bool) -> None:
         self._around, self._met, self._misses, self._since_s = pose, True, 0, 0.0
