@@ -100,8 +100,7 @@ class Tracker:
         self._vain = 0  # searches that were not believed, in a row
         self._against = 0  # searches that doubted what they found, less those that did not
         self._since_s = 0.0  # the last pose
-        self._doubted = 0
-        self._frame = -1
+        self._doubted, self._frame = 0, -1
         self._clock = Clock()
         self._turning = Turning(model)
         self._asked: tuple[Found, Motion, Innovation] | None = None
