@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from geometry.visibility import Samples
+from vision_server.commands.estimate import TRUSTED_SCORE
+from vision_server.pose.rivals import TURNED_NATS
 from vision_server.pose.support import HIDDEN, PoseSupport
 from vision_server.pose.trust import LineAgreement, Misfit, ambiguity, confidence, odds
 
@@ -56,6 +58,14 @@ def test_a_rival_that_leaves_seen_lines_unexplained_is_none() -> None:
 def test_what_a_seed_pose_rules_out_must_explain_more() -> None:
     own = support(*[1.0] * 6)
     assert odds(own, own, 10.0) < 0.05 < odds(own, own) == 1.0
+
+
+def test_a_turn_that_explains_as_much_leaves_trust_to_the_seed_pose() -> None:
+    def score(confirmed: int) -> float:
+        own = support(*[1.0] * confirmed)
+        return confidence(own, odds(own, own, TURNED_NATS), 0.001, Misfit(0.0, 0.0), LineAgreement(1.0, 0.05))
+
+    assert score(3) < TRUSTED_SCORE < score(12) < 0.96
 
 
 def test_the_probability_falls_with_each_doubt() -> None:
