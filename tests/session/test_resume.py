@@ -37,13 +37,11 @@ BLUR = (
 )  # fmt: skip
 
 
-def test_cut_after_every_line_of_the_first_image_it_comes_to_the_same_outcome(tmp_path: Path) -> None:
+def test_cut_after_every_line_it_comes_to_the_same_outcome(tmp_path: Path) -> None:
     whole = tmp_path / "whole"
     assert served(*BLUR, "--out", whole, "--quiet").returncode in {0, 3}
     lines = (whole / "history.pl").read_text().splitlines(keepends=True)
-    second = next(number for number, line in enumerate(lines) if "capture(i2," in line)
-    assert second > 5  # of the first: begun, connected, chosen, captured, estimated, kept
-    for kept in range(1, second):
+    for kept in range(1, len(lines)):
         out = tmp_path / f"cut{kept}"
         shutil.copytree(whole, out)
         (out / "result.json").unlink()
