@@ -9,11 +9,12 @@ proc(converged, and(neg(best = none), merit < threshold)).
 % No more images may be taken.
 proc(exhausted, or(taken >= max_iterations, iteration >= allowed)).
 
-% More images would hardly help: five of them show no likely pose, the last five brought it no nearer to being trusted,
-% four in a row left another pose as likely beside it that alone keeps it from trust, as where no line that is in sight
-% tells a turn of the target, or the last is the very picture of an earlier one, as a camera that is stuck gives, and
-% recorded frames that all were shown.
-proc(spent, or([and(taken >= 5, neg(likely)), fruitless >= 5, undecided >= 4, repeated])).
+% More images would hardly help: eight of them show no likely pose, the last five brought a likely one no nearer to being
+% trusted, four in a row left another pose as likely beside it that alone keeps it from trust, as where no line that is
+% in sight tells a turn of the target, or the last is the very picture of an earlier one, as a camera that is stuck gives,
+% and recorded frames that all were shown.
+proc(spent,
+     or([and(taken >= 8, neg(likely)), and(likely, fruitless >= 5), undecided >= 4, repeated])).
 
 % The candidate is an earlier image's very picture, which tells nothing more.
 proc(repeated, neg(repeats = none)).

@@ -57,6 +57,14 @@ test(learns_blur) :-
     predict(Device, Readings, Unseen, prediction(_, _, Blur, _)),
     reading(Device, Unseen, reading(_, statistics(_, _, _, _, True))),
     abs(Blur / True - 1) < 0.15.
+test(blur_that_nothing_tells_apart_is_rather_of_the_aperture) :-
+    testbed(Device),
+    Level = [7, 7, 7],
+    Sharper = reading(settings(Level, 0.0041667, 5.6), statistics(0.1, 0.2, 0, 0, 1.4)),
+    Wider = reading(settings(Level, 0.0083333, 4.0), statistics(0.3, 0.6, 0, 0, 2.3)),
+    predict(Device, [Wider, Sharper], settings(Level, 0.0166667, 5.6), prediction(_, _, Longer, _)),
+    predict(Device, [Wider, Sharper], settings(Level, 0.0041667, 2.8), prediction(_, _, Open, _)),
+    Longer < Open.
 test(dark_glare_and_blur_cost) :-
     testbed(Device),
     readings(Device,
