@@ -30,8 +30,9 @@ TURN = 0.25  # sine of the angle between model line and segment at which support
 ALIGN_TURN = 0.15  # likewise, beyond which a segment is no partner: clutter then has little to hold on to ...
 LEAST_ALIGN_TURN = 0.08  # ... shrinking to this ...
 FULL_TURN_REACH_PX = 12.0  # ... with the reach, from here on
-# Support of a pixel of model line that chance gives; less than this counts against a pose. With 0.4, for which the lines of
-# a blurred or dark target show too little, 8 of 243 poses fewer are right on ray-traced hard scenes, and one more is.
+# Support of a pixel of model line that chance gives; less than this counts against a pose. With 0.4, for
+# which the lines of a blurred or dark target show too little, eight of 243 poses on ray-traced hard scenes
+# are not right that are with this, and one is.
 CHANCE = 0.1
 DAMPING = 1e-3  # of the normal equations' diagonal
 LEAST_DIAGONAL = 1e-12  # added to it
