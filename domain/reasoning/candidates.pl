@@ -39,7 +39,7 @@ Experience is experience(Readings, KeptStates, UnfavourableStates).
 likelihood_weight(1.5).                 % likelihood 1 is worth as much as a precision 2.8 times as high
 repetition(0.95).                       % states more alike than this are the same again
 resemblance(0.7).                       % states more alike than this share what is wrong with them
-unmet_light(Factor) :- member(Factor, [1/16, 1/4, 1, 4]).     % times what is expected of a scene no one has seen
+unmet_light(Factor) :- member(Factor, [1/16, 1/4, 1, 2]).     % times what is expected of a scene no one has seen
 metered_highlight(0.8).                 % of full scale: what an exposure program aims at
 least_highlight(1.0e-6).                % against the logarithm of zero
 rich(0.1).                              % a tone curve so near to none leaves an image as it is

@@ -147,7 +147,7 @@ test(unfavourable_is_avoided) :-
     most_promising(Device, experience(Readings, [], [State]), _, why(Other, _, _)),
     domain_qualitative:similarity(State, Other, S),
     S =< 0.7.
-test(what_is_safest_is_lit_and_short, Settings == settings([7, 7, 7], 0.0083333, 5.6)) :-
+test(what_is_safest_is_lit_and_short, Settings == settings([7, 7, 7], 0.0166667, 5.6)) :-
     testbed(Device),
     safest(Device, Settings).
 test(what_is_safest_shows_something_in_weak_and_strong_light, [forall(member(Times, [1/16, 1, 4]))]) :-
