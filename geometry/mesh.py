@@ -39,9 +39,8 @@ def read_mesh(path: Path) -> Surface:
     ------
     GeometryError : a file that trimesh cannot read, more than MOST_TRIANGLES, a point that is not finite.
     """
-    with without(
-        "networkx", "scipy"
-    ):  # 0.5 of 0.6 s; a program that wants all of trimesh has imported it before
+    # 0.5 of 0.6 s; a program that wants all of trimesh has imported it before.
+    with without("networkx", "scipy"):
         import trimesh
 
     try:

@@ -14,7 +14,7 @@ from bridge.messages import Settings
 from geometry.model import Model, find_target, load_model
 from geometry.rotation import vector_of
 from image_server.serve.device import Change
-from image_server.simulator import Simulator, simulator
+from image_server.simulator import Simulator
 from image_server.simulator.description import pose_message
 from image_server.simulator.placement import drawn_pose, faces_shown, fraction_inside
 from image_server.simulator.scenario import SCENARIOS, load_scenario, with_conditions
@@ -44,44 +44,6 @@ def test_the_same_seed_gives_the_same_frames() -> None:
     one, same, other = (Simulator("fixture", small(), seed) for seed in (4, 4, 5))
     assert np.array_equal(one.capture(MIDDLE).pixels, same.capture(MIDDLE).pixels)
     assert not np.array_equal(one.capture(MIDDLE).pixels, other.capture(MIDDLE).pixels)
-
-
-@pytest.mark.parametrize("scenario", ["nominal", "drifting", "turning-sun"])
-def test_frames_come_again_after_a_restart_without_being_traced_again(
-    scenario: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def frames(sim: Simulator) -> list[bytes]:
-        return [sim.capture(MIDDLE).pixels.tobytes() for _ in range(3)]
-
-    whole = msgspec.structs.replace(load_scenario(scenario), camera=SMALL)
-    fresh = {seed: frames(Simulator("cube", whole, seed)) for seed in (4, 5)}
-    assert not set(fresh[4]) & set(fresh[5])
-    sim = Simulator("cube", whole, 4)
-    assert frames(sim) == fresh[4]
-    sim.restart(5, 0)
-    assert frames(sim) == fresh[5]
-    monkeypatch.setattr(simulator, "rendered", lambda *_: pytest.fail("it is traced again"))
-    for seed in (4, 5):
-        sim.restart(seed, 0)
-        assert frames(sim) == fresh[seed]
-    sim.restart(4, 2)
-    assert sim.capture(MIDDLE).pixels.tobytes() == fresh[4][2]
-
-
-def test_views_that_take_much_memory_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    sim = Simulator("cube", small(), 0)
-    sim.radiance((4, 4, 4))
-    size = next(iter(sim._traced.values())).size_bytes
-    for kept in (simulator.FEWEST_KEPT, simulator.FEWEST_KEPT + 2):
-        monkeypatch.setattr(simulator, "KEPT_BYTES", kept * size)
-        for seed in range(kept + 2):
-            sim.restart(seed, 0)
-            sim.radiance((4, 4, 4))
-        assert len(sim._traced) == kept
-    monkeypatch.setattr(simulator, "KEPT_BYTES", 0)
-    sim.restart(99, 0)
-    sim.radiance((4, 4, 4))
-    assert len(sim._traced) == simulator.FEWEST_KEPT
 
 
 @pytest.mark.parametrize("target", ["cube", "fixture", "satellite"])
