@@ -37,9 +37,14 @@ main :-
     session_run:run_session(Options, Opened, Status),
     halt(Status).
 
+%   Nothing is looked for meanwhile that no file names: what options a library's predicates take would bring what checks
+%   them, 17 ms.
 load(Root, Path) :-
     atom_concat(Root, Path, File),
-    use_module(File, []).
+    current_prolog_flag(autoload, Before),
+    setup_call_cleanup(set_prolog_flag(autoload, explicit),
+                       use_module(File, []),
+                       set_prolog_flag(autoload, Before)).
 
 %   As what is found later is said.
 give_up(Message) :-

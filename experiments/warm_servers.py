@@ -21,7 +21,7 @@ from stack.read import BasisStack, FramesStack, load_stack
 from stack.read import with_conditions as stack_under
 from vision_server.serve.server import VisionServer
 
-KEPT_STACKS = 2  # loaded; the cells of a stack follow each other
+KEPT = 2  # stacks, and simulators; the cells of a scene follow each other
 
 
 class Served:
@@ -76,16 +76,27 @@ def device_of(cell: Cell) -> Device:
 
 
 def simulator_of(cell: Cell) -> Simulator:
-    """The simulator of a cell; its pose number draws the scene and the noise."""
+    """The simulator of a cell; its pose number draws the scene and the noise.
+
+    It is that of the cell before where this one's scene is the same: what was traced stays.
+    """
     assert cell.pose is not None
-    target, scenario = cell.scene.source
+    simulator = _simulator(cell.scene, cell.pose)
+    simulator.listen(lambda change: None)  # the server before is gone
+    simulator.restart(cell.pose, 0)
+    return simulator
+
+
+@lru_cache(KEPT)
+def _simulator(scene: PlanScene, pose: int) -> Simulator:
+    target, scenario = scene.source
     described = load_scenario(scenario)
-    if cell.scene.condition is not None:
-        described = scenario_under(described, *cell.scene.condition.values())
-    return Simulator(target, described, cell.pose)
+    if scene.condition is not None:
+        described = scenario_under(described, *scene.condition.values())
+    return Simulator(target, described, pose)
 
 
-@lru_cache(KEPT_STACKS)
+@lru_cache(KEPT)
 def _stack(scene: PlanScene) -> BasisStack | FramesStack:
     loaded = load_stack(Path(scene.source[0]))
     if scene.condition is not None and isinstance(loaded, BasisStack):

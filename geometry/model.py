@@ -1,7 +1,7 @@
 """A target's wireframe and the faces that hide parts of it, from .cao, OBJ, STL, PLY or glTF files."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 
@@ -110,8 +110,25 @@ def about_pivot(model: Model) -> tuple[Model, Pose]:
     return moved, Pose(np.zeros(3), pivot)
 
 
+@dataclass(frozen=True)
+class _Read:
+    """What was read, equal to what is of the same name and content."""
+
+    name: str
+    content: bytes
+    surface: Surface = field(compare=False)
+
+
+@lru_cache(maxsize=8)
+def _model_of(read: _Read) -> Model:
+    return Model.of_surface(read.name, read.surface)
+
+
 def load_model(path: str | Path, unit: str = "m") -> Model:
     """Read a model file; its coordinates are in `unit` (m, cm, mm or in).
+
+    A file that says what one before has said gives the same model, with what was derived from it: it is
+    shared, and not to be written to.
 
     Raises
     ------
@@ -141,7 +158,8 @@ def load_model(path: str | Path, unit: str = "m") -> Model:
     if not np.isfinite(surface.vertices).all():
         raise GeometryError(f"model {path} has a point that is not finite")
     try:
-        model = Model.of_surface(path.stem, surface.scaled(UNITS_M[unit]))
+        scaled = surface.scaled(UNITS_M[unit])
+        model = _model_of(_Read(path.stem, scaled.content, scaled))
     except GeometryError as error:
         raise GeometryError(f"model {path}: {error}") from error
     if not SIZES_M[0] <= model.diameter <= SIZES_M[1]:

@@ -43,9 +43,10 @@ def round_axes(model: Model) -> tuple[tuple[Floats, Floats], ...]:
             if any(known is axis for known, _ in found):
                 continue
             turned = [(some - centre) @ matrix_of(angle * axis).T + centre for angle in ODD_ANGLES_RAD]
-            nearly = [_share(points, cloud, TOLERANCE * model.diameter) for points in turned]
+            if any(_share(points, cloud, TOLERANCE * model.diameter) < ROUND for points in turned):
+                continue
             reach = exact_tolerance(axis, some - centre, model.diameter)
-            if min(nearly) >= ROUND and max(_share(points, cloud, reach) for points in turned) < EXACT:
+            if all(_share(points, cloud, reach) < EXACT for points in turned):
                 found.append((axis, centre))
     return tuple(found)
 

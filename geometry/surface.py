@@ -1,5 +1,6 @@
 """Polygon surfaces: winding, closedness, and which of their edges are lines of the wireframe."""
 
+import hashlib
 import math
 from collections import defaultdict
 from collections.abc import Sequence
@@ -41,6 +42,17 @@ class Surface:
     def scaled(self, factor: float) -> "Surface":
         """The same surface in another unit."""
         return replace(self, vertices=self.vertices * factor)
+
+    @property
+    def content(self) -> bytes:
+        """A digest of all that it says."""
+        said = hashlib.blake2b(repr((self.flat_deg, self.sharp_deg)).encode())
+        corners = np.concatenate([np.empty(0, np.int64), *self.faces])
+        counts = np.array([len(face) for face in self.faces], np.int64)
+        for part in (self.vertices, corners, counts, self.groups, self.drawn):
+            said.update(repr((part.shape, part.dtype)).encode())
+            said.update(part.tobytes())
+        return said.digest()
 
 
 def face_normals(vertices: Floats, faces: Sequence[Ints]) -> Floats:

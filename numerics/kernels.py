@@ -2,29 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-LOOKED_FOR = ("scipy.linalg", "coverage", "yaml")
-"""Optional packages that numba imports where they are installed, and that kernels here have no use for."""
+from numerics.optional import without
 
-
-@contextmanager
-def _without(packages: tuple[str, ...]) -> Iterator[None]:
-    """To import one of these that is not loaded yet raises ImportError meanwhile, as if it were missing."""
-    modules = cast("dict[str, Any]", sys.modules)
-    hidden = [package for package in packages if package not in modules]
-    modules.update(dict.fromkeys(hidden))
-    try:
-        yield
-    finally:
-        for package in hidden:
-            del modules[package]
-
-
-with _without(LOOKED_FOR):  # 0.19 of 0.5 s up to a first kernel
+with without("scipy", "scipy.linalg", "coverage", "yaml"):  # 0.19 of 0.5 s up to a first kernel
     import numba.np.arraymath  # noqa: F401  which looks for SciPy's linear algebra once
     from numba import njit
 

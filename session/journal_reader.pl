@@ -10,6 +10,7 @@ own program, without devices, so that what is told is what the controller knows;
 often is asked.  A controller from the folder itself is not run.
 */
 
+:- set_prolog_flag(autoload, explicit). % as main.pl does
 :- use_module(display, []).             % words for what is wrong
 :- use_module(plan, [session_plan/2]).
 :- use_module(reasons).
@@ -22,6 +23,7 @@ often is asked.  A controller from the folder itself is not run.
 :- use_module(library(lists), [memberchk/2]).
 :- use_module(library(pprint), [print_term/2]).
 :- use_module(library(readutil), [read_line_to_string/2]).
+:- set_prolog_flag(autoload, true).     % strategies may be written for it
 
 :- initialization(tell, main).
 

@@ -1,7 +1,7 @@
 """The simulated device: traces each geometry once, then mixes and exposes (the sensor: `stack.sensor`)."""
 
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +32,8 @@ from stack.sensor import exposed, mixed
 
 POSE, SEED_POSE, SUN, BACKGROUND, MOVES, DRIFT, STARS = range(1, 8)
 """Streams of random numbers, so that one draw more in one place changes nothing elsewhere."""
-KEPT_GEOMETRIES = 4  # focal lengths, mostly
+FEWEST_KEPT = 4  # geometries that were traced: focal lengths, or those of the session before
+KEPT_BYTES = 1 << 26  # of more than these; a session of six captures, each of another geometry, has 45 MB
 LEAST_RANGE_DIAMETERS = 0.5  # a target nearer than this would contain the camera
 
 
@@ -87,6 +88,9 @@ class Simulator(Device):
         self.sensor = self._scenario.camera
         self._camera = Camera.from_dict(msgspec.to_builtins(self.sensor))
         self._notify: Callable[[Change], None] = lambda change: None
+        self._traced: OrderedDict[Hashable, TracedView] = (
+            OrderedDict()
+        )  # also of seeds before: they come again
         self.restart(seed, captures_taken, moves)
 
     def restart(self, seed: int, captures_taken: int, moves: Sequence[MoveDone] = ()) -> list[Change]:
@@ -134,7 +138,6 @@ class Simulator(Device):
         self._captures = 0
         self._moves: list[MoveDone] = []
         self._left: list[Pose] = []  # true poses that moves ended
-        self._traced: OrderedDict[float | None, TracedView] = OrderedDict()
 
     @property
     def camera(self) -> Camera:
@@ -186,12 +189,18 @@ class Simulator(Device):
         return self._view().images
 
     def _view(self) -> TracedView:
-        view = self._traced.get(self._focal_mm)
+        pose = self.true_pose
+        key = (
+            self._seed, self._focal_mm, pose.rotation_vector.tobytes(), pose.translation.tobytes(),
+            self._sun.tobytes(),
+        )  # fmt: skip
+        view = self._traced.get(key)
         if view is None:
             view = rendered(self._scenario, self._scene(), self.camera, self._sun, self._random(STARS))
-            self._traced[self._focal_mm] = view
-            if len(self._traced) > KEPT_GEOMETRIES:
+            self._traced[key] = view
+            while len(self._traced) > FEWEST_KEPT and len(self._traced) * view.size_bytes > KEPT_BYTES:
                 self._traced.popitem(last=False)
+        self._traced.move_to_end(key)
         return view
 
     def _through_lens(self, radiance: NDArray[np.float32], aperture: float) -> NDArray[np.float32]:
@@ -209,7 +218,6 @@ class Simulator(Device):
         if self._captures == 0 or self._drift.stands_still:
             return []
         self.true_pose, self._sun, changes = self._drift.advanced(self.true_pose, self._sun)
-        self._traced.clear()
         return changes
 
     def health(self) -> dict[str, Any]:
@@ -235,7 +243,6 @@ class Simulator(Device):
         self.true_pose = placement.moved_pose(self.true_pose, range_m, move, rng)
         self.seed_pose = None
         self._moves.append(MoveDone(range_m=range_m, captures_taken=self._captures))
-        self._traced.clear()
         changes = [Change("target_moved", {"range_m": range_m})]
         if move.sun_turn_deg > 0 or move.sun_factor != (1.0, 1.0):
             self._sun = placement.turned_sun(self._sun, move.sun_turn_deg, rng)

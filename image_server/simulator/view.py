@@ -34,6 +34,11 @@ class TracedView:
     inverse_depth: NDArray[np.float32]
     target_depth: NDArray[np.float32]
 
+    @property
+    def size_bytes(self) -> int:
+        """Memory that it takes."""
+        return (len(self.images) + 2) * self.inverse_depth.nbytes
+
 
 def rendered(
     scenario: Scenario, scene: Scene, camera: Camera, sun: Floats, rng: np.random.Generator

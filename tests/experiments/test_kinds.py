@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from bridge.errors import BadInput
+from bridge.messages import Settings
 from experiments import comparison_folder
 from experiments.comparison_folder import compare_table
 from experiments.computing import rows_of
@@ -13,6 +14,7 @@ from experiments.page import write_page
 from experiments.plan import Cell, read_plan
 from experiments.table import ResultsTable, read_description, read_rows
 from experiments.version import code_version
+from image_server.simulator import Simulator
 from image_server.simulator.scenario import SCENARIOS
 from tests.experiments.experiment import computed, plan_file
 
@@ -55,6 +57,21 @@ def test_a_pose_number_is_the_same_scene_with_any_seed(tmp_path: Path) -> None:
     assert (one.translation == two.translation).all()
     by_seed = cells(tmp_path, text.replace('poses = "5"', "").replace("1-2", "5"))
     assert (simulator_of(by_seed[0]).true_pose.translation == one.translation).all()
+
+
+def test_cells_of_a_scene_share_a_simulator_that_begins_anew(tmp_path: Path) -> None:
+    from experiments.warm_servers import simulator_of
+
+    text = 'kind = "estimate"\ncontrollers = ["middle-1", "middle-2"]\ntargets = ["cube"]\nseeds = "1-2"\n'
+    middle = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
+    found = []
+    for cell in cells(tmp_path, text):
+        simulator = simulator_of(cell)
+        fresh = Simulator("cube", "nominal", cell.seed)
+        for _ in range(2):
+            assert (simulator.capture(middle).pixels == fresh.capture(middle).pixels).all()
+        found.append(simulator)
+    assert found[0] is found[1] is not found[2]
 
 
 def test_conditions_change_the_light(tmp_path: Path) -> None:

@@ -83,7 +83,8 @@ def linear_picture(
         if normals[index] @ points[face[0]] < 0.0:
             grey = 0.25 + 0.11 * index if greys is None else greys[index]
             _fill(picture, pixels[face], float(grey))
-    small = picture.reshape(camera.height, FINER, camera.width, FINER).mean(axis=(1, 3))
+    rows = picture.reshape(camera.height, FINER, -1).sum(axis=1)
+    small = rows.reshape(camera.height, camera.width, FINER).sum(axis=2) / np.float32(FINER**2)
     return np.asarray(cv2.GaussianBlur(small, (0, 0), blur_px), dtype=np.float64)
 
 
@@ -91,11 +92,13 @@ def _fill(picture: NDArray[np.float32], corners: NDArray[np.float64], value: flo
     """Give all pixels whose centre is inside a convex polygon a value."""
     low = np.maximum(np.floor(corners.min(axis=0)).astype(int), 0)
     high = np.minimum(np.ceil(corners.max(axis=0)).astype(int) + 1, picture.shape[::-1])
-    y, x = np.mgrid[low[1] : high[1], low[0] : high[0]].astype(np.float32)
-    ahead = np.roll(corners, -1, axis=0) - corners
-    turns = [a[0] * (y - c[1]) - a[1] * (x - c[0]) for a, c in zip(ahead, corners, strict=True)]
-    inside = np.all([turn >= 0 for turn in turns], axis=0) | np.all([turn <= 0 for turn in turns], axis=0)
-    picture[low[1] : high[1], low[0] : high[0]][inside] = value
+    y, x = (np.arange(low[k], high[k], dtype=np.float32) for k in (1, 0))
+    left, right = np.ones((2, len(y), len(x)), dtype=bool)
+    for ahead, corner in zip(np.roll(corners, -1, axis=0) - corners, corners, strict=True):
+        down, across = ahead[0] * (y - corner[1])[:, None], ahead[1] * (x - corner[0])
+        left &= down >= across
+        right &= down <= across
+    picture[low[1] : high[1], low[0] : high[0]][left | right] = value
 
 
 def photographed(

@@ -41,10 +41,8 @@ def exposure(
         seconds = SHUTTER_S * moment
         turned = matrix_of(spin * seconds) @ middle.matrix
         simulator.true_pose = Pose.from_matrix(turned, middle.translation + velocity * seconds)
-        simulator._traced.clear()
         total += simulator.basis()[0]
     simulator.true_pose = middle
-    simulator._traced.clear()
     return (total / MOMENTS).astype(np.float32)
 
 
