@@ -171,9 +171,11 @@ def pose_of_segments(
         last = likely[0].last if likely else last_step(refined[0])
         estimate = judged(refined[0], last, rivals, symmetry, match)
         if isinstance(seed_pose, Anywhere) and estimate.pose is not None:
-            best, allowed = last.best, partial(seed_pose.allows, middle=model.middle)
-            free = estimate.free + unseen_turns(best.problem, best.pose, best.spacing_px)
-            estimate = replace(with_poses(estimate, likely, symmetry, allowed), free=free)
+            allowed = partial(seed_pose.allows, middle=model.middle)
+            estimate = with_poses(estimate, likely, symmetry, allowed)
+        if estimate.pose is not None:
+            unseen = unseen_turns(last.best.problem, last.best.pose, last.best.spacing_px)
+            estimate = replace(estimate, free=estimate.free + unseen)
     watch.lap("refinement")
     return replace(estimate, segments=len(endpoints), seconds=watch.seconds)
 

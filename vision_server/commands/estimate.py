@@ -208,7 +208,7 @@ def _print(result: dict[str, Any], diameter_m: float) -> None:
         f"to 1 degree and 1 % of the range; {TRUSTED_SCORE:.3f} is asked"
     )
     for axis in result.get("free", []):
-        say(f"  free: rotation about {axis}, which no image shows")
+        say(f"  free: rotation about {axis}, which no image clearly shows")
     for other in poses[1:]:
         vector, place = other["pose"]["rotation_vector"], other["pose"]["translation"]
         say(
