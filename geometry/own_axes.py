@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.model import Model
+from geometry.pose import Pose
+from geometry.rotation import matrix_of
 
 Floats = NDArray[np.float64]
 
@@ -44,6 +46,16 @@ def own_axes(model: Model) -> tuple[OwnAxis, ...]:
     middle = 0.5 * (along.min(axis=0) + along.max(axis=0)) @ frame
     aslant = [axis for axis in frame if np.abs(axis).max() < PARALLEL]
     return (*axes, *(OwnAxis(axis, middle) for axis in aslant))
+
+
+@lru_cache(maxsize=8)
+def half_turns(model: Model) -> tuple[Pose, ...]:
+    """Turns by half about each of a part's own axes, target_T_target, however little they bring back.
+
+    A bracket's plate looks like itself so, but for its holes, though most of the bracket does not.
+    """
+    turns = [(matrix_of(np.pi * axis), middle) for axis, middle in own_axes(model)]
+    return tuple(Pose.from_matrix(turn, middle - turn @ middle) for turn, middle in turns)
 
 
 def _frame_of_faces(model: Model) -> Floats | None:

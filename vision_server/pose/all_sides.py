@@ -10,6 +10,7 @@ import numpy as np
 
 from geometry.model import Model
 from geometry.near_symmetries import near_symmetries, near_symmetries_and_products
+from geometry.own_axes import half_turns
 from geometry.pose import Pose, near
 from geometry.round_axes import other_sides, rim_middle, round_axes
 from geometry.symmetries import symmetry_of
@@ -72,7 +73,7 @@ def of_most_evidence(
     looks = [found[index] for index in _firsts_of_looks([one.pose for one in found], turns)[:LOOKS_TURNED]]
     for look in looks:
         if look.support.evidence >= looks[0].support.evidence - CONVINCING_NATS:
-            _add_turned(found, look, turns)
+            _add_turned(found, look, (*turns, *half_turns(problem.model)))
     return sorted(found, key=_evidence, reverse=True)
 
 

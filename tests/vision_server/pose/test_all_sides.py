@@ -13,7 +13,8 @@ from benchmarks.machined_parts import ROUND, surface_of
 from benchmarks.synthetic_parts import error_of, estimated, rendered
 from geometry.camera import Camera
 from geometry.model import Model, load_model
-from geometry.near_symmetries import near_symmetries_and_products
+from geometry.near_symmetries import near_symmetries, near_symmetries_and_products
+from geometry.own_axes import half_turns
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from geometry.round_axes import other_sides, rim_middle, round_axes
@@ -105,6 +106,15 @@ def test_a_wheel_is_turned_over_and_about_its_axis_at_once(tmp_path: Path) -> No
     assert (len(over), len(about)) == (11, 10)  # eleven teeth
     for number, one in enumerate(turns):
         assert all(one.error_to(other).rotation_deg > 3.9 for other in turns[:number])
+
+
+def test_a_bracket_is_looked_at_turned_by_half_however_little_that_brings_back() -> None:
+    bracket = Model.of_surface("bracket", surface_of(CAD["bracket"](np.random.default_rng(3), 48)))
+    assert near_symmetries(bracket) == ()
+    true = tilted(bracket, 145.0, 300.0)
+    _, _, about_z = half_turns(bracket)
+    found = of_most_evidence(problem_of(bracket, true), [true.compose(about_z)], 1, nowhere)
+    assert found[0].pose.error_to(true).within(1.0, 0.01)
 
 
 def test_a_side_that_many_turns_fit_leaves_room_for_the_other(tmp_path: Path) -> None:
