@@ -41,7 +41,7 @@ edge was measured.
 
 % Constants. Where no source is named they are chosen by hand, on simulated sessions and the six recorded stacks.
 % What blur is expected was compared on 54 ray-traced hard scenes, and on 24 others: with 3 px^2 for either the second to
-% fourth image chosen is worth 3 % less (its score where the pose is right, mean over the scenes).
+% fourth image chosen is worth 3 % less (the mean of its share right and its score where it is right, over the scenes).
 nominal(p50, 0.25).                     % linear brightness expected before anything was seen: mid-grey,
 nominal(p95, 0.5).                      % and highlights one stop above it
 prior_trust(light, 0.002).              % weight of a prior beside a reading's 1: one reading decides nearly all
