@@ -7,9 +7,7 @@ import gc
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8  # of mallopt(3)
 KEPT_BYTES = 1 << 28  # free at the end of the heap, before any of it is given back
 LARGEST_BYTES = 1 << 23  # of an array that comes from the heap: larger ones would leave holes in it
-OBJECTS_BETWEEN_COLLECTIONS = (
-    300_000  # a start and a first pose make 207 000 that stay, later sessions 30 each
-)
+OBJECTS_BETWEEN_COLLECTIONS = 300_000  # a start and a first pose make 207 000 that stay, a later session 30
 
 
 def keep_freed_memory() -> None:

@@ -88,9 +88,7 @@ class Simulator(Device):
         self.sensor = self._scenario.camera
         self._camera = Camera.from_dict(msgspec.to_builtins(self.sensor))
         self._notify: Callable[[Change], None] = lambda change: None
-        self._traced: OrderedDict[Hashable, TracedView] = (
-            OrderedDict()
-        )  # also of seeds before: they come again
+        self._traced: OrderedDict[Hashable, TracedView] = OrderedDict()  # of seeds before, too
         self.restart(seed, captures_taken, moves)
 
     def restart(self, seed: int, captures_taken: int, moves: Sequence[MoveDone] = ()) -> list[Change]:

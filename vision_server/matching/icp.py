@@ -44,21 +44,20 @@ _matrix_of = kernel()(matrix_of)
 
 
 class Merit(NamedTuple):
-    """What a pose is scored by: support over ``chance``, summed and divided by this power of the length.
+    """What a pose is scored by: support over chance, summed and divided by this power of the length.
 
     ``once``: a piece of an image edge supports no more than its length, however many lines lie on it.
     """
 
-    chance: float
     power: float
     once: bool
 
 
-SUM = Merit(CHANCE, 0.0, False)  # between poses that all show about the same lines
+SUM = Merit(0.0, False)  # between poses that all show about the same lines
 # Between near and far poses, of more and of fewer lines: how far the sum is beyond what chance gives, in
 # units of its scatter. A large target of which half is seen is worth more than a speck that lies on an edge,
 # or than a part seen edge-on, of which all lines lie on the longest edge that there is.
-SIGNIFICANCE = Merit(CHANCE, 0.5, True)
+SIGNIFICANCE = Merit(0.5, True)
 
 
 class Lookup(NamedTuple):
@@ -160,7 +159,7 @@ def score_pose(
                 piece = piece_of(edges, segment, x, y)
                 support = min(support, unclaimed[piece])
                 unclaimed[piece] -= support
-            score += support - weight * merit.chance
+            score += support - weight * CHANCE
             total += weight
     if total <= 0.0:
         return 0.0, 0.0

@@ -14,7 +14,7 @@ from geometry.pose import Pose, disturbed
 from geometry.visibility import MIN_LINE_PX, image_bounds, visible_samples
 from tests.vision_server.matching_scenes import CAMERA, segments_of
 from vision_server.matching.draws import even_numbers, in_range, poses_around, poses_in_range
-from vision_server.matching.icp import SIGNIFICANCE, SUM, TURN, Lookup, Merit, align, score_poses
+from vision_server.matching.icp import CHANCE, SIGNIFICANCE, SUM, TURN, Lookup, Merit, align, score_poses
 from vision_server.matching.match import SearchRange, distinct, long_enough
 from vision_server.matching.nearest_edges import (
     BINS,
@@ -126,7 +126,7 @@ def plain_score(segments: Floats, label: Floats, pose: Pose, reach: float, merit
                 piece = (segment, int(along / PIECE_PX))
                 support = min(support, left[piece])
                 left[piece] -= support
-        total += support - px * merit.chance
+        total += support - px * CHANCE
         length += px
     return float(total / length**merit.power)
 
