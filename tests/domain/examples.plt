@@ -13,11 +13,11 @@ in_world_with(Options, Name, Situation) :-
 :- begin_tests(strategies_to_copy).
 
 test(each_finds_the_pose_in_mild_light,
-     [forall(member(Name, [one_light_at_a_time, bracket, rules, second_opinion, other_parameters])), nondet]) :-
+     [forall(member(Name, [one_light_at_a_time, bracket, rules, second_opinion, other_parameters, look_again])), nondet]) :-
     in_world_with([], Name, Situation),
     situation_holds(converged, Situation).
 test(each_ends_when_no_pose_can_be_had,
-     [forall(member(Name, [one_light_at_a_time, bracket, rules, second_opinion, other_parameters])), nondet]) :-
+     [forall(member(Name, [one_light_at_a_time, bracket, rules, second_opinion, other_parameters, look_again])), nondet]) :-
     in_world_with([threshold(1.0e-6), images(4)], Name, Situation),
     situation_holds(neg(converged), Situation),
     fluent_value(iteration, Situation, Taken),
@@ -37,6 +37,17 @@ test(second_opinion_measures_the_newest_image_alone, nondet) :-
     in_world_with([], second_opinion, Situation),
     situation_history(Situation, [_, estimate([Newest])|_]),
     fluent_value(image_set, Situation, [kept(Newest, _), _|_]).
+test(the_last_look_is_under_the_settings_of_the_first_whose_lights_are_graded, First == Last) :-
+    in_world_with([], look_again, Situation),
+    settings_taken(Situation, Settings),
+    Settings = [First|Others],
+    last(Others, Last),
+    assertion(First = settings([7, 5, 4], _, _)).
+test(what_was_doubted_is_tested_before_the_last_look, nondet) :-
+    in_world_with([happens(doubt(i2, light_dead(left)), i2)], look_again, Situation),
+    settings_taken(Situation, [First, _, Test|Others]),
+    assertion(Test = settings([0|_], _, _)),
+    last(Others, First).
 test(parameters_that_help_stay, Set == [refinement_scale_px-4.0]) :-
     in_world_with([threshold(2.0), cured_by(refinement_scale_px, 4.0)], other_parameters, Situation),
     situation_holds(converged, Situation),

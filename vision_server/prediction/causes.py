@@ -11,6 +11,7 @@ and Learning Algorithms, chapter 28).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 from typing import NamedTuple
@@ -25,6 +26,8 @@ from vision_server.prediction.prior import Prior
 Floats = NDArray[np.float64]
 
 SUNS = (1.0, 6.0, 36.0)  # the sun beside a light: about so many times it;
+CLIPPED_SHARE = 0.05  # standard deviation of what is clipped, of what it is at least
+LEAST_CHANCE = 1e-15  # that it is so bright, where it is foreseen darker
 DARK_ROOM = 0.03  # or next to nothing, which test images tell: of few others it explains too much
 STRENGTHS = (0.0, 0.1, 0.22, 0.47, 2.1, 4.6, 10.0)  # of the same sun, times what it was
 SCALES = np.exp(np.linspace(-1.6, 1.6, 9))  # of all brightness, about what the readings say
@@ -37,7 +40,7 @@ NEVER_UNTESTED = "sun_changed", "in_the_way"  # a dead light, or one image's new
 LEAST_READINGS = 8  # from fewer nothing is said, but that an image is clipped which was not to be:
 CLEARLY_DARK = 3.0  # standard deviations below that
 MOST_IMAGES = 6  # that are looked back on
-MOST_SINCE = 2  # something may have happened before so many of the last, where nothing is doubted yet
+MOST_SINCE = 2  # something may have happened before so many of the last, or of those before what is doubted
 MOST_PAIRS = 28  # of lights that may have been swapped: all of eight; of more only neighbours are asked for
 
 
@@ -105,7 +108,7 @@ def likely_causes(
         return [Cause("sun_changed", (), earlier + len(lights) - 1, DOUBT_NATS)] if glare else []
     nothing = evidence(as_asked)
     found = []
-    oldest = max(1, len(lights) - MOST_SINCE if doubted is None else doubted - earlier)
+    oldest = max(1, (len(lights) if doubted is None else doubted - earlier) - MOST_SINCE)
     for since in range(oldest, len(lights)):
         for name, which, changed, tested in _happened(lights, since):
             nats = evidence(np.hstack([sun, changed])) - nothing
@@ -119,7 +122,7 @@ def likely_causes(
             nats = evidence(as_asked, seen=Seen(rest)) + log_of_hidden(readings, hidden) - nothing
             exposed = np.column_stack([lights, readings.most])
             found.append(Cause("in_the_way", (), earlier + since, nats, _again(exposed, since)))
-    if max(cause.nats for cause in found) >= DOUBT_NATS:
+    if max(cause.nats for cause in found) >= DOUBT_NATS or (readings.least > 0.0).any():
         for k, cause in enumerate(found):
             if cause.name == "sun_changed":
                 before = _before(len(lights), cause.since - earlier)
@@ -182,23 +185,46 @@ def _log_mean(logs: Floats) -> float:
 
 
 class Seen:
-    """The readings that are known, in units of their noise: ``white`` (n, n) makes that of all n alike."""
+    """The readings that are known, in units of their noise: ``white`` (n, n) makes that of all n alike.
+
+    ``clipped`` are those that others tell of, ``least`` (K, P) what they are at least.
+    """
 
     def __init__(self, readings: Readings) -> None:
         self.use = np.flatnonzero(readings.known)
+        self.clipped = np.flatnonzero((readings.least > 0.0) & readings.known.any(axis=0))
+        self.least = readings.least
         self.value = readings.value.ravel()[self.use]
         lower = np.linalg.cholesky(readings.correlation(self.use))
         self.white = np.linalg.inv(lower) / readings.sd.ravel()[self.use]
         self.log_scale = float(np.log(np.diag(lower)).sum())
 
+    def log_of_clipped(self, mean: Floats, variance: Floats) -> float:
+        """Of the clipped readings (c,) being what they are at least, as the others foresee them.
+
+        Those of an image go together: its median speaks, and the image that is least as foreseen.
+        """
+        image, place = np.unravel_index(self.clipped, self.least.shape)
+        least = self.least[image, place]
+        over = (mean - least) / np.sqrt(np.maximum(variance, 0.0) + (CLIPPED_SHARE * least) ** 2)
+        worst = min(float(np.median(over[image == one])) for one in np.unique(image))
+        return math.log(max(math.erfc(-worst / math.sqrt(2.0)) / 2.0, LEAST_CHANCE))
+
 
 def _logs(prior: Prior, seen: Seen, inputs: Floats, source: Sequence[int]) -> Floats:
-    mean, covariance = prior.of_readings(inputs, source)
-    use, white, value, mean = seen.use, seen.white, seen.value, mean.ravel()[seen.use]
+    expected, covariance = prior.of_readings(inputs, source)
+    use, white, value, mean = seen.use, seen.white, seen.value, expected.ravel()[seen.use]
     scale = brighter_by(value, mean)
     variance, axes = np.linalg.eigh(white @ covariance[np.ix_(use, use)] @ white.T)
     squares = ((scale * SCALES) ** 2)[:, None, None]
     spread = NOISES[:, None] ** 2 + squares * np.maximum(variance, 0.0)
     misfit = (white @ value) @ axes - np.sqrt(squares) * ((white @ mean) @ axes)
-    logs = -0.5 * (misfit**2 / spread + np.log(spread)).sum(axis=2).ravel()
-    return np.asarray(logs - seen.log_scale)
+    logs = -0.5 * (misfit**2 / spread + np.log(spread)).sum(axis=2)
+    if len(seen.clipped):
+        one, other = np.unravel_index(logs.argmax(), logs.shape)
+        square = float(squares[one, 0, 0])
+        together = square * covariance[np.ix_(seen.clipped, use)] @ white.T @ axes
+        mean = np.sqrt(square) * expected.ravel()[seen.clipped] + together @ (misfit / spread)[one, other]
+        own = square * covariance[seen.clipped, seen.clipped] - (together**2 / spread[one, other]).sum(axis=1)
+        logs += seen.log_of_clipped(mean, own)
+    return np.asarray(logs.ravel() - seen.log_scale)

@@ -60,15 +60,16 @@ def log_of_hidden(readings: Readings, hidden: Flags) -> float:
 
 
 def shown_again(readings: Readings, hidden: Flags, since: int) -> bool:
-    """Whether most of the hidden readings (K, P) that repeat one from before differ from it, where any do."""
-    differ = []
+    """Whether most of what images show at hidden places (K, P) differs from what it repeats, where any does.
+
+    What is clipped both times does not.
+    """
+    places, differ = hidden.any(axis=0), []
     for image in range(since, len(hidden)):
         for before in np.flatnonzero(readings.alike[image, :since] == 1.0):
-            both = hidden[image] & readings.known[before]
             own = _own_of_two(readings, image) * readings.sd[image] ** 2
-            differ += (np.abs(readings.value[image] - readings.value[before]) > OFF * np.sqrt(own))[
-                both
-            ].tolist()
+            off = np.abs(readings.value[image] - readings.value[before]) > OFF * np.sqrt(own)
+            differ += off[places].tolist()
     return not differ or float(np.mean(differ)) > 0.5
 
 

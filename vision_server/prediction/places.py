@@ -65,6 +65,8 @@ class Readings(NamedTuple):
     ----------
     value, sd, known
         (K, P): brightness at exposure 1, its standard deviation, whether it is known.
+    least
+        (K, P): of what is clipped, the brightness that it has at least; 0 of all else.
     shared, alike
         Share (K, P) of the variance that is the image's exposure's or blur's, and how far (K, K) that goes
         together in two images: light adds up between images of one shutter and aperture whatever their blur.
@@ -75,6 +77,7 @@ class Readings(NamedTuple):
     value: Floats
     sd: Floats
     known: Flags
+    least: Floats
     shared: Floats
     alike: Floats
     most: Floats
@@ -82,8 +85,15 @@ class Readings(NamedTuple):
     def last(self, images: int) -> Readings:
         """Of so many of the last images."""
         of = slice(-images, None)
-        alike = self.alike[of, of]
-        return Readings(self.value[of], self.sd[of], self.known[of], self.shared[of], alike, self.most[of])
+        return Readings(
+            self.value[of],
+            self.sd[of],
+            self.known[of],
+            self.least[of],
+            self.shared[of],
+            self.alike[of, of],
+            self.most[of],
+        )
 
     def correlation(self, use: NDArray[np.int64]) -> Floats:
         """How errors of the readings with these numbers (n,) in a flat list go together, (n, n)."""
@@ -116,8 +126,9 @@ def read(
     exposure = np.array([image.exposure for image in images])[:, None]
     places = _described(model, camera, pose, positions, face, (rows[chosen], columns[chosen]), common)
     value, sd, own, known = value[:, chosen], sd[:, chosen], own[:, chosen], known[:, chosen]
-    most = CLIPPED / exposure[:, 0]
-    return places, Readings(value / exposure, sd / exposure, known, 1.0 - own / sd**2, _alike(images), most)
+    value, sd, shared = value / exposure, sd / exposure, 1.0 - own / sd**2
+    least = np.where(known, 0.0, value)
+    return places, Readings(value, sd, known, least, shared, _alike(images), CLIPPED / exposure[:, 0])
 
 
 def _alike(images: Sequence[LitImage]) -> Floats:

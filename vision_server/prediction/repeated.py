@@ -7,6 +7,7 @@ one side. What comes in the way replaces a part of the picture, brighter here, d
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -15,42 +16,49 @@ from numpy.typing import NDArray
 Flags = NDArray[np.bool_]
 Grey = NDArray[np.uint8]
 Field = NDArray[np.float32]
+Difference = Literal["replaced", "relit"]
 
 # Chosen by hand on seven scenes, held against others (docs/surprises.md).
 AROUND_PX = 12  # beside the target, where something in the way shows as well
 SMOOTH_PX = 1.5  # standard deviation of what a pixel is compared in
-CHANGED, LEAST_GREY = 5.0, 1.0  # standard deviations, and grey, from which on it differs
+CHANGED, LEAST_GREY = 5.0, 1.0  # standard deviations, and grey, from which on it differs,
+LEAST_SHARE = 0.05  # and share of the brighter one: exposures differ by a hundredth or two
 WIDE_PX = 7  # of what differs less is noise, or an edge that has moved
 CLIPPED = 245  # brighter in both pictures is the same
 LEAST_REPLACED, MOST_REPLACED = 0.05, 0.6  # share of the target
 TO_EITHER_SIDE = 0.04  # share of what differs that is brighter, and that is darker
-SAME_EDGES = 0.4  # correlation of gradients where they differ: by an arm 0 to 0.3, by light 0.5 to 1
-ONE_SIDED, ONE_SIDED_EDGES = 0.3, 0.2  # most replaced, and correlated, where all is darker, or brighter
+SAME_EDGES, RELIT_EDGES = 0.4, 0.45  # correlation of gradients where they differ: by an arm 0 to 0.35, by ...
+ONE_SIDED, ONE_SIDED_EDGES = 0.28, 0.2  # most replaced, and correlated, where all is darker, or brighter
 EXPLAINED = 0.75  # share of the squared difference that is left when one picture is shifted onto the other
 
 
-def replaced(before: Grey, after: Grey, target: Flags) -> bool:
-    """Whether a part of the target (H, W) shows something else in the second picture (H, W)."""
+def difference(before: Grey, after: Grey, target: Flags) -> Difference | None:
+    """Whether a part of the target (H, W) shows something else in the second picture (H, W), or is relit.
+
+    None where they are the same, one is the other shifted, or that is not clear.
+    """
     near = cv2.dilate(target.astype(np.uint8), np.ones((2 * AROUND_PX + 1,) * 2, np.uint8))
     x, y, width, height = cv2.boundingRect(near)
     crop = slice(y, y + height), slice(x, x + width)
     one, other = (picture[crop].astype(np.float32) for picture in (before, after))
-    read = (near[crop] > 0) & ((one < CLIPPED) | (other < CLIPPED))
+    brighter, target = cv2.max(one, other), target[crop]
+    read = (near[crop] > 0) & (cv2.min(one, other) < CLIPPED)
     if not read.any():
-        return False
-    change = other - one
-    smooth = cv2.GaussianBlur(change, (0, 0), SMOOTH_PX)
-    differs = _wide((np.abs(smooth) > _least_change(change, read)) & read)
-    share = (differs & target[crop]).sum() / target.sum()
-    if not LEAST_REPLACED <= share <= MOST_REPLACED:
-        return False
-    brighter = float((smooth[differs] > 0.0).mean())
-    to_either = TO_EITHER_SIDE <= brighter <= 1.0 - TO_EITHER_SIDE
-    if not to_either and share > ONE_SIDED:
-        return False
-    most = SAME_EDGES if to_either else ONE_SIDED_EDGES
-    same = _correlation(one, other, differs & target[crop]) >= most
-    return not same and not _shifted(one, other, read)
+        return None
+    smooth = cv2.GaussianBlur(other - one, (0, 0), SMOOTH_PX)
+    least = np.maximum(_least_change(other - one, read), LEAST_SHARE * brighter)
+    differs = _wide((np.abs(smooth) > least) & read)
+    if (differs & target).sum() < LEAST_REPLACED * target.sum() or _shifted(one, other, read):
+        return None
+    to_one_side = abs(2.0 * float((smooth[differs] > 0.0).mean()) - 1.0) > 1.0 - 2.0 * TO_EITHER_SIDE
+    if to_one_side:  # less light does the same to what was saturated
+        differs &= brighter < CLIPPED
+    most, most_alike = (ONE_SIDED, ONE_SIDED_EDGES) if to_one_side else (MOST_REPLACED, SAME_EDGES)
+    share = float((differs & target).sum() / target.sum())
+    alike = _correlation(one, other, differs & target)
+    if alike < most_alike:
+        return "replaced" if LEAST_REPLACED <= share <= most else None
+    return "relit" if alike >= RELIT_EDGES else None
 
 
 def _wide(flags: Flags) -> Flags:
@@ -66,10 +74,10 @@ def _least_change(change: Field, read: Flags) -> float:
 
 
 def _correlation(one: Field, other: Field, where: Flags) -> float:
-    """Of the gradients of two pictures (H, W) at some pixels."""
+    """Of the gradients of two pictures (H, W) at some pixels, 0..1: light may turn an edge over."""
     ours, theirs = (_gradients(picture)[:, where] for picture in (one, other))
     both = float(np.sqrt((ours**2).sum() * (theirs**2).sum()))
-    return float((ours * theirs).sum()) / both if both > 0.0 else 1.0
+    return abs(float((ours * theirs).sum())) / both if both > 0.0 else 1.0
 
 
 def _gradients(picture: Field) -> Field:

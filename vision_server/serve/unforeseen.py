@@ -15,11 +15,14 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.prediction.causes import DOUBT_NATS, MOST_IMAGES, Cause, likely_causes, verdict
 from vision_server.prediction.new_edges import NEW, new_edges
 from vision_server.prediction.places import read
-from vision_server.prediction.repeated import replaced
+from vision_server.prediction.repeated import Difference, difference
 from vision_server.prediction.surprise import moved_to
 from vision_server.serve.prediction import lit_images, outputs
 from vision_server.serve.statistics import target_region
 from vision_server.serve.task import Happened, PoseTask
+
+# That light is as it was, against an image that is relit: of 252 pairs of images of the same light none was.
+RELIT_NATS = 12.0
 
 
 class Surprise(NamedTuple):
@@ -49,11 +52,13 @@ def surprise_of(task: PoseTask, image: str) -> Surprise:
 
 def _judged(task: PoseTask, images: Sequence[str], pose: Pose) -> tuple[Cause | None, Cause | None]:
     """What is sure, and what is doubted; new edges first, as their test shows other light, too."""
-    hides = in_the_way(task, images, pose)
-    if hides is not None:
-        return hides, None
-    new = something_new(task, images, pose)
-    return verdict(causes(task, images, pose)) if new is None else (None, new)
+    since = images.index(task.doubted) if task.doubted in images else len(images) - 1
+    differ = repetitions(task, images, since, pose)
+    relit = "relit" in differ
+    if "replaced" in differ and not relit:
+        return Cause("in_the_way", (), since, np.inf, tested=True), None
+    new = None if relit else something_new(task, images, pose)
+    return verdict(causes(task, images, pose, relit)) if new is None else (None, new)
 
 
 def target_moved(task: PoseTask, image: str, pose: Pose) -> bool:
@@ -62,27 +67,29 @@ def target_moved(task: PoseTask, image: str, pose: Pose) -> bool:
     return moved_to(problem, pose) is not None
 
 
-def causes(task: PoseTask, images: Sequence[str], pose: Pose) -> list[Cause]:
-    """What may have happened before the last of these images of one scene."""
+def causes(task: PoseTask, images: Sequence[str], pose: Pose, relit: bool = False) -> list[Cause]:
+    """What may have happened before the last of these images of one scene, of which some may be relit."""
     lights = task.describe.lights
     positions = [None if light.position is None else np.array(light.position) for light in lights]
     taken, shown = lit_images(task, images)
     places, readings = read(task.model, task.camera, pose, positions, shown)
     doubted = images.index(task.doubted) if task.doubted in images else None
-    return likely_causes(places, readings, taken.lights, doubted)
+    found = likely_causes(places, readings, taken.lights, doubted)
+    if not relit:
+        return found
+    return [one._replace(nats=one.nats + RELIT_NATS) for one in found if one.name != "in_the_way"]
 
 
-def in_the_way(task: PoseTask, images: Sequence[str], pose: Pose) -> Cause | None:
-    """What the last of these images surely shows in front, where it repeats one from before the doubt."""
-    *_, last = images
-    since = images.index(task.doubted) if task.doubted in images else len(images) - 1
+def repetitions(task: PoseTask, images: Sequence[str], since: int, pose: Pose) -> list[Difference | None]:
+    """How each of these images since one differs from each before that it repeats."""
     target = target_region(task.model, task.camera, pose)
     pictures = task.images.images
-    for before in images[:since]:
-        same = before in pictures and _alike(task, before, last)
-        if same and replaced(pictures[before].pixels, pictures[last].pixels, target):
-            return Cause("in_the_way", (), since, np.inf, tested=True)
-    return None
+    return [
+        difference(pictures[before].pixels, pictures[after].pixels, target)
+        for after in images[since:]
+        for before in images[:since]
+        if before in pictures and after in pictures and _alike(task, before, after)
+    ]
 
 
 def something_new(task: PoseTask, images: Sequence[str], pose: Pose) -> Cause | None:

@@ -8,6 +8,7 @@ from geometry.model import Model
 from tests.vision_server.prediction.lit_scenes import ASKED, POSITIONS, found, taken
 from tests.vision_server.synthetic import CAMERA, POSE
 from vision_server.prediction.causes import DOUBT_NATS, Cause, likely_causes, verdict
+from vision_server.prediction.hidden import shown_again
 from vision_server.prediction.places import MOST_PLACES, OTHER_LIGHTS, Places, Readings, _reached, read
 from vision_server.prediction.response import LitImage
 
@@ -55,7 +56,8 @@ def test_beside_a_sun_on_most_places_a_weak_light_that_shows_in_its_shadow_is_no
     sd = np.hypot(0.015 * given, 0.002 / exposure)
     most = 0.93 / exposure
     value = np.minimum(given + sd * np.random.default_rng(1).normal(size=sd.shape), most)
-    readings = Readings(value, sd, value < most, np.zeros_like(sd), np.eye(len(lights)), most[:, 0])
+    least = np.where(value < most, 0.0, value)
+    readings = Readings(value, sd, value < most, least, np.zeros_like(sd), np.eye(len(lights)), most[:, 0])
     places = Places(np.zeros((16, 2), np.int64), np.zeros((16, 3)), shape, np.ones(2, np.bool_))
     causes = likely_causes(places, readings, lights, doubted=4)
     assert all(cause.nats < 0.0 for cause in causes if cause.name == "light_dead")
@@ -82,6 +84,37 @@ def test_few_images_look_back_to_where_something_was_doubted(model: Model) -> No
     assert min(cause.since for cause in likely_causes(places, readings, lights)) == 5
     causes = likely_causes(places, readings, lights, doubted=4)
     assert causes[0][:3] == ("light_dead", (0,), 4)
+
+
+def test_a_sun_that_saturated_and_does_no_more_is_another() -> None:
+    in_sun = np.arange(16) < 6
+    shape = np.stack([np.ones(16), *np.random.default_rng(2).uniform(0.3, 1.7, (2, 16))], axis=1)
+    lights = np.array([[1.0, 0.7], [1.0, 1.0], [1.0, 0.7]])
+    exposure = np.array([1.0, 0.25, 1.0])[:, None]
+    given = np.array([[4.0], [0.3], [0.3]]) * in_sun + 0.1 * lights @ shape[:, 1:].T
+    sd = np.hypot(0.015 * given, 0.002 / exposure)
+    most = 0.93 / exposure
+    value = np.minimum(given + sd * np.random.default_rng(1).normal(size=sd.shape), most)
+    least, alike = np.where(value < most, 0.0, value), 1.0 * np.equal.outer(exposure[:, 0], exposure[:, 0])
+    readings = Readings(value, sd, value < most, least, np.full_like(sd, 0.9), alike, most[:, 0])
+    normal = np.where(in_sun[:, None], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0])
+    places = Places(np.zeros((16, 2), np.int64), normal, shape, np.ones(2, np.bool_))
+    causes = likely_causes(places, readings, lights)
+    assert causes[0].name == "sun_changed"
+    assert causes[0].nats >= DOUBT_NATS
+    unclipped = readings._replace(least=np.zeros_like(least))
+    assert likely_causes(places, unclipped, lights)[0].nats < DOUBT_NATS
+
+
+@pytest.mark.parametrize("after", [0.93, 0.3])
+def test_what_is_hidden_and_was_saturated_has_to_be_so_no_more(after: float) -> None:
+    value = np.array([[0.93, 0.93, 0.1], [2.0, 2.0, 0.1], [after, after, 0.1]])
+    known = value != 0.93
+    same = np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 1.0]])
+    least, sd = np.where(known, 0.0, value), np.full_like(value, 0.01)
+    readings = Readings(value, sd, known, least, np.full_like(sd, 0.5), same, np.full(3, 0.93))
+    hidden = known & (np.arange(3) < 2) & (np.arange(3) >= 1)[:, None]
+    assert shown_again(readings, hidden, 1) == (after < 0.93)
 
 
 def test_images_that_are_saturated_say_nothing(model: Model) -> None:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vision_server.prediction.repeated import replaced
+from vision_server.prediction.repeated import difference
 
 Grey = NDArray[np.uint8]
 
@@ -31,32 +31,46 @@ def with_bar(brightness: NDArray[np.float64], grey: float) -> NDArray[np.float64
 @pytest.mark.parametrize("times", [1.0, 4.0])
 def test_a_bar_in_front_is_told_also_where_much_is_saturated(times: float) -> None:
     faces = np.minimum(times * FACES, 300.0)
-    assert replaced(picture(faces, 1), picture(with_bar(faces, times * 55.0), 2), TARGET)
+    assert difference(picture(faces, 1), picture(with_bar(faces, times * 55.0), 2), TARGET) == "replaced"
 
 
 @pytest.mark.parametrize("grey", [10.0, 20.0])
 def test_a_bar_darker_than_all_that_it_hides_is_told_from_a_shadow(grey: float) -> None:
     stripes = np.where(np.indices(SIZE)[0] // 6 % 2 == 0, FACES, 0.6 * FACES)
     shadow = np.where(with_bar(np.ones(SIZE), 0.4) < 1.0, 0.4 * stripes, stripes)
-    assert replaced(picture(stripes, 1), picture(with_bar(stripes, grey), 2), TARGET)
-    assert not replaced(picture(stripes, 1), picture(shadow, 2), TARGET)
+    assert difference(picture(stripes, 1), picture(with_bar(stripes, grey), 2), TARGET) == "replaced"
+    assert difference(picture(stripes, 1), picture(shadow, 2), TARGET) == "relit"
 
 
 @pytest.mark.parametrize(
     "after",
-    [
-        FACES,
-        2.0 * FACES,
-        np.where(FACES > 50.0, 50.0, 1.6 * FACES),  # one face brighter and one darker
-        np.roll(FACES, 4, axis=1),
-        with_bar(FACES, 0.0),  # as dark as a shadow
-    ],
-    ids=["nothing", "twice the light", "another light", "moved", "dark"],
+    [2.0 * FACES, np.where(FACES > 50.0, 50.0, 1.6 * FACES)],
+    ids=["twice", "one face brighter and one darker"],
 )
-def test_other_light_and_a_target_that_moved_are_nothing_in_the_way(after: NDArray[np.float64]) -> None:
-    assert not replaced(picture(FACES, 1), picture(after, 2), TARGET)
+def test_a_target_in_other_light_keeps_its_edges(after: NDArray[np.float64]) -> None:
+    assert difference(picture(FACES, 1), picture(after, 2), TARGET) == "relit"
+
+
+def test_a_wall_that_is_brighter_than_the_target_and_then_darker_is_in_other_light() -> None:
+    before, after = np.where(TARGET, 40.0, 100.0), np.where(TARGET, 90.0, 30.0)
+    assert difference(picture(before, 1), picture(after, 2), TARGET) == "relit"
+
+
+@pytest.mark.parametrize(
+    "after",
+    [FACES, 1.02 * FACES, np.roll(FACES, 4, axis=1), with_bar(FACES, 0.0)],
+    ids=["nothing", "a hundredth or two", "moved", "as dark as a shadow"],
+)
+def test_what_is_the_same_has_moved_or_may_be_a_shadow_is_neither(after: NDArray[np.float64]) -> None:
+    assert difference(picture(FACES, 1), picture(after, 2), TARGET) is None
+
+
+def test_a_face_that_is_saturated_no_more_is_nothing_in_the_way() -> None:
+    mottled = np.random.default_rng(3).uniform(0.9, 1.1, SIZE)
+    before, after = (np.where(FACES > 50.0, grey * mottled, FACES) for grey in (400.0, 120.0))
+    assert difference(picture(before, 1), picture(after, 2), TARGET) != "replaced"
 
 
 def test_what_is_saturated_in_both_tells_nothing() -> None:
     white = np.full(SIZE, 255, np.uint8)
-    assert not replaced(white, white, TARGET)
+    assert difference(white, white, TARGET) is None

@@ -121,20 +121,39 @@ def test_something_in_the_way_is_sure_where_an_image_from_before_the_doubt_is_re
         assert (cause and cause.cause, cause and cause.since) == (told and "in_the_way", told)
 
 
+def test_where_an_image_repeats_one_in_other_light_the_light_has_changed_and_nothing_is_in_the_way(
+    task: PoseTask, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    weighed = [Cause("in_the_way", (), 3, 50.0, True), Cause("sun_changed", (), 3, 5.0, True)]
+    monkeypatch.setattr(unforeseen, "likely_causes", lambda *_: weighed)
+    monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
+    dark = Settings(lights=(1, 1, 1), shutter_s=1 / 60, aperture=4.0)
+    for name, given, cause in (("i5", FULL, "in_the_way"), ("i6", dark, "sun_changed")):
+        task.add(name, simulator.capture(given).pixels, FULL)
+        task.expected, task.doubted = simulator.true_pose, "i4"
+        told = unforeseen.surprise_of(task, name).cause
+        assert told is not None
+        assert told.cause == cause
+        task.happened.clear()
+
+
 def test_new_edges_are_a_doubt_of_what_is_in_the_way_until_something_is_doubted(
     task: PoseTask, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(unforeseen, "verdict", lambda _: (None, None))
     monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
-    seen = np.asarray(simulator.capture(FULL).pixels)
-    behind = seen.copy()
-    behind[:, behind.shape[1] // 2 - 30 : behind.shape[1] // 2 + 30] = 40
     pose = simulator.true_pose
-    other = Settings(lights=(7, 7, 0), shutter_s=1 / 60, aperture=4.0)
+    other, third = (Settings(lights=lit, shutter_s=1 / 60, aperture=4.0) for lit in ((7, 7, 0), (0, 7, 7)))
+    behind = np.array(simulator.capture(third).pixels)
+    behind[:, behind.shape[1] // 2 - 30 : behind.shape[1] // 2 + 30] = 40
     told = []
-    for name, pixels in (("i5", simulator.capture(other).pixels), ("i6", behind), ("i7", behind)):
+    for name, settings, pixels in (
+        ("i5", other, simulator.capture(other).pixels),
+        ("i6", third, behind),
+        ("i7", third, behind),
+    ):
         task.expected = pose
-        task.add(name, pixels, other)
+        task.add(name, pixels, settings)
         doubt = unforeseen.surprise_of(task, name).doubt
         told.append(doubt and (doubt.cause, doubt.since))
     assert told == [None, ("in_the_way", "i6"), None]
