@@ -1,4 +1,4 @@
-% What has changed unseen is seen before the pose is believed: the last image is taken under the settings of the first,
+% What has changed unseen is seen before a session ends: its last image is taken under the settings of the first,
 % where nothing can differ but what has changed.  The first image's lights are graded, so that two that are swapped differ,
 % too.  The rest is `informed`, whose test images tell the cause.
 %
@@ -8,9 +8,11 @@ proc(choose_first, pi(s, [?(graded(device, s)), choose(s)])).
 
 proc(choose_next,
      if(doubted, choose_telling,
-        if(and(converged, confirmed), pi(s, [?(first_settings(readings, s)), choose(s)]), choose_informative))).
+        if(decided, pi(s, [?(first_settings(readings, s)), choose(s)]), choose_informative))).
 
-proc(enough, and(neg(doubted), or(and([converged, confirmed, looked_again(readings)]), spent))).
+proc(enough, and([neg(doubted), decided, looked_again(readings)])).
+
+proc(decided, or(and(converged, confirmed), spent)).
 
 % Golog: the settings of `informed`'s first image with the lights graded, the last half as bright as the first.
 proc(graded(Device, S), some(safe, and(safest(Device, safe), graded_lights(safe, S)))).

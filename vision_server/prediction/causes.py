@@ -26,12 +26,12 @@ from vision_server.prediction.prior import Prior
 Floats = NDArray[np.float64]
 
 SUNS = (1.0, 6.0, 36.0)  # the sun beside a light: about so many times it;
-CLIPPED_SHARE = 0.05  # standard deviation of what is clipped, of what it is at least
-LEAST_CHANCE = 1e-15  # that it is so bright, where it is foreseen darker
 DARK_ROOM = 0.03  # or next to nothing, which test images tell: of few others it explains too much
 STRENGTHS = (0.0, 0.1, 0.22, 0.47, 2.1, 4.6, 10.0)  # of the same sun, times what it was
 SCALES = np.exp(np.linspace(-1.6, 1.6, 9))  # of all brightness, about what the readings say
 NOISES = np.array([1.0, 1.5, 2.2, 3.3, 5.0, 7.5])  # by so much readings may scatter more: wrong tone curves
+CLIPPED_SHARE = 0.05  # standard deviation of what is clipped, of what it is at least
+LEAST_CHANCE = 1e-15  # that it is so bright, where it is foreseen darker
 # How they were chosen: benchmarks/surprises.py counts what is named, and false alarms.
 DOUBT_NATS = 4.5  # log odds against nothing from which on a cause is doubted; is sure, and against others,
 SURE_NATS, CLEAR_NATS = 16.0, 12.0  # where an image was taken that tests it,
