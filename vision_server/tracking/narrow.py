@@ -20,7 +20,7 @@ from geometry.rotation import matrix_of
 from numerics.kernels import kernel
 from vision_server.channels.depth import Pixels
 from vision_server.pose.trust import RIVAL_NATS
-from vision_server.tracking.acceptance import LIMITS, is_exact
+from vision_server.tracking.acceptance import LIMITS, SURE, is_exact
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.motion import about
@@ -40,7 +40,7 @@ def firmest(found: Found, sight: Sight, pixels: Pixels, habits: Habits) -> tuple
     """Of the poses that narrow faces leave open, the one that a frame supports best; and whether it is clear.
 
     Where a pose is not exact without the lines beside narrow faces, another is looked for aside, in the
-    direction in which other lines tell least.
+    direction in which other lines tell least; it has to be believed, as print may explain a wrong one better.
     """
     second, open_by = -math.inf, 0.0
     for _ in range(CLIMBS):
@@ -56,10 +56,10 @@ def firmest(found: Found, sight: Sight, pixels: Pixels, habits: Habits) -> tuple
         best = max(others, key=_evidence, default=None)
         if best is None:
             break
-        worse, found = sorted((best, found), key=_evidence)
-        second = max(second, _evidence(worse))
-        if worse is best:
+        if _evidence(best) <= _evidence(found) or best.belief(0.0) < SURE:
+            second = max(second, _evidence(best))
             break
+        second, found = max(second, _evidence(found)), best
     return found, open_by < MOST and second < _evidence(found) - RIVAL_NATS
 
 
