@@ -52,7 +52,7 @@ Floats = NDArray[np.float64]
 Seen = tuple[State, Pose | None, Floats | None, dict[int, float] | None]
 
 # Chosen by hand where nothing else is said.
-SURPRISING = 38.3  # squared innovation that one pose in a million exceeds where the filter is honest
+EXPECTED, SURPRISING = 16.8, 38.3  # squared innovations: 1 % and 1e-6 of an honest filter's are larger
 # Of the quality that is usual in its light: below, the less probable than SURE is not sure; none is believed.
 SURE_LIKE, LIKE_BEFORE = 0.6, 0.25
 LOOKED_AT_ANEW = 5  # frames that are not believed in a row before everything is searched again
@@ -197,13 +197,14 @@ class Tracker:
         assert self._motion is not None
         found, clear = firmest(found, self._sight, pixels, self._habits)
         believed, likely = self._is_believed(found), self._is_likely(found)
+        expected = self._innovation(found).squared <= EXPECTED
         rest = Motion.at_rest(found.pose, found.covariance, self.model.middle)
         self._motion = self._motion.corrected(self._innovation(found)) if self._is_foreseen(found) else rest
         stays = found.quality >= SURE_LIKE * self._usual.quality
-        sure = believed and (self._was_believed or self._usual.is_other)
+        sure = believed and expected and (self._was_believed or self._usual.is_other)
         sure = sure and is_sure(found, self._rivals, stays)
         self._steady = sure and not self._strain.asked(found.is_strained)
-        self._held(found.pose, believed)
+        self._held(found.pose, believed and expected)
         if believed:
             self._usual.believed(found.quality, whole_lines(found.support) if self._steady else None)
             self._habits = self._habits.after(found.fit)
