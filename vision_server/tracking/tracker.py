@@ -200,11 +200,11 @@ class Tracker:
         expected = self._innovation(found).squared <= EXPECTED
         rest = Motion.at_rest(found.pose, found.covariance, self.model.middle)
         self._motion = self._motion.corrected(self._innovation(found)) if self._is_foreseen(found) else rest
-        stays = found.quality >= SURE_LIKE * self._usual.quality
-        sure = believed and expected and (self._was_believed or self._usual.is_other)
+        stays = expected and found.quality >= SURE_LIKE * self._usual.quality
+        sure = believed and (self._was_believed or self._usual.is_other)
         sure = sure and is_sure(found, self._rivals, stays)
         self._steady = sure and not self._strain.asked(found.is_strained)
-        self._held(found.pose, believed and expected)
+        self._held(found.pose, believed)
         if believed:
             self._usual.believed(found.quality, whole_lines(found.support) if self._steady else None)
             self._habits = self._habits.after(found.fit)
