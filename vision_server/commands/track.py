@@ -6,8 +6,9 @@ import json
 import signal
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from threading import Event
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
 
 EXIT_INTERRUPTED = 130  # as a shell says of a program that Ctrl-C ends
+FPS = 30.0  # of a film of image files, where nothing tells
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -57,8 +59,8 @@ def add_options(parser: ArgumentParser) -> None:
         "--overlay", type=Path, metavar="OUT.mp4", help="A film of the frames with the model drawn."
     )
     parser.add_argument(
-        "--fps", type=number(0.01, 1e5), default=30.0, metavar="N",
-        help="Frames a second of image files (default: %(default)g).",
+        "--fps", type=number(0.01, 1e5), metavar="N",
+        help="Frames a second of image files; untold, they are followed as 30, and have no time.",
     )  # fmt: skip
     parser.add_argument(
         "--switch-lights", action="store_true", help="Of an image server: each frame under another light."
@@ -95,15 +97,15 @@ def _tracked(options: Namespace) -> int:
     if options.overlay is not None:
         from report.film import Film
 
-        film = Film(options.overlay, tracker.model, tracker.camera, options.fps)
+        film = Film(options.overlay, tracker.model, tracker.camera, options.fps or FPS)
     found = 0
     try:
         with _ctrl_c() as heed:
-            for index, frame in enumerate(islice(source, options.count)):
+            for frame in _timed(islice(source, options.count), options.fps):
                 heed()
-                told = _stepped(tracker, frame, index / options.fps)
+                told = _stepped(tracker, frame)
                 found += told.pose is not None
-                _show(told, frame.name, options.json)
+                _show(told, frame, options.json)
                 if film is not None:
                     film.add(rounded(frame.pixels), told.pose, told.support, f"{told.frame} {told.state}")
     finally:
@@ -114,10 +116,16 @@ def _tracked(options: Namespace) -> int:
     return 0 if found else EXIT_NO_POSE
 
 
-def _stepped(tracker: Tracker, frame: Frame, else_s: float) -> Tracked:
-    """What a frame says, taken at ``else_s`` where nothing tells; one that is refused is named."""
+def _timed(frames: Iterable[Frame], fps: float | None) -> Iterator[Frame]:
+    """Frames whose times nothing tells with those of a rate, if there is one."""
+    for index, frame in enumerate(frames):
+        yield frame if frame.time_s is not None or fps is None else replace(frame, time_s=index / fps)
+
+
+def _stepped(tracker: Tracker, frame: Frame) -> Tracked:
+    """What a frame says; one that is refused is named."""
     try:
-        return tracker.step(frame.pixels, else_s if frame.time_s is None else frame.time_s)
+        return tracker.step(frame.pixels, frame.time_s)
     except BadInput as error:
         raise BadInput(f"{frame.name}: {error.message}", error.hint) from error
 
@@ -167,13 +175,14 @@ def _tracker(
     )
 
 
-def _show(told: Tracked, name: str, as_json: bool) -> None:
+def _show(told: Tracked, frame: Frame, as_json: bool) -> None:
     if told.note:
-        print(f"vision_server: {name}: {told.note}", file=sys.stderr)
+        print(f"vision_server: {frame.name}: {told.note}", file=sys.stderr)
     if as_json:
         from vision_server.serve.results import tracked_result
 
-        print(json.dumps(tracked_result(told), allow_nan=False), flush=True)
+        time = {} if frame.time_s is None else {"time": frame.time_s}
+        print(json.dumps(tracked_result(told) | time, allow_nan=False), flush=True)
         return
     place = ""
     if told.pose is not None:

@@ -94,7 +94,9 @@ class Fit:
     covariance : (6, 6), of a left-multiplied step.
     observation : edge points where the step started, their offsets from the lines where it ended.
     moved_px : how far it moved the lines, at most.
-    off_px2, lines : what the lines are off, this frame alone, and how many they are.
+    courses : of the lines, where the step started.
+    known : what was known before: precisions of the unknowns (9,), and of the lines.
+    off_px2 : what the lines are off, this frame alone.
     radius_m : of the edges, with what was known before.
     radius_told : what this frame alone says of it: precision 1/m^2, and that times the radius.
     """
@@ -103,10 +105,20 @@ class Fit:
     covariance: Floats
     observation: Observation
     moved_px: float
+    courses: LineFits
+    known: tuple[Floats, Habits]
     off_px2: float
-    lines: int
     radius_m: float
     radius_told: Told
+
+    @property
+    def lines(self) -> int:
+        """How many there are."""
+        return len(self.courses.line)
+
+    def covariance_with(self, more_px2: Floats) -> Floats:
+        """Covariance (6, 6) if the model's lines (L,) are uncertain by so much more."""
+        return _about_camera(solved(_wider(self.courses, more_px2), *self.known)[1], self.observation.centre)
 
 
 def fitted(
@@ -131,7 +143,7 @@ def fitted(
     if len(problem.channels) > 1:
         lines = united(lines)
     if beside_px2 is not None:
-        lines = lines._replace(variance=lines.variance + beside_px2[lines.line][:, None])
+        lines = _wider(lines, beside_px2)
     if len(lines.value) < LEAST_LINES:
         return None
     range_m = float(np.linalg.norm(start.translation))
@@ -140,18 +152,28 @@ def fitted(
     if not np.isfinite(step).all():
         return None
     moves = seen.jacobian @ step[:6]
-    turn = np.eye(6)  # of steps about the turning point into steps about the camera
-    turn[3:, :3] = cross_matrix(seen.centre)
     return Fit(
         moved(start, step[:6], seen.centre),
-        np.asarray(turn @ covariance[:6, :6] @ turn.T),
+        _about_camera(covariance, seen.centre),
         seen._replace(offset=seen.offset - moves),
         float(np.abs(moves).max()),
+        lines,
+        (prior, habits),
         off_px2,
-        len(lines.value),
         float(step[8]),
         radius_told,
     )
+
+
+def _wider(lines: LineFits, more_px2: Floats) -> LineFits:
+    return lines._replace(variance=lines.variance + more_px2[lines.line][:, None])
+
+
+def _about_camera(covariance: Floats, centre: Floats) -> Floats:
+    """Of a pose (6, 6), from that (9, 9) of steps about a turning point (3,)."""
+    turn = np.eye(6)
+    turn[3:, :3] = cross_matrix(centre)
+    return np.asarray(turn @ covariance[:6, :6] @ turn.T)
 
 
 @kernel()

@@ -39,6 +39,7 @@ from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import NEAR_REACHES_PX, Found, Sight
 from vision_server.tracking.frame import Tone, check_size
 from vision_server.tracking.motion import Innovation, Motion
+from vision_server.tracking.narrow import firmest
 from vision_server.tracking.rivals import Rivals
 from vision_server.tracking.searching import Search
 from vision_server.tracking.softness import Softness
@@ -51,10 +52,9 @@ Floats = NDArray[np.float64]
 Seen = tuple[State, Pose | None, Floats | None, dict[int, float] | None]
 
 # Chosen by hand where nothing else is said.
-SURPRISING = 38.3  # squared innovation that one pose in a million exceeds where the filter is honest
-# Of the quality that is usual in its light: below, what is less probable than SURE is not sure (8 of 253 such
-# off, all < 0.6), and nothing in it is believed.
-SURE_LIKE, LIKE_BEFORE = 0.67, 0.25
+EXPECTED, SURPRISING = 16.8, 38.3  # squared innovations: 1 % and 1e-6 of an honest filter's are larger
+# Of the quality that is usual in its light: below, the less probable than SURE is not sure; none is believed.
+SURE_LIKE, LIKE_BEFORE = 0.6, 0.25
 LOOKED_AT_ANEW = 5  # frames that are not believed in a row before everything is searched again
 EVERYWHERE = 6  # of so many searches that are not believed in a row, one looks without a pose to start from
 MOST_AGAINST = 3  # searches in doubt that count: as many must believe before what they find is believed
@@ -96,8 +96,7 @@ class Tracker:
         self._usual = Usual(model, camera)  # what believed frames in light like this one's show
         self._was_believed = False
         self._met = False  # whether any pose was found yet
-        self._misses = 0
-        self._vain = 0  # searches that were not believed, in a row
+        self._misses, self._vain = 0, 0  # frames without a pose, searches that were not believed, in a row
         self._against = 0  # searches that doubted what they found, less those that did not
         self._since_s = 0.0  # the last pose
         self._doubted, self._frame = 0, -1
@@ -146,7 +145,7 @@ class Tracker:
             if found is not None and found.belief(0.0) >= STAYS:
                 self._rivals.weigh(found, lambda pose: self._sight.near(pixels, pose, self._habits))
             if found is not None and (self._doubted < LOOKED_AT_ANEW or self._is_believed(found)):
-                return self._taken(found)
+                return self._taken(pixels, found)
         held = found is not None and found.belief(0.0) >= HELD
         return self._searched(pixels, found if held else None)
 
@@ -193,15 +192,15 @@ class Tracker:
             self._asked = found, self._motion, own
         return self._asked[2]
 
-    def _taken(self, found: Found) -> Seen:
+    def _taken(self, pixels: Pixels, found: Found) -> Seen:
         """A pose that was followed: the motion goes on from it."""
         assert self._motion is not None
-        believed, likely, middle = self._is_believed(found), self._is_likely(found), self.model.middle
-        if self._is_foreseen(found):
-            self._motion = self._motion.corrected(self._innovation(found))
-        else:
-            self._motion = Motion.at_rest(found.pose, found.covariance, middle)
-        stays = self._usual.whole is not None and found.quality >= SURE_LIKE * self._usual.quality
+        found, clear = firmest(found, self._sight, pixels, self._habits)
+        believed, likely = self._is_believed(found), self._is_likely(found)
+        expected = self._innovation(found).squared <= EXPECTED
+        rest = Motion.at_rest(found.pose, found.covariance, self.model.middle)
+        self._motion = self._motion.corrected(self._innovation(found)) if self._is_foreseen(found) else rest
+        stays = expected and found.quality >= SURE_LIKE * self._usual.quality
         sure = believed and (self._was_believed or self._usual.is_other)
         sure = sure and is_sure(found, self._rivals, stays)
         self._steady = sure and not self._strain.asked(found.is_strained)
@@ -213,7 +212,7 @@ class Tracker:
             self._usual.doubted(found.quality)
         else:
             self._usual.forget_doubts()
-        state: State = "sure" if self._steady else "unsure"
+        state: State = "sure" if self._steady and clear else "unsure"
         lines = found.fit.observation.samples.line
         soft = found.softness.kept(self.model, self.camera, found.pose, lines, self._softness)
         self._softness = soft if self._steady else None
@@ -246,7 +245,7 @@ class Tracker:
             confirmed = same and self._believed and found_belief(estimate, found) >= STAYS
             self._believed = confirmed or (self._judged(estimate, found) and same)
             self._was_believed = self._believed and are_unlikely(self._rivals)
-            return self._taken(followed)
+            return self._taken(pixels, followed)
         if not likely or estimate.pose is None or estimate.covariance is None:
             self._misses, self._was_believed = self._misses + 1, False
             if self._since_s > LONGEST_S:
@@ -255,17 +254,18 @@ class Tracker:
         assert estimate.support is not None
         self._believed = self._judged(estimate, found)
         believed = self._believed and are_unlikely(self._rivals)
-        pose, covariance, belief = estimate.pose, TAILS**2 * estimate.covariance, belief_in(estimate)
+        clear, pose, covariance = True, estimate.pose, TAILS**2 * estimate.covariance
+        belief = belief_in(estimate)
         if found is not None:
+            found, clear = firmest(found, self._sight, pixels, self._habits)
             pose, covariance, belief = found.pose, found.covariance, found.belief(self._rivals.ambiguity)
-        state: State = "sure" if believed and is_exact(pose, covariance) else "unsure"
+        state: State = "sure" if believed and clear and is_exact(pose, covariance) else "unsure"
         self._motion = Motion.at_rest(pose, covariance, self._sight.model.middle)
         self._held(pose, believed)
         if believed:
             self._usual.meets(pixels, pose)
             self._usual.believed(quality(estimate.support), None)
-        support = {line.line: line.support for line in estimate.lines}
-        return state, pose, told_covariance(covariance, belief), support
+        return state, pose, told_covariance(covariance, belief), estimate.support.shares
 
     def _judged(self, estimate: Estimate, fitted: Found | None) -> bool:
         """Whether what a search found is believed but for look-alikes, after what those before it found."""

@@ -71,12 +71,21 @@ def test_one_object_a_frame_and_a_film(folder: Path, tmp_path: Path, source: str
     assert done.returncode == 0, done.stderr
     told = [json.loads(line) for line in done.stdout.splitlines()]
     assert [one["frame"] for one in told] == list(range(COUNT))
-    assert {"frame", "state", "pose", "covariance", "seconds"} == set(told[0])
+    keys = {"frame", "state", "pose", "covariance", "seconds"}
+    assert set(told[0]) == (keys if source == "frames" else keys | {"time"})
+    if source == "film.avi":
+        assert [one["time"] for one in told] == pytest.approx(np.arange(COUNT) / 25.0, abs=1e-3)
     assert {one["state"] for one in told} == {"sure"}
     last = Pose.from_dict(told[-1]["pose"])
     assert last.error_to(moving(COUNT)[-1]).within(0.5, 0.005)
     video = cv2.VideoCapture(str(film))
     assert int(video.get(cv2.CAP_PROP_FRAME_COUNT)) == COUNT
+
+
+def test_image_files_have_the_times_of_the_rate_that_is_told(folder: Path) -> None:
+    words = [str(folder / "frames"), "--fps", "10", "--seed-pose", str(folder / "right.toml"), "--json"]
+    done = command("vision_server", "track", *of(folder, *words))
+    assert [json.loads(line)["time"] for line in done.stdout.splitlines()] == [0.0, 0.1, 0.2, 0.3, 0.4]
 
 
 def test_a_video_that_was_cut_off_is_said(folder: Path, tmp_path: Path) -> None:

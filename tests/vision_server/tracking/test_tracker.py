@@ -20,13 +20,15 @@ from vision_server.channels.depth import Pixels
 from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.pose.trust import Misfit
-from vision_server.tracking.acceptance import is_elsewhere, is_exact, is_likely, told_covariance
+from vision_server.tracking import tracker as tracking
+from vision_server.tracking.acceptance import is_elsewhere, is_exact, is_likely, is_sure, told_covariance
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight, turned_about
 from vision_server.tracking.frame import Tone
 from vision_server.tracking.motion import about
+from vision_server.tracking.rivals import Rivals
 from vision_server.tracking.tracked import Tracked
-from vision_server.tracking.tracker import EVERYWHERE, LOOKED_AT_ANEW, SURPRISING, Tracker
+from vision_server.tracking.tracker import EVERYWHERE, EXPECTED, LOOKED_AT_ANEW, SURPRISING, Tracker
 from vision_server.tracking.usual import Usual
 
 BETTER = Misfit(significance=0.0, gain=1.0)  # another model than the given one does
@@ -47,6 +49,23 @@ def test_a_moving_target_is_followed_surely(model: Model) -> None:
     states = [one.state for one in told]
     assert states.count("sure") >= 18
     assert [one.frame for one in told] == list(range(20))
+
+
+def test_what_the_motion_hardly_expects_does_not_stay_sure(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = []
+
+    def heard(found: Found, rivals: Rivals, stays: bool) -> bool:
+        told.append(stays)
+        return is_sure(found, rivals, stays)
+
+    monkeypatch.setattr(tracking, "is_sure", heard)
+    tracker = Tracker(model, CAMERA, POSE)
+    for number, frame in enumerate(filmed(model, [POSE] * 5)):
+        monkeypatch.setattr(tracking, "EXPECTED", -1.0 if number == 3 else EXPECTED)
+        tracker.step(frame)
+    assert told[-3:] == [True, False, True]
 
 
 def test_covariances_are_honest(model: Model) -> None:

@@ -1,0 +1,132 @@
+"""Lines whose edges may be those of the lines across a face that is seen narrow.
+
+Where such a face is as dark as what is behind it, one edge is seen instead of two, and it may be either's: an
+outline sits on a crease, or on the far edge of a thin plate. Points and residuals are as good there as on the
+right one, and the pose is held, some degrees off, by lines that say nothing of that.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from geometry.camera import Camera
+from geometry.model import Model
+from geometry.pose import Pose
+from geometry.rotation import matrix_of
+from numerics.kernels import kernel
+from vision_server.channels.depth import Pixels
+from vision_server.pose.trust import RIVAL_NATS
+from vision_server.tracking.acceptance import LIMITS, SURE, is_exact
+from vision_server.tracking.fitting import Habits
+from vision_server.tracking.following import Found, Sight
+from vision_server.tracking.motion import about
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Chosen by hand.
+NARROW_PX = 5.0  # of a face across a line: as far as edges are looked for around it
+ANOTHER = (1.0, 0.01)  # degrees, share of the range: a pose that is farther off is another one
+SIZES = (-1.0, 1.0)  # of LIMITS, that poses are looked for aside
+MOST = 4.0  # of LIMITS, one sd: what other lines leave open by more, they say nothing of
+CLIMBS = 3  # at most, each to a pose that the frame supports better
+
+
+def firmest(found: Found, sight: Sight, pixels: Pixels, habits: Habits) -> tuple[Found, bool]:
+    """Of the poses that narrow faces leave open, the one that a frame supports best; and whether it is clear.
+
+    Where a pose is not exact without the lines beside narrow faces, another is looked for aside, in the
+    direction in which other lines tell least; it has to be believed, as print may explain a wrong one better.
+    """
+    second, open_by = -math.inf, 0.0
+    for _ in range(CLIMBS):
+        more_px2 = narrow_px2(sight.model, sight.camera, found.pose)
+        spread = found.fit.covariance_with(more_px2) if more_px2.any() else found.covariance
+        if not more_px2.any() or is_exact(found.pose, spread):
+            open_by = 0.0
+            break
+        open_by, step = _weakest(found.pose, spread, sight.model.middle)
+        starts = (_moved(found.pose, sight.model.middle, size * step) for size in SIZES)
+        seen = [one for one in (sight.near(pixels, start, habits) for start in starts) if one is not None]
+        others = [one for one in seen if not found.pose.error_to(one.pose).within(*ANOTHER)]
+        best = max(others, key=_evidence, default=None)
+        if best is None:
+            break
+        if _evidence(best) <= _evidence(found) or best.belief(0.0) < SURE:
+            second = max(second, _evidence(best))
+            break
+        second, found = max(second, _evidence(found)), best
+    return found, open_by < MOST and second < _evidence(found) - RIVAL_NATS
+
+
+def _evidence(one: Found) -> float:
+    return one.support.evidence
+
+
+def _weakest(pose: Pose, covariance: Floats, middle: Floats) -> tuple[float, Floats]:
+    """Largest standard deviation, in LIMITS, and a step (6,) that is LIMITS long in its direction."""
+    centre = pose.apply(middle[None])[0]
+    unit = np.repeat([np.radians(LIMITS[0]), LIMITS[1] * float(np.linalg.norm(centre))], 3)
+    value, axis = np.linalg.eigh(about(centre, covariance) / np.outer(unit, unit))
+    return float(np.sqrt(value[-1])), axis[:, -1] * unit
+
+
+def _moved(pose: Pose, middle: Floats, step: Floats) -> Pose:
+    """Turned about the target's middle (3,), and moved."""
+    matrix = matrix_of(step[:3]) @ pose.matrix
+    return Pose.from_matrix(matrix, pose.apply(middle[None])[0] + step[3:] - matrix @ middle)
+
+
+def narrow_px2(model: Model, camera: Camera, pose: Pose) -> Floats:
+    """Variance of each line (L,) if its edge is that across a narrow face, px^2; 0 beside none."""
+    if not model.faces:
+        return np.zeros(len(model.lines))
+    found: Floats = _narrow_px2(
+        pose.apply(model.vertices),
+        model.lines,
+        _across(model) @ pose.matrix.T,
+        np.array([camera.fx, camera.fy]),
+    )
+    return found
+
+
+@kernel()
+def _narrow_px2(points: Floats, lines: Ints, across: Floats, focal: Floats) -> Floats:
+    """Of lines between points (V, 3), with what is `_across` them, both in the camera frame."""
+    out = np.zeros(len(lines))
+    for i in range(len(lines)):
+        one, two = points[lines[i, 0]], points[lines[i, 1]]
+        if one[2] <= 0.0 or two[2] <= 0.0:
+            continue
+        middle = 0.5 * (one + two)
+        along = focal * (two[:2] / two[2] - one[:2] / one[2])
+        for side in range(2):
+            far = middle + across[side, i]
+            whole = focal[1] * math.sqrt((across[side, i] ** 2).sum()) / middle[2]
+            if whole > 0.0 and far[2] > 0.0:
+                off = focal * (far[:2] / far[2] - middle[:2] / middle[2])
+                area = abs(along[0] * off[1] - along[1] * off[0])
+                if area < NARROW_PX * math.sqrt((along**2).sum()):
+                    out[i] = max(out[i], min(whole, NARROW_PX) ** 2)
+    return out
+
+
+@lru_cache(maxsize=8)
+def _across(model: Model) -> Floats:
+    """From each line at a right angle to the farthest corner of its two faces, (2, L, 3) m, model frame.
+
+    0 without a face, and of lines of curved surfaces, whose faces are no flat ones.
+    """
+    out = np.zeros((2, len(model.lines), 3))
+    for line, (start, end) in enumerate(model.vertices[model.lines]):
+        along = (end - start) / np.linalg.norm(end - start)
+        for side, face in enumerate(model.line_faces[line]):
+            if face >= 0 and not model.smooth[line]:
+                off = model.vertices[model.faces[face]] - start
+                off = off - np.outer(off @ along, along)
+                out[side, line] = off[np.argmax((off**2).sum(axis=1))]
+    return out
