@@ -47,7 +47,7 @@ from vision_server.channels.tone import file_tone
 from vision_server.image_set import ImageSet
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
-from vision_server.pose import courses, likely, line_scales, observation, profiles, ranking, rivals, settling
+from vision_server.pose import likely, line_scales, observation, profiles, ranking, rivals, settling
 from vision_server.pose.stretch import stretched
 from vision_server.serve.inputs import read_camera
 
@@ -90,8 +90,8 @@ ROWS: dict[str, tuple[Patch, ...]] = {
     "no last step": ((likely, "settled", lambda _: None),),
     "no stretch in the last step": ((settling, "STRETCHES", ()),),
     "no profiles": (
-        (courses, "SPREAD_PX", 0.06),
-        (courses, "SPREAD_POWER", 0.0),
+        (profiles, "SPREAD_PX", 0.06),
+        (profiles, "SPREAD_POWER", 0.0),
         (profiles, "MOST_MOVED_PX", 0.0),
     ),
 }

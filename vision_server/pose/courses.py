@@ -16,17 +16,13 @@ from numpy.typing import NDArray
 from numerics.kernels import kernel
 from vision_server.channels.noise import MAD_TO_SD
 from vision_server.pose.observation import Observation, PoseProblem
-from vision_server.pose.profiles import Place, profiles_of
+from vision_server.pose.profiles import Place, moved_by_profiles
 from vision_server.pose.solver import SAMPLES_TOGETHER, TUKEY
 from vision_server.pose.weights import base_weights
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# What a line is off as a whole in one channel, per pixel of its softness, is so many times this power of what
-# its profile has that no edge explains: read off 1717 lines at the true poses of 45 simulated and ray-traced
-# scenes, of which the sharp ones go from 0.02 px to 0.2.
-SPREAD_PX, SPREAD_POWER, LEAST_SPREAD_PX = 0.3, 0.33, 0.02
 CLIPPED_SPREAD_PX = 0.4  # beside saturated pixels
 # Chosen by hand where nothing else is said.
 FEWEST = 2  # edge points of a line in a channel
@@ -34,7 +30,7 @@ LEAST_CUT_PX, FIRST_CUT_PX = 0.55, 1.5  # an edge point farther from its line's 
 STRAIGHTENED = 4  # times that the course is found
 FLAT_SHARE = 1e-3  # of its weight, that speaks for where the line was: a line seen as a point tells no turn
 LEAST_VARIANCE_PX2 = 0.02**2  # of edge points about their line's course
-UNKNOWNS = 10  # rotation, translation, two nuisances, two more
+UNKNOWNS, BLUR = 11, 8  # rotation, translation, two nuisances, the blur of outlines, two more
 
 
 class Courses(NamedTuple):
@@ -71,7 +67,9 @@ class _Beside(NamedTuple):
 
 
 def courses_of(problem: PoseProblem, seen: Observation, more: Floats) -> Courses:
-    """Courses of the lines in each channel, by the pose's unknowns, two nuisances and ``more`` (N, 2), px."""
+    """Courses of the lines in each channel, by the pose's unknowns, two nuisances, the blur of outlines in
+    its sd (see `profiles.Moved`), and ``more`` (N, 2), px.
+    """
     base = base_weights(seen, True)
     lines = 1 + int((np.diff(seen.samples.line) != 0).sum())
     room = len(base) * lines
@@ -81,10 +79,10 @@ def courses_of(problem: PoseProblem, seen: Observation, more: Floats) -> Courses
     count = _read(seen, base, more, Courses(place, motion, noise, spread, weight, line, channel), beside)
     place, weight, line, channel = place[:count], weight[:count], line[:count], channel[:count]
     moved, covered, tolerance = (part[:count] for part in beside)
-    profiles = profiles_of(problem, seen, Place(place, line, channel))
-    place[:, 0] -= profiles.moved
-    own = np.maximum(SPREAD_PX * profiles.rest**SPREAD_POWER, LEAST_SPREAD_PX) * seen.sigma[channel, line]
-    spread = np.hypot(np.hypot(own, moved) / covered, tolerance)
+    by = moved_by_profiles(problem, seen, Place(place, line, channel))
+    place[:, 0] -= by.place
+    motion[:count, 0, BLUR] = by.shared
+    spread = np.hypot(np.hypot(by.sd, moved) / covered, tolerance)
     share = weight / np.bincount(line, weight)[line] if count else weight
     return Courses(place, motion[:count], noise[:count], spread, share, line, channel)
 
@@ -137,7 +135,7 @@ def _is_course(
         clipped += w * (seen.nuisance[c, i, 1] != 0.0)
         beside += w * abs(seen.neighbours[c, i])
         tolerance += w * seen.tolerance[i]
-        row[:6], row[6:8], row[8:] = seen.jacobian[i], seen.nuisance[c, i], more[i]
+        row[:6], row[6:BLUR], row[BLUR], row[BLUR + 1 :] = seen.jacobian[i], seen.nuisance[c, i], 0.0, more[i]
         pull[0] += w * row
         pull[1] += w * t * row
         square[0, 0] += w * w

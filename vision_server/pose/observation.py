@@ -121,6 +121,8 @@ class Observation(NamedTuple):
         (C, N), how far lines beside this one may move its edge, px, signed.
     tolerance
         (N,), how far the part's line may be off the model's, px.
+    inside
+        (N,), on which side of an outline its surface is, see `inside_of`.
     """
 
     samples: Samples
@@ -135,6 +137,7 @@ class Observation(NamedTuple):
     nuisance: Floats
     neighbours: Floats
     tolerance: Floats
+    inside: Floats
 
 
 def observe(
@@ -176,12 +179,13 @@ def observe(
         jacobian=jacobian,
         centre=centre,
         sigma=sigma,
-        offset=found.offset - (inside == 0.0) * drawn_in(samples, sigma, SIGMAS[filters]),
+        offset=found.offset - drawn_in(samples, sigma, SIGMAS[filters]),
         sd=found.sd,
         strength=found.strength,
         nuisance=found.nuisance,
         neighbours=neighbour_pulls(samples, lines, sigma) if pulls else np.zeros(shape),
         tolerance=problem.tolerance_m * np.linalg.norm(jacobian[:, 3:], axis=1),
+        inside=inside,
     )
 
 

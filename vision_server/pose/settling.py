@@ -38,6 +38,7 @@ TURNED = 0.7  # what the end of a line is off by turning, over what its middle i
 ROUNDS = 2  # of looking and stepping
 STEPS = 30
 STILL = 1e-3  # of a standard deviation: a step that is no longer is the last
+OF_BLUR = 1.0  # precision of the blur of outlines, in its sd
 OF_AXES = np.linalg.pinv(BETWEEN_AXES)  # scales of the axes, from those of one against another
 UNSTRETCHED = 2e-4  # of the logarithm of one axis' scale over another's: none
 STRETCHES = (1e-3, 2e-3, 4e-3, 8e-3, 1.6e-2)
@@ -75,7 +76,8 @@ def settled(best: Refined) -> Settled | None:
         courses = courses_of(problem, seen, strains @ OF_AXES)
         if not len(courses.share):
             return None
-        prior = prior_precision(float(np.linalg.norm(pose.translation)), best.solution.tone_sd_px)
+        range_m = float(np.linalg.norm(pose.translation))
+        prior = np.r_[prior_precision(range_m, best.solution.tone_sd_px), OF_BLUR]
         step, spread = agreed(courses, prior)
         pose = moved(pose, step[:6], seen.centre)
         if not np.isfinite(step).all() or not pose.apply(problem.model.vertices)[:, 2].max() > 0:
@@ -116,7 +118,7 @@ def agreed(courses: Courses, prior: Floats, most: float = MOST_STRETCH) -> tuple
     Parameters
     ----------
     prior
-        (8,), precision of all but the two stretches, whose spread is the likeliest of STRETCHES or none.
+        (9,), precision of all but the two stretches, whose spread is the likeliest of STRETCHES or none.
     most
         One axis is stretched against another.
     """

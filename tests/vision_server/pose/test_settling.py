@@ -13,16 +13,24 @@ from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server import pipeline
 from vision_server.pose import profiles
-from vision_server.pose.courses import FLAT_SHARE, UNKNOWNS, Courses, courses_of
+from vision_server.pose.courses import BLUR, FLAT_SHARE, UNKNOWNS, Courses, courses_of
 from vision_server.pose.observation import PoseProblem, observe
 from vision_server.pose.ranking import Refined, best_first
 from vision_server.pose.sampling import spacing_for
-from vision_server.pose.settling import DEGREES, LEAST_FACTOR, agreed, as_seen, scatter_of, settled
+from vision_server.pose.settling import (
+    DEGREES,
+    LEAST_FACTOR,
+    OF_BLUR,
+    agreed,
+    as_seen,
+    scatter_of,
+    settled,
+)
 from vision_server.pose.stretch import stretched
 from vision_server.pose.weights import base_weights
 
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
-PRIOR = np.r_[np.full(3, 0.3), np.full(3, 0.05), 0.01, 0.8] ** -2.0
+PRIOR = np.r_[np.r_[np.full(3, 0.3), np.full(3, 0.05), 0.01, 0.8] ** -2.0, OF_BLUR]
 
 
 def found(part: Model, model: Model, seed: int) -> Refined:
@@ -67,6 +75,20 @@ def test_lines_that_lie_on_shadows_do_not_outvote_those_that_agree(seed: int) ->
     np.testing.assert_allclose(courses.motion @ step, courses.motion @ true, atol=0.15)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_outlines_that_blur_moves_alike_do_not_move_the_pose(seed: int) -> None:
+    courses, true = drawn_courses(12, seed)
+    courses.motion[:, 0, BLUR] = np.random.default_rng(seed).choice([-0.3, 0.3], 12)
+    courses.place[:] += courses.motion[:, :, BLUR]
+    step, _ = agreed(courses, PRIOR)
+    unaware, _ = agreed(courses, np.r_[PRIOR[:-1], 1e9])
+    off, before = (
+        np.sqrt(np.mean((courses.motion[:, :, :6] @ (one - true)[:6]) ** 2)) for one in (step, unaware)
+    )
+    assert off < 0.5 * before
+    assert step[BLUR] == pytest.approx(1.0, abs=0.3)
+
+
 def test_the_course_of_a_line_is_the_weighted_straight_line_through_its_edge_points(
     model: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -91,7 +113,7 @@ def test_the_course_of_a_line_is_the_weighted_straight_line_through_its_edge_poi
             normal = (t * weight) @ t.T + FLAT_SHARE * weight.sum() * np.eye(2)
             course = np.linalg.solve(normal, (t * weight) @ seen.offset[0, at])
             residual = seen.offset[0, at] - course @ t
-        rows = np.hstack([seen.jacobian, seen.nuisance[0], more])[at]
+        rows = np.hstack([seen.jacobian, seen.nuisance[0], np.zeros((len(more), 1)), more])[at]
         np.testing.assert_allclose(courses.place[number], course, atol=1e-9)
         np.testing.assert_allclose(
             courses.motion[number], np.linalg.solve(normal, (t * weight) @ rows), rtol=1e-6, atol=1e-6
