@@ -31,6 +31,7 @@ LITTLE_MISSING, IN_SIGHT, HIDDEN_SHARE = 0.015, 9, 0.5
 # Nats of evidence that a model is unlikely to be the wrong way round, and that it is so where the other way
 # fits at the same pose, which is right then in any case (by hand).
 UNLIKELY_NATS, AT_THE_SAME_POSE = 10.0, 18.0
+AS_GOOD = 0.95  # share of the model's own score from which on another way is worth a look (by hand)
 # At the pose itself: less of evidence, before it is refined, another way is not worth a look (by hand),
 # which is with so many times fewer samples.
 HERE_NATS, HERE_COARSER = 30.0, 3.0
@@ -101,7 +102,9 @@ def the_other_way(best: Refined, match: Matcher) -> float:
     itself, *found = match((model, *others), own.pose)
     least = itself[0][0] if itself else 0.0
     likely = [
-        (other, one[0][1]) for other, one in zip(others, found, strict=True) if one and one[0][0] > least
+        (other, one[0][1])
+        for other, one in zip(others, found, strict=True)
+        if one and one[0][0] > AS_GOOD * least
     ]
     likely += [(other, own.pose) for other in others if _is_likely_here(own, other)]
     fits = [_fit(own, other, pose) for other, pose in likely]

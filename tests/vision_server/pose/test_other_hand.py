@@ -1,14 +1,18 @@
 """A model that is mirrored or upside down, and shows its plain back or the part's, is not believed."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from geometry.model import Model, find_target, load_model
+from geometry.pose import Pose
 from tests.vision_server.synthetic import CAMERA, POSE, SIZE_M, boxes, linear_picture, one_image, photographed
 from vision_server import pipeline
 from vision_server.judgement import Estimate
+from vision_server.matching.search import match_near
 from vision_server.pipeline import estimate_pose
-from vision_server.pose import ranking, rivals
+from vision_server.pose import other_hand, ranking, rivals
 from vision_server.pose.other_hand import changed, other_ways
 from vision_server.pose.stretch import stretched
 from vision_server.pose.trust import confidence
@@ -92,6 +96,25 @@ def test_the_other_way_is_found_at_the_pose_itself(part: Model, monkeypatch: pyt
     assert found.pose.error_to(POSE).within(1.0, 0.01)
     assert found.misfit.otherwise > 1.0
     assert estimated(part, part).score > 0.93
+
+
+@pytest.mark.parametrize(("share", "looked_at"), [(0.97, True), (0.9, False)])
+def test_another_way_that_matches_nearly_as_well_is_worth_a_look(
+    plate: Model, share: float, looked_at: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def matched(*args: Any) -> list[list[tuple[float, Pose]]]:
+        itself, *others = match_near(*args)
+        pose = itself[0][1]
+        most = max(score for one in others for score, _ in one)
+        return [[(most / share, pose), *itself[1:]], *others]
+
+    for module in (ranking, rivals):  # a turned rival alone says as much
+        monkeypatch.setattr(module, "near_symmetries", lambda _: ())
+    monkeypatch.setattr(pipeline, "match_near", matched)
+    monkeypatch.setattr(other_hand, "_is_likely_here", lambda *_: False)
+    found = estimated(changed(plate, np.diag([1.0, 1.0, -1.0])), plate)
+    assert found.misfit is not None
+    assert (found.misfit.otherwise > 10.0) == looked_at
 
 
 def test_a_mirror_that_changes_nothing_is_no_other_way(plate: Model, model: Model) -> None:
