@@ -13,7 +13,7 @@ status is 1 if an answer differs, and says where.
 
 :- use_module(library(lists), [max_list/2, member/2, memberchk/2, min_list/2, nth1/3, reverse/2, sum_list/2]).
 :- use_module(library(apply), [maplist/3]).
-:- use_module(library(process), [process_wait/2]).
+:- use_module(library(process), [process_kill/2, process_wait/2]).
 :- use_module(library(random), [random_member/2, random_permutation/2]).
 :- use_module(library(unix), [fork/1, pipe/2]).
 :- use_module('../../indigolog/indigolog').
@@ -95,7 +95,8 @@ in_a_process(Goal, Terms, End) :-
         ),
         format(Out, ".~n", []),
         close(Out),
-        halt(0)
+        current_prolog_flag(pid, Own),
+        process_kill(Own, kill)         % halt/0 may wait for ever, for a lock that was held when it was forked
     ;   close(Out),
         read_term(In, Term, []),
         read_terms(Term, In, Terms, End),
