@@ -27,7 +27,8 @@ WIDE_PX = 7  # of what differs less is noise, or an edge that has moved
 CLIPPED = 245  # brighter in both pictures is the same
 LEAST_REPLACED, MOST_REPLACED = 0.05, 0.6  # share of the target
 TO_EITHER_SIDE = 0.04  # share of what differs that is brighter, and that is darker
-SAME_EDGES, RELIT_EDGES = 0.4, 0.45  # correlation of gradients where they differ: by an arm 0 to 0.35, by ...
+# Correlation of gradients where they differ: below the first another thing, from the second other light.
+SAME_EDGES, RELIT_EDGES = 0.4, 0.45
 ONE_SIDED, ONE_SIDED_EDGES = 0.28, 0.2  # most replaced, and correlated, where all is darker, or brighter
 EXPLAINED = 0.75  # share of the squared difference that is left when one picture is shifted onto the other
 

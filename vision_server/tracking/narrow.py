@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.rotation import matrix_of
 from numerics.kernels import kernel
 from vision_server.channels.depth import Pixels
+from vision_server.pose.steps import moved, turning_point
 from vision_server.pose.trust import RIVAL_NATS
 from vision_server.tracking.acceptance import LIMITS, SURE, is_exact
 from vision_server.tracking.fitting import Habits
@@ -49,8 +49,9 @@ def firmest(found: Found, sight: Sight, pixels: Pixels, habits: Habits) -> tuple
         if not more_px2.any() or is_exact(found.pose, spread):
             open_by = 0.0
             break
-        open_by, step = _weakest(found.pose, spread, sight.model.middle)
-        starts = (_moved(found.pose, sight.model.middle, size * step) for size in SIZES)
+        centre = turning_point(sight.model, found.pose)
+        open_by, step = _weakest(centre, spread)
+        starts = (moved(found.pose, size * step, centre) for size in SIZES)
         seen = [one for one in (sight.near(pixels, start, habits) for start in starts) if one is not None]
         others = [one for one in seen if not found.pose.error_to(one.pose).within(*ANOTHER)]
         best = max(others, key=_evidence, default=None)
@@ -67,18 +68,11 @@ def _evidence(one: Found) -> float:
     return one.support.evidence
 
 
-def _weakest(pose: Pose, covariance: Floats, middle: Floats) -> tuple[float, Floats]:
-    """Largest standard deviation, in LIMITS, and a step (6,) that is LIMITS long in its direction."""
-    centre = pose.apply(middle[None])[0]
+def _weakest(centre: Floats, covariance: Floats) -> tuple[float, Floats]:
+    """Largest standard deviation, in LIMITS, and a step (6,) about a centre (3,), LIMITS long in its way."""
     unit = np.repeat([np.radians(LIMITS[0]), LIMITS[1] * float(np.linalg.norm(centre))], 3)
     value, axis = np.linalg.eigh(about(centre, covariance) / np.outer(unit, unit))
     return float(np.sqrt(value[-1])), axis[:, -1] * unit
-
-
-def _moved(pose: Pose, middle: Floats, step: Floats) -> Pose:
-    """Turned about the target's middle (3,), and moved."""
-    matrix = matrix_of(step[:3]) @ pose.matrix
-    return Pose.from_matrix(matrix, pose.apply(middle[None])[0] + step[3:] - matrix @ middle)
 
 
 def narrow_px2(model: Model, camera: Camera, pose: Pose) -> Floats:
