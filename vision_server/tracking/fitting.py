@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
+from geometry.rotation import cross_matrix
 from numerics.cholesky import inverse_positive
 from numerics.kernels import kernel
-from vision_server.pose.covariance import about_camera
 from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.refinement import ENOUGH_ROWS, prior_precision
 from vision_server.pose.steps import moved
@@ -118,8 +118,7 @@ class Fit:
 
     def covariance_with(self, more_px2: Floats) -> Floats:
         """Covariance (6, 6) if the model's lines (L,) are uncertain by so much more."""
-        covariance = solved(_wider(self.courses, more_px2), *self.known)[1]
-        return about_camera(covariance[:6, :6], self.observation.centre)
+        return _about_camera(solved(_wider(self.courses, more_px2), *self.known)[1], self.observation.centre)
 
 
 def fitted(
@@ -155,7 +154,7 @@ def fitted(
     moves = seen.jacobian @ step[:6]
     return Fit(
         moved(start, step[:6], seen.centre),
-        about_camera(covariance[:6, :6], seen.centre),
+        _about_camera(covariance, seen.centre),
         seen._replace(offset=seen.offset - moves),
         float(np.abs(moves).max()),
         lines,
@@ -168,6 +167,13 @@ def fitted(
 
 def _wider(lines: LineFits, more_px2: Floats) -> LineFits:
     return lines._replace(variance=lines.variance + more_px2[lines.line][:, None])
+
+
+def _about_camera(covariance: Floats, centre: Floats) -> Floats:
+    """Of a pose (6, 6), from that (9, 9) of steps about a turning point (3,)."""
+    turn = np.eye(6)
+    turn[3:, :3] = cross_matrix(centre)
+    return np.asarray(turn @ covariance[:6, :6] @ turn.T)
 
 
 @kernel()
