@@ -71,7 +71,7 @@ def unseen_turns(problem: PoseProblem, pose: Pose, spacing_px: float) -> tuple[F
     out = []
     for axis, centre in round_axes(problem.model):
         step = _step(problem.model, axis, centre, pose, problem.camera.fx)
-        folds = _folds(problem.model, axis)
+        folds = folds_about(problem.model, axis)
         turns = np.arange(0.0, 2.0 * math.pi / folds, step)
         most = max(LEAST_LOOKED_AT, MOST_LOOKED_AT // folds)
         some = turns[np.unique(np.linspace(0, len(turns) - 1, most).astype(int))]
@@ -84,7 +84,7 @@ def unseen_turns(problem: PoseProblem, pose: Pose, spacing_px: float) -> tuple[F
     return tuple(out)
 
 
-def _folds(model: Model, axis: Floats) -> int:
+def folds_about(model: Model, axis: Floats) -> int:
     """How many turns about an axis, none included, bring a model back onto itself."""
     vectors = [turn.rotation_vector for turn in symmetry_of(model).turns]
     return sum(bool(abs(v @ axis) >= ALONG * np.linalg.norm(v)) for v in vectors)

@@ -41,6 +41,7 @@ from vision_server.tracking.frame import Tone, check_size
 from vision_server.tracking.motion import Innovation, Motion
 from vision_server.tracking.narrow import firmest
 from vision_server.tracking.rivals import Rivals
+from vision_server.tracking.round_parts import turn_is_seen
 from vision_server.tracking.searching import Search
 from vision_server.tracking.softness import Softness
 from vision_server.tracking.strain import Strain
@@ -212,7 +213,8 @@ class Tracker:
             self._usual.doubted(found.quality)
         else:
             self._usual.forget_doubts()
-        state: State = "sure" if self._steady and clear else "unsure"
+        clear = self._steady and clear and turn_is_seen(found, self.model)
+        state: State = "sure" if clear else "unsure"
         lines = found.fit.observation.samples.line
         soft = found.softness.kept(self.model, self.camera, found.pose, lines, self._softness)
         self._softness = soft if self._steady else None
@@ -259,6 +261,7 @@ class Tracker:
         if found is not None:
             found, clear = firmest(found, self._sight, pixels, self._habits)
             pose, covariance, belief = found.pose, found.covariance, found.belief(self._rivals.ambiguity)
+        clear = clear and (found is None or turn_is_seen(found, self.model))
         state: State = "sure" if believed and clear and is_exact(pose, covariance) else "unsure"
         self._motion = Motion.at_rest(pose, covariance, self._sight.model.middle)
         self._held(pose, believed)
