@@ -14,7 +14,6 @@ from bridge.messages import Settings
 from geometry.model import Model, find_target, load_model
 from geometry.rotation import vector_of
 from image_server.serve.device import Change
-from image_server.simulator import Simulator
 from image_server.simulator.description import pose_message
 from image_server.simulator.placement import drawn_pose, faces_shown, fraction_inside
 from image_server.simulator.scenario import SCENARIOS, load_scenario, with_conditions
@@ -27,6 +26,7 @@ from image_server.simulator.scenario_tables import (
     Time,
 )
 from image_server.simulator.scene import skins
+from image_server.simulator.simulator import Simulator
 from tests.vision_server.synthetic import lines_alone
 
 MIDDLE = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
