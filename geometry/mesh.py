@@ -74,7 +74,7 @@ def read_mesh(path: Path) -> Surface:
 
 
 def _trimesh() -> Any:
-    """The package, without what it draws from others: that takes 0.45 of its 0.57 s, and no reader needs it."""
+    """The package without what it looks for beside: that takes 0.45 of its 0.57 s, and no reader needs it."""
     with without("scipy", "networkx"):
         import trimesh
     return trimesh
