@@ -15,8 +15,8 @@ import typer
 from numpy.typing import NDArray
 
 from bridge.messages import Settings
-from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario, with_conditions
+from image_server.simulator.simulator import Simulator
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels

@@ -24,11 +24,11 @@ from benchmarks.lines import show
 from benchmarks.synthetic_parts import random_part
 from bridge.messages import Settings
 from geometry.surface import Surface
-from image_server.simulator import Simulator
 from image_server.simulator.material import load_appearance
 from image_server.simulator.rays import NOTHING, Caster, pixel_rays
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scene import joined, target_part
+from image_server.simulator.simulator import Simulator
 from stack.exposure import relative_exposure
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.kinds import EdgeKinds, edge_kinds

@@ -27,7 +27,7 @@ from benchmarks.lines import show
 from bridge.messages import Settings
 from geometry.model import find_target
 from geometry.visibility import visible_samples
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 from bridge.messages import Settings
 from geometry.pose import RIGHT, disturbed
 from geometry.visibility import visible_samples
-from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario, with_conditions
+from image_server.simulator.simulator import Simulator
 from stack.exposure import REFERENCE, SHUTTERS_S
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.edge_map import EdgeMap

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from benchmarks.lines import Show
 from bridge.messages import Settings
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.kinds import edge_kinds
 from vision_server.edges.likelihoods import FIXED

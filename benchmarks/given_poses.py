@@ -12,7 +12,7 @@ from geometry.model import Model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from stack.exposure import relative_exposure
 from vision_server.image_set import ImageSet
 from vision_server.pose.observation import PoseProblem

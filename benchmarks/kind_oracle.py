@@ -32,10 +32,10 @@ from benchmarks.drawn_parts import PARTS, part_file
 from benchmarks.edge_segments import ONE_LIGHT_EACH, TARGETS, exposed
 from geometry.pose import disturbed
 from geometry.visibility import visible_samples
-from image_server.simulator import Simulator
 from image_server.simulator.material import MaterialChanges, Texture
 from image_server.simulator.scenario import load_scenario, with_conditions
 from image_server.simulator.scenario_tables import Background, Scenario
+from image_server.simulator.simulator import Simulator
 from vision_server.channels.gradients import Normals
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.edges.kinds import EdgeKinds, edge_kinds

@@ -17,7 +17,7 @@ from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from image_server.replay import Replay
 from image_server.serve.device import Device
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from stack.exposure import full_levels, relative_exposure
 from stack.read import BasisStack, load_stack
 from vision_server.channels.image_files import read_grey

@@ -18,8 +18,8 @@ import typer
 from numpy.typing import NDArray
 
 from bridge.messages import Settings
-from image_server.simulator import Simulator
 from image_server.simulator.scenario_tables import Scenario
+from image_server.simulator.simulator import Simulator
 from stack.exposure import WHITE, relative_exposure
 
 ROOT = Path(__file__).resolve().parent.parent

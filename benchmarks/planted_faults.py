@@ -24,10 +24,10 @@ from geometry.model import load_model
 from geometry.pose import Pose
 from image_server.replay import Replay, pose_error
 from image_server.serve.device import Device, Frame
-from image_server.simulator import Simulator
 from image_server.simulator.description import pose_message
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scenario import with_conditions as scenario_with
+from image_server.simulator.simulator import Simulator
 from stack.read import BasisStack, load_stack
 from stack.read import with_conditions as stack_with
 from vision_server.serve.statistics import target_region

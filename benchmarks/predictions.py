@@ -30,9 +30,9 @@ from bridge.messages import Settings
 from bridge.start_messages import StartArgs
 from bridge.vision_messages import PredictArgs
 from geometry.pose import RIGHT, Pose
-from image_server.simulator import Simulator
-from image_server.simulator.light import Light
 from image_server.simulator.scenario import load_scenario
+from image_server.simulator.scenario_tables import Light
+from image_server.simulator.simulator import Simulator
 from stack.exposure import in_words
 from vision_server.channels.noise import MAD_TO_SD
 from vision_server.pose.observation import PoseProblem, observe

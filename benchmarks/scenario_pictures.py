@@ -16,9 +16,9 @@ import typer
 from numpy.typing import NDArray
 
 from bridge.messages import Describe, Settings
-from image_server.simulator import Simulator
 from image_server.simulator.scenario import SCENARIOS, load_scenario
 from image_server.simulator.scenario_tables import Time
+from image_server.simulator.simulator import Simulator
 from stack.exposure import relative_exposure
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -9,10 +9,10 @@ import numpy as np
 
 from benchmarks.lines import Show
 from bridge.messages import Describe, Settings
-from image_server.simulator import Simulator
 from image_server.simulator.rays import Caster, pixel_rays
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scenario_tables import Scenario, ScenarioCamera
+from image_server.simulator.simulator import Simulator
 
 MIDDLE = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
 LARGE = ScenarioCamera(width=4096, height=3072, fx=5120.0, fy=5120.0, cx=2047.5, cy=1535.5)

@@ -17,8 +17,8 @@ import typer
 from benchmarks.edge_figure import LIT_GREY, Picture, captioned, drawn
 from bridge.door import Prolog
 from bridge.messages import Settings
-from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
+from image_server.simulator.simulator import Simulator
 from report.overlay import draw_overlay
 from stack.exposure import relative_exposure
 from vision_server.image_set import ImageSet

@@ -250,9 +250,8 @@ def main(  # noqa: PLR0913  # the options of a command
             true = random_view(rng, model, camera)
             pixels = rendered(model, camera, true, rng)
             if hidden:
-                aside_rng = np.random.default_rng(
-                    (seed, count, number, 1)
-                )  # the rest of the draw stays as it is
+                # the rest of the draw stays as it is
+                aside_rng = np.random.default_rng((seed, count, number, 1))
                 pixels = occluded(pixels, model, camera, true, aside_rng, hidden)
             if write is not None:
                 cv2.imwrite(str(write / f"{shape}_{count}_{number}.png"), pixels)

@@ -23,8 +23,8 @@ from geometry.model import Model, load_model
 from geometry.pose import disturbed
 from geometry.rotation import matrix_of
 from geometry.visibility import visible_samples
-from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
+from image_server.simulator.simulator import Simulator
 from vision_server.judgement import Estimate
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose

@@ -23,9 +23,9 @@ from benchmarks.films import PERIOD_S
 from benchmarks.tracking import WRONG
 from bridge.messages import Settings
 from geometry.pose import Pose
-from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scenario_tables import Scenario, Time
+from image_server.simulator.simulator import Simulator
 from report.film import Film
 from report.overlay import draw_overlay
 from vision_server.tracking.tracked import Tracked

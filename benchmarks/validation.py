@@ -21,18 +21,18 @@ from numpy.typing import NDArray
 
 from benchmarks import povray
 from geometry.camera import Camera
-from image_server.simulator import Simulator
 from image_server.simulator.light import (
     LIGHT_AT_REFERENCE,
     REFERENCE_DISTANCE_M,
     SUN_STRENGTH,
     Illumination,
-    Light,
     beam_table,
 )
 from image_server.simulator.material import MaterialChanges, load_appearance
 from image_server.simulator.rays import NOTHING, Caster, pixel_rays
+from image_server.simulator.scenario_tables import Light
 from image_server.simulator.scene import Scene, joined, target_part
+from image_server.simulator.simulator import Simulator
 from image_server.simulator.sky import Sky
 from image_server.simulator.tracing import traced
 

@@ -14,9 +14,9 @@ from experiments.plan import Cell, PlanScene
 from image_server.replay import Replay
 from image_server.serve.device import Device
 from image_server.serve.server import ImageServer
-from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scenario import with_conditions as scenario_under
+from image_server.simulator.simulator import Simulator
 from stack.read import BasisStack, FramesStack, load_stack
 from stack.read import with_conditions as stack_under
 from vision_server.serve.server import VisionServer

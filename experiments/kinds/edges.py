@@ -11,7 +11,7 @@ from experiments.edge_metrics import edge_quality, outline_of
 from experiments.kinds import Row
 from experiments.plan import Cell
 from experiments.worker import Worker
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.merging import merge_channels
 from vision_server.rivals.merge_rules import comparison_edges

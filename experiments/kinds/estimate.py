@@ -12,7 +12,7 @@ from experiments.kinds import Row
 from experiments.plan import Cell
 from experiments.worker import Worker
 from geometry.pose import Pose
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from vision_server.serve.opening import open_task
 
 Floats = NDArray[np.float64]

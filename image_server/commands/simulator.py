@@ -21,7 +21,7 @@ from image_server.commands.options import (
 from image_server.commands.serving import serve_device
 
 if TYPE_CHECKING:
-    from image_server.simulator import Simulator
+    from image_server.simulator.simulator import Simulator
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -56,8 +56,8 @@ def run(options: Namespace) -> int:
 def simulated_device(options: Namespace, conditions: Conditions = AS_IN_THE_FILE) -> Simulator:
     """The simulator of a scene under other conditions."""
     from bridge.image_messages import MoveDone
-    from image_server.simulator import Simulator
     from image_server.simulator.scenario import load_scenario, with_conditions
+    from image_server.simulator.simulator import Simulator
 
     scenario = with_conditions(load_scenario(options.scenario), *conditions)
     return Simulator(

@@ -27,8 +27,8 @@ def take_frames() -> None:
     from msgspec.structs import replace
 
     from bridge.messages import Settings
-    from image_server.simulator import Simulator
     from image_server.simulator.scenario import load_scenario
+    from image_server.simulator.simulator import Simulator
 
     for name in WARMING:
         scenario = load_scenario(name)

@@ -4,23 +4,16 @@ Radiances are those of a white Lambert surface; 1 clips at the reference exposur
 """
 
 import math
-from itertools import pairwise
-from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from msgspec import Meta
 from numpy.typing import NDArray
 
-from bridge.errors import BadInput
+from image_server.simulator.scenario_tables import Light
 from image_server.simulator.sky import Sky
 from numerics.kernels import kernel
-from stack.tables import Table
 
 Floats = NDArray[np.float64]
-NotNegative = Annotated[float, Meta(ge=0)]
-HalfTurn = Annotated[float, Meta(ge=0, le=180)]
-Vector3 = tuple[float, float, float]
 
 REFERENCE_DISTANCE_M = 0.6  # the middle of the usual ranges; chosen by hand
 LIGHT_AT_REFERENCE = 0.5
@@ -31,39 +24,6 @@ SUN_STRENGTH = 0.5
 """Radiance of a surface turned to the sun at `ambient_scale` 1: as bright as one lamp at its reference."""
 STEPS_PER_DEG = 4  # of a beam's table; chosen by hand, finer than any datasheet's curve
 ROWS = 180 * STEPS_PER_DEG + 1
-
-
-class Light(Table, frozen=True):
-    """One of `[[lights]]`: a point that shines with the square of the distance.
-
-    Attributes
-    ----------
-    position
-        Camera frame, metres.
-    aim
-        Where the middle of its beam points, camera frame.
-    half_intensity_deg
-        A lamp whose intensity falls as a power of the cosine from `aim` and is half at this angle, as
-        manufacturers of LEDs state it. None: the same to all sides.
-    beam
-        Measured instead: pairs of angle from `aim` (degrees, growing) and relative intensity, joined by
-        straight lines, 0 beyond the last.
-    """
-
-    name: str
-    position: Vector3
-    levels: Annotated[int, Meta(ge=1, le=65536)] = 8
-    power: NotNegative = 1.0
-    aim: Vector3 = (0.0, 0.0, 1.0)
-    half_intensity_deg: Annotated[float, Meta(ge=1, lt=90)] | None = None
-    beam: Annotated[tuple[tuple[HalfTurn, NotNegative], ...], Meta(min_length=2)] | None = None
-
-
-DEFAULT_LIGHTS = (
-    Light(name="left", position=(-0.35, 0.0, 0.0)),
-    Light(name="right", position=(0.35, 0.0, 0.0)),
-    Light(name="top", position=(0.0, -0.35, 0.0)),
-)
 
 
 class Illumination(NamedTuple):
@@ -98,18 +58,6 @@ def beam_table(light: Light) -> Floats:
     power = math.log(0.5) / math.log(math.cos(math.radians(light.half_intensity_deg)))
     cosine = np.cos(np.radians(degrees))
     return np.where(cosine > 0, np.maximum(cosine, 1e-30) ** power, 0.0)
-
-
-def check_beam(light: Light, file: Path) -> None:
-    """Raise BadInput for a beam that is said twice or whose angles do not grow."""
-    where = f"{file}: [[lights]] {light.name!r}"
-    if light.beam is None:
-        return
-    if light.half_intensity_deg is not None:
-        raise BadInput(f"{where} has half_intensity_deg and beam.", "Keep the one that was measured.")
-    angles = [angle for angle, _ in light.beam]
-    if any(later <= earlier for earlier, later in pairwise(angles)):
-        raise BadInput(f"{where}: the angles of its beam do not grow.", "Write them from small to large.")
 
 
 @kernel()

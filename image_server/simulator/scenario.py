@@ -1,12 +1,12 @@
 """Scenarios: small TOML files of light, camera and background, and what becomes of them for a target."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import msgspec
 
 from bridge.errors import BadInput
-from image_server.simulator.light import check_beam
-from image_server.simulator.scenario_tables import Scenario
+from image_server.simulator.scenario_tables import Light, Scenario
 from stack.tables import as_table, read_toml
 
 SCENARIOS = Path(__file__).resolve().parent.parent.parent / "scenarios"
@@ -39,7 +39,7 @@ def load_scenario(name_or_file: str) -> Scenario:
                 f"{file}: {key} runs from {low:g} down to {high:g}.", "Write the smaller number first."
             )
     for light in scenario.lights:
-        check_beam(light, file)
+        _check_beam(light, file)
     directions = {"[sun] direction": scenario.sun.direction}
     if scenario.earth is not None:
         directions["[earth] direction"] = scenario.earth.direction
@@ -115,3 +115,15 @@ def _find(name_or_file: str) -> Path:
         return named
     known = ", ".join(sorted(path.stem for path in SCENARIOS.glob("*.toml")))
     raise BadInput(f"There is no scenario {name_or_file!r}.", f"Known: {known}, or a file ending in .toml.")
+
+
+def _check_beam(light: Light, file: Path) -> None:
+    """Raise BadInput for a beam that is said twice or whose angles do not grow."""
+    where = f"{file}: [[lights]] {light.name!r}"
+    if light.beam is None:
+        return
+    if light.half_intensity_deg is not None:
+        raise BadInput(f"{where} has half_intensity_deg and beam.", "Keep the one that was measured.")
+    angles = [angle for angle, _ in light.beam]
+    if any(later <= earlier for earlier, later in pairwise(angles)):
+        raise BadInput(f"{where}: the angles of its beam do not grow.", "Write them from small to large.")

@@ -4,7 +4,6 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from image_server.simulator.light import DEFAULT_LIGHTS, Light
 from image_server.simulator.material import MaterialChanges
 from stack.format import CameraTable
 from stack.tables import Table
@@ -14,6 +13,39 @@ Positive = Annotated[float, Meta(gt=0)]
 Fraction = Annotated[float, Meta(ge=0, le=1)]
 HalfTurn = Annotated[float, Meta(ge=0, le=180)]
 Vector3 = tuple[float, float, float]
+
+
+class Light(Table, frozen=True):
+    """One of `[[lights]]`: a point that shines with the square of the distance.
+
+    Attributes
+    ----------
+    position
+        Camera frame, metres.
+    aim
+        Where the middle of its beam points, camera frame.
+    half_intensity_deg
+        A lamp whose intensity falls as a power of the cosine from `aim` and is half at this angle, as
+        manufacturers of LEDs state it. None: the same to all sides.
+    beam
+        Measured instead: pairs of angle from `aim` (degrees, growing) and relative intensity, joined by
+        straight lines, 0 beyond the last.
+    """
+
+    name: str
+    position: Vector3
+    levels: Annotated[int, Meta(ge=1, le=65536)] = 8
+    power: NotNegative = 1.0
+    aim: Vector3 = (0.0, 0.0, 1.0)
+    half_intensity_deg: Annotated[float, Meta(ge=1, lt=90)] | None = None
+    beam: Annotated[tuple[tuple[HalfTurn, NotNegative], ...], Meta(min_length=2)] | None = None
+
+
+DEFAULT_LIGHTS = (
+    Light(name="left", position=(-0.35, 0.0, 0.0)),
+    Light(name="right", position=(0.35, 0.0, 0.0)),
+    Light(name="top", position=(0.0, -0.35, 0.0)),
+)
 
 
 class ScenarioCamera(CameraTable, frozen=True):

@@ -11,7 +11,7 @@ from benchmarks.photographs import Studio
 from benchmarks.trust_fit import NAMES, TODAY, app, chance, fitted, inputs
 from benchmarks.trust_rows import row_of
 from geometry.model import Model
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, one_image, photographed
 from vision_server.pipeline import estimate_pose
 from vision_server.pose.trust import RIGHT_OF_WRONG_MODEL

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks import tumbling
 from benchmarks.films import PERIOD_S
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 
 
 def test_target_and_light_change_with_each_frame() -> None:

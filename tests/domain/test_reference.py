@@ -74,7 +74,7 @@ def test_names_of_each_kind_are_found(root: Path, name: str) -> None:
 
 def test_the_lights_named_are_the_simulators_and_the_mocks(root: Path) -> None:
     from bridge.mock_physics import describe
-    from image_server.simulator.light import DEFAULT_LIGHTS
+    from image_server.simulator.scenario_tables import DEFAULT_LIGHTS
 
     row = re.search(
         r"^\| names of lights \| (.*?) on the simulator", (root / "docs/controllers.md").read_text(), re.M

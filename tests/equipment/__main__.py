@@ -16,8 +16,8 @@ import msgspec
 
 from bridge.errors import BadInput, LightsAndCameraError
 from bridge.lifeline import Lifeline
-from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario, with_conditions
+from image_server.simulator.simulator import Simulator
 from stack.tables import toml_text
 from tests.equipment.bench import Bench
 from tests.equipment.dmx import EmulatedDmxUsbPro

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from image_server.v4l2.controls import EXPOSURE_UNIT_S
 from stack.exposure import APERTURES, SHUTTERS_S
 from stack.sensor import exposed

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bridge.errors import BadInput
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from image_server.v4l2.formats import Layout, decoded
 from tests.equipment.bench import Bench
 from tests.equipment.faults import FaultPlan

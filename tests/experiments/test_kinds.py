@@ -14,8 +14,8 @@ from experiments.page import write_page
 from experiments.plan import Cell, read_plan
 from experiments.table import ResultsTable, read_description, read_rows
 from experiments.version import code_version
-from image_server.simulator import Simulator
 from image_server.simulator.scenario import SCENARIOS
+from image_server.simulator.simulator import Simulator
 from tests.experiments.experiment import computed, plan_file
 
 SMALL = "width = 320\nheight = 240\nfx = 400.0\nfy = 400.0\ncx = 159.5\ncy = 119.5\n"

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from tests.session.command import alive, controller, gone
 
-KEEPING = ("--keep-servers", "--idle-s", "60")
+KEEPING = ("--keep-servers", "--idle-s", "300")  # longer than tests of anything else take in between
 
 
 def served(*options: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:

@@ -57,12 +57,12 @@ def test_after_the_controller_was_killed(tmp_path: Path) -> None:
     session.send_signal(signal.SIGKILL)
     session.communicate(timeout=DEADLINE_S)
     assert gone(servers)
-    end_after(tmp_path / "history.pl", 12)
+    end_after(tmp_path / "history.pl", 6)
     resumed = served("--resume", tmp_path, "--no-report", "--json")
     assert resumed.returncode == 3, resumed.stderr
     result = json.loads(resumed.stdout)
-    assert result["iterations"] == 12
-    assert len({step["image"] for step in result["steps"]}) == 12
+    assert result["iterations"] == 6
+    assert len({step["image"] for step in result["steps"]}) == 6
     assert all((tmp_path / "images" / f"{image}.png").exists() for image in result["kept"])
 
 

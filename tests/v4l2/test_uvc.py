@@ -21,7 +21,7 @@ from geometry.pose import Pose
 from image_server.hardware import Hardware
 from image_server.lights.opening import open_rig
 from image_server.serve.device import Change
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from image_server.v4l2.camera import V4L2Camera
 from image_server.v4l2.camera_file import Axis, CameraFile, FormatTable, load_camera_file
 from image_server.v4l2.controls import controls, read_control, write_control

@@ -16,8 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
-from scipy.spatial.distance import cdist
 
 from vision_server.channels.depth import Field
 from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
@@ -134,6 +132,8 @@ def _of_lamps(near: Field, variance: Field, of_sun: Field) -> Floats:
     What is up to noise a sum of some of the others, each on as far as fits, is of several lamps; any other is
     a lamp's.
     """
+    from scipy.optimize import nnls  # late: few image sets need it, and it takes half of a start
+
     flat = near.reshape(len(near), -1).astype(np.float64)
     lamps = list(range(len(near)))
     for one in range(len(near)):
@@ -192,7 +192,9 @@ def _telling_steps(sides: Sides) -> Floats:
 
 def _clusters(steps: Floats) -> list[Cluster]:
     """Clusters, from the largest on."""
-    apart = cdist(steps, steps, "chebyshev")
+    apart = np.zeros((len(steps), len(steps)))
+    for of_one in steps.T:
+        np.maximum(apart, np.abs(of_one[:, None] - of_one), out=apart)
     near, left = (apart < ALIKE).astype(np.float32), np.ones(len(steps), np.bool_)
     clusters: list[Cluster] = []
     while left.any():

@@ -12,9 +12,9 @@ from image_server.commands.record import parsed_settings
 from image_server.recording.record import record_basis, record_frames
 from image_server.replay import Replay
 from image_server.serve.device import Device, Frame
-from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scenario_tables import Scenario
+from image_server.simulator.simulator import Simulator
 from stack.read import BasisStack, load_stack
 from tests.commands import command, process
 

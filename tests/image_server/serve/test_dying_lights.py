@@ -6,8 +6,8 @@ from bridge.errors import BadInput
 from bridge.messages import Settings
 from image_server.serve.device import Change
 from image_server.serve.dying_lights import DyingLights
-from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
+from image_server.simulator.simulator import Simulator
 
 FULL = Settings(lights=(7, 7, 7), shutter_s=1 / 60, aperture=4.0)
 

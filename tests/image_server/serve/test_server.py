@@ -11,8 +11,8 @@ import pytest
 from bridge.client import Client
 from bridge.serve import Server
 from image_server.serve.server import ImageServer
-from image_server.simulator import Simulator
 from image_server.simulator.scenario import load_scenario
+from image_server.simulator.simulator import Simulator
 
 SETTINGS = {"lights": [5, 5, 5], "shutter_s": 1 / 60, "aperture": 4.0}
 

@@ -4,10 +4,10 @@ import msgspec
 import numpy as np
 import pytest
 
-from image_server.simulator import Simulator
 from image_server.simulator.material import MaterialChanges
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.shading import microfacets
+from image_server.simulator.simulator import Simulator
 from image_server.simulator.sky import Earth, Sky, earth_radiance, mirrored
 
 pytestmark = pytest.mark.slow

@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from image_server.simulator import Simulator
-from image_server.simulator.light import DEFAULT_LIGHTS
 from image_server.simulator.motion import image_velocity, smeared
-from image_server.simulator.scenario_tables import Background, Scenario, ScenarioCamera, Time
+from image_server.simulator.scenario_tables import DEFAULT_LIGHTS, Background, Scenario, ScenarioCamera, Time
+from image_server.simulator.simulator import Simulator
 from stack.sensor import blurred
 from tests.stack.cameras import camera as still
 

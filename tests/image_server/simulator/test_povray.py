@@ -16,10 +16,10 @@ from image_server.simulator.light import (
     REFERENCE_DISTANCE_M,
     SUN_STRENGTH,
     Illumination,
-    Light,
     beam_table,
 )
 from image_server.simulator.material import load_appearance
+from image_server.simulator.scenario_tables import Light
 from image_server.simulator.scene import joined, target_part
 from image_server.simulator.sky import Sky
 from image_server.simulator.tracing import traced

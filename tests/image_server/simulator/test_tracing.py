@@ -17,10 +17,10 @@ from image_server.simulator.light import (
     ROWS,
     SUN_STRENGTH,
     Illumination,
-    Light,
     beam_table,
 )
 from image_server.simulator.material import Appearance, Material, MaterialChanges
+from image_server.simulator.scenario_tables import Light
 from image_server.simulator.scene import Scene, joined, target_part
 from image_server.simulator.shading import microfacets
 from image_server.simulator.sky import Sky

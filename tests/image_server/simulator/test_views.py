@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from bridge.messages import Settings
-from image_server.simulator import Simulator, simulator
+from image_server.simulator import simulator
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scenario_tables import Scenario, ScenarioCamera
+from image_server.simulator.simulator import Simulator
 
 MIDDLE = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
 SMALL = ScenarioCamera(width=160, height=120, fx=200.0, fy=200.0, cx=79.5, cy=59.5)

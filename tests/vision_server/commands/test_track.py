@@ -16,7 +16,7 @@ import pytest
 from bridge.command_line import run_command
 from geometry.pose import Pose
 from image_server.serve.server import ImageServer
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from tests.commands import command, process
 from tests.vision_server.serve.running import Running
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid

@@ -9,7 +9,7 @@ import pytest
 
 from bridge.client import Client
 from image_server.serve.server import ImageServer
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from tests.vision_server.serve.running import Running
 from vision_server.serve.server import VisionServer
 

@@ -19,7 +19,7 @@ from geometry.model import load_model
 from geometry.pose import Pose
 from geometry.wireframe import visible_runs
 from image_server.replay import Replay
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from stack.read import load_stack, recorded_frames
 from stack.write import write_png
 from tests.vision_server.serve.running import SETTINGS, Running, asked

@@ -15,7 +15,7 @@ from bridge.messages import Settings
 from bridge.start_messages import CauseTold
 from bridge.vision_messages import VISION_OPERATIONS, VisionCaptureResult
 from geometry.pose import Pose
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from stack.read import recorded_frames
 from tests.vision_server.serve.running import SETTINGS, Running, asked
 

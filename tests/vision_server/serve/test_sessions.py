@@ -13,7 +13,7 @@ from bridge.client import Client
 from bridge.errors import ServerError
 from bridge.messages import Settings
 from image_server.serve.device import Frame
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from tests.vision_server.serve.running import SETTINGS, Running, asked
 from vision_server.serve.files import Files
 from vision_server.serve.server import VisionServer

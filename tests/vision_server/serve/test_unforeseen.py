@@ -10,7 +10,7 @@ from bridge.errors import BadInput
 from bridge.messages import Settings
 from bridge.start_messages import CauseTold, StartArgs
 from geometry.pose import Pose
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from tests.vision_server.serve.running import SETTINGS, Running, asked
 from vision_server import judgement
 from vision_server.pose.trust import Misfit

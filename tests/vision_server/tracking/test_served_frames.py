@@ -12,7 +12,7 @@ from bridge.errors import BadInput
 from bridge.messages import LightDescription
 from bridge.serve import Server
 from image_server.serve.server import ImageServer
-from image_server.simulator import Simulator
+from image_server.simulator.simulator import Simulator
 from vision_server.serve.server import VisionServer
 from vision_server.tracking.served_frames import ServedFrames, levels
 from vision_server.tracking.sources import Source
