@@ -13,7 +13,6 @@ from geometry.ply import must_be_few, read_ply
 from geometry.simplified import simplified
 from geometry.stl import checked_stl
 from geometry.surface import Surface
-from numerics.optional import without
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -39,10 +38,11 @@ def read_mesh(path: Path) -> Surface:
     ------
     GeometryError : a file that trimesh cannot read, more than MOST_TRIANGLES, a point that is not finite.
     """
-    trimesh = _trimesh()
+    import trimesh
+
     try:
         if path.suffix.lower() == ".obj":
-            mesh = _read_obj(trimesh, path)
+            mesh = _read_obj(path)
         elif path.suffix.lower() == ".ply":
             mesh = trimesh.Trimesh(*read_ply(path, MOST_READ), process=False)
         elif path.suffix.lower() == ".stl":
@@ -73,15 +73,10 @@ def read_mesh(path: Path) -> Surface:
     return surface_of_triangles(vertices, faces)
 
 
-def _trimesh() -> Any:
-    """The package without what it looks for beside: that takes 0.45 of its 0.57 s, and no reader needs it."""
-    with without("scipy", "networkx"):
-        import trimesh
-    return trimesh
-
-
-def _read_obj(trimesh: Any, path: Path) -> Any:
+def _read_obj(path: Path) -> Any:
     """The mesh of an OBJ file, or what trimesh makes of several."""
+    import trimesh
+
     text = cut_polygons(path.read_text(encoding="utf-8", errors="replace"))
     try:
         return trimesh.load_mesh(io.StringIO(text), file_type="obj", process=False)
