@@ -18,7 +18,7 @@ from vision_server.prediction.places import read
 from vision_server.prediction.repeated import Difference, difference
 from vision_server.prediction.surprise import moved_to
 from vision_server.serve.prediction import lit_images, outputs
-from vision_server.serve.statistics import target_region
+from vision_server.serve.statistics import lit_region, target_region
 from vision_server.serve.task import Happened, PoseTask
 
 # That light is as it was, against an image that is relit: of 504 pairs of images of the same light none was.
@@ -33,15 +33,12 @@ class Surprise(NamedTuple):
 
 
 def surprise_of(task: PoseTask, image: str) -> Surprise:
-    """Hold an image, before which something was foreseen, against what was; the task keeps what is sure."""
-    pose = task.expected
-    if pose is None:
-        return Surprise()
-    if target_moved(task, image, pose):
+    """Hold an image against those before and what was foreseen, if anything; the task keeps what is sure."""
+    if task.expected is not None and target_moved(task, image, task.expected):
         task.learn(Happened("target_moved", (), frozenset(task.applied) - {image}))
         return Surprise(cause=CauseTold(cause="target_moved", since=image))
     images = images_of_scene(task)
-    sure, doubt = _judged(task, images, pose)
+    sure, doubt = _judged(task, images)
     if doubt is not None and task.doubted in images:  # what was doubted first is not forgotten
         doubt = doubt._replace(since=min(doubt.since, images.index(task.doubted)))
     task.doubted = images[doubt.since] if doubt is not None else None
@@ -50,13 +47,21 @@ def surprise_of(task: PoseTask, image: str) -> Surprise:
     return Surprise(_named(task, images, sure), _named(task, images, doubt))
 
 
-def _judged(task: PoseTask, images: Sequence[str], pose: Pose) -> tuple[Cause | None, Cause | None]:
-    """What is sure, and what is doubted; new edges first, as their test shows other light, too."""
+def _judged(task: PoseTask, images: Sequence[str]) -> tuple[Cause | None, Cause | None]:
+    """What is sure, and what is doubted; new edges first, as their test shows other light, too.
+
+    Where nothing was foreseen only images of the same settings tell, about where the target is.
+    """
     since = images.index(task.doubted) if task.doubted in images else len(images) - 1
+    pose = task.expected or task.likely_pose()
     differ = repetitions(task, images, since, pose)
     relit = "relit" in differ
     if "replaced" in differ and not relit:
         return Cause("in_the_way", (), since, np.inf, tested=True), None
+    if pose is None:
+        return None, Cause("sun_changed", (), since, DOUBT_NATS) if relit else None
+    if task.expected is None and not relit:
+        return None, None
     new = None if relit else something_new(task, images, pose)
     return verdict(causes(task, images, pose, relit)) if new is None else (None, new)
 
@@ -80,16 +85,27 @@ def causes(task: PoseTask, images: Sequence[str], pose: Pose, relit: bool = Fals
     return [one._replace(nats=one.nats + RELIT_NATS) for one in found if one.name != "in_the_way"]
 
 
-def repetitions(task: PoseTask, images: Sequence[str], since: int, pose: Pose) -> list[Difference | None]:
-    """How each of these images since one differs from each before that it repeats."""
-    target = target_region(task.model, task.camera, pose)
+def repetitions(
+    task: PoseTask, images: Sequence[str], since: int, pose: Pose | None
+) -> list[Difference | None]:
+    """How each of these images since one differs from each before that it repeats, where the target is.
+
+    Without a pose that is all that is lit.
+    """
     pictures = task.images.images
-    return [
-        difference(pictures[before].pixels, pictures[after].pixels, target)
+    pairs = [
+        (pictures[before], pictures[after])
         for after in images[since:]
         for before in images[:since]
         if before in pictures and after in pictures and _alike(task, before, after)
     ]
+    if not pairs:
+        return []
+    if pose is None:
+        target = lit_region(one.statistics.image for pair in pairs for one in pair)
+    else:
+        target = target_region(task.model, task.camera, pose)
+    return [difference(before.pixels, after.pixels, target) for before, after in pairs]
 
 
 def something_new(task: PoseTask, images: Sequence[str], pose: Pose) -> Cause | None:

@@ -13,6 +13,7 @@ from geometry.pose import Pose
 from image_server.simulator import Simulator
 from tests.vision_server.serve.running import SETTINGS, Running, asked
 from vision_server import judgement
+from vision_server.matching.match import Anywhere
 from vision_server.pose.trust import Misfit
 from vision_server.prediction.causes import Cause
 from vision_server.serve import unforeseen
@@ -119,6 +120,35 @@ def test_something_in_the_way_is_sure_where_an_image_from_before_the_doubt_is_re
         task.doubted, task.applied["i5"] = since, settings
         cause = unforeseen.surprise_of(task, "i5").cause
         assert (cause and cause.cause, cause and cause.since) == (told and "in_the_way", told)
+
+
+@pytest.mark.parametrize("given", ["a seed pose", "nothing"])
+def test_pictures_of_the_same_settings_tell_without_a_forecast(
+    simulator: Simulator, task: PoseTask, given: str
+) -> None:
+    if given == "nothing":
+        task.seed_pose = Anywhere()
+    behind = np.array(task.images.images["i1"].pixels)
+    behind[:, behind.shape[1] // 2 - 30 : behind.shape[1] // 2 + 30] = 40
+    dark = simulator.capture(Settings(lights=(0, 7, 7), shutter_s=1 / 60, aperture=4.0)).pixels
+    said = []
+    for name, pixels in (("same", simulator.capture(FULL).pixels), ("relit", dark)):
+        task.add(name, pixels, FULL)
+        assert task.to_be_judged(name)
+        said.append(unforeseen.surprise_of(task, name))
+    assert said[0] == (None, None)
+    assert said[1].doubt is not None and said[1].doubt.since == "relit"
+    task.discard("relit")
+    task.doubted = None
+    task.add("arm", behind, FULL)
+    assert unforeseen.surprise_of(task, "arm").cause == CauseTold(cause="in_the_way", since="arm")
+
+
+def test_an_image_of_other_settings_without_a_forecast_tells_nothing(task: PoseTask) -> None:
+    other = Settings(lights=(7, 7, 0), shutter_s=1 / 60, aperture=4.0)
+    task.add("i5", np.zeros((task.camera.height, task.camera.width), np.uint8), other)
+    assert not task.to_be_judged("i5")
+    assert task.to_be_judged("i4")
 
 
 def test_where_an_image_repeats_one_in_other_light_the_light_has_changed_and_nothing_is_in_the_way(
