@@ -24,7 +24,7 @@ AROUND_PX = 12  # beside the target, where something in the way shows as well
 SMOOTH_PX = 1.5  # standard deviation of what a pixel is compared in
 CHANGED, LEAST_GREY = 4.0, 1.0  # standard deviations, and grey, from which on it differs,
 LEAST_SHARE = 0.03  # and share of the brighter one, but for what all differ by,
-MOST_FLICKER = 1.18  # where that is no more times than this;
+LEAST_FLICKER, MOST_FLICKER = 0.02, 1.18  # where that is flicker: by so much at least, so many times at most;
 DARK = 8.0  # grey, of pixels that tell of it
 WIDE_PX = 7  # of what differs less is noise, or an edge that has moved
 CLIPPED = 245  # brighter in both pictures is the same
@@ -41,11 +41,7 @@ def difference(before: Grey, after: Grey, target: Flags) -> Difference | None:
 
     None where they are the same, one is the other shifted, or that is not clear.
     """
-    near = cv2.dilate(target.astype(np.uint8), np.ones((2 * AROUND_PX + 1,) * 2, np.uint8))
-    x, y, width, height = cv2.boundingRect(near)
-    crop = slice(y, y + height), slice(x, x + width)
-    one, other = (picture[crop].astype(np.float32) for picture in (before, after))
-    read, target = (near[crop] > 0) & (cv2.min(one, other) < CLIPPED), target[crop]
+    one, other, read, target = _near(before, after, target)
     if not read.any():
         return None
     one = _as_flickered(one, other, read)
@@ -67,19 +63,35 @@ def difference(before: Grey, after: Grey, target: Flags) -> Difference | None:
     return "relit" if alike >= RELIT_EDGES else None
 
 
+def flicker(before: Grey, after: Grey, target: Flags) -> float:
+    """How many times as bright the second picture (H, W) is about the target, 1 where that is no flicker."""
+    one, other, read, _ = _near(before, after, target)
+    times = _flicker(one, other, read)
+    return times if abs(times - 1.0) > LEAST_FLICKER else 1.0
+
+
+def _near(before: Grey, after: Grey, target: Flags) -> tuple[Field, Field, Flags, Flags]:
+    """Of two pictures (H, W) what is about a target, what can be read there, and the target there."""
+    near = cv2.dilate(target.astype(np.uint8), np.ones((2 * AROUND_PX + 1,) * 2, np.uint8))
+    x, y, width, height = cv2.boundingRect(near)
+    crop = slice(y, y + height), slice(x, x + width)
+    one, other = (picture[crop].astype(np.float32) for picture in (before, after))
+    return one, other, (near[crop] > 0) & (cv2.min(one, other) < CLIPPED), target[crop]
+
+
+def _flicker(one: Field, other: Field, read: Flags) -> float:
+    smooth, now = (cv2.GaussianBlur(picture, (0, 0), SMOOTH_PX) for picture in (one, other))
+    tell = read & (cv2.max(one, other) < CLIPPED) & (cv2.max(smooth, now) > DARK)
+    times = float(np.median(now[tell] / np.maximum(smooth[tell], 1.0))) if tell.any() else 1.0
+    return times if 1.0 / MOST_FLICKER <= times <= MOST_FLICKER else 1.0
+
+
 def _as_flickered(one: Field, other: Field, read: Flags) -> Field:
     """The first picture (H, W) as many times as bright as the second is, where that may be flicker.
 
     What is clipped in the first may be as bright as in the second.
     """
-    smooth, now = (cv2.GaussianBlur(picture, (0, 0), SMOOTH_PX) for picture in (one, other))
-    tell = read & (cv2.max(one, other) < CLIPPED) & (cv2.max(smooth, now) > DARK)
-    if not tell.any():
-        return one
-    times = float(np.median(now[tell] / np.maximum(smooth[tell], 1.0)))
-    if not 1.0 / MOST_FLICKER <= times <= MOST_FLICKER:
-        return one
-    flickered = np.minimum(times * one, 255.0).astype(np.float32)
+    flickered = np.minimum(_flicker(one, other, read) * one, 255.0).astype(np.float32)
     return np.where(one < CLIPPED, flickered, cv2.max(flickered, other))
 
 

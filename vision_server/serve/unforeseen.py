@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import takewhile
 from typing import NamedTuple, cast
 
@@ -15,7 +16,7 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.prediction.causes import DOUBT_NATS, MOST_IMAGES, Cause, likely_causes, verdict
 from vision_server.prediction.new_edges import NEW, new_edges
 from vision_server.prediction.places import read
-from vision_server.prediction.repeated import Difference, difference
+from vision_server.prediction.repeated import Difference, difference, flicker
 from vision_server.prediction.surprise import moved_to
 from vision_server.serve.prediction import lit_images, outputs
 from vision_server.serve.statistics import lit_region, target_region
@@ -54,7 +55,7 @@ def _judged(task: PoseTask, images: Sequence[str]) -> tuple[Cause | None, Cause 
     """
     since = images.index(task.doubted) if task.doubted in images else len(images) - 1
     pose = task.expected or task.likely_pose()
-    differ = repetitions(task, images, since, pose)
+    differ, flickers = repetitions(task, images, since, pose)
     relit = "relit" in differ
     if "replaced" in differ and not relit:
         return Cause("in_the_way", (), since, np.inf, tested=True), None
@@ -63,7 +64,7 @@ def _judged(task: PoseTask, images: Sequence[str]) -> tuple[Cause | None, Cause 
     if task.expected is None and not relit:
         return None, None
     new = None if relit else something_new(task, images, pose)
-    return verdict(causes(task, images, pose, relit)) if new is None else (None, new)
+    return verdict(causes(task, images, pose, relit, flickers)) if new is None else (None, new)
 
 
 def target_moved(task: PoseTask, image: str, pose: Pose) -> bool:
@@ -72,11 +73,20 @@ def target_moved(task: PoseTask, image: str, pose: Pose) -> bool:
     return moved_to(problem, pose) is not None
 
 
-def causes(task: PoseTask, images: Sequence[str], pose: Pose, relit: bool = False) -> list[Cause]:
-    """What may have happened before the last of these images of one scene, of which some may be relit."""
+def causes(
+    task: PoseTask, images: Sequence[str], pose: Pose, relit: bool, flickers: Mapping[str, float]
+) -> list[Cause]:
+    """What may have happened before the last of these images of one scene.
+
+    Some may be relit, and some have so many times the light that they are said to have.
+    """
     lights = task.describe.lights
     positions = [None if light.position is None else np.array(light.position) for light in lights]
-    taken, shown = lit_images(task, images)
+    taken, lit = lit_images(task, images)
+    shown = [
+        replace(one, exposure=one.exposure * flickers.get(image, 1.0))
+        for image, one in zip(images, lit, strict=True)
+    ]
     places, readings = read(task.model, task.camera, pose, positions, shown)
     doubted = images.index(task.doubted) if task.doubted in images else None
     found = likely_causes(places, readings, taken.lights, doubted)
@@ -87,25 +97,32 @@ def causes(task: PoseTask, images: Sequence[str], pose: Pose, relit: bool = Fals
 
 def repetitions(
     task: PoseTask, images: Sequence[str], since: int, pose: Pose | None
-) -> list[Difference | None]:
+) -> tuple[list[Difference | None], dict[str, float]]:
     """How each of these images since one differs from each before that it repeats, where the target is.
 
-    Without a pose that is all that is lit.
+    And how many times the light of that one those have that do not differ. Without a pose the target is all
+    that is lit.
     """
     pictures = task.images.images
     pairs = [
-        (pictures[before], pictures[after])
+        (before, after)
         for after in images[since:]
         for before in images[:since]
         if before in pictures and after in pictures and _alike(task, before, after)
     ]
     if not pairs:
-        return []
+        return [], {}
     if pose is None:
-        target = lit_region(one.statistics.image for pair in pairs for one in pair)
+        target = lit_region(pictures[one].statistics.image for pair in pairs for one in pair)
     else:
         target = target_region(task.model, task.camera, pose)
-    return [difference(before.pixels, after.pixels, target) for before, after in pairs]
+    differ, flickers = [], dict[str, float]()
+    for before, after in pairs:
+        looks = pictures[before].pixels, pictures[after].pixels
+        differ.append(difference(*looks, target))
+        if differ[-1] is None:
+            flickers[after] = flicker(*looks, target) ** task.gamma
+    return differ, flickers
 
 
 def something_new(task: PoseTask, images: Sequence[str], pose: Pose) -> Cause | None:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vision_server.prediction.repeated import difference
+from vision_server.prediction.repeated import difference, flicker
 
 Grey = NDArray[np.uint8]
 
@@ -70,6 +70,12 @@ def test_what_is_the_same_has_moved_or_may_be_a_shadow_is_neither(after: NDArray
 def test_light_that_flickers_is_no_other_light(share: float, bright: float) -> None:
     before, after = bright * FACES, share * bright * FACES
     assert difference(picture(before, 1), picture(after, 2), TARGET) is None
+    assert flicker(picture(before, 1), picture(after, 2), TARGET) == pytest.approx(share, abs=0.01)
+
+
+def test_what_is_as_bright_or_twice_as_bright_is_no_flicker() -> None:
+    assert flicker(picture(FACES, 1), picture(FACES, 2), TARGET) == 1.0
+    assert flicker(picture(FACES, 1), picture(2.0 * FACES, 2), TARGET) == 1.0
 
 
 def test_a_face_that_gets_brighter_by_more_than_another_is_in_other_light() -> None:

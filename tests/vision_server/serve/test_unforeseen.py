@@ -1,6 +1,7 @@
 """What is known of light after an image that was not as foreseen, and of a model by several."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from vision_server import judgement
 from vision_server.matching.match import Anywhere
 from vision_server.pose.trust import Misfit
 from vision_server.prediction.causes import Cause
+from vision_server.prediction.response import LitImage
 from vision_server.serve import unforeseen
 from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import outputs
@@ -86,6 +88,27 @@ def test_a_light_that_died_is_named_by_test_images_that_were_discarded(
         task.discard(name)
     name = task.describe.lights[0].name
     assert CauseTold(cause="light_dead", lights=(name,), since="i5") in said
+
+
+def test_what_flickers_is_held_against_the_others_as_bright_as_the_image_that_it_repeats(
+    task: PoseTask, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[list[LitImage]] = []
+
+    def reads(*given: Any) -> tuple[None, None]:
+        read.append(given[-1])
+        return None, None
+
+    monkeypatch.setattr(unforeseen, "read", reads)
+    monkeypatch.setattr(unforeseen, "likely_causes", lambda *_: [])
+    monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
+    steady = simulator.capture(FULL).pixels
+    task.add("i5", np.rint(0.9 * np.minimum(steady, 250.0)).astype(np.uint8), FULL)
+    task.expected = simulator.true_pose
+    assert unforeseen.surprise_of(task, "i5") == (None, None)
+    (images,) = read
+    assert images[-1].exposure / images[0].exposure == pytest.approx(0.9, abs=0.01)
+    assert [one.exposure for one in images[:-1]] == [images[0].exposure] * 4
 
 
 def test_what_was_doubted_first_is_not_forgotten_for_a_later_doubt(
