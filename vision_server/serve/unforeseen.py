@@ -51,7 +51,8 @@ def surprise_of(task: PoseTask, image: str) -> Surprise:
 def _judged(task: PoseTask, images: Sequence[str]) -> tuple[Cause | None, Cause | None]:
     """What is sure, and what is doubted; new edges first, as their test shows other light, too.
 
-    Where nothing was foreseen only images of the same settings tell, about where the target is.
+    Where nothing was foreseen only images of the same settings tell, about where the target is. What is relit
+    is doubted, however little of it can be weighed, as where most is saturated.
     """
     since = images.index(task.doubted) if task.doubted in images else len(images) - 1
     pose = task.expected or task.likely_pose()
@@ -59,12 +60,16 @@ def _judged(task: PoseTask, images: Sequence[str]) -> tuple[Cause | None, Cause 
     relit = "relit" in differ
     if "replaced" in differ and not relit:
         return Cause("in_the_way", (), since, np.inf, tested=True), None
-    if pose is None:
-        return None, Cause("sun_changed", (), since, DOUBT_NATS) if relit else None
     if task.expected is None and not relit:
         return None, None
-    new = None if relit else something_new(task, images, pose)
-    return verdict(causes(task, images, pose, relit, flickers)) if new is None else (None, new)
+    new = None if relit or pose is None else something_new(task, images, pose)
+    if new is not None:
+        return None, new
+    weighed = [] if pose is None else causes(task, images, pose, relit, flickers)
+    sure, doubt = verdict(weighed)
+    if relit and sure is None and doubt is None:
+        doubt = next(iter(weighed), Cause("sun_changed", (), since, DOUBT_NATS))
+    return sure, doubt
 
 
 def target_moved(task: PoseTask, image: str, pose: Pose) -> bool:

@@ -190,6 +190,21 @@ def test_where_an_image_repeats_one_in_other_light_the_light_has_changed_and_not
         task.happened.clear()
 
 
+@pytest.mark.parametrize("weighed", [[], [Cause("light_dead", (1,), 4, -3.0)]])
+def test_an_image_in_other_light_is_doubted_however_little_can_be_weighed(
+    task: PoseTask, simulator: Simulator, monkeypatch: pytest.MonkeyPatch, weighed: list[Cause]
+) -> None:
+    monkeypatch.setattr(unforeseen, "causes", lambda *_: weighed)
+    monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
+    dark = Settings(lights=(7, 0, 7), shutter_s=1 / 60, aperture=4.0)
+    task.add("i5", simulator.capture(dark).pixels, FULL)
+    task.expected = simulator.true_pose
+    told = unforeseen.surprise_of(task, "i5")
+    assert told.cause is None
+    assert told.doubt is not None
+    assert told.doubt.cause == (weighed[0].name if weighed else "sun_changed")
+
+
 def test_new_edges_are_a_doubt_of_what_is_in_the_way_until_something_is_doubted(
     task: PoseTask, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
