@@ -5,7 +5,8 @@
 A scene is as `benchmarks.surprises` has it. Each session runs to its end by `swipl main.pl`, once without a
 fault and once with each kind of `benchmarks.planted_faults`: after the first image (`--after`) a light dies,
 two are swapped, the sun changes, the target moves by 1 % of the range, or an arm comes in front; or the model
-is 2 % too long along an axis from the start. One JSON object a kind: sessions; in how many the fault had
+is 2 % too long along an axis from the start. With `--fault flicker` all light of each image is up to 15 %
+more or less; whatever is said then is wrong. One JSON object a kind: sessions; in how many the fault had
 `happened` before they ended; in how many of those it was `named`, or something else was (`named_otherwise`),
 how many poses are `trusted`, `right`, and `wrong_and_trusted`; all their images. A pose is wrong that is off
 by 1 degree or 1 % of the range from where the target is at the end, after a move by half of that move. With

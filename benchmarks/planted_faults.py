@@ -36,6 +36,8 @@ Grey = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 
 KINDS = ("light_dead", "lights_swapped", "sun_changed", "target_moved", "in_the_way", "model_wrong")
+FLICKER = "flicker"  # no fault: all light of each image is another
+FLICKERS_BY = 0.15  # more or less
 MOVED = 0.01  # of the range
 SUNS = (0.0, 0.25, 4.0)  # times what it was; from nothing to FIRST_SUN
 FIRST_SUN = 4.0
@@ -57,14 +59,16 @@ class Fault(NamedTuple):
     towards_rad: float = 0.0
 
 
-def scene_device(scene: str, seed: int, sun: float | None = None) -> tuple[Device, float]:
-    """The device of a scene, its sun's strength as it is or as given; that strength."""
+def scene_device(scene: str, seed: int, sun: float | None = None, times: float = 1.0) -> tuple[Device, float]:
+    """The device of a scene under its sun or this one, all light so many times; its own sun's strength."""
     if not Path(scene).is_dir():
         scenario = load_scenario(scene)
-        changed = scenario_with(scenario, ambient_scale=sun)
+        strength = scenario.ambient_scale if sun is None else sun
+        changed = scenario_with(scenario, ambient_scale=times * strength, light_power=times)
         return Simulator("cube", changed, seed), scenario.ambient_scale
     stack = _loaded(scene)
-    return Replay(stack_with(stack, ambient_scale=sun), seed), stack.table.ambient_scale
+    strength = stack.table.ambient_scale if sun is None else sun
+    return Replay(stack_with(stack, times * strength, times), seed), stack.table.ambient_scale
 
 
 opened = lru_cache(8)(scene_device)
@@ -168,8 +172,8 @@ class Planted(Device):
     Parameters
     ----------
     scene, seed : which; the seed draws what the fault is about, too.
-    kind : one of KINDS, or "nothing".
-    before : number of the first image after it. A wrong model is wrong from the start.
+    kind : one of KINDS, FLICKER, or "nothing".
+    before : number of the first image after it. A wrong model is wrong, and light flickers, from the start.
     folder : where a wrong model is written.
     """
 
@@ -184,6 +188,8 @@ class Planted(Device):
         self._describe = self._device.describe()
         self.true = true_pose(scene, self._device)
         self._camera, self._region = camera_and_region(self._describe, self.true)
+        if kind == FLICKER:
+            self.fault = Fault(kind)
         if kind == "model_wrong":
             axis = int(self._rng.integers(3))
             self.fault = Fault(kind)
@@ -205,6 +211,9 @@ class Planted(Device):
         device, asked = self._device, settings
         if self.fault is not None:
             device, asked = self._after or device, relit(settings, self.fault)
+        if self._kind == FLICKER:
+            times = self._rng.uniform(1.0 - FLICKERS_BY, 1.0 + FLICKERS_BY)
+            device = scene_device(self._scene, self._seed, times=times)[0]
         device.come_to(self._taken)
         frame = device.capture(asked)
         pixels = np.asarray(frame.pixels, dtype=np.uint8)

@@ -3,9 +3,10 @@
     .venv/bin/python -m benchmarks.repeated_pictures [SCENE...]
 
 A scene is as `benchmarks.surprises` has it. Under each of four settings a picture is taken before and after
-each kind of fault in mid-session, and after nothing. Counted is what `vision_server.prediction.repeated` says
-of the two, the target being where it is. One JSON object a kind: pairs, and how many are "relit", "replaced",
-or neither. Right is relit after a fault of light, replaced behind an arm, neither else.
+each kind of fault in mid-session, after nothing, and where all light is 2, 5, 10 or 15 % more or less
+(flicker). Counted is what `vision_server.prediction.repeated` says of the two, the target being where
+it is. One JSON object a kind: pairs, and how many are "relit", "replaced", or neither. Right is relit after a
+fault of light, replaced behind an arm, neither else.
 """
 
 from __future__ import annotations
@@ -30,9 +31,10 @@ from benchmarks.planted_faults import (
 )
 from benchmarks.surprises import IN_MID_SESSION, SCENES
 from bridge.messages import Describe, Settings
-from vision_server.prediction.repeated import difference
+from vision_server.prediction.repeated import Difference, difference
 
 LEVELS = ((1.0, 0.7, 0.6), (1.0, 1.0, 1.0), (0.0, 1.0, 1.0), (0.0, 0.0, 0.0))  # of the lights, in turn
+FLICKERS = (0.02, 0.05, 0.10, 0.15)  # of all light, more and less in turn
 EXPOSURES = ((1 / 60, 5.6), (1 / 60, 4.0), (1 / 30, 5.6), (1 / 30, 5.6))  # or the nearest to these
 
 
@@ -59,9 +61,14 @@ def compared(scene: str, rng: np.random.Generator, count: Counter[tuple[str, str
     device, sun = opened(scene, 1)
     describe = device.describe()
     camera, region = camera_and_region(describe, true_pose(scene, device))
-    for settings in settings_of(describe):
+    for number, settings in enumerate(settings_of(describe)):
         device.come_to(1)
         before = np.asarray(device.capture(settings).pixels, np.uint8)
+        for share in FLICKERS:
+            now = scene_device(scene, 1, times=1.0 + share * (-1) ** number)[0]
+            now.come_to(2)
+            after = np.asarray(now.capture(settings).pixels, np.uint8)
+            count_said(count, flicker(share), difference(before, after, region))
         for kind in ("nothing", *IN_MID_SESSION):
             fault = Fault(kind) if kind == "nothing" else drawn(kind, settings, sun, rng)
             if fault is None:
@@ -69,9 +76,18 @@ def compared(scene: str, rng: np.random.Generator, count: Counter[tuple[str, str
             now = device if fault.sun is None else scene_device(scene, 1, fault.sun)[0]
             now.come_to(2)
             frame = np.asarray(now.capture(relit(settings, fault)).pixels, np.uint8)
-            said = difference(before, pictured(frame, camera, region, fault, 2), region)
-            count[kind, "pairs"] += 1
-            count[kind, said or "neither"] += 1
+            count_said(count, kind, difference(before, pictured(frame, camera, region, fault, 2), region))
+
+
+def count_said(count: Counter[tuple[str, str]], kind: str, said: Difference | None) -> None:
+    """One pair more."""
+    count[kind, "pairs"] += 1
+    count[kind, said or "neither"] += 1
+
+
+def flicker(share: float) -> str:
+    """The kind of pairs of which one has so much more or less light."""
+    return f"flicker_{share:.0%}"
 
 
 def main(scenes: Annotated[list[str] | None, typer.Argument(metavar="SCENE...")] = None) -> None:
@@ -79,7 +95,7 @@ def main(scenes: Annotated[list[str] | None, typer.Argument(metavar="SCENE...")]
     count: Counter[tuple[str, str]] = Counter()
     for number, scene in enumerate(scenes or SCENES):
         compared(scene, np.random.default_rng(number), count)
-    for kind in ("nothing", *IN_MID_SESSION):
+    for kind in ("nothing", *map(flicker, FLICKERS), *IN_MID_SESSION):
         row = {what: count[kind, what] for what in ("pairs", "relit", "replaced", "neither")}
         print(json.dumps({"name": f"repeated-{kind}", **row}))
 

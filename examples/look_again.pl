@@ -1,6 +1,6 @@
-% What has changed unseen is seen before a session ends: its last image is taken under the settings of the first,
-% where nothing can differ but what has changed.  The first image's lights are graded, so that two that are swapped differ,
-% too.  The rest is `informed`, whose test images tell the cause.
+% What has changed unseen is seen before a session ends: the image that confirms a pose is taken under the settings of the
+% first, where nothing can differ but what has changed.  The first image's lights are graded, so that two that are swapped
+% differ, too.  The rest is `informed`, whose test images tell the cause.
 %
 %   swipl main.pl --controller examples/look_again.pl --scenario harsh --explain
 
@@ -8,11 +8,13 @@ proc(choose_first, pi(s, [?(graded(device, s)), choose(s)])).
 
 proc(choose_next,
      if(doubted, choose_telling,
-        if(decided, pi(s, [?(first_settings(readings, s)), choose(s)]), choose_informative))).
+        if(decided, [if(likely, look_ahead, []), choose_again], choose_informative))).
+
+proc(choose_again, if(readings = [], choose_first, pi(s, [?(first_settings(readings, s)), choose(s)]))).
 
 proc(enough, and([neg(doubted), decided, looked_again(readings)])).
 
-proc(decided, or(and(converged, confirmed), spent)).
+proc(decided, or(converged, spent)).
 
 % Golog: the settings of `informed`'s first image with the lights graded, the last half as bright as the first.
 proc(graded(Device, S), some(safe, and(safest(Device, safe), graded_lights(safe, S)))).

@@ -71,6 +71,17 @@ def test_a_fault_comes_when_it_is_to_come_and_is_not_told(kind: str, tmp_path: P
         assert (frame.pixels != without.pixels).any() == happened
 
 
+def test_light_that_flickers_makes_each_image_brighter_or_darker(tmp_path: Path) -> None:
+    device, plain = (Planted("nominal", 1, kind, 2, tmp_path) for kind in ("flicker", "nothing"))
+    times = []
+    for _ in range(6):
+        seen, steady = (one.capture(LIT).pixels.astype(float) for one in (device, plain))
+        bright = (steady > 60.0) & (steady < 200.0)
+        times.append(np.median(seen[bright] / steady[bright]))
+    assert max(times) - min(times) > 0.1
+    assert all(0.84 < one < 1.16 for one in times)
+
+
 def test_a_wrong_model_is_longer_along_one_axis(tmp_path: Path) -> None:
     wrong, true = (Planted("nominal", 1, kind, 2, tmp_path).describe() for kind in ("model_wrong", "nothing"))
     assert wrong.target is not None

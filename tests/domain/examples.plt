@@ -43,6 +43,10 @@ test(the_last_look_is_under_the_settings_of_the_first_whose_lights_are_graded, F
     Settings = [First|Others],
     last(Others, Last),
     assertion(First = settings([7, 5, 4], _, _)).
+test(a_pose_that_one_image_shows_is_confirmed_by_that_image_again, Settings == [First, First]) :-
+    in_world_with([threshold(99.0)], look_again, Situation),
+    settings_taken(Situation, Settings),
+    Settings = [First|_].
 test(what_was_doubted_is_tested_before_the_last_look, nondet) :-
     in_world_with([happens(doubt(i2, light_dead(left)), i2)], look_again, Situation),
     settings_taken(Situation, [First, _, Test|Others]),

@@ -2,6 +2,7 @@
 
 Under another light a target keeps its edges, and one lamp or sun that comes or goes changes all pixels to
 one side. What comes in the way replaces a part of the picture, brighter here, darker there, and no more.
+Where all is about as many times as bright, light flickers or a shutter is not exact: that is no difference.
 """
 
 from __future__ import annotations
@@ -21,8 +22,10 @@ Difference = Literal["replaced", "relit"]
 # Chosen by hand on seven scenes, held against others (docs/surprises.md).
 AROUND_PX = 12  # beside the target, where something in the way shows as well
 SMOOTH_PX = 1.5  # standard deviation of what a pixel is compared in
-CHANGED, LEAST_GREY = 5.0, 1.0  # standard deviations, and grey, from which on it differs,
-LEAST_SHARE = 0.05  # and share of the brighter one: exposures differ by a hundredth or two
+CHANGED, LEAST_GREY = 4.0, 1.0  # standard deviations, and grey, from which on it differs,
+LEAST_SHARE = 0.03  # and share of the brighter one, but for what all differ by,
+LEAST_FLICKER, MOST_FLICKER = 0.02, 1.18  # where that is flicker: by so much at least, so many times at most;
+DARK = 8.0  # grey, of pixels that tell of it
 WIDE_PX = 7  # of what differs less is noise, or an edge that has moved
 CLIPPED = 245  # brighter in both pictures is the same
 LEAST_REPLACED, MOST_REPLACED = 0.05, 0.6  # share of the target
@@ -38,15 +41,11 @@ def difference(before: Grey, after: Grey, target: Flags) -> Difference | None:
 
     None where they are the same, one is the other shifted, or that is not clear.
     """
-    near = cv2.dilate(target.astype(np.uint8), np.ones((2 * AROUND_PX + 1,) * 2, np.uint8))
-    x, y, width, height = cv2.boundingRect(near)
-    crop = slice(y, y + height), slice(x, x + width)
-    one, other = (picture[crop].astype(np.float32) for picture in (before, after))
-    brighter, target = cv2.max(one, other), target[crop]
-    read = (near[crop] > 0) & (cv2.min(one, other) < CLIPPED)
+    one, other, read, target = _near(before, after, target)
     if not read.any():
         return None
-    smooth = cv2.GaussianBlur(other - one, (0, 0), SMOOTH_PX)
+    one = _as_flickered(one, other, read)
+    smooth, brighter = cv2.GaussianBlur(other - one, (0, 0), SMOOTH_PX), cv2.max(one, other)
     least = np.maximum(_least_change(other - one, read), LEAST_SHARE * brighter)
     differs = _wide((np.abs(smooth) > least) & read)
     if (differs & target).sum() < LEAST_REPLACED * target.sum() or _shifted(one, other, read):
@@ -57,9 +56,43 @@ def difference(before: Grey, after: Grey, target: Flags) -> Difference | None:
     most, most_alike = (ONE_SIDED, ONE_SIDED_EDGES) if to_one_side else (MOST_REPLACED, SAME_EDGES)
     share = float((differs & target).sum() / target.sum())
     alike = _correlation(one, other, differs & target)
+    if share > MOST_REPLACED:
+        return "relit"
     if alike < most_alike:
         return "replaced" if LEAST_REPLACED <= share <= most else None
     return "relit" if alike >= RELIT_EDGES else None
+
+
+def flicker(before: Grey, after: Grey, target: Flags) -> float:
+    """How many times as bright the second picture (H, W) is about the target, 1 where that is no flicker."""
+    one, other, read, _ = _near(before, after, target)
+    times = _flicker(one, other, read)
+    return times if abs(times - 1.0) > LEAST_FLICKER else 1.0
+
+
+def _near(before: Grey, after: Grey, target: Flags) -> tuple[Field, Field, Flags, Flags]:
+    """Of two pictures (H, W) what is about a target, what can be read there, and the target there."""
+    near = cv2.dilate(target.astype(np.uint8), np.ones((2 * AROUND_PX + 1,) * 2, np.uint8))
+    x, y, width, height = cv2.boundingRect(near)
+    crop = slice(y, y + height), slice(x, x + width)
+    one, other = (picture[crop].astype(np.float32) for picture in (before, after))
+    return one, other, (near[crop] > 0) & (cv2.min(one, other) < CLIPPED), target[crop]
+
+
+def _flicker(one: Field, other: Field, read: Flags) -> float:
+    smooth, now = (cv2.GaussianBlur(picture, (0, 0), SMOOTH_PX) for picture in (one, other))
+    tell = read & (cv2.max(one, other) < CLIPPED) & (cv2.max(smooth, now) > DARK)
+    times = float(np.median(now[tell] / np.maximum(smooth[tell], 1.0))) if tell.any() else 1.0
+    return times if 1.0 / MOST_FLICKER <= times <= MOST_FLICKER else 1.0
+
+
+def _as_flickered(one: Field, other: Field, read: Flags) -> Field:
+    """The first picture (H, W) as many times as bright as the second is, where that may be flicker.
+
+    What is clipped in the first may be as bright as in the second.
+    """
+    flickered = np.minimum(_flicker(one, other, read) * one, 255.0).astype(np.float32)
+    return np.where(one < CLIPPED, flickered, cv2.max(flickered, other))
 
 
 def _wide(flags: Flags) -> Flags:

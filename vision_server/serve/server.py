@@ -240,7 +240,7 @@ def _taken(
     statistics = task.add(image, pixels, applied)
     moved = task.images.moved(image)
     cause = doubt = None
-    if task.expected is not None:
+    if task.to_be_judged(image):
         from vision_server.serve.unforeseen import surprise_of
 
         cause, doubt = surprise_of(task, image)

@@ -132,6 +132,14 @@ class PoseTask:
             region = target_region(self.model, self.camera, pose)
         return frame_statistics(shown[image].statistics, region, self.gamma)
 
+    def to_be_judged(self, image: str) -> bool:
+        """Whether an image can be held against a forecast, a doubt, or another one of its settings."""
+        settings = self.applied[image]
+        if len(settings.lights) != len(self.describe.lights):  # a given frame
+            return False
+        again = any(one == settings for name, one in self.applied.items() if name != image)
+        return again or self.expected is not None or self.doubted is not None
+
     def likely_pose(self) -> Pose | None:
         """About where the target is: the best pose so far, or the seed pose; None without one to believe."""
         seed_pose = None if isinstance(self.seed_pose, Anywhere) else self.seed_pose

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import takewhile
 from typing import NamedTuple, cast
 
@@ -15,10 +16,10 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.prediction.causes import DOUBT_NATS, MOST_IMAGES, Cause, likely_causes, verdict
 from vision_server.prediction.new_edges import NEW, new_edges
 from vision_server.prediction.places import read
-from vision_server.prediction.repeated import Difference, difference
+from vision_server.prediction.repeated import Difference, difference, flicker
 from vision_server.prediction.surprise import moved_to
 from vision_server.serve.prediction import lit_images, outputs
-from vision_server.serve.statistics import target_region
+from vision_server.serve.statistics import lit_region, target_region
 from vision_server.serve.task import Happened, PoseTask
 
 # That light is as it was, against an image that is relit: of 504 pairs of images of the same light none was.
@@ -33,15 +34,12 @@ class Surprise(NamedTuple):
 
 
 def surprise_of(task: PoseTask, image: str) -> Surprise:
-    """Hold an image, before which something was foreseen, against what was; the task keeps what is sure."""
-    pose = task.expected
-    if pose is None:
-        return Surprise()
-    if target_moved(task, image, pose):
+    """Hold an image against those before and what was foreseen, if anything; the task keeps what is sure."""
+    if task.expected is not None and target_moved(task, image, task.expected):
         task.learn(Happened("target_moved", (), frozenset(task.applied) - {image}))
         return Surprise(cause=CauseTold(cause="target_moved", since=image))
     images = images_of_scene(task)
-    sure, doubt = _judged(task, images, pose)
+    sure, doubt = _judged(task, images)
     if doubt is not None and task.doubted in images:  # what was doubted first is not forgotten
         doubt = doubt._replace(since=min(doubt.since, images.index(task.doubted)))
     task.doubted = images[doubt.since] if doubt is not None else None
@@ -50,15 +48,28 @@ def surprise_of(task: PoseTask, image: str) -> Surprise:
     return Surprise(_named(task, images, sure), _named(task, images, doubt))
 
 
-def _judged(task: PoseTask, images: Sequence[str], pose: Pose) -> tuple[Cause | None, Cause | None]:
-    """What is sure, and what is doubted; new edges first, as their test shows other light, too."""
+def _judged(task: PoseTask, images: Sequence[str]) -> tuple[Cause | None, Cause | None]:
+    """What is sure, and what is doubted; new edges first, as their test shows other light, too.
+
+    Where nothing was foreseen only images of the same settings tell, about where the target is. What is relit
+    is doubted, however little of it can be weighed, as where most is saturated.
+    """
     since = images.index(task.doubted) if task.doubted in images else len(images) - 1
-    differ = repetitions(task, images, since, pose)
+    pose = task.expected or task.likely_pose()
+    differ, flickers = repetitions(task, images, since, pose)
     relit = "relit" in differ
     if "replaced" in differ and not relit:
         return Cause("in_the_way", (), since, np.inf, tested=True), None
-    new = None if relit else something_new(task, images, pose)
-    return verdict(causes(task, images, pose, relit)) if new is None else (None, new)
+    if task.expected is None and not relit:
+        return None, None
+    new = None if relit or pose is None else something_new(task, images, pose)
+    if new is not None:
+        return None, new
+    weighed = [] if pose is None else causes(task, images, pose, relit, flickers)
+    sure, doubt = verdict(weighed)
+    if relit and sure is None and doubt is None:
+        doubt = next(iter(weighed), Cause("sun_changed", (), since, DOUBT_NATS))
+    return sure, doubt
 
 
 def target_moved(task: PoseTask, image: str, pose: Pose) -> bool:
@@ -67,11 +78,20 @@ def target_moved(task: PoseTask, image: str, pose: Pose) -> bool:
     return moved_to(problem, pose) is not None
 
 
-def causes(task: PoseTask, images: Sequence[str], pose: Pose, relit: bool = False) -> list[Cause]:
-    """What may have happened before the last of these images of one scene, of which some may be relit."""
+def causes(
+    task: PoseTask, images: Sequence[str], pose: Pose, relit: bool, flickers: Mapping[str, float]
+) -> list[Cause]:
+    """What may have happened before the last of these images of one scene.
+
+    Some may be relit, and some have so many times the light that they are said to have.
+    """
     lights = task.describe.lights
     positions = [None if light.position is None else np.array(light.position) for light in lights]
-    taken, shown = lit_images(task, images)
+    taken, lit = lit_images(task, images)
+    shown = [
+        replace(one, exposure=one.exposure * flickers.get(image, 1.0))
+        for image, one in zip(images, lit, strict=True)
+    ]
     places, readings = read(task.model, task.camera, pose, positions, shown)
     doubted = images.index(task.doubted) if task.doubted in images else None
     found = likely_causes(places, readings, taken.lights, doubted)
@@ -80,16 +100,34 @@ def causes(task: PoseTask, images: Sequence[str], pose: Pose, relit: bool = Fals
     return [one._replace(nats=one.nats + RELIT_NATS) for one in found if one.name != "in_the_way"]
 
 
-def repetitions(task: PoseTask, images: Sequence[str], since: int, pose: Pose) -> list[Difference | None]:
-    """How each of these images since one differs from each before that it repeats."""
-    target = target_region(task.model, task.camera, pose)
+def repetitions(
+    task: PoseTask, images: Sequence[str], since: int, pose: Pose | None
+) -> tuple[list[Difference | None], dict[str, float]]:
+    """How each of these images since one differs from each before that it repeats, where the target is.
+
+    And how many times the light of that one those have that do not differ. Without a pose the target is all
+    that is lit.
+    """
     pictures = task.images.images
-    return [
-        difference(pictures[before].pixels, pictures[after].pixels, target)
+    pairs = [
+        (before, after)
         for after in images[since:]
         for before in images[:since]
         if before in pictures and after in pictures and _alike(task, before, after)
     ]
+    if not pairs:
+        return [], {}
+    if pose is None:
+        target = lit_region(pictures[one].statistics.image for pair in pairs for one in pair)
+    else:
+        target = target_region(task.model, task.camera, pose)
+    differ, flickers = [], dict[str, float]()
+    for before, after in pairs:
+        looks = pictures[before].pixels, pictures[after].pixels
+        differ.append(difference(*looks, target))
+        if differ[-1] is None:
+            flickers[after] = flicker(*looks, target) ** task.gamma
+    return differ, flickers
 
 
 def something_new(task: PoseTask, images: Sequence[str], pose: Pose) -> Cause | None:

@@ -23,6 +23,7 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import FINE_REACHES_PX, NEAR, refined
 from vision_server.pose.refinement import EXACT_REACH_PX, REACHES_PX, refine
 from vision_server.pose.sampling import spacing_for
+from vision_server.pose.spun import spun
 from vision_server.pose.support import PoseSupport, support_at
 from vision_server.pose.trust import RIVAL_NATS, TAILS, confidence, quality
 from vision_server.segments.extraction import extract_segments
@@ -31,6 +32,7 @@ from vision_server.tracking.beside import beside
 from vision_server.tracking.chances import LEAST_ODDS, Chance, Chances, probability
 from vision_server.tracking.fitting import Habits, fitted
 from vision_server.tracking.following import PASSES, SETTLED_PX
+from vision_server.tracking.round_parts import turns_about_own_axes
 
 Floats = NDArray[np.float64]
 Verdict = Literal["ok", "doubtful", "lost"]
@@ -191,11 +193,15 @@ def _on_lines(problem: PoseProblem, one: Around, habits: Habits) -> Around:
 
 
 def _turned(problem: PoseProblem, best: Around) -> list[Around]:
-    """The best pose turned onto near symmetries of the target, refined where that may be as likely."""
+    """The best pose turned onto near symmetries of the target, refined where that may be as likely.
+
+    Of a nearly round target it is turned all around, as far as its bolts or lugs tell, and where they do not.
+    """
     spacing = spacing_for(problem.model, problem.camera, best.pose)
+    turns = dict.fromkeys((*near_symmetries(problem.model), *turns_about_own_axes(problem.model)))
+    poses = [best.pose.compose(turn) for turn in turns] + spun(problem, best.pose, spacing, math.pi)
     promising = []
-    for turn in near_symmetries(problem.model):
-        pose = best.pose.compose(turn)
+    for pose in poses:
         support = support_at(problem, pose, spacing)
         if support is not None and support.evidence > best.nats - WORTH_REFINING:
             promising.append((-support.evidence, pose))

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vision_server.prediction.repeated import difference
+from vision_server.prediction.repeated import difference, flicker
 
 Grey = NDArray[np.uint8]
 
@@ -63,6 +63,33 @@ def test_a_wall_that_is_brighter_than_the_target_and_then_darker_is_in_other_lig
 )
 def test_what_is_the_same_has_moved_or_may_be_a_shadow_is_neither(after: NDArray[np.float64]) -> None:
     assert difference(picture(FACES, 1), picture(after, 2), TARGET) is None
+
+
+@pytest.mark.parametrize("share", [0.86, 0.95, 1.05, 1.14])
+@pytest.mark.parametrize("bright", [1.0, 2.6], ids=["nothing saturated", "a face nearly saturated"])
+def test_light_that_flickers_is_no_other_light(share: float, bright: float) -> None:
+    before, after = bright * FACES, share * bright * FACES
+    assert difference(picture(before, 1), picture(after, 2), TARGET) is None
+    assert flicker(picture(before, 1), picture(after, 2), TARGET) == pytest.approx(share, abs=0.01)
+
+
+def test_what_is_as_bright_or_twice_as_bright_is_no_flicker() -> None:
+    assert flicker(picture(FACES, 1), picture(FACES, 2), TARGET) == 1.0
+    assert flicker(picture(FACES, 1), picture(2.0 * FACES, 2), TARGET) == 1.0
+
+
+def test_a_face_that_gets_brighter_by_more_than_another_is_in_other_light() -> None:
+    after = FACES * np.where(FACES > 50.0, 1.12, 1.0)
+    assert difference(picture(FACES, 1), picture(after, 2), TARGET) == "relit"
+
+
+def test_a_bar_in_front_is_told_under_light_that_flickers() -> None:
+    after = 0.88 * with_bar(FACES, 55.0)
+    assert difference(picture(FACES, 1), picture(after, 2), TARGET) == "replaced"
+
+
+def test_a_target_that_is_brighter_all_over_after_no_light_is_in_other_light() -> None:
+    assert difference(picture(0.02 * FACES, 1), picture(FACES, 2), TARGET) == "relit"
 
 
 def test_a_face_that_is_saturated_no_more_is_nothing_in_the_way() -> None:

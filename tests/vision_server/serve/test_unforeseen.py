@@ -1,6 +1,7 @@
 """What is known of light after an image that was not as foreseen, and of a model by several."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,8 +14,10 @@ from geometry.pose import Pose
 from image_server.simulator.simulator import Simulator
 from tests.vision_server.serve.running import SETTINGS, Running, asked
 from vision_server import judgement
+from vision_server.matching.match import Anywhere
 from vision_server.pose.trust import Misfit
 from vision_server.prediction.causes import Cause
+from vision_server.prediction.response import LitImage
 from vision_server.serve import unforeseen
 from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import outputs
@@ -87,6 +90,27 @@ def test_a_light_that_died_is_named_by_test_images_that_were_discarded(
     assert CauseTold(cause="light_dead", lights=(name,), since="i5") in said
 
 
+def test_what_flickers_is_held_against_the_others_as_bright_as_the_image_that_it_repeats(
+    task: PoseTask, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[list[LitImage]] = []
+
+    def reads(*given: Any) -> tuple[None, None]:
+        read.append(given[-1])
+        return None, None
+
+    monkeypatch.setattr(unforeseen, "read", reads)
+    monkeypatch.setattr(unforeseen, "likely_causes", lambda *_: [])
+    monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
+    steady = simulator.capture(FULL).pixels
+    task.add("i5", np.rint(0.9 * np.minimum(steady, 250.0)).astype(np.uint8), FULL)
+    task.expected = simulator.true_pose
+    assert unforeseen.surprise_of(task, "i5") == (None, None)
+    (images,) = read
+    assert images[-1].exposure / images[0].exposure == pytest.approx(0.9, abs=0.01)
+    assert [one.exposure for one in images[:-1]] == [images[0].exposure] * 4
+
+
 def test_what_was_doubted_first_is_not_forgotten_for_a_later_doubt(
     task: PoseTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -121,6 +145,35 @@ def test_something_in_the_way_is_sure_where_an_image_from_before_the_doubt_is_re
         assert (cause and cause.cause, cause and cause.since) == (told and "in_the_way", told)
 
 
+@pytest.mark.parametrize("given", ["a seed pose", "nothing"])
+def test_pictures_of_the_same_settings_tell_without_a_forecast(
+    simulator: Simulator, task: PoseTask, given: str
+) -> None:
+    if given == "nothing":
+        task.seed_pose = Anywhere()
+    behind = np.array(task.images.images["i1"].pixels)
+    behind[:, behind.shape[1] // 2 - 30 : behind.shape[1] // 2 + 30] = 40
+    dark = simulator.capture(Settings(lights=(0, 7, 7), shutter_s=1 / 60, aperture=4.0)).pixels
+    said = []
+    for name, pixels in (("same", simulator.capture(FULL).pixels), ("relit", dark)):
+        task.add(name, pixels, FULL)
+        assert task.to_be_judged(name)
+        said.append(unforeseen.surprise_of(task, name))
+    assert said[0] == (None, None)
+    assert said[1].doubt is not None and said[1].doubt.since == "relit"
+    task.discard("relit")
+    task.doubted = None
+    task.add("arm", behind, FULL)
+    assert unforeseen.surprise_of(task, "arm").cause == CauseTold(cause="in_the_way", since="arm")
+
+
+def test_an_image_of_other_settings_without_a_forecast_tells_nothing(task: PoseTask) -> None:
+    other = Settings(lights=(7, 7, 0), shutter_s=1 / 60, aperture=4.0)
+    task.add("i5", np.zeros((task.camera.height, task.camera.width), np.uint8), other)
+    assert not task.to_be_judged("i5")
+    assert task.to_be_judged("i4")
+
+
 def test_where_an_image_repeats_one_in_other_light_the_light_has_changed_and_nothing_is_in_the_way(
     task: PoseTask, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -135,6 +188,21 @@ def test_where_an_image_repeats_one_in_other_light_the_light_has_changed_and_not
         assert told is not None
         assert told.cause == cause
         task.happened.clear()
+
+
+@pytest.mark.parametrize("weighed", [[], [Cause("light_dead", (1,), 4, -3.0)]])
+def test_an_image_in_other_light_is_doubted_however_little_can_be_weighed(
+    task: PoseTask, simulator: Simulator, monkeypatch: pytest.MonkeyPatch, weighed: list[Cause]
+) -> None:
+    monkeypatch.setattr(unforeseen, "causes", lambda *_: weighed)
+    monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
+    dark = Settings(lights=(7, 0, 7), shutter_s=1 / 60, aperture=4.0)
+    task.add("i5", simulator.capture(dark).pixels, FULL)
+    task.expected = simulator.true_pose
+    told = unforeseen.surprise_of(task, "i5")
+    assert told.cause is None
+    assert told.doubt is not None
+    assert told.doubt.cause == (weighed[0].name if weighed else "sun_changed")
 
 
 def test_new_edges_are_a_doubt_of_what_is_in_the_way_until_something_is_doubted(
