@@ -14,13 +14,14 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
+from geometry.right_turns import right_turns
 from vision_server.image_set import ImageSet
 from vision_server.judgement import Estimate
 from vision_server.pipeline import PipelineSettings, pose_of_segments
 from vision_server.pose.covariance import pose_covariance, share_within, uncertainty
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import FINE_REACHES_PX, NEAR, refined
+from vision_server.pose.ranking import COARSER, FINE_REACHES_PX, NEAR, refined
 from vision_server.pose.refinement import EXACT_REACH_PX, REACHES_PX, refine
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.spun import spun
@@ -193,17 +194,18 @@ def _on_lines(problem: PoseProblem, one: Around, habits: Habits) -> Around:
 
 
 def _turned(problem: PoseProblem, best: Around) -> list[Around]:
-    """The best pose turned onto near symmetries of the target, refined where that may be as likely.
+    """The best pose turned onto near symmetries of the target or of parts of it, refined where as likely.
 
     Of a nearly round target it is turned all around, as far as its bolts or lugs tell, and where they do not.
     """
-    spacing = spacing_for(problem.model, problem.camera, best.pose)
-    turns = dict.fromkeys((*near_symmetries(problem.model), *turns_about_own_axes(problem.model)))
-    poses = [best.pose.compose(turn) for turn in turns] + spun(problem, best.pose, spacing, math.pi)
-    promising = []
-    for pose in poses:
-        support = support_at(problem, pose, spacing)
-        if support is not None and support.evidence > best.nats - WORTH_REFINING:
+    model, spacing = problem.model, spacing_for(problem.model, problem.camera, best.pose)
+    turns = (*near_symmetries(model), *right_turns(model), *turns_about_own_axes(model))
+    poses = [best.pose.compose(turn) for turn in dict.fromkeys(turns)]
+    itself, promising = support_at(problem, best.pose, COARSER * spacing), []
+    least = -math.inf if itself is None else itself.evidence - WORTH_REFINING
+    for pose in poses + spun(problem, best.pose, COARSER * spacing, math.pi):
+        support = support_at(problem, pose, COARSER * spacing)
+        if support is not None and support.evidence > least:
             promising.append((-support.evidence, pose))
     promising.sort(key=lambda one: one[0])
     return _refined(problem, [pose for _, pose in promising[:MOST_TURNED]])

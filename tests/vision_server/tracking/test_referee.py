@@ -5,8 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.machined_parts import circle, drilled, surface_of
+from benchmarks.synthetic_parts import rendered
 from geometry.model import Model
 from geometry.pose import Pose
+from geometry.rotation import matrix_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from tests.vision_server.tracking.films import GREYS
 from vision_server.image_set import ImageSet
@@ -43,6 +46,22 @@ def test_a_pose_of_what_is_not_there_is_lost(model: Model) -> None:
     found = judged(one_image(noise), ["i1"], model, CAMERA, POSE)
     assert (found.state, found.better) == ("lost", None)
     assert len(found.disagreeing) >= 7
+
+
+@pytest.mark.parametrize(("sides", "degrees"), [(8, 45.0), (8, 180.0), (48, 60.0)])
+def test_a_regular_body_that_is_turned_is_told_by_what_stands_on_it(sides: int, degrees: float) -> None:
+    boom = np.array([[0.03, -0.01], [0.16, -0.01], [0.16, 0.01], [0.03, 0.01]])
+    solids = [drilled(circle(0.05, sides), [], 0.0, 0.06), drilled(boom, [], 0.02, 0.03)]
+    model = Model.of_surface("probe", surface_of(solids))
+    turn = matrix_of(np.radians([30.0, 20.0, 0.0]))
+    true = Pose.from_matrix(turn, np.array([0.0, 0.0, 0.7]) - turn @ model.middle)
+    image = one_image(rendered(model, CAMERA, true, np.random.default_rng(1)))
+    assert judged(image, ["i1"], model, CAMERA, true).state == "ok"
+    given = true.compose(Pose(np.radians([0.0, 0.0, degrees]), np.zeros(3)))
+    found = judged(image, ["i1"], model, CAMERA, given)
+    assert found.state == "lost"
+    assert found.better is not None
+    assert found.better.error_to(true).within(0.5, 0.005)
 
 
 KNOWN = Around(POSE, np.diag([1e-8] * 3 + [1e-10] * 3), 30.0, 1.0, 0.98)

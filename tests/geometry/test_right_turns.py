@@ -1,0 +1,43 @@
+"""Turns that bring a regular part of a target back onto itself, though hardly the whole."""
+
+import numpy as np
+import pytest
+
+from benchmarks.machined_parts import circle, drilled, surface_of
+from geometry.model import Model, find_target, load_model
+from geometry.right_turns import ANGLES_DEG, right_turns
+from geometry.symmetries import symmetry_of
+
+
+def turned(model: Model, angle_deg: float, place: tuple[float, float]) -> bool:
+    """Whether a turn about the z axis through a place (x, y) is among those of a model."""
+    point = np.array([[*place, 0.0]])
+    return any(
+        one.rotation_vector == pytest.approx([0.0, 0.0, np.radians(angle_deg)], abs=1e-9)
+        and np.abs(one.apply(point) - point).max() < 1e-3
+        for one in right_turns(model)
+    )
+
+
+def test_an_eight_sided_body_is_turned_by_an_eighth_about_its_own_middle() -> None:
+    beam = np.array([[0.03, -0.004], [0.3, -0.004], [0.3, 0.004], [0.03, 0.004]])
+    solids = [drilled(circle(0.05, 8), [], 0.0, 0.06), drilled(beam, [], 0.02, 0.03)]
+    model = Model.of_surface("probe", surface_of(solids))
+    assert all(turned(model, angle, (0.0, 0.0)) for angle in (45.0, 90.0, 135.0, 180.0))
+
+
+def test_what_changes_nothing_is_no_turn_and_each_is_there_once() -> None:
+    cube = load_model(find_target("cube"))
+    turns = right_turns(cube)
+    assert 0 < len(turns) < 3 * len(ANGLES_DEG)
+    every = [*symmetry_of(cube).turns, *turns]
+    apart = [
+        np.abs(one.matrix - other.matrix).max() for k, one in enumerate(every) for other in every[k + 1 :]
+    ]
+    assert min(apart) > 0.05
+
+
+def test_a_disc_is_not_turned_about_its_axis() -> None:
+    disc = Model.of_surface("disc", surface_of([drilled(circle(0.05, 96), [], 0.0, 0.02)]))
+    assert not any(turned(disc, angle, (0.0, 0.0)) for angle in ANGLES_DEG)
+    assert right_turns(disc)
