@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.docking_gear import GEAR, write_gear
 from geometry.model import find_target
 
 Floats = NDArray[np.float64]
@@ -115,7 +116,9 @@ OTHER_PARTS: dict[str, Callable[[Path, np.random.Generator], None]] = {
 
 
 def part_file(name: str, folder: Path, rng: np.random.Generator) -> Path:
-    """The file of a target: a part that is drawn into a folder, or one of the project's."""
+    """The file of a target: a part that is drawn into a folder, docking gear, or one of the project's."""
+    if name in GEAR:
+        return write_gear(name, folder)
     write = PARTS.get(name) or OTHER_PARTS.get(name)
     if write is None:
         return find_target(name)

@@ -7,13 +7,20 @@ import numpy as np
 import pytest
 
 from benchmarks import povray, ray_traced_stacks
-from geometry.model import find_target, load_model
+from benchmarks.machined_parts import ROUND, surface_of
+from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from stack.read import BasisStack, load_stack
 
-pytestmark = pytest.mark.slow
+
+def test_a_curved_face_is_one_patch_and_flat_ones_are_their_own() -> None:
+    cube = load_model(find_target("cube"))
+    assert (ray_traced_stacks.patches(cube) == cube.triangle_face).all()
+    cylinder = Model.of_surface("cylinder", surface_of(ROUND["cylinder"](48)))
+    assert ray_traced_stacks.patches(cylinder).max() == 2
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not povray.available(), reason="POV-Ray (Debian package povray) is not installed")
 def test_the_target_is_lit_where_its_pose_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ray_traced_stacks, "SAMPLES", 1)
