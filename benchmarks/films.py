@@ -5,11 +5,15 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.docking_gear import write_gear
+from benchmarks.patches import of_faces
 from benchmarks.printed_boxes import Box, random_box, sharp, taken
 from benchmarks.synthetic_parts import random_part, rasterised
 from geometry.camera import Camera
@@ -74,14 +78,17 @@ def path(rng: np.random.Generator, model: Model, kind: str, count: int) -> list[
     return poses
 
 
-def film(number: int, kind: str, count: int) -> tuple[Model, Iterator[Shown]]:
-    """A film by number."""
+def film(number: int, kind: str, count: int, target: str = "") -> tuple[Model, Iterator[Shown]]:
+    """A film by number; of docking gear where a ``target`` names it."""
     rng = np.random.default_rng([number, KINDS.index(kind)])
     if kind == "printed":
         box = random_box(rng)
         return sharp(box), _photographed(rng, box, path(rng, sharp(box), kind, count + 1))
     names = ("cube", "fixture", "satellite")
-    if number % 4 < 3:
+    if target:
+        with TemporaryDirectory() as folder:
+            model = load_model(write_gear(target, Path(folder)))
+    elif number % 4 < 3:
         model = load_model(TARGETS / f"{names[number % 4]}.cao")
     else:
         model = Model.of_surface("part", random_part(rng, 40))
@@ -95,15 +102,17 @@ def film(number: int, kind: str, count: int) -> tuple[Model, Iterator[Shown]]:
     if kind == "stretched":
         strain = np.log1p(rng.uniform(*TOO_LONG)) * np.eye(3)[rng.integers(3)]
         model = stretched(model, strain)
-    return model, _shown(rng, drawn, poses, kind, step)
+    patch = of_faces(drawn) if target else np.arange(len(drawn.faces))
+    return model, _shown(rng, drawn, poses, kind, step, patch)
 
 
 def _shown(
-    rng: np.random.Generator, model: Model, poses: list[Pose], kind: str, step: int
+    rng: np.random.Generator, model: Model, poses: list[Pose], kind: str, step: int, patch: NDArray[np.intp]
 ) -> Iterator[Shown]:
+    """Frames of a path; faces of one ``patch`` (F,) are of one grey."""
     clutter, turns = _clutter(rng), same_after(model)
     lamps = rng.uniform(-1.0, 1.0, (3, 2)) if kind == "lights" else rng.uniform(-1.0, 1.0, (1, 2))
-    greys = rng.uniform(0.5, 1.0, len(model.faces))
+    greys = rng.uniform(0.5, 1.0, len(model.faces))[patch]
     for k, pose in enumerate(poses):
         lamp = np.array([*lamps[k % len(lamps)], -1.0])
         normals = model.face_normals @ pose.matrix.T

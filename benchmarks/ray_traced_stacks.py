@@ -21,12 +21,11 @@ import msgspec
 import numpy as np
 import typer
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from benchmarks import hard_scenes, povray
 from benchmarks.drawn_parts import part_file
 from benchmarks.hard_scenes import Conditions
+from benchmarks.patches import patches
 from bridge.messages import CameraDescription, Describe, LightDescription, PoseMessage, TargetDescription
 from geometry.camera import Camera
 from geometry.model import Model, load_model
@@ -53,8 +52,6 @@ BEAM_DEG = 30.0  # half angle at which a lamp's beam ends
 SAMPLES = 3
 MOST_SKINS = 3
 MOST_CONTRAST = 0.5
-SMOOTH_DEG = 25.0  # between facets of one curved patch
-SAME_CORNER = 1e-6  # of the diameter
 WALLS = 0.5  # of the hard scenes without a wall of lines have another
 SKINS = ("granite", "bozo", "wrinkles", "marble turbulence 0.7", "agate", "crackle")
 
@@ -157,27 +154,9 @@ def _target(model: Model, pose: Pose, rng: np.random.Generator) -> list[str]:
     """The target; patches that no sharp edge bounds have one skin, and some share it."""
     corners, patch = pose.apply(model.vertices)[model.triangles], patches(model)
     skins = [_look(model.diameter, rng) for _ in range(MOST_SKINS)]
-    of_faces = rng.integers(len(skins), size=len(model.faces))
-    of_patches = of_faces[model.triangle_face[np.unique(patch, return_index=True)[1]]]
+    drawn = rng.integers(len(skins), size=len(model.faces))
+    of_patches = drawn[model.triangle_face[np.unique(patch, return_index=True)[1]]]
     return [povray.mesh(corners[patch == one], skins[skin]) for one, skin in enumerate(of_patches)]
-
-
-def patches(model: Model) -> NDArray[np.intp]:
-    """Of each triangle (T,) the patch it is of: what curves by less than SMOOTH_DEG from one to the next."""
-    points, triangles = model.vertices, model.triangles
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
-    _, place = np.unique(np.round(points / (SAME_CORNER * model.diameter)), axis=0, return_inverse=True)
-    sides = np.sort(place.ravel()[triangles[:, [[0, 1], [1, 2], [2, 0]]]].reshape(-1, 2), axis=1)
-    owner = np.repeat(np.arange(len(triangles)), 3)
-    order = np.lexsort((owner, *sides.T))
-    one, other = order[:-1], order[1:]
-    shared = (sides[one] == sides[other]).all(axis=1)
-    one, other = owner[one[shared]], owner[other[shared]]
-    smooth = np.sum(normals[one] * normals[other], axis=1) > math.cos(math.radians(SMOOTH_DEG))
-    joined = coo_array((np.ones(smooth.sum()), (one[smooth], other[smooth])), shape=(len(triangles),) * 2)
-    return np.asarray(connected_components(joined, directed=False)[1], dtype=np.intp)
 
 
 def _hard(kind: str, model: Model, pose: Pose, sun: Floats, rng: np.random.Generator) -> list[str]:

@@ -35,8 +35,27 @@ def test_a_kind_that_is_given_twice_has_twice_as_many_films(
     assert told == [("fast", 7), ("fast", 8), ("arm", 7), ("fast", 9), ("fast", 10), ("arm", 8)]
 
 
-def made(kind: str, number: int) -> dict[str, object]:
-    return {"kind": kind, "number": number, "frames": 1, "sure": 1, "unsure": 0, "lost": 0, "wrong": []}
+def test_films_of_gear_are_of_each_in_turn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(long_films, "row_of", made)
+    rows = tmp_path / "rows.jsonl"
+    long_films.main(rows, 3, ["fast"], gear=["dish", "cart"])
+    told = [(row["gear"], row["number"]) for row in map(json.loads, rows.read_text().splitlines())]
+    assert told == [("dish", 0), ("cart", 0), ("dish", 1)]
+    model, _ = film(0, "fast", 2, "cart")
+    assert model.name == "cart"
+
+
+def made(kind: str, number: int, gear: str = "") -> dict[str, object]:
+    return {
+        "kind": kind,
+        "number": number,
+        "gear": gear,
+        "frames": 1,
+        "sure": 1,
+        "unsure": 0,
+        "lost": 0,
+        "wrong": [],
+    }
 
 
 def test_sure_frames_of_a_target_that_is_not_there_are_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from benchmarks import povray, ray_traced_stacks
 from benchmarks.machined_parts import ROUND, surface_of
+from benchmarks.patches import of_faces, patches
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from stack.read import BasisStack, load_stack
@@ -15,9 +16,11 @@ from stack.read import BasisStack, load_stack
 
 def test_a_curved_face_is_one_patch_and_flat_ones_are_their_own() -> None:
     cube = load_model(find_target("cube"))
-    assert (ray_traced_stacks.patches(cube) == cube.triangle_face).all()
+    assert (patches(cube) == cube.triangle_face).all()
+    assert (of_faces(cube) == np.arange(6)).all()
     cylinder = Model.of_surface("cylinder", surface_of(ROUND["cylinder"](48)))
-    assert ray_traced_stacks.patches(cylinder).max() == 2
+    assert patches(cylinder).max() == 2
+    assert len(set(of_faces(cylinder).tolist())) == 3
 
 
 @pytest.mark.slow
