@@ -101,8 +101,7 @@ class Tracker:
         self._against = 0  # searches that doubted what they found, less those that did not
         self._since_s = 0.0  # the last pose
         self._doubted, self._frame = 0, -1
-        self._clock = Clock()
-        self._turning = Turning(model)
+        self._clock, self._turning = Clock(), Turning(model)
         self._asked: tuple[Found, Motion, Innovation] | None = None
 
     @property
@@ -213,8 +212,7 @@ class Tracker:
             self._usual.doubted(found.quality)
         else:
             self._usual.forget_doubts()
-        clear = self._steady and clear and turn_is_seen(found, self.model)
-        state: State = "sure" if clear else "unsure"
+        state: State = "sure" if self._steady and clear and turn_is_seen(found, self.model) else "unsure"
         lines = found.fit.observation.samples.line
         soft = found.softness.kept(self.model, self.camera, found.pose, lines, self._softness)
         self._softness = soft if self._steady else None
@@ -250,8 +248,7 @@ class Tracker:
             return self._taken(pixels, followed)
         if not likely or estimate.pose is None or estimate.covariance is None:
             self._misses, self._was_believed = self._misses + 1, False
-            if self._since_s > LONGEST_S:
-                self._motion = None
+            self._motion = None if self._since_s > LONGEST_S else self._motion
             return "lost", None, None, None
         assert estimate.support is not None
         self._believed = self._judged(estimate, found)
