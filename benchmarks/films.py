@@ -186,5 +186,5 @@ def same_after(model: Model) -> list[Pose]:
         points = (model.vertices - model.middle) @ turn.T + model.middle
         apart = np.linalg.norm(points[:, None] - model.vertices[None], axis=2).min(axis=1)
         if apart.max() < 1e-3 * model.diameter and not np.allclose(turn, np.eye(3)):
-            turns.append(Pose.from_matrix(turn, model.middle - turn @ model.middle))
+            turns.append(Pose.turn_about(model.middle, turn))
     return turns

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from benchmarks import hard_scenes, povray
 from benchmarks.drawn_parts import part_file
 from benchmarks.hard_scenes import Conditions
-from benchmarks.patches import patches
+from benchmarks.patches import of_faces
 from bridge.messages import CameraDescription, Describe, LightDescription, PoseMessage, TargetDescription
 from geometry.camera import Camera
 from geometry.model import Model, load_model
@@ -152,11 +152,10 @@ def _look(size: float, rng: np.random.Generator) -> str:
 
 def _target(model: Model, pose: Pose, rng: np.random.Generator) -> list[str]:
     """The target; patches that no sharp edge bounds have one skin, and some share it."""
-    corners, patch = pose.apply(model.vertices)[model.triangles], patches(model)
+    corners, first = pose.apply(model.vertices)[model.triangles], of_faces(model)[model.triangle_face]
     skins = [_look(model.diameter, rng) for _ in range(MOST_SKINS)]
     drawn = rng.integers(len(skins), size=len(model.faces))
-    of_patches = drawn[model.triangle_face[np.unique(patch, return_index=True)[1]]]
-    return [povray.mesh(corners[patch == one], skins[skin]) for one, skin in enumerate(of_patches)]
+    return [povray.mesh(corners[first == face], skins[drawn[face]]) for face in np.unique(first)]
 
 
 def _hard(kind: str, model: Model, pose: Pose, sun: Floats, rng: np.random.Generator) -> list[str]:

@@ -79,8 +79,7 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
             angle = 2.0 * np.pi * float(part)
             if share >= EXACT and exactly.shares(axis, [angle], middle)[0] >= EXACT:
                 continue
-            turn = matrix_of(angle * axis)
-            found.append((share, Pose.from_matrix(turn, middle - turn @ middle)))
+            found.append((share, Pose.turn_about(middle, matrix_of(angle * axis))))
     found.sort(key=lambda one: -one[0])
     return tuple(turn for _, turn in found)
 

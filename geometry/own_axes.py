@@ -54,8 +54,7 @@ def half_turns(model: Model) -> tuple[Pose, ...]:
 
     A bracket's plate looks like itself so, but for its holes, though most of the bracket does not.
     """
-    turns = [(matrix_of(np.pi * axis), middle) for axis, middle in own_axes(model)]
-    return tuple(Pose.from_matrix(turn, middle - turn @ middle) for turn, middle in turns)
+    return tuple(Pose.turn_about(middle, matrix_of(np.pi * axis)) for axis, middle in own_axes(model))
 
 
 def _frame_of_faces(model: Model) -> Floats | None:

@@ -103,6 +103,11 @@ class Pose:
         rotation = self.matrix
         return Pose.from_matrix(rotation @ other.matrix, rotation @ other.translation + self.translation)
 
+    @classmethod
+    def turn_about(cls, centre: Array, turn: Array) -> "Pose":
+        """A turn, rotation matrix (3, 3), that leaves a point (3,) where it is."""
+        return cls.from_matrix(turn, centre - turn @ centre)
+
     def inverse(self) -> "Pose":
         """target_T_camera."""
         return Pose(-self.rotation_vector, -(self.matrix.T @ self.translation))

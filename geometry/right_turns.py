@@ -43,8 +43,7 @@ def right_turns(model: Model) -> tuple[Pose, ...]:
             if free is not None and off <= tolerance and abs(axis @ free) > 1.0 - SAME_TURN:
                 continue
             for angle in ANGLES_DEG:
-                turn = matrix_of(math.radians(angle) * axis)
-                pose = Pose.from_matrix(turn, place - turn @ place)
+                pose = Pose.turn_about(place, matrix_of(math.radians(angle) * axis))
                 if not any(_are_one(pose, other, model.middle, tolerance) for other in known):
                     known.append(pose)
     return tuple(known[len(symmetry.turns) :])

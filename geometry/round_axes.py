@@ -53,8 +53,7 @@ def round_axes(model: Model) -> tuple[tuple[Floats, Floats], ...]:
 
 def turned_about(pose: Pose, axis: Floats, centre: Floats, angle_rad: float) -> Pose:
     """A pose whose target is turned about an axis of its own."""
-    turn = matrix_of(angle_rad * axis)
-    return pose.compose(Pose.from_matrix(turn, centre - turn @ centre))
+    return pose.compose(Pose.turn_about(centre, matrix_of(angle_rad * axis)))
 
 
 def rim_middle(model: Model, axis: Floats, centre: Floats) -> Floats:

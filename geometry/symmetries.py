@@ -149,7 +149,7 @@ class _Body:
         others = [turn for turn in turns if np.abs(turn - np.eye(3)).max() >= SAME_TURN]
         return (
             Pose(np.zeros(3), np.zeros(3)),
-            *(Pose.from_matrix(turn, self.centre - turn @ self.centre) for turn in others),
+            *(Pose.turn_about(self.centre, turn) for turn in others),
         )
 
 

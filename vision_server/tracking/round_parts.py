@@ -14,7 +14,8 @@ import numpy as np
 from geometry.model import Model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
-from geometry.round_axes import round_axes, turned_about
+from geometry.rotation import matrix_of
+from geometry.round_axes import round_axes
 from vision_server.pose.spun import ALONG, folds_about
 from vision_server.pose.support import support_at
 from vision_server.pose.trust import RIVAL_NATS
@@ -28,11 +29,11 @@ COARSER = 2.0  # times the spacing of the samples
 @lru_cache(maxsize=8)
 def turns_about_own_axes(model: Model) -> tuple[Pose, ...]:
     """Turns of a model about each axis that it is nearly round about, in its own frame."""
-    turns, none = [], Pose(np.zeros(3), np.zeros(3))
+    turns: list[Pose] = []
     for axis, centre in round_axes(model):
         half = math.pi / folds_about(model, axis)
         angles = np.geomspace(min(math.radians(LEAST_DEG), half), half, TURNS)
-        turns += [turned_about(none, axis, centre, angle) for angle in [*angles, *-angles]]
+        turns += [Pose.turn_about(centre, matrix_of(angle * axis)) for angle in [*angles, *-angles]]
         for turn in near_symmetries(model):
             vector = turn.rotation_vector
             if abs(vector @ axis) >= ALONG * np.linalg.norm(vector):
