@@ -90,7 +90,7 @@ test(a_wrong_field_is_named) :-
         sub_string(Text, _, _, _, "picture")
     ))).
 test(a_garbled_reply, error(server_error(bad_reply, _, _))) :-
-    with_mock(vision, _{best:_{garble:1}}, Endpoint,
+    with_mock(vision, _{best:_{garble:1000}}, Endpoint,     % a server that starts slowly is asked more than once
               with_client(Endpoint, [timeout(60), retries(60)], Client,
                           client_request(Client, best, _{}, _, []))).
 test(a_server_that_dies_is_noticed_by_the_alive_goal, Caught == server_gone) :-
