@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from geometry.visibility import Samples
 from numerics.kernels import kernel
-from vision_server.pose.association import ALONG_COSINE, beside, line_courses
+from vision_server.pose.along_lines import ALONG_COSINE, beside, course_at, course_of, line_courses
 
 Flags = NDArray[np.bool_]
 Floats = NDArray[np.float64]
@@ -57,26 +57,25 @@ def told_once(samples: Samples, lines: int, supported: Flags, reach_px: float = 
     reach_px
         How far to either side other lines are looked for.
     """
-    count = len(supported)
+    count, image, direction = len(supported), samples.image, samples.image_direction
     own, seen, gap = np.ones(count, dtype=np.bool_), supported.copy(), np.full((count, 2), np.inf)
     courses = line_courses(samples, np.full(lines, reach_px))
     for mine, other in courses.pairs:
-        for i in range(courses.ends[mine, 0], courses.ends[mine, 1] + 1):
-            x, y = samples.image[i, 0], samples.image[i, 1]
-            apart, beyond, at = beside(samples, courses, other, x, y)
+        own_course, their = course_of(samples, courses, mine), course_of(samples, courses, other)
+        for i in range(own_course.first, own_course.last + 1):
+            x, y = image[i, 0], image[i, 1]
+            apart, beyond, at = beside(image, direction, their, x, y)
             if apart > reach_px or beyond > HALF_A_STEP * samples.px[i]:
                 continue
             if apart > TOGETHER_PX:
-                dx, dy = samples.image[at, 0] - x, samples.image[at, 1] - y
-                ux, uy = courses.along[other, 0], courses.along[other, 1]
-                if courses.bow[other] > 0.0:
-                    ux, uy = samples.image_direction[at, 0], samples.image_direction[at, 1]
-                way = ux * samples.image_direction[i, 0] + uy * samples.image_direction[i, 1]
+                dx, dy = image[at, 0] - x, image[at, 1] - y
+                ux, uy = course_at(direction, their, at)
+                way = ux * direction[i, 0] + uy * direction[i, 1]
                 if abs(way) >= ALONG_COSINE:
                     side = int((dy * ux - dx * uy) * way > 0.0)
                     gap[i, side] = min(gap[i, side], apart)
                 continue
-            there = _on(samples, courses.ends[other, 0], courses.ends[other, 1], i)
+            there = _on(samples, their.first, their.last, i)
             if there < 0:
                 continue
             if other > mine:

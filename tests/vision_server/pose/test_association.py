@@ -7,14 +7,8 @@ from geometry.pose import Pose
 from geometry.visibility import Samples
 from tests.vision_server.refined_poses import channels_of, scaled
 from tests.vision_server.synthetic import CAMERA, linear_picture, photographed
-from vision_server.pose.association import (
-    BEYOND_PX,
-    BLUR_SHARE,
-    NEIGHBOUR_HEIGHT,
-    _near_pairs,
-    associate,
-    neighbour_pulls,
-)
+from vision_server.pose.along_lines import _near_pairs
+from vision_server.pose.association import BEYOND_PX, BLUR_SHARE, NEIGHBOUR_HEIGHT, associate, neighbour_pulls
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import refined
 
