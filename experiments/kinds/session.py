@@ -34,7 +34,8 @@ def run(cell: Cell, worker: Worker, *options: str) -> Row:
         if row["status"] == "deadline":
             worker.abandon_vision_server()
         if worker.keeps_folders and row["status"] not in ("failed", "deadline"):
-            subprocess.run([sys.executable, "-m", "report", str(folder)], cwd=ROOT, check=False)
+            report = [sys.executable, "-m", "report", str(folder)]
+            subprocess.run(report, cwd=ROOT, stdout=subprocess.DEVNULL, check=False)
         return row
     finally:
         if not worker.keeps_folders:
