@@ -109,8 +109,15 @@ def judged(
 def with_poses(
     estimate: Estimate, likely: list[Likely], symmetry: Symmetry, allowed: Callable[[Pose], bool]
 ) -> Estimate:
-    """The estimate with all poses that fit; its score is no more than the first one's probability."""
-    poses = listed([(one.last.best.pose, one.probability) for one in likely], symmetry, allowed)
+    """The estimate with all poses that fit; its score is no more than the first one's probability.
+
+    What speaks against the first, as a model that is not true, speaks against all.
+    """
+    doubted = min(1.0, estimate.score / likely[0].probability) if likely[0].probability > 0.0 else 0.0
+    poses = tuple(
+        replace(one, probability=doubted * one.probability)
+        for one in listed([(one.last.best.pose, one.probability) for one in likely], symmetry, allowed)
+    )
     first = poses[0].probability if poses else estimate.score
     return replace(estimate, poses=poses, score=min(estimate.score, first))
 

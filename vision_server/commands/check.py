@@ -68,7 +68,7 @@ def _judged(options: Namespace) -> dict[str, Any]:
         found = judged(images, names, model, given.camera, pose, settings, edge_radius_m=radius_m)
     except GeometryError as error:
         raise BadInput(str(error)) from error
-    return judgement_result(pose, found)
+    return judgement_result(found)
 
 
 def _print(values: dict[str, Any]) -> None:

@@ -12,6 +12,7 @@ from geometry.model import Model
 from geometry.near_symmetries import near_symmetries, near_symmetries_and_products
 from geometry.own_axes import half_turns
 from geometry.pose import Pose, near
+from geometry.right_turns import right_turns
 from geometry.round_axes import other_sides, rim_middle, round_axes
 from geometry.symmetries import symmetry_of
 from vision_server.pose.detail import fewer_lines
@@ -22,6 +23,7 @@ from vision_server.pose.ranking import (
     COARSER,
     NEAR,
     ROUGHLY_NATS,
+    TURNED_LACK,
     Refined,
     add_beside,
     add_refined,
@@ -73,7 +75,8 @@ def of_most_evidence(
     looks = [found[index] for index in _firsts_of_looks([one.pose for one in found], turns)[:LOOKS_TURNED]]
     for look in looks:
         if look.support.evidence >= looks[0].support.evidence - CONVINCING_NATS:
-            _add_turned(found, look, (*turns, *half_turns(problem.model)))
+            regular = right_turns(problem.model) if look is looks[0] else ()
+            _add_turned(found, look, (*turns, *half_turns(problem.model)), regular)
     return sorted(found, key=_evidence, reverse=True)
 
 
@@ -164,23 +167,28 @@ def _add_other_sides(problem: PoseProblem, found: list[Refined]) -> None:
     found.sort(key=_evidence, reverse=True)
 
 
-def _add_turned(found: list[Refined], first: Refined, turns: Sequence[Pose]) -> None:
-    """Add a pose turned by what nearly brings the target back onto itself.
+def _add_turned(found: list[Refined], first: Refined, turns: Sequence[Pose], regular: Sequence[Pose]) -> None:
+    """Add a pose turned by what nearly brings the target back onto itself, or regular parts of it.
 
     From behind, a target often looks the same turned so. Of many turns those are refined that fit best; more
-    that fit as well as the pose, as a gear's do whose key seat is not seen, are taken as they are.
+    that fit as well as the pose, as a gear's do whose key seat is not seen, are taken as they are. Of
+    ``regular`` ones, as of the nut that a pipe's branch stands beside, those that fit nearly as well.
     """
-    seen: list[tuple[float, Pose]] = []
     sparse, coarse_px = fewer_lines(first.problem), COARSER * first.spacing_px
-    for turn in turns:
-        start = first.pose.compose(turn)
-        support = support_at(sparse, start, coarse_px)
-        if support is not None:
-            seen.append((support.evidence, start))
+
+    def evidence_of(pose: Pose) -> float:
+        support = support_at(sparse, pose, coarse_px)
+        return -math.inf if support is None else support.evidence
+
+    itself = evidence_of(first.pose)
+    seen = [(evidence_of(start), start) for start in map(first.pose.compose, turns)]
+    seen += [
+        (evidence, start)
+        for start in (first.pose.compose(turn) for turn in regular if turn not in turns)
+        if (evidence := evidence_of(start)) >= itself - TURNED_LACK
+    ]
     seen.sort(key=lambda one: -one[0])
-    itself = support_at(sparse, first.pose, coarse_px)
-    alike = math.inf if itself is None else itself.evidence - ROUGHLY_NATS
-    least = found[0].support.evidence - ROUGHLY_NATS
+    alike, least = itself - ROUGHLY_NATS, found[0].support.evidence - ROUGHLY_NATS
     for number, (evidence, start) in enumerate(seen):
         if number < MOST_TURNED:
             other = refined(first.problem, start, COARSE_REACHES_PX, first.spacing_px, COARSER, known=found)

@@ -31,6 +31,7 @@ CLEAR_QUALITY = 2.0  # from here on, nothing beside the pose can be as good
 BESIDE = 6  # starts that are looked at beside the best pose
 BESIDE_ROUNDS = 3  # and again when that has found a better one
 ROUGHLY_NATS = 10.0  # of evidence, that fewer samples may miss
+TURNED_LACK = 20.0  # nats that a turned pose may lack before it is refined: odds of e^-7 after that
 
 
 @dataclass(frozen=True, eq=False)

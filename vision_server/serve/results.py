@@ -79,7 +79,7 @@ def tracked_result(told: Tracked) -> dict[str, Any]:
     }
 
 
-def judgement_result(pose: Pose, found: Judgement) -> dict[str, Any]:
+def judgement_result(found: Judgement) -> dict[str, Any]:
     """What is said of a pose from elsewhere; see docs/check.md for each key."""
     better = found.better
     return {
@@ -87,6 +87,6 @@ def judgement_result(pose: Pose, found: Judgement) -> dict[str, Any]:
         "state": found.state,
         "better": None if better is None else better.to_dict(),
         "covariance": None if found.covariance is None else found.covariance.tolist(),
-        "difference": None if better is None else asdict(pose.error_to(better)),
+        "difference": None if found.difference is None else asdict(found.difference),
         "disagreeing_lines": list(found.disagreeing),
     }

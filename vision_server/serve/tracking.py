@@ -51,4 +51,4 @@ def checked(task: PoseTask, args: CheckArgs) -> dict[str, Any]:
         )
     except GeometryError as error:
         raise BadInput(f"The pose to be checked: {error}.") from error
-    return judgement_result(pose, found)
+    return judgement_result(found)

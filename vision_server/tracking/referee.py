@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from geometry.model import Model
+from geometry.model import Model, about_pivot
 from geometry.near_symmetries import near_symmetries
-from geometry.pose import Pose
+from geometry.pose import Pose, PoseError
 from geometry.right_turns import right_turns
 from vision_server.image_set import ImageSet
 from vision_server.judgement import Estimate
@@ -21,7 +21,7 @@ from vision_server.pipeline import PipelineSettings, pose_of_segments
 from vision_server.pose.covariance import pose_covariance, share_within, uncertainty
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import COARSER, FINE_REACHES_PX, NEAR, refined
+from vision_server.pose.ranking import COARSER, FINE_REACHES_PX, NEAR, TURNED_LACK, refined
 from vision_server.pose.refinement import EXACT_REACH_PX, REACHES_PX, refine
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.spun import spun
@@ -46,7 +46,6 @@ BOUND_99 = 16.81  # of a squared difference of six dimensions in units of its co
 ALIKE_DEG = 20.0  # between poses that programs take for each other; nearer ones are errors of measurement
 CONFUSED = 1.0 / 3.0  # times as often as it is right, a pose from elsewhere is at such another one
 UNHELD = 1e3  # of LIMITS: moved by refinement, where nothing holds the pose
-WORTH_REFINING = 20.0  # nats that a turned pose may lack before it is refined: odds of e^-7 after that
 MOST_TURNED = 4  # turns that are refined
 DISAGREES = 0.25  # a line with less of its visible length supported
 
@@ -60,12 +59,14 @@ class Judgement:
     probability : that it is right to 1 degree and 1 % of the range.
     better : the pose that explains the images best, where the given one differs from it by more than its
         covariance (6, 6) allows; None where it does not, or where nothing can be believed.
+    difference : of the given pose from the better one, at the model's pivot.
     disagreeing : model lines that should be seen and are not.
     chances : what the probability is of.
     """
 
     probability: float
     better: Pose | None
+    difference: PoseError | None
     covariance: Floats | None
     disagreeing: tuple[int, ...]
     chances: Chances
@@ -112,6 +113,12 @@ def judged(
     GeometryError
         A pose behind the camera.
     """
+    centred, to_pivot = about_pivot(model)
+    if centred is not model:
+        pose = pose.compose(to_pivot)
+        found = judged(images, names, centred, camera, pose, settings, endpoints, edge_radius_m)
+        better = None if found.better is None else found.better.compose(to_pivot.inverse())
+        return replace(found, better=better)
     images.check(names)
     problem = PoseProblem.at_scale(
         images.gradients(names), model, camera, 0, settings.tone_sd_px, settings.tolerance_m
@@ -124,12 +131,13 @@ def judged(
     wide = pose_of_segments(endpoints, problem.channels, model, camera, pose, settings)
     around = _poses_around(problem, wide, pose, edge_radius_m)
     if given is None or not around:
-        return Judgement(0.0, None, None, missing, Chances((), UNHELD))
+        return Judgement(0.0, None, None, None, missing, Chances((), UNHELD))
     best = around[0]
     chances = Chances(chances_of(around, pose), moved_by(problem, pose))
     differs = squared_difference(pose, best.pose, best.covariance) > BOUND_99
     better = best.pose if differs and best.believed > LOST else None
-    return Judgement(probability(chances), better, best.covariance, missing, chances)
+    difference = None if better is None else pose.error_to(better)
+    return Judgement(probability(chances), better, difference, best.covariance, missing, chances)
 
 
 def _poses_around(
@@ -202,7 +210,7 @@ def _turned(problem: PoseProblem, best: Around) -> list[Around]:
     turns = (*near_symmetries(model), *right_turns(model), *turns_about_own_axes(model))
     poses = [best.pose.compose(turn) for turn in dict.fromkeys(turns)]
     itself, promising = support_at(problem, best.pose, COARSER * spacing), []
-    least = -math.inf if itself is None else itself.evidence - WORTH_REFINING
+    least = -math.inf if itself is None else itself.evidence - TURNED_LACK
     for pose in poses + spun(problem, best.pose, COARSER * spacing, math.pi):
         support = support_at(problem, pose, COARSER * spacing)
         if support is not None and support.evidence > least:

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.cad_parts import CAD
 from benchmarks.drawn_parts import part_file
-from benchmarks.machined_parts import ROUND, surface_of
+from benchmarks.machined_parts import ROUND, circle, drilled, surface_of
 from benchmarks.synthetic_parts import error_of, estimated, rendered
 from geometry.camera import Camera
 from geometry.model import Model, load_model
@@ -140,3 +140,19 @@ def test_all_turns_of_a_gear_are_found_when_its_key_seat_is_not_seen() -> None:
     listed = [any(pose.error_to(one).within(1.0, 0.01) for pose in found) for one in turned]
     assert listed[0]
     assert sum(listed) > 0.8 * teeth
+
+
+def test_a_pipe_is_turned_by_what_its_nut_allows() -> None:
+    """Its collar comes back after a sixth of a turn, its branch does not; the pipe has no near symmetry."""
+    lug = np.array([[0.0, -0.01], [0.05, -0.01], [0.05, 0.01], [0.0, 0.01]])
+    solids = [
+        drilled(circle(0.02, 24), [], 0.0, 0.16),
+        drilled(circle(0.035, 6), [], 0.0, 0.02),
+        drilled(lug, [], 0.08, 0.1),
+    ]
+    model = Model.of_surface("pipe", surface_of(solids))
+    turn = matrix_of(np.array([math.radians(100.0), 0.0, 0.0])) @ matrix_of(np.array([0.0, 0.0, 0.4]))
+    true = Pose.from_matrix(turn, np.array([0.0, 0.0, 0.45]) - turn @ model.middle)
+    wrong = true.compose(Pose(np.radians([0.0, 0.0, 60.0]), np.zeros(3)))
+    found = of_most_evidence(problem_of(model, true), [wrong], 1, nowhere)
+    assert found[0].pose.error_to(true).within(1.0, 0.01)

@@ -64,6 +64,24 @@ def test_a_regular_body_that_is_turned_is_told_by_what_stands_on_it(sides: int, 
     assert found.better.error_to(true).within(0.5, 0.005)
 
 
+def test_a_pose_is_judged_alike_wherever_the_origin_of_its_file_is(model: Model, images: ImageSet) -> None:
+    away = np.array([4.0, -3.0, 2.0])
+    far = replace(model, vertices=model.vertices + away)
+    given = Pose(POSE.rotation_vector + np.radians([0.0, 2.0, 0.0]), POSE.translation)
+    to_origin = Pose(np.zeros(3), -away)
+    near, found = (
+        judged(images, ["i1"], one, CAMERA, pose)
+        for one, pose in ((model, given), (far, given.compose(to_origin)))
+    )
+    assert found.probability == pytest.approx(near.probability, abs=1e-3)
+    assert found.difference is not None
+    assert near.difference is not None
+    assert found.difference.translation_m == pytest.approx(near.difference.translation_m, abs=1e-3)
+    assert found.better is not None
+    assert near.better is not None
+    assert found.better.error_to(near.better.compose(to_origin)).within(0.1, 0.001)
+
+
 KNOWN = Around(POSE, np.diag([1e-8] * 3 + [1e-10] * 3), 30.0, 1.0, 0.98)
 
 
