@@ -141,13 +141,14 @@ def _toml(found: PointsPose) -> str:
 
 
 def _print(options: Namespace, scene: _Scene, found: PointsPose, pairs: Pairs) -> None:
-    if found.others:
+    poor = found.rms_px > POOR_FIT * math.hypot(scene.camera.width, scene.camera.height)
+    if found.others and not poor:
         print(
             f"vision_server: {len(found.others) + 1} poses fit these points; this one fits the image best, "
             "and another point decides",
             file=sys.stderr,
         )
-    if found.rms_px > POOR_FIT * math.hypot(scene.camera.width, scene.camera.height):
+    if poor:
         worst = int(found.errors_px.argmax())
         print(
             f"vision_server: {found.rms_px:.1f} px RMS is much: is pair {worst + 1} wrong, which is "

@@ -85,13 +85,17 @@ def must_tell_a_pose(pairs: Pairs, model: Model, camera: Camera) -> None:
     if count > MOST:
         raise BadInput(f"{count} pairs are more than {MOST}.")
     beyond = (pairs.pixels < -0.5) | (pairs.pixels > [camera.width - 0.5, camera.height - 0.5])
-    for u, v in pairs.pixels[beyond.any(axis=1)]:
-        raise BadInput(f"({u:g}, {v:g}) is outside of the image of {camera.width}x{camera.height} px.")
-    low, high = model.vertices.min(axis=0) - model.diameter, model.vertices.max(axis=0) + model.diameter
-    for point in pairs.points[((pairs.points < low) | (pairs.points > high)).any(axis=1)]:
-        place = ", ".join(f"{value:g}" for value in point)
+    for number in np.flatnonzero(beyond.any(axis=1)):
+        u, v = pairs.pixels[number]
         raise BadInput(
-            f"({place}) m is far from the model, which is {model.diameter:.3g} m across.",
+            f"Pair {number + 1}: ({u:g}, {v:g}) is outside of the image of {camera.width}x{camera.height} px.",
+            "Correct it, or leave it out.",
+        )
+    low, high = model.vertices.min(axis=0) - model.diameter, model.vertices.max(axis=0) + model.diameter
+    for number in np.flatnonzero(((pairs.points < low) | (pairs.points > high)).any(axis=1)):
+        place = ", ".join(f"{value:g}" for value in pairs.points[number])
+        raise BadInput(
+            f"Pair {number + 1}: ({place}) m is far from the model, which is {model.diameter:.3g} m across.",
             "Points are of the model file's unit (--unit).",
         )
     if _width(pairs.points[list(wide_triple(pairs.points))]) < THIN * model.diameter:
