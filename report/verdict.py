@@ -93,9 +93,7 @@ def _no_pose(result: Result, images: str) -> Verdict:
         what = "iteration was complete" if result.iterations else "image"
         detail = f"The session ended before its first {what}."
     elif any(step.pose and step.decision == "keep" for step in result.steps):
-        detail = (
-            "A pose was found, and is none any more: the target moved, or an image kept later shows none."
-        )
+        detail = "A pose was found and lost again: the target moved, or an image kept later shows none."
     elif any(step.pose for step in result.steps):
         detail = "A pose was found, but the strategy discarded every image that shows one."
     else:

@@ -45,7 +45,7 @@ def test_zero_steps(make_run: RunMaker, status: str) -> None:
 
 @pytest.mark.parametrize(
     ("decision", "words"),
-    [("discard", "the strategy discarded every image that shows one"), ("keep", "is none any more")],
+    [("discard", "the strategy discarded every image that shows one"), ("keep", "found and lost again")],
 )
 def test_a_pose_that_was_found_and_not_kept_is_no_lack_of_one(
     make_run: RunMaker, decision: str, words: str
