@@ -36,8 +36,12 @@ proc(worth_keeping, and(neg(repeated), or(best = none, improved))).
 proc(harmless,
      and(neg(repeated),
          or([neg(likely), no_worse(fix, merit), and([merit(fix, With), With < threshold])]))).
-% The best pose is rather right than wrong. One that is not tells nothing to compare an image with, or to foresee one.
+% The pose from the kept images is rather right than wrong. One that is not tells nothing to compare an image with, or to
+% foresee one.
 proc(likely, and(neg(best = none), rather_right(merit))).
+
+% The pose measured last, with the candidate, is rather right than wrong.
+proc(likely_now, and([neg(fix = none), merit(fix, With), rather_right(With)])).
 
 % Settings s worth trying next, by search over qualitative states.
 proc(promising(S),

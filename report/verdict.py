@@ -92,6 +92,10 @@ def _no_pose(result: Result, images: str) -> Verdict:
     if not result.steps:
         what = "iteration was complete" if result.iterations else "image"
         detail = f"The session ended before its first {what}."
+    elif any(step.pose and step.decision == "keep" for step in result.steps):
+        detail = "A pose was found and lost again: the target moved, or an image kept later shows none."
+    elif any(step.pose for step in result.steps):
+        detail = "A pose was found, but the strategy discarded every image that shows one."
     else:
         detail = f"None of the {images} gave a pose." if len(result.steps) > 1 else "Its image gave no pose."
     headline = "Stopped early, with no pose" if result.status == "stopped" else "No pose"

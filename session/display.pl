@@ -280,8 +280,6 @@ reason(Reason) -->
     { Reason \== '' },
     [ '  (~w)'-[Reason] ].
 
-prolog:error_message(usage_error(Message)) -->
-    [ '~s'-[Message] ].
 prolog:error_message(server_died(Name, Status, Line, LogFile)) -->
     died_words(Status, Name, Line),
     (   { exists_file(LogFile) }        % the folder of a --dry-run is gone

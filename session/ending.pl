@@ -11,6 +11,7 @@
 :- use_module(acquisition_device, [close_acquisition/0, score_pose/3]).
 :- use_module(connections, [ask/4]).
 :- use_module(display, [show/2, show_outcome/2]).
+:- use_module(ending_words, [plain_error/2, why_stopped/2]).
 :- use_module(json_terms, [fix_term/2]).
 :- use_module(outcome, [advised/3]).
 :- use_module(reporting, [tell_report/0, wait_for_report/2]).
@@ -48,7 +49,8 @@ end_session(Session, end(How, Situation), Outcome) :-
     with_other_poses(Parameters, Situation, Result0, Result1),
     with_estimated_with(Parameters, Folder, Result1, Result2),
     option(max_iterations(Limit), Options),
-    advised(Limit, Result2, Result),
+    advised(Limit, Result2, Result3),
+    ( why_stopped(How, Why) -> Result = Result3.put(message, Why) ; Result = Result3 ),
     write_result(Result, Folder),
     catch(close_acquisition, error(_, _), true),        % the vision server writes what is left of its images
     tell_report,
@@ -168,14 +170,8 @@ exit_status(failed(error(golog(reported), _)), Status) =>
     Status = 2.                         % its problems have been printed
 exit_status(failed(Error), Status) =>
     error_status(Error, Status),
-    plain(Error, Plain),
+    plain_error(Error, Plain),
     print_message(error, Plain).
-
-% Where in the program it was tells something about a program's error, not a server's.
-plain(error(Formal, _), Plain), Formal \= golog(_) =>
-    Plain = error(Formal, _).
-plain(Error, Plain) =>
-    Plain = Error.
 
 error_status(error(usage_error(_), _), 2) :- !.
 error_status(error(io_error(_, _), _), 2) :- !.

@@ -11,7 +11,7 @@ Messages session_outcome(Result): the dict that result.json is made from.
 :- use_module('../domain/reasoning/merit', [held_back/3]).
 :- use_module('../domain/reasoning/surprises', [cause_words/2]).
 :- use_module(library(aggregate), [aggregate_all/3]).
-:- use_module(library(lists), [member/2, reverse/2]).
+:- use_module(library(lists), [member/2, memberchk/2, reverse/2]).
 
 %!  advised(+Limit, +Result, -Advised) is det.
 %
@@ -145,8 +145,9 @@ what_may_help(Result) -->
 what_may_help(_) -->
     [].
 
-help(Result, _, 'is the target in view, and its model of the right size (--unit)? --explain tells what was seen') :-
-    Result.pose == null.
+help(Result, _, Help) :-
+    Result.pose == null,
+    without_pose(Result, Help).
 help(Result, _, 'a seed pose, or [target] view, which tell which of the poses that fit is meant (--seed-pose)') :-
     several_poses(Result, _, _).
 help(Result, Limit, Help) :-
@@ -155,7 +156,8 @@ help(Result, Limit, Help) :-
         format(atom(Help), "more than ~w (--max-iterations)", [Images])
     ;   rival_holds_back(Result)
     ->  Help = 'another view of the target: these images do not tell its pose from another one'
-    ;   Help = 'a strategy that goes on (--controller heuristic or informed)'
+    ;   Result.iterations > 0,
+        Help = 'a strategy that goes on (--controller heuristic or informed)'
     ).
 help(Result, _, 'is it the right model, and of the right size (--unit)? the report shows which lines are not there') :-
     is_dict(Result.pose),
@@ -167,6 +169,17 @@ help(Result, _, Help) :-
     format(atom(Help), "a --threshold above ~w, where that is good enough", [Merit]).
 help(Result, _, 'an end farther away (--contact-range)') :-
     fixed_hold(Result, _).
+
+%   Why there is none: what a strategy leaves out or drops says nothing of the target.
+without_pose(Result, 'a strategy that takes an image: this one took none') :-
+    Result.iterations =:= 0,
+    !.
+without_pose(Result, 'a strategy that keeps an image which shows a pose: this one discarded all that did') :-
+    findall(Decision, ( member(Step, Result.steps), _{pose:Pose, decision:Decision} :< Step, is_dict(Pose) ), Decisions),
+    memberchk(discard, Decisions),
+    \+ memberchk(keep, Decisions),
+    !.
+without_pose(_, 'is the target in view, and its model of the right size (--unit)? --explain tells what was seen').
 
 rival_holds_back(Result) :-
     is_dict(Result.pose),

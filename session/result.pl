@@ -1,7 +1,8 @@
 :- module(session_result,
           [ session_result/3,           % +Session, +Situation, -Result
             write_result/2,             % +Result, +Folder
-            print_result/1              % +Result
+            print_result/1,             % +Result
+            keep_output_for_result/0
           ]).
 /** <module> result.json
 
@@ -20,6 +21,9 @@ they hold.
 :- use_module(library(http/json), [json_write_dict/3]).
 :- use_module(library(lists), [list_to_set/2, member/2, memberchk/2, nth1/3, reverse/2]).
 :- use_module(library(option), [option/2]).
+
+:- dynamic
+    kept_output/1.                      % Stream
 
 format_version(1).
 
@@ -162,7 +166,19 @@ write_result(Result, Folder) :-
 %   On standard output.
 
 print_result(Result) :-
-    write_json(Result, user_output).
+    ( kept_output(Stream) -> true ; Stream = user_output ),
+    write_json(Result, Stream),
+    flush_output(Stream).
+
+%!  keep_output_for_result is det.
+%
+%   From now on standard output is for the result alone: what a strategy writes there goes to standard error.
+
+keep_output_for_result :-
+    once(stream_property(Stream, alias(user_output))),
+    assertz(kept_output(Stream)),
+    set_stream(user_error, alias(user_output)),
+    set_output(user_error).
 
 write_json(Result, Stream) :-
     json_write_dict(Stream, Result, [width(110)]),

@@ -14,16 +14,18 @@ error, by Ctrl-C or by SIGTERM.
 :- use_module(holding, [forget_hold/1, wait_while_held/1]).
 :- use_module(reporting, [begin_report/2, drop_report/0]).
 :- use_module(resumption, [record_options/1]).
+:- use_module(result, [keep_output_for_result/0]).
 :- use_module(run_folder, [leave_run_folder/1, run_file/3]).
 :- use_module(servers, [image_server_past/1, own_server/1, served_before/1, stop_servers/0]).
 :- use_module(live_table, [begin_table/2, end_table/0]).
 :- use_module(viewing, [start_view/2]).
 :- use_module(thinking, [note_thought/0, within_budget/3]).
 :- use_module(times, [forget_times/1, tell_times/3]).
-:- use_module(strategy_file, [blocked/4, check_control/1, check_includes/1]).
+:- use_module(no_halt, [without_halt/1]).
+:- use_module(strategy_end, [ended_by/4]).
+:- use_module(strategy_file, [check_control/1, check_includes/1]).
 :- use_module(usage, [usage_error/2]).
 :- use_module('../indigolog/tools/checks').
-:- use_module('../indigolog/tools/explain', [why/3]).
 :- use_module('../indigolog/indigolog').
 :- use_module('../indigolog/online/journal', [journal_entries/3]).
 :- autoload(library(filesex), [delete_directory_and_contents/1]).
@@ -35,6 +37,7 @@ error, by Ctrl-C or by SIGTERM.
 %   Opened is from open_session/2; the exit status as of ending.pl.
 
 run_session(Options, Opened, Status) :-
+    ( option(json(true), Options) -> keep_output_for_result ; true ),
     on_signal(int, _, stop_by),
     on_signal(term, _, stop_by),
     catch(session(Opened, Options, Outcome), Error, Outcome = failed(Error)),
@@ -65,18 +68,23 @@ checked_session(Session) :-
 served_session(Session, Outcome) :-
     _{options:Options, plan:Plan, folder:Folder} :< Session,
     catch(check_controller(Plan), Error0, nothing_begun(Folder, Error0)),
-    ( option(resume(_), Options) -> true ; record_options(Options) ),
+    catch(( option(resume(_), Options) -> true ; record_options(Options) ), Error1, not_recorded(Error1, Folder)),
     show(Options, begin(Plan, Folder)),
     forget_hold(Folder),
     start_view(Options, Folder),
     begin_table(Options, Plan),
     catch(( open_servers(Session), check_same_scene(Session), with_target(Session, Named) ),
-          Error1, nothing_begun(Folder, Error1)),
+          Error2, nothing_begun(Folder, Error2)),
     begin_report(Options, Folder),
     catch(( run_program(Named, End, Situation),
             end_session(Named.put(stop, session_run:stop_everything), end(End, Situation), Outcome) ),
           error(Formal, _), cannot_go_on(Formal, Folder)),
     ( Situation == none -> stop_everything, leave_run_folder(Folder) ; true ).
+
+not_recorded(error(io_error(write, _), _), Folder) =>
+    catch(usage_error("cannot write to the run folder ~w: is there space?", [Folder]), Error, nothing_begun(Folder, Error)).
+not_recorded(Error, Folder) =>
+    nothing_begun(Folder, Error).
 
 %   What is wrong with the run folder is said of the folder.
 cannot_go_on(_, Folder) :-
@@ -89,10 +97,10 @@ cannot_go_on(Formal, _) :-
 
 check_controller(Plan) :-
     check_includes(Plan.controller_file),
-    load_theory(Plan.theory),
-    check_control(Plan.controller_file),
-    check_theory,
-    check_program(Plan.program).
+    without_halt(( load_theory(Plan.theory),
+                   check_control(Plan.controller_file),
+                   check_theory,
+                   check_program(Plan.program) )).
 
 nothing_begun(Folder, Error) :-
     end_table,
@@ -181,9 +189,10 @@ run_program(Session, End, Situation) :-
     catch(( beginning(Options, Plan, Journal, Beginning),
             most_thinking_s(Most),
             within_budget(Plan.controller, Most,
-                          indigolog(Plan.program,
-                                    [ check(false), device(session_acquisition_device), journal(Journal), Beginning,
-                                      on_action(session_run:after_action(Options, Folder)) ])),
+                          without_halt(
+                              indigolog(Plan.program,
+                                        [ check(false), device(session_acquisition_device), journal(Journal), Beginning,
+                                          on_action(session_run:after_action(Options, Folder)) ]))),
             End = finished ),
           Error,
           ( nb_getval(session_situation, Last), ended_by(Error, Session, Last, End) )),
@@ -219,26 +228,6 @@ draws(Seed, Where, Draws) :-
     ),
     file_base_name(Model, Name),
     term_hash(draws(Seed, Name, Scene), Draws).
-
-ended_by(stopped(Signal), _, _, End) =>
-    End = stopped(Signal).
-% A strategy that would go on for ever comes to its end by the limit.
-ended_by(error(golog(program_ended(failed, _, _)), _), Session, S, End),
-        S \== none, \+ fluent_value(max_iterations, S, unknown), situation_holds(exhausted, S),
-        fluent_value(candidate, S, none) =>
-    fluent_value(max_iterations, S, Limit),
-    show(Session.options, limit(Limit)),
-    End = finished.
-ended_by(error(golog(program_ended(failed, Rest, _)), _), Session, S, End),
-        S \== none, why(Rest, S, Whys), member(impossible(Action, _), Whys),
-        blocked(Session.plan.controller_file, Action, S, Message) =>
-    End = failed(error(usage_error(Message), _)).
-ended_by(error(golog(silent(Most)), golog(at(Rest, _), _)), Session, _, End) =>
-    format(string(Message), "~w: the strategy made ~D steps without an action, and stands at ~W; does one of its loops never end?",
-           [Session.plan.controller, Most, Rest, [quoted(true), max_depth(8)]]),
-    End = failed(error(usage_error(Message), _)).
-ended_by(Error, _, _, End) =>
-    End = failed(Error).
 
 :- public after_action/4.
 

@@ -7,7 +7,7 @@
           ]).
 /** <module> The folder that a session leaves behind */
 
-:- use_module(session_file, [locked_session_file/2, session_begun/1]).
+:- use_module(session_file, [check_unlocked/1, locked_session_file/2, session_begun/1]).
 :- use_module(usage, [usage_error/2]).
 :- use_module(library(lists), [member/2, subtract/3]).
 :- use_module(library(option), [option/2]).
@@ -65,6 +65,7 @@ missing_folders(Folder, [Folder|Missing]) :-
 
 %   Nothing of another session, or of anything else, is mixed with this one.
 unused_folder(Folder) :-
+    check_unlocked(Folder),
     run_file(Folder, 'result.json', Result),
     exists_file(Result),
     !,

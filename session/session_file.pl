@@ -1,5 +1,6 @@
 :- module(session_file,
           [ locked_session_file/2,      % +Folder, +New
+            check_unlocked/1,           % +Folder
             write_session_file/1,       % +Options
             read_session_file/2,        % +Folder, -Options
             session_begun/1,            % +Folder
@@ -33,9 +34,7 @@ session_file(Folder, File) :-
 
 locked_session_file(Folder, New) :-
     session_file(Folder, File),
-    catch(open(File, append, Stream, [encoding(utf8), lock(write), wait(false)]),
-          error(permission_error(lock, _, _), _),
-          usage_error("another session is running in ~w; wait for its end, or name another folder", [Folder])),
+    open_locked(Folder, File, Stream),
     forall(retract(lock(Old)), close(Old)),
     assertz(lock(Stream)),
     (   New == true
@@ -44,6 +43,25 @@ locked_session_file(Folder, New) :-
         ;   seek(Stream, 0, bof, _),
             set_end_of_stream(Stream)
         )
+    ;   true
+    ).
+
+open_locked(Folder, File, Stream) :-
+    catch(open(File, append, Stream, [encoding(utf8), lock(write), wait(false)]),
+          error(permission_error(lock, _, _), _),
+          usage_error("another session is running in ~w; wait for its end, or name another folder", [Folder])).
+
+%!  check_unlocked(+Folder) is det.
+%
+%   For a process that does not hold the folder itself: it would give it back.
+%
+%   @error usage_error(Message) if a session works there
+
+check_unlocked(Folder) :-
+    session_file(Folder, File),
+    (   exists_file(File)
+    ->  open_locked(Folder, File, Stream),
+        close(Stream)
     ;   true
     ).
 

@@ -4,7 +4,8 @@
             check_includes/1,           % +File
             check_instead/2,            % +Words, +Device
             strategy_sha256/2,          % +File, -Sha256
-            blocked/4                   % +File, +Action, +Situation, -Message
+            blocked/4,                  % +File, +Action, +Situation, -Message
+            place_of/3                  % +File, +Terms, -Place
           ]).
 /** <module> What is wrong with a strategy, said in plain words with the place in its file
 
@@ -149,12 +150,31 @@ why(estimate([]), _, "there is no image to measure: take_image first", []).
 
 place(File, Action, Place) :-
     functor(Action, Name, _),
-    findall(Line, ( done_by(Name, Doer), in_file(File, Doer, Line) ), Lines),
-    (   Lines = [Line]
+    findall(Doer, done_by(Name, Doer), Doers),
+    findall(Line, ( member(Doer, Doers), in_file(File, Doer, Line) ), Lines),
+    lines_place(File, Lines, Place).
+
+lines_place(File, Lines, Place) :-
+    (   sort(Lines, [Line])
     ->  format(atom(Place), "~w:~d", [File, Line])
     ;   sort(Lines, [First|More])
     ->  atomic_list_concat([First|More], ', ', Listed),
         format(atom(Place), "~w, line ~w", [File, Listed])
+    ;   Place = File
+    ).
+
+%!  place_of(+File, +Terms, -Place) is det.
+%
+%   Where the first of Terms that is anywhere in the strategy may be; its file alone where none is.
+
+place_of(File, Terms, Place) :-
+    strategy_files(File, Files),
+    (   member(Term, Terms),
+        nonvar(Term),
+        member(One, Files),
+        findall(Line, in_file(One, Term, Line), Lines),
+        Lines \== []
+    ->  lines_place(One, Lines, Place)
     ;   Place = File
     ).
 

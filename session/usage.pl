@@ -15,6 +15,19 @@ usage_error(Format, Arguments) :-
     format(string(Message), Format, Arguments),
     throw(error(usage_error(Message), _)).
 
+:- multifile prolog:error_message//1.
+
+prolog:error_message(usage_error(Message)) -->
+    { split_string(Message, "\n", "", Lines) },
+    lines(Lines).
+
+lines([Line]) -->
+    !,
+    [ '~s'-[Line] ].
+lines([Line|Lines]) -->
+    [ '~s'-[Line], nl ],
+    lines(Lines).
+
 %!  dashes(+Name, -Dashed) is det.
 %
 %   The name of an option as it is written on a command line.

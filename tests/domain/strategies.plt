@@ -45,6 +45,12 @@ test(no_strategy_takes_more_images_than_it_may, Taken == 4) :-
     in_world([Never, images(4)], simple,
              [connect, while(true, [choose_random, take_image, measure, keep_image])], failed, Situation),
     fluent_value(iteration, Situation, Taken).
+test(a_first_pose_is_likely_now_before_it_is_kept, Likely == [false, true, true]) :-
+    findall(Is,
+            ( member(Test-Then, [likely-[], likely_now-[], likely-keep_image]),
+              in_world([seed(3)], simple, [connect, choose_reference, take_image, measure, Then], final, Situation),
+              ( situation_holds(Test, Situation) -> Is = true ; Is = false ) ),
+            Likely).
 test(the_reason_is_that_there_is_no_pose, Reasons == ['no pose with it', 'no pose with it']) :-
     never(Never),
     in_world([Never, images(2), blind_below(1000)], greedy, [connect, advance(1), control], final, Situation),

@@ -43,6 +43,21 @@ def test_zero_steps(make_run: RunMaker, status: str) -> None:
     assert page.uses == []
 
 
+@pytest.mark.parametrize(
+    ("decision", "words"),
+    [("discard", "the strategy discarded every image that shows one"), ("keep", "found and lost again")],
+)
+def test_a_pose_that_was_found_and_not_kept_is_no_lack_of_one(
+    make_run: RunMaker, decision: str, words: str
+) -> None:
+    folder = make_run(status="exhausted", pose=None, covariance=None, error=None)
+    steps = json.loads((folder / "result.json").read_text())["steps"]
+    changed(folder, steps=[step | {"decision": decision} for step in steps])
+    text = page_of(folder).text
+    assert words in text
+    assert "gave a pose" not in text and "gave no pose" not in text
+
+
 def test_a_first_iteration_cut_short(make_run: RunMaker) -> None:
     page = page_of(make_run(steps=0, status="stopped", iterations=1, message="The vision server died."))
     assert "before its first iteration was complete" in page.text

@@ -55,7 +55,10 @@ def test_stopped_by_signal(tmp_path: Path, sent: signal.Signals, status: int) ->
     assert said.startswith("Stopped")
     assert gone(servers | {"report": report})
     assert "</html>" in (tmp_path / "report.html").read_text()
-    assert json.loads((tmp_path / "result.json").read_text())["status"] == "stopped"
+    stopped = json.loads((tmp_path / "result.json").read_text())
+    assert stopped["status"] == "stopped"
+    assert {signal.SIGINT: "Ctrl-C", signal.SIGTERM: "SIGTERM"}[sent] in stopped["message"]
+    assert stopped["message"] in (tmp_path / "report.html").read_text()
     end_after(tmp_path / "history.pl", 3)
     assert served("--resume", tmp_path, "--no-report", "--quiet").returncode == 3
     assert json.loads((tmp_path / "result.json").read_text())["status"] == "exhausted"
@@ -225,6 +228,27 @@ def test_a_session_whose_disk_is_full_is_resumed_when_there_is_space(
     subprocess.run(["mount", "-o", "remount,size=50m", str(small_disk)], check=True)
     assert served("--resume", small_disk / "run", "--no-report").returncode == 3
     assert outcome(small_disk / "run") == outcome(whole)
+
+
+def test_a_disk_that_is_full_before_the_session_is_said(small_disk: Path) -> None:
+    with contextlib.suppress(OSError):
+        (small_disk / "filling").write_bytes(bytes(500 * 1024))
+    full = controller("--out", small_disk / "run", "--no-report")
+    assert full.returncode == 2
+    (line,) = full.stderr.splitlines()
+    assert line == f"ERROR: cannot write to the run folder {small_disk / 'run'}: is there space?"
+    assert not (small_disk / "run").exists()
+
+
+def test_a_folder_in_which_a_session_runs_is_said_to_be_so_at_once(tmp_path: Path) -> None:
+    session, _ = running_session(tmp_path)
+    for option in ("--out", "--resume"):
+        done = controller(option, tmp_path, "--no-report")
+        assert done.returncode == 2
+        assert f"another session is running in {tmp_path}" in done.stderr
+    session.terminate()
+    session.communicate(timeout=DEADLINE_S)
+    assert session.returncode == 143
 
 
 def report_of(out: Path) -> int:

@@ -49,6 +49,7 @@ class _Stated(Struct, frozen=True):
     pose: PoseMessage | None
     covariance: list[list[float]] | None
     steps: list[_Step]
+    status: str = ""
     score: float | None = None
     rms_px: float | None = None
     uncertainty: float | None = None
@@ -85,7 +86,7 @@ def verified(folder: Path) -> Verified:
     ------
     BadInput
         No run folder of a session that has ended, one without a pose, or one that does not say what its
-        pose was made with: of an earlier version, or of an approach.
+        pose was made with: of a session that was stopped, of an earlier version, or of an approach.
     """
     stated = _stated(folder)
     if stated.pose is None:
@@ -93,6 +94,12 @@ def verified(folder: Path) -> Verified:
     if stated.holds is not None:
         raise BadInput(
             f"{folder} is an approach: its last pose has no seed pose on record.", "Verify single sessions."
+        )
+    if stated.estimated_with is None and stated.status == "stopped":
+        raise BadInput(
+            f"{folder} is of a session that was stopped before its end: what its pose was estimated with"
+            " is not on record.",
+            f"Let it come to its end first: swipl main.pl --resume {folder}",
         )
     if stated.estimated_with is None:
         raise BadInput(

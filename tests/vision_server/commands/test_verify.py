@@ -95,6 +95,7 @@ def test_a_pose_or_score_that_the_images_do_not_show_is_told(copy: Path) -> None
     [
         ({"pose": None, "covariance": None}, "states no pose"),
         ({"estimated_with": None}, "does not say what its pose was estimated with"),
+        ({"estimated_with": None, "status": "stopped"}, "stopped before its end"),
         ({"steps": []}, "no step has the stated pose"),
         ({"steps": 3}, "result.json"),
         ({"holds": []}, "is an approach"),

@@ -1,0 +1,113 @@
+"""A strategy that goes wrong while it runs: what went wrong and where, and everything is ended."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.commands import Done
+from tests.session.command import controller, gone, servers_of, start_controller
+from tests.session.serving import served
+
+pytestmark = pytest.mark.slow
+
+FIRST = "proc(control, [choose_reference, take_image, measure,\n {}, keep_image]).\n{}\n"
+
+
+def session(tmp_path: Path, step: str, helper: str, *options: str) -> tuple[Done, Path]:
+    """A session by a strategy in which this step, in line 2, comes after the first estimate."""
+    file = tmp_path / "mine.pl"
+    file.write_text(FIRST.format(step, helper))
+    return served("--controller", file, "--out", tmp_path / "run", "--no-report", "--quiet", *options), file
+
+
+@pytest.mark.parametrize(
+    ("step", "helper", "line", "words"),
+    [
+        ("pi(s, [?(p(settings, s)), choose(s)])", "p(S, S) :- _ is 1/0.", 2,
+         ["the test p(settings,_)", "zero_divisor"]),
+        ("if(p(fix), [], [])", "p(_) :- atom_length(_, _).", 2,
+         ["the test p(fix)", "atom_length/2", "instantiated"]),
+        ("if(fix > 3, [], [])", "", 2, ["the test fix>3", "Type error"]),
+        ("?(p(fix))", "p(F) :- nowhere(F).", 2, ["the test p(fix)", "nowhere/1"]),
+        ("?(p)", "p :-\n throw(mine(1)).", 4, ["the strategy threw mine(1)"]),
+        ("?(p)", "p :- halt.", 2, ["the test p", "may not call halt"]),
+        ("?(p)", "p :- call(halt, 0).", 2, ["may not call halt"]),
+        ("?(taken > 7)", "", 2, ["taken>7 is false"]),
+        ("?(p(0))", "p(N) :- M is N + 1, p(M), N < 3.", 3, ["used up its memory", "p/1", "never end?"]),
+    ],
+)  # fmt: skip
+def test_it_is_said_with_its_place(
+    tmp_path: Path, step: str, helper: str, line: int, words: list[str]
+) -> None:
+    done, file = session(tmp_path, step, helper)
+    assert done.returncode == 2, done.stderr
+    told = done.stderr.splitlines()
+    assert told[0].startswith(f"ERROR: {file}:{line}: ")
+    assert len(told) <= 3
+    assert all(word in done.stderr for word in words), done.stderr
+    assert "indigolog_theory" not in done.stderr
+    result = json.loads((tmp_path / "run" / "result.json").read_text())
+    assert result["status"] == "stopped"
+    assert result["message"].startswith(f"{file}:{line}: ")
+
+
+def test_it_may_not_end_the_process_while_it_is_loaded(tmp_path: Path) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text("proc(control, []).\n:- initialization(halt).\n")
+    done = served("--controller", file, "--out", tmp_path / "run", "--no-report")
+    assert done.returncode == 2
+    assert f"{file}:2: " in done.stderr and "may not call halt" in done.stderr
+    assert not (tmp_path / "run").exists()
+
+
+def test_its_servers_end_with_it_and_its_folder_can_be_resumed(tmp_path: Path) -> None:
+    (tmp_path / "mine.pl").write_text(
+        FIRST.format("?(p)", f"p :- exists_file('{tmp_path}/there'), !.\np :- halt.")
+    )
+    options = ["--controller", tmp_path / "mine.pl", "--out", tmp_path / "run", "--no-report", "--quiet"]
+    started = start_controller(*options)
+    journal = tmp_path / "run" / "history.pl"
+    while not journal.exists():
+        assert started.poll() is None
+    servers = servers_of(started.pid)
+    _, messages = started.communicate(timeout=60)
+    assert started.returncode == 2, messages
+    assert len(servers) == 2 and gone(servers, 10)
+    (tmp_path / "there").touch()
+    done = controller("--resume", tmp_path / "run", "--no-report", "--quiet")
+    assert done.returncode == 0, done.stderr
+    assert "message" not in json.loads((tmp_path / "run" / "result.json").read_text())
+
+
+def test_ctrl_c_in_a_program_that_it_calls_stops_the_session(tmp_path: Path) -> None:
+    done, _ = session(tmp_path, "?(shell('kill -INT $$'))", "")
+    assert done.returncode == 130, done.stderr
+    assert "ERROR" not in done.stderr
+    assert "Ctrl-C" in json.loads((tmp_path / "run" / "result.json").read_text())["message"]
+
+
+def test_what_it_prints_is_not_in_the_result_that_json_asks_for(tmp_path: Path) -> None:
+    helper = 'p :- format("one~n"), format(user_output, "two~n", []).'
+    done, _ = session(tmp_path, "?(p)", helper, "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["kept"] == ["i1"]
+    assert done.stderr.splitlines()[:2] == ["one", "two"]
+
+
+@pytest.mark.parametrize(
+    ("program", "words"),
+    [
+        ("[]", "takes an image"),
+        ("[choose_reference, take_image, measure, drop_image(no)]", "discarded all that did"),
+    ],
+)
+def test_no_pose_for_its_own_sake_is_not_put_down_to_the_target(
+    tmp_path: Path, program: str, words: str
+) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text(f"proc(control, {program}).\n")
+    done = served("--controller", file, "--out", tmp_path / "run", "--no-report")
+    assert done.returncode == 3, done.stderr
+    assert words in done.stdout
+    assert "--unit" not in done.stdout
