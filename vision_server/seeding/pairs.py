@@ -87,8 +87,9 @@ def must_tell_a_pose(pairs: Pairs, model: Model, camera: Camera) -> None:
     beyond = (pairs.pixels < -0.5) | (pairs.pixels > [camera.width - 0.5, camera.height - 0.5])
     for number in np.flatnonzero(beyond.any(axis=1)):
         u, v = pairs.pixels[number]
+        size = f"{camera.width}x{camera.height}"
         raise BadInput(
-            f"Pair {number + 1}: ({u:g}, {v:g}) is outside of the image of {camera.width}x{camera.height} px.",
+            f"Pair {number + 1}: ({u:g}, {v:g}) is outside of the image of {size} px.",
             "Correct it, or leave it out.",
         )
     low, high = model.vertices.min(axis=0) - model.diameter, model.vertices.max(axis=0) + model.diameter

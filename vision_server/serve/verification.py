@@ -14,6 +14,7 @@ from msgspec import Struct
 from bridge.errors import BadInput
 from bridge.messages import PoseMessage
 from bridge.start_messages import StartArgs
+from geometry.model import about_pivot
 from geometry.pose import Pose
 from stack.format import STACK_FILE
 from stack.read import FramesStack, describe_stack, load_stack
@@ -67,11 +68,13 @@ class Verified:
     ----------
     images : those that the stated pose is from.
     differences : of inputs and numbers, in words; none where all is as stated.
+    to_pivot : model_T_pivot, of the place that the part is turned about: how far poses are apart there.
     """
 
     images: tuple[str, ...]
     differences: tuple[str, ...]
     estimate: Estimate
+    to_pivot: Pose
 
     @property
     def as_stated(self) -> bool:
@@ -113,7 +116,8 @@ def verified(folder: Path) -> Verified:
     names = images_of(stated.pose, stated.steps)
     task = _task(stack, stated.estimated_with, names)
     estimate = task.estimate(names)
-    return Verified(names, (*changed, *_differences(stated, estimate)), estimate)
+    differences = (*changed, *_differences(stated, estimate))
+    return Verified(names, differences, estimate, about_pivot(task.model)[1])
 
 
 def images_of(pose: PoseMessage, steps: list[_Step]) -> tuple[str, ...]:
