@@ -49,13 +49,13 @@ run_on(Program, Options, Run, Theory, past(Seed, Entries, Mode, Follow), Last, O
     option(on_fact(OnFact), Options, none),
     option(max_actions(Max), Options, inf),
     option(max_wait(MaxWait), Options, inf),
-    new_facts_only(File, Options, Entries, Skip),
+    told_by(File, Options, Entries, Told),
     setup_call_cleanup(
-        opened(Mode, Options, Theory, Run, File, Devices, Journal),
-        ( begin(Skip, Journal, begun(Program, Seed)),
+        opened(Mode, Options, Theory, Run, File-Told, Devices, Journal),
+        ( journal_write(Journal, begun(Program, Seed)),
           make_setting([ run(Run), devices(Devices), journal(Journal), on_action(OnAction), on_fact(OnFact),
                          max(Max), max_wait(MaxWait), mode(Mode), follow(Follow) ], X),
-          first_turn(Program, S0, Entries, Skip, First),
+          first_turn(Program, S0, Entries, First),
           option(max_silent(Silent), Options, default),
           catch(with_patience(Silent,
                     turn(First, X, Last, Outcome)),
@@ -84,10 +84,10 @@ known_option(Option) :-
                 history/1, situation/1, rest/1, outcome/1 ]).
 
 opened(replay, _, Theory, Run, _, Devices, Journal) =>
-    journal_open(none, Journal),
+    journal_open(none, 0, Journal),
     open_devices([], Theory, Run, Devices).
-opened(live, Options, Theory, Run, File, Devices, Journal) =>
-    journal_open(File, Journal),
+opened(live, Options, Theory, Run, File-Told, Devices, Journal) =>
+    journal_open(File, Told, Journal),
     catch(open_devices(Options, Theory, Run, Devices), Error,
           ( journal_close(Journal), throw(Error) )).
 
@@ -136,16 +136,12 @@ followed(File, Program, Seed, Entries, Bytes) :-
     ;   throw(error(golog(other_program(File, Program0)), _))
     ).
 
-% Facts that are in the journal already are not written again.
-new_facts_only(File, Options, Entries, Skip) :-
+% told_by(+File, +Options, +Entries, -Told): the facts that the journal has already, where it is the one that is
+% resumed: what was begun, and the entries.
+told_by(File, Options, Entries, Told) :-
     (   option(resume(Resumed), Options),
         File \== none,
         same_file(File, Resumed)
-    ->  length(Entries, Skip)
-    ;   Skip = 0
+    ->  length([_|Entries], Told)
+    ;   Told = 0
     ).
-
-begin(0, Journal, Begun) =>
-    journal_write(Journal, Begun).
-begin(_, _, _) =>
-    true.

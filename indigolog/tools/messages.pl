@@ -161,6 +161,9 @@ said(unknown_option(Option), '~p is not an option of indigolog/2', [Option]).
 said(nothing_runs(A), '~q was reported, and no program runs', [A]).
 said(several_runs(A), '~q was reported, and several programs run: report_exogenous(Run, Action) says which is meant', [A]).
 said(journal_in_use(File), '~w is the journal of another run that is going on', [File]).
+said(journal_exists(File),
+     '~w is there already, and a journal tells of one run: resume it (--resume, resume(File)), or name another file', [File]).
+said(journal_not_written(File, Why), 'cannot write the journal ~w: ~w', [File, Why]).
 said(run_exists(Name), 'a run named ~q is going on already', [Name]).
 said(nothing_happened(Seconds), 'no exogenous action arrived within ~w s', [Seconds]).
 said(deadline(started, Seconds), 'the device did not start within ~w s', [Seconds]).
