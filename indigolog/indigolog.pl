@@ -164,6 +164,7 @@ indigolog(Program) :-
 
 indigolog(Program, Options) :-
     Options = _:Plain,
+    must_be(list, Plain),
     (   option(theory(Theory), Plain)
     ->  in_theory(Theory, checked_run(Program, Options))
     ;   checked_run(Program, Options)

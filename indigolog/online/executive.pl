@@ -3,7 +3,6 @@
           ]).
 /** <module> The online executive: a run, from its options to its outcome */
 
-:- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3, meta_options/3]).
 :- use_module('../language/chance', [with_seed/2]).
 :- use_module('../language/patience', [with_patience/2]).
@@ -11,6 +10,7 @@
 :- use_module('../language/theory', [renewed_theory/1, while_used/2]).
 :- use_module(devices, [close_devices/1, open_devices/4]).
 :- use_module(journal).
+:- use_module(run_options, [known_options/1]).
 :- use_module(runs, [begin_run/2, end_run/1]).
 :- use_module(turn).
 
@@ -67,21 +67,6 @@ run_on(Program, Options, Run, Theory, past(Seed, Entries, Mode, Follow), Last, O
 is_meta(on_action).
 is_meta(follow).
 is_meta(on_fact).
-
-known_options(Options) :-
-    (   member(Option, Options),
-        \+ ( callable(Option), functor(Option, Name, Arity), known_option(Name/Arity) )
-    ->  throw(error(golog(unknown_option(Option)), _))
-    ;   true
-    ).
-
-known_option(Option) :-
-    memberchk(Option,
-              [ check/1, theory/1,        % done by indigolog/2
-                run/1,
-                device/1, device/2, deadline/1, journal/1, resume/1, replay/1, seed/1,
-                max_actions/1, max_wait/1, max_silent/1, on_action/1, on_fact/1, follow/1,
-                history/1, situation/1, rest/1, outcome/1 ]).
 
 opened(replay, _, Theory, Run, _, Devices, Journal) =>
     journal_open(none, 0, Journal),

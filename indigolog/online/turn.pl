@@ -17,7 +17,7 @@ so far and of steps since the last, and the entries of a journal that is followe
 is `live`, or `replay` where only a journal is followed.
 */
 
-:- use_module(library(apply), [foldl/4]).
+:- use_module(library(apply), [foldl/4, maplist/2]).
 :- use_module(library(record)).
 :- use_module('../language/context', [top_context/1]).
 :- use_module('../language/notice', [progress_message/1]).
@@ -282,7 +282,10 @@ carry_out(A, X, S, Result) :-
 % A failed action is an exogenous action if the theory declares it.
 failure(Error, A, S, Result) :-
     situation_module(S, Module),
-    (   Error = error(Reason, _),
+    (   Error = error(Reason0, _),
+        copy_term(Reason0, Reason),
+        term_variables(Reason, Open),
+        maplist(=('_'), Open),            % histories are ground
         \+ \+ Module:exog_action(failed(A, Reason))
     ->  Result = failed(Reason)
     ;   throw(Error)
