@@ -147,7 +147,11 @@ program(Text, Program) :-
     catch(term_to_atom(Program, Text), error(syntax_error(What), _),
           ( syntax_words(What, Words),
             format(atom(Message), 'PROGRAM is not a Prolog term: ~w', [Words]),
-            throw(usage(Message)) )).
+            throw(usage(Message)) )),
+    (   Program == end_of_file
+    ->  throw(usage('PROGRAM is empty'))
+    ;   true
+    ).
 
 syntax_words(end_of_clause, Words) =>
     Words = 'it ends too early'.
