@@ -34,7 +34,7 @@ that File tells of already, and that are not written again.
 %   killed while it writes, is dropped.
 %
 %   @error golog(journal_in_use(File)) if another run of this process writes to it,
-%          golog(journal_exists(File)) if Told is 0 and File is not empty
+%          golog(journal_exists(File)) if Told is 0 and File tells of a run, or of something else
 
 journal_open(none, _, Journal) =>
     Journal = none.
@@ -47,12 +47,20 @@ journal_open(File, Told, Journal) =>
 
 % A second run in one file could not be told from the first.
 may_be_written(File, Told) :-
-    (   Told > 0
-    ->  drop_unfinished(File)
-    ;   size_file(File, 0)
+    (   size_file(File, 0)
     ->  true
+    ;   ( Told > 0 ; not_yet_begun(File) )
+    ->  drop_unfinished(File)
     ;   throw(error(golog(journal_exists(File)), _))
     ).
+
+% Its only line was not finished.
+not_yet_begun(File) :-
+    whole_lines(File, 0),
+    setup_call_cleanup(open(File, read, Stream, [encoding(utf8)]),
+                       read_string(Stream, 6, Start),
+                       close(Stream)),
+    string_concat(Start, _, "begun(").
 
 %   Kept here, since looking through all streams fails where another thread closes one meanwhile.
 not_in_use(File) :-

@@ -330,6 +330,18 @@ test(not_written_twice, [setup(tmp_file(journal, File)), cleanup(delete_file(Fil
     catch(( written(File), fail ), error(golog(journal_exists(File)), _), true),
     read_file_to_string(File, After, []).
 
+% Killed while it wrote the first line.
+test(not_yet_begun, [forall(member(Start, ["", "beg", "begun(in"])), setup(tmp_file(journal, File)), cleanup(delete_file(File)),
+                     Facts = [begun(inc, 1), executed(0, inc, none), ended(final)]]) :-
+    setup_call_cleanup(open(File, write, Out), write(Out, Start), close(Out)),
+    fresh,
+    trace(inc, [device(worker), journal(File), seed(1)], _),
+    read_file_to_terms(File, Facts, []).
+
+test(a_file_of_something_else, [setup(tmp_file(journal, File)), cleanup(delete_file(File)), error(golog(journal_exists(File)))]) :-
+    setup_call_cleanup(open(File, write, Out), write(Out, "notes"), close(Out)),
+    trace(inc, [device(worker), journal(File)], _).
+
 test(a_refused_resume_writes_nothing, [setup(tmp_file(journal, File)), cleanup(delete_file(File)), true(After == Before)]) :-
     setup_call_cleanup(open(File, write, Out),
                        format(Out, "begun(inc,1).~nexecuted(0,look,none).~n", []),
