@@ -138,7 +138,7 @@ situation_holds(Formula, Situation) :-
 %       given more than once.  Without one the theory's execute/2 and exog_occurs/1
 %       are asked, or the terminal
 %     * deadline(Seconds)    for each action of a device
-%     * journal(File)        append a fact for each event
+%     * journal(File)        write a fact for each event; File is new or empty, or the one that is resumed
 %     * resume(File)         replay that journal first
 %     * replay(File)         replay that journal and nothing more: no device is called
 %     * follow(:Closure)     with replay(File): called with the program that is left and the
@@ -164,6 +164,7 @@ indigolog(Program) :-
 
 indigolog(Program, Options) :-
     Options = _:Plain,
+    must_be(list, Plain),
     (   option(theory(Theory), Plain)
     ->  in_theory(Theory, checked_run(Program, Options))
     ;   checked_run(Program, Options)

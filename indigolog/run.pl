@@ -136,7 +136,7 @@ THEORY. Executed actions are printed one a line, then "N actions.".
   --explain         say what was in the way when there is no complete execution
   --trace           say on stderr what happens and what plans search finds
   --seed N          of random choices, online
-  --journal FILE    write a fact an action, online
+  --journal FILE    write a fact an action, online; FILE is new or empty
   --resume FILE     go on after what that journal tells, and write to it
   --replay FILE     follow that journal, and do nothing more
   --help            this text
@@ -147,7 +147,11 @@ program(Text, Program) :-
     catch(term_to_atom(Program, Text), error(syntax_error(What), _),
           ( syntax_words(What, Words),
             format(atom(Message), 'PROGRAM is not a Prolog term: ~w', [Words]),
-            throw(usage(Message)) )).
+            throw(usage(Message)) )),
+    (   Program == end_of_file
+    ->  throw(usage('PROGRAM is empty'))
+    ;   true
+    ).
 
 syntax_words(end_of_clause, Words) =>
     Words = 'it ends too early'.

@@ -107,9 +107,18 @@ prepare_module(Module) :-
     dynamic([ Module:'$fluent'/2, Module:'$action'/2, Module:'$sensed'/1,
               Module:'$uncertain'/1 ]),
     add_import_module(Module, indigolog_published, start),
+    forall(member(Halt, [halt, halt(_)]),
+           ( redefine_system_predicate(Module:Halt),
+             assertz((Module:Halt :- indigolog_loading:no_halt)) )),
     forall(older_axiom(Old, New),
            assertz(Module:term_expansion(Old, New))),
     forall(theories_may_call(PI), Module:import(PI)).
+
+% Prolog would end, without a word, in the middle of a run.
+:- public no_halt/0.
+
+no_halt :-
+    throw(error(golog(called_halt), _)).
 
 % Theories for the published evaluator of possible values (2005) write causes/4, and
 % senses/1 beside settles/5 and rejects/5, which say the same.

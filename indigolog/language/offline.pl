@@ -13,11 +13,16 @@ Do(E, S, S1): Trans* from (E, S) to a configuration that is Final.
 :- use_module(patience, [fresh_mark/1, silent_step/4]).
 :- use_module(situation, [initial_situation/1, situation_history/2, situation_length/2]).
 
+% Share of the stack that an execution may fill; chosen by hand.
+most_of_stack(0.5).
+
 %!  complete(+Program, +Situation, -Situation1) is nondet.
 %
 %   Situation1 is where a complete execution of Program from Situation ends.
 %   A configuration that comes again without an action in between is not
 %   followed again: it cannot lead to another history.
+%
+%   @error golog(no_end(Actions)) if half of the stack is used up before that
 
 complete(E, S, S1) :-
     going(E, S, inf-_, S1).
@@ -70,8 +75,30 @@ onward(E, S, Mark, Limit, S1) :-
     ->  silent_step(Mark, E0, S0, Mark1),
         going(E0, S0, Mark1, Limit, S1)
     ;   within_limit(Limit, N),
+        ( N /\ 0xFFF =:= 0 -> within_stack(N) ; true ),
         going(E0, S0, Limit, S1)
     ).
+
+% Looked at every 4096 actions: beyond half of it, Prolog may not find room to tell of an overflow.
+within_stack(N) :-
+    most_of_stack(Share),
+    current_prolog_flag(stack_limit, Limit),
+    Most is Share*Limit,
+    (   stack_used(Bytes0),
+        Bytes0 =< Most
+    ->  true
+    ;   garbage_collect,
+        stack_used(Bytes),
+        Bytes =< Most
+    ->  true
+    ;   throw(error(golog(no_end(N)), _))
+    ).
+
+stack_used(Bytes) :-
+    statistics(globalused, Global),
+    statistics(localused, Local),
+    statistics(trailused, Trail),
+    Bytes is Global+Local+Trail.
 
 within_limit(Max-Limit, N) :-
     (   Max == inf

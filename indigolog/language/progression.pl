@@ -10,6 +10,7 @@
 /** <module> What actions do to situations */
 
 :- use_module(library(apply), [exclude/3]).
+:- use_module(library(error), [instantiation_error/1]).
 :- use_module(library(lists), [list_to_set/2, member/2]).
 :- use_module(formula, [evaluate/3, holds_in/2, true_in/2]).
 :- use_module(initial, [declared_instance/3]).
@@ -245,6 +246,9 @@ stopped_depth(Situation, Depth) :-
 %
 %   The situation after History (a list, newest action first).  The last result
 %   is remembered, so that stepping through a long history is not quadratic.
+%
+%   @error golog(unknown_entry(Action)), golog(open_action(Action)) if one of them is not
+%          an action of the theory, or has variables in it
 
 history_situation(History, Situation) :-
     current_theory(Theory),
@@ -265,11 +269,24 @@ reach(History, Known, Theory, Situation) :-
     (   situation_history(Known, Done),
         same_term(Done, History)
     ->  Situation = Known
+    ;   var(History)
+    ->  instantiation_error(History)
     ;   History == []
     ->  initial_situation(Theory, Situation)
     ;   History = [A|Earlier]
-    ->  reach(Earlier, Known, Theory, Before),
+    ->  known_entry(A, Theory),
+        reach(Earlier, Known, Theory, Before),
         progress(A, Before, Situation0),
         with_history(History, Situation0, Situation)
     ;   throw(error(type_error(list, History), _))
+    ).
+
+known_entry(A, Theory) :-
+    (   nonvar(A),
+        ( history_mark(A) ; A == wait ; A == abort ; assignment(A, Theory) )
+    ->  true
+    ;   callable(A),
+        action_template(Theory, A, _)
+    ->  ( ground(A) -> true ; throw(error(golog(open_action(A)), _)) )
+    ;   throw(error(golog(unknown_entry(A)), _))
     ).

@@ -170,10 +170,17 @@ executed(Module, A, Result) :-
 %!  poll(+Module, +Events) is det.
 %
 %   Put into the queue Events what has happened at a device.
+%
+%   @error golog(no_events(Module, Reported)) if it reports anything but a list of ground
+%          actions; Reported is `nothing` where exogenous/1 fails
 
 poll(Module, Events) :-
     (   current_predicate(Module:exogenous/1)
-    ->  Module:exogenous(Actions),
-        forall(member(A, Actions), thread_send_message(Events, event(A)))
+    ->  ( Module:exogenous(Actions) -> true ; Actions = nothing ),
+        (   is_list(Actions),
+            ground(Actions)
+        ->  forall(member(A, Actions), thread_send_message(Events, event(A)))
+        ;   throw(error(golog(no_events(Module, Actions)), _))
+        )
     ;   true
     ).

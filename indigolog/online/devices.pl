@@ -11,11 +11,11 @@
 A device is a module that defines
 
     can_execute(+Action)            % semidet: Action is for this device
-    execute(+Action, -Sensing)      % det; Sensing may stay unbound
+    execute(+Action, -Sensing)      % det; Sensing is ground, or stays unbound
 
 and, where it needs them,
 
-    exogenous(-Actions)             % det: what happened since the last call
+    exogenous(-Actions)             % det: what happened since the last call, ground
     resumed(+Situation)             % takes over after a journal was followed
     started, stopped                % around a run
 
@@ -36,6 +36,8 @@ device(Module, Deadline, Where), Where being `here` or thread(Id, Requests, Repl
 :- use_module(library(option), [option/3]).
 :- use_module(library(time), [call_with_time_limit/2]).
 :- use_module(device_thread).
+:- use_module(run_options, [known_device_options/2]).
+:- use_module(runs, [known_event/1]).
 :- use_module('../language/sensing', [sensing_action/2]).
 :- use_module(terminal).
 :- use_module('../language/theory', [assignment/2, history_mark/1, theory_module/2]).
@@ -70,13 +72,6 @@ open_each([Module-Options|Specs], Deadline0, Run, Opened, [Device|List]) :-
     catch(open_device(Module, Options, Deadline, Run, Device), Error,
           ( close_each(Opened), throw(Error) )),
     open_each(Specs, Deadline0, Run, [Device|Opened], List).
-
-known_device_options(Module, Options) :-
-    (   member(Option, Options),
-        \+ ( nonvar(Option), ( Option = thread(_) ; Option = deadline(_) ) )
-    ->  throw(error(golog(unknown_option(device(Module, [Option]))), _))
-    ;   true
-    ).
 
 known_device(Module) :-
     (   member(PI, [can_execute/1, execute/2]),
@@ -122,14 +117,16 @@ internal_action(A, Theory) :-
 %   Sensing is `none` for an action that senses nothing.
 %
 %   @error golog(deadline(Action, Seconds)), golog(device_failed(Device, Action)),
-%          golog(nothing_sensed(Action)), and whatever a device throws
+%          golog(nothing_sensed(Action)), golog(open_result(Action)), and whatever a
+%          device throws
 
 execute_action(Devices, Theory, A, Sensing) :-
     carried_out(Devices, Theory, A, Sensing0),
-    (   nonvar(Sensing0)
+    (   ground(Sensing0)
     ->  Sensing = Sensing0
     ;   sensing_action(Theory, A)
-    ->  throw(error(golog(nothing_sensed(A)), _))
+    ->  ( var(Sensing0) -> Error = nothing_sensed(A) ; Error = open_result(A) ),
+        throw(error(golog(Error), _))
     ;   Sensing = none
     ).
 
@@ -198,7 +195,8 @@ look(devices([], Events, Theory)) :-
     (   clause(Module:exog_occurs(_), _),
         Module:exog_occurs(A),
         nonvar(A)
-    ->  thread_send_message(Events, event(A))
+    ->  known_event(A),
+        thread_send_message(Events, event(A))
     ;   true
     ).
 look(devices(List, Events, _)) :-

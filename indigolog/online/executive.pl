@@ -3,7 +3,6 @@
           ]).
 /** <module> The online executive: a run, from its options to its outcome */
 
-:- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3, meta_options/3]).
 :- use_module('../language/chance', [with_seed/2]).
 :- use_module('../language/patience', [with_patience/2]).
@@ -11,6 +10,7 @@
 :- use_module('../language/theory', [renewed_theory/1, while_used/2]).
 :- use_module(devices, [close_devices/1, open_devices/4]).
 :- use_module(journal).
+:- use_module(run_options, [known_options/1]).
 :- use_module(runs, [begin_run/2, end_run/1]).
 :- use_module(turn).
 
@@ -49,13 +49,13 @@ run_on(Program, Options, Run, Theory, past(Seed, Entries, Mode, Follow), Last, O
     option(on_fact(OnFact), Options, none),
     option(max_actions(Max), Options, inf),
     option(max_wait(MaxWait), Options, inf),
-    new_facts_only(File, Options, Entries, Skip),
+    told_by(File, Options, Entries, Told),
     setup_call_cleanup(
-        opened(Mode, Options, Theory, Run, File, Devices, Journal),
-        ( begin(Skip, Journal, begun(Program, Seed)),
+        opened(Mode, Options, Theory, Run, File-Told, Devices, Journal),
+        ( journal_write(Journal, begun(Program, Seed)),
           make_setting([ run(Run), devices(Devices), journal(Journal), on_action(OnAction), on_fact(OnFact),
                          max(Max), max_wait(MaxWait), mode(Mode), follow(Follow) ], X),
-          first_turn(Program, S0, Entries, Skip, First),
+          first_turn(Program, S0, Entries, First),
           option(max_silent(Silent), Options, default),
           catch(with_patience(Silent,
                     turn(First, X, Last, Outcome)),
@@ -68,26 +68,11 @@ is_meta(on_action).
 is_meta(follow).
 is_meta(on_fact).
 
-known_options(Options) :-
-    (   member(Option, Options),
-        \+ ( callable(Option), functor(Option, Name, Arity), known_option(Name/Arity) )
-    ->  throw(error(golog(unknown_option(Option)), _))
-    ;   true
-    ).
-
-known_option(Option) :-
-    memberchk(Option,
-              [ check/1, theory/1,        % done by indigolog/2
-                run/1,
-                device/1, device/2, deadline/1, journal/1, resume/1, replay/1, seed/1,
-                max_actions/1, max_wait/1, max_silent/1, on_action/1, on_fact/1, follow/1,
-                history/1, situation/1, rest/1, outcome/1 ]).
-
 opened(replay, _, Theory, Run, _, Devices, Journal) =>
-    journal_open(none, Journal),
+    journal_open(none, 0, Journal),
     open_devices([], Theory, Run, Devices).
-opened(live, Options, Theory, Run, File, Devices, Journal) =>
-    journal_open(File, Journal),
+opened(live, Options, Theory, Run, File-Told, Devices, Journal) =>
+    journal_open(File, Told, Journal),
     catch(open_devices(Options, Theory, Run, Devices), Error,
           ( journal_close(Journal), throw(Error) )).
 
@@ -136,16 +121,12 @@ followed(File, Program, Seed, Entries, Bytes) :-
     ;   throw(error(golog(other_program(File, Program0)), _))
     ).
 
-% Facts that are in the journal already are not written again.
-new_facts_only(File, Options, Entries, Skip) :-
+% told_by(+File, +Options, +Entries, -Told): the facts that the journal has already, where it is the one that is
+% resumed: what was begun, and the entries.
+told_by(File, Options, Entries, Told) :-
     (   option(resume(Resumed), Options),
         File \== none,
         same_file(File, Resumed)
-    ->  length(Entries, Skip)
-    ;   Skip = 0
+    ->  length([_|Entries], Told)
+    ;   Told = 0
     ).
-
-begin(0, Journal, Begun) =>
-    journal_write(Journal, Begun).
-begin(_, _, _) =>
-    true.

@@ -1,5 +1,5 @@
 :- module(indigolog_journal,
-          [ journal_open/2,           % +File, -Journal
+          [ journal_open/3,           % +File, +Told, -Journal
             journal_write/2,          % +Journal, +Fact
             journal_close/1,          % +Journal
             journal_entries/3,        % +File, -Begun, -Entries
@@ -18,26 +18,49 @@ One Prolog fact an event, flushed before the next step:
 
 Turn counts the steps of the program, those without an action too, so that a
 resumed run meets each exogenous action where it was met.
+
+A journal that is written is journal(Stream, File, Told): Told counts the facts still to come
+that File tells of already, and that are not written again.
 */
 
 :- use_module(library(apply), [partition/4, include/3]).
 
-:- dynamic in_use/2.                    % Journal, File
+:- dynamic in_use/2.                    % Stream, File
 
-%!  journal_open(+File, -Journal) is det.
+%!  journal_open(+File, +Told, -Journal) is det.
 %
-%   Append to File; File may be `none`.  A last line that was not finished, as a
-%   process leaves it that is killed while it writes, is dropped.
+%   Write to File; File may be `none`.  Its first Told facts are there already, from the
+%   run that is resumed.  A last line that was not finished, as a process leaves it that is
+%   killed while it writes, is dropped.
 %
-%   @error golog(journal_in_use(File)) if another run of this process writes to it
+%   @error golog(journal_in_use(File)) if another run of this process writes to it,
+%          golog(journal_exists(File)) if Told is 0 and File tells of a run, or of something else
 
-journal_open(none, Journal) =>
+journal_open(none, _, Journal) =>
     Journal = none.
-journal_open(File, Journal) =>
+journal_open(File, Told, Journal) =>
     with_mutex(indigolog_journal,
-               ( ( exists_file(File) -> not_in_use(File), drop_unfinished(File) ; true ),
-                 open(File, append, Journal, [encoding(utf8)]),
-                 assertz(in_use(Journal, File)) )).
+               ( ( exists_file(File) -> not_in_use(File), may_be_written(File, Told) ; true ),
+                 open(File, append, Stream, [encoding(utf8)]),
+                 assertz(in_use(Stream, File)) )),
+    Journal = journal(Stream, File, Told).
+
+% A second run in one file could not be told from the first.
+may_be_written(File, Told) :-
+    (   size_file(File, 0)
+    ->  true
+    ;   ( Told > 0 ; not_yet_begun(File) )
+    ->  drop_unfinished(File)
+    ;   throw(error(golog(journal_exists(File)), _))
+    ).
+
+% Its only line was not finished.
+not_yet_begun(File) :-
+    whole_lines(File, 0),
+    setup_call_cleanup(open(File, read, Stream, [encoding(utf8)]),
+                       read_string(Stream, 6, Start),
+                       close(Stream)),
+    string_concat(Start, _, "begun(").
 
 %   Kept here, since looking through all streams fails where another thread closes one meanwhile.
 not_in_use(File) :-
@@ -80,20 +103,28 @@ last_line_end(Stream, Bytes0, Bytes) :-
     ).
 
 %!  journal_write(+Journal, +Fact) is det.
+%
+%   @error golog(journal_not_written(File, Why))
 
 journal_write(none, _) =>
     true.
-journal_write(Journal, Fact) =>
-    write_term(Journal, Fact,
-               [ quoted(true), ignore_ops(false), numbervars(false),
-                 fullstop(true), nl(true) ]),
-    flush_output(Journal).
+journal_write(Journal, _), Journal = journal(_, _, Told), Told > 0 =>
+    Told1 is Told-1,
+    nb_setarg(3, Journal, Told1).
+journal_write(journal(Stream, File, _), Fact) =>
+    catch(( write_term(Stream, Fact,
+                       [ quoted(true), ignore_ops(false), numbervars(false),
+                         fullstop(true), nl(true) ]),
+            flush_output(Stream) ),
+          error(io_error(write, _), context(_, Why)),
+          throw(error(golog(journal_not_written(File, Why)), _))).
 
+% What a full disk did not take would be tried again, and that error hide the first.
 journal_close(none) =>
     true.
-journal_close(Journal) =>
-    retractall(in_use(Journal, _)),
-    close(Journal).
+journal_close(journal(Stream, _, _)) =>
+    retractall(in_use(Stream, _)),
+    close(Stream, [force(true)]).
 
 %!  journal_entries(+File, -Begun, -Entries) is semidet.
 %!  journal_entries(+File, -Begun, -Entries, -Bytes) is semidet.

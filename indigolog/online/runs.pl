@@ -9,7 +9,8 @@
             request_abort/0,
             request_abort/1,          % +Name
             report_exogenous/1,       % +Action
-            report_exogenous/2        % +Name, +Action
+            report_exogenous/2,       % +Name, +Action
+            known_event/1             % +Action
           ]).
 /** <module> The runs that are going on in this process, and messages to them
 
@@ -82,12 +83,14 @@ requested(Run, Request) :-
 %   Make a run end between two steps with stopped(Reason): the run of this thread, all runs
 %   if it has none, or the one of that Name.  May be called from a signal handler, a device or
 %   another thread.
+%
+%   @error golog(no_run(Name))
 
 request_stop(Reason) :-
     request_of_all(stop(Reason)).
 
 request_stop(Name, Reason) :-
-    forall(running(Run, Name, _), assertz(request(Run, stop(Reason)))).
+    request_of(Name, stop(Reason)).
 
 %!  request_abort is det.
 %!  request_abort(+Name) is det.
@@ -98,7 +101,13 @@ request_abort :-
     request_of_all(abort).
 
 request_abort(Name) :-
-    forall(running(Run, Name, _), assertz(request(Run, abort))).
+    request_of(Name, abort).
+
+request_of(Name, Request) :-
+    (   running(Run, Name, _)
+    ->  assertz(request(Run, Request))
+    ;   throw(error(golog(no_run(Name)), _))
+    ).
 
 request_of_all(Request) :-
     (   own_run(Run)
@@ -112,7 +121,7 @@ request_of_all(Request) :-
 %   Tell a run of an exogenous action: the run of this thread, the only one if it has none,
 %   or the one of that Name.  May be called from any thread.
 %
-%   @error golog(nothing_runs(Action)), golog(several_runs(Action))
+%   @error golog(nothing_runs(Action)), golog(several_runs(Action)), golog(open_event(Action))
 
 report_exogenous(Action) :-
     (   own_run(Run)
@@ -133,6 +142,17 @@ report_exogenous(Name, Action) :-
     ).
 
 report(Run, Action) :-
+    known_event(Action),
     catch(thread_send_message(Run, event(Action)),
           error(existence_error(_, _), _),     % it has just ended
           throw(error(golog(nothing_runs(Action)), _))).
+
+%!  known_event(+Action) is det.
+%
+%   @error golog(open_event(Action)) if Action is not ground: what happened is not known then
+
+known_event(Action) :-
+    (   ground(Action)
+    ->  true
+    ;   throw(error(golog(open_event(Action)), _))
+    ).

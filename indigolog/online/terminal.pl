@@ -39,6 +39,9 @@ answer(Action, Results, Sensing) :-
     prompt_for(sensing(Action, Results), Answer),
     (   Answer == end_of_file
     ->  throw(error(golog(no_answer(Action)), _))
+    ;   \+ ground(Answer)
+    ->  print_message(error, golog(open_answer(Answer))),
+        answer(Action, Results, Sensing)
     ;   ( Results == [] ; memberchk(Answer, Results) )
     ->  Sensing = Answer
     ;   print_message(error, golog(no_answer_of(Answer, Results))),
@@ -74,10 +77,12 @@ ask_exog_occurs(Action) :-
     (   Answer == end_of_file
     ->  nb_setval(indigolog_input_ended, true),
         fail
-    ;   true
-    ),
-    Answer \== nil,
-    Action = Answer.
+    ;   ground(Answer)
+    ->  Answer \== nil,
+        Action = Answer
+    ;   print_message(error, golog(open_answer(Answer))),
+        ask_exog_occurs(Action)
+    ).
 
 %!  input_ended is semidet.
 %

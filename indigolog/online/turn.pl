@@ -1,6 +1,6 @@
 :- module(indigolog_turn,
           [ turn/4,                   % +Turn, +Setting, -Last, -Outcome
-            first_turn/5,             % +Program, +Situation, +Entries, +Skip, -Turn
+            first_turn/4,             % +Program, +Situation, +Entries, -Turn
             turn_program/2,           % +Turn, -Program
             turn_situation/2,         % +Turn, -Situation
             make_setting/2            % +Fields, -Setting
@@ -13,12 +13,11 @@ program that has none may end.  An action of the step is carried to the device
 that can execute it before the next turn.
 
 A turn is a record of the program and the situation, the number of steps, the count of actions
-so far and of steps since the last, the entries of a journal that is followed, and how many of
-those to skip, for they need not be written again.  The setting stays the same in a run; its mode
+so far and of steps since the last, and the entries of a journal that is followed.  The setting stays the same in a run; its mode
 is `live`, or `replay` where only a journal is followed.
 */
 
-:- use_module(library(apply), [foldl/4]).
+:- use_module(library(apply), [foldl/4, maplist/2]).
 :- use_module(library(record)).
 :- use_module('../language/context', [top_context/1]).
 :- use_module('../language/notice', [progress_message/1]).
@@ -34,7 +33,7 @@ is `live`, or `replay` where only a journal is followed.
 :- use_module(runs, [requested/2]).
 :- use_module(terminal, [ask_in/2]).
 
-:- record turn(program, situation, number=0, count=0, silent=0, entries=[], skip=0).
+:- record turn(program, situation, number=0, count=0, silent=0, entries=[]).
 :- record setting(run, devices, journal, on_action, on_fact, max, max_wait, mode, follow).
 
 record_goal(Goal) :-
@@ -48,10 +47,10 @@ goal_expansion(Goal, Unifications) :-
     record_goal(Goal),
     unfolded(indigolog_turn:Goal, Unifications).
 
-%!  first_turn(+Program, +Situation, +Entries, +Skip, -Turn) is det.
+%!  first_turn(+Program, +Situation, +Entries, -Turn) is det.
 
-first_turn(E, S, Entries, Skip, T) :-
-    make_turn([program(E), situation(S), entries(Entries), skip(Skip)], T).
+first_turn(E, S, Entries, T) :-
+    make_turn([program(E), situation(S), entries(Entries)], T).
 
 %!  turn(+Turn, +Setting, -Last, -Outcome) is det.
 %
@@ -191,22 +190,16 @@ taken_in(X, A, T0, T) :-
     situation_module(S0, Module),
     (   \+ \+ Module:exog_action(A)
     ->  progress(A, S0, S1),
-        set_situation_of_turn(S1, T0, T1),
-        happened(exogenous(N, A), A, X, T1, T)
+        set_situation_of_turn(S1, T0, T),
+        happened(exogenous(N, A), A, X, T)
     ;   print_message(warning, golog(undeclared_event(A))),
         T = T0
     ).
 
-% Write Fact to the journal, unless it came from there, and tell of Action.
-happened(Fact, Action, X, T0, T) :-
-    turn_skip(T0, Skip0),
-    (   Skip0 > 0
-    ->  Skip is Skip0-1,
-        set_skip_of_turn(Skip, T0, T)
-    ;   setting_journal(X, Journal),
-        journal_write(Journal, Fact),
-        T = T0
-    ),
+% Write Fact to the journal, and tell of Action.
+happened(Fact, Action, X, T) :-
+    setting_journal(X, Journal),
+    journal_write(Journal, Fact),
     progress_message(Fact),
     turn_situation(T, S),
     setting_on_action(X, OnAction),
@@ -251,8 +244,8 @@ do_action(A, N, S, X, T0, T) :-
     Count is Count0+1,
     set_situation_of_turn(S1, T0, T1),
     set_count_of_turn(Count, T1, T2),
-    set_entries_of_turn(Entries, T2, T3),
-    happened(Fact, Done, X, T3, T),
+    set_entries_of_turn(Entries, T2, T),
+    happened(Fact, Done, X, T),
     resumed_if_last(Entries0, X, T).
 
 sensed(A, Sensing, S, S1) :-
@@ -289,7 +282,10 @@ carry_out(A, X, S, Result) :-
 % A failed action is an exogenous action if the theory declares it.
 failure(Error, A, S, Result) :-
     situation_module(S, Module),
-    (   Error = error(Reason, _),
+    (   Error = error(Reason0, _),
+        copy_term(Reason0, Reason),
+        term_variables(Reason, Open),
+        maplist(=('_'), Open),            % histories are ground
         \+ \+ Module:exog_action(failed(A, Reason))
     ->  Result = failed(Reason)
     ;   throw(Error)

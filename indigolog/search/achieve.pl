@@ -10,6 +10,7 @@ with a growing bound, in forward direction.
 :- use_module(library(error), [must_be/2]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(option), [option/3]).
+:- use_module(library(solution_sequences), [distinct/2]).
 :- use_module(conditional, [after_action/4]).
 :- use_module('../language/formula', [holds_in/2]).
 :- use_module('../language/notice', [progress_message/1]).
@@ -27,7 +28,8 @@ most_supposed(1000).
 %   branch has more than Max actions, those with the least longest branch first.
 %   Options:
 %
-%     * actions(List)   the actions that may be used
+%     * actions(List)   the actions that may be used; what their declarations and preconditions
+%       leave open of them is bound as it stands there
 %     * id(Name)        the name of the problem for restrict_actions/6, Goal by default
 %     * simid(Id)       before each action the exogenous actions of simulator(Id,
 %       Condition, Action) happen, each while its condition holds
@@ -45,8 +47,9 @@ plan_for(Goal, S, Max, Options, Plan) :-
     option(id(Name), Known, Goal),
     option(simid(Simulator), Known, none),
     option(actions(Actions), Known, [_]),
-    between(0, Max, N),
-    reach(problem(Name, Goal, Actions, Simulator), N, S, Plan).
+    distinct(Plan,                        % a larger bound finds the shorter ones, too
+             ( between(0, Max, N),
+               reach(problem(Name, Goal, Actions, Simulator), N, S, Plan) )).
 
 % Options of achieve/3, or, as in older theories, the list of actions.
 planning_options(Options, Known) :-
@@ -101,11 +104,14 @@ allowed_action(Actions, S, A) :-
     situation_theory(S, Theory),
     theory_module(Theory, Module),
     Module:prim_action(A),
-    \+ \+ member(A, Actions),
     (   ground(A)
-    ->  \+ \+ ( Module:poss(A, P), holds_in(P, S) )
-    ;   Module:poss(A, P), holds_in(P, S), ground(A)
+    ->  \+ \+ ( member(A, Actions), possible(A, Module, S) )
+    ;   distinct(A, ( member(A, Actions), possible(A, Module, S), ground(A) ))
     ).
+
+possible(A, Module, S) :-
+    Module:poss(A, P),
+    holds_in(P, S).
 
 % supposed(+Simulator, +Situation, -Situation1, -Plan, ?Rest): what the simulator makes
 % happen, which stands in the plan as sim(Action).

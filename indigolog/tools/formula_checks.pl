@@ -153,6 +153,10 @@ domain_problem(V, In, Theory, Kind, What) :-
     (   is_list(V)
     ->  member(V0, V),
         domain_problem(V0, In, Theory, Kind, What)
+    ;   ( V = (V0, _) -> true ; V0 = V ),
+        \+ may_be_bound(V0),
+        Kind = error,
+        What = no_variable(In, V0)
     ;   V = (_, D),
         nonvar(D),
         \+ is_list(D),
@@ -163,6 +167,16 @@ domain_problem(V, In, Theory, Kind, What) :-
         ;   true
         ),
         What = no_domain(In, D)
+    ).
+
+% A Prolog variable, or an atom that stands for one; in random order; several with one domain.
+may_be_bound(V) :-
+    (   ( var(V) ; atom(V) )
+    ->  true
+    ;   V = r(V0)
+    ->  may_be_bound(V0)
+    ;   is_list(V),
+        \+ ( member(V0, V), \+ may_be_bound(V0) )
     ).
 
 domain_exists(D, Theory) :-

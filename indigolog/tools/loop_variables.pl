@@ -9,7 +9,7 @@ in every round the value of the first.
 
 :- use_module(library(lists), [member/2]).
 :- use_module(library(occurs), [occurrences_of_var/3, sub_term/2]).
-:- use_module('../language/binding', [binder/3, bound_variables/2]).
+:- use_module('../language/binding', [binder/3]).
 
 %!  kept_variable(+Body, +Clause, -Part) is nondet.
 %
@@ -40,9 +40,17 @@ binds(T, V) :-
     ;   T = for(Vs, _, _)
     ;   T = interrupt(Vs, _, _)
     ),
-    bound_variables(Vs, Bound),
-    member(V0, Bound),
-    V0 == V.
+    among(V, Vs).
+
+% among(+Variable, +Variables): Variables as they stand in a construct, some with a domain or r(Variable).
+among(V, Vs) :-
+    (   V == Vs
+    ->  true
+    ;   nonvar(Vs),
+        ( Vs = (V0, _) ; Vs = r(V0) ; Vs = [V0|_] ; Vs = [_|V0] ),
+        among(V, V0)
+    ->  true
+    ).
 
 % binding_parts(+Loop, -Pairs): Variable-Part for each place where Loop may bind a
 % variable, Part being the smallest term around it.

@@ -86,6 +86,8 @@ message(device_left(Device)) -->
 message(no_answer_of(Answer, Results)) -->
     { some_terms(Results, Text) },
     [ '~q is not one of ~w'-[Answer, Text] ].
+message(open_answer(Answer)) -->
+    [ '~p has variables in it; a ground term, please'-[Answer] ].
 message(no_term(Text)) -->
     [ '~w: not a Prolog term; once more, please'-[Text] ].
 message(undeclared_event(A)) -->
@@ -122,12 +124,18 @@ error_text(search_option(Option)) -->
     [ '~q is not an option of search/2: strategy(depth, breadth, iterative, best, astar or beam(Width)), '-[Option], nl,
       'heuristic(Term), cost(Term), cost(Action, Term), weight(W), max_nodes(N), max_seconds(T), max_mb(M), anytime(true)'-[] ].
 error_text(search_depth(N)) -->
-    [ 'search followed an execution for ~D actions without coming to its end; '-[N],
-      'search(E, [strategy(breadth)]) or another strategy bounds it'-[] ].
+    [ 'search followed an execution for ~D actions without coming to its end; '-[N], nl,
+      'search(E, [strategy(depth)]) goes on within its budget, strategy(breadth) finds a shorter one if there is one'-[] ].
 error_text(unknown_action(A)) -->
     { functor(A, Name, Arity) },
     [ '~q is neither an action nor a procedure of the theory (~q)'-[Name/Arity, A] ],
     hint(A).
+error_text(unknown_entry(A)) -->
+    [ '~p in a history is not an action of the theory'-[A] ],
+    ( { callable(A) } -> hint(A) ; [] ).
+error_text(no_end(N)) -->
+    [ 'no end was found within ~D actions, which fill half of the stack; a limit (--max-actions, do/4)'-[N], nl,
+      'or search(E, [strategy(breadth)]) finds a shorter execution if there is one, swipl --stack-limit=4g a longer one'-[] ].
 error_text(no_clause(A)) -->
     { functor(A, Name, Arity) },
     [ 'no clause of the procedure ~q matches ~q'-[Name/Arity, A] ].
@@ -158,9 +166,15 @@ said(journal_differs(Entry, _), 'cannot resume: the program does not come to wha
 said(journal(File, Line), '~w:~d: not a fact of a journal', [File, Line]).
 said(no_device(Module, PI), '~q is not a device: it does not define ~q', [Module, PI]).
 said(unknown_option(Option), '~p is not an option of indigolog/2', [Option]).
+said(option_value(Option, What), 'the option ~p takes ~w', [Option, What]).
+said(no_run(Name), 'no run named ~q is going on', [Name]).
+said(called_halt, 'halt was called, which would end Prolog and not the program: abort ends a program', []).
 said(nothing_runs(A), '~q was reported, and no program runs', [A]).
 said(several_runs(A), '~q was reported, and several programs run: report_exogenous(Run, Action) says which is meant', [A]).
 said(journal_in_use(File), '~w is the journal of another run that is going on', [File]).
+said(journal_exists(File),
+     '~w is there already, and a journal tells of one run: resume it (--resume, resume(File)), or name another file', [File]).
+said(journal_not_written(File, Why), 'cannot write the journal ~w: ~w', [File, Why]).
 said(run_exists(Name), 'a run named ~q is going on already', [Name]).
 said(nothing_happened(Seconds), 'no exogenous action arrived within ~w s', [Seconds]).
 said(deadline(started, Seconds), 'the device did not start within ~w s', [Seconds]).
@@ -168,6 +182,10 @@ said(deadline(A, Seconds), 'the device did not finish ~q within ~w s', [A, Secon
 said(device_failed(D, A), 'device ~q failed to execute ~q', [D, A]).
 said(not_boolean_result(A, F, R), '~q sensed ~q, but ~q, which it senses, is true or false', [A, R, F]).
 said(nothing_sensed(A), 'the device gave no sensing result for ~q', [A]).
+said(open_result(A), 'the device gave a sensing result for ~q that has variables in it', [A]).
+said(open_event(A), 'the exogenous action ~p is not ground', [A]).
+said(no_events(D, nothing), 'device ~q: its exogenous/1 failed; with nothing to report it gives []', [D]).
+said(no_events(D, As), 'device ~q reports ~p: its exogenous/1 gives a list of ground actions', [D, As]).
 said(no_theory, 'No theory is loaded: call load_theory(File) first', []).
 said(load(Files, Count), '~w error(s) while loading the theory ~q: see above', [Count, Files]).
 said(module_header(File, Own), '~w begins with module(~q, ...): a theory file is plain Prolog with no header', [File, Own]).

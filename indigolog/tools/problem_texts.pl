@@ -64,6 +64,10 @@ said(exogenous_step(In, A), In, '~q is an exogenous action: as a step of a progr
 said(no_commit(In), In, 'commit is not of this language: search does not prune what it may still need', []).
 said(idle_loop(In, E), In, 'the loop ~q makes no action: once begun, only an exogenous action can end it', [E]).
 said(no_domain(In, D), In, 'the domain ~q is neither a list nor a predicate of one argument', [D]).
+said(no_variable(In, V), In, '~q stands where a variable must: a Prolog variable or an atom', [V]).
+said(no_count(In, E, N), In, '~q takes a whole number, not ~q', ['$pi'(E), N]).
+said(no_seconds(In, E, T), In, '~q takes a number of seconds, not ~q', ['$pi'(E), T]).
+said(no_list(In, E, A), In, '~q takes a list, not ~q', ['$pi'(E), A]).
 said(unused(In, Construct, V), In, '~w binds ~q, which is not used', [Construct, V]).
 said(no_poss(A), none, 'action ~q has no precondition axiom and will never be possible', ['$pi'(A)]).
 said(no_initial(F), none, 'fluent ~q has no initial value', ['$pi'(F)]).

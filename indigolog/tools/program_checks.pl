@@ -49,6 +49,8 @@ program_problem(E, In, Theory, Kind, What) :-
     ->  (   member(Part, Parts),
             part_problem(Part, In, Theory, Kind, What)
         ;   unused_variable(E, In, Kind, What)
+        ;   argument_problem(E, In, What),
+            Kind = error
         ;   E == commit,
             Kind = error,
             What = no_commit(In)
@@ -77,6 +79,27 @@ program_problem(E, In, Theory, Kind, What) :-
     ;   Kind = error,
         What = no_program(In, E)
     ).
+
+% An argument that is no program and no formula, and that no construct may put in place of an atom.
+argument_problem(E, in(Label, Names), What) :-
+    ( E = star(_, A) ; E = achieve(_, A) ; E = achieve(_, A, _) ),
+    nonvar(A),
+    \+ integer(A),
+    \+ memberchk(A, Names),
+    What = no_count(in(Label, Names), E, A).
+argument_problem(E, in(Label, Names), What) :-
+    ( E = time(_, A) ; E = ttime(_, A) ),
+    nonvar(A),
+    \+ number(A),
+    \+ memberchk(A, Names),
+    What = no_seconds(in(Label, Names), E, A).
+argument_problem(E, in(Label, Names), What) :-
+    ( E = case(_, A) ; construct(E, [programs(A)]) ),
+    nonvar(A),
+    \+ A = [_|_],
+    \+ is_list(A),
+    \+ memberchk(A, Names),
+    What = no_list(in(Label, Names), E, A).
 
 % An action with constant arguments that is not among the declared ones.
 no_instance(A, In, Theory) :-

@@ -21,6 +21,7 @@ The commands are those that the console (console.pl) lists, as terms.
 :- use_module(explain, [why/3]).
 :- use_module('../language/formula', [holds_in/2]).
 :- use_module('../online/journal', [journal_entries/3]).
+:- use_module('../online/run_options', [known_options/1]).
 :- use_module('../online/runs', [begin_run/2, end_run/1]).
 :- use_module('../language/progression', [progress/3]).
 :- use_module('../language/sensing', [sensing_action/2]).
@@ -34,6 +35,7 @@ The commands are those that the console (console.pl) lists, as terms.
 %   replay(File): steps are those of that journal to its end.
 
 start_stepper(Program, Options, stepper([conf(Program, S, Entries)], Devices)) :-
+    known_options(Options),
     current_theory(Theory),
     option(replay(File), Options, none),
     (   File == none

@@ -5,7 +5,7 @@
 :- use_module(library(random), [random_member/2]).
 :- use_module(library(readutil), [read_file_to_terms/3]).
 :- use_module('../../indigolog/indigolog').
-:- use_module('../../indigolog/online/journal', [journal_close/1, journal_open/2]).
+:- use_module('../../indigolog/online/journal', [journal_close/1, journal_open/3]).
 :- use_module(theory_text).
 
 /** <module> Many agents in one process, one after the other, in threads, interleaved, and inside one another
@@ -223,7 +223,7 @@ test(journals_of_many_threads, [true(Ends == Expected)]) :-
 many_journals(N) :-
     tmp_file_stream(File, Stream, [encoding(utf8)]),
     close(Stream),
-    call_cleanup(forall(between(1, N, _), ( journal_open(File, Journal), journal_close(Journal) )), delete_file(File)).
+    call_cleanup(forall(between(1, N, _), ( journal_open(File, 0, Journal), journal_close(Journal) )), delete_file(File)).
 
 % Which of two is meant?
 test(several_runs, error(golog(several_runs(bump)))) :-

@@ -104,6 +104,11 @@ test(journal_and_back, [setup(tmp_file(journal, File)), cleanup(delete_file(File
     run([Program, '--resume', File], "", 0, Again, _),
     run([Program, '--replay', File], "", 0, Replayed, _).
 
+test(the_same_journal_again, [setup(tmp_file(journal, File)), cleanup(delete_file(File)), Status-true == 2-Said]) :-
+    run([inc, '--journal', File], "", 0, _, _),
+    run([inc, '--journal', File], "", Status, _, Errors),
+    said(Errors, "resume it (--resume, resume(File)), or name another file", Said).
+
 test(bad_usage, [forall(wrong(Words, Text)), Status-true == 2-Said]) :-
     run(Words, "", Status, _, Errors),
     said(Errors, Text, Said).

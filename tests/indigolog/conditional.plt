@@ -3,6 +3,7 @@
 :- use_module(library(apply), [exclude/3]).
 :- use_module(library(lists), [member/2, reverse/2]).
 :- use_module('../../indigolog/indigolog').
+:- use_module(theory_text, [load_text/1]).
 
 /** <module> Conditional plans: what happens to them when the world does something else; options of achieve */
 
@@ -87,5 +88,16 @@ test(simulator_without_end, error(golog(simulator_loops(for_ever)))) :-
 
 test(unknown_option, error(golog(achieve_option(deep(3))))) :-
     do(achieve(delivered, 2, [actions([deliver]), deep(3)]), [], _).
+
+% The theory leaves the argument free: those of the list are meant.
+test(actions_with_free_arguments, [setup(load_text("fun_fluent(at). initially(at, a). prim_action(go(_)). poss(go(_), true).
+                                                    causes_val(go(X), at, X, true).")),
+                                   cleanup(load(errand)), all(H == [[go(b)]])]) :-
+    do(achieve(at = b, 1, [actions([go(c), go(b), go(_), go(b)])]), [], H).
+
+test(each_plan_once, [setup(load_text("fun_fluent(n). initially(n, 0). prim_action(inc). poss(inc, true).
+                                       causes_val(inc, n, N, N is n+1).")),
+                      cleanup(load(errand)), all(H == [[inc, inc]])]) :-
+    do(achieve(n = 2, 4, [actions([inc])]), [], H).
 
 :- end_tests(achieve).

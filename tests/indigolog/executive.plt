@@ -323,4 +323,43 @@ test(a_line_that_is_no_fact, [setup(tmp_file(journal, File)), cleanup(delete_fil
 test(no_journal, error(golog(no_journal('/nowhere/at/all')))) :-
     trace(inc, [device(worker), resume('/nowhere/at/all')], _).
 
+% The same command again must not spoil what the first left behind.
+test(not_written_twice, [setup(tmp_file(journal, File)), cleanup(delete_file(File)), true(After == Before)]) :-
+    written(File),
+    read_file_to_string(File, Before, []),
+    catch(( written(File), fail ), error(golog(journal_exists(File)), _), true),
+    read_file_to_string(File, After, []).
+
+% Killed while it wrote the first line.
+test(not_yet_begun, [forall(member(Start, ["", "beg", "begun(in"])), setup(tmp_file(journal, File)), cleanup(delete_file(File)),
+                     Facts = [begun(inc, 1), executed(0, inc, none), ended(final)]]) :-
+    setup_call_cleanup(open(File, write, Out), write(Out, Start), close(Out)),
+    fresh,
+    trace(inc, [device(worker), journal(File), seed(1)], _),
+    read_file_to_terms(File, Facts, []).
+
+test(a_file_of_something_else, [setup(tmp_file(journal, File)), cleanup(delete_file(File)), error(golog(journal_exists(File)))]) :-
+    setup_call_cleanup(open(File, write, Out), write(Out, "notes"), close(Out)),
+    trace(inc, [device(worker), journal(File)], _).
+
+test(a_refused_resume_writes_nothing, [setup(tmp_file(journal, File)), cleanup(delete_file(File)), true(After == Before)]) :-
+    setup_call_cleanup(open(File, write, Out),
+                       format(Out, "begun(inc,1).~nexecuted(0,look,none).~n", []),
+                       close(Out)),
+    read_file_to_string(File, Before, []),
+    catch(( trace(inc, [device(worker), resume(File), journal(File)], _), fail ),
+          error(golog(journal_differs(_, _)), _), true),
+    read_file_to_string(File, After, []).
+
+% Killed before the first action.
+test(begun_once, [setup(tmp_file(journal, File)), cleanup(delete_file(File)),
+                  Facts == [begun(inc, 1), executed(0, inc, none), ended(final)]]) :-
+    setup_call_cleanup(open(File, write, Out), format(Out, "begun(inc,1).~n", []), close(Out)),
+    fresh,
+    trace(inc, [device(worker), resume(File), journal(File)], _),
+    read_file_to_terms(File, Facts, []).
+
+test(a_full_disk, [condition(exists_file('/dev/full')), error(golog(journal_not_written('/dev/full', _)))]) :-
+    trace(inc, [device(hooked), journal('/dev/full')], _).
+
 :- end_tests(journal).

@@ -97,6 +97,15 @@ test(printed, [forall(documented(Title, Theory, Expected)), true(Title-Lines == 
 test(a_value_is_shown_as_it_is,
      Line == "warning, line 3: fluent at is initially pi(2): the value pi(3) given here does not count") :-
     printed(["fun_fluent(at).", "initially(at, pi(2)).", "initially(at, pi(3))."], [Line]).
+
+% Each round has its own.
+test(bound_anew, [forall(member(Loop, ["for(I, [1, 2], note(I))", "for(I, L, note(I))", "star(pi(I, L, note(I)))",
+                                       "while(n < 1, pi([(r(I), L), J], [?(J = I), note(J)]))",
+                                       "iconc(rpi((I, L), note(I)))", "star(?(some(I, member(I, L))))"])),
+                  true(Lines == [])]) :-
+    format(string(Clause), "proc(all(L), [~s, ?(L = [_|_])]).", [Loop]),
+    printed(["fun_fluent(n).", "initially(n, 0).", "prim_action(note(_)).", "poss(note(_), true).", Clause], Lines).
+
 test(all_are_wrong, true(Count >= 25)) :-
     findall(T, ( documented(T, _, Printed), Printed \== [] ), Titles),
     length(Titles, Count).
