@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from geometry.pose import Pose
 from geometry.visibility import Samples
 from vision_server.pose.coincident import Told, told_once
+from vision_server.pose.hidden_together import HIDDEN, evidence_of
 from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.weights import line_trust
 
@@ -32,7 +33,6 @@ SEEN, BY_CHANCE = 0.92, 0.2
 CROWDED_PX = 2.0 * SUPPORT_PX / BY_CHANCE
 RUN_PX, MOST_RUNS = 10.0, 4.0  # neighbours have support together; a longer line is on clutter or is not
 MISSING = 0.3  # of its length: a line with less support is missing
-HIDDEN = 1.5  # -ln of the probability that a line cannot be seen: dark, no contrast, something in the way
 
 
 @dataclass(frozen=True)
@@ -140,6 +140,19 @@ class PoseSupport:
     def evidence(self) -> float:
         """Log likelihood of all lines, nats, over that of chance: one that is not seen may be hidden."""
         return float(np.maximum(self._evidence, -HIDDEN).sum())
+
+    @property
+    def evidence_together(self) -> float:
+        """The same, where what hides one line hides those beside it, too, see `hidden_together`.
+
+        For poses that show a target from different sides, of which one shows many small parts of it: that
+        these are not seen, as they are as grey as what they stand on, is one cause.
+        """
+        line, px, count = self.samples.line, self.samples.px, self.trust.shape[1]
+        there = self._visible > 0
+        weight = np.bincount(line, px, count)[there]
+        middle = [np.bincount(line, px * self.samples.image[:, axis], count)[there] for axis in (0, 1)]
+        return evidence_of(self._evidence, np.column_stack(middle) / weight[:, None])
 
     @property
     def missing(self) -> float:

@@ -150,7 +150,7 @@ def _poses_around(
     found: list[Around] = []
     if wide.pose is not None and wide.support is not None and wide.covariance is not None:
         believed = wide.score * (1.0 + wide.ambiguity)
-        own = wide.support.evidence
+        own = wide.support.evidence_together
         found.append(Around(wide.pose, wide.covariance, own, quality(wide.support), believed))
         for rival in wide.rivals:
             nats = own + RIVAL_NATS * math.log(max(rival.share, LEAST_ODDS))
@@ -178,7 +178,8 @@ def _refined(problem: PoseProblem, poses: Sequence[Pose]) -> list[Around]:
             covariance = pose_covariance(near.solution)
             spread = uncertainty(covariance, near.pose.translation)
             believed = confidence(near.support, 0.0, spread)
-            found.append(Around(near.pose, covariance, near.support.evidence, near.quality, believed))
+            nats = near.support.evidence_together
+            found.append(Around(near.pose, covariance, nats, near.quality, believed))
     return found
 
 
@@ -210,11 +211,11 @@ def _turned(problem: PoseProblem, best: Around) -> list[Around]:
     turns = (*near_symmetries(model), *right_turns(model), *turns_about_own_axes(model))
     poses = [best.pose.compose(turn) for turn in dict.fromkeys(turns)]
     itself, promising = support_at(problem, best.pose, COARSER * spacing), []
-    least = -math.inf if itself is None else itself.evidence - TURNED_LACK
+    least = -math.inf if itself is None else itself.evidence_together - TURNED_LACK
     for pose in poses + spun(problem, best.pose, COARSER * spacing, math.pi):
         support = support_at(problem, pose, COARSER * spacing)
-        if support is not None and support.evidence > least:
-            promising.append((-support.evidence, pose))
+        if support is not None and support.evidence_together > least:
+            promising.append((-support.evidence_together, pose))
     promising.sort(key=lambda one: one[0])
     return _refined(problem, [pose for _, pose in promising[:MOST_TURNED]])
 

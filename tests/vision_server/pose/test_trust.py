@@ -7,8 +7,9 @@ import pytest
 
 from geometry.visibility import Samples
 from vision_server.commands.estimate import TRUSTED_SCORE
+from vision_server.pose.hidden_together import HIDDEN
 from vision_server.pose.rivals import TURNED_NATS
-from vision_server.pose.support import HIDDEN, PoseSupport
+from vision_server.pose.support import PoseSupport
 from vision_server.pose.trust import LineAgreement, Misfit, ambiguity, confidence, odds
 
 SPACING_PX, APART_PX = 2.0, 10.0
