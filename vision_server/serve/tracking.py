@@ -16,6 +16,7 @@ from vision_server.serve.results import judgement_result, tracked_result
 from vision_server.serve.task import PoseTask
 from vision_server.tracking.referee import judged
 from vision_server.tracking.tracker import Tracker
+from vision_server.tracking.witnesses import disagreeing_images
 
 
 def tracked(task: PoseTask, pixels: FramePixels, time_s: float | None) -> dict[str, Any]:
@@ -51,4 +52,5 @@ def checked(task: PoseTask, args: CheckArgs) -> dict[str, Any]:
         )
     except GeometryError as error:
         raise BadInput(f"The pose to be checked: {error}.") from error
-    return judgement_result(pose, found)
+    against = disagreeing_images(task.images, args.images, task.model, task.camera, pose, task.settings)
+    return judgement_result(pose, found, against)
