@@ -55,8 +55,8 @@ def _judged(options: Namespace) -> dict[str, Any]:
     from vision_server.pipeline import PipelineSettings
     from vision_server.serve.inputs import read_camera_file, read_model, read_pose
     from vision_server.serve.results import judgement_result
+    from vision_server.serve.witnesses import disagreeing_images
     from vision_server.tracking.referee import judged
-    from vision_server.tracking.witnesses import disagreeing_images
 
     given = read_camera_file(options.camera)
     model = read_model(options.model, options.unit)

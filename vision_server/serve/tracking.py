@@ -14,9 +14,9 @@ from geometry.pose import Pose
 from vision_server.serve.inputs import checked_pose
 from vision_server.serve.results import judgement_result, tracked_result
 from vision_server.serve.task import PoseTask
+from vision_server.serve.witnesses import disagreeing_images
 from vision_server.tracking.referee import judged
 from vision_server.tracking.tracker import Tracker
-from vision_server.tracking.witnesses import disagreeing_images
 
 
 def tracked(task: PoseTask, pixels: FramePixels, time_s: float | None) -> dict[str, Any]:
