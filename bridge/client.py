@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from bridge.arrays import pack, unpack
 from bridge.endpoints import CurveClient
 from bridge.envelope import MAX_FRAME_BYTES, decode_reply, encode_request
-from bridge.errors import BadInput, BridgeRefused, BridgeTimeout, ServerError
+from bridge.errors import BadInput, BridgeAbsent, BridgeRefused, BridgeTimeout, ServerError
+from bridge.presence import Presence
 
 RECONNECT_MS = 10
 """Between two tries to connect: a server that is starting is there at any moment."""
@@ -20,6 +21,10 @@ PROBE_S = 0.6
 """For a handshake to succeed or fail twice; chosen by hand, it takes milliseconds."""
 PROBE_AGAIN_MS = 100
 """Between its tries; chosen by hand."""
+ABSENT_S = 5.0
+"""How long a server that starts may take to be there, for a person who waits; chosen by hand."""
+ASKED_MS = 200
+"""Between two looks whether somebody is there; chosen by hand."""
 
 
 class Client:
@@ -36,6 +41,8 @@ class Client:
         server that has done it already answers from memory.
     curve
         Keys, for a server that wants them.
+    absent_s
+        How long nobody may be there until a request is given up, see `ABSENT_S`; None: until its deadline.
     """
 
     def __init__(
@@ -44,6 +51,7 @@ class Client:
         timeout_s: float = 10.0,
         retries: int = 2,
         curve: CurveClient | None = None,
+        absent_s: float | None = None,
     ) -> None:
         self.endpoint = endpoint
         self.timeout_s = timeout_s
@@ -54,6 +62,8 @@ class Client:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._socket: zmq.Socket[bytes] | None = None
         self._let_in = False
+        self._absent_s = absent_s
+        self._presence = Presence()
 
     def request(
         self,
@@ -70,6 +80,8 @@ class Client:
             The server's error reply.
         BridgeTimeout
             No answer within the deadline.
+        BridgeAbsent
+            Nobody has been there for ``absent_s``.
         BridgeRefused
             The server does not let this client in.
         ProtocolError
@@ -125,8 +137,11 @@ class Client:
     def _ready(self, sock: "zmq.Socket[bytes]", event: int, deadline: float) -> bool:
         """Wait until the socket can be read or written; False at the deadline."""
         while (left := deadline - time.monotonic()) > 0:
-            if sock.poll(max(1, int(left * 1000)), event):
+            left_ms = max(1, int(left * 1000))
+            if sock.poll(left_ms if self._absent_s is None else min(left_ms, ASKED_MS), event):
                 return True
+            if self._absent_s is not None and self._presence.absent_s > self._absent_s:
+                raise BridgeAbsent(self.endpoint, self._absent_s)
         return False
 
     def _refused(self) -> bool:
@@ -171,9 +186,12 @@ class Client:
     def _connected(self) -> "zmq.Socket[bytes]":
         if self._socket is None:
             sock = self._new_socket(RECONNECT_MS)
+            if self._absent_s is not None:
+                self._presence.watch(sock)
             try:
                 sock.connect(self.endpoint)
             except zmq.ZMQError as error:
+                self._presence.leave(sock)
                 sock.close()
                 raise BadInput(
                     f"Cannot connect to {self.endpoint!r}: {error.strerror}.",
@@ -184,6 +202,7 @@ class Client:
 
     def _disconnect(self) -> None:
         if self._socket is not None:
+            self._presence.leave(self._socket)
             self._socket.close()
             self._socket = None
 

@@ -86,14 +86,19 @@ def add_serving(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--endpoint", required=True, help="Where to listen: ipc:///path or tcp://127.0.0.1:PORT."
     )
-    parser.add_argument(
-        "--keys", type=Path, metavar="DIR",
-        help="CURVE keys (python -m bridge keys DIR), for servers on a network.",
-    )  # fmt: skip
+    add_keys(parser)
     parser.add_argument("--parent", type=whole_number(), metavar="PID", help="Stop when this process ends.")
     parser.add_argument(
         "--idle-s", type=number(0), metavar="S", help="Stop when no request has come for so long."
     )
+
+
+def add_keys(parser: ArgumentParser) -> None:
+    """Keys for a connection over a network."""
+    parser.add_argument(
+        "--keys", type=Path, metavar="DIR",
+        help="CURVE keys (python -m bridge keys DIR), for servers on a network.",
+    )  # fmt: skip
 
 
 def number(least: float = -math.inf, most: float = math.inf) -> Callable[[str], float]:

@@ -101,3 +101,15 @@ class BridgeTimeout(LightsAndCameraError):  # noqa: N818
         self.endpoint = endpoint
         self.op = op
         self.seconds = seconds
+
+
+class BridgeAbsent(LightsAndCameraError):  # noqa: N818
+    """Nobody is at an endpoint, or nobody any more."""
+
+    code = "absent"
+
+    def __init__(self, endpoint: str, seconds: float) -> None:
+        super().__init__(
+            f"Nobody has listened at {endpoint} for {seconds:g} s.",
+            "Is the path right, and does the server run?",
+        )

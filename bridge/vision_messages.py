@@ -237,6 +237,7 @@ class CheckResult(Message, frozen=True):
     covariance: Annotated[Covariance, Meta(min_length=6, max_length=6)] | None
     difference: PoseErrorMessage | None
     disagreeing_lines: tuple[Number, ...]
+    disagreeing_images: tuple[str, ...] = ()
 
 
 class DiscardArgs(Message, frozen=True):

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
 from bridge.arrays import FramePixels
-from bridge.client import Client
-from bridge.errors import BadInput
+from bridge.client import ABSENT_S, Client
+from bridge.errors import BadInput, LightsAndCameraError
+from bridge.keys import client_keys
 
 SHUTTER_S, APERTURE = 1 / 60, 4.0  # of an image of exposure 1; only ratios matter
+LAST_S = 1.0  # for a server to hear that a session that failed has ended; chosen by hand
 
 
 class Vision:
@@ -29,11 +31,14 @@ class Vision:
         it is looked for everywhere.
     unit : of the model file.
     timeout_s : deadline of each request.
+    keys : folder of CURVE keys, for a server that has them (`python -m bridge keys DIR`).
 
     Raises
     ------
     ServerError : what the server says of bad input; so does each method.
     BridgeTimeout : no answer in time; so does each method.
+    BridgeAbsent : nobody is there, or nobody any more; so does each method.
+    BadInput : keys that cannot be used.
     """
 
     def __init__(
@@ -44,6 +49,7 @@ class Vision:
         seed_pose: Mapping[str, Any] | None = None,
         unit: str = "m",
         timeout_s: float = 20.0,
+        keys: str | Path | None = None,
     ) -> None:
         args: dict[str, Any] = {"model": str(model), "unit": unit}
         args |= {"first_sight": True} if seed_pose is None else {"seed_pose": dict(seed_pose)}
@@ -52,7 +58,8 @@ class Vision:
         else:
             args["camera_file"] = str(camera)
         self._numbers = itertools.count(1)
-        self._client = Client(endpoint, timeout_s)
+        curve = None if keys is None else client_keys(Path(keys), "controller", "vision_server")
+        self._client = Client(endpoint, timeout_s, curve=curve, absent_s=ABSENT_S)
         try:
             self._client.request("start", args)
         except BaseException:
@@ -72,9 +79,13 @@ class Vision:
             return self._client.request("estimate", {"images": names})[0]
 
     def check(
-        self, pose: Mapping[str, Any], *images: FramePixels, exposures: Sequence[float] = ()
+        self, pose: Mapping[str, Any] | None, *images: FramePixels, exposures: Sequence[float] = ()
     ) -> dict[str, Any]:
         """Whether a pose is right, by images of a still scene: `probability`, `state`, `better` and more."""
+        if not isinstance(pose, Mapping):
+            raise BadInput(
+                f"{pose!r} is no pose.", "Of a frame where the target is lost there is none to check."
+            )
         with self._added(images, exposures) as names:
             return self._client.request("check", {"pose": dict(pose), "images": names})[0]
 
@@ -94,15 +105,25 @@ class Vision:
                 self._client.request("add", {"image": name, "settings": settings}, arrays=[array])
                 names.append(name)
             yield names
-        finally:
-            for name in names:
-                self._client.request("discard", {"image": name})
+        except BaseException:
+            with suppress(LightsAndCameraError):  # what went wrong is told, not that this does, too
+                self._discard(names)
+            raise
+        self._discard(names)
+
+    def _discard(self, names: Sequence[str]) -> None:
+        for name in names:
+            self._client.request("discard", {"image": name})
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, failed: type[BaseException] | None, *_: object) -> None:
         try:
-            self._client.request("end")
+            if failed is None:
+                self._client.request("end")
+            else:  # of a server that is gone, the first error tells
+                with suppress(LightsAndCameraError):
+                    self._client.request("end", timeout_s=LAST_S)
         finally:
             self._client.close()

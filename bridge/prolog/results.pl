@@ -64,7 +64,8 @@ message('CheckResult',
           better-nullable(message('PoseMessage')),
           covariance-nullable(list(tuple([number([]), number([]), number([]), number([]), number([]), number([])]), 6, 6)),
           difference-nullable(message('PoseErrorMessage')),
-          disagreeing_lines-list(integer([ge(0), le(9007199254740992)]), 0, inf)
+          disagreeing_lines-list(integer([ge(0), le(9007199254740992)]), 0, inf),
+          disagreeing_images-optional(list(string, 0, inf))
         ]).
 message('Describe',
         [ device-string,

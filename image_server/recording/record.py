@@ -1,7 +1,8 @@
 """Recording a stack folder from a device, so that an evening in the laboratory becomes a repeatable test."""
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -80,9 +81,9 @@ def record_frames(
     """
     camera = _Camera(device, progress)
     asked = [checked_settings(camera.describe, one) for one in settings]
-    new_folder(folder)
-    taken = [camera.capture(one) for one in asked for _ in range(repeat)]
-    write_frames(folder, camera.describe, [(frame.applied, frame.pixels) for frame in taken])
+    with _stack_in(folder):
+        taken = [camera.capture(one) for one in asked for _ in range(repeat)]
+        write_frames(folder, camera.describe, [(frame.applied, frame.pixels) for frame in taken])
     return Recording(camera.taken, camera.unverified)
 
 
@@ -111,18 +112,32 @@ def record_basis(
     if not describe.lights:
         raise BadInput(f"The {describe.device} has no lights to record.", "Record frames instead.")
     at = checked_settings(describe, at)
-    new_folder(folder)
-    off = (0,) * len(describe.lights)
-    dark, _ = _radiance(camera, at, off, average, black)
-    radiances = {}
-    for number, light in enumerate(describe.lights):
-        lit, means = _radiance(camera, at, full_levels(describe.lights, number), average, black)
-        _check_shutters(camera, light.name, means, black)
-        if light.levels > 2:
-            _check_level(camera, at, number, means, average, black)
-        radiances[light.name] = lit - dark
-    write_basis(folder, describe, at.aperture, radiances, dark)
+    with _stack_in(folder):
+        off = (0,) * len(describe.lights)
+        dark, _ = _radiance(camera, at, off, average, black)
+        radiances = {}
+        for number, light in enumerate(describe.lights):
+            lit, means = _radiance(camera, at, full_levels(describe.lights, number), average, black)
+            _check_shutters(camera, light.name, means, black)
+            if light.levels > 2:
+                _check_level(camera, at, number, means, average, black)
+            radiances[light.name] = lit - dark
+        write_basis(folder, describe, at.aperture, radiances, dark)
     return Recording(camera.taken, camera.unverified)
+
+
+@contextmanager
+def _stack_in(folder: Path) -> Iterator[None]:
+    """A folder for a stack; where none comes to be, a new one does not stay empty; raises as `new_folder`."""
+    there = folder.exists()
+    new_folder(folder)
+    try:
+        yield
+    except BaseException:
+        if not there:
+            with suppress(OSError):  # what is in it stays
+                folder.rmdir()
+        raise
 
 
 def _radiance(

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bridge.errors import BadInput, ServerError
+from bridge.client import Client
+from bridge.errors import BadInput, BridgeAbsent, ServerError
+from bridge.keys import make_keys, server_keys
 from bridge.mocks import MockVisionServer
 from bridge.serve import Server
 from geometry.model import TARGETS, load_model
@@ -109,3 +111,48 @@ def test_without_a_seed_pose_the_target_is_looked_for_everywhere() -> None:
         (args,) = mock.requests_of("start")
     assert args["first_sight"] is True
     assert args["seed_pose"] is None
+
+
+def test_a_server_that_dies_is_said_once_and_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vision_server.client.ABSENT_S", 0.5)
+    _, (frame,) = frames(1)
+    with tempfile.TemporaryDirectory(prefix="t") as folder:
+        server = Server(VisionServer(), f"ipc://{folder}/vision")
+        thread = threading.Thread(target=server.run)
+        thread.start()
+        with (
+            pytest.raises(BridgeAbsent) as caught,
+            Vision(f"ipc://{folder}/vision", TARGETS / "cube.cao", CAMERA.to_dict()) as vision,
+        ):
+            server.stop()
+            thread.join(60)
+            vision.check(FIRST.to_dict(), frame)
+    assert caught.value.__context__ is None or not isinstance(caught.value.__context__, BridgeAbsent)
+
+
+def test_with_keys_a_server_that_has_keys_is_reached(tmp_path: Path) -> None:
+    make_keys(tmp_path / "keys")
+    with tempfile.TemporaryDirectory(prefix="t") as folder:
+        curve = server_keys(tmp_path / "keys", "vision_server")
+        server = Server(VisionServer(), f"ipc://{folder}/vision", curve=curve)
+        thread = threading.Thread(target=server.run)
+        thread.start()
+        place = f"ipc://{folder}/vision"
+        with Vision(place, TARGETS / "cube.cao", CAMERA.to_dict(), keys=tmp_path / "keys"):
+            pass
+        server.stop()
+        thread.join(60)
+
+
+def test_of_a_lost_frame_there_is_no_pose_to_check(endpoint: str) -> None:
+    _, (frame,) = frames(1)
+    with (
+        Vision(endpoint, TARGETS / "cube.cao", CAMERA.to_dict()) as vision,
+        pytest.raises(BadInput, match="None is no pose"),
+    ):
+        vision.check(None, frame)
+
+
+def test_a_start_without_a_model_does_not_blame_an_image_server(endpoint: str) -> None:
+    with Client(endpoint, 20.0) as client, pytest.raises(ServerError, match="No model is given"):
+        client.request("start", {})

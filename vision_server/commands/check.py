@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
@@ -54,6 +55,7 @@ def _judged(options: Namespace) -> dict[str, Any]:
     from vision_server.pipeline import PipelineSettings
     from vision_server.serve.inputs import read_camera_file, read_model, read_pose
     from vision_server.serve.results import judgement_result
+    from vision_server.serve.witnesses import disagreeing_images
     from vision_server.tracking.referee import judged
 
     given = read_camera_file(options.camera)
@@ -68,7 +70,15 @@ def _judged(options: Namespace) -> dict[str, Any]:
         found = judged(images, names, model, given.camera, pose, settings, edge_radius_m=radius_m)
     except GeometryError as error:
         raise BadInput(str(error)) from error
-    return judgement_result(found)
+    against = disagreeing_images(images, names, model, given.camera, pose, settings)
+    files = [str(options.images[int(name.removeprefix("i")) - 1]) for name in against]
+    if files:
+        print(
+            f"vision_server: {', '.join(files)}: each alone shows the target elsewhere. A set is "
+            "of one still scene: leave out what moved.",
+            file=sys.stderr,
+        )
+    return judgement_result(found, files)
 
 
 def _print(values: dict[str, Any]) -> None:

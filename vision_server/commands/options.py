@@ -16,17 +16,18 @@ if TYPE_CHECKING:
     from vision_server.serve.inputs import GivenCamera
 
 
-def add_model_and_camera(parser: ArgumentParser) -> None:
+def add_model_and_camera(parser: ArgumentParser, or_described: bool = False) -> None:
     """The target and the camera, of every command that looks for a target."""
+    untold = "; else what the image server describes" if or_described else ""
     parser.add_argument(
         "--model", required=True, type=Path, metavar="FILE", help="Model file: .cao, OBJ, STL, PLY or glTF."
     )
     parser.add_argument(
         "--camera",
-        required=True,
+        required=not or_described,
         type=Path,
         metavar="FILE",
-        help="File with [camera], or of OpenCV, ROS, Kalibr or ViSP.",
+        help=f"File with [camera], or of OpenCV, ROS, Kalibr or ViSP{untold}.",
     )
     parser.add_argument(
         "--unit", default="m", help="Unit of the model file: m, cm, mm or in (default: %(default)s)."

@@ -6,16 +6,13 @@ import json
 import signal
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
-from threading import Event
-from types import FrameType
 from typing import TYPE_CHECKING
 
-from bridge.command_line import number, whole_number
+from bridge.command_line import add_keys, number, whole_number
 from bridge.errors import EXIT_NO_POSE, BadInput
 from vision_server.commands.estimate import started_at
 from vision_server.commands.options import (
@@ -26,15 +23,15 @@ from vision_server.commands.options import (
     told_edge_radius,
     told_gamma,
 )
+from vision_server.commands.stopping import STATUS, Stopped, Stopping
 
 if TYPE_CHECKING:
     from vision_server.serve.inputs import GivenCamera
-    from vision_server.tracking.sources import Frame
+    from vision_server.tracking.sources import Frame, Source
     from vision_server.tracking.tracked import Tracked
     from vision_server.tracking.tracker import Tracker
 
 
-EXIT_INTERRUPTED = 130  # as a shell says of a program that Ctrl-C ends
 FPS = 30.0  # of a film of image files, where nothing tells
 
 
@@ -42,14 +39,15 @@ def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
     parser.description = (
         f"{parser.description} Exit status: 0 found in some frame, 3 in none, 2 bad input, 4 a camera or "
-        f"server that failed, {EXIT_INTERRUPTED} stopped by Ctrl-C."
+        f"server that failed, {STATUS + signal.SIGINT} Ctrl-C, {STATUS + signal.SIGTERM} SIGTERM."
     )
     parser.add_argument(
         "frames", metavar="FRAME", nargs="+",
         help="Image files in order; or one folder of them, one video, one camera (/dev/video0), "
         "one image server (ipc:///path).",
     )  # fmt: skip
-    add_model_and_camera(parser)
+    add_model_and_camera(parser, or_described=True)
+    add_keys(parser)
     parser.add_argument(
         "--seed-pose", type=Path, metavar="TOML",
         help="File with [target.seed_pose], where the target is at first; without it, anywhere.",
@@ -81,39 +79,65 @@ def run(options: Namespace) -> int:
         return _tracked(options)
     except ReportError as error:
         raise BadInput(str(error)) from error
-    except KeyboardInterrupt:  # what ends a camera; the film is whole
-        return EXIT_INTERRUPTED
+    except Stopped as stopped:  # what ends a camera; the film is whole
+        return stopped.status
+    except KeyboardInterrupt:  # before there were frames
+        return STATUS + signal.SIGINT
 
 
 def _tracked(options: Namespace) -> int:
-    from vision_server.channels.depth import rounded
+    from bridge.keys import client_keys
+    from vision_server.channels.image_files import PLAIN
+    from vision_server.serve.described import camera_doubt, used_camera
     from vision_server.serve.inputs import read_camera_file, told_raw
-    from vision_server.tracking.sources import Source
+    from vision_server.tracking.sources import Source, is_served
 
-    camera = read_camera_file(options.camera)
-    source = Source(options.frames, told_raw(camera.table), options.switch_lights)
-    tracker = _tracker(options, camera, told_gamma(options.gamma, camera.table), source.gamma)
-    film = None
-    if options.overlay is not None:
-        from report.film import Film
+    _check_source(options, is_served(options.frames))
+    given = None if options.camera is None else read_camera_file(options.camera)
+    raw = PLAIN if given is None else told_raw(given.table)
+    curve = client_keys(options.keys, "vision_server", "image_server")
+    source = Source(options.frames, raw, options.switch_lights, curve)
+    camera = used_camera(given, source.camera, options.frames[0])
+    if (doubt := camera_doubt(camera.camera, source.camera)) is not None:
+        print(f"vision_server: {doubt}", file=sys.stderr)
+    tracker = _tracker(options, camera, told_gamma(options.gamma, given.table if given else {}), source.gamma)
+    found = _followed(options, tracker, source)
+    if source.warning:
+        print(f"vision_server: {source.warning}", file=sys.stderr)
+    return 0 if found else EXIT_NO_POSE
 
-        film = Film(options.overlay, tracker.model, tracker.camera, options.fps or FPS)
-    found = 0
-    try:
-        with _ctrl_c() as heed:
-            for frame in _timed(islice(source, options.count), options.fps):
-                heed()
+
+def _check_source(options: Namespace, served: bool) -> None:
+    """Refuse what fits only another source."""
+    if options.camera is None and not served:
+        raise BadInput(
+            "There is no camera.", "Give --camera FILE; only an image server may describe its own."
+        )
+    if options.keys is not None and not served:
+        raise BadInput("Only an image server takes --keys.", "Give its endpoint as FRAME.")
+
+
+def _followed(options: Namespace, tracker: Tracker, source: Source) -> int:
+    """Track, print and film each frame; in how many the target was found."""
+    from vision_server.channels.depth import rounded
+
+    found, film = 0, None
+    with Stopping() as stopping:
+        if options.overlay is not None:
+            from report.film import Film
+
+            film = Film(options.overlay, tracker.model, tracker.camera, options.fps or FPS)
+        try:
+            for frame in stopping.each(_timed(islice(source, options.count), options.fps)):
                 told = _stepped(tracker, frame)
                 found += told.pose is not None
                 _show(told, frame, options.json)
                 if film is not None:
                     film.add(rounded(frame.pixels), told.pose, told.support, f"{told.frame} {told.state}")
-    finally:
-        if film is not None:
-            film.close()
-    if source.warning:
-        print(f"vision_server: {source.warning}", file=sys.stderr)
-    return 0 if found else EXIT_NO_POSE
+        finally:
+            if film is not None:
+                film.close()
+    return found
 
 
 def _timed(frames: Iterable[Frame], fps: float | None) -> Iterator[Frame]:
@@ -128,29 +152,6 @@ def _stepped(tracker: Tracker, frame: Frame) -> Tracked:
         return tracker.step(frame.pixels, frame.time_s)
     except BadInput as error:
         raise BadInput(f"{frame.name}: {error.message}", error.hint) from error
-
-
-@contextmanager
-def _ctrl_c() -> Iterator[Callable[[], None]]:
-    """Ctrl-C at once, and again by the call that is given, to be made each frame.
-
-    An exception at any place may be caught by a library that is just there.
-    """
-    pressed = Event()
-
-    def interrupt(signum: int, frame: FrameType | None) -> None:
-        pressed.set()
-        signal.default_int_handler(signum, frame)
-
-    def heed() -> None:
-        if pressed.is_set():
-            raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGINT, interrupt)
-    try:
-        yield heed
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _tracker(

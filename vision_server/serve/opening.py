@@ -14,7 +14,6 @@ import numpy as np
 from bridge.errors import BadInput
 from bridge.messages import CameraDescription, Describe, TargetDescription, Unit
 from bridge.start_messages import StartArgs
-from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import Pose, search_translation_px
@@ -22,6 +21,7 @@ from stack.format import FrameTable
 from stack.tables import as_table
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import PipelineSettings
+from vision_server.serve.described import used_camera
 from vision_server.serve.inputs import (
     GivenCamera,
     checked_pose,
@@ -81,15 +81,8 @@ def open_task(
     model_file, unit = _model_file(args, describe)
     model = read_model(model_file, unit)
     given = None if args.camera_file is None else read_camera_file(Path(args.camera_file))
-    if given is not None:
-        camera, table = given.camera, given.table
-    elif describe.camera is not None:
-        table = msgspec.to_builtins(describe.camera)
-        camera = Camera.from_dict(table)
-    else:
-        raise BadInput(
-            "The image server does not know its camera.", "Give a camera file (--camera-model TOML)."
-        )
+    used = used_camera(given, describe.camera, describe.device)
+    camera, table = used.camera, used.table
     gain, gamma = (_positive(table, key, describe) for key in ("gain", "gamma"))
     anywhere = _anywhere(given, describe)
     seed_pose = _seed_pose(args, describe, model)
@@ -132,6 +125,8 @@ def _model_file(args: StartArgs, describe: Describe) -> tuple[Path, Unit]:
     if args.model is not None:
         return Path(args.model), args.unit or "m"
     if describe.target is None:
+        if args.image_server is None:
+            raise BadInput("No model is given, and no image server that knows its target.", "Give model.")
         raise BadInput("The image server does not know its target.", "Give a model file (--target FILE).")
     return Path(describe.target.model), args.unit or describe.target.unit
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -79,7 +80,7 @@ def tracked_result(told: Tracked) -> dict[str, Any]:
     }
 
 
-def judgement_result(found: Judgement) -> dict[str, Any]:
+def judgement_result(found: Judgement, disagreeing: Sequence[str]) -> dict[str, Any]:
     """What is said of a pose from elsewhere; see docs/check.md for each key."""
     better = found.better
     return {
@@ -89,4 +90,5 @@ def judgement_result(found: Judgement) -> dict[str, Any]:
         "covariance": None if found.covariance is None else found.covariance.tolist(),
         "difference": None if found.difference is None else asdict(found.difference),
         "disagreeing_lines": list(found.disagreeing),
+        "disagreeing_images": list(disagreeing),
     }

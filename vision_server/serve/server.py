@@ -35,6 +35,7 @@ from stack.format import FrameTable
 from stack.read import recorded_frames, recorded_seed_pose
 from vision_server.channels.image_files import read_pixels
 from vision_server.judgement import Estimate
+from vision_server.serve.described import camera_doubt
 from vision_server.serve.files import ANY_FILES, Files
 from vision_server.serve.inputs import model_warning, picture_px
 from vision_server.serve.opening import GIVEN_FRAMES, given_values, open_task
@@ -271,13 +272,14 @@ def _described(client: Client) -> Describe:
 def _started(task: PoseTask) -> Reply:
     model, camera = task.model, task.camera
     seed_pose = task.seed_pose if isinstance(task.seed_pose, Pose) else None
+    doubts = (model_warning(model, camera, seed_pose), camera_doubt(camera, task.describe.camera))
     told = ModelTold(
         name=model.name,
         lines=len(model.lines),
         faces=len(model.faces),
         diameter_m=model.diameter,
         picture_px=None if seed_pose is None else picture_px(model, camera, seed_pose),
-        doubt=model_warning(model, camera, seed_pose),
+        doubt=" ".join(doubt for doubt in doubts if doubt) or None,
     )
     return Reply(StartResult(model=told, describe=task.describe))
 

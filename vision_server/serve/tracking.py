@@ -14,6 +14,7 @@ from geometry.pose import Pose
 from vision_server.serve.inputs import checked_pose
 from vision_server.serve.results import judgement_result, tracked_result
 from vision_server.serve.task import PoseTask
+from vision_server.serve.witnesses import disagreeing_images
 from vision_server.tracking.referee import judged
 from vision_server.tracking.tracker import Tracker
 
@@ -51,4 +52,5 @@ def checked(task: PoseTask, args: CheckArgs) -> dict[str, Any]:
         )
     except GeometryError as error:
         raise BadInput(f"The pose to be checked: {error}.") from error
-    return judgement_result(found)
+    against = disagreeing_images(task.images, args.images, task.model, task.camera, pose, task.settings)
+    return judgement_result(found, against)

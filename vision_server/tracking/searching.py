@@ -15,7 +15,21 @@ from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.tracking.following import Sight
 from vision_server.tracking.frame import NAME
 
+# Of so many searches that are not believed in a row, one looks without a pose to start from: of a lost target
+# there is one in each frame, of one that is followed in each sixth.
+EVERYWHERE, EVERYWHERE_FOLLOWED = 6, 4
+WIDENED, WIDEST = 1.25, 2.5  # the range of a search, with each frame that found nothing, and at most
 FARTHER = 1.6  # than when it was last seen, or nearer, it may be then; chosen by hand
+
+
+def widened_by(misses: int) -> float:
+    """Times the usual range of a search, after so many frames without a pose."""
+    return float(min(WIDENED**misses, WIDEST))
+
+
+def everywhere_is_due(vain: int, lost: bool) -> bool:
+    """Whether everything is to be searched, after so many searches in a row that are not believed."""
+    return vain > 0 and vain % (EVERYWHERE if lost else EVERYWHERE_FOLLOWED) == 0
 
 
 class Search:
@@ -36,8 +50,13 @@ class Search:
         )
         return self._found(start, settings)
 
-    def anywhere(self, last: Pose) -> Estimate | None:
-        """The target wherever it may be since a pose; of poses that look alike the one turned least."""
+    def anywhere(self, last: Pose | Anywhere) -> Estimate | None:
+        """The target wherever it may be since a pose, of poses that look alike the one turned least.
+
+        Where it was never believed to be anywhere, it is looked for as at first.
+        """
+        if isinstance(last, Anywhere):
+            return self._found(last, self._settings)
         range_m = float(np.linalg.norm(last.apply(self._sight.model.middle[None])[0]))
         seen = self._found(Anywhere((range_m / FARTHER, range_m * FARTHER)), self._settings)
         alike = [one.pose for one in seen.poses] or ([] if seen.pose is None else [seen.pose])

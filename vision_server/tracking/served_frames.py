@@ -9,10 +9,11 @@ from typing import Self
 import msgspec
 import numpy as np
 
-from bridge.client import Client
+from bridge.client import ABSENT_S, Client
+from bridge.endpoints import CurveClient
 from bridge.errors import BadInput, DeviceError, ServerError
 from bridge.image_messages import CAPTURE_S, ImageCaptureResult, capture_deadline_s
-from bridge.messages import Describe, LightDescription, Settings
+from bridge.messages import CameraDescription, Describe, LightDescription, Settings
 from vision_server.channels.depth import Pixels, Raw
 
 SCHEMES = ("ipc://", "tcp://")
@@ -25,17 +26,19 @@ class ServedFrames:
     ----------
     endpoint : ipc:///path or tcp://127.0.0.1:PORT.
     switch : only one light is on in each frame, the next one in the next; else all are, in all frames.
+    curve : keys, for a server that wants them.
 
     Raises
     ------
+    BridgeAbsent : nobody is there.
     BridgeTimeout : nobody answers there.
     ServerError : the server cannot.
     BadInput : what answers is no image server.
     """
 
-    def __init__(self, endpoint: str, switch: bool = False) -> None:
+    def __init__(self, endpoint: str, switch: bool = False, curve: CurveClient | None = None) -> None:
         self.endpoint, self._switch = endpoint, switch
-        self._client = Client(endpoint, CAPTURE_S)
+        self._client = Client(endpoint, CAPTURE_S, curve=curve, absent_s=ABSENT_S)
         try:
             self._described = msgspec.convert(self._client.request("describe")[0], Describe)
         except (ServerError, msgspec.ValidationError) as error:
@@ -44,6 +47,11 @@ class ServedFrames:
         except BaseException:
             self._client.close()
             raise
+
+    @property
+    def camera(self) -> CameraDescription | None:
+        """What it tells of its camera."""
+        return self._described.camera
 
     @property
     def gamma(self) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -11,7 +12,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from bridge.errors import BadInput, BridgeTimeout, ServerError
+from bridge.endpoints import CurveClient
+from bridge.errors import BadInput, DeviceError, LightsAndCameraError
+from bridge.messages import CameraDescription
 from stack.format import STACK_FILE
 from stack.read import recorded_frames
 from vision_server.channels.depth import Pixels, Raw
@@ -42,12 +45,23 @@ class Frame:
 
 
 def _frames_of(folder: Path) -> list[Path]:
-    """Those of its stack of frames, in their order; else all images by name, but what sessions draw."""
+    """Those of its stack, in their order; else all images by name and number, but what sessions draw."""
     recorded = recorded_frames(folder).values() if (folder / STACK_FILE).is_file() else ()
     if recorded:
         return [folder / frame.image for frame in recorded]
     images = (file for file in folder.iterdir() if file.suffix.lower() in IMAGES)
-    return sorted(file for file in images if not file.stem.endswith(DRAWN))
+    return sorted((file for file in images if not file.stem.endswith(DRAWN)), key=_by_number)
+
+
+def _by_number(file: Path) -> tuple[list[str | int], str]:
+    """Names in the order in which people count: f2 before f10."""
+    parts = re.split("([0-9]+)", file.name)
+    return [int(part) if place % 2 else part for place, part in enumerate(parts)], file.name
+
+
+def is_served(words: Sequence[str]) -> bool:
+    """Whether the words of a command line are an image server."""
+    return len(words) == 1 and words[0].startswith(SCHEMES)
 
 
 class Source:
@@ -59,26 +73,36 @@ class Source:
         (ipc:// or tcp://).
     raw : what the pixels of image files are; of unknown depth, the least that holds the values so far.
     switch : of an image server's lights, one is on in each frame, in turn.
+    curve : keys, for an image server that wants them.
 
     Attributes
     ----------
+    camera : what an image server tells of its camera; else None.
     gamma : what the files tell of their tone curve, linear = grey^gamma; None if nothing.
     warning : after the last frame, what was wrong with the source; empty mostly.
 
     Raises
     ------
     BadInput : nothing there, or nothing that can be read.
+    DeviceError : while it is read, a camera or image server that fails.
     """
 
-    def __init__(self, words: Sequence[str], raw: Raw = PLAIN, switch: bool = False) -> None:
+    def __init__(
+        self,
+        words: Sequence[str],
+        raw: Raw = PLAIN,
+        switch: bool = False,
+        curve: CurveClient | None = None,
+    ) -> None:
         self._raw = raw
         self.warning = ""
+        self.camera: CameraDescription | None = None
         self._files: list[Path] = []
         self._video: Path | None = None
         self._server: ServedFrames | None = None
-        if len(words) == 1 and words[0].startswith(SCHEMES):
-            self._server = ServedFrames(words[0], switch)
-            self.gamma = self._server.gamma
+        if is_served(words):
+            self._server = ServedFrames(words[0], switch, curve)
+            self.gamma, self.camera = self._server.gamma, self._server.camera
             return
         if switch:
             raise BadInput("Only an image server's lights can be switched.", "Give its endpoint as FRAME.")
@@ -113,10 +137,12 @@ class Source:
                 for pixels, taken_s in server.frames(self._raw):
                     yield Frame(f"{server.endpoint} {number}", pixels, taken_s)
                     number += 1
-        except (BridgeTimeout, ServerError) as error:
-            if number == 0:
+        except LightsAndCameraError as error:
+            if number == 0 or isinstance(error, BadInput):
                 raise
-            self.warning = f"{server.endpoint} ends after {number} frames: {error}"
+            raise DeviceError(
+                f"{server.endpoint} ends after {number} frames: {error.message}", error.hint
+            ) from error
 
     def _read(self) -> Iterator[tuple[Path, Pixels]]:
         seen = 0
@@ -149,7 +175,9 @@ class Source:
                 grey = cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY) if pixels.ndim == 3 else pixels
                 yield Frame(f"{place} {number}", np.asarray(grey, dtype=np.uint8), passed)
                 number += 1
-            if live or number < count or number == 0:
+            if live:
+                raise DeviceError(f"{place} ends after {number} frames.", "Is the camera still there?")
+            if number < count or number == 0:
                 end = f"of {count} frames" if count > 0 else "frames"
                 self.warning = f"{place} ends after {number} {end}."
         finally:

@@ -42,7 +42,7 @@ from vision_server.tracking.motion import Innovation, Motion
 from vision_server.tracking.narrow import firmest
 from vision_server.tracking.rivals import Rivals
 from vision_server.tracking.round_parts import turn_is_seen
-from vision_server.tracking.searching import Search
+from vision_server.tracking.searching import Search, everywhere_is_due, widened_by
 from vision_server.tracking.softness import Softness
 from vision_server.tracking.strain import Strain
 from vision_server.tracking.tracked import State, Tracked
@@ -57,10 +57,8 @@ EXPECTED, SURPRISING = 16.8, 38.3  # squared innovations: 1 % and 1e-6 of an hon
 # Of the quality that is usual in its light: below, the less probable than SURE is not sure; none is believed.
 SURE_LIKE, LIKE_BEFORE = 0.6, 0.25
 LOOKED_AT_ANEW = 5  # frames that are not believed in a row before everything is searched again
-EVERYWHERE = 6  # of so many searches that are not believed in a row, one looks without a pose to start from
 MOST_AGAINST = 3  # searches in doubt that count: as many must believe before what they find is believed
 LONGEST_S = 0.5  # without a pose, until velocity says nothing
-WIDENED, WIDEST = 1.25, 2.5  # the range of a search, with each frame that found nothing, and at most
 
 
 class Tracker:
@@ -232,11 +230,12 @@ class Tracker:
         """
         self._steady, self._softness, self._doubted = False, None, 0
         self._usual.forget_doubts()
-        estimate = self._estimate(pixels, min(WIDENED**self._misses, WIDEST))
+        estimate = self._estimate(pixels, widened_by(self._misses))
         same = followed is not None and followed.is_at(estimate.pose)
         self._rivals.found(estimate, goes_on=same)
         likely = estimate.score >= HELD or is_likely(estimate, self._met)
-        likely = likely and estimate.pose is not None and self._turning.allows(estimate.pose)
+        far = estimate.pose is not None and not self._turning.allows(estimate.pose)
+        likely = likely and (not far or self._turning.stands_out(estimate))
         found = None
         if likely and estimate.pose is not None:  # on whole lines, as every frame is
             found = self._sight.near(pixels, estimate.pose, self._habits)
@@ -251,7 +250,9 @@ class Tracker:
             self._motion = None if self._since_s > LONGEST_S else self._motion
             return "lost", None, None, None
         assert estimate.support is not None
-        self._believed = self._judged(estimate, found)
+        if far:  # one witness is not enough: the next search is the second
+            self._turning.seen(estimate.pose)
+        self._believed = self._judged(estimate, found) and not far
         believed = self._believed and are_unlikely(self._rivals)
         clear, pose, covariance = True, estimate.pose, TAILS**2 * estimate.covariance
         belief = belief_in(estimate)
@@ -293,8 +294,7 @@ class Tracker:
         search = Search(self._sight, self._settings, pixels)
         found = search.around(self._trusted if self._misses % 2 else self._around, widened)
         self._vain = 0 if found.score >= SURE and self._is_like_before(found) else self._vain + 1
-        if self._vain > 0 and self._vain % EVERYWHERE == 0 and isinstance(self._trusted, Pose):
-            other = search.anywhere(self._trusted)
-            if other is not None:
-                found = max(found, other, key=lambda one: (self._is_like_before(one), one.score))
-        return found
+        if not everywhere_is_due(self._vain, self._misses > 0):
+            return found
+        both = (found, search.anywhere(self._trusted) or found)
+        return max(both, key=lambda one: (self._is_like_before(one), one.score))

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from bridge.errors import BadInput
+from bridge.errors import BadInput, DeviceError
 from bridge.messages import Describe, Settings
 from image_server.commands.record import parsed_settings
 from image_server.recording.record import record_basis, record_frames
@@ -183,7 +183,22 @@ def test_bad_input_is_refused(tmp_path: Path, arguments: list[str], message: str
     done = command("image_server", "record", tmp_path / "stack", *arguments)
     assert done.returncode == 2
     assert message in done.stderr
-    assert not (tmp_path / "stack" / "stack.toml").exists()
+    assert not (tmp_path / "stack").exists()
+
+
+def test_a_camera_that_fails_leaves_no_empty_folder(
+    simulator: Simulator, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object) -> None:
+        raise DeviceError("The camera is gone.")
+
+    monkeypatch.setattr(simulator, "capture", fails)
+    settings = parsed_settings("7,0,0:1/60:4", simulator.describe())
+    (tmp_path / "given").mkdir()
+    for folder in (tmp_path / "new", tmp_path / "given"):
+        with pytest.raises(DeviceError):
+            record_frames(simulator, folder, settings, 1, lambda _: None)
+    assert [one.name for one in tmp_path.iterdir()] == ["given"]
 
 
 def test_settings_are_written_as_photographers_do(simulator: Simulator) -> None:

@@ -178,10 +178,10 @@ def test_of_a_session_s_folder_its_frames_are_tracked_in_their_order(tmp_path: P
     pictures = ["i1", "i1-overlay", "i1-edges", "i2", "i10"]
     for name in pictures:
         cv2.imwrite(str(tmp_path / f"{name}.png"), np.zeros((4, 4), np.uint8))
-    assert [Path(frame.name).stem for frame in Source([str(tmp_path)])] == ["i1", "i10", "i2"]
-    frame = '[[frames]]\nimage = "{}.png"\nlights = [1]\nshutter_s = 0.1\naperture = 4.0\n'
-    (tmp_path / "stack.toml").write_text("".join(map(frame.format, ("i1", "i2", "i10"))))
     assert [Path(frame.name).stem for frame in Source([str(tmp_path)])] == ["i1", "i2", "i10"]
+    frame = '[[frames]]\nimage = "{}.png"\nlights = [1]\nshutter_s = 0.1\naperture = 4.0\n'
+    (tmp_path / "stack.toml").write_text("".join(map(frame.format, ("i2", "i1", "i10"))))
+    assert [Path(frame.name).stem for frame in Source([str(tmp_path)])] == ["i2", "i1", "i10"]
 
 
 @pytest.fixture
@@ -206,7 +206,10 @@ def test_the_command_follows_what_a_server_shows(served: list[str]) -> None:
     assert len(done.stdout.splitlines()) == 3
 
 
-def test_ctrl_c_ends_a_camera_and_leaves_a_whole_film(root: Path, served: list[str], tmp_path: Path) -> None:
+@pytest.mark.parametrize(("sent", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_a_camera_and_leaves_a_whole_film(
+    root: Path, served: list[str], tmp_path: Path, sent: signal.Signals, status: int
+) -> None:
     film = tmp_path / "out.mp4"
     line = [sys.executable, "-m", "vision_server", "track", *served, "--overlay", str(film)]
     with subprocess.Popen(
@@ -214,9 +217,9 @@ def test_ctrl_c_ends_a_camera_and_leaves_a_whole_film(root: Path, served: list[s
     ) as running:
         assert running.stdout is not None
         assert [json.loads(running.stdout.readline())["frame"] for _ in range(2)] == [0, 1]
-        running.send_signal(signal.SIGINT)
+        running.send_signal(sent)
         _, said = running.communicate(timeout=60)
-    assert running.returncode == 130
+    assert running.returncode == status
     assert "Traceback" not in said
     assert int(cv2.VideoCapture(str(film)).get(cv2.CAP_PROP_FRAME_COUNT)) > 0
 
@@ -233,3 +236,48 @@ def test_ctrl_c_that_a_library_catches_still_ends_a_camera(
 
     monkeypatch.setattr(Tracker, "step", pressed_meanwhile)
     assert run_command("vision_server", "", COMMANDS, ["track", *served, "--count", "3"]) == 130
+
+
+def without_camera(words: list[str]) -> list[str]:
+    place = words.index("--camera")
+    return words[:place] + words[place + 2 :]
+
+
+def test_a_server_s_own_camera_is_used_and_another_one_is_said(
+    served: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def told(words: list[str]) -> tuple[list[str], str]:
+        assert run_command("vision_server", "", COMMANDS, ["track", *words, "--count", "1"]) == 0
+        said = capsys.readouterr()
+        return [json.loads(line)["state"] for line in said.out.splitlines()], said.err
+
+    own = told(without_camera(served))
+    assert own == told(served)
+    assert own[1] == ""
+    camera = Path(served[served.index("--camera") + 1])
+    fx = Simulator("cube", "nominal", 1).camera.fx
+    camera.write_text(camera.read_text().replace(f"fx = {fx}", f"fx = {0.95 * fx}"))
+    assert "the image server describes another camera" in told(served)[1]
+
+
+def test_without_a_camera_files_are_not_tracked(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["track", str(folder / "frames"), "--model", str(folder / "cuboid.cao")]
+    assert run_command("vision_server", "", COMMANDS, words) == 2
+    assert "Give --camera FILE" in capsys.readouterr().err
+    assert run_command("vision_server", "", COMMANDS, [*words, "--camera", "c.toml", "--keys", "k"]) == 2
+    assert "Only an image server takes --keys" in capsys.readouterr().err
+
+
+def test_images_of_which_one_shows_the_target_elsewhere_are_named(folder: Path, tmp_path: Path) -> None:
+    turned = Pose(POSE.rotation_vector + np.array([0.0, 0.0, 0.5]), POSE.translation)
+    for number, frame in enumerate(filmed(cuboid(tmp_path), [turned, None])):
+        cv2.imwrite(str(tmp_path / f"{number}.png"), frame)
+    words = [str(folder / "frames" / "000.png"), str(tmp_path / "0.png"), str(tmp_path / "1.png")]
+    done = command(
+        "vision_server", "check", *of(folder, *words, "--pose", str(folder / "right.toml"), "--json")
+    )
+    assert json.loads(done.stdout)["disagreeing_images"] == [words[1]]
+    assert f"{words[1]}: each alone shows the target elsewhere" in done.stderr
+    words = [words[1], words[1], "--pose", str(folder / "right.toml"), "--json"]
+    done = command("vision_server", "check", *of(folder, *words))
+    assert json.loads(done.stdout)["disagreeing_images"] == []

@@ -4,11 +4,13 @@ import tempfile
 import threading
 from collections.abc import Iterator
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from bridge.errors import BadInput
+from bridge.errors import BadInput, BridgeAbsent, DeviceError
+from bridge.keys import client_keys, make_keys, server_keys
 from bridge.messages import LightDescription
 from bridge.serve import Server
 from image_server.serve.server import ImageServer
@@ -62,3 +64,40 @@ def test_another_server_is_refused(endpoint: str) -> None:
 def test_lights_of_files_cannot_be_switched() -> None:
     with pytest.raises(BadInput, match="Only an image server's lights"):
         Source(["some.mp4"], switch=True)
+
+
+def test_a_server_that_is_not_there_is_not_waited_for_long(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vision_server.tracking.served_frames.ABSENT_S", 0.5)
+    with pytest.raises(BridgeAbsent, match="nobody"):
+        ServedFrames(f"ipc://{tmp_path}/nobody")
+
+
+def test_a_server_that_dies_is_an_error_and_said_soon(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vision_server.tracking.served_frames.ABSENT_S", 0.5)
+    with tempfile.TemporaryDirectory(prefix="t") as folder:
+        server = Server(ImageServer(SIMULATOR), f"ipc://{folder}/s")
+        thread = threading.Thread(target=server.run)
+        thread.start()
+        frames = iter(Source([f"ipc://{folder}/s"]))
+        next(frames)
+        server.stop()
+        thread.join(60)
+        with pytest.raises(DeviceError, match="ends after 1 frames: Nobody has listened"):
+            next(frames)
+
+
+def test_a_server_with_keys_is_asked_with_keys(tmp_path: Path) -> None:
+    make_keys(tmp_path / "keys")
+    with tempfile.TemporaryDirectory(prefix="t") as folder:
+        curve = server_keys(tmp_path / "keys", "image_server")
+        server = Server(ImageServer(SIMULATOR), f"ipc://{folder}/s", curve=curve)
+        thread = threading.Thread(target=server.run)
+        thread.start()
+        keys = client_keys(tmp_path / "keys", "vision_server", "image_server")
+        assert len(list(islice(Source([f"ipc://{folder}/s"], curve=keys), 1))) == 1
+        server.stop()
+        thread.join(60)

@@ -27,8 +27,9 @@ from vision_server.tracking.following import Found, Sight, turned_about
 from vision_server.tracking.frame import Tone
 from vision_server.tracking.motion import about
 from vision_server.tracking.rivals import Rivals
+from vision_server.tracking.searching import EVERYWHERE
 from vision_server.tracking.tracked import Tracked
-from vision_server.tracking.tracker import EVERYWHERE, EXPECTED, LOOKED_AT_ANEW, SURPRISING, Tracker
+from vision_server.tracking.tracker import EXPECTED, LOOKED_AT_ANEW, SURPRISING, Tracker
 from vision_server.tracking.usual import Usual
 
 BETTER = Misfit(significance=0.0, gain=1.0)  # another model than the given one does
@@ -370,6 +371,7 @@ def test_what_is_believed_and_hardly_seen_does_not_keep_it_from_looking_everywhe
 
     monkeypatch.setattr("vision_server.tracking.searching.estimate_pose", elsewhere)
     tracker = Tracker(model, CAMERA, NEAR)
+    tracker._misses = 1  # it is lost
     for _ in range(EVERYWHERE):
         tracker._estimate(np.zeros((CAMERA.height, CAMERA.width), np.uint8), 1.0)
     assert [isinstance(start, Anywhere) for start in starts] == [False] * EVERYWHERE + [True]

@@ -1,0 +1,70 @@
+"""Which camera is looked through where a file gives one, an image server describes one, or both."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from bridge.errors import BadInput
+from bridge.messages import CameraDescription
+from geometry.camera import Camera
+from geometry.errors import GeometryError
+from vision_server.serve.inputs import GivenCamera
+
+# Of the frame's half diagonal, chosen by hand: half a percent of the range; two calibrations differ by less.
+APART = 0.005
+
+
+def used_camera(given: GivenCamera | None, described: CameraDescription | None, source: str) -> GivenCamera:
+    """The camera of a file, which someone has calibrated; else what the image server describes.
+
+    Parameters
+    ----------
+    source : of the description.
+
+    Raises
+    ------
+    BadInput : there is none, or it is none.
+    """
+    if given is not None:
+        return given
+    if described is None:
+        raise BadInput(
+            "No camera is given, and no image server describes its own.",
+            "Give a camera file (--camera-model TOML).",
+        )
+    table = msgspec.to_builtins(described)
+    try:
+        return GivenCamera(Path(source), Camera.from_dict(table), table, {})
+    except GeometryError as error:
+        raise BadInput(f"The image server's camera: {error}.", "Give a camera file.") from error
+
+
+def camera_doubt(used: Camera, described: CameraDescription | None) -> str | None:
+    """What to say of a camera that is not the one that the image server describes."""
+    if described is None:
+        return None
+    other = Camera.from_dict(msgspec.to_builtins(described))
+    if (used.width, used.height) != (other.width, other.height):
+        sizes = f"of {used.width}x{used.height} px, the image server describes {other.width}x{other.height}"
+        return f"the camera file is {sizes}. One of the two is wrong."
+    apart_px = _apart_px(used, other)
+    if apart_px <= APART * 0.5 * float(np.hypot(used.width, used.height)):
+        return None
+    return (
+        f"the camera file is used (fx {used.fx:g}, fy {used.fy:g}), and the image server describes another "
+        f"camera (fx {other.fx:g}, fy {other.fy:g}): points of the frame are up to {apart_px:.1f} px apart. "
+        "If the server is right, every pose is off."
+    )
+
+
+def _apart_px(one: Camera, other: Camera) -> float:
+    """How far apart two cameras see what the first sees at the middles and corners of its frame, px."""
+    across, down = (np.array([0.0, 0.5, 1.0]) * (size - 1) for size in (one.width, one.height))
+    seen = np.stack(np.meshgrid(across, down), axis=-1).reshape(-1, 2)
+    ideal = one.undistort_points(seen)
+    rays = (ideal - [one.cx, one.cy]) / [one.fx, one.fy]
+    again = other.project(np.column_stack([rays, np.ones(len(rays))]))
+    return float(np.linalg.norm(again - seen, axis=1).max())
