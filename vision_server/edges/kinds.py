@@ -34,6 +34,7 @@ from vision_server.channels.lighting import coarse_places
 from vision_server.channels.noise import SATURATED_GREY
 from vision_server.edges.along import mean_along
 from vision_server.edges.background import Background, background_of
+from vision_server.edges.dark_room import lamps_in_the_dark
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.falling import Falling, learn_falling
 from vision_server.edges.learnt_lights import learnt_lights
@@ -167,6 +168,8 @@ def kinds_of(
         return EdgeKinds(edges, sides, *none, used)
     background = background_of(edges, sides)
     lights = learnt_lights(sides) if levels is None else known_lights(levels)
+    if levels is not None and lights is not None and lights.share is None:
+        lights = lamps_in_the_dark(levels, sides) or lights
     falling = _falling_of(sides, background, lights)
     likelihood = likelihoods(sides, background, lights, falling)
     likelihood = np.maximum(likelihood - likelihood.max(axis=0), LEAST_LOG)
