@@ -35,6 +35,7 @@ UNTOUCHED = 0.6  # share of the channels in which no shadow ends where one does 
 SIDE_STEEPNESS = 2.0  # how surely the side that changed tells shadow from highlight
 MOST_STEEP = 30.0  # the logarithm of how surely: more changes no density and runs out of float32
 AWAY_SD = 2.5  # of a crease's where a lamp reaches one face only, and hardly any other light does
+RARER_TURNED = 6.0  # of its logarithm: what curved surfaces do in single lights is as far from alike
 RARE_HIGHLIGHT = 0.25  # of its logarithm: what else than shadow there is in the light alone
 RARER_HIGHLIGHT = 4.0  # of its logarithm, where known lights tell shadows: the rest is rather crease
 RARER_GLARE = 4.0  # of the logarithm of a print where one light is mirrored
@@ -90,7 +91,7 @@ def _of_block(
         _known_lights(found, sides, lights, falling)
     else:
         logs, noise = logarithms(sides)
-        found[CREASE] = either(found[CREASE], _turned(logs, noise)) - math.log(2.0)
+        found[CREASE] = either(found[CREASE], _turned(logs, noise) - RARER_TURNED)
         on = np.ones((len(noise), 1)) if lights is None else lights.on
         touched, highlight = _touched(logs, noise)
         found[SHADOW] = either(touched, shadow_of_one(sides, logs, noise, on, DEPTH_SD)) - math.log(2.0)
@@ -145,7 +146,7 @@ def _known_lights(found: Floats, sides: Sides, lights: KnownLights, falling: Fal
     if len(other):
         some = sides.of(other)
         logs, noise = logarithms(some)
-        found[CREASE, other] = either(found[CREASE, other], _turned(logs, noise)) - math.log(2.0)
+        found[CREASE, other] = either(found[CREASE, other], _turned(logs, noise) - RARER_TURNED)
         fall_to: Floats | float = 1.0
         if falling is not None and parts is None:
             fall_to = falling.of_most_changed(apparent_parts(some))

@@ -95,11 +95,10 @@ def _scatter(of: Sides, dark: np.float32, background: np.float32, found: Field) 
             unsure[channel, i] = noise[channel, i] + np.float32(SHORTER**2) * shorter * shorter
     surface = SURFACE_SD**2
     behind, crease = _sums(darkness, noise, surface), _sums(ratios, noise, surface + CREASE_SD**2)
-    flat, uneven = _sums(ratios, noise, FLAT_SD**2), _sums(ratios, noise, UNEVEN_SD**2)
-    printed = _sums(ratios, unsure, FLAT_SD**2)
+    flat, uneven = _sums(ratios, unsure, FLAT_SD**2), _sums(ratios, noise, UNEVEN_SD**2)
     for i in range(count):
         found[0, i] = _about_a_mean(behind, i, BACKGROUND_SD)
         found[1, i] = _about_a_mean(crease, i, PRINT_SD)
-        found[2, i] = _about_a_mean(printed, i, PRINT_SD)
+        found[2, i] = _about_a_mean(flat, i, PRINT_SD)
         faint = _about_a_mean(flat, i, FAINT_SD)
         found[3, i] = log_of_sum(faint, _about_a_mean(uneven, i, UNEVEN_SD)) + log_of(HALF)

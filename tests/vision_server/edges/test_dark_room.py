@@ -8,6 +8,7 @@ import pytest
 from vision_server.edges.background import Background
 from vision_server.edges.dark_room import lamps_in_the_dark
 from vision_server.edges.learnt_lights import learnt_lights
+from vision_server.edges.light_parts import known_lights
 from vision_server.edges.likelihoods import CREASE, PRINT, SHADOW, likelihoods
 from vision_server.edges.sides import Sides
 
@@ -67,10 +68,10 @@ def test_without_ends_of_shadows_it_does_not_show() -> None:
 
 
 @pytest.mark.parametrize("sun", [0.0, 8.0])
-def test_creases_are_none_of_the_light_where_lamps_are_not_told_apart(sun: float) -> None:
+def test_with_fewer_images_than_lights_creases_are_no_highlights(sun: float) -> None:
     sides, kinds = scene(np.eye(5), sun)
-    told = likelihoods(sides, Background(1.0)).argmax(axis=0)
-    assert np.mean(told[kinds == CREASE] == CREASE) > 0.6
+    told = likelihoods(sides, Background(1.0), known_lights(np.eye(5))).argmax(axis=0)
+    assert np.mean(told[kinds == CREASE] == CREASE) > 0.5  # without what is said of turned lights .25 at most
 
 
 def test_prints_in_dim_light_are_as_deep() -> None:

@@ -115,13 +115,13 @@ def test_scatters_are_gaussians_about_means_of_their_own(channels: int) -> None:
     brighter = sides.near.max(axis=1).astype(np.float64)
     dim = np.maximum(sides.near.min(axis=1), math.exp(-scatter.DEEPEST_PRINT) * brighter)
     shorter = sides.dark / (dim + sides.dark) - sides.dark / (brighter + sides.dark)
-    printed = noise + FLAT_SD**2 + np.square(scatter.SHORTER * shorter)
-    flat, uneven = noise + FLAT_SD**2, noise + scatter.UNEVEN_SD**2
+    flat = noise + FLAT_SD**2 + np.square(scatter.SHORTER * shorter)
+    uneven = noise + scatter.UNEVEN_SD**2
     none = [about_a_mean(ratio, flat, scatter.FAINT_SD), about_a_mean(ratio, uneven, scatter.UNEVEN_SD)]
     expected = [
         about_a_mean(darkness, surface, scatter.BACKGROUND_SD),
         about_a_mean(ratio, surface + scatter.CREASE_SD**2, scatter.PRINT_SD),
-        about_a_mean(ratio, printed, scatter.PRINT_SD),
+        about_a_mean(ratio, flat, scatter.PRINT_SD),
         np.logaddexp(*none) - math.log(2.0),
     ]
     np.testing.assert_allclose(scatter.scatter(sides, dark), expected, atol=5e-3, rtol=1e-3)
