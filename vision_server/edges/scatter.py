@@ -71,7 +71,7 @@ def _about_a_mean(sums: Field, i: int, sd: float) -> np.float32:
 def _scatter(of: Sides, dark: np.float32, background: np.float32, found: Field) -> None:
     """As `scatter`; ``background`` has what is dark added to it, ``found`` is an output."""
     channels, count = of.noise.shape
-    least = np.float32(math.exp(-DEEPEST_PRINT))
+    least, of_shorter = np.float32(math.exp(-DEEPEST_PRINT)), np.float32(SHORTER**2)
     lit, darkness = np.zeros((2, count), np.float32), np.empty((channels, count), np.float32)
     ratios, noise, unsure = np.empty((3, channels, count), np.float32)
     for channel in range(channels):
@@ -88,11 +88,13 @@ def _scatter(of: Sides, dark: np.float32, background: np.float32, found: Field) 
                 of.near[channel, 0, i], of.near[channel, 1, i], of.noise[channel, i], dark
             )
             noise[channel, i] = of_noise + (ZERO if of.known[channel, i] else np.float32(UNKNOWN_SD**2))
+        for i in range(count):
             # by so much what is added shortens the ratio of a print, the more the dimmer the light
-            brighter = max(of.near[channel, 0, i], of.near[channel, 1, i], ZERO)
-            dim = min(of.near[channel, 0, i], of.near[channel, 1, i])
-            shorter = dark / (max(dim, least * brighter) + dark) - dark / (brighter + dark)
-            unsure[channel, i] = noise[channel, i] + np.float32(SHORTER**2) * shorter * shorter
+            back, ahead = of.near[channel, 0, i], of.near[channel, 1, i]
+            brighter = max(back, ahead, ZERO)
+            dim = max(min(back, ahead), least * brighter)
+            shorter = dark * (brighter - dim) / ((dim + dark) * (brighter + dark))
+            unsure[channel, i] = noise[channel, i] + of_shorter * shorter * shorter
     surface = SURFACE_SD**2
     behind, crease = _sums(darkness, noise, surface), _sums(ratios, noise, surface + CREASE_SD**2)
     flat, uneven = _sums(ratios, unsure, FLAT_SD**2), _sums(ratios, noise, UNEVEN_SD**2)
