@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,6 +38,12 @@ BLACK_GREY, SATURATED_GREY = 1, 250  # up to the one and from the other on the s
 MOST_SMOOTHING = 2.0  # beyond this the weakest quarter of the gradients is texture, not noise
 RAYLEIGH_QUARTER = 0.7585  # lower quartile of the length of a plane Gaussian vector, in standard deviations
 FEWEST_FLAT = 500  # gradients before their lower quartile is believed
+FEWEST_CLIPPED = 50  # sampled pixels of the brightest grey before it is where an image clips
+LEAST_CLIPPED = 64  # grey
+CLIPPED_SPREAD, NOISY = (
+    3.0,
+    0.6,
+)  # standard deviations below it, and grey of them: in less noise surfaces are even
 
 Floats = NDArray[np.float64]
 
@@ -167,12 +175,35 @@ def gradient_scale(image: Pixels, noise: Floats) -> float:
     return min(max(scale, FINEST_SCALE_PX), COARSEST_SCALE_PX)
 
 
+def clipping_grey(image: Pixels, noise: Floats) -> int:
+    """Grey from which an image clips: `SATURATED_GREY`, or less where it was scaled after it was taken.
+
+    Noise spreads what is brightest. Where as many pixels have the brightest grey of all as within that noise
+    below it, the sensor clipped there.
+
+    Parameters
+    ----------
+    image
+        Grey, (H, W).
+    noise
+        float64 (256,), its noise from `grey_noise`.
+    """
+    counts = _counts(rounded(image[::SAMPLE_STEP, ::SAMPLE_STEP]), 1) if is_deep(image) else _counts(image)
+    top = int(np.flatnonzero(counts)[-1])
+    below = counts[max(top - math.ceil(CLIPPED_SPREAD * noise[top]), 0) : top].sum()
+    if not LEAST_CLIPPED <= top < SATURATED_GREY or noise[top] < NOISY:
+        return SATURATED_GREY
+    if counts[top] < max(FEWEST_CLIPPED, below):
+        return SATURATED_GREY
+    return top - (255 - SATURATED_GREY)
+
+
 @kernel(nogil=True)
-def _counts(image: Grey) -> NDArray[np.int64]:
+def _counts(image: Grey, step: int = SAMPLE_STEP) -> NDArray[np.int64]:
     """How many of the sampled pixels have each of the 256 greys."""
     counts = np.zeros(256, np.int64)
-    for y in range(0, len(image), SAMPLE_STEP):
-        for x in range(0, image.shape[1], SAMPLE_STEP):
+    for y in range(0, len(image), step):
+        for x in range(0, image.shape[1], step):
             counts[image[y, x]] += 1
     return counts
 

@@ -37,13 +37,17 @@ def exposures_of(options: Namespace, pixels: Sequence[NDArray[Any]], gamma: Sequ
     BadInput
         As in `parse_exposures`.
     """
+    from vision_server.channels.depth import rounded
+    from vision_server.channels.noise import SATURATED_GREY
     from vision_server.channels.overexposure import overexposures
 
     if options.exposures is not None or len(pixels) < 2:
         return parse_exposures(options.exposures, len(pixels))
     found = overexposures(pixels, gamma)
-    for image, exposure in zip(options.images, found, strict=True):
-        if exposure > 1.0:
+    for image, of_image, exposure in zip(options.images, pixels, found, strict=True):
+        if exposure > 1.0 and rounded(of_image).min() >= SATURATED_GREY:
+            print(f"vision_server: {image} is white all over and shows no edge.", file=sys.stderr)
+        elif exposure > 1.0:
             print(
                 f"vision_server: {image} is brighter than all others and counts as exposed"
                 f" {exposure:.1f} times as long. Give --exposures where they are known.",
@@ -97,7 +101,7 @@ def run(options: Namespace) -> None:
     from vision_server.channels.channel import channel_statistics
     from vision_server.channels.depth import Raw, rounded
     from vision_server.channels.image_files import read_image_set
-    from vision_server.edges.kinds import edge_kinds
+    from vision_server.edges.kinds import different, edge_kinds
     from vision_server.edges.likelihoods import FIXED, KINDS
     from vision_server.edges.merging import merge_channels
     from vision_server.edges.moved import moved_since, sure_edgels
@@ -123,7 +127,7 @@ def run(options: Namespace) -> None:
         for number, image in enumerate(options.images[1:], start=1):
             if (moved := moved_since(seen[:number], seen[number])) is not None:
                 warn_of_movement(image, moved)
-        if len(channels) > 1 or asked:
+        if len(different(channels)) > 1 or asked:
             kinds = edge_kinds(channels, levels)
             edges = kinds.of_kinds([KINDS.index(options.kind)] if options.kind else FIXED)
             write_kinds(kinds, options)

@@ -65,12 +65,15 @@ class LessCrease(NamedTuple):
         The end of what one light is mirrored in.
     glare
         A print on what one light is mirrored in.
+    crease
+        Log-likelihood of a crease itself, by the log-ratios of the parts.
     """
 
     shadow: Field
     outline: Field
     mirrored: Field
     glare: Field
+    crease: Field
 
 
 class EachLight(NamedTuple):
@@ -81,6 +84,8 @@ class EachLight(NamedTuple):
     alike, nothing, turned
         Log-likelihoods that it is alike, gives nothing to the darker side, and is turned, less that of what
         it is at a crease.
+    crease
+        Log-likelihood of what it is at a crease.
     precision, pull
         Of its log-ratio on a flat surface: 1 / variance, and that times the log-ratio.
     """
@@ -88,6 +93,7 @@ class EachLight(NamedTuple):
     alike: Field
     nothing: Field
     turned: Field
+    crease: Field
     precision: Field
     pull: Field
 
@@ -104,12 +110,12 @@ def less_crease(parts: Sides, dark_side: tuple[Field, Field] | None = None) -> L
     """
     shape = parts.noise.shape
     at_end, behind = (np.ones(shape, np.float32),) * 2 if dark_side is None else dark_side
-    each = EachLight(*np.empty((5, *shape), np.float32))
-    less = LessCrease(*np.empty((4, shape[1]), np.float32))
+    each = EachLight(*np.empty((6, *shape), np.float32))
+    less = LessCrease(*np.empty((5, shape[1]), np.float32))
     _each_light(parts.near, parts.noise, np.float32(parts.dark), each)
     _others_alike(each, parts.near, at_end, behind, less)
     _on_prints(each, at_end, less)
-    return less
+    return less._replace(crease=each.crease.sum(axis=0))
 
 
 @kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
@@ -134,6 +140,7 @@ def _each_light(near: Field, noise: Field, dark: np.float32, each: EachLight) ->
             each.alike[light, i] = log_normal(ratio, variance + flat) - crease
             each.nothing[light, i] = nothing - crease
             each.turned[light, i] = turned - crease
+            each.crease[light, i] = crease
             each.precision[light, i] = ONE / (variance + flat)
             each.pull[light, i] = ratio / (variance + flat)
 

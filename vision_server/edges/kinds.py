@@ -31,9 +31,9 @@ from numpy.typing import NDArray
 from bridge.errors import BadInput
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.lighting import coarse_places
-from vision_server.channels.noise import SATURATED_GREY
 from vision_server.edges.along import mean_along
 from vision_server.edges.background import Background, background_of
+from vision_server.edges.dark_room import lamps_in_the_dark
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.falling import Falling, learn_falling
 from vision_server.edges.learnt_lights import learnt_lights
@@ -113,7 +113,7 @@ def fit_kinds(likelihood: Floats) -> tuple[Floats, Floats]:
 
 
 def edge_kinds(channels: Sequence[ChannelStatistics], levels: NDArray[np.float64] | None = None) -> EdgeKinds:
-    """The edgels of a set of at least two channels, and their kinds.
+    """The edgels of a set of at least two channels, and their kinds; one that is given twice counts once.
 
     Parameters
     ----------
@@ -123,13 +123,23 @@ def edge_kinds(channels: Sequence[ChannelStatistics], levels: NDArray[np.float64
     Raises
     ------
     BadInput
-        Fewer channels: no light was changed; or channels of different sizes.
+        Fewer that differ: no light was changed; or channels of different sizes.
     """
-    if len(channels) < 2:
+    once = different(channels)
+    if len(once) < 2:
         raise BadInput("The kinds of edges need images under different lights.", "Give two images or more.")
-    used = telling(channels)
+    used = [once[number] for number in telling([channels[number] for number in once])]
     edges = merge_channels([evenly_weighted(channels[number]) for number in used])
     return kinds_of(edges, None if levels is None else levels[used], tuple(used))
+
+
+def different(channels: Sequence[ChannelStatistics]) -> list[int]:
+    """Numbers of the channels that are not alike to the last pixel to an earlier one."""
+    return [
+        number
+        for number, channel in enumerate(channels)
+        if not any(channel.same_picture(earlier) for earlier in channels[:number])
+    ]
 
 
 def telling(channels: Sequence[ChannelStatistics]) -> list[int]:
@@ -154,7 +164,7 @@ def _clear_and_sure(channel: ChannelStatistics) -> tuple[float, float]:
     brightest = light.brightest.ravel()[at]
     sure = gradient.magnitude[::SAMPLE_STEP] >= SURE_RATIO * light.noise_at(at)
     sure &= brightest > DARK_GREY
-    return float(np.mean(brightest < SATURATED_GREY)), float(sure.mean())
+    return float(np.mean(brightest < channel.clipped_from)), float(sure.mean())
 
 
 def kinds_of(
@@ -167,6 +177,8 @@ def kinds_of(
         return EdgeKinds(edges, sides, *none, used)
     background = background_of(edges, sides)
     lights = learnt_lights(sides) if levels is None else known_lights(levels)
+    if levels is not None and lights is not None and lights.share is None:
+        lights = lamps_in_the_dark(levels, sides) or lights
     falling = _falling_of(sides, background, lights)
     likelihood = likelihoods(sides, background, lights, falling)
     likelihood = np.maximum(likelihood - likelihood.max(axis=0), LEAST_LOG)

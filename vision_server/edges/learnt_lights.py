@@ -5,7 +5,8 @@ falls on. So the steps at all ends of one light's shadows are alike but for thei
 images in which it was off: they are a cluster. Where several lights change at once, as at creases, it is so
 in all images in which one of them is on: such a cluster is left out. A light that is on in more than half of
 the images is not learnt, and steps that are clearly so are none of the others'. Lamps that are on alone in
-one image each are told without any shadow.
+one image each are told without any shadow beside one of the sun or of all of them; in the dark by their
+shadows, too (`edges.dark_room`).
 """
 
 from __future__ import annotations
@@ -18,17 +19,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision_server.channels.depth import Field
+from vision_server.edges.dark_room import (
+    FLAT_SD,
+    LEAST_STEP,
+    LIT_GREY,
+    LIT_SHARE,
+    SURE,
+    lamps_in_the_dark,
+)
 from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
 from vision_server.edges.sides import Sides
 
 Floats = NDArray[np.float64]
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds`.
-FLAT_SD = 0.03  # of two places 4 px apart on one flat surface, of the intensity
-SURE = 2.5  # standard deviations: less is no step
-LIT_SHARE, LIT_GREY = 0.15, 12.0  # of the brighter side in its best light: in less it shows no light off
 MOST_NOISE = 0.12  # of a step, as a share of the largest
-LEAST_STEP = 0.25  # of the brighter side in its best light: other steps are rather prints and creases
 MOST_STEPS = 500  # that are compared with each other
 ALIKE = 0.08  # between steps of one cluster, as a share of the largest
 APART = 0.2  # between clusters
@@ -56,11 +61,13 @@ def learnt_lights(sides: Sides) -> KnownLights | None:
     """The lamps that N edgels in C channels tell of, and the sun; None without any.
 
     They are all if there are as many as channels, each is on in others, and none gives less than nothing:
-    which is so sure that smaller clusters may be lamps then. So they are where each is alone in an image.
+    which is so sure that smaller clusters may be lamps then. So they are where each is alone in an image,
+    and there is an image of all or of none of them, or no sun.
     """
     clusters = _clusters(_telling_steps(sides))
     some = sides.of(slice(None, None, SAMPLE_STEP))
     lights = _that_explain(_of_one_light(clusters), some) or _alone_and_together(some)
+    lights = lights or lamps_in_the_dark(np.eye(len(sides.near)), sides)
     if lights is not None:
         return lights
     sure = _of_one_light([cluster for cluster in clusters if cluster.steps >= FEWEST])

@@ -27,7 +27,7 @@ class KnownLights(NamedTuple):
     Attributes
     ----------
     on
-        float64 (C, L), in each channel, as a share of the full one; the last one is the sun.
+        float64 (C, L), in each channel, as a share of the full one; the last one is the sun, if there is one.
     share
         float32 (L, C), of what the channels show, what each light gives; None where they cannot be told
         apart.
@@ -39,6 +39,11 @@ class KnownLights(NamedTuple):
     share: NDArray[np.float32] | None
     are_all: bool = True
 
+    @property
+    def are_alone(self) -> bool:
+        """Whether each is on in one channel and none but it is on there."""
+        return self.on.shape[0] == self.on.shape[1] and bool((np.count_nonzero(self.on, axis=0) == 1).all())
+
 
 def known_lights(levels: Floats) -> KnownLights:
     """The lamps that are ever on, and the sun, which is on in all channels.
@@ -48,7 +53,11 @@ def known_lights(levels: Floats) -> KnownLights:
     levels
         float64 (C, K), level of each lamp in each channel, as a share of its full one.
     """
-    on = np.hstack([levels[:, levels.any(axis=0)], np.ones((len(levels), 1))])
+    return lights_of(np.hstack([levels[:, levels.any(axis=0)], np.ones((len(levels), 1))]))
+
+
+def lights_of(on: Floats) -> KnownLights:
+    """Lights that are on in C channels as far as (C, L) says."""
     if len(on) < on.shape[1]:
         return KnownLights(on, None)
     share = np.linalg.pinv(on)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vision_server.edges.background import Background
 from vision_server.edges.blocked import DEPTH_SD, FLAT_SD, KNOWN_DEPTH_SD, shadow_of_one
 from vision_server.edges.densities import either, logarithms, normal, sum_of_logs
-from vision_server.edges.each_light import less_crease
+from vision_server.edges.each_light import FACES_AWAY, TURNED_SD, less_crease
 from vision_server.edges.falling import Falling
 from vision_server.edges.light_parts import KnownLights, apparent_parts, parts_of
 from vision_server.edges.scatter import SURFACE_SD, scatter
@@ -34,6 +34,8 @@ TOUCHED_SD = 1.0  # of a shadow's depth and a highlight's height
 UNTOUCHED = 0.6  # share of the channels in which no shadow ends where one does in another
 SIDE_STEEPNESS = 2.0  # how surely the side that changed tells shadow from highlight
 MOST_STEEP = 30.0  # the logarithm of how surely: more changes no density and runs out of float32
+AWAY_SD = 2.5  # of a crease's where a lamp reaches one face only, and hardly any other light does
+RARER_TURNED = 6.0  # of its logarithm: what curved surfaces do in single lights is as far from alike
 RARE_HIGHLIGHT = 0.25  # of its logarithm: what else than shadow there is in the light alone
 RARER_HIGHLIGHT = 4.0  # of its logarithm, where known lights tell shadows: the rest is rather crease
 RARER_GLARE = 4.0  # of the logarithm of a print where one light is mirrored
@@ -89,6 +91,7 @@ def _of_block(
         _known_lights(found, sides, lights, falling)
     else:
         logs, noise = logarithms(sides)
+        found[CREASE] = either(found[CREASE], _turned(logs, noise) - RARER_TURNED)
         on = np.ones((len(noise), 1)) if lights is None else lights.on
         touched, highlight = _touched(logs, noise)
         found[SHADOW] = either(touched, shadow_of_one(sides, logs, noise, on, DEPTH_SD)) - math.log(2.0)
@@ -132,7 +135,10 @@ def _known_lights(found: Floats, sides: Sides, lights: KnownLights, falling: Fal
     told = np.zeros(found.shape[1], np.bool_) if parts is None else parts.known[0]
     if parts is not None and told.any():
         fall = None if falling is None else falling.of(parts.near, parts.axis)
-        less, crease = less_crease(parts, fall), found[CREASE]
+        less = less_crease(parts, fall)
+        if lights.are_alone:  # then the parts are what the channels show
+            np.copyto(found[CREASE], less.crease, where=told)
+        crease = found[CREASE]
         found[SHADOW], found[HIGHLIGHT] = crease + less.shadow, crease + less.mirrored - RARER_HIGHLIGHT
         for kind, more in ((PRINT, less.glare - RARER_GLARE), (OUTLINE, less.outline - RARER_LIT)):
             np.copyto(found[kind], either(found[kind], crease + more), where=told)
@@ -140,6 +146,7 @@ def _known_lights(found: Floats, sides: Sides, lights: KnownLights, falling: Fal
     if len(other):
         some = sides.of(other)
         logs, noise = logarithms(some)
+        found[CREASE, other] = either(found[CREASE, other], _turned(logs, noise) - RARER_TURNED)
         fall_to: Floats | float = 1.0
         if falling is not None and parts is None:
             fall_to = falling.of_most_changed(apparent_parts(some))
@@ -148,6 +155,16 @@ def _known_lights(found: Floats, sides: Sides, lights: KnownLights, falling: Fal
         found[SHADOW, other] = shadow_of_one(some, logs, noise, lights.on, KNOWN_DEPTH_SD, fall_to)
         highlight = _touched(logs, noise)[1]
         found[HIGHLIGHT, other] = highlight - RARER_HIGHLIGHT
+
+
+def _turned(logs: Floats, noise: Floats) -> Floats:
+    """Log-likelihood (N,) of a crease where most of the light in each image is of another lamp.
+
+    Log-ratios do not depend on each other then, as in `edges.each_light`.
+    """
+    ratio = logs[:, 0] - logs[:, 1]
+    both = (1.0 - FACES_AWAY) * normal(ratio, noise + TURNED_SD**2)
+    return sum_of_logs(both + FACES_AWAY * normal(ratio, noise + AWAY_SD**2))
 
 
 def _touched(logs: Floats, noise: Floats) -> tuple[Floats, Floats]:

@@ -7,6 +7,8 @@ crease by more. Of an outline what varies is the darker side beside the backgrou
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from numerics.kernels import kernel
@@ -21,6 +23,8 @@ SURFACE_SD = 0.2  # of two places 4 px apart on one surface, from light to light
 UNEVEN_SD = 0.1  # of both where there is no edge
 FAINT_SD = 0.04  # of prints that are none
 PRINT_SD = 0.7  # of prints, and of creases in their mean light
+DEEPEST_PRINT = 1.4  # deeper ones are rather ends of shadows
+SHORTER = 0.5  # times by how much the grey that is added to both sides shortens a print's, its sd
 CREASE_SD = 0.25  # of a crease from light to light
 BACKGROUND_SD = 0.4  # of the background from place to place
 # Of a scatter: the logarithm of its density about 0, sums of 1 / variance and of value / variance.
@@ -67,8 +71,9 @@ def _about_a_mean(sums: Field, i: int, sd: float) -> np.float32:
 def _scatter(of: Sides, dark: np.float32, background: np.float32, found: Field) -> None:
     """As `scatter`; ``background`` has what is dark added to it, ``found`` is an output."""
     channels, count = of.noise.shape
+    least, of_shorter = np.float32(math.exp(-DEEPEST_PRINT)), np.float32(SHORTER**2)
     lit, darkness = np.zeros((2, count), np.float32), np.empty((channels, count), np.float32)
-    ratios, noise = np.empty((channels, count), np.float32), np.empty((channels, count), np.float32)
+    ratios, noise, unsure = np.empty((3, channels, count), np.float32)
     for channel in range(channels):
         for i in range(count):
             lit[0, i] = max(lit[0, i], of.brightest[channel, 0, i])
@@ -83,9 +88,16 @@ def _scatter(of: Sides, dark: np.float32, background: np.float32, found: Field) 
                 of.near[channel, 0, i], of.near[channel, 1, i], of.noise[channel, i], dark
             )
             noise[channel, i] = of_noise + (ZERO if of.known[channel, i] else np.float32(UNKNOWN_SD**2))
+        for i in range(count):
+            # by so much what is added shortens the ratio of a print, the more the dimmer the light
+            back, ahead = of.near[channel, 0, i], of.near[channel, 1, i]
+            brighter = max(back, ahead, ZERO)
+            dim = max(min(back, ahead), least * brighter)
+            shorter = dark * (brighter - dim) / ((dim + dark) * (brighter + dark))
+            unsure[channel, i] = noise[channel, i] + of_shorter * shorter * shorter
     surface = SURFACE_SD**2
     behind, crease = _sums(darkness, noise, surface), _sums(ratios, noise, surface + CREASE_SD**2)
-    flat, uneven = _sums(ratios, noise, FLAT_SD**2), _sums(ratios, noise, UNEVEN_SD**2)
+    flat, uneven = _sums(ratios, unsure, FLAT_SD**2), _sums(ratios, noise, UNEVEN_SD**2)
     for i in range(count):
         found[0, i] = _about_a_mean(behind, i, BACKGROUND_SD)
         found[1, i] = _about_a_mean(crease, i, PRINT_SD)

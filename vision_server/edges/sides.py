@@ -13,7 +13,6 @@ from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.depth import WHITE, Deep, Field, Grey, deepened, is_deep, linear_image
 from vision_server.channels.gaussian import contrast_kernels, noise_gain
 from vision_server.channels.lighting import coarse_places
-from vision_server.channels.noise import SATURATED_GREY
 from vision_server.edges.edge_map import EdgeMap
 
 # Beside the edge's own blur and still on the surface that ends there; then where a background goes on and a
@@ -117,7 +116,7 @@ def sides_of(edges: EdgeMap) -> Sides:
     known = np.empty((len(channels), count), np.bool_)
     for number, channel in enumerate(channels):
         _read(_flat_grey(channel), pixels, parts, near[number], brightest[number])
-        known[number] = near[number].max(axis=0) < channel.linear_of[SATURATED_GREY]
+        known[number] = near[number].max(axis=0) < channel.linear_of[channel.clipped_from]
         noise[number] = _noise(channel, coarse_at)
         if channel.exposure != 1.0:
             near[number] /= np.float32(channel.exposure)

@@ -10,6 +10,8 @@ from vision_server.channels.depth import ROUNDING_SD
 from vision_server.channels.noise import (
     COARSEST_SCALE_PX,
     FINEST_SCALE_PX,
+    SATURATED_GREY,
+    clipping_grey,
     gradient_scale,
     grey_noise,
 )
@@ -47,3 +49,20 @@ def test_scale_grows_with_noise_over_contrast() -> None:
     scales = [gradient_scale(image, grey_noise(image)) for image in (clean, noisy, drowned)]
     assert scales[0] == FINEST_SCALE_PX
     assert scales[0] < scales[1] < scales[2] <= COARSEST_SCALE_PX
+
+
+@pytest.mark.parametrize("deep", [False, True])
+def test_an_image_that_was_scaled_clips_below_white(deep: bool) -> None:
+    random = np.random.default_rng(0)
+    faces = np.repeat([60.0, 150.0, 240.0, 300.0], 80)
+    noisy = np.clip(np.tile(faces, (200, 1)) + random.normal(0.0, 1.5, (200, 320)), 0.0, 255.0)
+
+    def found(image: NDArray[np.float64]) -> int:
+        pixels = np.round(257.0 * image).astype(np.uint16) if deep else np.round(image).astype(np.uint8)
+        return clipping_grey(pixels, grey_noise(pixels))
+
+    assert found(noisy) == SATURATED_GREY
+    assert found(0.8 * noisy) == 204 - (255 - SATURATED_GREY)
+    # neither where nothing is clipped, nor where there is no noise to show it
+    assert found(0.8 * noisy[:, :240]) == SATURATED_GREY
+    assert found(0.8 * np.tile(np.minimum(faces, 255.0), (200, 1))) == SATURATED_GREY

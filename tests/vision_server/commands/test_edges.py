@@ -94,6 +94,19 @@ def test_kinds_come_as_picture_and_tables(images: list[Path], tmp_path: Path) ->
     assert {COLOURS[SHADOW], COLOURS[NOISE]} < colours <= set(COLOURS)
 
 
+def test_one_image_twice_is_one_and_a_white_one_is_called_white(images: list[Path], tmp_path: Path) -> None:
+    out, white = ("--out", tmp_path / "e.png"), tmp_path / "white.png"
+    twice = edges(images[0], images[0], *out, "--kinds", tmp_path / "k.png")
+    assert twice.returncode == 2
+    assert "under different lights" in twice.stderr
+    assert edges(images[0], images[0], *out).returncode == 0
+    cv2.imwrite(str(white), np.full((120, 160), 255, np.uint8))
+    done = edges(*images, white, *out)
+    assert done.returncode == 0
+    assert "white.png is white all over" in done.stderr
+    assert "exposed" not in done.stderr
+
+
 def test_the_kind_that_is_asked_for(images: list[Path], tmp_path: Path) -> None:
     kinds = edge_kinds([channel_statistics(read_grey(path)) for path in images])
     for name in ("shadow", "outline"):

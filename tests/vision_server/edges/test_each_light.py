@@ -86,6 +86,7 @@ def less_crease(parts: Sides, at_end: Floats, behind: Floats) -> list[Floats]:
         base + np.log(before_alike + before_any),
         base + np.log(turns.sum(axis=0) / count),
         np.logaddexp.reduce(glare) - math.log(count),
+        crease.sum(axis=0),
     ]
 
 
@@ -111,7 +112,11 @@ def test_scatters_are_gaussians_about_means_of_their_own(channels: int) -> None:
     lit = sides.brightest.max(axis=0)
     darker = np.where(lit[0] < lit[1], sides.brightest[:, 0], sides.brightest[:, 1])
     darkness = np.log((darker + sides.dark) / (dark + sides.dark)).astype(np.float64)
-    flat, uneven = noise + FLAT_SD**2, noise + scatter.UNEVEN_SD**2
+    brighter = sides.near.max(axis=1).astype(np.float64)
+    dim = np.maximum(sides.near.min(axis=1), math.exp(-scatter.DEEPEST_PRINT) * brighter)
+    shorter = sides.dark / (dim + sides.dark) - sides.dark / (brighter + sides.dark)
+    flat = noise + FLAT_SD**2 + np.square(scatter.SHORTER * shorter)
+    uneven = noise + scatter.UNEVEN_SD**2
     none = [about_a_mean(ratio, flat, scatter.FAINT_SD), about_a_mean(ratio, uneven, scatter.UNEVEN_SD)]
     expected = [
         about_a_mean(darkness, surface, scatter.BACKGROUND_SD),

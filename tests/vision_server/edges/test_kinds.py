@@ -169,6 +169,27 @@ def test_the_place_is_as_sure_as_is_said() -> None:
 def test_one_light_tells_no_kinds() -> None:
     with pytest.raises(BadInput, match="kinds"):
         edge_kinds(channels()[:1])
+    with pytest.raises(BadInput, match="kinds"):
+        edge_kinds([*channels()[:1], *channels()[:1]])
+
+
+def test_an_image_that_is_given_twice_counts_once() -> None:
+    good = channels()
+    found = edge_kinds([good[0], *good])
+    assert found.used == (0, 2, 3)
+    np.testing.assert_array_equal(found.probability, edge_kinds(good).probability)
+
+
+def test_where_an_image_was_clipped_before_it_was_scaled_nothing_is_known() -> None:
+    random = np.random.default_rng(0)
+    bright = np.full((96, 128), 100.0)
+    bright[:, 64:] = 330.0
+    images = [np.clip(gain * bright + random.normal(0.0, 1.5, bright.shape), 0, 255) for gain in (0.5, 1.0)]
+    scaled = [channel_statistics(np.round(0.9 * image).astype(np.uint8)) for image in images]
+    edges = merge_channels(scaled)
+    known = sides_of(edges).known[:, edges.mass > 0.5 * edges.mass.max()]
+    assert known[0].all()
+    assert not known[1].any()
 
 
 def test_images_without_edges_have_none() -> None:
