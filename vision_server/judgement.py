@@ -73,11 +73,15 @@ def judged(
     rivals: list[tuple[Pose, PoseSupport, float]],
     symmetry: Symmetry,
     match: Matcher,
+    from_anywhere: bool,
 ) -> Estimate:
-    """What there is to say about a pose that was ``first`` before its last step, as rivals still are."""
+    """What there is to say about a pose that was ``first`` before its last step, as rivals still are.
+
+    ``from_anywhere``: no seed pose says from which side the target is seen.
+    """
     best, covariance, agreement = last
     spread = uncertainty(without_free_turn(covariance, best.pose, symmetry), best.pose.translation)
-    unclear = ambiguity(first.support, [(support, prior) for _, support, prior in rivals])
+    unclear = ambiguity(first.support, [(support, prior) for _, support, prior in rivals], from_anywhere)
     by_lines = confidence(best.support, unclear, spread)
     if by_lines < LEAST_BY_LINES:
         return Estimate()
@@ -98,7 +102,10 @@ def judged(
         score=believed(doubt),
         ambiguity=unclear,
         lines=best.support.lines,
-        rivals=tuple(Rival(pose, odds(first.support, support, prior)) for pose, support, prior in rivals),
+        rivals=tuple(
+            Rival(pose, odds(first.support, support, prior, from_anywhere=from_anywhere))
+            for pose, support, prior in rivals
+        ),
         free=() if symmetry.free_axis is None else (symmetry.free_axis,),
         support=best.support,
         misfit=doubt,

@@ -169,7 +169,7 @@ def pose_of_segments(
         refined = likeliest_first(refined, beyond)
         rivals = rivals_of(refined, symmetry, searched, beyond)
         last = likely[0].last if likely else last_step(refined[0])
-        estimate = judged(refined[0], last, rivals, symmetry, match)
+        estimate = judged(refined[0], last, rivals, symmetry, match, isinstance(seed_pose, Anywhere))
         if isinstance(seed_pose, Anywhere) and estimate.pose is not None:
             allowed = partial(seed_pose.allows, middle=model.middle)
             estimate = with_poses(estimate, likely, symmetry, allowed)

@@ -60,7 +60,7 @@ def of_most_evidence(
     ordered = [hypotheses[index] for index in firsts + others]
     found = best_first(problem, ordered, looked_at, _spin_rad(problem.model))
     found.sort(key=_evidence, reverse=True)
-    if not found or found[0].support.evidence < CONVINCING_NATS:
+    if not found or _evidence(found[0]) < CONVINCING_NATS:
         _add_matched_again(problem, found, ordered[:MATCHED_AGAIN], match)
     for side in _sides(found):
         beside = [side]
@@ -68,13 +68,13 @@ def of_most_evidence(
         found += [one for one in beside if not any(known.ends_at(one.pose, NEAR) for known in found)]
     found.sort(key=_evidence, reverse=True)
     if found:
-        least = found[0].support.evidence - ROUGHLY_NATS
-        found = [finished(one) if one.support.evidence >= least else one for one in found]
+        least = _evidence(found[0]) - ROUGHLY_NATS
+        found = [finished(one) if _evidence(one) >= least else one for one in found]
         found.sort(key=_evidence, reverse=True)
     _add_other_sides(problem, found)
     looks = [found[index] for index in _firsts_of_looks([one.pose for one in found], turns)[:LOOKS_TURNED]]
     for look in looks:
-        if look.support.evidence >= looks[0].support.evidence - CONVINCING_NATS:
+        if _evidence(look) >= _evidence(looks[0]) - CONVINCING_NATS:
             regular = right_turns(problem.model) if look is looks[0] else ()
             _add_turned(found, look, (*turns, *half_turns(problem.model)), regular)
     return sorted(found, key=_evidence, reverse=True)
@@ -117,14 +117,14 @@ def _sides(found: Sequence[Refined]) -> list[Refined]:
     for one in found:
         if len(out) < SIDES and all(one.pose.error_to(other.pose).rotation_deg > APART_DEG for other in out):
             out.append(one)
-    if found and found[0].support.evidence < 0.0:  # of bad fits a pose as small as a speck misses least
+    if found and _evidence(found[0]) < 0.0:  # of bad fits a pose as small as a speck misses least
         most = max(found, key=lambda one: one.support.supported_fraction)
         out += [most] if most not in out else []
     return out
 
 
 def _evidence(one: Refined) -> float:
-    return one.support.evidence
+    return one.support.evidence_together
 
 
 def _spin_rad(model: Model) -> float:
@@ -162,8 +162,8 @@ def _add_other_sides(problem: PoseProblem, found: list[Refined]) -> None:
                 best = max(beside, key=_evidence)
                 if sparse is not problem:
                     best = of_all_lines(best, problem)
-                least = found[0].support.evidence - ROUGHLY_NATS
-                found.append(finished(best) if best.support.evidence >= least else best)
+                least = _evidence(found[0]) - ROUGHLY_NATS
+                found.append(finished(best) if _evidence(best) >= least else best)
     found.sort(key=_evidence, reverse=True)
 
 
@@ -178,7 +178,7 @@ def _add_turned(found: list[Refined], first: Refined, turns: Sequence[Pose], reg
 
     def evidence_of(pose: Pose) -> float:
         support = support_at(sparse, pose, coarse_px)
-        return -math.inf if support is None else support.evidence
+        return -math.inf if support is None else support.evidence_together
 
     itself = evidence_of(first.pose)
     seen = [(evidence_of(start), start) for start in map(first.pose.compose, turns)]
@@ -188,12 +188,12 @@ def _add_turned(found: list[Refined], first: Refined, turns: Sequence[Pose], reg
         if (evidence := evidence_of(start)) >= itself - TURNED_LACK
     ]
     seen.sort(key=lambda one: -one[0])
-    alike, least = itself - ROUGHLY_NATS, found[0].support.evidence - ROUGHLY_NATS
+    alike, least = itself - ROUGHLY_NATS, _evidence(found[0]) - ROUGHLY_NATS
     for number, (evidence, start) in enumerate(seen):
         if number < MOST_TURNED:
             other = refined(first.problem, start, COARSE_REACHES_PX, first.spacing_px, COARSER, known=found)
             if other is not None:
-                found.append(finished(other) if other.support.evidence >= least else other)
+                found.append(finished(other) if _evidence(other) >= least else other)
         elif evidence >= alike and not any(known.ends_at(start, NEAR) for known in found):
             support = support_at(first.problem, start, first.spacing_px)
             if support is not None:

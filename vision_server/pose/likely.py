@@ -46,7 +46,7 @@ def likely_of(found: Sequence[Refined], symmetry: Symmetry) -> list[Likely]:
     other beside it.
     """
     out: list[Likely] = []
-    for index, share in shares([(one.pose, one.support.evidence) for one in found], symmetry):
+    for index, share in shares([(one.pose, one.support.evidence_together) for one in found], symmetry):
         if share >= LEAST_SHARE:
             one = found[index]
             last = last_step(one) if len(out) < MOST_SETTLED else _as_refined(one)

@@ -177,11 +177,26 @@ def _of_other_models(doubt: Misfit, per_log2_significance: float) -> float:
     return gain + per_log2_significance * math.log2(1.0 + doubt.significance / USUAL)
 
 
-def odds(own: PoseSupport, rival: PoseSupport, prior_nats: float = 0.0, most: float = 1.0) -> float:
-    """Chance of another pose over this one's, at most ``most``; ``prior_nats`` speak against the other."""
-    return math.exp(min(math.log(most), (rival.evidence - own.evidence - prior_nats) / RIVAL_NATS))
+def odds(
+    own: PoseSupport,
+    rival: PoseSupport,
+    prior_nats: float = 0.0,
+    most: float = 1.0,
+    from_anywhere: bool = False,
+) -> float:
+    """Chance of another pose over this one's, at most ``most``; ``prior_nats`` speak against the other.
+
+    Of poses ``from_anywhere`` one may show what the other hides: see `PoseSupport.evidence_together`.
+    """
+    more = rival.evidence - own.evidence
+    if from_anywhere:
+        more = rival.evidence_together - own.evidence_together
+    return math.exp(min(math.log(most), (more - prior_nats) / RIVAL_NATS))
 
 
-def ambiguity(own: PoseSupport, rivals: Sequence[tuple[PoseSupport, float]]) -> float:
+def ambiguity(
+    own: PoseSupport, rivals: Sequence[tuple[PoseSupport, float]], from_anywhere: bool = False
+) -> float:
     """Chance of the likeliest other pose over this one's, 0 (unique) to 1 (as good); each with its prior."""
-    return max((odds(own, rival, prior) for rival, prior in rivals), default=0.0)
+    chances = (odds(own, rival, prior, from_anywhere=from_anywhere) for rival, prior in rivals)
+    return max(chances, default=0.0)
