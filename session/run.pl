@@ -21,7 +21,6 @@ error, by Ctrl-C or by SIGTERM.
 :- use_module(viewing, [start_view/2]).
 :- use_module(thinking, [note_thought/0, within_budget/3]).
 :- use_module(times, [forget_times/1, tell_times/3]).
-:- use_module(no_halt, [without_halt/1]).
 :- use_module(strategy_end, [ended_by/4]).
 :- use_module(strategy_file, [check_control/1, check_includes/1]).
 :- use_module(usage, [usage_error/2]).
@@ -97,10 +96,10 @@ cannot_go_on(Formal, _) :-
 
 check_controller(Plan) :-
     check_includes(Plan.controller_file),
-    without_halt(( load_theory(Plan.theory),
-                   check_control(Plan.controller_file),
-                   check_theory,
-                   check_program(Plan.program) )).
+    load_theory(Plan.theory),
+    check_control(Plan.controller_file),
+    check_theory,
+    check_program(Plan.program).
 
 nothing_begun(Folder, Error) :-
     end_table,
@@ -189,10 +188,9 @@ run_program(Session, End, Situation) :-
     catch(( beginning(Options, Plan, Journal, Beginning),
             most_thinking_s(Most),
             within_budget(Plan.controller, Most,
-                          without_halt(
-                              indigolog(Plan.program,
-                                        [ check(false), device(session_acquisition_device), journal(Journal), Beginning,
-                                          on_action(session_run:after_action(Options, Folder)) ]))),
+                          indigolog(Plan.program,
+                                    [ check(false), device(session_acquisition_device), journal(Journal), Beginning,
+                                      on_action(session_run:after_action(Options, Folder)) ])),
             End = finished ),
           Error,
           ( nb_getval(session_situation, Last), ended_by(Error, Session, Last, End) )),
