@@ -124,7 +124,7 @@ session_message(step(Device, step(_, Image, Settings, State, Decision, Reason, S
     { settings_words(Device, Settings, Words),
       state_words(State, StateWords),
       merit(Fix, Merit) },
-    [ '  ~w~t~7|~w~t~48|~w~t~77|'-[Image, Words, StateWords] ],
+    [ '  ~w~t ~7|~w~t ~48|~w~t ~77|'-[Image, Words, StateWords] ],
     decision(Decision),
     fix_words(Fix, Merit),
     [ '  set ~d'-[SetSize] ],
