@@ -12,16 +12,21 @@
 %   @error golog(unknown_option(Option)), golog(option_value(Option, What))
 
 known_options(Options) :-
-    must_be(list, Options),
-    forall(member(Option, Options), known_option(Option)).
+    all_known(Options, run_option, =).
 
-known_option(Option) :-
+% all_known(+Options, :Table, :Named): Named makes of an option that is not in Table what it is told by.
+all_known(Options, Table, Named) :-
+    must_be(list, Options),
+    forall(member(Option, Options), known(Option, Table, Named)).
+
+known(Option, Table, Named) :-
     (   callable(Option),
         functor(Option, Name, Arity),
-        run_option(Name/Arity, Kind)
+        call(Table, Name/Arity, Kind)
     ->  arg(1, Option, Value),
         right_value(Kind, Value, Option)
-    ;   throw(error(golog(unknown_option(Option)), _))
+    ;   call(Named, Option, What),
+        throw(error(golog(unknown_option(What)), _))
     ).
 
 % run_option(?Indicator, ?Kind): theory/1 and check/1 are for indigolog/2.
@@ -51,18 +56,12 @@ run_option(outcome/1, any).
 %   @error golog(unknown_option(Option)), golog(option_value(Option, What))
 
 known_device_options(Module, Options) :-
-    must_be(list, Options),
-    forall(member(Option, Options), known_device_option(Option, Module)).
+    all_known(Options, device_option, of_device(Module)).
 
-known_device_option(Option, Module) :-
-    (   nonvar(Option),
-        device_option(Option, Value, Kind)
-    ->  right_value(Kind, Value, Option)
-    ;   throw(error(golog(unknown_option(device(Module, [Option]))), _))
-    ).
+of_device(Module, Option, device(Module, [Option])).
 
-device_option(thread(Value), Value, truth).
-device_option(deadline(Value), Value, seconds).
+device_option(thread/1, truth).
+device_option(deadline/1, seconds).
 
 right_value(Kind, Value, Option) :-
     (   ( Kind == any ; nonvar(Value), is_a(Kind, Value) )

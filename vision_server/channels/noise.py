@@ -40,10 +40,7 @@ RAYLEIGH_QUARTER = 0.7585  # lower quartile of the length of a plane Gaussian ve
 FEWEST_FLAT = 500  # gradients before their lower quartile is believed
 FEWEST_CLIPPED = 50  # sampled pixels of the brightest grey before it is where an image clips
 LEAST_CLIPPED = 64  # grey
-CLIPPED_SPREAD, NOISY = (
-    3.0,
-    0.6,
-)  # standard deviations below it, and grey of them: in less noise surfaces are even
+CLIPPED_SPREAD, NOISY = 3.0, 0.6  # standard deviations below it, and their least, grey: else faces are even
 
 Floats = NDArray[np.float64]
 

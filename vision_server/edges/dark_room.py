@@ -10,10 +10,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vision_server.channels.depth import Field
 from vision_server.edges.light_parts import KnownLights, lights_of, parts_of
 from vision_server.edges.sides import Sides
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds`.
 FLAT_SD = 0.03  # of two places 4 px apart on one flat surface, of the intensity
@@ -33,12 +35,19 @@ def lamps_in_the_dark(levels: Floats, sides: Sides) -> KnownLights | None:
     return lights if parts is not None and _ends_are_black(parts) else None
 
 
+def unsure_and_lit(sides: Sides) -> tuple[Field, Flags]:
+    """Standard deviation (C, N) of the step between two sides that are alike, and where it would be seen."""
+    dark, bright = sides.near.min(axis=1), sides.near.max(axis=1)
+    sd = np.sqrt(2.0 * np.square(sides.noise) + np.square(FLAT_SD * dark))
+    lit = (bright > np.maximum(LIT_SHARE * bright.max(axis=0), LIT_GREY)) & (sd < LIT_SHARE * bright)
+    return sd, lit
+
+
 def _ends_are_black(parts: Sides) -> bool:
     """Whether nothing is left where one of L lights alone steps and another one shows both sides alike."""
     dark, bright = parts.near.min(axis=1), parts.near.max(axis=1)
     step, best = bright - dark, bright.max(axis=0)
-    sd = np.sqrt(2.0 * np.square(parts.noise) + np.square(FLAT_SD * dark))
-    lit = (bright > np.maximum(LIT_SHARE * best, LIT_GREY)) & (sd < LIT_SHARE * bright)
+    sd, lit = unsure_and_lit(parts)
     steps = step > SURE * sd
     most = step.argmax(axis=0)
     is_end = parts.known.all(axis=0) & (lit & ~steps).any(axis=0) & (np.count_nonzero(steps, axis=0) == 1)

@@ -19,14 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision_server.channels.depth import Field
-from vision_server.edges.dark_room import (
-    FLAT_SD,
-    LEAST_STEP,
-    LIT_GREY,
-    LIT_SHARE,
-    SURE,
-    lamps_in_the_dark,
-)
+from vision_server.edges.dark_room import LEAST_STEP, SURE, lamps_in_the_dark, unsure_and_lit
 from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
 from vision_server.edges.sides import Sides
 
@@ -184,10 +177,8 @@ def _telling_steps(sides: Sides) -> Floats:
     near = sides.near
     step = near[:, 1] - near[:, 0]
     step = step * np.sign(step.sum(axis=0))
-    bright, largest = near.max(axis=1), step.max(axis=0)
-    sd = np.sqrt(2.0 * np.square(sides.noise) + np.square(FLAT_SD * near.min(axis=1)))
-    best = bright.max(axis=0)
-    lit = (bright > np.maximum(LIT_SHARE * best, LIT_GREY)) & (sd < LIT_SHARE * bright)
+    best, largest = near.max(axis=(0, 1)), step.max(axis=0)
+    sd, lit = unsure_and_lit(sides)
     off = lit & (np.abs(step) < SURE * sd)
     told = sides.known.all(axis=0) & off.any(axis=0) & (step > -SURE * sd).all(axis=0)
     told &= (sd.max(axis=0) < MOST_NOISE * largest) & (largest > LEAST_STEP * best)

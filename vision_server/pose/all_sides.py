@@ -34,7 +34,7 @@ from vision_server.pose.ranking import (
     roughly,
 )
 from vision_server.pose.spun import ALONG, spun
-from vision_server.pose.support import support_at
+from vision_server.pose.support import evidence_at, support_at
 
 SIDES, APART_DEG = 3, 20.0  # poses beside which others are looked for; chosen by hand
 LOOKS_TURNED, MOST_TURNED = 2, 12  # looks that are turned; turns of each that are refined
@@ -176,17 +176,13 @@ def _add_turned(found: list[Refined], first: Refined, turns: Sequence[Pose], reg
     """
     sparse, coarse_px = fewer_lines(first.problem), COARSER * first.spacing_px
 
-    def evidence_of(pose: Pose) -> float:
-        support = support_at(sparse, pose, coarse_px)
-        return -math.inf if support is None else support.evidence_together
+    def seen_turned(by: Sequence[Pose]) -> list[tuple[float, Pose]]:
+        starts = [first.pose.compose(turn) for turn in by]
+        return [(evidence_at(sparse, start, coarse_px), start) for start in starts]
 
-    itself = evidence_of(first.pose)
-    seen = [(evidence_of(start), start) for start in map(first.pose.compose, turns)]
-    seen += [
-        (evidence, start)
-        for start in (first.pose.compose(turn) for turn in regular if turn not in turns)
-        if (evidence := evidence_of(start)) >= itself - TURNED_LACK
-    ]
+    itself = evidence_at(sparse, first.pose, coarse_px)
+    others = seen_turned([turn for turn in regular if turn not in turns])
+    seen = seen_turned(turns) + [one for one in others if one[0] > itself - TURNED_LACK]
     seen.sort(key=lambda one: -one[0])
     alike, least = itself - ROUGHLY_NATS, _evidence(found[0]) - ROUGHLY_NATS
     for number, (evidence, start) in enumerate(seen):

@@ -197,6 +197,12 @@ def support_at(problem: PoseProblem, pose: Pose, spacing_px: float) -> PoseSuppo
     return support_of(seen, [channel.name for channel in problem.channels])
 
 
+def evidence_at(problem: PoseProblem, pose: Pose, spacing_px: float) -> float:
+    """`evidence_together` of a pose; -inf when no line of the model is visible from it."""
+    support = support_at(problem, pose, spacing_px)
+    return -math.inf if support is None else support.evidence_together
+
+
 def support_of(seen: Observation, names: Sequence[str]) -> PoseSupport:
     """The support that an observation speaks of; ``names`` of its channels."""
     line, px = seen.samples.line, seen.samples.px

@@ -25,7 +25,7 @@ from vision_server.pose.ranking import COARSER, FINE_REACHES_PX, NEAR, TURNED_LA
 from vision_server.pose.refinement import EXACT_REACH_PX, REACHES_PX, refine
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.spun import spun
-from vision_server.pose.support import PoseSupport, support_at
+from vision_server.pose.support import PoseSupport, evidence_at, support_at
 from vision_server.pose.trust import RIVAL_NATS, TAILS, confidence, quality
 from vision_server.segments.extraction import extract_segments
 from vision_server.tracking.agreement import agreement
@@ -210,13 +210,10 @@ def _turned(problem: PoseProblem, best: Around) -> list[Around]:
     model, spacing = problem.model, spacing_for(problem.model, problem.camera, best.pose)
     turns = (*near_symmetries(model), *right_turns(model), *turns_about_own_axes(model))
     poses = [best.pose.compose(turn) for turn in dict.fromkeys(turns)]
-    itself, promising = support_at(problem, best.pose, COARSER * spacing), []
-    least = -math.inf if itself is None else itself.evidence_together - TURNED_LACK
-    for pose in poses + spun(problem, best.pose, COARSER * spacing, math.pi):
-        support = support_at(problem, pose, COARSER * spacing)
-        if support is not None and support.evidence_together > least:
-            promising.append((-support.evidence_together, pose))
-    promising.sort(key=lambda one: one[0])
+    least = evidence_at(problem, best.pose, COARSER * spacing) - TURNED_LACK
+    poses += spun(problem, best.pose, COARSER * spacing, math.pi)
+    seen = [(evidence_at(problem, pose, COARSER * spacing), pose) for pose in poses]
+    promising = sorted((one for one in seen if one[0] > least), key=lambda one: -one[0])
     return _refined(problem, [pose for _, pose in promising[:MOST_TURNED]])
 
 
