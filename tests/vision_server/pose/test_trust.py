@@ -113,6 +113,14 @@ def test_a_pose_of_which_most_is_missing_is_not_trusted_however_well_the_rest_ag
     assert confidence(most, 0.0, 0.001, None, agreement) < 0.93
 
 
+def test_a_target_of_many_lines_is_believed_by_those_that_are_seen() -> None:
+    """Of a truss in grazing sun half of the bars are dark, or in front of dark ones."""
+    agreement = LineAgreement(0.55, 0.4)
+    some, many = support(*[1.0] * 12, *[0.0] * 9), support(*[1.0] * 36, *[0.0] * 27)
+    assert confidence(some, 0.0, 0.001, None, agreement) < TRUSTED_SCORE
+    assert confidence(many, 0.0, 0.001, None, agreement) > TRUSTED_SCORE
+
+
 def test_lines_that_a_rival_shares_do_not_speak_for_a_pose() -> None:
     """Of a turn that the seed pose rules out, too: where it is turned itself, its lines agree as well."""
     good = support(*[0.9] * 8)
