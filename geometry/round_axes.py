@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.model import Model
-from geometry.near_symmetries import EXACT, TOLERANCE, exact_tolerance
+from geometry.near_symmetries import EXACT, TOLERANCE, exact_tolerance, middles_of_rings, wires_of
 from geometry.own_axes import own_axes
 from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from geometry.symmetries import ODD_ANGLES_RAD, count_astray
+from geometry.symmetries import ODD_ANGLES_RAD, count_astray, symmetry_of
 
 Floats = NDArray[np.float64]
 
@@ -22,14 +22,16 @@ ROUND = 0.35  # share of the length of the sharp lines that any turn must bring 
 POINTS = 4000  # along them, of which ...
 TURNED = 300  # ... so many are turned
 RIM = 0.95  # of the largest distance from the axis: chamfers of a rim count as rim
+ALONG = 0.999  # cosine between an axis and that of a turn about it
+LEAST_DEG, TURNS = 3.0, 5  # of small and large turns: the least, so many to either side (chosen by hand)
 
 
 @lru_cache(maxsize=8)
 def round_axes(model: Model) -> tuple[tuple[Floats, Floats], ...]:
     """Unit directions (3,) and a point (3,), metres, of the axes that a part is nearly round about.
 
-    Looked for along the part's own axes (`own_axes`), through its origin and its middle; none of a body of
-    revolution, of which a turn changes nothing at all.
+    Looked for along the part's own axes (`own_axes`), through its origin, its middle, and those of its rims;
+    none of a body of revolution, of which a turn changes nothing at all.
     """
     sharp = model.lines[~model.smooth]
     if len(sharp) == 0:
@@ -37,13 +39,14 @@ def round_axes(model: Model) -> tuple[tuple[Floats, Floats], ...]:
     cloud, length = points_along(model.vertices, sharp, 0.0, POINTS)
     place = (np.arange(TURNED) + 0.5) / TURNED * length.sum()
     some = cloud[np.searchsorted(np.cumsum(length), place)]
+    ends, near = wires_of(model), TOLERANCE * model.diameter
     found: list[tuple[Floats, Floats]] = []
     for axis, middle in own_axes(model):
-        for centre in (np.zeros(3), middle):
+        for centre in (np.zeros(3), middle, *middles_of_rings(ends, axis, near)):
             if any(known is axis for known, _ in found):
                 continue
             turned = [(some - centre) @ matrix_of(angle * axis).T + centre for angle in ODD_ANGLES_RAD]
-            if any(_share(points, cloud, TOLERANCE * model.diameter) < ROUND for points in turned):
+            if any(_share(points, cloud, near) < ROUND for points in turned):
                 continue
             reach = exact_tolerance(axis, some - centre, model.diameter)
             if all(_share(points, cloud, reach) < EXACT for points in turned):
@@ -54,6 +57,26 @@ def round_axes(model: Model) -> tuple[tuple[Floats, Floats], ...]:
 def turned_about(pose: Pose, axis: Floats, centre: Floats, angle_rad: float) -> Pose:
     """A pose whose target is turned about an axis of its own."""
     return pose.compose(Pose.turn_about(centre, matrix_of(angle_rad * axis)))
+
+
+def folds_about(model: Model, axis: Floats) -> int:
+    """How many turns about an axis, none included, bring a model back onto itself."""
+    vectors = [turn.rotation_vector for turn in symmetry_of(model).turns]
+    return sum(bool(abs(v @ axis) >= ALONG * np.linalg.norm(v)) for v in vectors)
+
+
+@lru_cache(maxsize=8)
+def turns_about_axes(model: Model) -> tuple[tuple[Pose, ...], ...]:
+    """Small and large turns about each axis that a model is nearly round about, target_T_target.
+
+    Up to half of the turn that changes nothing.
+    """
+    out = []
+    for axis, centre in round_axes(model):
+        half = math.pi / folds_about(model, axis)
+        angles = np.geomspace(min(math.radians(LEAST_DEG), half), half, TURNS)
+        out.append(tuple(Pose.turn_about(centre, matrix_of(angle * axis)) for angle in [*angles, *-angles]))
+    return tuple(out)
 
 
 def rim_middle(model: Model, axis: Floats, centre: Floats) -> Floats:

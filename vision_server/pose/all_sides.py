@@ -13,7 +13,7 @@ from geometry.near_symmetries import near_symmetries, near_symmetries_and_produc
 from geometry.own_axes import half_turns
 from geometry.pose import Pose, near
 from geometry.right_turns import right_turns
-from geometry.round_axes import other_sides, rim_middle, round_axes
+from geometry.round_axes import ALONG, other_sides, rim_middle, round_axes
 from geometry.symmetries import symmetry_of
 from vision_server.pose.detail import fewer_lines
 from vision_server.pose.observation import PoseProblem
@@ -33,7 +33,7 @@ from vision_server.pose.ranking import (
     refined,
     roughly,
 )
-from vision_server.pose.spun import ALONG, spun
+from vision_server.pose.spun import spun
 from vision_server.pose.support import evidence_at, support_at
 
 SIDES, APART_DEG = 3, 20.0  # poses beside which others are looked for; chosen by hand

@@ -98,10 +98,8 @@ def best_first(
         if rough is not None:
             coarse.append(rough)
     coarse.sort(key=_rank)
-    for first in coarse[:1]:
-        for pose in spun(first.problem, first.pose, COARSER * first.spacing_px, spin_rad):
-            add_refined(coarse, first, pose)
-    coarse.sort(key=_rank)
+    _add_spun(coarse, spin_rad)
+    turned = coarse[:1]
     for _ in range(BESIDE_ROUNDS if coarse else 0):
         first = coarse[0]
         if first.quality >= CLEAR_QUALITY:
@@ -109,6 +107,8 @@ def best_first(
         add_beside(coarse)
         if coarse[0] is first:
             break
+    if coarse[:1] != turned:
+        _add_spun(coarse, spin_rad)
     for first in coarse[:1]:
         for start in map(first.pose.compose, near_symmetries(problem.model)):
             if searched(start):
@@ -123,6 +123,14 @@ def best_first(
     least = FINISHED_SHARE * max((one.quality for one in distinct), default=0.0)
     out = [finished(one) if one.quality >= least else one for one in distinct]
     return sorted(out, key=_rank)
+
+
+def _add_spun(found: list[Refined], spin_rad: float) -> None:
+    """Add the first pose of a nearly round target turned about its axis, see `spun`; best first again."""
+    for first in found[:1]:
+        for pose in spun(first.problem, first.pose, COARSER * first.spacing_px, spin_rad):
+            add_refined(found, first, pose)
+    found.sort(key=_rank)
 
 
 def roughly(sparse: PoseProblem, pose: Pose, known: Sequence[Refined]) -> Refined | None:

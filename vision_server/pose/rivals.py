@@ -1,11 +1,12 @@
-"""Which other poses are searched for and weighed: those that were found, and turns onto near symmetries."""
+"""Which other poses are weighed: those found, turned onto near symmetries, about the axis of a round part."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
+from geometry.round_axes import turns_about_axes
 from geometry.symmetries import Symmetry
 from vision_server.pose.alternatives import image_of
 from vision_server.pose.ranking import COARSER, ROUGHLY_NATS, Refined
@@ -20,6 +21,7 @@ BEYOND = 0.5  # ... of the search range's margin: from so far beyond the range o
 TURNED_NATS = 9.0
 NEARLY_NATS = 7.0  # of evidence that a turn may explain less, and still be a rival
 ALIKE = 0.8  # share of the quality of two poses that explain the images alike
+CLEARLY, CLEARLY_NATS = 0.5, 12.0  # the same, of one that explains more by so many nats
 
 
 def nats_against(beyond: float) -> float:
@@ -35,20 +37,21 @@ def anywhere(_pose: Pose) -> float:
 def likeliest_first(found: Sequence[Refined], beyond: Callable[[Pose], float]) -> list[Refined]:
     """Refined poses, best first; one within the search range before one beyond it that explains no more.
 
-    ``beyond`` says how far a pose is beyond the search range.
+    Also one that explains clearly more: quality, a mean over the lines in sight, favours the side of a round
+    part on which there is nothing to see. ``beyond`` says how far a pose is beyond the search range.
     """
 
     def likely(one: Refined) -> float:
         return one.support.evidence - nats_against(beyond(one.pose))
 
     first = found[0]
-    alike = [
-        one
-        for one in found[1:]
-        if beyond(one.pose) < beyond(first.pose)
-        and one.quality >= ALIKE * first.quality
-        and not first.ends_at(one.pose, SAME)
-    ]
+
+    def may_go_before(one: Refined) -> bool:
+        if likely(one) >= likely(first) + CLEARLY_NATS:
+            return one.quality >= CLEARLY * first.quality
+        return beyond(one.pose) < beyond(first.pose) and one.quality >= ALIKE * first.quality
+
+    alike = [one for one in found[1:] if may_go_before(one) and not first.ends_at(one.pose, SAME)]
     best = max((first, *alike), key=likely)
     return [best, *(one for one in found if one is not best)]
 
@@ -69,6 +72,7 @@ def rivals_of(
             distinct.append(one)
     own = nats_against(beyond(best.pose))
     out = [(pose, support, TURNED_NATS - own) for pose, support in turned(best, searched)]
+    out += [(pose, support, nats_against(beyond(pose)) - own) for pose, support in turned_round(best)]
     out += [
         (one.pose, one.support, nats_against(beyond(one.pose)) - own)
         for one in distinct[1:]
@@ -84,16 +88,33 @@ def turned(best: Refined, searched: Callable[[Pose], bool]) -> list[tuple[Pose, 
     leads to a pose that fits most lines; the others tell. Where no image shows these, turns explain as much
     but for what chance does, and the seed pose is believed by TURNED_NATS.
     """
+    poses = [best.pose.compose(turn) for turn in near_symmetries(best.problem.model)]
+    return list(_nearly_as_likely(best, [pose for pose in poses if not searched(pose)]))
+
+
+def turned_round(best: Refined) -> list[tuple[Pose, PoseSupport]]:
+    """Of the turns of a nearly round target about each such axis the likeliest that explains nearly as much.
+
+    Rims fit at any of them, and noise or a light on them holds one turn as exactly as a lug would: what is
+    small about a target and tells must be seen.
+    """
     found = []
-    for turn in near_symmetries(best.problem.model):
-        pose, support = best.pose.compose(turn), None
-        if searched(pose):
-            continue
+    for turns in turns_about_axes(best.problem.model):
+        poses = [best.pose.compose(turn) for turn in turns]
+        alike = list(_nearly_as_likely(best, poses))
+        if alike:
+            found.append(max(alike, key=lambda one: one[1].evidence))
+    return found
+
+
+def _nearly_as_likely(best: Refined, poses: Sequence[Pose]) -> Iterator[tuple[Pose, PoseSupport]]:
+    """Those of some poses, with their support, that explain no more than NEARLY_NATS less than the best."""
+    for pose in poses:
+        support = None
         for coarser, slack in ((COARSER, ROUGHLY_NATS + NEARLY_NATS), (1.0, NEARLY_NATS)):
             support = support_at(best.problem, pose, coarser * best.spacing_px)
             if support is None or support.evidence <= best.support.evidence - slack:
                 break
         else:
             assert support is not None
-            found.append((pose, support))
-    return found
+            yield pose, support

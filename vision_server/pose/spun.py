@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.round_axes import round_axes, turned_about
-from geometry.symmetries import symmetry_of
+from geometry.round_axes import folds_about, round_axes, turned_about
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.support import CAP_PX, support_at
 
@@ -27,14 +26,14 @@ LEAST_STEP_RAD, MOST_STEP_RAD = math.radians(1.5), math.radians(6.0)
 # to 0.22 where the holes were seen.
 UNSEEN = (30.0, 0.06)
 MOST_LOOKED_AT, LEAST_LOOKED_AT = 48, 8  # turns, for that: all around, or an n-th of it where it has n folds
-ALONG = 0.999  # cosine between an axis and that of a turn about it
 CLEARLY = 0.03  # of the visible length: by so much a turn must be better; two that differ by less are alike
 
 
 def spun(problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float) -> list[Pose]:
     """The least turn of a pose about each axis of a nearly round model that is clearly better supported.
 
-    Of bolts that look alike many turns do; the least one is nearest to what is known of the pose.
+    Of bolts that look alike many turns do; the least one is nearest to what is known of the pose. Where none
+    is clearly better, as of a tank that has but one small lug, it is the one at which most is seen.
 
     Parameters
     ----------
@@ -50,10 +49,14 @@ def spun(problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float) 
         turns = [turned_about(pose, axis, centre, step * k) for k in range(-count, count + 1)]
         found = [support_at(problem, one, spacing_px) for one in turns]
         strength = np.array([0.0 if support is None else support.strength for support in found])
-        peaks = np.flatnonzero(strength >= np.maximum(np.r_[0.0, strength[:-1]], np.r_[strength[1:], 0.0]))
-        peaks = peaks[strength[peaks] >= max(strength[count], strength.max() - 2.0 * CLEARLY) + CLEARLY]
-        if len(peaks):
-            out.append(turns[peaks[np.argmin(np.abs(peaks - count))]])
+        peaks = _peaks(strength)
+        clear = peaks[strength[peaks] >= max(strength[count], strength.max() - 2.0 * CLEARLY) + CLEARLY]
+        seen_px = np.array([0.0 if one is None else one.strength * one.samples.px.sum() for one in found])
+        more = int(np.argmax(seen_px))
+        if len(clear):
+            out.append(turns[clear[np.argmin(np.abs(clear - count))]])
+        elif abs(more - count) > 1:
+            out.append(turns[more])
     return out
 
 
@@ -84,10 +87,9 @@ def unseen_turns(problem: PoseProblem, pose: Pose, spacing_px: float) -> tuple[F
     return tuple(out)
 
 
-def folds_about(model: Model, axis: Floats) -> int:
-    """How many turns about an axis, none included, bring a model back onto itself."""
-    vectors = [turn.rotation_vector for turn in symmetry_of(model).turns]
-    return sum(bool(abs(v @ axis) >= ALONG * np.linalg.norm(v)) for v in vectors)
+def _peaks(values: Floats) -> NDArray[np.intp]:
+    """Where values (N,) are no less than those beside them."""
+    return np.flatnonzero(values >= np.maximum(np.r_[0.0, values[:-1]], np.r_[values[1:], 0.0]))
 
 
 def _step(model: Model, axis: Floats, centre: Floats, pose: Pose, focal_px: float) -> float:

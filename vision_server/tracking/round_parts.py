@@ -14,26 +14,20 @@ import numpy as np
 from geometry.model import Model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
-from geometry.rotation import matrix_of
-from geometry.round_axes import round_axes
-from vision_server.pose.spun import ALONG, folds_about
+from geometry.round_axes import ALONG, round_axes, turns_about_axes
 from vision_server.pose.support import support_at
 from vision_server.pose.trust import RIVAL_NATS
 from vision_server.tracking.following import Found
 
-# Chosen by hand: from what a sure pose may be off by, up to half of the turn that changes nothing.
-LEAST_DEG, TURNS = 3.0, 5
-COARSER = 2.0  # times the spacing of the samples
+COARSER = 2.0  # times the spacing of the samples (chosen by hand)
 
 
 @lru_cache(maxsize=8)
 def turns_about_own_axes(model: Model) -> tuple[Pose, ...]:
-    """Turns of a model about each axis that it is nearly round about, in its own frame."""
+    """Turns of a model about each axis that it is nearly round about, onto petals or teeth too."""
     turns: list[Pose] = []
-    for axis, centre in round_axes(model):
-        half = math.pi / folds_about(model, axis)
-        angles = np.geomspace(min(math.radians(LEAST_DEG), half), half, TURNS)
-        turns += [Pose.turn_about(centre, matrix_of(angle * axis)) for angle in [*angles, *-angles]]
+    for (axis, _), about_it in zip(round_axes(model), turns_about_axes(model), strict=True):
+        turns += about_it
         for turn in near_symmetries(model):
             vector = turn.rotation_vector
             if abs(vector @ axis) >= ALONG * np.linalg.norm(vector):

@@ -60,3 +60,18 @@ def test_of_two_poses_that_explain_the_images_alike_the_one_within_the_range_com
     assert [one[2] for one in rivals_of([near, far], ASYMMETRIC, nowhere, beyond)] == [against]
     assert [one[2] for one in rivals_of([far, near], ASYMMETRIC, nowhere, beyond)] == [-against]
     assert [one[2] for one in rivals_of([near, far], ASYMMETRIC, nowhere, anywhere)] == [0.0]
+
+
+def test_a_pose_that_explains_clearly_more_comes_first(best: Refined) -> None:
+    """Quality is a mean: a side of a round part that shows little has more of it than one that shows all."""
+    beyond = turned_beyond(POSE, SearchRange(25.0, 40.0))
+    few = np.isin(best.support.samples.line, np.unique(best.support.samples.line)[:4])
+    less = replace(best.support, supports=best.support.supports & few)
+    little = replace(
+        at(best, turned_by(POSE, 5.0)), support=replace(less, strength=1.0, supported_fraction=1.0)
+    )
+    assert little.quality > best.quality
+    assert likeliest_first([little, best], beyond) == [best, little]
+    poor = replace(best, support=replace(best.support, strength=0.45))
+    assert poor.quality < 0.5 * little.quality
+    assert likeliest_first([little, poor], beyond) == [little, poor]

@@ -5,17 +5,20 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.machined_parts import ROUND, surface_of
+from benchmarks.machined_parts import ROUND, circle, drilled, surface_of
 from benchmarks.synthetic_parts import random_view, rendered
 from geometry.camera import Camera
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose, PoseError
+from geometry.rotation import matrix_of
 from geometry.round_axes import round_axes, turned_about
 from tests.vision_server.synthetic import one_image
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import best_first
+from vision_server.pose.rivals import turned_round
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.spun import spun
+from vision_server.pose.trust import odds
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 
@@ -60,3 +63,49 @@ def test_a_pose_that_is_right_is_left(flange: Model) -> None:
     images = one_image(rendered(flange, CAMERA, true, rng))
     problem = PoseProblem.at_scale(images.gradients(["i1"]), flange, CAMERA)
     assert spun(problem, true, spacing_for(flange, CAMERA, true), math.pi) == []
+
+
+TANK = np.array([[0.055, -0.0025], [0.06, -0.0025], [0.06, 0.0025], [0.055, 0.0025]])
+
+
+@pytest.fixture(scope="module")
+def stage() -> Model:
+    """A stepped body with many rims, and one little tank beside it."""
+    rims = [
+        drilled(circle(radius, 64), [], z, z + 0.02)
+        for radius, z in ((0.05, 0.0), (0.04, 0.02), (0.03, 0.04))
+    ]
+    return Model.of_surface("stage", surface_of([*rims, drilled(TANK, [], 0.006, 0.011)]))
+
+
+def looking(model: Model, tank_deg: float) -> Pose:
+    """From above and aside, the tank at an angle about the axis: 90 is behind the body."""
+    turn = matrix_of(np.radians([115.0, 0.0, 0.0])) @ matrix_of(np.radians([0.0, 0.0, tank_deg]))
+    return Pose.from_matrix(turn, np.array([0.0, 0.0, 0.3]) - turn @ model.middle)
+
+
+@pytest.mark.parametrize(("tank_deg", "seen"), [(-60.0, True), (90.0, False)])
+def test_turns_are_rivals_where_what_tells_them_is_out_of_sight(
+    stage: Model, tank_deg: float, seen: bool
+) -> None:
+    true = looking(stage, tank_deg)
+    images = one_image(rendered(stage, CAMERA, true, np.random.default_rng(5)))
+    problem = PoseProblem.at_scale(images.gradients(["i1"]), stage, CAMERA)
+    best = best_first(problem, [true])[0]
+    rivals = turned_round(best)
+    assert (rivals == []) == seen
+    if not seen:
+        ((pose, support),) = rivals
+        assert pose.error_to(true).rotation_deg > 2.0
+        assert odds(best.support, support) > 0.5
+
+
+def test_a_turn_that_is_hardly_better_is_looked_at(stage: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All rims fit at the other turn, too; the tank is little of what is in sight."""
+    true, ((axis, centre),) = looking(stage, -60.0), round_axes(stage)
+    start = turned_about(true, axis, centre, math.radians(30.0))
+    images = one_image(rendered(stage, CAMERA, true, np.random.default_rng(6)))
+    problem = PoseProblem.at_scale(images.gradients(["i1"]), stage, CAMERA)
+    monkeypatch.setattr("vision_server.pose.spun.CLEARLY", 0.1)
+    (found,) = spun(problem, start, spacing_for(stage, CAMERA, start), math.radians(50.0))
+    assert found.error_to(true).rotation_deg < 4.0
