@@ -85,7 +85,7 @@ shown(discard(_, _), Situation, step(Device, Step)) :-
 shown(advance(Range), _, hold(Range)).
 shown(hold_done(Outcome), _, hold_done(Outcome)).
 shown(Event, _, event(Event)) :-
-    memberchk(Event, [light_fault(_), camera_fault, sun_changed, surprise(_, _), doubt(_, _)]).
+    memberchk(Event, [light_fault(_), camera_fault, sun_changed, target_moved, surprise(_, _), doubt(_, _)]).
 
 %   What --explain adds: why these settings, what the image shows, what it changed.
 explained(Action, Situation, because(Device, Reason)) :-

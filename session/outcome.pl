@@ -11,7 +11,7 @@ Messages session_outcome(Result): the dict that result.json is made from.
 :- use_module('../domain/reasoning/merit', [held_back/3]).
 :- use_module('../domain/reasoning/surprises', [cause_words/2]).
 :- use_module(library(aggregate), [aggregate_all/3]).
-:- use_module(library(lists), [member/2, memberchk/2, reverse/2]).
+:- use_module(library(lists), [last/2, member/2, memberchk/2, reverse/2]).
 
 %!  advised(+Limit, +Result, -Advised) is det.
 %
@@ -48,9 +48,9 @@ least_in_hundredths(0.1).
 :- multifile prolog:message//1.
 
 prolog:message(session_outcome(Result)) -->
-    { length(Result.kept, Kept), counted(Result.iterations, image, Images) },
+    { counted(Result.iterations, image, Images), kept_words(Result, Kept) },
     headline(Result.status),
-    [ ' after ~w, ~d kept, ~1f s'-[Images, Kept, Result.seconds.total] ],
+    [ ' after ~w, ~w, ~1f s'-[Images, Kept, Result.seconds.total] ],
     hold_points(Result),
     pose_words(Result),
     error_words(Result),
@@ -64,6 +64,16 @@ headline(exhausted) -->
     [ ansi([bold, fg(yellow)], 'Not trusted: the threshold was not reached', []) ].
 headline(stopped) -->
     [ ansi([bold, fg(red)], 'Stopped', []) ].
+
+%   How many were kept; and of how many the pose is, where the target has moved, or the sun changed, since.
+kept_words(Result, Words) :-
+    length(Result.kept, Kept),
+    (   is_dict(Result.pose),
+        last(Result.steps, Step),
+        Step.set_size < Kept
+    ->  format(atom(Words), "~d kept, the pose from the last ~d", [Kept, Step.set_size])
+    ;   format(atom(Words), "~d kept", [Kept])
+    ).
 
 hold_points(Result) -->
     { Planned = Result.get(planned_holds_m) },
