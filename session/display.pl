@@ -157,6 +157,8 @@ session_message(hold_done(aborted)) -->
     [ ansi([bold, fg(red)], '  approach aborted: no pose to be trusted here', []) ].
 session_message(no_report(Status)) -->
     [ 'report.html was not written (~w); try: .venv/bin/python -m report RUN_FOLDER'-[Status] ].
+session_message(farther(Program)) -->
+    [ '  the target is too large for these:' ], planned(Program).
 session_message(hold(Range)) -->
     [ 'Hold point at ~w m'-[Range] ].
 session_message(others_applied(Image, Applied)) -->

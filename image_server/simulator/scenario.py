@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from bridge.errors import BadInput
-from image_server.simulator.scenario_tables import Light, Scenario
+from image_server.simulator.scenario_tables import Light, Scenario, ScenarioCamera
 from stack.tables import as_table, read_toml
 
 SCENARIOS = Path(__file__).resolve().parent.parent.parent / "scenarios"
@@ -32,6 +32,7 @@ def load_scenario(name_or_file: str) -> Scenario:
     if _states_lengths(told):
         told = {"in_proportion": False} | told
     scenario = as_table(told, Scenario, file)
+    scenario = msgspec.structs.replace(scenario, camera=_of_frame(scenario.camera, told.get("camera", {})))
     pairs = {
         "[sun] angle_deg": scenario.sun.angle_deg,
         "[sun] azimuth_deg": scenario.sun.azimuth_deg,
@@ -111,6 +112,14 @@ def of_size(scenario: Scenario, diameter_m: float) -> Scenario:
             for light in scenario.lights
         ),
     )
+
+
+def _of_frame(camera: ScenarioCamera, told: Mapping[str, Any]) -> ScenarioCamera:
+    """The camera with what is not told by its frame: the usual field of view, square pixels, the middle."""
+    wide = ScenarioCamera().fx * camera.width / ScenarioCamera().width
+    fx = camera.fx if "fx" in told else camera.fy if "fy" in told else wide
+    untold = {"fx": fx, "fy": fx, "cx": (camera.width - 1) / 2, "cy": (camera.height - 1) / 2}
+    return msgspec.structs.replace(camera, **{key: untold[key] for key in untold.keys() - told.keys()})
 
 
 def _states_lengths(told: Mapping[str, Any]) -> bool:

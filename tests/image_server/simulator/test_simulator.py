@@ -258,7 +258,7 @@ def test_a_range_that_is_told_is_kept(tmp_path: Path) -> None:
 
 
 def test_a_rig_of_one_s_own_stays_where_its_file_says(tmp_path: Path) -> None:
-    """The satellite as if in centimetres: a bundled scenario fits it, the same lamps in one's own file do not."""
+    """The satellite as if in centimetres: a bundled scenario fits it, the same lamps in a file do not."""
     bundled = load_scenario("beams")
     (tmp_path / "mine.toml").write_text(
         toml_text(msgspec.to_builtins(bundled)).replace("in_proportion = true\n", "")
