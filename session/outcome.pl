@@ -161,12 +161,13 @@ help(Result, _, Help) :-
 help(Result, _, 'a seed pose, or [target] view, which tell which of the poses that fit is meant (--seed-pose)') :-
     several_poses(Result, _, _).
 help(Result, Limit, Help) :-
-    (   Result.iterations >= Limit
+    (   limit_reached(Result, Limit)
     ->  counted(Limit, image, Images),
         format(atom(Help), "more than ~w (--max-iterations)", [Images])
     ;   rival_holds_back(Result)
     ->  Help = 'another view of the target: these images do not tell its pose from another one'
     ;   Result.iterations > 0,
+        \+ ( Controller = Result.get(controller), memberchk(Controller, [heuristic, informed]) ),
         Help = 'a strategy that goes on (--controller heuristic or informed)'
     ).
 help(Result, _, 'is it the right model, and of the right size (--unit)? the report shows which lines are not there') :-
@@ -179,6 +180,16 @@ help(Result, _, Help) :-
     format(atom(Help), "a --threshold above ~w, where that is good enough", [Merit]).
 help(Result, _, 'an end farther away (--contact-range)') :-
     fixed_hold(Result, _).
+
+%   Of an approach, with both looks at its last hold point.
+limit_reached(Result, Limit) :-
+    last(Result.get(steps), Last),
+    Hold = Last.get(hold),
+    !,
+    aggregate_all(count, ( member(Step, Result.steps), Step.get(hold) == Hold ), Images),
+    Images >= 2 * Limit.
+limit_reached(Result, Limit) :-
+    Result.iterations >= Limit.
 
 %   Why there is none: what a strategy leaves out or drops says nothing of the target.
 without_pose(Result, 'a strategy that takes an image: this one took none') :-
