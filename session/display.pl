@@ -121,7 +121,7 @@ session_message(step(Device, Step)) -->
     !,
     table_row(Device, Step).
 session_message(step(Device, step(_, Image, Settings, State, Decision, Reason, SetSize, Fix, _))) -->
-    { settings_words(Device, Settings, Words),
+    { brief_settings_words(Device, Settings, Words),
       state_words(State, StateWords),
       merit(Fix, Merit) },
     [ '  ~w~t ~7|~w~t ~48|~w~t ~77|'-[Image, Words, StateWords] ],
