@@ -40,7 +40,9 @@ def test_nothing_leaves_the_frame() -> None:
 
 def test_many_lights_leave_each_other_room() -> None:
     turns = [2 * math.pi * number / 24 for number in range(24)]
-    ring = tuple(LightRecord(f"l{n}", 2, [math.cos(turn), math.sin(turn), 0.0]) for n, turn in enumerate(turns))
+    ring = tuple(
+        LightRecord(f"l{n}", 2, [math.cos(turn), math.sin(turn), 0.0]) for n, turn in enumerate(turns)
+    )
     svg = lights_svg(SettingsRecord(lights=[1] * 24), ring)
     places = [(float(x), float(y)) for x, y in re.findall(r"translate\(([-\d.]+) ([-\d.]+)\)", svg)]
     (radius,) = {float(value) for value in re.findall(r'"lamp" r="([\d.]+)"', svg)}
@@ -51,7 +53,11 @@ def test_of_many_lights_those_alike_beside_each_other_have_one_bar() -> None:
     lights = tuple(LightRecord(f"l{number}", 8, None) for number in range(12))
     settings = SettingsRecord(lights=[7.0] * 4 + [0.0] * 7 + [3.0])
     bars = _bars(settings, lights, [])
-    assert [(bar.name, bar.text) for bar in bars] == [("l0 – l3", "100 %"), ("l4 – l10", "0 %"), ("l11", "3/7")]
+    assert [(bar.name, bar.text) for bar in bars] == [
+        ("l0 – l3", "100 %"),
+        ("l4 – l10", "0 %"),
+        ("l11", "3/7"),
+    ]
     assert len(_bars(SettingsRecord(lights=[7.0] * 3), lights[:3], [])) == 3
 
 
