@@ -6,6 +6,7 @@ A scene is a stack folder (kind basis) or a scenario of the simulator (target: c
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import combinations
 from pathlib import Path
@@ -18,7 +19,7 @@ import typer
 from numpy.typing import NDArray
 
 from bridge.image_messages import PoseErrorMessage
-from bridge.messages import Describe, PoseMessage, Settings
+from bridge.messages import Describe, LightDescription, PoseMessage, Settings
 from geometry.camera import Camera
 from geometry.model import load_model
 from geometry.pose import Pose
@@ -28,12 +29,14 @@ from image_server.simulator.description import pose_message
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scenario import with_conditions as scenario_with
 from image_server.simulator.simulator import Simulator
+from stack.exposure import level_fraction
 from stack.read import BasisStack, load_stack
 from stack.read import with_conditions as stack_with
 from vision_server.serve.statistics import target_region
 
 Grey = NDArray[np.uint8]
 Floats = NDArray[np.float64]
+Lights = Sequence[LightDescription]
 
 KINDS = ("light_dead", "lights_swapped", "sun_changed", "target_moved", "in_the_way", "model_wrong")
 FLICKER = "flicker"  # no fault: all light of each image is another
@@ -100,13 +103,15 @@ def camera_and_region(describe: Describe, true: Pose) -> tuple[Camera, NDArray[n
     return camera, target_region(load_model(describe.target.model, describe.target.unit), camera, true)
 
 
-def drawn(kind: str, settings: Settings, sun: float, rng: np.random.Generator) -> Fault | None:
+def drawn(
+    kind: str, settings: Settings, sun: float, lights: Lights, rng: np.random.Generator
+) -> Fault | None:
     """A fault of one of KINDS; None where a light's would make no difference under these settings."""
     lit = [index for index, level in enumerate(settings.lights) if level > 0]
     pairs = [
         pair
         for pair in combinations(range(len(settings.lights)), 2)
-        if len({settings.lights[one] for one in pair}) > 1
+        if relit(settings, Fault("lights_swapped", pair), lights) != settings
     ]
     if kind == "light_dead":
         return Fault(kind, (int(rng.choice(lit)),)) if lit else None
@@ -117,14 +122,19 @@ def drawn(kind: str, settings: Settings, sun: float, rng: np.random.Generator) -
     return Fault(kind, towards_rad=rng.uniform(0.0, 2.0 * np.pi))
 
 
-def relit(settings: Settings, fault: Fault) -> Settings:
-    """What the lights really do when these settings are asked for."""
+def relit(settings: Settings, fault: Fault, lights: Lights) -> Settings:
+    """What the lights really do when these settings are asked for.
+
+    Swapped ones have the level that is nearest to the other's share of its full light.
+    """
     levels = list(settings.lights)
     if fault.name == "light_dead":
         levels[fault.lights[0]] = 0
     if fault.name == "lights_swapped":
         one, other = fault.lights
-        levels[one], levels[other] = levels[other], levels[one]
+        for light, instead in ((one, other), (other, one)):
+            share = level_fraction(settings.lights[instead], lights[instead].levels)
+            levels[light] = round(share * (lights[light].levels - 1))
     return msgspec.structs.replace(settings, lights=tuple(levels))
 
 
@@ -210,7 +220,7 @@ class Planted(Device):
             self._happen(settings)
         device, asked = self._device, settings
         if self.fault is not None:
-            device, asked = self._after or device, relit(settings, self.fault)
+            device, asked = self._after or device, relit(settings, self.fault, self._describe.lights)
         if self._kind == FLICKER:
             times = self._rng.uniform(1.0 - FLICKERS_BY, 1.0 + FLICKERS_BY)
             device = scene_device(self._scene, self._seed, times=times)[0]
@@ -223,7 +233,7 @@ class Planted(Device):
         return dataclasses.replace(frame, pixels=pixels, requested=settings, applied=applied)
 
     def _happen(self, settings: Settings) -> None:
-        self.fault = drawn(self._kind, settings, self._sun, self._rng)
+        self.fault = drawn(self._kind, settings, self._sun, self._describe.lights, self._rng)
         if self.fault is not None and self.fault.sun is not None:
             self._after = scene_device(self._scene, self._seed, self.fault.sun)[0]
         if self.fault is not None and self.fault.name == "target_moved":

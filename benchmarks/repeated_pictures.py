@@ -70,12 +70,12 @@ def compared(scene: str, rng: np.random.Generator, count: Counter[tuple[str, str
             after = np.asarray(now.capture(settings).pixels, np.uint8)
             count_said(count, flicker(share), difference(before, after, region))
         for kind in ("nothing", *IN_MID_SESSION):
-            fault = Fault(kind) if kind == "nothing" else drawn(kind, settings, sun, rng)
+            fault = Fault(kind) if kind == "nothing" else drawn(kind, settings, sun, describe.lights, rng)
             if fault is None:
                 continue
             now = device if fault.sun is None else scene_device(scene, 1, fault.sun)[0]
             now.come_to(2)
-            frame = np.asarray(now.capture(relit(settings, fault)).pixels, np.uint8)
+            frame = np.asarray(now.capture(relit(settings, fault, describe.lights)).pixels, np.uint8)
             count_said(count, kind, difference(before, pictured(frame, camera, region, fault, 2), region))
 
 

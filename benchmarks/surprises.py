@@ -79,7 +79,7 @@ def taken(scene: str, seed: int, number: int, settings: Settings, fault: Fault) 
     device, _ = opened(scene, seed, fault.sun)
     device.come_to(number)
     describe = device.describe()
-    frame = np.asarray(device.capture(relit(settings, fault)).pixels, dtype=np.uint8)
+    frame = np.asarray(device.capture(relit(settings, fault, describe.lights)).pixels, dtype=np.uint8)
     return pictured(frame, *camera_and_region(describe, true_pose(scene, device)), fault, number)
 
 
@@ -184,7 +184,8 @@ def play(scene: str, seed: int, images: int, count: Counter[tuple[str, str]]) ->
         settings = first_settings(describe) if number == 1 else asked[rng.integers(len(asked))]
         settings = foreseen[0].settings if foreseen else settings
         without = None
-        planted = [drawn(kind, settings, opened(scene, seed)[1], rng) for kind in IN_MID_SESSION]
+        sun = opened(scene, seed)[1]
+        planted = [drawn(kind, settings, sun, describe.lights, rng) for kind in IN_MID_SESSION]
         for fault in [Fault("nothing"), *filter(None, planted)] if number >= FIRST_FAULT else ():
             count[fault.name, "images"] += 1
             if task.expected is None:

@@ -194,6 +194,7 @@ class Describe(Message, frozen=True):
     """Result of `describe`: what an image server can do. Never the true pose.
 
     A setting whose relative difference from a listed value is within ``setting_tolerance`` is that value.
+    ``nearest_m`` is the least range that `move` brings the target to.
     """
 
     device: str
@@ -206,6 +207,7 @@ class Describe(Message, frozen=True):
     reference: ReferenceExposure = ReferenceExposure()
     target: TargetDescription | None = None
     movable: bool = False
+    nearest_m: Positive | None = None
     ranges: tuple[SettingRange, ...] = ()
     setting_tolerance: Annotated[float, Meta(ge=0)] = SETTING_TOLERANCE
     events: str | None = None

@@ -11,6 +11,7 @@ from typing import Any
 import msgspec
 
 from bridge.errors import BadInput
+from bridge.messages import Unit
 from bridge.start_messages import Matcher
 from experiments.axes import numbers, stack_folders, strategies, unique_names
 from experiments.kinds import KINDS
@@ -72,6 +73,7 @@ class _File(PlanSettings, frozen=True, kw_only=True, forbid_unknown_fields=True)
     controllers: Words = msgspec.field(default_factory=list)
     stacks: Words = msgspec.field(default_factory=list)
     targets: Words = msgspec.field(default_factory=list)
+    unit: Unit = "m"
     scenarios: Words = msgspec.field(default_factory=list)
     conditions: list[Condition] = msgspec.field(default_factory=list)
     poses: Numbers | None = None
@@ -87,6 +89,7 @@ class PlanScene:
     stack, target, scenario : names, as rows give them.
     source : what the names stand for: the stack's folder, or target and scenario as the simulator takes them.
     pose : seed of the scene where the plan names poses; else the session's seed draws it.
+    unit : of the numbers in a target's file.
     """
 
     stack: str | None
@@ -95,6 +98,7 @@ class PlanScene:
     source: tuple[str, ...]
     condition: Condition | None = None
     pose: int | None = None
+    unit: Unit = "m"
 
 
 @dataclass(frozen=True)
@@ -136,7 +140,8 @@ class Cell:
     @property
     def key(self) -> int:
         """The same for the same cell in any plan, and another for another."""
-        told = json.dumps([*self.names().values(), *msgspec.structs.astuple(self.settings)[:-1]])
+        unit = [] if self.scene.unit == "m" else [self.scene.unit]  # cells of metres are what they were
+        told = json.dumps([*self.names().values(), *msgspec.structs.astuple(self.settings)[:-1], *unit])
         digest = hashlib.blake2b(told.encode(), digest_size=8).digest()
         return int.from_bytes(digest) >> (64 - KEY_BITS)
 
@@ -179,6 +184,7 @@ class Plan:
                 "controllers": dict(self.controllers),
                 "stacks": {s.stack: s.source[0] for s in self.scenes if s.stack is not None},
                 "targets": {s.target: s.source[0] for s in self.scenes if s.target is not None},
+                "units": {s.target: s.unit for s in self.scenes if s.target is not None},
                 "scenarios": {s.scenario: s.source[1] for s in self.scenes if s.scenario is not None},
                 "conditions": {
                     s.condition.name: msgspec.to_builtins(s.condition) for s in self.scenes if s.condition
@@ -251,13 +257,16 @@ def _scenes(given: _File, folders: list[Path], here: Path) -> list[PlanScene]:
     places = [(stack, None, None, (str(folder),)) for stack, folder in unique_names("stack", folders)]
     scenarios = _named(_words(given.scenarios) or ["nominal"], here, "scenario", load_scenario)
     targets = _named(_words(given.targets), here, "target", find_target)
+    units: dict[str, Unit] = {name: given.unit if Path(source).is_file() else "m" for name, source in targets}
+    if given.unit not in ("m", *units.values()):
+        raise BadInput("it has a unit, but no target of a file.", "The project's targets are in metres.")
     conditions: list[Condition | None] = list(given.conditions) or [None]
     if len({condition.name for condition in given.conditions}) < len(given.conditions):
         raise BadInput("two conditions have the same name.")
     poses = [None] if given.poses is None else numbers("poses", given.poses)
     scenes = [PlanScene(*place, condition) for place in places for condition in conditions]
     return scenes + [
-        PlanScene(None, target, scenario, (target_source, scenario_source), condition, pose)
+        PlanScene(None, target, scenario, (target_source, scenario_source), condition, pose, units[target])
         for pose in poses
         for condition in conditions
         for scenario, scenario_source in scenarios

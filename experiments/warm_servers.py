@@ -93,7 +93,7 @@ def _simulator(scene: PlanScene, pose: int) -> Simulator:
     described = load_scenario(scenario)
     if scene.condition is not None:
         described = scenario_under(described, *scene.condition.values())
-    return Simulator(target, described, pose)
+    return Simulator(target, described, pose, scene.unit)
 
 
 @lru_cache(KEPT)

@@ -35,7 +35,7 @@ def read_cao(path: Path) -> Surface:
     """
     reader = _Reader(path)
     reader.version()
-    points = [[reader.number("a coordinate") for _ in range(3)] for _ in range(reader.count("3D points"))]
+    points = reader.points()
     vertices = np.array(points, dtype=np.float64).reshape(-1, 3)
     lines = [reader.pair(len(points)) for _ in range(reader.count("3D lines"))]
     faces = [reader.face_of_lines(lines, vertices) for _ in range(reader.count("faces from 3D lines"))]
@@ -76,8 +76,14 @@ class _Reader:
             bare = ATTRIBUTE.sub(" ", COMMENT.sub("", line))
             self.tokens += [(token, row) for token in bare.split()]
         self.position = 0
+        self.broken: tuple[int, str] | None = (
+            None  # where points end before their count does, if anything is wrong
+        )
 
     def fail(self, what: str) -> NoReturn:
+        if self.broken is not None:
+            at, what = self.broken
+            raise GeometryError(f"{self.path}:{at}: {what}")
         at = self.tokens[min(self.position, len(self.tokens)) - 1][1] if self.tokens else 1
         raise GeometryError(f"{self.path}:{at}: {what}")
 
@@ -102,6 +108,18 @@ class _Reader:
         if not np.isfinite(value):
             self.fail(f"{token!r} is not {what}")
         return value
+
+    def points(self) -> list[list[float]]:
+        """The first section. A point that is not in one line is likelier what follows the last one."""
+        count = self.count("3D points")
+        said_at = self.tokens[self.position - 1][1]
+        rows = [at for _, at in self.tokens[self.position : self.position + 3 * count]]
+        whole = [len(set(rows[first : first + 3])) == 1 for first in range(0, len(rows), 3)]
+        if False in whole[1:] and whole[0]:
+            there = whole.index(False)
+            what = f"{count} 3D points are said, and {there} stand in a line each; is the count too large?"
+            self.broken = said_at, what
+        return [[self.number("a coordinate") for _ in range(3)] for _ in range(count)]
 
     def positive(self, what: str) -> float:
         value = self.number(what)

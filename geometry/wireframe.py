@@ -16,8 +16,7 @@ Floats = NDArray[np.float64]
 # Chosen by hand where nothing else is said.
 SPACING_PX = 1.0
 GAP = 1.6  # samples of a line farther apart than this many steps have something hidden between them
-BENT_PX = 0.2  # stretches that leave their chord by more ...
-CHORD_PX = 6  # ... are drawn as chords of about this length
+AWAY_PX = 0.2  # that what is drawn leaves an arc of facets, or a line through a lens
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,17 +53,28 @@ def visible_runs(model: Model, camera: Camera, pose: Pose) -> list[Run]:
     for first, end in itertools.pairwise(edges):
         points = samples.image[first:end]
         half = 0.5 * samples.px[[first, end - 1], None] * samples.image_direction[[first, end - 1]]
-        inner = points[CHORD_PX:-CHORD_PX:CHORD_PX] if _is_bent(points) else points[:0]
-        ends = (points[:1] - half[:1], inner, points[-1:] + half[1:])
-        runs.append(Run(int(samples.line[first]), np.concatenate(ends)))
+        points = np.concatenate([points[:1] - half[:1], points, points[-1:] + half[1:]])
+        runs.append(Run(int(samples.line[first]), _cornered(points)))
     return runs
 
 
-def _is_bent(points: Floats) -> bool:
-    """Whether a stretch (K, 2) is more than its ends tell: an arc of facets, or a line through a lens."""
-    aside, chord = points - points[0], points[-1] - points[0]
-    across = aside[:, 0] * chord[1] - aside[:, 1] * chord[0]
-    return bool(np.abs(across).max() > BENT_PX * np.linalg.norm(chord))
+def _cornered(points: Floats) -> Floats:
+    """Of points along a stretch, (K, 2), those that tell where it is: its ends where it is straight.
+
+    Between them the farthest one from their chord is taken until all are near (Douglas and Peucker 1973).
+    """
+    taken = [0, len(points) - 1]
+    spans = [(0, len(points) - 1)]
+    while spans:
+        first, last = spans.pop()
+        aside, chord = points[first : last + 1] - points[first], points[last] - points[first]
+        along = np.clip(aside @ chord / max(float(chord @ chord), 1e-12), 0.0, 1.0)
+        away = np.linalg.norm(aside - along[:, None] * chord, axis=1)
+        if away.max() > AWAY_PX:
+            middle = first + int(away.argmax())
+            taken.append(middle)
+            spans += [(first, middle), (middle, last)]
+    return points[sorted(taken)]
 
 
 def bounds_of(runs: Sequence[Run]) -> tuple[float, float, float, float] | None:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 from markupsafe import Markup
@@ -16,6 +17,7 @@ from report.words import angle, aperture, length, percent, pixels, shutter
 Pixels = NDArray[np.uint8]
 
 MOST_SEGMENTS = 16  # of a light's bar; more are drawn as one
+MOST_BARS = 8  # of lights, each with one of its own
 FASTEST_S, SLOWEST_S = 1 / 1000, 1.0  # ends of the shutter's bar
 
 
@@ -128,7 +130,17 @@ def _bars(
         segments = int(top) if top <= MOST_SEGMENTS and level == int(level) else 0
         share = min(1.0, max(0.0, level / top))
         bars.append(LightBar(_light_name(number, lights), text, segments, int(level), share))
-    return tuple(bars)
+    return tuple(bars) if len(bars) <= MOST_BARS else _grouped(bars)
+
+
+def _grouped(bars: Sequence[LightBar]) -> tuple[LightBar, ...]:
+    """One bar for lights beside each other that give the same share of their light."""
+    grouped = []
+    for share, of_one in groupby(bars, lambda bar: bar.share):
+        first, *others = of_one
+        name = f"{first.name} – {others[-1].name}" if others else first.name
+        grouped.append(LightBar(name, percent(share) if others else first.text, 0, 0, share))
+    return tuple(grouped)
 
 
 def _light_name(number: int, lights: Sequence[LightRecord]) -> str:

@@ -85,7 +85,7 @@ shown(discard(_, _), Situation, step(Device, Step)) :-
 shown(advance(Range), _, hold(Range)).
 shown(hold_done(Outcome), _, hold_done(Outcome)).
 shown(Event, _, event(Event)) :-
-    memberchk(Event, [light_fault(_), camera_fault, sun_changed, surprise(_, _), doubt(_, _)]).
+    memberchk(Event, [light_fault(_), camera_fault, sun_changed, target_moved, surprise(_, _), doubt(_, _)]).
 
 %   What --explain adds: why these settings, what the image shows, what it changed.
 explained(Action, Situation, because(Device, Reason)) :-
@@ -121,7 +121,7 @@ session_message(step(Device, Step)) -->
     !,
     table_row(Device, Step).
 session_message(step(Device, step(_, Image, Settings, State, Decision, Reason, SetSize, Fix, _))) -->
-    { settings_words(Device, Settings, Words),
+    { brief_settings_words(Device, Settings, Words),
       state_words(State, StateWords),
       merit(Fix, Merit) },
     [ '  ~w~t ~7|~w~t ~48|~w~t ~77|'-[Image, Words, StateWords] ],
@@ -157,6 +157,8 @@ session_message(hold_done(aborted)) -->
     [ ansi([bold, fg(red)], '  approach aborted: no pose to be trusted here', []) ].
 session_message(no_report(Status)) -->
     [ 'report.html was not written (~w); try: .venv/bin/python -m report RUN_FOLDER'-[Status] ].
+session_message(farther(Program)) -->
+    [ '  the target is too large for these:' ], planned(Program).
 session_message(hold(Range)) -->
     [ 'Hold point at ~w m'-[Range] ].
 session_message(others_applied(Image, Applied)) -->

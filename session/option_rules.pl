@@ -1,5 +1,6 @@
 :- module(session_option_rules,
-          [ check_of_use/1,             % +Given
+          [ approach_ranges/3,          % +Options, -First, -Contact
+            check_of_use/1,             % +Given
             check_options/1             % +Options
           ]).
 /** <module> What options must not be, and which need or exclude each other */
@@ -7,7 +8,7 @@
 :- autoload('../bridge/prolog/keys', [client_keys/4]).
 :- use_module(usage, [dashes/2, usage_error/2]).
 :- use_module(library(lists), [member/2]).
-:- use_module(library(option), [option/2]).
+:- use_module(library(option), [option/2, option/3]).
 
 %!  check_of_use(+Given) is det.
 %
@@ -83,7 +84,7 @@ rule(Options, "--stack has its own target: leave --target out, or name a model f
 rule(Options, "--unit needs --target FILE: it is the unit of the numbers in that file", []) :-
     option(unit(_), Options), \+ ( option(target(File), Options), exists_file(File) ).
 rule(Options, "--contact-range must be positive and less than --first-range", []) :-
-    option(first_range(First), Options), option(contact_range(Contact), Options),
+    approach_ranges(Options, First, Contact),
     ( Contact =< 0 ; Contact >= First ).
 rule(Options, "--~w: '~w' is not an endpoint such as tcp://127.0.0.1:5555 or ipc:///tmp/vision", [Dashed, Endpoint]) :-
     member(Name, [image_server, vision_server]),
@@ -112,5 +113,13 @@ rule(Options, "--~w: no folder '~w'", [Name, Dir]) :-
     member(Name, [stack, keys]),
     given(Name, Options, Dir),
     \+ exists_directory(Dir).
+
+%!  approach_ranges(+Options, -First, -Contact) is det.
+%
+%   The first and the last hold point of an approach, in metres.
+
+approach_ranges(Options, First, Contact) :-
+    option(first_range(First), Options, 1.5),
+    option(contact_range(Contact), Options, 0.3).
 
 most_seed(0x7fffffffffffffff).          % what the servers' messages hold: 64 bits with a sign

@@ -43,8 +43,8 @@ known(instead, atom, 'SETTINGS', "What if: take one image under other settings, 
 known(out, atom, 'DIR', "Run folder (default: runs/<time>-<controller>-<target>)").
 known(resume, atom, 'DIR', "Go on with an interrupted session from its run folder").
 known(approach, boolean, '', "Dock: come closer by hold points, each on a trustworthy pose").
-known(first_range, number, 'M', "First hold point of --approach, in metres (default: 1.5)").
-known(contact_range, number, 'M', "Last hold point of --approach, in metres (default: 0.3)").
+known(first_range, number, 'M', "First hold point of --approach, in metres (default: 1.5, of large targets more)").
+known(contact_range, number, 'M', "Last hold point of --approach, in metres (default: 0.3, of large targets more)").
 known(dry_run, boolean, '', "Check everything, say what would be done, do nothing").
 known(explain, boolean, '', "Say why each setting is chosen and each image kept or discarded").
 known(view, boolean, '', "Show the session in a browser while it runs: open the address that is printed").
@@ -79,7 +79,7 @@ defaults(_, [target(cube), scenario(nominal)|Defaults]) :-
     defaults(Defaults).
 
 defaults([ keep_servers(false), idle_s(600), controller(heuristic), matcher(search), max_iterations(10), seed(1),
-           first_sight(false), approach(false), first_range(1.5), contact_range(0.3), dry_run(false), explain(false),
+           first_sight(false), approach(false), dry_run(false), explain(false),
            view(false), report(true), json(false), quiet(false) ]).
 
 %!  session_options(+Argv, -Options) is det.

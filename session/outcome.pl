@@ -11,7 +11,7 @@ Messages session_outcome(Result): the dict that result.json is made from.
 :- use_module('../domain/reasoning/merit', [held_back/3]).
 :- use_module('../domain/reasoning/surprises', [cause_words/2]).
 :- use_module(library(aggregate), [aggregate_all/3]).
-:- use_module(library(lists), [member/2, memberchk/2, reverse/2]).
+:- use_module(library(lists), [last/2, member/2, memberchk/2, reverse/2]).
 
 %!  advised(+Limit, +Result, -Advised) is det.
 %
@@ -48,9 +48,9 @@ least_in_hundredths(0.1).
 :- multifile prolog:message//1.
 
 prolog:message(session_outcome(Result)) -->
-    { length(Result.kept, Kept), counted(Result.iterations, image, Images) },
+    { counted(Result.iterations, image, Images), kept_words(Result, Kept) },
     headline(Result.status),
-    [ ' after ~w, ~d kept, ~1f s'-[Images, Kept, Result.seconds.total] ],
+    [ ' after ~w, ~w, ~1f s'-[Images, Kept, Result.seconds.total] ],
     hold_points(Result),
     pose_words(Result),
     error_words(Result),
@@ -64,6 +64,16 @@ headline(exhausted) -->
     [ ansi([bold, fg(yellow)], 'Not trusted: the threshold was not reached', []) ].
 headline(stopped) -->
     [ ansi([bold, fg(red)], 'Stopped', []) ].
+
+%   How many were kept; and of how many the pose is, where the target has moved, or the sun changed, since.
+kept_words(Result, Words) :-
+    length(Result.kept, Kept),
+    (   is_dict(Result.pose),
+        last(Result.steps, Step),
+        Step.set_size < Kept
+    ->  format(atom(Words), "~d kept, the pose from the last ~d", [Kept, Step.set_size])
+    ;   format(atom(Words), "~d kept", [Kept])
+    ).
 
 hold_points(Result) -->
     { Planned = Result.get(planned_holds_m) },
@@ -151,12 +161,13 @@ help(Result, _, Help) :-
 help(Result, _, 'a seed pose, or [target] view, which tell which of the poses that fit is meant (--seed-pose)') :-
     several_poses(Result, _, _).
 help(Result, Limit, Help) :-
-    (   Result.iterations >= Limit
+    (   limit_reached(Result, Limit)
     ->  counted(Limit, image, Images),
         format(atom(Help), "more than ~w (--max-iterations)", [Images])
     ;   rival_holds_back(Result)
     ->  Help = 'another view of the target: these images do not tell its pose from another one'
     ;   Result.iterations > 0,
+        \+ ( Controller = Result.get(controller), memberchk(Controller, [heuristic, informed]) ),
         Help = 'a strategy that goes on (--controller heuristic or informed)'
     ).
 help(Result, _, 'is it the right model, and of the right size (--unit)? the report shows which lines are not there') :-
@@ -169,6 +180,16 @@ help(Result, _, Help) :-
     format(atom(Help), "a --threshold above ~w, where that is good enough", [Merit]).
 help(Result, _, 'an end farther away (--contact-range)') :-
     fixed_hold(Result, _).
+
+%   Of an approach, with both looks at its last hold point.
+limit_reached(Result, Limit) :-
+    last(Result.get(steps), Last),
+    Hold = Last.get(hold),
+    !,
+    aggregate_all(count, ( member(Step, Result.steps), Step.get(hold) == Hold ), Images),
+    Images >= 2 * Limit.
+limit_reached(Result, Limit) :-
+    Result.iterations >= Limit.
 
 %   Why there is none: what a strategy leaves out or drops says nothing of the target.
 without_pose(Result, 'a strategy that takes an image: this one took none') :-

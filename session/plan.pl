@@ -1,5 +1,6 @@
 :- module(session_plan,
-          [ session_plan/2              % +Options, -Plan
+          [ session_plan/2,             % +Options, -Plan
+            within_reach/4              % +Options, +Device, +Plan, -Reachable
           ]).
 /** <module> What a session is going to do, settled before anything runs
 
@@ -9,10 +10,11 @@ that a wrong one is said at once; --instead is told to the theory.
 */
 
 :- use_module(installation, [installation_root/1]).
+:- use_module(option_rules, [approach_ranges/3]).
 :- use_module(usage, [did_you_mean/3, usage_error/2]).
 :- use_module('../domain/reasoning/instead', [instead_image/2, set_instead/1]).
 :- use_module(library(apply), [maplist/3]).
-:- use_module(library(lists), [append/3]).
+:- use_module(library(lists), [append/3, last/2]).
 :- use_module(library(option), [option/2, option/3]).
 
 %!  session_plan(+Options, -Plan) is det.
@@ -118,10 +120,37 @@ check_image_of_instead(_).
 program(Options, session(Ranges)) :-
     option(approach(true), Options),
     !,
-    option(first_range(First), Options),
-    option(contact_range(Contact), Options),
+    approach_ranges(Options, First, Contact),
     hold_ranges(First, Contact, Ranges).
 program(_, session).
+
+%!  within_reach(+Options, +Device, +Plan, -Reachable) is det.
+%
+%   The plan with hold points that the target can come to, as Device, an answer of `describe`, tells: farther ones than the
+%   defaults for a large target.
+%
+%   @error usage_error(Message) where those that were asked for are too near
+
+within_reach(Options, Device, Plan, Reachable) :-
+    Plan.program = session(Ranges),
+    Nearest = Device.get(nearest_m),
+    number(Nearest),
+    last(Ranges, Contact),
+    Contact < Nearest,
+    !,
+    (   ( option(first_range(_), Options) ; option(contact_range(_), Options) )
+    ->  usage_error("--contact-range: the target is so large that it cannot come to ~3g m; ~3g m is the least, and --first-range is more",
+                    [Contact, Nearest])
+    ;   approach_ranges([], First, Last),
+        least_end(Share),
+        Near is Share * Nearest,
+        Far is First * Near / Last,
+        hold_ranges(Far, Near, Fitting),
+        Reachable = Plan.put(program, session(Fitting))
+    ).
+within_reach(_, _, Plan, Plan).
+
+least_end(1.2).                         % of what the target can come to; chosen by hand
 
 %   Hold points from the first to the contact range, each at about three quarters
 %   of the one before.

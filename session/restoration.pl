@@ -34,21 +34,28 @@ known_again(Situation, _{images:Images, discarded:Discarded, told:Told, doubted:
 %   time.
 
 told_again(Newest, Told) :-
-    reverse(Newest, Oldest),
-    findall(Step, ( member(Event, Oldest), told_step(Event, Step) ), Told).
+    findall(Step, ( append(_, [Event|Older], Newest), told_step(Event, Older, Step) ), Steps),
+    reverse(Steps, Told).
 
-told_step(e(estimate(_), Fix), _{estimate:Estimate}) :-
+told_step(e(estimate(_), Fix), _, _{estimate:Estimate}) :-
     Fix = fix(_, _, _, _),
     fix_dict(Fix, Dict),
     del_dict(lines, Dict, _, Estimate).
-told_step(set_parameter(Name, Value), _{parameters:Parameters}) :-
+told_step(set_parameter(Name, Value), _, _{parameters:Parameters}) :-
     dict_pairs(Parameters, parameters, [Name-Value]).
-told_step(advance(RangeM), _{parameters:_{seed_pose:_{best_at_range_m:RangeM}}}).
-told_step(e(predict(_, _, [_|_]), _), _{predicted:true}).
-told_step(discard(Image, _), _{discarded:Image}).
-told_step(e(capture(_, _), Seen), _{happened:_{cause:Name, lights:Lights, since:Since}}) :-
+told_step(advance(RangeM), _, _{parameters:_{seed_pose:_{best_at_range_m:RangeM}}}).
+told_step(e(predict(_, _, [_|_]), _), _, _{predicted:true}).
+told_step(discard(Image, _), _, _{discarded:Image}).
+told_step(e(capture(_, _), Seen), _, Step) :-
     event_seen(Seen, surprise(Since, Cause)),
-    Cause =.. [Name|Lights].
+    Cause =.. [Name|Lights],
+    happened(Name, Lights, Since, Step).
+told_step(Event, Older, Step) :-        % published with the image before it
+    memberchk(Event, [target_moved, sun_changed]),
+    memberchk(e(capture(Image, _), _), Older),
+    happened(Event, [], Image, Step).
+
+happened(Name, Lights, Since, _{happened:_{cause:Name, lights:Lights, since:Since}}).
 
 %   The image before which something may have happened, where the last image has that doubted, or null.
 doubted(Newest, Since) :-

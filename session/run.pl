@@ -12,6 +12,7 @@ error, by Ctrl-C or by SIGTERM.
 :- use_module(display, [show/2, show_address/0, tell/3]).
 :- use_module(ending, [end_session/3, exit_status/2]).
 :- use_module(holding, [forget_hold/1, wait_while_held/1]).
+:- use_module(plan, [within_reach/4]).
 :- use_module(reporting, [begin_report/2, drop_report/0]).
 :- use_module(resumption, [record_options/1]).
 :- use_module(result, [keep_output_for_result/0]).
@@ -140,16 +141,17 @@ check_same_scene(Session) :-
     ;   true
     ).
 
-%   Where the command line does not name the target, the image server does.
-with_target(Session, Named) :-
-    Plan = Session.plan,
+%   What the image server knows of the target: its name, where the command line does not name it, and how near it can come.
+with_target(Session, Session.put(plan, Named)) :-
+    ask(image_server, describe, _{}, Device),
+    within_reach(Session.options, Device, Session.plan, Plan),
+    ( Plan.program == Session.plan.program -> true ; show(Session.options, farther(Plan.program)) ),
     (   Plan.shows \= target(_),
-        ask(image_server, describe, _{}, Device),
         is_dict(Device.target)
     ->  file_base_name(Device.target.model, Base),
         file_name_extension(Name, _, Base),
-        Named = Session.put(plan, Plan.put(target, Name))
-    ;   Named = Session
+        Named = Plan.put(target, Name)
+    ;   Named = Plan
     ).
 
 %   Arguments of the vision server's `start`; what is not given it asks of the image server.

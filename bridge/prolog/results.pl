@@ -78,6 +78,7 @@ message('Describe',
           reference-optional(message('ReferenceExposure')),
           target-optional(nullable(message('TargetDescription'))),
           movable-optional(boolean),
+          nearest_m-optional(nullable(number([gt(0)]))),
           ranges-optional(list(message('SettingRange'), 0, inf)),
           setting_tolerance-optional(number([ge(0)])),
           events-optional(nullable(string))

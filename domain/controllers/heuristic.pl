@@ -1,6 +1,6 @@
 % The paper's controller: random first settings, then greedy heuristic search over
 % qualitative states.  Once there is a pose, an image that does not improve the merit
-% enough is dropped and its state marked unfavourable.  One image alone is never believed: the second may be one
+% enough is dropped and its state marked unfavourable.  One image alone does not end it: the second may be one
 % that bears out a trusted pose.  No more are taken when they would hardly help.
 
 proc(control,

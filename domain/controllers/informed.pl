@@ -1,6 +1,6 @@
 % Light where it matters: each image is taken under the settings that are predicted, line by line, to add most to
 % the pose.  What they added is its part of the evidence and kept, unless the pose got worse with it.  One image
-% alone is never believed.  Where an image is not as foreseen and it is not sure why, the next one is taken to tell;
+% alone does not end it.  Where an image is not as foreseen and it is not sure why, the next one is taken to tell;
 % a target that is seen to have moved (`surprise`) is another pose: the set begins anew.
 
 proc(control,

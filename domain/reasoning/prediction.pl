@@ -107,7 +107,7 @@ predict_with(Device, response(Middle, Highlight, Blur), Settings,
     light_inputs(Device, Settings, X),
     dot(Middle, X, Y50),
     dot(Highlight, X, Y95),
-    Brightness is Exposure * Y50,
+    Brightness is Exposure * min(Y50, Y95),     % noise lifts the median of what is nearly black
     Brightest is Exposure * Y95,
     blur_inputs(Device, Settings, B),
     dot(Blur, B, Squared),

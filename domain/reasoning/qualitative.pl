@@ -2,6 +2,7 @@
           [ qualitative_state/3,        % +Device, +Settings, -State
             state_words/2,              % +State, -Text
             settings_words/3,           % +Device, +Settings, -Text
+            brief_settings_words/3,     % +Device, +Settings, -Text
             shutter_words/2,            % +ShutterS, -Text
             similarity/3,               % +State1, +State2, -Similarity
             greatest_similarity/3,      % +State, +States, -Similarity
@@ -21,6 +22,7 @@ whole number of stops above the reference exposure.
 */
 
 :- use_module(device).
+:- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(apply), [maplist/4]).
 :- use_module(library(lists), [max_list/2, member/2, nth1/3, sum_list/2]).
 :- set_prolog_flag(optimise, true).     % arithmetic is compiled, here alone
@@ -105,6 +107,26 @@ settings_words(Device, settings(Levels, Shutter, Aperture), Text) :-
     atomic_list_concat(Words, ' ', LightWords),
     shutter_words(Shutter, ShutterWords),
     format(string(Text), "~w, ~w, f/~4g", [LightWords, ShutterWords, Aperture]).
+
+%!  brief_settings_words(+Device, +Settings, -Text) is det.
+%
+%   The same where it fits a line; else with how many of the lights are lit.
+
+brief_settings_words(Device, Settings, Text) :-
+    settings_words(Device, Settings, Whole),
+    (   string_length(Whole, Length),
+        widest(Width),
+        Length =< Width
+    ->  Text = Whole
+    ;   Settings = settings(Levels, Shutter, Aperture),
+        level_fractions(Device, Levels, Fractions),
+        aggregate_all(count, ( member(Fraction, Fractions), Fraction > 0 ), Lit),
+        light_count(Device, Count),
+        shutter_words(Shutter, ShutterWords),
+        format(string(Text), "~d of ~d lights, ~w, f/~4g", [Lit, Count, ShutterWords, Aperture])
+    ).
+
+widest(80).                             % settings in a line; chosen by hand
 
 light_words(light(Name, _), Level, Words) :-
     format(atom(Words), "~w ~w", [Name, Level]).

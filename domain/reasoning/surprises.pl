@@ -104,15 +104,20 @@ exchanged_before(Device, One, Other, Before, settings(Levels, Shutter, Aperture)
     light_number(Device, One, N),
     light_number(Device, Other, M),
     member(reading(settings(Lit, Shutter, Aperture), _), Before),
-    exchanged(N, M, Lit, Levels),
-    Levels \== Lit.
+    exchanged(Device, N, M, Lit, Levels),
+    Levels \== Lit,
+    exchanged(Device, N, M, Levels, Lit).
 
-%   The N-th and the M-th level in each other's place.
-exchanged(N, M, Lit, Levels) :-
-    nth1(N, Lit, One),
-    nth1(M, Lit, Other),
+%   The N-th and the M-th light, each at the level nearest to the other's share of its full light.  Where one has few levels,
+%   that is no exchange, and back again gives others.
+exchanged(Device, N, M, Lit, Levels) :-
+    level_fractions(Device, Lit, Shares),
+    nth1(N, Shares, One),
+    nth1(M, Shares, Other),
+    full_levels(Device, Full),
     findall(Level,
-            ( nth1(K, Lit, Own), ( K =:= N -> Level = Other ; K =:= M -> Level = One ; Level = Own ) ),
+            ( nth1(K, Lit, Own), nth1(K, Full, Top),
+              ( K =:= N -> Level is round(Other * Top) ; K =:= M -> Level is round(One * Top) ; Level = Own ) ),
             Levels).
 
 light_number(Device, Light, N) :-

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from argparse import ArgumentParser, Namespace
 from functools import partial
 from pathlib import Path
@@ -13,6 +14,7 @@ from bridge.errors import EXIT_DEVICE, BadInput
 from experiments.engine import Pool, cores, run_plan
 from experiments.plan import read_plan
 from experiments.progress import Progressing
+from experiments.units import unit_doubts
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -45,6 +47,8 @@ def run(options: Namespace) -> int:
     plan = read_plan(options.plan, options.stacks, options.seeds)
     if options.workers is not None and options.cluster is not None:
         raise BadInput("--workers and --cluster exclude each other.", "A cluster knows its workers.")
+    for doubt in () if options.quiet else unit_doubts(plan):
+        print(doubt, file=sys.stderr)
     with Progressing(options.quiet, partial(_page, options.out, True)) as progress:
         try:
             run_plan(plan, options.out, partial(_pool, options), progress.begun, options.again)

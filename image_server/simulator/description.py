@@ -11,7 +11,13 @@ from image_server.simulator.scenario_tables import Scenario
 
 
 def described(
-    name: str, scenario: Scenario, camera: Camera, model: Path, unit: str, seed_pose: Pose | None
+    name: str,
+    scenario: Scenario,
+    camera: Camera,
+    model: Path,
+    unit: str,
+    seed_pose: Pose | None,
+    nearest_m: float,
 ) -> Describe:
     """Settings of the scenario, camera at the focal length in use, target and seed pose.
 
@@ -20,6 +26,7 @@ def described(
     name : of the device.
     model, unit : the target's file, and the unit of its numbers.
     seed_pose : where the target is said to be; None where nothing is said.
+    nearest_m : range that it can be brought to.
     """
     return Describe(
         device=name,
@@ -43,6 +50,7 @@ def described(
             seed_pose=None if seed_pose is None else pose_message(seed_pose),
         ),
         movable=True,
+        nearest_m=nearest_m,
     )
 
 

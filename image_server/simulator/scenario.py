@@ -1,12 +1,14 @@
 """Scenarios: small TOML files of light, camera and background, and what becomes of them for a target."""
 
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
 from bridge.errors import BadInput
-from image_server.simulator.scenario_tables import Light, Scenario
+from image_server.simulator.scenario_tables import Light, Scenario, ScenarioCamera
 from stack.tables import as_table, read_toml
 
 SCENARIOS = Path(__file__).resolve().parent.parent.parent / "scenarios"
@@ -14,6 +16,7 @@ SCENARIOS = Path(__file__).resolve().parent.parent.parent / "scenarios"
 # laid out for these.
 USUAL_M = (0.15, 0.8)
 RANGE_M = (0.5, 1.0)
+LENGTHS = {"pose": {"range_m"}, "camera": {"focuses_m", "pixel_um"}, "background": {"distance_m"}}
 SIZES_MEANT_M = (0.003, 30.0)  # across: a target that is smaller or larger was told in another unit
 
 
@@ -25,7 +28,11 @@ def load_scenario(name_or_file: str) -> Scenario:
     BadInput : unknown name (the message lists the known ones), or a key or value that cannot be used.
     """
     file = _find(name_or_file)
-    scenario = as_table(read_toml(file, "scenario"), Scenario, file)
+    told = read_toml(file, "scenario")
+    if _states_lengths(told):
+        told = {"in_proportion": False} | told
+    scenario = as_table(told, Scenario, file)
+    scenario = msgspec.structs.replace(scenario, camera=_of_frame(scenario.camera, told.get("camera", {})))
     pairs = {
         "[sun] angle_deg": scenario.sun.angle_deg,
         "[sun] azimuth_deg": scenario.sun.azimuth_deg,
@@ -73,20 +80,21 @@ def with_conditions(
 
 
 def of_size(scenario: Scenario, diameter_m: float) -> Scenario:
-    """The scenario with a range for a target of this size, where it tells none.
+    """The scenario for a target of this size, with a range.
 
-    For one that is much larger or smaller than USUAL_M, all is as much larger or smaller: the range, where
-    lamps and wall are, and what is focused on. So the target is lit and seen as a usual one is. One of which
-    `SIZES_MEANT_M` says that its unit is wrong stands where others do.
+    For one that is much larger or smaller than USUAL_M, a range that is not told is as much larger or
+    smaller, and where the scenario is `in_proportion` all is: the range, where lamps and wall are, and what
+    is focused on. So the target is lit and seen as a usual one is. One of which `SIZES_MEANT_M` says that its
+    unit is wrong stands where others do.
     """
-    if scenario.pose.range_m is not None:
+    if scenario.pose.range_m is not None and not scenario.in_proportion:
         return scenario
     low, high = SIZES_MEANT_M
     meant = diameter_m if low <= diameter_m <= high else USUAL_M[0]
     scale = meant / min(max(meant, USUAL_M[0]), USUAL_M[1])
-    near, far = RANGE_M
+    near, far = scenario.pose.range_m or RANGE_M
     pose = msgspec.structs.replace(scenario.pose, range_m=(scale * near, scale * far))
-    if scale == 1.0:
+    if scale == 1.0 or not scenario.in_proportion:
         return msgspec.structs.replace(scenario, pose=pose)
     camera, behind = scenario.camera, scenario.background
     focuses = None if camera.focuses_m is None else tuple(scale * one for one in camera.focuses_m)
@@ -103,6 +111,22 @@ def of_size(scenario: Scenario, diameter_m: float) -> Scenario:
             )
             for light in scenario.lights
         ),
+    )
+
+
+def _of_frame(camera: ScenarioCamera, told: Mapping[str, Any]) -> ScenarioCamera:
+    """The camera with what is not told by its frame: the usual field of view, square pixels, the middle."""
+    wide = ScenarioCamera().fx * camera.width / ScenarioCamera().width
+    fx = camera.fx if "fx" in told else camera.fy if "fy" in told else wide
+    untold = {"fx": fx, "fy": fx, "cx": (camera.width - 1) / 2, "cy": (camera.height - 1) / 2}
+    return msgspec.structs.replace(camera, **{key: untold[key] for key in untold.keys() - told.keys()})
+
+
+def _states_lengths(told: Mapping[str, Any]) -> bool:
+    """Whether a scenario's file says itself where target, lamps or wall are, or what is focused on."""
+    return "lights" in told or any(
+        isinstance(table := told.get(name), Mapping) and not keys.isdisjoint(table)
+        for name, keys in LENGTHS.items()
     )
 
 

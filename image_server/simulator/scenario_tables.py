@@ -150,8 +150,8 @@ class PoseDraw(Table, frozen=True):
     Attributes
     ----------
     range_m
-        Distance of what a search turns about, the target's origin or its middle. None: RANGE_M, and in
-        proportion for a target of unusual size, see `of_size`.
+        Distance of what a search turns about, the target's origin or its middle. None: RANGE_M, in proportion
+        for a target of unusual size.
     orientation
         `views`: the target's front turned from the camera by `tilt_deg` (uniform over the sphere), rolled
         by up to `roll_deg`; `uniform`: any orientation that shows `least_faces` faces well.
@@ -223,6 +223,9 @@ class Scenario(Table, frozen=True):
         Strength of sun and earth-shine: 0 is eclipse, 1 compares with the lights, 100 outshines them.
     light_power
         Multiplies the power of every light.
+    in_proportion
+        For a target of unusual size range, lamps, wall and focus are as much nearer or farther: `of_size`. A
+        file that states where one of them is, and not this key, means what it states.
     target
         Changes to the material of every face of the target.
     """
@@ -230,6 +233,7 @@ class Scenario(Table, frozen=True):
     description: str = ""
     ambient_scale: NotNegative = 1.0
     light_power: NotNegative = 1.0
+    in_proportion: bool = True
     camera: ScenarioCamera = ScenarioCamera()
     lights: Annotated[tuple[Light, ...], Meta(min_length=1)] = DEFAULT_LIGHTS
     sun: Sun = Sun()

@@ -23,7 +23,7 @@ from image_server.simulator.description import described, pose_message
 from image_server.simulator.drift import Drift
 from image_server.simulator.lens import focused, zoomed
 from image_server.simulator.material import load_appearance
-from image_server.simulator.scenario import load_scenario, of_size
+from image_server.simulator.scenario import RANGE_M, SIZES_MEANT_M, load_scenario, of_size
 from image_server.simulator.scenario_tables import Scenario
 from image_server.simulator.scene import Scene, background_parts, joined, target_part
 from image_server.simulator.view import Radiances, TracedView, rendered, sky_of
@@ -83,6 +83,14 @@ class Simulator(Device):
                 "Give a model with faces, or images: a --stack or a --camera.",
             )
         self._scenario = of_size(told, self.model.diameter)
+        self._nearest_m = LEAST_RANGE_DIAMETERS * self.model.diameter
+        least = (self._scenario.pose.range_m or RANGE_M)[0]
+        if least < self._nearest_m and SIZES_MEANT_M[0] <= self.model.diameter <= SIZES_MEANT_M[1]:
+            raise BadInput(
+                f"The scenario's [pose] range_m begins at {least:g} m, and the target is"
+                f" {self.model.diameter:.2g} m large.",
+                f"Allowed: {self._nearest_m:.2g} m or more.",
+            )
         self._unit = unit
         self._appearance = load_appearance(self.model_file, len(self.model.faces))
         self.sensor = self._scenario.camera
@@ -144,7 +152,15 @@ class Simulator(Device):
 
     def describe(self) -> Describe:
         """Settings, camera at the focal length in use, target and seed pose."""
-        return described(self.name, self._scenario, self.camera, self.model_file, self._unit, self.seed_pose)
+        return described(
+            self.name,
+            self._scenario,
+            self.camera,
+            self.model_file,
+            self._unit,
+            self.seed_pose,
+            self._nearest_m,
+        )
 
     def listen(self, notify: Callable[[Change], None]) -> None:
         """Tell of what the scenario's clock changes; it happens before the capture that first sees it."""
@@ -229,11 +245,10 @@ class Simulator(Device):
         ------
         BadInput : so near that the target would touch the camera.
         """
-        least = LEAST_RANGE_DIAMETERS * self.model.diameter
-        if range_m < least:
+        if range_m < self._nearest_m:
             raise BadInput(
                 f"The target cannot come to {range_m:g} m: it is {self.model.diameter:.2g} m large.",
-                f"Allowed: {least:.2g} m or more.",
+                f"Allowed: {self._nearest_m:.2g} m or more.",
             )
         rng = self._random(MOVES, len(self._moves))
         move = self._scenario.move

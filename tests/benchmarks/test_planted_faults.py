@@ -9,13 +9,15 @@ import pytest
 
 from benchmarks.planted_faults import KINDS, MOVED, Fault, Planted, drawn, pictured, relit, turned, with_arm
 from benchmarks.surprises import first_settings
-from bridge.messages import Settings
+from bridge.messages import LightDescription, Settings
 from geometry.camera import Camera
 from geometry.model import load_model
 from geometry.pose import Pose
 
 CAMERA = Camera(320, 240, 400.0, 400.0, 159.5, 119.5)
 LIT = Settings(lights=(7, 0, 3), shutter_s=1 / 60, aperture=4.0)
+LIT_TWO = Settings(lights=(10, 1), shutter_s=1 / 60, aperture=4.0)
+THREE = tuple(LightDescription(name=name, levels=8) for name in ("left", "right", "top"))
 
 
 def test_what_moves_is_seen_where_its_pose_says() -> None:
@@ -35,17 +37,19 @@ def test_what_moves_is_seen_where_its_pose_says() -> None:
 
 
 def test_lights_do_otherwise_than_they_are_told() -> None:
-    assert relit(LIT, Fault("light_dead", (0,))).lights == (0, 0, 3)
-    assert relit(LIT, Fault("lights_swapped", (1, 2))).lights == (7, 3, 0)
-    assert relit(LIT, Fault("in_the_way")).lights == LIT.lights
+    assert relit(LIT, Fault("light_dead", (0,)), THREE).lights == (0, 0, 3)
+    assert relit(LIT, Fault("lights_swapped", (1, 2)), THREE).lights == (7, 3, 0)
+    assert relit(LIT, Fault("in_the_way"), THREE).lights == LIT.lights
+    uneven = [LightDescription(name="port", levels=32), LightDescription(name="starboard", levels=2)]
+    assert relit(LIT_TWO, Fault("lights_swapped", (0, 1)), uneven).lights == (31, 0)
 
 
 def test_a_fault_of_light_that_makes_no_difference_is_not_drawn() -> None:
     rng = np.random.default_rng(1)
     dark = Settings(lights=(0, 0, 0), shutter_s=1 / 60, aperture=4.0)
-    assert drawn("light_dead", dark, 1.0, rng) is None
-    assert drawn("lights_swapped", dark, 1.0, rng) is None
-    assert all(drawn("light_dead", LIT, 1.0, rng) != Fault("light_dead", (1,)) for _ in range(20))
+    assert drawn("light_dead", dark, 1.0, THREE, rng) is None
+    assert drawn("lights_swapped", dark, 1.0, THREE, rng) is None
+    assert all(drawn("light_dead", LIT, 1.0, THREE, rng) != Fault("light_dead", (1,)) for _ in range(20))
 
 
 def test_an_arm_hides_a_part_of_the_target_and_not_all() -> None:

@@ -43,6 +43,19 @@ test(one_reading_sets_the_scale) :-
     predict(Device, Readings, settings([7, 7, 7], 0.0083333, 5.6), prediction(_, Highlight, _, _)),
     reading(Device, settings([7, 7, 7], 0.0083333, 5.6), reading(_, statistics(_, True, _, _, _))),
     abs(Highlight / True - 1) < 0.2.
+% In weak light and no sun the median is noise, whatever is lit: of a session that took an image without any light.
+test(without_light_nothing_is_expected_in_the_dark) :-
+    testbed(Device),
+    findall(reading(settings(Levels, Shutter, Aperture), statistics(Middle, Highlight, 0.6, 0.0, 5.0)),
+            member(seen(Levels, Shutter, Aperture, Middle, Highlight),
+                   [ seen([2, 2, 2], 0.0666667, 2.8, 0.0078, 0.125), seen([7, 0, 0], 0.0666667, 2.8, 0.0078, 0.133),
+                     seen([0, 7, 7], 0.0666667, 4.0, 0.0039, 0.157), seen([0, 0, 7], 0.0666667, 2.8, 0.0078, 0.2),
+                     seen([0, 7, 0], 0.0666667, 2.8, 0.0078, 0.129), seen([7, 7, 7], 0.0333333, 2.8, 0.0078, 0.223),
+                     seen([7, 0, 7], 0.0666667, 2.8, 0.0078, 0.329), seen([7, 7, 7], 0.0666667, 2.8, 0.0118, 0.447),
+                     seen([7, 3, 7], 0.0166667, 2.8, 0.0039, 0.094) ]),
+            Readings),
+    predict(Device, Readings, settings([0, 0, 0], 0.0666667, 2.8), prediction(Dark, Highlight, _, _)),
+    Dark =< Highlight.
 test(saturation_means_at_least) :-
     testbed(Device),
     readings(Device, [settings([7, 7, 7], 0.0666667, 2.8)], Readings),

@@ -53,6 +53,11 @@ test(settings_in_words, Text == "left 3 right 0 top 7, 1/60 s, f/4") :-
     testbed(Device),
     settings_words(Device, settings([3, 0, 7], 0.0166667, 4.0), Text).
 
+test(of_many_lights_a_line_tells_how_many_are_lit, Text == "2 of 24 lights, 1/60 s, f/4") :-
+    findall(light(lamp, 8), between(1, 24, _), Lights),
+    Device = device(Lights, [0.0166667], [4.0], none, exposure(0.0166667, 4.0), 0.01),
+    findall(Level, ( between(1, 24, N), ( N > 22 -> Level = 7 ; Level = 0 ) ), Levels),
+    brief_settings_words(Device, settings(Levels, 0.0166667, 4.0), Text).
 test(shutters_in_words, [forall(member(Seconds-Words, [ 0.0041667-"1/240 s", 0.033-"1/30 s", 0.333-"1/3 s", 0.4-"0.4 s",
                                                       0.28-"0.28 s", 0.5-"0.5 s", 2.0-"2 s" ])),
                          true(Text == Words)]) :-

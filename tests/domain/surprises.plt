@@ -72,6 +72,11 @@ test(swapped_lights_are_looked_at_one_by_one, Levels == [[0, 7, 0], [0, 0, 7]]) 
     findall(L, member(settings(L, _, _), Settings), Levels).
 test(an_image_before_is_repeated_with_the_swapped_lights_in_each_others_place, Again == settings([1, 7, 0], Shutter, Aperture)) :-
     taken_after([happens(doubt(i3, lights_swapped(left, right)), i3)], 4, [_, settings([7, 1, 0], Shutter, Aperture), _, Again], _).
+test(swapped_lights_of_other_levels_are_exchanged_by_their_share,
+     [forall(member(Lit-Levels, [[31, 0]-[0, 1], [13, 1]-[31, 0]])), true(Test == Levels)]) :-
+    Device = device([light(port, 32), light(starboard, 2)], [0.01], [4.0], none, exposure(0.01, 4.0), 0.01),
+    S = settings(Lit, 0.01, 4.0),       % 13 of 31 is no level of the other, so one is looked at alone
+    telling_settings(Device, [reading(S, none), reading(S, none)], lights_swapped(port, starboard), [], settings(Test, _, _)).
 test(four_test_images_are_the_last, [true(Again-Without == First-[0, 7, 7]), nondet]) :-
     Cause = light_dead(left),
     findall(happens(doubt(Image, Cause), Image), member(Image, [i2, i3, i4, i5]), Events),

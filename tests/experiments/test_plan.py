@@ -6,6 +6,9 @@ import pytest
 
 from bridge.errors import BadInput
 from experiments.plan import Cell, read_plan
+from experiments.units import unit_doubts
+from experiments.warm_servers import simulator_of
+from geometry.model import find_target
 from tests.experiments.experiment import plan_file
 
 FULL = """
@@ -60,6 +63,20 @@ def test_a_cell_is_the_same_in_a_larger_plan(tmp_path: Path) -> None:
     assert not small.keys() & other.keys()
 
 
+def test_a_file_s_numbers_are_in_the_plan_s_unit(tmp_path: Path) -> None:
+    part = (find_target("cube").parent / "cube.cao").read_text()
+    (tmp_path / "part.cao").write_text(part)
+    text = 'controllers = "simple"\ntargets = ["part.cao", "cube"]\n'
+    plain, small = (read_plan(plan_file(tmp_path, text + more)) for more in ("", 'unit = "mm"\n'))
+    assert [cell.scene.unit for cell in small.cells()] == ["mm", "m"]
+    assert plain.cell(0).key != small.cell(0).key
+    assert plain.cell(1).key == small.cell(1).key
+    assert unit_doubts(plain) == []
+    assert "part.cao is 0.000" in unit_doubts(small)[0]
+    across = [simulator_of(plan.cell(0)).model.diameter for plan in (plain, small)]
+    assert across[1] == pytest.approx(across[0] / 1000.0)
+
+
 def test_stacks_come_from_the_plan_and_from_the_command_line(tmp_path: Path) -> None:
     stack(tmp_path, "here/a")
     stack(tmp_path, "here/b")
@@ -89,6 +106,7 @@ def test_stacks_come_from_the_plan_and_from_the_command_line(tmp_path: Path) -> 
         ('controllers = 3\ntargets = ["cube"]\n', "controllers"),
         ('kind = "dance"\ncontrollers = ["simple"]\ntargets = ["cube"]\n', "no kind 'dance'"),
         ('controllers = ["simple"]\nscenarios = ["nominal"]\n', "scenarios but no targets"),
+        ('controllers = ["simple"]\ntargets = ["cube"]\nunit = "mm"\n', "a unit, but no target of a file"),
         ("controllers = [", "is not valid TOML"),
     ],
 )

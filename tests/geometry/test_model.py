@@ -105,6 +105,13 @@ def test_faces_of_lines(tmp_path: Path) -> None:
     assert len(model.lines) == 4
 
 
+def test_points_that_are_fewer_than_their_count_are_told_where_that_stands(tmp_path: Path) -> None:
+    with pytest.raises(
+        GeometryError, match=r"thing.cao:\d+: 9 3D points are said, and 8 stand in a line each"
+    ):
+        load_model(written(tmp_path, BOX.replace("\n8 //", "\n9 //")))
+
+
 def test_last_sections_may_be_missing(tmp_path: Path) -> None:
     assert len(load_model(written(tmp_path, BOX[: BOX.rindex("0\n0\n")])).lines) == 12
 

@@ -1,11 +1,14 @@
 """The lights of an image as a diagram, and an approach as a strip of hold points."""
 
+import math
 import re
+from itertools import combinations
 
 import pytest
 
 from report.lights import lights_svg
 from report.records import LightRecord, SettingsRecord
+from report.story import _bars
 
 PLACED = (
     LightRecord("left", 8, [-0.35, 0.0, 0.0]),
@@ -33,6 +36,29 @@ def test_nothing_leaves_the_frame() -> None:
     for x, y in re.findall(r"translate\(([-\d.]+) ([-\d.]+)\)", svg):
         assert abs(float(x)) <= 60 - 9
         assert abs(float(y)) <= 42 - 9
+
+
+def test_many_lights_leave_each_other_room() -> None:
+    turns = [2 * math.pi * number / 24 for number in range(24)]
+    ring = tuple(
+        LightRecord(f"l{n}", 2, [math.cos(turn), math.sin(turn), 0.0]) for n, turn in enumerate(turns)
+    )
+    svg = lights_svg(SettingsRecord(lights=[1] * 24), ring)
+    places = [(float(x), float(y)) for x, y in re.findall(r"translate\(([-\d.]+) ([-\d.]+)\)", svg)]
+    (radius,) = {float(value) for value in re.findall(r'"lamp" r="([\d.]+)"', svg)}
+    assert min(math.dist(*pair) for pair in combinations(places, 2)) == pytest.approx(2 * radius, abs=0.2)
+
+
+def test_of_many_lights_those_alike_beside_each_other_have_one_bar() -> None:
+    lights = tuple(LightRecord(f"l{number}", 8, None) for number in range(12))
+    settings = SettingsRecord(lights=[7.0] * 4 + [0.0] * 7 + [3.0])
+    bars = _bars(settings, lights, [])
+    assert [(bar.name, bar.text) for bar in bars] == [
+        ("l0 – l3", "100 %"),
+        ("l4 – l10", "0 %"),
+        ("l11", "3/7"),
+    ]
+    assert len(_bars(SettingsRecord(lights=[7.0] * 3), lights[:3], [])) == 3
 
 
 @pytest.mark.parametrize(

@@ -35,6 +35,19 @@ test(who_is_waited_for, true(Text == "  waiting for the servers to start ...")) 
 test(small_merits_are_told_apart, [forall(member(Px-Expected, [0-'0.00', 0.00384-'0.0038', 0.1-'0.10', 12.345-'12.35'])),
                                    true(Words == Expected)]) :-
     merit_words(Px, Words).
+test(more_images_are_advised_where_an_approach_was_allowed_no_more_at_its_last_hold_point,
+     [forall(member(Images-Advice, [19-[], 20-['more than 10 images (--max-iterations)']])), true(Helps == Advice)]) :-
+    findall(step{hold:1}, between(1, Images, _), Steps),
+    advised(10, result{status:exhausted, controller:heuristic, pose:none, score:0.1, ambiguity:0.0, merit_px:9, threshold_px:1,
+                       iterations:Images, steps:Steps}, Advised),
+    get_dict(advice, Advised, Helps).
+test(of_how_many_images_the_pose_is_is_said_where_a_new_set_was_begun,
+     [forall(member(Size-Expected, [2-"Pose found after 2 images, 2 kept, 1.0 s", 1-"Pose found after 2 images, 2 kept, the pose from the last 1, 1.0 s"])),
+      true(sub_string(Text, 0, _, _, Expected))]) :-
+    Result = result{status:converged, iterations:2, kept:[i1, i2], seconds:seconds{total:1.0}, steps:[step{set_size:Size}],
+                    pose:pose{translation:[0, 0, 1], rotation_vector:[0, 0, 0]}, merit_px:0.1, rms_px:0.1, threshold_px:1.2},
+    phrase(prolog:message(session_outcome(Result)), Parts),
+    with_output_to(string(Text), print_message_lines(current_output, '', Parts)).
 test(another_view_may_help_where_another_pose_holds_this_one_back,
      [forall(member(Images-Chance-Help, [3-0.1-'another view', 3-0.0-'a strategy', 1-0.1-'a strategy', 10-0.1-'more than'])),
       true(sub_atom(First, 0, _, _, Help))]) :-

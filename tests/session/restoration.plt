@@ -1,6 +1,6 @@
 :- module(test_session_restoration, []).
 :- use_module(library(plunit)).
-:- use_module(library(lists), [last/2]).
+:- use_module(library(lists), [append/3, last/2]).
 :- use_module('../../session/restoration').
 
 /** <module> What a vision server is told again */
@@ -24,6 +24,13 @@ test(what_is_told_is_in_order_of_time) :-
     Happened.happened.cause == light_dead,
     Happened.happened.since == i3,
     Discarded.discarded == i3.
+
+test(what_was_published_with_an_image_is_told_of_it, Since-Cause == i2-target_moved) :-
+    history(Newest),
+    once(append(_, [e(capture(i2, S), 0)|Older], Newest)),
+    told_again([target_moved, e(capture(i2, S), 0)|Older], Told),
+    last(Told, Moved),
+    _{since:Since, cause:Cause} :< Moved.happened.
 
 % The session was killed between an image's answer and what it brought with it.
 test(a_surprise_that_was_not_met_is_in_what_the_image_sensed, Event-Since == surprise(i3, light_dead(left))-i3) :-

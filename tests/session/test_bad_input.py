@@ -152,6 +152,12 @@ def test_an_option_is_refused_in_few_lines() -> None:
     assert "ERROR: unknown option --colour (see --help)" in refused("--colour")
 
 
+def test_a_hold_point_inside_the_target_is_refused_before_anything_is_done() -> None:
+    message = refused("--approach", "--target", "cube", "--contact-range", "0.1", "--dry-run")
+    assert "--contact-range" in message
+    assert "cannot come to 0.1 m" in message
+
+
 def test_controller_with_a_syntax_error(tmp_path: Path) -> None:
     file = tmp_path / "mine.pl"
     file.write_text("proc(control,\n  [choose_random take_image]).\n")

@@ -166,7 +166,10 @@ class VisionServer(Service):
                 raise DeviceError(
                     f"The image server at {client.endpoint} sent no grey frame of 8 or 16 bits."
                 )
-            taken = _taken(session.task, args.image, header.applied, arrays[0], header.verified, seconds)
+            events = [told.event for told in header.events]
+            taken = _taken(
+                session.task, args.image, header.applied, arrays[0], header.verified, seconds, events
+            )
             return Reply({**taken, "events": header.events})
 
     def _on_add(self, args: AddArgs) -> Reply:
@@ -232,15 +235,25 @@ class VisionServer(Service):
 
 
 def _taken(
-    task: PoseTask, image: str, applied: Settings, pixels: FramePixels, verified: bool, capture_s: float
+    task: PoseTask,
+    image: str,
+    applied: Settings,
+    pixels: FramePixels,
+    verified: bool,
+    capture_s: float,
+    events: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Take a frame into the set; what is answered is on the disk, so that a session can be resumed."""
+    """Take a frame into the set; what is answered is on the disk, so that a session can be resumed.
+
+    ``events`` were published with it: it is the first to see them.
+    """
     began = time.perf_counter()
     if task.recorder is not None:
         task.recorder.save(image, applied, pixels)  # while its edges are looked for
     statistics = task.add(image, pixels, applied)
     moved = task.images.moved(image)
     cause = doubt = None
+    task.hear(events, image)
     if task.to_be_judged(image):
         from vision_server.serve.unforeseen import surprise_of
 

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from vision_server.tracking.tracker import Tracker
 
 RATHER_RIGHT = 0.5  # score from which a pose is rather right than wrong
+ANOTHER_SCENE = "target_moved", "sun_changed"  # events
 REMEMBERED = 6  # discarded images: of no more `prediction.causes` asks what has happened
 
 
@@ -173,6 +174,12 @@ class PoseTask:
         """Take the target to be where it was found, if that is rather right: images are held against it."""
         self.foresees = True
         self.expected = None if found is None or found.score < RATHER_RIGHT else found.pose
+
+    def hear(self, events: Sequence[str], image: str) -> None:
+        """Know what was published with an image: it is not held against those from before another scene."""
+        for event in events:
+            if event in ANOTHER_SCENE:
+                self.learn(Happened(event, (), frozenset(self.applied) - {image}))
 
     def learn(self, happened: Happened) -> None:
         """Know from now on what has happened; a target that moved is where no estimate has seen it yet."""

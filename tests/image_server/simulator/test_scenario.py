@@ -50,6 +50,30 @@ def test_a_wrong_scenario_says_what_and_where(tmp_path: Path, text: str, message
         load_scenario(str(file))
 
 
+@pytest.mark.parametrize(
+    ("told", "fx", "fy", "cx"),
+    [
+        ("", 800.0, 800.0, 319.5),
+        ("width = 1280\nheight = 960", 1600.0, 1600.0, 639.5),
+        ("width = 320\nfy = 300.0\ncx = 100.0", 300.0, 300.0, 100.0),
+    ],
+)
+def test_a_camera_that_tells_its_frame_alone_sees_as_much(
+    tmp_path: Path, told: str, fx: float, fy: float, cx: float
+) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(f"[camera]\n{told}\n")
+    camera = load_scenario(str(file)).camera
+    assert (camera.fx, camera.fy, camera.cx, camera.cy) == (fx, fy, cx, (camera.height - 1) / 2)
+
+
+def test_a_range_inside_the_target_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text("[pose]\nrange_m = [0.05, 0.1]\n")
+    with pytest.raises(BadInput, match=r"range_m begins at 0.05 m, and the target is 0\.\d+ m large"):
+        Simulator("cube", str(file))
+
+
 def test_unknown_names_list_the_known_ones() -> None:
     with pytest.raises(BadInput, match=r"no scenario 'dusk'.*Known: .*eclipse.*nominal"):
         load_scenario("dusk")

@@ -27,6 +27,7 @@ from image_server.simulator.scenario_tables import (
 )
 from image_server.simulator.scene import skins
 from image_server.simulator.simulator import Simulator
+from stack.tables import toml_text
 from tests.vision_server.synthetic import lines_alone
 
 MIDDLE = Settings(lights=(4, 4, 4), shutter_s=1 / 60, aperture=4.0)
@@ -254,6 +255,21 @@ def test_a_range_that_is_told_is_kept(tmp_path: Path) -> None:
     simulator = Simulator("satellite", str(tmp_path / "near.toml"), 1, unit="cm")
     assert np.linalg.norm(simulator.true_pose.translation) == pytest.approx(0.2)
     assert simulator.describe().lights[0].position == (-0.35, 0.0, 0.0)  # as are its lamps
+
+
+def test_a_rig_of_one_s_own_stays_where_its_file_says(tmp_path: Path) -> None:
+    """The satellite as if in centimetres: a bundled scenario fits it, the same lamps in a file do not."""
+    bundled = load_scenario("beams")
+    (tmp_path / "mine.toml").write_text(
+        toml_text(msgspec.to_builtins(bundled)).replace("in_proportion = true\n", "")
+    )
+    mine = Simulator("satellite", str(tmp_path / "mine.toml"), 1, unit="cm")
+    told = [light.position for light in bundled.lights]
+    assert [light.position for light in mine.describe().lights] == told
+    assert np.linalg.norm(mine.true_pose.translation) < 0.1  # its range is untold
+    fitted = Simulator("satellite", "beams", 1, unit="cm")
+    places = [light.position for light in fitted.describe().lights]
+    assert np.allclose(places, 0.05 * np.array(told), rtol=0.1)
 
 
 def test_a_part_far_from_its_file_s_origin_is_in_the_frame() -> None:

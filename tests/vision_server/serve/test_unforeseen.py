@@ -60,6 +60,21 @@ def test_images_of_another_sun_or_without_an_arm_are_no_evidence_when_the_first_
     assert images_of_scene(task) == ["i4"]
 
 
+@pytest.mark.parametrize("event", ["target_moved", "sun_changed"])
+def test_an_image_is_not_held_against_those_from_before_what_was_published_with_it(
+    task: PoseTask, simulator: Simulator, event: str
+) -> None:
+    """Another one under the settings of four others would be a surprise."""
+    pixels = simulator.capture(Settings(lights=(0, 0, 7), shutter_s=1 / 60, aperture=4.0)).pixels
+    task.add("i5", pixels, FULL)
+    assert unforeseen.surprise_of(task, "i5") != (None, None)
+    task.doubted = None
+    task.add("i6", pixels, FULL)
+    task.hear([event], "i6")
+    assert images_of_scene(task) == ["i6"]
+    assert unforeseen.surprise_of(task, "i6") == (None, None)
+
+
 def test_discarded_images_are_remembered_once_something_was_foreseen(task: PoseTask) -> None:
     task.discard("i1")
     assert images_of_scene(task) == ["i2", "i3", "i4"]
