@@ -16,8 +16,7 @@
 
 %!  make_run_folder(+Options, +Plan, -Folder) is det.
 %
-%   The folder of `--resume`, of `--out`, or a new one under `runs/`; an absolute
-%   path.
+%   The folder of `--resume`, of `--out`, or a new one in `runs/` of the working directory; an absolute path.
 %
 %   @error usage_error(Message) if it cannot be made or written to
 
@@ -107,15 +106,14 @@ folder_name(Options, _, Folder) :-
 folder_name(_, Plan, Folder) :-
     get_time(Now),
     format_time(atom(Time), '%Y-%m-%dT%H-%M-%S', Now),
-    Base = Plan.root,
-    unused(Base, Time, Plan, 1, Folder).
+    unused(Time, Plan, 1, Folder).
 
-unused(Root, Time, Plan, N, Folder) :-
+unused(Time, Plan, N, Folder) :-
     ( N =:= 1 -> Suffix = '' ; format(atom(Suffix), "-~d", [N]) ),
-    format(atom(Name), "~w/runs/~w-~w-~w~w", [Root, Time, Plan.controller, Plan.target, Suffix]),
+    format(atom(Name), "runs/~w-~w-~w~w", [Time, Plan.controller, Plan.target, Suffix]),
     (   exists_directory(Name)
     ->  N1 is N + 1,
-        unused(Root, Time, Plan, N1, Folder)
+        unused(Time, Plan, N1, Folder)
     ;   Folder = Name
     ).
 

@@ -34,6 +34,14 @@ def test_a_session_runs_from_any_folder_and_its_images_can_be_moved(tmp_path: Pa
     assert isinstance(load_stack(moved), FramesStack)
 
 
+def test_a_session_without_a_folder_makes_one_where_the_user_is(tmp_path: Path) -> None:
+    done = served("--controller", "fixed", "--max-iterations", "1", "--no-report", cwd=tmp_path)
+    assert done.returncode in (0, 3), done.stderr
+    (folder,) = (tmp_path / "runs").iterdir()
+    assert (folder / "result.json").exists()
+    assert folder.name.endswith("-fixed-cube")
+
+
 def test_a_model_in_millimetres_gives_the_pose_in_metres(tmp_path: Path) -> None:
     lines = (ROOT / "targets" / "cube.cao").read_text().splitlines()
     scaled = [
