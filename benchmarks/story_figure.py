@@ -34,7 +34,12 @@ MERIT = ROOT / "domain" / "reasoning" / "merit.pl"
 TARGET, SCENARIO, SEED = "satellite", "back-lit", 1
 SUN_DEG = (140.0, 160.0)  # from the camera's direction: the faces that are seen are all black
 LAMPS_M, AIM_M, AHEAD_M, BEAM_DEG = 0.35, 0.14, 0.75, 3.0  # places and aims aside of the lens; half intensity
-LAMPS = {"left": (-1, 0), "right": (1, 0), "top": (0, -0.7), "bottom": (0, 0.7)}  # where each is aimed, of AIM_M
+LAMPS = {
+    "left": (-1, 0),
+    "right": (1, 0),
+    "top": (0, -0.7),
+    "bottom": (0, 0.7),
+}  # where each is aimed, of AIM_M
 SHUTTER_S, APERTURE = 1 / 15, 2.8
 MARGIN_PX = 20
 PANEL_PX = 256  # width of a small panel; a large one has two

@@ -50,7 +50,8 @@ def run_command(name: str, about: str, commands: Mapping[str, str], words: Seque
 
 
 def _run_command(name: str, about: str, commands: Mapping[str, str], words: Sequence[str]) -> int:
-    program = f"python -m {name}"
+    installed = name.replace("_", "-")
+    program = installed if Path(sys.argv[0]).name == installed else f"python -m {name}"
     if not words or words[0] in ("-h", "--help"):
         listed = "\n".join(f"  {command:<16}{summary}" for command, summary in commands.items())
         print(f"Usage: {program} COMMAND ...\n\n{about}\n\nCommands:\n{listed}")
@@ -112,7 +113,7 @@ def whole_number(least: float = -math.inf, most: float = math.inf) -> Callable[[
 
 
 def output_file(word: str) -> Path:
-    """Read the name of a file that is written at the end: what keeps it from that is said before anything is done.
+    """Read the name of a file to write at the end; what keeps it from that is said at once.
 
     Raises
     ------

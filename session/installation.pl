@@ -1,11 +1,14 @@
 :- module(session_installation,
           [ installation_root/1,        % -Root
             installation_python/1,      % -Python
+            installation_version/1,     % -Version
+            installed_command/0,
             installation_complete/0
           ]).
 /** <module> Where the parts of this installation lie: a checkout that `make setup` has set up, or an installed copy */
 
 :- use_module(library(lists), [member/2]).
+:- autoload(library(readutil), [read_file_to_string/3]).
 
 %!  installation_root(-Root) is det.
 %
@@ -26,6 +29,26 @@ installation_python(Python) :-
 installation_python(Python) :-
     installation_root(Root),
     atom_concat(Root, '/.venv/bin/python', Python).
+
+%!  installed_command is semidet.
+%
+%   Whether this is the command `lights-and-camera`.
+
+installed_command :-
+    getenv('LIGHTS_AND_CAMERA_PYTHON', _).
+
+%!  installation_version(-Version) is det.
+%
+%   As bridge/__init__.py says it.
+
+installation_version(Version) :-
+    installation_root(Root),
+    atom_concat(Root, '/bridge/__init__.py', File),
+    read_file_to_string(File, Text, []),
+    split_string(Text, "\n", "", Lines),
+    member(Line, Lines),
+    split_string(Line, "=", " \"", ["__version__", Version]),
+    !.
 
 %!  installation_complete is semidet.
 %

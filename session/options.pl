@@ -8,6 +8,7 @@
 
 :- use_module(option_rules, [check_of_use/1, check_options/1]).
 :- autoload(resumption, [resumed_options/3]).
+:- use_module(installation, [installation_version/1, installed_command/0]).
 :- use_module(usage, [dashes/2, did_you_mean/3, usage_error/2]).
 :- autoload(library(apply), [foldl/4]).
 :- use_module(library(lists), [memberchk/2]).
@@ -51,6 +52,7 @@ known(view, boolean, '', "Show the session in a browser while it runs: open the 
 known(report, boolean, '', "Write report.html at the end (default: true; --no-report leaves it out)").
 known(json, boolean, '', "Print result.json on standard output, and nothing else there").
 known(quiet, boolean, '', "No live lines; the result is printed all the same").
+known(version, boolean, '', "Print the version").
 
 %   As library(main) asks for them.
 opt_type(Name, Name, Type) :-
@@ -84,7 +86,7 @@ defaults([ keep_servers(false), idle_s(600), controller(heuristic), matcher(sear
 
 %!  session_options(+Argv, -Options) is det.
 %
-%   Options as a list with the defaults filled in.  `--help` prints the usage and
+%   Options as a list with the defaults filled in.  `--help` prints the usage, `--version` the version, and
 %   halts.
 %
 %   @error usage_error(Message) what is wrong with the command line
@@ -94,6 +96,12 @@ session_options(Argv, _) :-
     !,
     usage(Text),
     catch(write(Text), error(io_error(write, _), _), true),      % who reads may have seen enough
+    halt(0).
+session_options(Argv, _) :-
+    memberchk('--version', Argv),
+    !,
+    installation_version(Version),
+    format("lights-and-camera ~w~n", [Version]),
     halt(0).
 session_options(Argv, Options) :-
     catch(argv_options(session_options:Argv, Positional, Given, []), Error, bad_usage(Error)),
@@ -112,7 +120,18 @@ usage(Text) :-
     phrase(prolog:message(opt_usage(session_options)), Lines),
     with_output_to(string(Underscored), print_message_lines(current_output, '', Lines)),
     findall(Name, known(Name, _, _, _), Names),
-    foldl(with_dashes, Names, Underscored, Text).
+    foldl(with_dashes, Names, Underscored, Dashed),
+    named_as_called(Dashed, Text).
+
+%   An installed copy is not called as the library has it, by the file.
+named_as_called(Text0, Text) :-
+    installed_command,
+    atomic_list_concat([Before, Called], 'Usage: ', Text0),
+    sub_atom(Called, _, _, After, ' [options]'),
+    !,
+    sub_atom(Called, _, After, 0, Rest),
+    atomic_list_concat([Before, 'Usage: lights-and-camera [options]', Rest], Text).
+named_as_called(Text, Text).
 
 with_dashes(Name, Text0, Text) :-
     atomic_list_concat(['--', Name], Underscored),

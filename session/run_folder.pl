@@ -1,7 +1,7 @@
 :- module(session_run_folder,
           [ make_run_folder/3,          % +Options, +Plan, -Folder
             check_run_folder/2,         % +Options, +Plan
-            leave_run_folder/1,         % +Folder
+            leave_run_folder/2,         % +Options, +Folder
             replace_file/2,             % +File, :Write
             run_file/3                  % +Folder, +Name, -File
           ]).
@@ -9,7 +9,8 @@
 
 :- use_module(session_file, [check_unlocked/1, locked_session_file/2, session_begun/1]).
 :- use_module(usage, [usage_error/2]).
-:- use_module(library(lists), [member/2, subtract/3]).
+:- autoload(library(filesex), [delete_directory_and_contents/1]).
+:- use_module(library(lists), [member/2, memberchk/2, subtract/3]).
 :- use_module(library(option), [option/2]).
 
 :- meta_predicate replace_file(+, 1).
@@ -120,23 +121,27 @@ unused(Time, Plan, N, Folder) :-
 cannot(Option, What, Folder) :-
     usage_error("~s: cannot ~s ~w; choose a folder you may write to", [Option, What, Folder]).
 
-%!  leave_run_folder(+Folder) is det.
+%!  leave_run_folder(+Options, +Folder) is det.
 %
-%   Take back make_run_folder/3 where no session came of it.
+%   Take back make_run_folder/3 where no image came of it; a folder that was to be resumed stays as it is.
 
-leave_run_folder(Folder) :-
-    run_file(Folder, 'history.pl', Journal),
-    (   exists_file(Journal)            % one that was to be resumed
-    ->  true
-    ;   forall(( logs(Logs), member(Name, ['session.pl'|Logs]), run_file(Folder, Name, File), not_told(Name, File) ),
-               catch(delete_file(File), error(_, _), true)),
-        catch(delete_directory(Folder), error(_, _), true)      % where nothing else is in it
-    ).
+leave_run_folder(Options, _) :-
+    option(resume(_), Options),
+    !.
+leave_run_folder(_, Folder) :-
+    logs(Logs),
+    forall(( member(Name, ['session.pl', 'history.pl'|Logs]), run_file(Folder, Name, File), not_told(Name, File) ),
+           catch(delete_file(File), error(_, _), true)),
+    run_file(Folder, images, Images),
+    atom_concat(Images, '/*.png', Frames),
+    ( expand_file_name(Frames, []) -> catch(delete_directory_and_contents(Images), error(_, _), true) ; true ),
+    catch(delete_directory(Folder), error(_, _), true).     % where nothing else is in it
 
 logs(['vision_server.log', 'image_server.log']).
 
 %   A log that says something has been named to the user.
-not_told('session.pl', _) :-
+not_told(Name, _) :-
+    memberchk(Name, ['session.pl', 'history.pl']),
     !.
 not_told(_, File) :-
     exists_file(File),

@@ -64,7 +64,9 @@ def _remedy(complaint: str, kind: type) -> str:
     """What may be meant by an unknown key or word; nothing where something else is wrong."""
     from msgspec import inspect
 
-    said = re.match(r"(Object contains unknown field `|Invalid enum value ')(.+?)[`'](?: - at `\$(.*)`)?$", complaint)
+    said = re.match(
+        r"(Object contains unknown field `|Invalid enum value ')(.+?)[`'](?: - at `\$(.*)`)?$", complaint
+    )
     if said is None:
         return ""
     trouble, word, path = said.groups()
@@ -87,7 +89,11 @@ def _alternatives(table: Any) -> list[Any]:
 
 def _keys(table: Any) -> dict[str, Any]:
     """Keys of a table, with the types of their values."""
-    return {field.encode_name: field.type for field in getattr(table, "fields", ()) if hasattr(field, "encode_name")}
+    return {
+        field.encode_name: field.type
+        for field in getattr(table, "fields", ())
+        if hasattr(field, "encode_name")
+    }
 
 
 def _inside(table: Any, name: str) -> list[Any]:

@@ -1,4 +1,4 @@
-"""TOML files as typed tables: what is written is read again, what is misspelt is named with what may be meant."""
+"""TOML files as typed tables: what is written is read again, what is misspelt is named."""
 
 import tomllib
 from pathlib import Path
@@ -27,7 +27,7 @@ class Lamp(Table, frozen=True):
 class Room(Table, frozen=True):
     width_m: float = 1.0
     lamp: Lamp | None = None
-    rows: list[tuple[Lamp, ...]] = []
+    rows: tuple[tuple[Lamp, ...], ...] = ()
 
 
 @pytest.mark.parametrize(

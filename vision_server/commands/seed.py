@@ -45,7 +45,10 @@ def add_options(parser: ArgumentParser) -> None:
         "--pair", action="append", default=[], metavar="'u,v x,y,z'", help="One such pair; again for each."
     )
     parser.add_argument(
-        "--out", type=output_file, metavar="TOML", help=f"File to write; of a page, {PAGE_FILE} where none is given."
+        "--out",
+        type=output_file,
+        metavar="TOML",
+        help=f"File to write; of a page, {PAGE_FILE} where none is given.",
     )
     parser.add_argument(
         "--overlay", type=picture_file, metavar="OUT.png", help="Draw the model at its pose over the image."

@@ -41,7 +41,9 @@ def run(options: Namespace) -> int:
     strangers = options.keys is None and open_to_all(options.endpoint)
     for root in options.root or ():
         if not root.is_dir():
-            raise BadInput(f"--root {root} is {'a file' if root.exists() else 'not there'}.", "Name a folder.")
+            raise BadInput(
+                f"--root {root} is {'a file' if root.exists() else 'not there'}.", "Name a folder."
+            )
     roots = options.root or ([Path.cwd()] if strangers else None)
     files = Files(None if roots is None else tuple(roots), options.image_server)
     service = VisionServer(client_keys(options.keys, "vision_server", "image_server"), files)

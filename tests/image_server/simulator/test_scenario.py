@@ -31,7 +31,10 @@ def test_conditions_change_a_scenario() -> None:
         ("[sun]\nangel_deg = [1.0, 2.0]", r"unknown key `angel_deg` in \[sun\]"),
         ("ambient_scale = -1.0", r">= 0.*\[ambient_scale\]"),
         ("[pose]\nrange_m = [1.0, 0.5]", r"\[pose\] range_m runs from 1 down to 0.5"),
-        ("[background]\nkind = 'forest'", r"unknown word 'forest' in \[background.kind\]. There are clutter, space, wall."),
+        (
+            "[background]\nkind = 'forest'",
+            r"unknown word 'forest' in \[background.kind\]. There are clutter, space, wall.",
+        ),
         ("[background]\nkind = 'spce'", r"Did you mean space\?"),
         ("ambient_scal = 1.0", r"unknown key `ambient_scal`. Did you mean ambient_scale\?"),
         ("[[lights]]\nname = 'a'\nposition = [0, 0, 0]\naimm = 1", r"in \[lights 1\]. Did you mean aim\?"),
