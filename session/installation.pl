@@ -1,6 +1,7 @@
 :- module(session_installation,
           [ installation_root/1,        % -Root
             installation_python/1,      % -Python
+            installation_names/3,       % +Folder, +Extension, -Names
             installation_version/1,     % -Version
             installed_command/0,
             installation_complete/0
@@ -29,6 +30,18 @@ installation_python(Python) :-
 installation_python(Python) :-
     installation_root(Root),
     atom_concat(Root, '/.venv/bin/python', Python).
+
+%!  installation_names(+Folder, +Extension, -Names) is det.
+%
+%   What comes with it of one kind: the names of such files in this folder of the installation.
+
+installation_names(Folder, Extension, Names) :-
+    installation_root(Root),
+    atomic_list_concat([Root, /, Folder, '/*.', Extension], Pattern),
+    expand_file_name(Pattern, Files),
+    findall(Name,
+            ( member(File, Files), file_base_name(File, Base), file_name_extension(Name, _, Base) ),
+            Names).
 
 %!  installed_command is semidet.
 %
