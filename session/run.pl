@@ -15,7 +15,7 @@ error, by Ctrl-C or by SIGTERM.
 :- use_module(reporting, [begin_report/2, drop_report/0]).
 :- use_module(resumption, [record_options/1]).
 :- use_module(result, [keep_output_for_result/0]).
-:- use_module(run_folder, [leave_run_folder/2, run_file/3]).
+:- use_module(run_folder, [leave_run_folder/3, run_file/3]).
 :- use_module(servers, [image_server_past/1, own_server/1, served_before/1, stop_servers/0]).
 :- use_module(live_table, [begin_table/2, end_table/0]).
 :- use_module(viewing, [start_view/2]).
@@ -78,7 +78,10 @@ served_session(Session, Outcome) :-
     catch(( run_program(Named, End, Situation),
             end_session(Named.put(stop, session_run:stop_everything), end(End, Situation), Outcome) ),
           error(Formal, _), cannot_go_on(Formal, Folder)),
-    ( Situation == none -> stop_everything, leave_run_folder(Options, Folder) ; true ).
+    ( Situation == none -> stop_everything, why(End, Why), leave_run_folder(Options, Folder, Why) ; true ).
+
+why(failed(Error), Why) => Why = Error.
+why(_, Why)             => Why = none.
 
 not_recorded(error(io_error(write, _), _), Options, Folder) =>
     catch(usage_error("cannot write to the run folder ~w: is there space?", [Folder]), Error, nothing_begun(Options, Folder, Error)).
@@ -104,7 +107,7 @@ check_controller(Plan) :-
 nothing_begun(Options, Folder, Error) :-
     end_table,
     stop_everything,
-    leave_run_folder(Options, Folder),
+    leave_run_folder(Options, Folder, Error),
     throw(Error).
 
 stop_everything :-

@@ -1,14 +1,14 @@
 :- module(session_run_folder,
           [ make_run_folder/3,          % +Options, +Plan, -Folder
             check_run_folder/2,         % +Options, +Plan
-            leave_run_folder/2,         % +Options, +Folder
+            leave_run_folder/3,         % +Options, +Folder, +Error
             replace_file/2,             % +File, :Write
             run_file/3                  % +Folder, +Name, -File
           ]).
 /** <module> The folder that a session leaves behind */
 
 :- use_module(session_file, [check_unlocked/1, locked_session_file/2, session_begun/1]).
-:- use_module(usage, [usage_error/2]).
+:- use_module(usage, [refused_by_server/1, usage_error/2]).
 :- autoload(library(filesex), [delete_directory_and_contents/1]).
 :- use_module(library(lists), [member/2, memberchk/2, subtract/3]).
 :- use_module(library(option), [option/2]).
@@ -121,16 +121,17 @@ unused(Time, Plan, N, Folder) :-
 cannot(Option, What, Folder) :-
     usage_error("~s: cannot ~s ~w; choose a folder you may write to", [Option, What, Folder]).
 
-%!  leave_run_folder(+Options, +Folder) is det.
+%!  leave_run_folder(+Options, +Folder, +Error) is det.
 %
-%   Take back make_run_folder/3 where no image came of it; a folder that was to be resumed stays as it is.
+%   Take back make_run_folder/3 where no image came of it, for this error or `none`; a folder that was to be resumed stays
+%   as it is.
 
-leave_run_folder(Options, _) :-
+leave_run_folder(Options, _, _) :-
     option(resume(_), Options),
     !.
-leave_run_folder(_, Folder) :-
+leave_run_folder(_, Folder, Error) :-
     logs(Logs),
-    forall(( member(Name, ['session.pl', 'history.pl'|Logs]), run_file(Folder, Name, File), not_told(Name, File) ),
+    forall(( member(Name, ['session.pl', 'history.pl'|Logs]), run_file(Folder, Name, File), not_told(Error, Name, File) ),
            catch(delete_file(File), error(_, _), true)),
     run_file(Folder, images, Images),
     atom_concat(Images, '/*.png', Frames),
@@ -139,11 +140,14 @@ leave_run_folder(_, Folder) :-
 
 logs(['vision_server.log', 'image_server.log']).
 
-%   A log that says something has been named to the user.
-not_told(Name, _) :-
+%   A log that says something has been named to the user, but one that says no more than the error.
+not_told(error(Formal, _), _, _) :-
+    refused_by_server(Formal),
+    !.
+not_told(_, Name, _) :-
     memberchk(Name, ['session.pl', 'history.pl']),
     !.
-not_told(_, File) :-
+not_told(_, _, File) :-
     exists_file(File),
     size_file(File, 0).
 

@@ -64,6 +64,14 @@ def test_what_is_wrong_with_instead_is_named_and_leaves_no_folder(
     assert list((tmp_path / "runs").iterdir()) == []
 
 
+def test_a_mistake_that_a_server_finds_is_said_and_leaves_no_folder(tmp_path: Path) -> None:
+    (tmp_path / "dim.toml").write_text("ambient_scal = 0.1\n")
+    done = controller("--scenario", "dim.toml", "--quiet", cwd=tmp_path)
+    assert done.returncode == 2
+    assert " ".join(done.stderr.split()).endswith("unknown key `ambient_scal`. Did you mean ambient_scale?")
+    assert list((tmp_path / "runs").iterdir()) == []
+
+
 def test_a_model_in_millimetres_gives_the_pose_in_metres(tmp_path: Path) -> None:
     lines = (ROOT / "targets" / "cube.cao").read_text().splitlines()
     scaled = [
