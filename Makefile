@@ -25,6 +25,7 @@ help:
 	@echo "make docs    the documentation as a site, into build/site"
 	@echo "make check   ruff, mypy, and Prolog loading without warnings"
 	@echo "make setup   what the others do first"
+	@echo "make clean   remove all that these have made; the runs stay"
 
 setup: system .venv/.installed bridge/prolog/zmq4pl.so .venv/.compiled .venv/.prolog
 
@@ -94,5 +95,6 @@ check: setup
 bench: setup
 	@$(VENV) -m benchmarks
 
+# What sessions have left in runs/ is the user's.
 clean:
-	rm -rf .venv bridge/prolog/zmq4pl.so */*.qlf */*/*.qlf runs build *.egg-info
+	rm -rf .venv bridge/prolog/zmq4pl.so */*.qlf */*/*.qlf build *.egg-info

@@ -6,6 +6,7 @@ python -m benchmarks.story_figure [OUT.png]
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Annotated
@@ -13,11 +14,13 @@ from typing import Annotated
 import cv2
 import numpy as np
 import typer
+from msgspec.structs import replace
 
 from benchmarks.edge_figure import LIT_GREY, Picture, captioned, drawn
 from bridge.door import Prolog
 from bridge.messages import Settings
 from image_server.simulator.scenario import load_scenario
+from image_server.simulator.scenario_tables import Light, Scenario
 from image_server.simulator.simulator import Simulator
 from report.overlay import draw_overlay
 from stack.exposure import relative_exposure
@@ -28,13 +31,16 @@ from vision_server.pipeline import estimate_pose
 ROOT = Path(__file__).resolve().parent.parent
 DEFAULT = ROOT / "docs" / "images" / "story.png"
 MERIT = ROOT / "domain" / "reasoning" / "merit.pl"
-TARGET, SCENARIO, SEED = "satellite", "harsh", 2
-SETTINGS = (
-    Settings(lights=(0, 0, 0), shutter_s=1 / 240, aperture=5.6),
-    Settings(lights=(0, 7, 0), shutter_s=1 / 240, aperture=5.6),
-    Settings(lights=(0, 0, 7), shutter_s=1 / 15, aperture=4.0),
-    Settings(lights=(4, 0, 0), shutter_s=1 / 120, aperture=5.6),
-)
+TARGET, SCENARIO, SEED = "satellite", "back-lit", 1
+SUN_DEG = (140.0, 160.0)  # from the camera's direction: the faces that are seen are all black
+LAMPS_M, AIM_M, AHEAD_M, BEAM_DEG = 0.35, 0.14, 0.75, 3.0  # places and aims aside of the lens; half intensity
+LAMPS = {
+    "left": (-1, 0),
+    "right": (1, 0),
+    "top": (0, -0.7),
+    "bottom": (0, 0.7),
+}  # where each is aimed, of AIM_M
+SHUTTER_S, APERTURE = 1 / 15, 2.8
 MARGIN_PX = 20
 PANEL_PX = 256  # width of a small panel; a large one has two
 
@@ -71,32 +77,60 @@ def panel(picture: Picture, text: str, width: int) -> Picture:
     return captioned(np.asarray(shrunk, np.uint8), text)
 
 
+def scenario() -> Scenario:
+    """The sun behind the target, and lamps with beams so narrow that each lights a part."""
+    back_lit = load_scenario(SCENARIO)
+    lamps = []
+    for name, (x, y) in LAMPS.items():
+        place = (LAMPS_M * np.sign(x), LAMPS_M * np.sign(y), 0.0)
+        aim = (AIM_M * x - place[0], AIM_M * y - place[1], AHEAD_M)
+        lamps.append(Light(name=name, position=place, aim=aim, half_intensity_deg=BEAM_DEG))
+    sun = replace(back_lit.sun, angle_deg=SUN_DEG, earthshine=0.0)
+    return replace(back_lit, sun=sun, lights=tuple(lamps))
+
+
+@dataclass(frozen=True)
+class Story:
+    """The images, each under one lamp, and what is estimated from each alone and from all together."""
+
+    simulator: Simulator
+    images: ImageSet
+    alone: list[Estimate]
+    together: Estimate
+
+
+def told(seed: int = SEED) -> Story:
+    """Take the images, and estimate."""
+    simulator = Simulator(TARGET, scenario(), seed)
+    about, seed_pose = simulator.describe(), simulator.seed_pose
+    assert about.camera is not None and seed_pose is not None
+    images = ImageSet(about.camera.width, about.camera.height)
+    exposure = relative_exposure(SHUTTER_S, APERTURE, about.reference)
+    for number, light in enumerate(about.lights):
+        levels = tuple(one.levels - 1 if one == light else 0 for one in about.lights)
+        frame = simulator.capture(Settings(lights=levels, shutter_s=SHUTTER_S, aperture=APERTURE))
+        images.add(f"i{number + 1}", frame.pixels, exposure, about.camera.gamma)
+    names = list(images.images)
+    sets = [*([name] for name in names), names]
+    estimates = [estimate_pose(images, one, simulator.model, simulator.camera, seed_pose) for one in sets]
+    return Story(simulator, images, estimates[:-1], estimates[-1])
+
+
 def main(out: Annotated[Path, typer.Argument(help="The picture.")] = DEFAULT) -> None:
     """Take the images, estimate from each and from all, draw."""
-    simulator = Simulator(TARGET, load_scenario(SCENARIO), SEED)
-    about = simulator.describe()
-    assert about.camera is not None and simulator.seed_pose is not None
-    images = ImageSet(about.camera.width, about.camera.height)
-    for number, settings in enumerate(SETTINGS, start=1):
-        exposure = relative_exposure(settings.shutter_s, settings.aperture, about.reference)
-        images.add(f"i{number}", simulator.capture(settings).pixels, exposure, about.camera.gamma)
-    names = list(images.images)
-
-    seed_pose = simulator.seed_pose
-
-    def estimate(chosen: list[str]) -> Estimate:
-        return estimate_pose(images, chosen, simulator.model, simulator.camera, seed_pose)
-
-    together = estimate(names)
+    story = told()
+    simulator, images, together = story.simulator, story.images, story.together
     assert together.pose is not None
     error = together.pose.error_to(simulator.true_pose)
-    y, x = np.nonzero(images.images["i1"].pixels > LIT_GREY)
+    pixels = [image.pixels for image in images.images.values()]
+    brightest = np.maximum.reduce(pixels)
+    y, x = np.nonzero(brightest > LIT_GREY)
     top, left = max(y.min() - MARGIN_PX, 0), max(x.min() - MARGIN_PX, 0)
     crop = np.s_[top : y.max() + MARGIN_PX, left : x.max() + MARGIN_PX]
-    small = [panel(images.images[name].pixels[crop], said(estimate([name])), PANEL_PX) for name in names]
-    overlay = draw_overlay(images.images["i2"].pixels, simulator.model, simulator.camera, together.pose)
+    small = [panel(one[crop], said(alone), PANEL_PX) for one, alone in zip(pixels, story.alone, strict=True)]
+    overlay = draw_overlay(brightest, simulator.model, simulator.camera, together.pose)
     large = [
-        panel(drawn(images.edge_map(names))[crop], "together: merged edges", 2 * PANEL_PX),
+        panel(drawn(images.edge_map(list(images.images)))[crop], "together: merged edges", 2 * PANEL_PX),
         panel(
             overlay[crop],
             f"together: merit {merit_px(together):.1f} px; off by {error.rotation_deg:.2f} deg,"

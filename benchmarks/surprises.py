@@ -49,6 +49,7 @@ from vision_server.serve.unforeseen import Surprise, surprise_of
 
 SCENES = ("nominal", "eclipse", "harsh", "textured", "grazing", "blur")
 IN_MID_SESSION = [kind for kind in KINDS if kind != "model_wrong"]
+MOST_ASKED = 4096  # as `predict` takes
 FIRST_FAULT = 2  # image: of the first nothing is foreseen
 MOST_TESTS = 4  # images, as `doubted` has it in domain/procedures.pl
 LEAST_CHANGE, DARK = 0.1, 8  # share of the brighter picture, where that is brighter than so many grey
@@ -56,15 +57,13 @@ COUNTED = "images", "foreseen", "right", "wrong", "doubted", "tests", "visible",
 
 
 def candidates(describe: Describe) -> tuple[Settings, ...]:
-    """Lights together, alone and all but one, under each shutter and aperture."""
-    top = np.array([light.levels - 1 for light in describe.lights])
-    alone = np.diag(top)
-    levels = [*(np.rint(share * top) for share in (1 / 3, 2 / 3, 1.0)), *alone, *(top - alone)]
+    """What a session asks about: every representative of a qualitative state."""
+    lights = ", ".join(f"light('{light.name}', {light.levels})" for light in describe.lights)
+    shutters, apertures = (list(map(float, steps)) for steps in (describe.shutters_s, describe.apertures))
+    device = f"device([{lights}], {shutters}, {apertures}, none, none, 0.001)"
     return tuple(
-        Settings(lights=tuple(int(level) for level in row), shutter_s=shutter, aperture=aperture)
-        for row in levels
-        for shutter in describe.shutters_s
-        for aperture in describe.apertures
+        Settings(lights=tuple(found["L"]), shutter_s=found["T"], aperture=found["A"])
+        for found in prolog().ask(f"candidate({device}, settings(L, T, A))", MOST_ASKED)
     )
 
 
@@ -85,9 +84,10 @@ def taken(scene: str, seed: int, number: int, settings: Settings, fault: Fault) 
 
 @lru_cache(1)
 def prolog() -> Prolog:
-    """The rule by which `informed` chooses test images."""
+    """The rules by which `informed` chooses images and test images."""
     door = Prolog()
-    door.use_module("domain/reasoning/surprises.pl")
+    for rules in ("candidates", "surprises"):
+        door.use_module(f"domain/reasoning/{rules}.pl")
     return door
 
 

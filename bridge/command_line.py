@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from bridge import __version__
-from bridge.errors import EXIT_BAD_INPUT, EXIT_DEVICE, LightsAndCameraError
+from bridge.errors import EXIT_BAD_INPUT, EXIT_DEVICE, BadInput, LightsAndCameraError
 
 Number = TypeVar("Number", int, float)
 MOST_SEED = 2**63 - 1  # as in `bridge.messages`, which takes longer to load
@@ -50,7 +50,8 @@ def run_command(name: str, about: str, commands: Mapping[str, str], words: Seque
 
 
 def _run_command(name: str, about: str, commands: Mapping[str, str], words: Sequence[str]) -> int:
-    program = f"python -m {name}"
+    installed = name.replace("_", "-")
+    program = installed if Path(sys.argv[0]).name == installed else f"python -m {name}"
     if not words or words[0] in ("-h", "--help"):
         listed = "\n".join(f"  {command:<16}{summary}" for command, summary in commands.items())
         print(f"Usage: {program} COMMAND ...\n\n{about}\n\nCommands:\n{listed}")
@@ -109,6 +110,24 @@ def number(least: float = -math.inf, most: float = math.inf) -> Callable[[str], 
 def whole_number(least: float = -math.inf, most: float = math.inf) -> Callable[[str], int]:
     """What reads a whole number in these bounds."""
     return _reader(int, "a whole number", least, most)
+
+
+def output_file(word: str) -> Path:
+    """Read the name of a file to write at the end; what keeps it from that is said at once.
+
+    Raises
+    ------
+    BadInput
+        It is a folder, its folder is not there, or it may not be written.
+    """
+    file = Path(word)
+    if file.is_dir():
+        raise BadInput(f"Cannot write {file}: it is a folder.", "Name a file in it.")
+    if not file.parent.is_dir():
+        raise BadInput(f"Cannot write {file}: there is no folder {file.parent}.", "Make it, or name another.")
+    if not os.access(file if file.exists() else file.parent, os.W_OK):
+        raise BadInput(f"Cannot write {file}: you may not.", "Name another place.")
+    return file
 
 
 def counted(count: int, name: str) -> str:

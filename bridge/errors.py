@@ -96,7 +96,7 @@ class BridgeTimeout(LightsAndCameraError):  # noqa: N818
     def __init__(self, endpoint: str, op: str, seconds: float) -> None:
         super().__init__(
             f"The server at {endpoint} did not answer {op!r} within {seconds:g} s.",
-            "Check that it is running and listens there, or allow more time.",
+            "Does it run, and listen there?",
         )
         self.endpoint = endpoint
         self.op = op

@@ -1,7 +1,7 @@
 % What the images at hand can be made to tell costs no image: where the pose is not trusted, they are measured again with
 % other parameters of the vision server, the likeliest remedy first, and what makes the pose surer stays.
 %
-%   swipl main.pl --controller examples/other_parameters.pl --scenario blur --threshold 0.09 --explain
+%   swipl main.pl --controller examples/other_parameters.pl --scenario harsh --threshold 0.02 --explain
 
 proc(control,
      [ choose_safe, take_image, judge,

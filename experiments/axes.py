@@ -32,6 +32,8 @@ def numbers(axis: str, given: Sequence[int] | int | str) -> list[int]:
             first, dash, last = part.partition("-")
             if not first.isdecimal() or (dash and not last.isdecimal()):
                 raise BadInput(f"{axis} = {given!r} says no numbers.", 'Write "1-5", "1,2,7" or [1, 2, 7].')
+            if int(last or first) < int(first):
+                raise BadInput(f"{axis} = {given!r} runs backwards.", "Write the smaller number first.")
             if int(last or first) - int(first) >= MOST_NUMBERS:
                 raise BadInput(f"{axis} = {given!r} says more than {MOST_NUMBERS} numbers.")
             found += range(int(first), int(last or first) + 1)

@@ -19,7 +19,7 @@ from geometry.errors import GeometryError
 from geometry.model import find_target
 from image_server.simulator.scenario import load_scenario
 from stack.format import STACK_FILE
-from stack.tables import read_toml
+from stack.tables import as_table, read_toml
 
 HINTS = {"stacks and targets": "Name some in it, or give stack folders after it."}
 KEY_BITS = 63  # a signed column holds them
@@ -206,11 +206,7 @@ def read_plan(file: Path, stacks: Sequence[Path] = (), seeds: str | None = None)
     ------
     BadInput : an unknown key or name, a value that cannot be used, or a plan without a cell.
     """
-    try:
-        given = msgspec.convert(read_toml(file, "plan"), _File, strict=True)
-    except msgspec.ValidationError as error:
-        known = ", ".join(_File.__struct_fields__)
-        raise BadInput(f"{file}: {error}.", f"A plan has {known}.") from None
+    given = as_table(read_toml(file, "plan"), _File, file)
     try:
         return _plan(file, given, stacks, seeds)
     except BadInput as error:

@@ -138,6 +138,8 @@ def load_model(path: str | Path, unit: str = "m") -> Model:
     path = Path(path)
     if unit not in UNITS_M:
         raise GeometryError(f"unknown unit {unit!r} for model {path}; use one of {', '.join(UNITS_M)}")
+    if path.is_dir():
+        raise GeometryError(f"model file {path} is a folder")
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         hint = (
@@ -149,7 +151,7 @@ def load_model(path: str | Path, unit: str = "m") -> Model:
             f"model {path}: unknown kind {path.suffix!r}; use one of {', '.join(READERS)}{hint}"
         )
     if not path.is_file():
-        raise GeometryError(f"model file {path} {'is a folder' if path.is_dir() else 'does not exist'}")
+        raise GeometryError(f"model file {path} does not exist")
     surface = reader(path)
     if len(surface.vertices) > 0 and (surface.vertices == surface.vertices[0]).all():
         raise GeometryError(f"model {path} has no size: all of its points are in one place")

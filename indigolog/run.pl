@@ -6,8 +6,9 @@
 
 :- use_module(library(apply), [exclude/3]).
 :- use_module(library(debug), [debug/1]).
-:- use_module(library(lists), [reverse/2, member/2]).
+:- use_module(library(lists), [reverse/2, member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3]).
+:- autoload(library(readutil), [read_file_to_terms/3]).
 :- use_module(indigolog).
 :- use_module(tools/checks, [check_theory/0, check_program/1]).
 :- use_module(tools/console, [step_through/2]).
@@ -35,6 +36,10 @@ run(Argv, Status) :-
     ->  usage(Usage),
         format("~w~n", [Usage]),
         Status = 0
+    ;   option(version(true), Options)
+    ->  version(Version),
+        format("indigolog ~w~n", [Version]),
+        Status = 0
     ;   Words = [Theory, Text]
     ->  program(Text, Program),
         catch(load_theory(Theory), error(existence_error(source_sink, Theory), _), no_theory(Theory)),
@@ -47,6 +52,14 @@ run(Argv, Status) :-
         run(Mode, Program, Options, Status)
     ;   throw(usage('two arguments are needed after --, THEORY and PROGRAM'))
     ).
+
+% As the pack says it, beside this file.
+version(Version) :-
+    module_property(indigolog_run, file(File)),
+    file_directory_name(File, Folder),
+    atom_concat(Folder, '/pack.pl', Pack),
+    read_file_to_terms(Pack, Terms, []),
+    memberchk(version(Version), Terms).
 
 % The last of --offline, --online and --step counts; a journal has only an online run.
 mode(Options, Mode) :-
@@ -81,6 +94,7 @@ arguments([W|Ws], Options0, Options, Words) :-
 
 option_word('--help', help(true)).
 option_word('-h', help(true)).
+option_word('--version', version(true)).
 option_word('--offline', mode(offline)).
 option_word('--online', mode(online)).
 option_word('--step', mode(step)).
@@ -140,6 +154,7 @@ THEORY. Executed actions are printed one a line, then "N actions.".
   --resume FILE     go on after what that journal tells, and write to it
   --replay FILE     follow that journal, and do nothing more
   --help            this text
+  --version         print the version
 
 Exit status: 0 final, 1 the program failed or met --max-actions, 2 error.').
 

@@ -7,14 +7,15 @@ does know must have the right type.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import msgspec
 from msgspec import Meta, Struct, field
 
+from bridge.errors import BadInput
+from bridge.result_file import decoded_result
 from report.errors import ReportError
 
-FORMAT = 1  # of result.json: its `version`, by session/result.pl
 Triple = Annotated[list[float], Meta(min_length=3, max_length=3)]
 Six = Annotated[list[float], Meta(min_length=6, max_length=6)]
 Covariance = Annotated[list[Six], Meta(min_length=6, max_length=6)]
@@ -170,10 +171,6 @@ class Result(Struct, frozen=True):
     advice: list[str] = field(default_factory=list)
 
 
-class _Versioned(Struct, frozen=True):
-    version: Any = None
-
-
 def read_result(folder: Path) -> Result:
     """Read RUN_FOLDER/result.json.
 
@@ -193,13 +190,9 @@ def read_result(folder: Path) -> Result:
     except OSError as error:
         raise ReportError(f"{path}: cannot be read ({error.strerror})") from error
     try:
-        version = msgspec.json.decode(data, type=_Versioned).version
-        if version not in (None, FORMAT):
-            raise ReportError(
-                f"{path}: of format {version}, and this version reads format {FORMAT};"
-                " use the version that wrote it"
-            )
-        return msgspec.json.decode(data, type=Result)
+        return decoded_result(path, data, Result)
+    except BadInput as error:
+        raise ReportError(str(error)) from error
     except msgspec.ValidationError as error:
         raise ReportError(f"{path}: {error}; run the session again or correct that field") from error
     except msgspec.DecodeError as error:

@@ -20,6 +20,7 @@ from report.records import Result, StepRecord, read_result
 
 MAIN = Path(__file__).resolve().parent.parent / "main.pl"
 OPTION = re.compile(r"^(\w+)\((?:'((?:[^'\\]|\\.)*)'|(.*))\)\.$")
+OF_INSTEAD = re.compile(r"'i\d+: ")  # of the image, which nobody who asks what if has written
 NOT_OPTIONS = frozenset({"version", "sha256", "controller_sha256", "instead"})
 OF_APPROACHES = frozenset({"first_range", "contact_range"})
 OF_SIMULATOR = frozenset({"scenario"})
@@ -159,7 +160,7 @@ def _run(options: list[str], seconds: float | None) -> None:
     if done.returncode not in ENDED:
         said = [line for line in done.stderr.splitlines() if line.strip()]
         problem = said[-1].removeprefix("ERROR: ").removeprefix("main.pl: ") if said else "no reason was told"
-        raise ReportError(problem.replace("--instead", "--settings"))
+        raise ReportError(OF_INSTEAD.sub("'", problem.replace("--instead", "--settings")))
 
 
 def _check_same_way(done: WhatIf) -> None:

@@ -32,6 +32,7 @@ again_s(2).                             % chosen by hand
 request_s(own, 240).                    % one of our own is known to live while it is slow
 request_s(named, 90).                   % more than a minute of overload or standstill
 first_s(30).                            % until one of the user's has answered for the first time; chosen by hand
+absent_s(5).                            % as of the clients in Python
 exposures_a_capture(40).                % beside: more than the vision server waits for (20); chosen by hand
 
 %!  open_connections(+Options) is det.
@@ -64,9 +65,27 @@ waiting(Name) :-
     ->  ( asked(Name, Op, Since) -> true ; Op = subscribe, get_time(Since) ),
         get_time(Now),
         Seconds is Now - Since,
+        expect_somebody(Name, Options, Seconds),
         call(Goal, Name, Op, Seconds)
     ;   true
     ).
+
+%   Where a server of the user's has not answered yet and there is no such socket, nobody will.
+expect_somebody(Name, Options, Seconds) :-
+    absent_s(Most),
+    Seconds > Most,
+    \+ answered(Name),                  % the vision server waits for the image server, too
+    member(Server, [image_server, vision_server]),
+    whose(Server, Options, named),
+    \+ answered(Server),
+    Option =.. [Server, Endpoint],
+    option(Option, Options),
+    atom_concat('ipc:///', Path, Endpoint),
+    atom_concat(/, Path, Socket),
+    \+ access_file(Socket, exist),
+    !,
+    throw(error(bridge_absent(Endpoint, Most), _)).
+expect_somebody(_, _, _).
 
 curve(Server, Options, [Curve]) :-
     option(keys(Folder), Options),

@@ -14,6 +14,7 @@ All text of a session, as messages: session(Term).
 :- use_module(outcome, [counted/3, merit_words/2]).
 :- use_module(reasons, [decision_reason/3]).
 :- use_module(result, [print_result/1]).
+:- use_module(usage, [refused_by_server/1]).
 :- use_module(viewing, [view_address/1]).
 :- use_module(wrapping, [wrapped/3]).
 :- use_module('../domain/reasoning/device').
@@ -283,17 +284,12 @@ reason(Reason) -->
     [ '  (~w)'-[Reason] ].
 
 prolog:error_message(server_died(Name, Status, Line, LogFile)) -->
-    died_words(Status, Name, Line),
-    (   { exists_file(LogFile) }        % the folder of a --dry-run is gone
-    ->  [ nl, '  its log is ~w'-[LogFile] ]
-    ;   []
+    (   { refused_by_server(server_died(Name, Status, Line, LogFile)) }
+    ->  [ '~w'-[Line] ]
+    ;   died_words(Status, Name, Line),
+        ( { exists_file(LogFile) } -> [ nl, '  its log is ~w'-[LogFile] ] ; [] )   % the folder of a --dry-run is gone
     ).
 
-%   With exit status 2 a server has said what it was given that it cannot use: that is all there is to say.
-died_words(exit(2), _, Line) -->
-    { Line \== "" },
-    !,
-    [ '~w'-[Line] ].
 died_words(Status, Name, Line) -->
     { how_it_ended(Status, How), server_words(Name, Words) },
     [ 'the ~w ~w'-[Words, How] ],

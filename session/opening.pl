@@ -30,5 +30,5 @@ opened(Options, Opened) :-
     ;   make_run_folder(Options, Plan, Folder),
         ( option(resume(_), Options) -> check_frames(Folder) ; true )
     ),
-    catch(start_servers(Options, Plan, Folder, Servers), Error, ( leave_run_folder(Folder), throw(Error) )),
+    catch(start_servers(Options, Plan, Folder, Servers), Error, ( leave_run_folder(Options, Folder, Error), throw(Error) )),
     Opened = opened(Plan, Folder, Servers).

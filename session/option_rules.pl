@@ -39,6 +39,8 @@ of_no_use(Given, seed_pose, 'says where to look, and --first-sight looks everywh
     option(first_sight(true), Given).
 of_no_use(Given, explain, 'says what --quiet leaves out: give one of them') :-
     option(explain(true), Given), option(quiet(true), Given).
+of_no_use(Given, json, 'prints a result, and --dry-run comes to none: leave one of them out') :-
+    option(json(true), Given), option(dry_run(true), Given).
 
 given(Name, Given) :-
     given(Name, Given, _).
@@ -59,6 +61,8 @@ check_options(Options) :-
 % What must not be, and what to say then.
 rule(Options, "--out: the name of the folder is missing", []) :-
     option(out(''), Options).
+rule(Options, "--out: ~w is a file; name a folder", [File]) :-
+    option(out(File), Options), exists_file(File).
 rule(Options, "--threshold must be a positive number of pixels, not ~w", [Px]) :-
     option(threshold(Px), Options), Px =< 0.
 rule(Options, "--max-iterations must be at least 1, not ~w", [N]) :-
@@ -83,9 +87,12 @@ rule(Options, "--stack has its own target: leave --target out, or name a model f
     option(stack(_), Options), option(target(Name), Options), \+ exists_file(Name).
 rule(Options, "--unit needs --target FILE: it is the unit of the numbers in that file", []) :-
     option(unit(_), Options), \+ ( option(target(File), Options), exists_file(File) ).
-rule(Options, "--contact-range must be positive and less than --first-range", []) :-
+rule(Options, "--contact-range must be a positive number of metres, not ~w", [Contact]) :-
+    approach_ranges(Options, _, Contact),
+    Contact =< 0.
+rule(Options, "--first-range ~w must be more than --contact-range, ~w m: give another of them", [First, Contact]) :-
     approach_ranges(Options, First, Contact),
-    ( Contact =< 0 ; Contact >= First ).
+    Contact >= First.
 rule(Options, "--~w: '~w' is not an endpoint such as tcp://127.0.0.1:5555 or ipc:///tmp/vision", [Dashed, Endpoint]) :-
     member(Name, [image_server, vision_server]),
     given(Name, Options, Endpoint),

@@ -8,6 +8,7 @@
 
 :- use_module(option_rules, [check_of_use/1, check_options/1]).
 :- autoload(resumption, [resumed_options/3]).
+:- use_module(installation, [installation_names/3, installation_version/1, installed_command/0]).
 :- use_module(usage, [dashes/2, did_you_mean/3, usage_error/2]).
 :- autoload(library(apply), [foldl/4]).
 :- use_module(library(lists), [memberchk/2]).
@@ -16,7 +17,7 @@
 
 %   known(Name, Type, Value, Help): an option; Value is what its value is called, '' for a switch.
 known(controller, atom, 'NAME_OR_FILE',
-      "Strategy: heuristic (default), informed, greedy, simple, auto_exposed, gradient, fused, fixed, or a Golog file").
+      "Strategy: ~w (default: heuristic), or a Golog file").
 known(target, atom, 'NAME_OR_FILE',
       "cube (default; for --approach: fixture), fixture, satellite, or a model file (.cao .obj .stl .ply .glb); --camera has no default").
 known(unit, oneof([m, cm, mm, in]), 'UNIT',
@@ -40,7 +41,7 @@ known(threshold, number, 'PX', "Stop when the merit, in pixels, is under this (d
 known(max_iterations, integer, 'N', "Stop after this many images (default: 10)").
 known(seed, integer, 'N', "Seed of every random draw (default: 1)").
 known(instead, atom, 'SETTINGS', "What if: take one image under other settings, e.g. 'i3: left 7 top 0, 1/60 s, f/4'").
-known(out, atom, 'DIR', "Run folder (default: runs/<time>-<controller>-<target>)").
+known(out, atom, 'DIR', "Run folder (default: runs/<time>-<controller>-<target>, here)").
 known(resume, atom, 'DIR', "Go on with an interrupted session from its run folder").
 known(approach, boolean, '', "Dock: come closer by hold points, each on a trustworthy pose").
 known(first_range, number, 'M', "First hold point of --approach, in metres (default: 1.5, of large targets more)").
@@ -51,6 +52,7 @@ known(view, boolean, '', "Show the session in a browser while it runs: open the 
 known(report, boolean, '', "Write report.html at the end (default: true; --no-report leaves it out)").
 known(json, boolean, '', "Print result.json on standard output, and nothing else there").
 known(quiet, boolean, '', "No live lines; the result is printed all the same").
+known(version, boolean, '', "Print the version").
 
 %   As library(main) asks for them.
 opt_type(Name, Name, Type) :-
@@ -63,7 +65,13 @@ opt_meta(Name, Value) :-
 opt_help(help(header), "\nOne session: find the pose of a docking target by choosing lights and camera.\n").
 opt_help(help(usage), " [options]").
 opt_help(Name, Help) :-
-    known(Name, _, _, Help).
+    known(Name, _, _, Text),
+    (   Name == controller
+    ->  installation_names('domain/controllers', pl, Names),
+        atomic_list_concat(Names, ', ', Listed),
+        format(atom(Help), Text, [Listed])
+    ;   Help = Text
+    ).
 opt_help(help(footer), "\nExit status: 0 pose found, 3 finished without reaching the threshold, 2 bad usage or input,\n4 a device or server failed for good, 130/143 stopped by Ctrl-C/SIGTERM.\n").
 
 %   An approach ends where a cube fills the frame: the fixture still shows edges there.
@@ -84,7 +92,7 @@ defaults([ keep_servers(false), idle_s(600), controller(heuristic), matcher(sear
 
 %!  session_options(+Argv, -Options) is det.
 %
-%   Options as a list with the defaults filled in.  `--help` prints the usage and
+%   Options as a list with the defaults filled in.  `--help` prints the usage, `--version` the version, and
 %   halts.
 %
 %   @error usage_error(Message) what is wrong with the command line
@@ -94,6 +102,12 @@ session_options(Argv, _) :-
     !,
     usage(Text),
     catch(write(Text), error(io_error(write, _), _), true),      % who reads may have seen enough
+    halt(0).
+session_options(Argv, _) :-
+    memberchk('--version', Argv),
+    !,
+    installation_version(Version),
+    format("lights-and-camera ~w~n", [Version]),
     halt(0).
 session_options(Argv, Options) :-
     catch(argv_options(session_options:Argv, Positional, Given, []), Error, bad_usage(Error)),
@@ -112,7 +126,18 @@ usage(Text) :-
     phrase(prolog:message(opt_usage(session_options)), Lines),
     with_output_to(string(Underscored), print_message_lines(current_output, '', Lines)),
     findall(Name, known(Name, _, _, _), Names),
-    foldl(with_dashes, Names, Underscored, Text).
+    foldl(with_dashes, Names, Underscored, Dashed),
+    named_as_called(Dashed, Text).
+
+%   An installed copy is not called as the library has it, by the file.
+named_as_called(Text0, Text) :-
+    installed_command,
+    atomic_list_concat([Before, Called], 'Usage: ', Text0),
+    sub_atom(Called, _, _, After, ' [options]'),
+    !,
+    sub_atom(Called, _, After, 0, Rest),
+    atomic_list_concat([Before, 'Usage: lights-and-camera [options]', Rest], Text).
+named_as_called(Text, Text).
 
 with_dashes(Name, Text0, Text) :-
     atomic_list_concat(['--', Name], Underscored),

@@ -9,7 +9,7 @@ into result.json, and the arguments of the servers.  Names are resolved here, so
 that a wrong one is said at once; --instead is told to the theory.
 */
 
-:- use_module(installation, [installation_root/1]).
+:- use_module(installation, [installation_names/3, installation_root/1]).
 :- use_module(option_rules, [approach_ranges/3]).
 :- use_module(usage, [did_you_mean/3, usage_error/2]).
 :- use_module('../domain/reasoning/instead', [instead_image/2, set_instead/1]).
@@ -67,10 +67,8 @@ named_file(_, _, _, _, Given, File) :-
     exists_file(Given),
     !,
     absolute_file_name(Given, File).
-named_file(Root, Option, Folder, Extension, Given, _) :-
-    atomic_list_concat([Root, /, Folder, '/*.', Extension], Pattern),
-    expand_file_name(Pattern, Files),
-    maplist(base_name, Files, Names),
+named_file(_, Option, Folder, Extension, Given, _) :-
+    installation_names(Folder, Extension, Names),
     atomic_list_concat(Names, ', ', Known),
     did_you_mean(Given, Names, Hint),
     usage_error("--~w: '~w' is neither a file nor one of ~w.~w", [Option, Given, Known, Hint]).

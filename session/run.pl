@@ -16,7 +16,7 @@ error, by Ctrl-C or by SIGTERM.
 :- use_module(reporting, [begin_report/2, drop_report/0]).
 :- use_module(resumption, [record_options/1]).
 :- use_module(result, [keep_output_for_result/0]).
-:- use_module(run_folder, [leave_run_folder/1, run_file/3]).
+:- use_module(run_folder, [leave_run_folder/3, run_file/3]).
 :- use_module(servers, [image_server_past/1, own_server/1, served_before/1, stop_servers/0]).
 :- use_module(live_table, [begin_table/2, end_table/0]).
 :- use_module(viewing, [start_view/2]).
@@ -67,24 +67,27 @@ checked_session(Session) :-
 
 served_session(Session, Outcome) :-
     _{options:Options, plan:Plan, folder:Folder} :< Session,
-    catch(check_controller(Plan), Error0, nothing_begun(Folder, Error0)),
-    catch(( option(resume(_), Options) -> true ; record_options(Options) ), Error1, not_recorded(Error1, Folder)),
+    catch(check_controller(Plan), Error0, nothing_begun(Options, Folder, Error0)),
+    catch(( option(resume(_), Options) -> true ; record_options(Options) ), Error1, not_recorded(Error1, Options, Folder)),
     show(Options, begin(Plan, Folder)),
     forget_hold(Folder),
     start_view(Options, Folder),
     begin_table(Options, Plan),
     catch(( open_servers(Session), check_same_scene(Session), with_target(Session, Named) ),
-          Error2, nothing_begun(Folder, Error2)),
+          Error2, nothing_begun(Options, Folder, Error2)),
     begin_report(Options, Folder),
     catch(( run_program(Named, End, Situation),
             end_session(Named.put(stop, session_run:stop_everything), end(End, Situation), Outcome) ),
           error(Formal, _), cannot_go_on(Formal, Folder)),
-    ( Situation == none -> stop_everything, leave_run_folder(Folder) ; true ).
+    ( Situation == none -> stop_everything, why(End, Why), leave_run_folder(Options, Folder, Why) ; true ).
 
-not_recorded(error(io_error(write, _), _), Folder) =>
-    catch(usage_error("cannot write to the run folder ~w: is there space?", [Folder]), Error, nothing_begun(Folder, Error)).
-not_recorded(Error, Folder) =>
-    nothing_begun(Folder, Error).
+why(failed(Error), Why) => Why = Error.
+why(_, Why)             => Why = none.
+
+not_recorded(error(io_error(write, _), _), Options, Folder) =>
+    catch(usage_error("cannot write to the run folder ~w: is there space?", [Folder]), Error, nothing_begun(Options, Folder, Error)).
+not_recorded(Error, Options, Folder) =>
+    nothing_begun(Options, Folder, Error).
 
 %   What is wrong with the run folder is said of the folder.
 cannot_go_on(_, Folder) :-
@@ -102,10 +105,10 @@ check_controller(Plan) :-
     check_theory,
     check_program(Plan.program).
 
-nothing_begun(Folder, Error) :-
+nothing_begun(Options, Folder, Error) :-
     end_table,
     stop_everything,
-    leave_run_folder(Folder),
+    leave_run_folder(Options, Folder, Error),
     throw(Error).
 
 stop_everything :-

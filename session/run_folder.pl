@@ -1,23 +1,23 @@
 :- module(session_run_folder,
           [ make_run_folder/3,          % +Options, +Plan, -Folder
             check_run_folder/2,         % +Options, +Plan
-            leave_run_folder/1,         % +Folder
+            leave_run_folder/3,         % +Options, +Folder, +Error
             replace_file/2,             % +File, :Write
             run_file/3                  % +Folder, +Name, -File
           ]).
 /** <module> The folder that a session leaves behind */
 
 :- use_module(session_file, [check_unlocked/1, locked_session_file/2, session_begun/1]).
-:- use_module(usage, [usage_error/2]).
-:- use_module(library(lists), [member/2, subtract/3]).
+:- use_module(usage, [refused_by_server/1, usage_error/2]).
+:- autoload(library(filesex), [delete_directory_and_contents/1]).
+:- use_module(library(lists), [member/2, memberchk/2, subtract/3]).
 :- use_module(library(option), [option/2]).
 
 :- meta_predicate replace_file(+, 1).
 
 %!  make_run_folder(+Options, +Plan, -Folder) is det.
 %
-%   The folder of `--resume`, of `--out`, or a new one under `runs/`; an absolute
-%   path.
+%   The folder of `--resume`, of `--out`, or a new one in `runs/` of the working directory; an absolute path.
 %
 %   @error usage_error(Message) if it cannot be made or written to
 
@@ -107,40 +107,47 @@ folder_name(Options, _, Folder) :-
 folder_name(_, Plan, Folder) :-
     get_time(Now),
     format_time(atom(Time), '%Y-%m-%dT%H-%M-%S', Now),
-    Base = Plan.root,
-    unused(Base, Time, Plan, 1, Folder).
+    unused(Time, Plan, 1, Folder).
 
-unused(Root, Time, Plan, N, Folder) :-
+unused(Time, Plan, N, Folder) :-
     ( N =:= 1 -> Suffix = '' ; format(atom(Suffix), "-~d", [N]) ),
-    format(atom(Name), "~w/runs/~w-~w-~w~w", [Root, Time, Plan.controller, Plan.target, Suffix]),
+    format(atom(Name), "runs/~w-~w-~w~w", [Time, Plan.controller, Plan.target, Suffix]),
     (   exists_directory(Name)
     ->  N1 is N + 1,
-        unused(Root, Time, Plan, N1, Folder)
+        unused(Time, Plan, N1, Folder)
     ;   Folder = Name
     ).
 
 cannot(Option, What, Folder) :-
     usage_error("~s: cannot ~s ~w; choose a folder you may write to", [Option, What, Folder]).
 
-%!  leave_run_folder(+Folder) is det.
+%!  leave_run_folder(+Options, +Folder, +Error) is det.
 %
-%   Take back make_run_folder/3 where no session came of it.
+%   Take back make_run_folder/3 where no image came of it, for this error or `none`; a folder that was to be resumed stays
+%   as it is.
 
-leave_run_folder(Folder) :-
-    run_file(Folder, 'history.pl', Journal),
-    (   exists_file(Journal)            % one that was to be resumed
-    ->  true
-    ;   forall(( logs(Logs), member(Name, ['session.pl'|Logs]), run_file(Folder, Name, File), not_told(Name, File) ),
-               catch(delete_file(File), error(_, _), true)),
-        catch(delete_directory(Folder), error(_, _), true)      % where nothing else is in it
-    ).
+leave_run_folder(Options, _, _) :-
+    option(resume(_), Options),
+    !.
+leave_run_folder(_, Folder, Error) :-
+    logs(Logs),
+    forall(( member(Name, ['session.pl', 'history.pl'|Logs]), run_file(Folder, Name, File), not_told(Error, Name, File) ),
+           catch(delete_file(File), error(_, _), true)),
+    run_file(Folder, images, Images),
+    atom_concat(Images, '/*.png', Frames),
+    ( expand_file_name(Frames, []) -> catch(delete_directory_and_contents(Images), error(_, _), true) ; true ),
+    catch(delete_directory(Folder), error(_, _), true).     % where nothing else is in it
 
 logs(['vision_server.log', 'image_server.log']).
 
-%   A log that says something has been named to the user.
-not_told('session.pl', _) :-
+%   A log that says something has been named to the user, but one that says no more than the error.
+not_told(error(Formal, _), _, _) :-
+    refused_by_server(Formal),
     !.
-not_told(_, File) :-
+not_told(_, Name, _) :-
+    memberchk(Name, ['session.pl', 'history.pl']),
+    !.
+not_told(_, _, File) :-
     exists_file(File),
     size_file(File, 0).
 

@@ -15,7 +15,7 @@ The interpreter checks what any program can get wrong; here is what only the the
 :- use_module(session_file, [file_sha256/2]).
 :- use_module(usage, [did_you_mean/3, usage_error/2]).
 :- use_module('../domain/reasoning/device').
-:- use_module('../domain/reasoning/instead', [instead_settings/3]).
+:- use_module('../domain/reasoning/instead', [instead_lights/2, instead_settings/3]).
 :- use_module('../domain/reasoning/qualitative', [settings_words/3, shutter_words/2]).
 :- use_module('../indigolog/indigolog', [fluent_value/3]).
 :- use_module(library(apply), [maplist/3]).
@@ -54,7 +54,7 @@ check_against_device(File, Device) :-
     device_lights(Device, Lights),
     findall(Light, member(light(Light, _), Lights), Names),
     forall(( in_strategy(File, working(Light), Place), atom(Light), \+ memberchk(Light, Names) ),
-           no_light(Place, Light, Names)),
+           ( format(atom(Where), "~w: working(~w)", [Place, Light]), no_light(Where, Light, Names) )),
     forall(( member(Action-Settings, [choose(Settings)-Settings, capture(_, Settings)-Settings]),
              in_strategy(File, Action, Place),
              ground(Settings),
@@ -73,15 +73,20 @@ check_instead(Words, Device) :-
         ->  usage_error("--instead: ~s", [Problem])
         ;   true
         )
+    ;   instead_lights(Words, Named),
+        findall(Name, ( device_lights(Device, Lights), member(light(Name, _), Lights) ), Names),
+        member(Light, Named),
+        \+ memberchk(Light, Names)
+    ->  no_light('--instead', Light, Names)
     ;   reference_settings(Device, Example),
         settings_words(Device, Example, Shown),
-        usage_error("--instead: '~w' is not an image and its settings on this device, such as 'i3: ~s'", [Words, Shown])
+        usage_error("--instead: '~w' does not tell lights, shutter and aperture, as 'i3: ~s' does", [Words, Shown])
     ).
 
-no_light(Place, Light, Names) :-
+no_light(Where, Light, Names) :-
     atomic_list_concat(Names, ', ', Known),
     did_you_mean(Light, Names, Hint),
-    usage_error("~w: working(~w): there is no light ~w; there are ~w.~w", [Place, Light, Light, Known, Hint]).
+    usage_error("~w: there is no light ~w; there are ~w.~w", [Where, Light, Known, Hint]).
 
 %   In pi and some a lower-case name of one letter or bound by it is a variable: only settings(...) are looked at.
 settings_problem(Device, settings(Levels, Shutter0, Aperture), Problem) :-

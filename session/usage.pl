@@ -1,6 +1,7 @@
 :- module(session_usage,
           [ usage_error/2,              % +Format, +Arguments
             dashes/2,                   % +Name, -Dashed
+            refused_by_server/1,        % +Formal
             did_you_mean/3              % +Name, +Known, -Hint
           ]).
 /** <module> What is wrong with how a session was asked for */
@@ -27,6 +28,13 @@ lines([Line]) -->
 lines([Line|Lines]) -->
     [ '~s'-[Line], nl ],
     lines(Lines).
+
+%!  refused_by_server(+Formal) is semidet.
+%
+%   With exit status 2 a server has said what it was given that it cannot use: that is all there is to say.
+
+refused_by_server(server_died(_, exit(2), Line, _)) :-
+    Line \== "".
 
 %!  dashes(+Name, -Dashed) is det.
 %

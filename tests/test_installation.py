@@ -130,7 +130,8 @@ def test_a_wheel_has_what_the_rooms_have_and_nothing_of_an_older_build(root: Pat
 
 @pytest.mark.parametrize("command", ["vision-server", "image-server"])
 def test_commands_of_the_servers_are_there(scripts: Path, tmp_path: Path, command: str) -> None:
-    assert "Commands:" in done(scripts / command, "--help", cwd=tmp_path).stdout
+    told = done(scripts / command, "--help", cwd=tmp_path).stdout
+    assert told.startswith(f"Usage: {command} COMMAND ...") and "Commands:" in told
     module = command.replace("-", "_")
     assert "Commands:" in done(scripts / "python", "-m", module, "--help", cwd=tmp_path).stdout
 
@@ -198,3 +199,12 @@ def test_the_version_is_told_once(scripts: Path, tmp_path: Path) -> None:
     program = "from importlib.metadata import version; print(version('lights-and-camera'))"
     told = done(scripts / "python", "-c", program, cwd=tmp_path)
     assert told.stdout.strip() == bridge.__version__
+    said = done(scripts / "lights-and-camera", "--version", cwd=tmp_path)
+    assert said.stdout == f"lights-and-camera {bridge.__version__}\n"
+
+
+def test_a_session_s_help_names_the_command(scripts: Path, tmp_path: Path) -> None:
+    assert (
+        "\nUsage: lights-and-camera [options]\n"
+        in done(scripts / "lights-and-camera", "--help", cwd=tmp_path).stdout
+    )

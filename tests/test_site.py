@@ -1,6 +1,7 @@
 """The documentation site: its menu names every page, it builds without a warning, links lead somewhere."""
 
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -91,9 +92,27 @@ def test_nothing_is_fetched_from_elsewhere(site: Path) -> None:
         assert fetched == [], file.name
 
 
+def rooms_of_the_pages() -> list[str]:
+    """Rooms that are made into pages, by the Makefile."""
+    told = re.search(r"^ROOMS *= (.*)$", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    assert told is not None
+    return told[1].split()
+
+
+def test_names_that_modules_export_stand_in_them_where_pdoc_looks() -> None:
+    pages = runpy.run_path(str(ROOT / "setup" / "python-pages.py"))
+    missing = [
+        f"{module.__name__}: {name}"
+        for module in pages["modules"](rooms_of_the_pages())
+        for name in getattr(module, "__all__", ())
+        if name not in vars(module) | getattr(module, "__annotations__", {})
+    ]
+    assert missing == []
+
+
 def test_the_code_that_the_api_page_links_to_is_made_into_pages() -> None:
     makefile = (ROOT / "Makefile").read_text()
-    rooms = set(re.search(r"^ROOMS *= (.*)$", makefile, re.MULTILINE)[1].split())  # type: ignore[index]
+    rooms = set(rooms_of_the_pages())
     assert "setup/python-pages.py build/api/python $(ROOMS)" in makefile
     assert {"bridge", "geometry", "report", "session", "vision_server"} <= rooms
     made = re.findall(

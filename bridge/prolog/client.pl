@@ -57,8 +57,10 @@ prolog:error_message(server_error(_Code, Message, Hint)) -->
     ).
 prolog:error_message(bridge_timeout(Endpoint, Op, Seconds)) -->
     [ 'The server at ~w did not answer "~w" within ~w s. '-[Endpoint, Op, Seconds],
-      'Check that it is running and listens there, or allow more time.'
+      'Does it run, and listen there?'
     ].
+prolog:error_message(bridge_absent(Endpoint, Seconds)) -->
+    [ 'Nobody has listened at ~w for ~w s. Is the path right, and does the server run?'-[Endpoint, Seconds] ].
 
 %!  client_open(+Endpoint, -Client, :Options) is det.
 %

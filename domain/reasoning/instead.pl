@@ -2,6 +2,7 @@
           [ set_instead/1,              % +Words
             instead/3,                  % +Taken, +Device, -Settings
             instead_image/2,            % +Words, -Number
+            instead_lights/2,           % +Words, -Names
             instead_settings/3          % +Words, +Device, -Settings
           ]).
 /** <module> What if: one image is taken under other settings than the strategy chose
@@ -15,8 +16,9 @@ Lights that are not named are off.
 
 :- autoload(device, [device_lights/2]).
 :- autoload(library(apply), [maplist/3]).
-:- autoload(library(dcg/basics), [blanks/2, integer/3, number/3, string_without/4]).
+:- autoload(library(dcg/basics), [blanks/2, integer/3, number/3, remainder/3, string_without/4]).
 :- use_module(library(lists), [member/2, memberchk/2]).
+:- autoload(library(pairs), [pairs_keys/2]).
 
 :- dynamic
     wanted/1.                           % Words
@@ -49,6 +51,15 @@ instead(Taken, Device, Settings) :-
 instead_image(Words, Number) :-
     parsed(Words, Number, _).
 
+%!  instead_lights(+Words, -Names) is semidet.
+%
+%   The lights that these words name, whether or not they say all that an image needs.
+
+instead_lights(Words, Names) :-
+    atom_codes(Words, Codes),
+    once(phrase(( numbered(_), lights(Pairs), remainder(_) ), Codes)),
+    pairs_keys(Pairs, Names).
+
 %!  instead_settings(+Words, +Device, -Settings) is semidet.
 %
 %   What these words say of this device, whether or not it offers it; false where they are no settings or name a light
@@ -71,10 +82,12 @@ parsed(Words, Number, Parts) :-
     phrase(image(Number, Parts), Codes).
 
 image(Number, parts(Lights, Shutter, Aperture)) -->
-    blanks, "i", integer(Number), blanks, ":", blanks,
-    lights(Lights), ",", blanks,
+    numbered(Number), lights(Lights), ",", blanks,
     shutter(Shutter), blanks, "s", blanks, ",", blanks,
     "f/", number(Aperture), blanks.
+
+numbered(Number) -->
+    blanks, "i", integer(Number), blanks, ":", blanks.
 
 lights([Name-Level|Lights]) -->
     string_without(`, `, Codes), { Codes = [_|_], atom_codes(Name, Codes) },

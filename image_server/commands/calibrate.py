@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from pathlib import Path
 
-from bridge.command_line import number, whole_number
+from bridge.command_line import number, output_file, whole_number
 from bridge.errors import BadInput
 from image_server.commands.options import add_camera
 
 
 def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
-    parser.add_argument("out", type=Path, metavar="OUT.toml", help="Camera file to write.")
+    parser.add_argument("out", type=output_file, metavar="OUT.toml", help="Camera file to write.")
     add_camera(parser)
     parser.add_argument("--pixel-format", help="GREY, Y16, YUYV or MJPG.")
     usual = "; as the camera has it now when left out."

@@ -2,8 +2,6 @@
 
 from typing import Any
 
-__all__ = ["Simulator"]
-
 
 def __getattr__(name: str) -> Any:
     """The device, when it is asked for: plans and scenarios are read without its kernels."""

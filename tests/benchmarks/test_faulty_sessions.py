@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,7 @@ from benchmarks.faulty_sessions import SAID, Ended, outcome
 from benchmarks.planted_faults import Planted
 from benchmarks.surprises import first_settings
 from geometry.pose import Pose
+from tests.commands import module
 
 
 def moved(folder: Path) -> tuple[Planted, Pose]:
@@ -56,3 +59,14 @@ def test_what_was_said_is_read_from_the_journal(line: str, said: tuple[str, str]
     assert SAID.findall(f"executed(14,capture(i2,s),told(x,surprise(i2,light_dead(top)))).\n{line}\n") == [
         said
     ]
+
+
+@pytest.mark.slow
+def test_the_session_that_the_docs_show_names_the_light_that_died() -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "surprises.md").read_text()
+    shown = re.findall(r"^    \S+ -m (benchmarks.faulty_sessions) (.* --seeds 1 .*)$", page, re.MULTILINE)
+    ((name, words),) = shown
+    done = module(name, *words.split())
+    assert done.returncode == 0, done.stderr
+    counted = json.loads(done.stdout.splitlines()[-1])
+    assert (counted["sessions"], counted["named"], counted["named_otherwise"]) == (1, 1, 0)

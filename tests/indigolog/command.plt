@@ -1,8 +1,9 @@
 :- module(test_indigolog_command, []).
 :- use_module(library(plunit)).
 :- use_module(library(aggregate), [aggregate_all/3]).
-:- use_module(library(lists), [append/3, member/2]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2]).
 :- use_module(library(process), [process_create/3, process_wait/2]).
+:- use_module(library(readutil), [read_file_to_terms/3]).
 
 /** <module> swipl indigolog/run.pl */
 
@@ -31,6 +32,14 @@ run_on(Theory, Words, Input, Status, Output, Errors) :-
 
 test(offline, Status-Output == 0-"inc\nswitch(a)\n2 actions.\n") :-
     run(['[inc, switch(a)]'], "", Status, Output, _).
+
+test(version_as_the_pack_says, Status-Output == 0-Said) :-
+    here(Folder),
+    atom_concat(Folder, '/../../indigolog/pack.pl', Pack),
+    read_file_to_terms(Pack, Terms, []),
+    memberchk(version(Version), Terms),
+    format(string(Said), "indigolog ~w~n", [Version]),
+    run(['--version'], "", Status, Output, _).
 
 test(online_asks_the_terminal, Status-Output == 0-"look\ninc\n2 actions.\n") :-
     run(['[look, ?(door = open), inc]', '--online'], "open\n", Status, Output, _).

@@ -59,7 +59,7 @@ def picture(
 def with_a_dead_light(folder: Path) -> Path:
     """A session in which a light dies after the first image, and no one tells; its run folder."""
     endpoint = f"ipc://{folder}/images"
-    device = Planted("harsh", 1, "light_dead", 2, folder)
+    device = Planted("eclipse", 1, "light_dead", 2, folder)
     served = Served(Server(ImageServer(device), endpoint, f"{endpoint}-events"))
     try:
         return session(folder / "surprised", "--controller", "informed", "--image-server", endpoint)
@@ -87,7 +87,7 @@ def main(out: Path) -> None:
             picture(out / "live-approach.png", address, PHONE, slice(0, 1430), f"{loaded} >= 14", dark=True)
         picture(out / "report-phone.png", (informed / "report.html").as_uri(), PHONE, slice(0, 1500))
         surprised = with_a_dead_light(Path(folder))
-        picture(out / "surprise.png", (surprised / "report.html").as_uri(), WIDE, slice(3210, 4510))
+        picture(out / "surprise.png", (surprised / "report.html").as_uri(), WIDE, slice(2553, 3853))
         recorded = session(Path(folder, "recorded"), "--target", "satellite", "--scenario", "grazing",
                            "--threshold", "0.0001", "--max-iterations", "4")  # fmt: skip
         wrong = session(Path(folder, "wrong"), "--stack", str(recorded / "images"), "--target",

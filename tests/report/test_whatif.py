@@ -76,7 +76,10 @@ def test_the_same_settings_change_nothing(three_images: Path, tmp_path: Path) ->
     [
         (("--at", "4", "--settings", OTHER), "--at 4: there is no such image; it took 3 images"),
         (("--at", "2", "--settings", "left 8, 1/60 s, f/4"), "--settings: light left has no level 8"),
-        (("--at", "2", "--settings", "bright"), "is not an image and its settings on this device"),
+        (
+            ("--at", "2", "--settings", "bright"),
+            "--settings: 'bright' does not tell lights, shutter and aperture, as 'left",
+        ),
     ],
 )
 def test_a_choice_that_cannot_be_made_leaves_nothing(copy: Path, words: tuple[str, ...], said: str) -> None:

@@ -120,6 +120,17 @@ def test_agents_that_are_shown_run(page: str, line: str) -> None:
     assert done.returncode == 0, (page, done.stderr)
 
 
+def test_the_session_that_shows_how_a_strategy_tunes_does(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "lighting.md").read_text()
+    (options,) = re.findall(r"`swipl main.pl (--controller examples/other_parameters.pl [^`]*)`", page)
+    done = served(*shlex.split(options), "--no-report", "--out", tmp_path / "run", cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    journal = (tmp_path / "run" / "history.pl").read_text()
+    tuned = re.findall(r"set_parameter\((\w+),([\d.]+)\)", journal)
+    assert ("refinement_scale_px", "4.0") in tuned
+    assert len(tuned) > 2  # and one is taken back
+
+
 def test_the_notebook_runs_and_finds_the_pose() -> None:
     notebook = json.loads((ROOT / "examples" / "three_lights.ipynb").read_text())
     cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]

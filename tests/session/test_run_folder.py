@@ -34,6 +34,44 @@ def test_a_session_runs_from_any_folder_and_its_images_can_be_moved(tmp_path: Pa
     assert isinstance(load_stack(moved), FramesStack)
 
 
+def test_a_session_without_a_folder_makes_one_where_the_user_is(tmp_path: Path) -> None:
+    done = served("--controller", "fixed", "--max-iterations", "1", "--no-report", cwd=tmp_path)
+    assert done.returncode in (0, 3), done.stderr
+    (folder,) = (tmp_path / "runs").iterdir()
+    assert (folder / "result.json").exists()
+    assert folder.name.endswith("-fixed-cube")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            "i1: lft 7, right 2",
+            "--instead: there is no light lft; there are left, right, top. Did you mean left?",
+        ),
+        (
+            "i1: left 7 right 2",
+            "does not tell lights, shutter and aperture, as 'i3: left 4 right 4 top 4, 1/60 s",
+        ),
+    ],
+)
+def test_what_is_wrong_with_instead_is_named_and_leaves_no_folder(
+    tmp_path: Path, words: str, said: str
+) -> None:
+    done = served("--instead", words, cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in " ".join(done.stderr.split())
+    assert list((tmp_path / "runs").iterdir()) == []
+
+
+def test_a_mistake_that_a_server_finds_is_said_and_leaves_no_folder(tmp_path: Path) -> None:
+    (tmp_path / "dim.toml").write_text("ambient_scal = 0.1\n")
+    done = controller("--scenario", "dim.toml", "--quiet", cwd=tmp_path)
+    assert done.returncode == 2
+    assert " ".join(done.stderr.split()).endswith("unknown key `ambient_scal`. Did you mean ambient_scale?")
+    assert list((tmp_path / "runs").iterdir()) == []
+
+
 def test_a_model_in_millimetres_gives_the_pose_in_metres(tmp_path: Path) -> None:
     lines = (ROOT / "targets" / "cube.cao").read_text().splitlines()
     scaled = [

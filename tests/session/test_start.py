@@ -5,6 +5,9 @@ from pathlib import Path
 
 import pytest
 
+import bridge
+from tests.session.command import controller
+
 LOADED = (
     "lights_and_camera:load('{root}', '/session/{part}'), "
     "( module_property(predicate_options, file(_)) -> writeln(checks) ; writeln(parts) ), "
@@ -20,3 +23,8 @@ def test_checks_of_options_are_not_loaded(root: Path, part: str) -> None:
         cwd=root, capture_output=True, text=True, timeout=60, check=True,
     )  # fmt: skip
     assert done.stdout.split() == ["parts", "true"], done.stderr
+
+
+def test_the_version_is_told() -> None:
+    done = controller("--version")
+    assert (done.returncode, done.stdout) == (0, f"lights-and-camera {bridge.__version__}\n")

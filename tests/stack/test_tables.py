@@ -1,8 +1,13 @@
-"""TOML files that are written read back."""
+"""TOML files as typed tables: what is written is read again, what is misspelt is named."""
 
 import tomllib
+from pathlib import Path
+from typing import Literal
 
-from stack.tables import toml_text
+import pytest
+
+from bridge.errors import BadInput
+from stack.tables import Table, as_table, toml_text
 
 
 def test_toml_text_reads_back() -> None:
@@ -13,3 +18,31 @@ def test_toml_text_reads_back() -> None:
     }  # fmt: skip
     read = tomllib.loads(toml_text(values))
     assert read == {key: value for key, value in values.items() if value is not None}
+
+
+class Lamp(Table, frozen=True):
+    colour: Literal["red", "green"] = "red"
+
+
+class Room(Table, frozen=True):
+    width_m: float = 1.0
+    lamp: Lamp | None = None
+    rows: tuple[tuple[Lamp, ...], ...] = ()
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"widthm": 1.0}, "unknown key `widthm`. Did you mean width_m?"),
+        ({"zzz": 1.0}, "unknown key `zzz`. There are lamp, rows, width_m."),
+        ({"lamp": {"color": "red"}}, "unknown key `color` in [lamp]. Did you mean colour?"),
+        ({"lamp": {"colour": "gren"}}, "unknown word 'gren' in [lamp.colour]. Did you mean green?"),
+        ({"rows": [[{"color": "red"}]]}, "Did you mean colour?"),
+        ({"width_m": "wide"}, "expected `float`, got `str` in [width_m]."),
+    ],
+)
+def test_a_misspelt_key_or_word_is_named_with_what_may_be_meant(values: dict[str, object], said: str) -> None:
+    with pytest.raises(BadInput) as refused:
+        as_table(values, Room, Path("room.toml"))
+    assert str(refused.value).startswith("room.toml: ")
+    assert str(refused.value).endswith(said)

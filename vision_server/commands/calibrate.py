@@ -6,9 +6,10 @@ import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from bridge.command_line import number
+from bridge.command_line import number, output_file
 from bridge.errors import BadInput
-from vision_server.commands.edges import write_file
+from vision_server.commands.edges import write_file, write_picture
+from vision_server.commands.options import picture_file
 
 GOOD_RMS_PX = 0.5  # of a sharp board and a lens that the model fits; beyond, poses are as wrong
 GOOD_FOCAL_SD = 0.005  # of the focal length, which the range is off by
@@ -26,9 +27,9 @@ def add_options(parser: ArgumentParser) -> None:
         metavar="CxR",
         help="Inner corners of the board, where four squares meet (default: %(default)s).",
     )
-    parser.add_argument("--out", type=Path, metavar="TOML", help="Camera file to write.")
+    parser.add_argument("--out", type=output_file, metavar="TOML", help="Camera file to write.")
     parser.add_argument(
-        "--board", type=Path, metavar="PNG", help="Write a board to print, at 300 dots an inch."
+        "--board", type=picture_file, metavar="PNG", help="Write a board to print, at 300 dots an inch."
     )
     parser.add_argument(
         "--square-mm", type=number(1.0, 500.0), default=25.0, help="Of that board (default: %(default)g)."
@@ -53,10 +54,9 @@ def _counted(text: str) -> tuple[int, int]:
 
 
 def _draw(options: Namespace, corners: tuple[int, int]) -> None:
-    from stack.write import write_png
     from vision_server.calibration import drawn_board
 
-    write_png(options.board, drawn_board(corners, options.square_mm))
+    write_picture(options.board, drawn_board(corners, options.square_mm))
     print(f"{options.board}: print it at 300 dots an inch, and glue it onto something flat")
 
 

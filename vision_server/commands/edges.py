@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bridge.command_line import whole_number
+from bridge.command_line import output_file, whole_number
 from bridge.errors import BadInput
-from vision_server.commands.options import add_exposures, parse_exposures
+from vision_server.commands.options import add_exposures, parse_exposures, picture_file
 from vision_server.rivals import MERGE_RULES
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def write_file(path: Path, content: bytes) -> None:
 def run(options: Namespace) -> None:
     """Merge, and write the files that are asked for."""
     from vision_server.channels.channel import channel_statistics
-    from vision_server.channels.depth import Raw, rounded
+    from vision_server.channels.depth import Raw, is_deep, rounded
     from vision_server.channels.image_files import read_image_set
     from vision_server.edges.kinds import different, edge_kinds
     from vision_server.edges.likelihoods import FIXED, KINDS
@@ -109,6 +109,9 @@ def run(options: Namespace) -> None:
     from vision_server.rivals.merge_rules import comparison_edges
 
     pixels = read_image_set(options.images, Raw(options.bits, options.bayer))
+    shallow = [image for image, grey in zip(options.images, pixels, strict=True) if not is_deep(grey)]
+    if options.bits is not None and shallow:
+        print(f"vision_server: {shallow[0]} has 8 bits a pixel: --bits is of files of 16.", file=sys.stderr)
     levels = parse_levels(options.levels, len(pixels))
     gamma = options.gamma
     if not (math.isfinite(gamma) and gamma > 0.0):
@@ -166,25 +169,16 @@ def write_kinds(kinds: EdgeKinds, options: Namespace) -> None:
         print(json.dumps(columns, allow_nan=False))
 
 
-def check_picture(path: Path) -> None:
-    """Raise BadInput where pictures of the kind that this name says cannot be written; PNG without one."""
-    import cv2
-
-    if path.suffix and not cv2.haveImageWriter(path.name):
-        raise BadInput(f"Cannot write pictures of the kind {path.suffix!r}.", "Name it something.png.")
-
-
 def write_picture(path: Path, picture: NDArray[np.uint8]) -> None:
-    """Write a picture of the kind that its name says.
+    """Write a picture of the kind that its name says, see `picture_file`.
 
     Raises
     ------
     BadInput
-        No such kind, or the file cannot be written.
+        The file cannot be written.
     """
     import cv2
 
-    check_picture(path)
     write_file(path, cv2.imencode(path.suffix or ".png", picture)[1].tobytes())
 
 
@@ -204,12 +198,12 @@ def add_options(parser: ArgumentParser) -> None:
         "images", metavar="IMAGE", nargs="+", type=Path, help="Image files of one set, one size."
     )
     parser.add_argument(
-        "--out", required=True, type=Path, metavar="PNG", help="Picture of the edges to write."
+        "--out", required=True, type=picture_file, metavar="PNG", help="Picture of the edges to write."
     )
     add_exposures(parser)
     parser.add_argument(
         "--magnitude",
-        type=Path,
+        type=output_file,
         metavar="NPY",
         help="Also save the merged magnitude on its ridges, before any threshold (float32).",
     )
@@ -224,11 +218,11 @@ def add_options(parser: ArgumentParser) -> None:
         help="Levels of the lights in each image, where they are known: shadows are told better.",
     )
     parser.add_argument(
-        "--kinds", type=Path, metavar="PNG", help="Also draw all edges, with a colour for each kind."
+        "--kinds", type=picture_file, metavar="PNG", help="Also draw all edges, with a colour for each kind."
     )
     parser.add_argument(
         "--npz",
-        type=Path,
+        type=output_file,
         metavar="NPZ",
         help="Also save edgels with place, axis and probabilities of kinds.",
     )

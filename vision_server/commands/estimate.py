@@ -10,15 +10,17 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bridge.command_line import number
 from bridge.errors import EXIT_NO_POSE, BadInput
 from bridge.start_messages import MATCHER_NAMES
-from vision_server.commands.edges import check_picture, exposures_of, warn_of_movement, write_picture
+from vision_server.commands.edges import exposures_of, warn_of_movement, write_picture
 from vision_server.commands.options import (
     add_exposures,
     add_gamma,
     add_model_and_camera,
     add_seed,
     check_image_size,
+    picture_file,
     told_gamma,
 )
 
@@ -90,9 +92,7 @@ def started_at(options: Namespace, model: Model, given: GivenCamera) -> Pose | A
 
 
 def _check_use(options: Namespace) -> None:
-    """Refuse what would be found only at the end, or change nothing."""
-    if options.overlay is not None:
-        check_picture(options.overlay)
+    """Refuse what would change nothing."""
     ranges = {"--rotation-range-deg": options.rotation_range_deg}
     ranges["--translation-range-px"] = options.translation_range_px
     for name, value in ranges.items():
@@ -253,13 +253,13 @@ def add_options(parser: ArgumentParser) -> None:
     add_seed(parser)
     parser.add_argument(
         "--rotation-range-deg",
-        type=float,
+        type=number(0.0),
         metavar="DEG",
         help="How far the target may be turned from the seed pose, about each axis (default: 25).",
     )
     parser.add_argument(
         "--translation-range-px",
-        type=float,
+        type=number(0.0),
         metavar="PX",
         help="How far it may be moved, in pixels at the seed pose's depth (default: 40, or a sixteenth of a "
         "frame that is wider than 640).",
@@ -267,7 +267,7 @@ def add_options(parser: ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="One JSON object on stdout.")
     parser.add_argument(
         "--overlay",
-        type=Path,
+        type=picture_file,
         metavar="OUT.png",
         help="Draw the model at its pose (or its seed pose, where none was found) over the first image: "
         "supported lines blue, the others orange.",

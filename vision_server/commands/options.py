@@ -7,7 +7,7 @@ from argparse import ArgumentParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bridge.command_line import MOST_SEED, number, whole_number
+from bridge.command_line import MOST_SEED, number, output_file, whole_number
 from bridge.errors import BadInput
 
 if TYPE_CHECKING:
@@ -57,6 +57,22 @@ def add_edge_radius(parser: ArgumentParser) -> None:
         help="Radius of the target's rounded edges, m; else [target] edge_radius_m of the camera's file, "
         "or what the frames show.",
     )  # fmt: skip
+
+
+def picture_file(word: str) -> Path:
+    """Read the name of a picture that is written at the end, PNG without an ending.
+
+    Raises
+    ------
+    BadInput
+        As `output_file`, or pictures of the kind that it says cannot be written.
+    """
+    import cv2
+
+    file = output_file(word)
+    if file.suffix and not cv2.haveImageWriter(file.name):
+        raise BadInput(f"Cannot write pictures of the kind {file.suffix!r}.", "Name it something.png.")
+    return file
 
 
 def told_edge_radius(option: float | None, given: GivenCamera, model: Model) -> float | None:

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bridge.command_line import number, whole_number
+from bridge.command_line import number, output_file, whole_number
 from bridge.errors import BadInput
 from vision_server.commands.edges import write_file
 from vision_server.commands.estimate import write_overlay
-from vision_server.commands.options import add_model_and_camera, check_image_size
+from vision_server.commands.options import add_model_and_camera, check_image_size, picture_file
 
 if TYPE_CHECKING:
     import numpy as np
@@ -45,10 +45,13 @@ def add_options(parser: ArgumentParser) -> None:
         "--pair", action="append", default=[], metavar="'u,v x,y,z'", help="One such pair; again for each."
     )
     parser.add_argument(
-        "--out", type=Path, metavar="TOML", help=f"File to write; of a page, {PAGE_FILE} where none is given."
+        "--out",
+        type=output_file,
+        metavar="TOML",
+        help=f"File to write; of a page, {PAGE_FILE} where none is given.",
     )
     parser.add_argument(
-        "--overlay", type=Path, metavar="OUT.png", help="Draw the model at its pose over the image."
+        "--overlay", type=picture_file, metavar="OUT.png", help="Draw the model at its pose over the image."
     )
     parser.add_argument("--json", action="store_true", help="One JSON object on stdout.")
     parser.add_argument(

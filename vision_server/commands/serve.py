@@ -7,6 +7,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from bridge.command_line import add_serving
+from bridge.errors import BadInput
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -38,6 +39,11 @@ def run(options: Namespace) -> int:
     from vision_server.serve.server import VisionServer
 
     strangers = options.keys is None and open_to_all(options.endpoint)
+    for root in options.root or ():
+        if not root.is_dir():
+            raise BadInput(
+                f"--root {root} is {'a file' if root.exists() else 'not there'}.", "Name a folder."
+            )
     roots = options.root or ([Path.cwd()] if strangers else None)
     files = Files(None if roots is None else tuple(roots), options.image_server)
     service = VisionServer(client_keys(options.keys, "vision_server", "image_server"), files)

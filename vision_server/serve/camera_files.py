@@ -14,6 +14,7 @@ import yaml  # type: ignore[import-untyped]
 from bridge.errors import BadInput
 
 MOST_BYTES = 1024 * 1024
+OPENCV_SIGNS = ("%YAML:", "!!opencv-matrix", "<opencv_storage")  # the first colon is none of YAML's
 MATRICES = ("camera_matrix", "Camera_Matrix", "cameraMatrix", "K")
 COEFFICIENTS = ("distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "D")
 WIDTHS, HEIGHTS = ("image_width", "image_Width"), ("image_height", "image_Height")
@@ -38,7 +39,7 @@ def camera_table(path: Path) -> dict[str, Any]:
     try:
         if len(text) > MOST_BYTES:
             raise ValueError(f"it has more than {MOST_BYTES} bytes")
-        if "!!opencv-matrix" in text or "<opencv_storage" in text:
+        if any(sign in text for sign in OPENCV_SIGNS):
             return _of_opencv(text)
         if path.suffix.lower() == ".xml":
             return _of_visp(ElementTree.fromstring(text))
@@ -47,7 +48,11 @@ def camera_table(path: Path) -> dict[str, Any]:
             raise ValueError("it has no names with values")
         return _of_kalibr(data) if "cam0" in data or "intrinsics" in data else _of_ros(data)
     except (ValueError, KeyError, TypeError, yaml.YAMLError, ElementTree.ParseError, cv2.error) as error:
-        what = f"no {error.args[0]}" if isinstance(error, KeyError) else str(error).split("\n")[0]
+        what = str(error).split("\n")[0]
+        if isinstance(error, KeyError):
+            what = f"no {error.args[0]}"
+        elif isinstance(error, TypeError | cv2.error):
+            what = "something in it is no matrix, list or number where there should be one"
         raise BadInput(f"{path} is no camera file that can be read: {what}.", HINT) from error
 
 

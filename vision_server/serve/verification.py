@@ -13,6 +13,7 @@ from msgspec import Struct
 
 from bridge.errors import BadInput
 from bridge.messages import PoseMessage
+from bridge.result_file import decoded_result
 from bridge.start_messages import StartArgs
 from geometry.model import about_pivot
 from geometry.pose import Pose
@@ -144,7 +145,7 @@ def images_of(pose: PoseMessage, steps: list[_Step]) -> tuple[str, ...]:
 def _stated(folder: Path) -> _Stated:
     file = folder / "result.json"
     try:
-        return msgspec.json.decode(file.read_bytes(), type=_Stated)
+        return decoded_result(file, file.read_bytes(), _Stated)
     except OSError as error:
         raise BadInput(
             f"{file} cannot be read: {error.strerror}.", "Give the run folder of a session that has ended."

@@ -96,7 +96,7 @@ def test_too_few_boards_are_refused(
     assert not (tmp_path / "camera.toml").exists()
 
 
-@pytest.mark.parametrize("words", [(), ("a.png",), ("a.png", "--corners", "9")])
+@pytest.mark.parametrize("words", [(), ("a.png",), ("a.png", "--corners", "9"), ("--board", "b.xyz")])
 def test_wrong_words_are_said(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
     assert run(*words) == 2
     assert capsys.readouterr().err.count("\n") == 1

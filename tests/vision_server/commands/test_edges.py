@@ -158,6 +158,10 @@ def test_other_methods(images: list[Path], tmp_path: Path, method: str) -> None:
         (["{image}", "--out", "e.png", "--exposures", "one"], "--exposures"),
         (["{image}", "--out", "e.png", "--exposures", "-1"], "--exposures"),
         (["{image}", "--out", "no/such/folder/e.png"], "no/such/folder"),
+        (["nosuch.png", "--out", "e.png", "--magnitude", "no/m.npy"], "there is no folder"),
+        (["nosuch.png", "--out", "e.png", "--npz", "no/m.npz"], "there is no folder"),
+        (["nosuch.png", "--out", "e.png", "--kinds", "no/k.png"], "there is no folder"),
+        (["nosuch.png", "--out", "."], "it is a folder"),
         (["{image}", "--out", "e.strange"], ".strange"),
         (["{image}", "--out", "e.png", "--method", "median"], "--method"),
         (["{image}", "--out", "e.png", "--gamma", "0"], "--gamma"),
@@ -181,6 +185,12 @@ def test_bad_input_ends_with_2_and_a_plain_message(
     assert done.returncode == 2
     assert words in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_bits_of_files_that_have_8_are_said_to_be_for_others(images: list[Path], tmp_path: Path) -> None:
+    done = edges(images[0], "--out", tmp_path / "e.png", "--bits", "12")
+    assert done.returncode == 0
+    assert f"{images[0]} has 8 bits a pixel" in done.stderr
 
 
 def test_a_moved_target_is_said(tmp_path: Path) -> None:

@@ -173,6 +173,10 @@ def test_of_a_large_frame_that_part_is_looked_at_where_the_target_can_be(folder:
         (["a.png", "small.png"], {}, "small.png"),
         (["small.png"], {}, "small.png has 100x100 px, the camera"),
         (["thin.png"], {}, "thin.png"),
+        (["cut.png"], {}, "cut.png is not an image that can be read"),
+        (["missing.png"], {"overlay": "/nowhere/o.png"}, "Cannot write /nowhere/o.png: there is no folder"),
+        (["a.png"], {"model": "."}, "is a folder"),
+        (["a.png"], {"translation-range-px": "-3"}, "--translation-range-px: must be at least 0, not -3"),
         (["camera.toml"], {}, "camera.toml"),
         (["a.png"], {"exposures": "1,2"}, "exposures"),
         (["a.png"], {"exposures": "-1"}, "exposures"),
@@ -196,6 +200,8 @@ def test_of_a_large_frame_that_part_is_looked_at_where_the_target_can_be(folder:
 def test_bad_input_is_one_plain_line(
     folder: Path, images: list[str], options: dict[str, str | None], word: str
 ) -> None:
+    whole = (folder / "a.png").read_bytes()
+    (folder / "cut.png").write_bytes(whole[: len(whole) // 2])
     (folder / "nan.toml").write_text(
         "[target.seed_pose]\nrotation_vector = [nan, 0, 0]\ntranslation = [0, 0, 1]\n"
     )

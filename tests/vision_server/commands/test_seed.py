@@ -84,8 +84,8 @@ def test_three_pairs_say_that_a_fourth_decides_and_a_wrong_one_is_named(folder: 
         (["--points", "{folder}/a.png"], "not a text file"),
         (["--pair", "1,2 3,4,5"], "at least 3"),
         (["--pair", "1,2 3,4"], "is not a pair"),
-        (["--points", "{folder}/points.txt", "--out", "{folder}/no/seed.toml"], "Cannot write"),
-        (["--points", "{folder}/points.txt", "--overlay", "{folder}/no/o.png"], "Cannot write"),
+        (["--points", "{folder}/none.txt", "--out", "{folder}/no/seed.toml"], "Cannot write"),
+        (["--points", "{folder}/none.txt", "--overlay", "{folder}/no/o.png"], "Cannot write"),
         (["--points", "{folder}/points.txt", "--unit", "mile"], "unknown unit"),
     ],
 )

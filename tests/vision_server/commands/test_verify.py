@@ -99,6 +99,7 @@ def test_a_pose_or_score_that_the_images_do_not_show_is_told(copy: Path) -> None
         ({"steps": []}, "no step has the stated pose"),
         ({"steps": 3}, "result.json"),
         ({"holds": []}, "is an approach"),
+        ({"version": 9}, "of format 9, and this version reads format 1"),
     ],
 )
 def test_what_cannot_be_verified_is_said(copy: Path, values: dict[str, Any], said: str) -> None:

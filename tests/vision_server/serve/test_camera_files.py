@@ -136,6 +136,12 @@ def test_each_file_projects_as_its_program_does(
         (lambda path: kalibr_file(path, "fov", (0.9,)), "distortion_model is fov"),
         (lambda path: kalibr_file(path, "none", (), "omni"), "camera_model is omni"),
         (lambda path: path.write_text("a: [1, 2"), "no camera file"),
+        (lambda path: path.write_text("%YAML:1.0\n---\nimage_width: 640\n"), "no camera_matrix"),
+        (lambda path: path.write_text("%YAML:1.0\n---\ncamera_matrix: 3\n"), "something in it is no matrix"),
+        (
+            lambda path: path.write_text("image_width: 9\nimage_height: 9\ncamera_matrix: 3\n"),
+            "something in it is no matrix",
+        ),
         (lambda path: path.write_text("image_width: 640\n"), "no image_height"),
         (lambda path: path.write_text("- 1\n"), "no names"),
     ],

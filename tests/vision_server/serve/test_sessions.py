@@ -14,6 +14,7 @@ from bridge.errors import ServerError
 from bridge.messages import Settings
 from image_server.serve.device import Frame
 from image_server.simulator.simulator import Simulator
+from tests.commands import process
 from tests.vision_server.serve.running import SETTINGS, Running, asked
 from vision_server.serve.files import Files
 from vision_server.serve.server import VisionServer
@@ -38,6 +39,13 @@ def test_nothing_works_before_start_and_bad_starts_are_named(
         asked(vision, "start", image_server=images.endpoint, out=str(tmp_path / "file"))
     with pytest.raises(ServerError):
         asked(vision, "best")
+
+
+@pytest.mark.parametrize(("root", "why"), [("nowhere", "is not there"), (__file__, "is a file")])
+def test_a_root_that_is_no_folder_is_refused(tmp_path: Path, root: str, why: str) -> None:
+    done = process("vision_server", "serve", "--endpoint", f"ipc://{tmp_path}/v", "--root", root)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"vision_server: --root {root} {why}. Name a folder.\n"
 
 
 def test_only_regular_files_under_the_roots_are_read_and_written(
