@@ -27,13 +27,14 @@ LEAST_STEP_RAD, MOST_STEP_RAD = math.radians(1.5), math.radians(6.0)
 UNSEEN = (30.0, 0.06)
 MOST_LOOKED_AT, LEAST_LOOKED_AT = 48, 8  # turns, for that: all around, or an n-th of it where it has n folds
 CLEARLY = 0.03  # of the visible length: by so much a turn must be better; two that differ by less are alike
+MOST_ALIKE = 2  # turns that are looked at where none is clearly better (chosen by hand)
 
 
 def spun(problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float) -> list[Pose]:
     """The least turn of a pose about each axis of a nearly round model that is clearly better supported.
 
     Of bolts that look alike many turns do; the least one is nearest to what is known of the pose. Where none
-    is clearly better, as of a tank that has but one small lug, it is the one at which most is seen.
+    is clearly better, as of a tank that has but one small lug, the few at which most is seen.
 
     Parameters
     ----------
@@ -52,11 +53,11 @@ def spun(problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float) 
         peaks = _peaks(strength)
         clear = peaks[strength[peaks] >= max(strength[count], strength.max() - 2.0 * CLEARLY) + CLEARLY]
         seen_px = np.array([0.0 if one is None else one.strength * one.samples.px.sum() for one in found])
-        more = int(np.argmax(seen_px))
         if len(clear):
             out.append(turns[clear[np.argmin(np.abs(clear - count))]])
-        elif abs(more - count) > 1:
-            out.append(turns[more])
+        else:
+            most = sorted(_peaks(seen_px), key=lambda k: -seen_px[k])[:MOST_ALIKE]
+            out += [turns[k] for k in most if abs(k - count) > 1 and seen_px[k] > seen_px[count]]
     return out
 
 
