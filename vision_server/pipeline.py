@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from geometry.camera import Camera
-from geometry.model import Model, about_pivot
+from geometry.model import Model, about_middle
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from geometry.symmetries import ASYMMETRIC, symmetry_of
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
@@ -139,11 +139,11 @@ def pose_of_segments(
 
     A model far from its file's origin is looked for about its middle: small turns would else carry it away.
     """
-    centred, to_pivot = about_pivot(model)
+    centred, to_middle = about_middle(model)
     if centred is not model:
-        seed_pose = seed_pose if isinstance(seed_pose, Anywhere) else seed_pose.compose(to_pivot)
+        seed_pose = seed_pose if isinstance(seed_pose, Anywhere) else seed_pose.compose(to_middle)
         found = pose_of_segments(endpoints, channels, centred, camera, seed_pose, settings)
-        return about_origin(found, to_pivot.inverse())
+        return about_origin(found, to_middle.inverse())
     watch = _Stopwatch()
     hypotheses = worth_refining(_matched(endpoints, model, camera, seed_pose, settings))
     watch.lap("matching")
