@@ -22,7 +22,7 @@ from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
 from vision_server.judgement import Estimate, about_origin, judged, with_poses
 from vision_server.matching import MATCHERS, Anywhere, Hypothesis, SearchRange, match_genetic
-from vision_server.matching.draws import in_range_of, turned_beyond
+from vision_server.matching.draws import beyond_of, in_range_of
 from vision_server.matching.match import ideal_segments, worth_refining
 from vision_server.matching.search import match_near
 from vision_server.pose.all_sides import of_most_evidence
@@ -162,7 +162,7 @@ def pose_of_segments(
         refined.sort(key=lambda one: one is not likely[0].refined)
     else:
         searched = in_range_of(seed_pose, camera, settings.search_range)
-        beyond = turned_beyond(seed_pose, settings.search_range)
+        beyond = beyond_of(seed_pose, camera, settings.search_range)
         spin_rad = 2.0 * math.radians(settings.rotation_range_deg)  # from one end of the range to the other
         refined = best_first(problem, hypotheses, spin_rad=spin_rad, searched=searched)
     if refined:
