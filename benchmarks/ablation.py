@@ -180,7 +180,9 @@ def run_scene(
         for number in range(starts):
             rng = np.random.default_rng([number, index, sum(map(ord, scene.name))])
             around = scene.true[0] if scene.turned is None else scene.true[0].compose(scene.turned)
-            seed = disturbed(around, rng, RANGE.rotation_deg, RANGE.translation_px, scene.camera.fx)
+            seed = disturbed(
+                around, rng, RANGE.rotation_deg, RANGE.translation_px, scene.camera.fx, scene.model.middle
+            )
             settings = PipelineSettings(
                 seed=number, tone_sd_px=scene.tone_sd_px, tolerance_m=tolerance * scene.model.diameter
             )

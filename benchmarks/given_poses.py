@@ -71,7 +71,7 @@ def given_poses(
             turned = true.compose(turns[int(rng.integers(len(turns)))])
             source, pose = "turned", _off(rng, model, turned, 0.05)
         poses.append((source, pose))
-    return [(source, pose) for source, pose in poses if pose.apply(model.pivot[None])[0, 2] > 0.0]
+    return [(source, pose) for source, pose in poses if pose.apply(model.middle[None])[0, 2] > 0.0]
 
 
 def _of_corners(rng: np.random.Generator, model: Model, camera: Camera, true: Pose) -> Pose | None:

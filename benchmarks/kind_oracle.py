@@ -147,7 +147,9 @@ def run(scene: Scene, starts: int) -> Iterator[dict[str, Any]]:
     ends = extract_segments(scene.images.edge_map(names)).endpoints
     rng = np.random.default_rng(sum(map(ord, scene.name)))
     seeds = [
-        disturbed(scene.true[0], rng, RANGE.rotation_deg, RANGE.translation_px, scene.camera.fx)
+        disturbed(
+            scene.true[0], rng, RANGE.rotation_deg, RANGE.translation_px, scene.camera.fx, scene.model.middle
+        )
         for _ in range(starts)
     ]
     for way, kept, looked in ways(scene, ends):

@@ -78,7 +78,9 @@ def run_case(case: Case) -> list[dict[str, Any]]:
     studio = stack_studio(case.folder, case.sun)
     rng = np.random.default_rng([int(case.sun), sum(map(ord, case.folder.name))])
     starts = [
-        disturbed(studio.true, rng, RANGE.rotation_deg, RANGE.translation_px, studio.camera.fx)
+        disturbed(
+            studio.true, rng, RANGE.rotation_deg, RANGE.translation_px, studio.camera.fx, studio.model.middle
+        )
         for _ in range(case.starts)
     ]
     rows = []

@@ -36,7 +36,9 @@ def errors(folder: Path, sizes: list[int], draw: int) -> Floats:
     rng = np.random.default_rng([draw, crc32(folder.name.encode())])
     shots = drawn_set(studio, "exposed", sizes[-1], rng)
     images = image_set(shots)
-    start = disturbed(studio.true, rng, reach.rotation_deg, reach.translation_px, studio.camera.fx)
+    start = disturbed(
+        studio.true, rng, reach.rotation_deg, reach.translation_px, studio.camera.fx, studio.model.middle
+    )
     out = []
     for size in sizes:
         settings = PipelineSettings(seed=draw, tone_sd_px=shots[0].tone_sd_px)

@@ -196,7 +196,9 @@ def rows_of(name: str, studio: Studio, empty: bool, seed: int) -> list[Row]:
     for kind, count in SETS:
         shots = drawn_set(studio, kind, count, rng)
         images = image_set(shots)
-        start = disturbed(studio.true, rng, reach.rotation_deg, reach.translation_px, studio.camera.fx)
+        start = disturbed(
+            studio.true, rng, reach.rotation_deg, reach.translation_px, studio.camera.fx, studio.model.middle
+        )
         for wrong, model in models(studio.model, rng):
             settings = PipelineSettings(seed=seed, tone_sd_px=shots[0].tone_sd_px)
             found = estimate_pose(images, list(images.images), model, studio.camera, start, settings)

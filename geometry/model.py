@@ -29,6 +29,7 @@ READERS: dict[str, Callable[[Path], Surface]] = {
     ".gltf": read_mesh,
 }
 SIZES_M = (1e-5, 1e4)  # across: beyond, no camera has seen it, and the unit is wrong
+ROUNDED = 1e-9  # of the size: a middle so near to the origin is there, but for rounding
 TARGETS = Path(__file__).resolve().parent.parent / "targets"
 
 
@@ -70,14 +71,8 @@ class Model:
 
     @cached_property
     def middle(self) -> Floats:
-        """Middle of the bounding box, (3,), metres; shared, not to be written to."""
+        """Middle of the bounding box, (3,), metres, shared: not to be written to. A search turns about it."""
         return np.asarray(0.5 * (self.vertices.min(axis=0) + self.vertices.max(axis=0)))
-
-    @property
-    def pivot(self) -> Floats:
-        """What a search turns about, (3,), metres: the origin, or the middle if that is outside the box."""
-        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
-        return np.zeros(3) if ((low <= 0.0) & (high >= 0.0)).all() else self.middle
 
     @classmethod
     def of_surface(cls, name: str, surface: Surface) -> "Model":
@@ -103,11 +98,12 @@ class Model:
 
 
 @lru_cache(maxsize=8)
-def about_pivot(model: Model) -> tuple[Model, Pose]:
-    """The model in a frame whose origin is its pivot, and model_T_pivot; itself if they are one."""
-    pivot = model.pivot
-    moved = replace(model, vertices=model.vertices - pivot) if pivot.any() else model
-    return moved, Pose(np.zeros(3), pivot)
+def about_middle(model: Model) -> tuple[Model, Pose]:
+    """The model in a frame whose origin is its middle, and model_T_middle; itself if they are one."""
+    middle = model.middle
+    if np.abs(middle).max() <= ROUNDED * model.diameter:
+        return model, Pose(np.zeros(3), np.zeros(3))
+    return replace(model, vertices=model.vertices - middle), Pose(np.zeros(3), middle)
 
 
 @dataclass(frozen=True)

@@ -179,14 +179,23 @@ def search_translation_px(width: int) -> float:
 
 
 def disturbed(
-    pose: Pose, rng: np.random.Generator, rotation_deg: float, translation_px: float, focal_px: float
+    pose: Pose,
+    rng: np.random.Generator,
+    rotation_deg: float,
+    translation_px: float,
+    focal_px: float,
+    middle: Array | None = None,
 ) -> Pose:
     """Draw a pose uniformly from the search range around a seed pose.
 
-    R = R_seed·Rx·Ry·Rz with each angle within ±rotation_deg; each component of the translation moves
-    within ±translation_px·Z/focal_px metres (docs/architecture.md).
+    R = R_seed·Rx·Ry·Rz with each angle within ±rotation_deg; each component of the place of the target's
+    ``middle``, (3,) in its frame (None: its origin), moves within ±translation_px·Z/focal_px metres
+    (docs/architecture.md).
     """
+    middle = np.zeros(3) if middle is None else middle
+    place = pose.apply(middle[None])[0]
     angles = np.radians(rng.uniform(-rotation_deg, rotation_deg, 3))
-    reach = translation_px * pose.translation[2] / focal_px
-    moved = pose.translation + rng.uniform(-1.0, 1.0, 3) * reach
-    return Pose.from_matrix(pose.matrix @ euler_matrix(angles[0], angles[1], angles[2]), moved)
+    reach = translation_px * place[2] / focal_px
+    place = place + rng.uniform(-1.0, 1.0, 3) * reach
+    turned = pose.matrix @ euler_matrix(angles[0], angles[1], angles[2])
+    return Pose.from_matrix(turned, place - turned @ middle)

@@ -129,10 +129,10 @@ def with_poses(
     return replace(estimate, poses=poses, score=min(estimate.score, first))
 
 
-def about_origin(found: Estimate, pivot_from_origin: Pose) -> Estimate:
+def about_origin(found: Estimate, middle_from_origin: Pose) -> Estimate:
     """The estimate in the model's own frame; its covariance is of steps in the camera's, and stays."""
     if found.pose is None:
         return found
-    rivals = tuple(replace(rival, pose=rival.pose.compose(pivot_from_origin)) for rival in found.rivals)
-    poses = tuple(replace(one, pose=one.pose.compose(pivot_from_origin)) for one in found.poses)
-    return replace(found, pose=found.pose.compose(pivot_from_origin), rivals=rivals, poses=poses)
+    rivals = tuple(replace(rival, pose=rival.pose.compose(middle_from_origin)) for rival in found.rivals)
+    poses = tuple(replace(one, pose=one.pose.compose(middle_from_origin)) for one in found.poses)
+    return replace(found, pose=found.pose.compose(middle_from_origin), rivals=rivals, poses=poses)

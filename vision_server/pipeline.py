@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from geometry.camera import Camera
-from geometry.model import Model, about_pivot
+from geometry.model import Model, about_middle
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from geometry.symmetries import ASYMMETRIC, symmetry_of
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
@@ -22,7 +22,7 @@ from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
 from vision_server.judgement import Estimate, about_origin, judged, with_poses
 from vision_server.matching import MATCHERS, Anywhere, Hypothesis, SearchRange, match_genetic
-from vision_server.matching.draws import in_range_of, turned_beyond
+from vision_server.matching.draws import beyond_of, in_range_of
 from vision_server.matching.match import ideal_segments, worth_refining
 from vision_server.matching.search import match_near
 from vision_server.pose.all_sides import of_most_evidence
@@ -139,11 +139,11 @@ def pose_of_segments(
 
     A model far from its file's origin is looked for about its middle: small turns would else carry it away.
     """
-    centred, to_pivot = about_pivot(model)
+    centred, to_middle = about_middle(model)
     if centred is not model:
-        seed_pose = seed_pose if isinstance(seed_pose, Anywhere) else seed_pose.compose(to_pivot)
+        seed_pose = seed_pose if isinstance(seed_pose, Anywhere) else seed_pose.compose(to_middle)
         found = pose_of_segments(endpoints, channels, centred, camera, seed_pose, settings)
-        return about_origin(found, to_pivot.inverse())
+        return about_origin(found, to_middle.inverse())
     watch = _Stopwatch()
     hypotheses = worth_refining(_matched(endpoints, model, camera, seed_pose, settings))
     watch.lap("matching")
@@ -162,7 +162,7 @@ def pose_of_segments(
         refined.sort(key=lambda one: one is not likely[0].refined)
     else:
         searched = in_range_of(seed_pose, camera, settings.search_range)
-        beyond = turned_beyond(seed_pose, settings.search_range)
+        beyond = beyond_of(seed_pose, camera, settings.search_range)
         spin_rad = 2.0 * math.radians(settings.rotation_range_deg)  # from one end of the range to the other
         refined = best_first(problem, hypotheses, spin_rad=spin_rad, searched=searched)
     if refined:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from geometry.model import Model, about_pivot
+from geometry.model import Model, about_middle
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from geometry.rotation import euler_matrix, matrix_of
 from image_server.simulator.scenario import RANGE_M
@@ -24,10 +24,10 @@ GLINT_SCATTER_DEG = 1.5  # chosen by hand: the glint is near its middle, not alw
 def drawn_pose(draw: PoseDraw, model: Model, front: Floats, camera: Camera, rng: np.random.Generator) -> Pose:
     """A true pose: of up to TRIES draws the first that lies in the frame, else the one that does so most."""
     best, best_inside = None, -1.0
-    from_pivot = about_pivot(model)[1].inverse()
+    aimed_at = _aimed_at(model)
     for _ in range(TRIES):
         pose = _one_pose(draw, front, camera, rng)
-        pose = pose.compose(from_pivot) if from_pivot.translation.any() else pose
+        pose = Pose(pose.rotation_vector, pose.translation - pose.matrix @ aimed_at)
         if draw.orientation == "uniform" and faces_shown(model, pose) < draw.least_faces:
             continue
         inside = fraction_inside(model, camera, pose)
@@ -36,6 +36,12 @@ def drawn_pose(draw: PoseDraw, model: Model, front: Floats, camera: Camera, rng:
         if inside > best_inside:
             best, best_inside = pose, inside
     return best if best is not None else _one_pose(draw, front, camera, rng)
+
+
+def _aimed_at(model: Model) -> Floats:
+    """What is put where a draw says, (3,), target frame: its origin, or its middle if that is outside it."""
+    low, high = model.vertices.min(axis=0), model.vertices.max(axis=0)
+    return np.zeros(3) if ((low <= 0.0) & (high >= 0.0)).all() else model.middle
 
 
 def _one_pose(draw: PoseDraw, front: Floats, camera: Camera, rng: np.random.Generator) -> Pose:
@@ -113,18 +119,18 @@ def fraction_inside(model: Model, camera: Camera, pose: Pose) -> float:
 def seed_pose_of(
     origin: Pose, model: Model, camera: Camera, fraction: float, rng: np.random.Generator
 ) -> Pose:
-    """A seed pose around which the search range, about the model's pivot, holds the true pose of its origin.
+    """A seed pose around which the search range, about the model's middle, holds the true pose of its origin.
 
     R_true = R_seed·Rx·Ry·Rz, T_true = T_seed + offsets of ≤ 40 px · Z_seed / f (docs/architecture.md), each
     drawn from `fraction` of the range.
     """
-    to_pivot = about_pivot(model)[1]
-    true = origin.compose(to_pivot) if to_pivot.translation.any() else origin
+    to_middle = about_middle(model)[1]
+    true = origin.compose(to_middle) if to_middle.translation.any() else origin
     angles = np.radians(SEARCH_ROTATION_DEG) * fraction * rng.uniform(-1, 1, 3)
     offsets = SEARCH_TRANSLATION_PX / camera.fx * fraction * rng.uniform(-1, 1, 3)
     depth = true.translation[2] / (1 + offsets[2])
     rotation = true.matrix @ euler_matrix(*angles).T
-    return Pose.from_matrix(rotation, true.translation - offsets * depth - rotation @ to_pivot.translation)
+    return Pose.from_matrix(rotation, true.translation - offsets * depth - rotation @ to_middle.translation)
 
 
 def moved_pose(true: Pose, range_m: float, move: Move, rng: np.random.Generator) -> Pose:

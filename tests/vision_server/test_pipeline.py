@@ -1,19 +1,26 @@
 """From an image set to an estimate, and what is said when there is nothing to see."""
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose, disturbed
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server.image_set import ImageSet
 from vision_server.judgement import Estimate
+from vision_server.matching import MATCHERS, Hypothesis, match_search
 from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.pose.support import CAP_PX
 from vision_server.pose.trust import ambiguity, confidence, quality
 from vision_server.serve.results import estimate_result
+
+Floats = NDArray[np.float64]
 
 
 def estimated(
@@ -46,6 +53,32 @@ def test_the_pose_is_found_from_anywhere_in_the_search_range(
     assert estimate.rms_px < 1.0
     assert estimate.score > 0.5
     assert set(estimate.seconds) == {"edges", "linking", "matching", "refinement"}
+
+
+@pytest.mark.parametrize("share", [(0.0, 0.0, 0.0), (0.5, 0.5, 0.0), (0.5, 0.5, 0.5), (-0.01, 0.0, 0.0)])
+def test_where_the_file_has_its_origin_changes_no_search(
+    model: Model,
+    picture: NDArray[np.float64],
+    share: tuple[float, float, float],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """At a corner of the box, on a face, in the middle, outside: 25 degrees and 40 px are the part's."""
+    low, high = model.vertices.min(axis=0), model.vertices.max(axis=0)
+    origin = low + np.array(share) * (high - low)
+    moved, to_origin = replace(model, vertices=model.vertices - origin), Pose(np.zeros(3), origin)
+    start = disturbed(POSE, np.random.default_rng(1), 25.0, 40.0, CAMERA.fx, model.middle)
+    about: list[Pose] = []
+
+    def match(ends: Floats, model: Model, camera: Camera, seed_pose: Pose, *more: Any) -> list[Hypothesis]:
+        about.append(seed_pose.compose(Pose(np.zeros(3), model.middle)))
+        assert seed_pose.error_to(about[0]).translation_m < 1e-9
+        return match_search(ends, model, camera, seed_pose, *more)
+
+    monkeypatch.setitem(MATCHERS, "search", match)
+    estimate = estimated(photographed(picture), moved, start.compose(to_origin))
+    assert about[0].error_to(start.compose(Pose(np.zeros(3), model.middle))).translation_m < 1e-9
+    assert estimate.pose is not None
+    assert estimate.pose.error_to(POSE.compose(to_origin)).within(0.3, 0.003)
 
 
 def test_a_picture_that_comes_again_is_one_image(picture: NDArray[np.float64]) -> None:

@@ -255,13 +255,14 @@ def add_options(parser: ArgumentParser) -> None:
         "--rotation-range-deg",
         type=number(0.0),
         metavar="DEG",
-        help="How far the target may be turned from the seed pose, about each axis (default: 25).",
+        help="How far the target may be turned from the seed pose, about each axis through its middle "
+        "(default: 25).",
     )
     parser.add_argument(
         "--translation-range-px",
         type=number(0.0),
         metavar="PX",
-        help="How far it may be moved, in pixels at the seed pose's depth (default: 40, or a sixteenth of a "
+        help="How far that middle may be moved, in pixels at its depth (default: 40, or a sixteenth of a "
         "frame that is wider than 640).",
     )
     parser.add_argument("--json", action="store_true", help="One JSON object on stdout.")

@@ -57,7 +57,7 @@ def _print(found: Verified) -> None:
         return
     print(f"Other poses that were looked at: {len(found.estimate.rivals) or 'none'}")
     for rival in sorted(found.estimate.rivals, key=lambda one: -one.share)[:SHOWN]:
-        apart = pose.compose(found.to_pivot).error_to(rival.pose.compose(found.to_pivot))
+        apart = pose.compose(found.to_middle).error_to(rival.pose.compose(found.to_middle))
         print(
             f"  turned by {apart.rotation_deg:.1f} degrees, moved by {1e3 * apart.translation_m:.1f} mm:"
             f" {100.0 * max(rival.share, 0.0):.0f} % as well supported"

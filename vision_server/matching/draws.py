@@ -59,42 +59,44 @@ def poses_around(
     return rotations, translations
 
 
+def beyond(
+    seed_pose: Pose, camera: Camera, search_range: SearchRange, rotations: Floats, translations: Floats
+) -> Floats:
+    """How far poses (N, 3, 3), (N, 3) lie beyond the range that a seed pose may be off, (N,).
+
+    0 at its border, 1 where its margin ends, less than 0 within; of turn and place what is more.
+    """
+    turn = seed_pose.matrix.T @ rotations
+    turned_deg = np.degrees(np.minimum(_largest_angle(turn), _largest_angle(turn.transpose(0, 2, 1))))
+    moved_m = np.abs(translations - seed_pose.translation).max(axis=1)
+    moved_px = moved_m * camera.fx / seed_pose.translation[2]
+    most_deg, most_px = search_range.rotation_deg, search_range.translation_px
+    turned = (turned_deg - most_deg) / (MARGIN * most_deg + MARGIN_DEG)
+    moved = (moved_px - most_px) / (MARGIN * most_px + MARGIN_PX)
+    return np.asarray(np.maximum(turned, moved))
+
+
 def in_range(
     seed_pose: Pose, camera: Camera, search_range: SearchRange, rotations: Floats, translations: Floats
 ) -> NDArray[np.bool_]:
-    """Which poses (N, 3, 3), (N, 3) lie in the range that `poses_around` fills, MARGIN included."""
-    turn = seed_pose.matrix.T @ rotations
-    limit = np.radians(search_range.rotation_deg * (1.0 + MARGIN) + MARGIN_DEG)
-    reach_px = search_range.translation_px * (1.0 + MARGIN) + MARGIN_PX
-    reach_m = reach_px * seed_pose.translation[2] / camera.fx
-    turned = np.minimum(_largest_angle(turn), _largest_angle(turn.transpose(0, 2, 1))) <= limit
-    moved = np.abs(translations - seed_pose.translation) <= reach_m
-    inside: NDArray[np.bool_] = turned & moved.all(axis=1)
-    return inside
+    """Which poses (N, 3, 3), (N, 3) lie in the range that `poses_around` fills, its margin included."""
+    return np.asarray(beyond(seed_pose, camera, search_range, rotations, translations) <= 1.0)
+
+
+def beyond_of(seed_pose: Pose, camera: Camera, search_range: SearchRange) -> Callable[[Pose], float]:
+    """How far a pose lies `beyond` the range."""
+
+    def one(pose: Pose) -> float:
+        there = pose.matrix[None], pose.translation[None]
+        return float(beyond(seed_pose, camera, search_range, *there)[0])
+
+    return one
 
 
 def in_range_of(seed_pose: Pose, camera: Camera, search_range: SearchRange) -> Callable[[Pose], bool]:
     """Whether a pose is `in_range`."""
-
-    def within(pose: Pose) -> bool:
-        return bool(in_range(seed_pose, camera, search_range, pose.matrix[None], pose.translation[None])[0])
-
-    return within
-
-
-def turned_beyond(seed_pose: Pose, search_range: SearchRange) -> Callable[[Pose], float]:
-    """How far a pose is turned beyond the range that a seed pose may be off: 1 is all of the margin.
-
-    0 within the range.
-    """
-    margin_deg = MARGIN * search_range.rotation_deg + MARGIN_DEG
-
-    def beyond(pose: Pose) -> float:
-        turn = (seed_pose.matrix.T @ pose.matrix)[None]
-        angle = np.minimum(_largest_angle(turn), _largest_angle(turn.transpose(0, 2, 1)))
-        return max(0.0, (float(np.degrees(angle[0])) - search_range.rotation_deg) / margin_deg)
-
-    return beyond
+    far = beyond_of(seed_pose, camera, search_range)
+    return lambda pose: far(pose) <= 1.0
 
 
 def _largest_angle(turn: Floats) -> Floats:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera, Region
-from geometry.model import Model, about_pivot
+from geometry.model import Model, about_middle
 from geometry.pose import Pose
 from vision_server.matching.draws import MARGIN, MARGIN_DEG, MARGIN_PX, even_numbers, poses_around
 from vision_server.matching.match import SearchRange
@@ -27,13 +27,13 @@ def region_of(model: Model, camera: Camera, seed_pose: Pose, reach: SearchRange)
     """The part of a large frame in which a search around a seed pose may see the target; None: all of it."""
     if camera.width * camera.height < LEAST_PIXELS:
         return None
-    centred, to_pivot = about_pivot(model)
+    centred, to_middle = about_middle(model)
     wide = SearchRange(
         min(reach.rotation_deg * (1.0 + MARGIN) + MARGIN_DEG, 180.0),
         reach.translation_px * (1.0 + MARGIN) + MARGIN_PX,
     )
     numbers = np.concatenate([np.array(list(product((-1.0, 1.0), repeat=6))), even_numbers(LOOKED_AT, 0)])
-    rotations, translations = poses_around(seed_pose.compose(to_pivot), camera, wide, numbers)
+    rotations, translations = poses_around(seed_pose.compose(to_middle), camera, wide, numbers)
     low, high = centred.vertices.min(axis=0), centred.vertices.max(axis=0)
     box = np.array(list(product(*zip(low, high, strict=True))))
     points = (box @ rotations.transpose(0, 2, 1) + translations[:, None]).reshape(-1, 3)

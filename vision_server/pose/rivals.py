@@ -14,7 +14,7 @@ from vision_server.pose.support import PoseSupport, support_at
 
 # Chosen by hand.
 SAME = (2.0, 0.01)  # degrees, share of the range: two refined poses that are one
-BEYOND_NATS = 10.0  # of evidence, that a target is turned by no more than its seed pose may be off, ...
+BEYOND_NATS = 10.0  # of evidence, that a target is off its seed pose by no more than this may be, ...
 BEYOND = 0.5  # ... of the search range's margin: from so far beyond the range on
 # That a seed pose is not turned onto a near symmetry. Where turns explain as much, a pose has 0.95 at most:
 # of 196 estimates of true models that only their seed pose told from a turn, 195 were right (docs/trust.md).
@@ -25,8 +25,8 @@ CLEARLY, CLEARLY_NATS = 0.5, 12.0  # the same, of one that explains more by so m
 
 
 def nats_against(beyond: float) -> float:
-    """What speaks against a pose that is turned so far beyond the search range, see `turned_beyond`."""
-    return BEYOND_NATS * min(1.0, beyond / BEYOND)
+    """What speaks against a pose that is so far beyond the search range (within it: less than 0), nats."""
+    return BEYOND_NATS * min(1.0, max(0.0, beyond) / BEYOND)
 
 
 def anywhere(_pose: Pose) -> float:
@@ -35,10 +35,11 @@ def anywhere(_pose: Pose) -> float:
 
 
 def likeliest_first(found: Sequence[Refined], beyond: Callable[[Pose], float]) -> list[Refined]:
-    """Refined poses, best first; one within the search range before one beyond it that explains no more.
+    """Refined poses, best first; one nearer to the seed pose before one farther off that explains no more.
 
     Also one that explains clearly more: quality, a mean over the lines in sight, favours the side of a round
-    part on which there is nothing to see. ``beyond`` says how far a pose is beyond the search range.
+    part on which there is nothing to see. ``beyond`` says how far a pose is beyond the search range, less than
+    0 within it.
     """
 
     def likely(one: Refined) -> float:
@@ -52,7 +53,7 @@ def likeliest_first(found: Sequence[Refined], beyond: Callable[[Pose], float]) -
         return beyond(one.pose) < beyond(first.pose) and one.quality >= ALIKE * first.quality
 
     alike = [one for one in found[1:] if may_go_before(one) and not first.ends_at(one.pose, SAME)]
-    best = max((first, *alike), key=likely)
+    best = max((*alike, first), key=likely)  # the first of those that explain as much
     return [best, *(one for one in found if one is not best)]
 
 

@@ -208,14 +208,13 @@ def checked_pose(pose: Pose, model: Model) -> Pose:
     Raises
     ------
     GeometryError
-        What a search turns about is not in front of the camera: the target's origin, when that is within it.
-        Or the camera is in the middle of the target.
+        The middle of the target is not in front of the camera, or the camera is there.
     """
-    points = pose.apply(np.stack([model.pivot, model.middle]))
-    depth = points[0, 2]
+    middle = pose.apply(model.middle[None])[0]
+    depth = middle[2]
     if not depth > 0.0:
         raise GeometryError(f"the target is behind the camera (z = {depth:g} m)")
-    if not np.linalg.norm(points, axis=1).min() > NEAREST * model.diameter:
+    if not np.linalg.norm(middle) > NEAREST * model.diameter:
         raise GeometryError(f"the camera is in the middle of the target (z = {depth:g} m)")
     return pose
 
@@ -230,7 +229,7 @@ def read_model(path: Path, unit: str = "m") -> Model:
 
 def picture_px(model: Model, camera: Camera, seed_pose: Pose) -> float:
     """How large a model in front of the camera is in its image, px."""
-    return float(model.diameter * camera.fx / seed_pose.apply(model.pivot[None])[0, 2])
+    return float(model.diameter * camera.fx / seed_pose.apply(model.middle[None])[0, 2])
 
 
 def model_warning(model: Model, camera: Camera, seed_pose: Pose | None) -> str | None:

@@ -15,7 +15,7 @@ from bridge.errors import BadInput
 from bridge.messages import PoseMessage
 from bridge.result_file import decoded_result
 from bridge.start_messages import StartArgs
-from geometry.model import about_pivot
+from geometry.model import about_middle
 from geometry.pose import Pose
 from stack.format import STACK_FILE
 from stack.read import FramesStack, describe_stack, load_stack
@@ -69,13 +69,13 @@ class Verified:
     ----------
     images : those that the stated pose is from.
     differences : of inputs and numbers, in words; none where all is as stated.
-    to_pivot : model_T_pivot, of the place that the part is turned about: how far poses are apart there.
+    to_middle : model_T_middle, of the place that the part is turned about: how far poses are apart there.
     """
 
     images: tuple[str, ...]
     differences: tuple[str, ...]
     estimate: Estimate
-    to_pivot: Pose
+    to_middle: Pose
 
     @property
     def as_stated(self) -> bool:
@@ -118,7 +118,7 @@ def verified(folder: Path) -> Verified:
     task = _task(stack, stated.estimated_with, names)
     estimate = task.estimate(names)
     differences = (*changed, *_differences(stated, estimate))
-    return Verified(names, differences, estimate, about_pivot(task.model)[1])
+    return Verified(names, differences, estimate, about_middle(task.model)[1])
 
 
 def images_of(pose: PoseMessage, steps: list[_Step]) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from geometry.model import Model, about_pivot
+from geometry.model import Model, about_middle
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose, PoseError
 from geometry.right_turns import right_turns
@@ -113,11 +113,11 @@ def judged(
     GeometryError
         A pose behind the camera.
     """
-    centred, to_pivot = about_pivot(model)
+    centred, to_middle = about_middle(model)
     if centred is not model:
-        pose = pose.compose(to_pivot)
+        pose = pose.compose(to_middle)
         found = judged(images, names, centred, camera, pose, settings, endpoints, edge_radius_m)
-        better = None if found.better is None else found.better.compose(to_pivot.inverse())
+        better = None if found.better is None else found.better.compose(to_middle.inverse())
         return replace(found, better=better)
     images.check(names)
     problem = PoseProblem.at_scale(

@@ -72,7 +72,7 @@ def test_a_seed_upside_down_is_told_by_the_few_lines_that_differ(seed: int) -> N
     chosen = PipelineSettings(tone_sd_px=one.tone_sd_px)
     rng = np.random.default_rng(seed)
     for start, believed in ((one.true, True), (one.true.compose(turn), False)):
-        seed_pose = disturbed(start, rng, 15.0, 20.0, one.camera.fx)
+        seed_pose = disturbed(start, rng, 15.0, 20.0, one.camera.fx, one.model.middle)
         estimate = estimate_pose(image_set([one]), ["i0"], one.model, one.camera, seed_pose, chosen)
         assert (estimate.score > DOUBT) == believed
     assert estimate.ambiguity == 1.0

@@ -11,7 +11,7 @@ from geometry.rotation import matrix_of
 from geometry.symmetries import ASYMMETRIC
 from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
-from vision_server.matching.draws import MARGIN, MARGIN_DEG, turned_beyond
+from vision_server.matching.draws import MARGIN, MARGIN_DEG, MARGIN_PX, beyond_of
 from vision_server.matching.match import SearchRange
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import Refined, best_first, nowhere
@@ -31,24 +31,44 @@ def best(model: Model) -> Refined:
     return best_first(PoseProblem.at_scale(channels_of(pixels), model, CAMERA), [POSE])[0]
 
 
+def aside(pose: Pose, place_px: float) -> Pose:
+    """As many pixels to the side, of the same depth."""
+    moved_m = place_px * pose.translation[2] / CAMERA.fx
+    return Pose(pose.rotation_vector, pose.translation + np.array([moved_m, 0.0, 0.0]))
+
+
 def at(one: Refined, pose: Pose) -> Refined:
     """As well supported, at another pose."""
     return replace(one, solution=replace(one.solution, pose=pose))
 
 
 def test_nothing_speaks_against_a_pose_within_the_range() -> None:
-    beyond = turned_beyond(POSE, SearchRange(25.0, 40.0))
+    beyond = beyond_of(POSE, CAMERA, SearchRange(25.0, 40.0))
     margin = MARGIN * 25.0 + MARGIN_DEG
     assert beyond(turned_by(POSE, 25.0 + margin)) == pytest.approx(1.0)
     angles = (0.0, 12.5, 24.9, 25.0 + 0.25 * margin, 25.0 + 0.5 * margin, 90.0)
     against = [nats_against(beyond(turned_by(POSE, angle))) for angle in angles]
     assert against == pytest.approx([0.0, 0.0, 0.0, 0.5 * BEYOND_NATS, BEYOND_NATS, BEYOND_NATS])
+    margin_px = MARGIN * 40.0 + MARGIN_PX
+    places_px = (0.0, 39.9, -40.0 - 0.25 * margin_px, 40.0 + 0.5 * margin_px)
+    against = [nats_against(beyond(aside(POSE, place_px))) for place_px in places_px]
+    assert against == pytest.approx([0.0, 0.0, 0.5 * BEYOND_NATS, BEYOND_NATS])
+
+
+def test_of_parts_in_a_row_the_one_at_the_seed_pose_comes_first(best: Refined) -> None:
+    """Those beside it explain their edges as well: beyond the search range, and at its border."""
+    beyond = beyond_of(POSE, CAMERA, SearchRange(25.0, 40.0))
+    near = at(best, aside(POSE, 5.0))
+    for place_px in (-42.0, 35.0):
+        other = at(best, aside(POSE, place_px))
+        assert likeliest_first([other, near], beyond) == [near, other]
+        assert likeliest_first([near, other], beyond) == [near, other]
 
 
 def test_of_two_poses_that_explain_the_images_alike_the_one_within_the_range_comes_first(
     best: Refined,
 ) -> None:
-    beyond = turned_beyond(POSE, SearchRange(25.0, 40.0))
+    beyond = beyond_of(POSE, CAMERA, SearchRange(25.0, 40.0))
     near, far = at(best, turned_by(POSE, 5.0)), at(best, turned_by(POSE, 27.0))
     assert likeliest_first([far, near], beyond) == [near, far]
     assert likeliest_first([near, far], beyond) == [near, far]
@@ -64,7 +84,7 @@ def test_of_two_poses_that_explain_the_images_alike_the_one_within_the_range_com
 
 def test_a_pose_that_explains_clearly_more_comes_first(best: Refined) -> None:
     """Quality is a mean: a side of a round part that shows little has more of it than one that shows all."""
-    beyond = turned_beyond(POSE, SearchRange(25.0, 40.0))
+    beyond = beyond_of(POSE, CAMERA, SearchRange(25.0, 40.0))
     few = np.isin(best.support.samples.line, np.unique(best.support.samples.line)[:4])
     less = replace(best.support, supports=best.support.supports & few)
     little = replace(
