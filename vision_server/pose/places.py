@@ -43,4 +43,5 @@ def _outline(model: Model, camera: Camera, pose: Pose) -> NDArray[np.float32]:
     pixels = camera.project(pose.apply(model.vertices))
     if not np.isfinite(pixels).all():
         pixels = np.zeros((1, 2))
-    return cv2.convexHull(np.clip(pixels, -FAR_OUT * camera.width, FAR_OUT * camera.width).astype(np.float32))
+    near = np.clip(pixels, -FAR_OUT * camera.width, FAR_OUT * camera.width)
+    return np.asarray(cv2.convexHull(near.astype(np.float32)), dtype=np.float32)
