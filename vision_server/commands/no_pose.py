@@ -34,7 +34,8 @@ def why_no_pose(
     if isinstance(start, Anywhere):
         return [
             f"the images have {edges}, but nowhere do enough of them lie on the model's lines. The model is "
-            f"{model.diameter:.3g} m across: check --unit. Check fx and fy of the camera. "
+            f"{model.diameter:.3g} m across: check --unit. Check fx and fy of the camera. All of the target "
+            "should be in the frame. "
             "A --seed-pose, or range_m in [target] of the camera's file, says where to look."
         ]
     if size_warning(model, camera, start) is not None:
@@ -60,5 +61,5 @@ def why_hardly_believed(estimate: Estimate) -> str | None:
     return (
         f"the pose is hardly believed: {share}. If --overlay shows it nearly right, fx, fy or distortion "
         "of the camera are wrong, or the model is not quite the part; if not, the target shows too little, "
-        "or is not in the image."
+        "is partly outside the frame, or is not in the image."
     )

@@ -18,6 +18,7 @@ from geometry.symmetries import symmetry_of
 from vision_server.pose.detail import fewer_lines
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.other_hand import Matcher
+from vision_server.pose.places import A_PART_NATS, apart
 from vision_server.pose.ranking import (
     COARSE_REACHES_PX,
     COARSER,
@@ -66,18 +67,38 @@ def of_most_evidence(
         beside = [side]
         add_beside(beside)
         found += [one for one in beside if not any(known.ends_at(one.pose, NEAR) for known in found)]
+    out = [one for place in _by_place(problem, found) for one in _turned_at(problem, place, turns)]
+    return sorted(out, key=_evidence, reverse=True)
+
+
+def _by_place(problem: PoseProblem, found: Sequence[Refined]) -> list[list[Refined]]:
+    """Some poses by where they are in the image: one list, and one more for each other part they may show."""
+    ordered = sorted(found, key=_evidence, reverse=True)
+    elsewhere = apart(problem.model, problem.camera, [one.pose for one in ordered])
+    firsts: list[int] = []
+    places: list[list[Refined]] = []
+    for index, one in enumerate(ordered):
+        alone = elsewhere[index, firsts].all()
+        if not firsts or (alone and _evidence(one) >= A_PART_NATS):
+            firsts.append(index)
+            places.append([one])
+        else:
+            places[0 if alone else int(np.argmin(elsewhere[index, firsts]))].append(one)
+    return places
+
+
+def _turned_at(problem: PoseProblem, found: list[Refined], turns: Sequence[Pose]) -> list[Refined]:
+    """Poses at one place, the best of them finished, with what these lead to when they are turned."""
+    least = _evidence(found[0]) - ROUGHLY_NATS
+    found = [finished(one) if _evidence(one) >= least else one for one in found]
     found.sort(key=_evidence, reverse=True)
-    if found:
-        least = _evidence(found[0]) - ROUGHLY_NATS
-        found = [finished(one) if _evidence(one) >= least else one for one in found]
-        found.sort(key=_evidence, reverse=True)
     _add_other_sides(problem, found)
     looks = [found[index] for index in _firsts_of_looks([one.pose for one in found], turns)[:LOOKS_TURNED]]
     for look in looks:
         if _evidence(look) >= _evidence(looks[0]) - CONVINCING_NATS:
             regular = right_turns(problem.model) if look is looks[0] else ()
             _add_turned(found, look, (*turns, *half_turns(problem.model)), regular)
-    return sorted(found, key=_evidence, reverse=True)
+    return found
 
 
 def _add_matched_again(

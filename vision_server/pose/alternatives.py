@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from geometry.pose import Pose, near
 from geometry.symmetries import Symmetry
+from vision_server.pose.places import as_rival
 from vision_server.pose.trust import RIVAL_NATS
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 # Chosen by hand where nothing else is said.
 SAME = (3.0, 0.03)  # degrees, share of the range: poses that are one, or images of one another by a symmetry
@@ -58,15 +60,25 @@ def turned_towards(pose: Pose, other: Pose, symmetry: Symmetry) -> Pose:
     return pose.compose(Pose.from_matrix(turn.matrix, centre - turn.matrix @ centre))
 
 
-def shares(found: Sequence[tuple[Pose, float]], symmetry: Symmetry) -> list[tuple[int, float]]:
-    """Which of some poses, with their evidence, nats, best first, are distinct, and the share of each."""
+def distinct_of(poses: Sequence[Pose], symmetry: Symmetry) -> list[int]:
+    """Which of some poses are not another one before them, or its image by a symmetry."""
     distinct: list[int] = []
-    for index, (pose, _) in enumerate(found):
-        if not any(equivalent(pose, found[known][0], symmetry) for known in distinct):
+    for index, pose in enumerate(poses):
+        if not any(equivalent(pose, poses[known], symmetry) for known in distinct):
             distinct.append(index)
-    nats = np.array([found[index][1] for index in distinct]) / RIVAL_NATS
-    weights = np.exp(nats - nats.max(initial=-np.inf))
-    return list(zip(distinct, (weights / weights.sum()).tolist(), strict=True))
+    return distinct
+
+
+def shares(nats: Floats, elsewhere: Flags) -> list[float]:
+    """What each of N poses, of such evidence (N,), has of it, against those that are rivals of it.
+
+    Of those ``elsewhere`` (N, N) in the image no more counts than is convincing, see `as_rival`.
+    """
+    out = []
+    for own, others in zip(nats, elsewhere, strict=True):
+        against = [as_rival(float(other), bool(far)) for other, far in zip(nats, others, strict=True)]
+        out.append(1.0 / float(np.exp((np.array(against) - own) / RIVAL_NATS).sum()))
+    return out
 
 
 def listed(

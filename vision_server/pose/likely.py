@@ -9,9 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from geometry.symmetries import Symmetry
-from vision_server.pose.alternatives import shares, without_free_turn
+from vision_server.pose.alternatives import distinct_of, shares, without_free_turn
 from vision_server.pose.covariance import pose_covariance, uncertainty
+from vision_server.pose.places import apart
 from vision_server.pose.ranking import Refined
 from vision_server.pose.settling import Settled, settled
 from vision_server.pose.trust import confidence
@@ -42,13 +45,18 @@ def _as_refined(one: Refined) -> Settled:
 def likely_of(found: Sequence[Refined], symmetry: Symmetry) -> list[Likely]:
     """The distinct ones of some poses, most evidence first, by the probability that they are right.
 
-    That is the share of the evidence that a pose has, times the probability that it would be right with no
-    other beside it.
+    That is the share of the evidence that a pose has among its rivals, see `shares`, times the probability
+    that it would be right with no other beside it.
     """
+    if not found:
+        return []
     out: list[Likely] = []
-    for index, share in shares([(one.pose, one.support.evidence_together) for one in found], symmetry):
+    distinct = [found[index] for index in distinct_of([one.pose for one in found], symmetry)]
+    model, camera = found[0].problem.model, found[0].problem.camera
+    elsewhere = apart(model, camera, [one.pose for one in distinct])
+    nats = np.array([one.support.evidence_together for one in distinct])
+    for one, share in zip(distinct, shares(nats, elsewhere), strict=True):
         if share >= LEAST_SHARE:
-            one = found[index]
             last = last_step(one) if len(out) < MOST_SETTLED else _as_refined(one)
             pose = last.best.pose
             spread = uncertainty(without_free_turn(last.covariance, pose, symmetry), pose.translation)

@@ -9,6 +9,7 @@ from geometry.pose import Pose
 from geometry.round_axes import turns_about_axes
 from geometry.symmetries import Symmetry
 from vision_server.pose.alternatives import image_of
+from vision_server.pose.places import apart, as_rival
 from vision_server.pose.ranking import COARSER, ROUGHLY_NATS, Refined
 from vision_server.pose.support import PoseSupport, support_at
 
@@ -38,8 +39,8 @@ def likeliest_first(found: Sequence[Refined], beyond: Callable[[Pose], float]) -
     """Refined poses, best first; one nearer to the seed pose before one farther off that explains no more.
 
     Also one that explains clearly more: quality, a mean over the lines in sight, favours the side of a round
-    part on which there is nothing to see. ``beyond`` says how far a pose is beyond the search range, less than
-    0 within it.
+    part on which there is nothing to see. ``beyond`` says how far a pose is beyond the search range; within
+    it that is less than 0.
     """
 
     def likely(one: Refined) -> float:
@@ -65,7 +66,8 @@ def rivals_of(
 ) -> list[tuple[Pose, PoseSupport, float]]:
     """Rivals of the first of some refined poses: pose, support, and nats that speak against it beforehand.
 
-    Those that a symmetry takes to the first are none. ``beyond`` says how far a pose is beyond the range.
+    Those that a symmetry takes to the first are none; of one elsewhere in the image no more counts than is
+    convincing. ``beyond`` says how far a pose is beyond the range.
     """
     best, distinct = found[0], list(found[:1])
     for one in found[1:]:
@@ -74,11 +76,13 @@ def rivals_of(
     own = nats_against(beyond(best.pose))
     out = [(pose, support, TURNED_NATS - own) for pose, support in turned(best, searched)]
     out += [(pose, support, nats_against(beyond(pose)) - own) for pose, support in turned_round(best)]
-    out += [
-        (one.pose, one.support, nats_against(beyond(one.pose)) - own)
-        for one in distinct[1:]
-        if not image_of(one.pose, best.pose, symmetry)
-    ]
+    problem = best.problem
+    elsewhere = apart(problem.model, problem.camera, [one.pose for one in distinct])[0]
+    for one, far in zip(distinct[1:], elsewhere[1:], strict=True):
+        if not image_of(one.pose, best.pose, symmetry):
+            nats = one.support.evidence_together
+            against = nats_against(beyond(one.pose)) + nats - as_rival(nats, bool(far))
+            out.append((one.pose, one.support, against - own))
     return out
 
 

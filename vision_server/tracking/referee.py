@@ -165,7 +165,7 @@ def _poses_around(
     distinct.sort(key=lambda one: -one.nats)
     worth = [one for one in distinct if one.nats > distinct[0].nats + RIVAL_NATS * math.log(LEAST_ODDS)]
     habits = Habits.of(problem.model, edge_radius_m)
-    return [_on_lines(problem, one, habits) for one in worth]
+    return sorted((_on_lines(problem, one, habits) for one in worth), key=lambda one: -one.nats)
 
 
 def _refined(problem: PoseProblem, poses: Sequence[Pose]) -> list[Around]:
@@ -186,7 +186,8 @@ def _refined(problem: PoseProblem, poses: Sequence[Pose]) -> list[Around]:
 def _on_lines(problem: PoseProblem, one: Around, habits: Habits) -> Around:
     """The pose fitted to whole lines, whose covariance knows what they are off by more than noise.
 
-    Where too few are seen for that, the covariance is that of edge points, and its tails.
+    Where too few are seen for that, the covariance is that of edge points, and its tails. The evidence is the
+    most that it has before and after: of a lattice that differs by ten nats, which tell no poses apart.
     """
     problem = with_line_scales(problem, one.pose)
     spacing = spacing_for(problem.model, problem.camera, one.pose)
@@ -199,7 +200,7 @@ def _on_lines(problem: PoseProblem, one: Around, habits: Habits) -> Around:
         one = replace(one, pose=fit.pose, covariance=fit.covariance)
         if fit.moved_px < SETTLED_PX:
             break
-    return one
+    return replace(one, nats=max(one.nats, evidence_at(problem, one.pose, spacing)))
 
 
 def _turned(problem: PoseProblem, best: Around) -> list[Around]:

@@ -11,9 +11,10 @@ from geometry.symmetries import ASYMMETRIC, Symmetry
 from tests.vision_server.refined_poses import channels_of, scaled
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from vision_server.pose import likely
-from vision_server.pose.alternatives import LEAST_CHANCE, listed, shares
+from vision_server.pose.alternatives import LEAST_CHANCE, distinct_of, listed, shares
 from vision_server.pose.likely import likely_of
 from vision_server.pose.observation import PoseProblem
+from vision_server.pose.places import A_PART_NATS
 from vision_server.pose.ranking import Refined, refined
 from vision_server.pose.settling import Settled
 from vision_server.pose.trust import RIVAL_NATS
@@ -65,13 +66,21 @@ def test_the_last_step_is_done_for_each(right: Refined) -> None:
     assert likely_of([], ASYMMETRIC) == []
 
 
-def test_shares_are_of_distinct_poses() -> None:
-    other = POSE.compose(QUARTER)
-    found = [(POSE, RIVAL_NATS), (POSE.compose(HALF), 0.9 * RIVAL_NATS), (other, 0.0)]
-    assert [index for index, _ in shares(found, TWO_SIDES)] == [0, 2]
-    first, second = (share for _, share in shares(found, TWO_SIDES))
+def test_images_of_a_pose_by_a_symmetry_are_not_distinct() -> None:
+    assert distinct_of([POSE, POSE.compose(HALF), POSE.compose(QUARTER)], TWO_SIDES) == [0, 2]
+
+
+def test_poses_at_one_place_share_what_there_is() -> None:
+    first, second = shares(np.array([RIVAL_NATS, 0.0]), np.zeros((2, 2), dtype=bool))
     assert first + second == pytest.approx(1.0)
     assert first / second == pytest.approx(np.e)
+
+
+def test_convincing_poses_elsewhere_share_nothing() -> None:
+    elsewhere = ~np.eye(2, dtype=bool)
+    assert min(shares(A_PART_NATS * np.array([3.0, 2.0]), elsewhere)) > 0.99
+    weak = shares(A_PART_NATS * np.array([0.5, 0.5]), elsewhere)
+    assert weak == pytest.approx([0.5, 0.5])
 
 
 def test_of_many_poses_those_are_listed_that_noise_may_have_put_last() -> None:

@@ -14,9 +14,14 @@ from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_imag
 from tests.vision_server.tracking.films import GREYS
 from vision_server.image_set import ImageSet
 from vision_server.pose.covariance import share_within
+from vision_server.pose.line_scales import with_line_scales
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.sampling import spacing_for
+from vision_server.pose.support import evidence_at
 from vision_server.tracking.agreement import Agreement, agreement
 from vision_server.tracking.chances import Chance, Chances, probability
-from vision_server.tracking.referee import LIMITS, LOST, OK, Around, chances_of, judged
+from vision_server.tracking.fitting import Habits
+from vision_server.tracking.referee import LIMITS, LOST, OK, Around, _on_lines, chances_of, judged
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +51,21 @@ def test_a_pose_of_what_is_not_there_is_lost(model: Model) -> None:
     found = judged(one_image(noise), ["i1"], model, CAMERA, POSE)
     assert (found.state, found.better) == ("lost", None)
     assert len(found.disagreeing) >= 7
+
+
+@pytest.mark.parametrize("nats", [0.0, 1e3])
+def test_a_pose_has_the_evidence_of_its_better_fit(model: Model, images: ImageSet, nats: float) -> None:
+    """Not of the one that it happened to come by."""
+    problem = PoseProblem.at_scale(images.gradients(["i1"]), model, CAMERA)
+    start = Pose(POSE.rotation_vector, POSE.translation * 1.002)
+    before = Around(start, 1e-6 * np.eye(6), nats, 1.0, 1.0)
+    after = _on_lines(problem, before, Habits.of(model))
+    spacing = spacing_for(model, CAMERA, start)
+    assert after.pose.error_to(POSE).within(0.1, 0.001)
+    fitted = evidence_at(with_line_scales(problem, start), after.pose, spacing)
+    assert fitted > 10.0
+    assert after.nats == max(nats, fitted)
+    assert (after.quality, after.believed) == (before.quality, before.believed)
 
 
 @pytest.mark.parametrize(("sides", "degrees"), [(8, 45.0), (8, 180.0), (48, 60.0)])
