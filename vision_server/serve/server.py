@@ -16,7 +16,7 @@ from bridge.client import Client
 from bridge.endpoints import CurveClient
 from bridge.errors import BadInput, DeviceError
 from bridge.image_messages import CAPTURE_S, ImageCaptureResult, capture_deadline_s
-from bridge.messages import Describe, NoArgs, PoseMessage, Settings
+from bridge.messages import Describe, NoArgs, PoseMessage
 from bridge.serve import Reply, Service
 from bridge.start_messages import ModelTold, RestoreArgs, StartArgs, StartResult
 from bridge.vision_messages import (
@@ -42,6 +42,7 @@ from vision_server.serve.opening import GIVEN_FRAMES, given_values, open_task
 from vision_server.serve.recorder import FOLDER
 from vision_server.serve.results import estimate_result, model_wrong, restored_estimate
 from vision_server.serve.sessions import Session, Sessions
+from vision_server.serve.taking import taken
 from vision_server.serve.task import PoseTask
 
 RETRIES = 29  # about one a second: an image server that died may be there again, and answers nothing twice
@@ -167,16 +168,16 @@ class VisionServer(Service):
                     f"The image server at {client.endpoint} sent no grey frame of 8 or 16 bits."
                 )
             events = [told.event for told in header.events]
-            taken = _taken(
+            answer = taken(
                 session.task, args.image, header.applied, arrays[0], header.verified, seconds, events
             )
-            return Reply({**taken, "events": header.events})
+            return Reply({**answer, "events": header.events})
 
     def _on_add(self, args: AddArgs) -> Reply:
         pixels = self._given_frame()
         with self._sessions.of(self.caller) as session:
             session.task.check_name(args.image)
-            return Reply(_taken(session.task, args.image, args.settings, pixels, True, 0.0))
+            return Reply(taken(session.task, args.image, args.settings, pixels, True, 0.0))
 
     def _given_frame(self) -> FramePixels:
         if not _one_grey(self.arrays):
@@ -232,45 +233,6 @@ class VisionServer(Service):
     def _on_end(self, _: NoArgs) -> Reply:
         self._sessions.end(self.caller, "")
         return Reply({})
-
-
-def _taken(
-    task: PoseTask,
-    image: str,
-    applied: Settings,
-    pixels: FramePixels,
-    verified: bool,
-    capture_s: float,
-    events: Sequence[str] = (),
-) -> dict[str, Any]:
-    """Take a frame into the set; what is answered is on the disk, so that a session can be resumed.
-
-    ``events`` were published with it: it is the first to see them.
-    """
-    began = time.perf_counter()
-    if task.recorder is not None:
-        task.recorder.save(image, applied, pixels)  # while its edges are looked for
-    statistics = task.add(image, pixels, applied)
-    moved = task.images.moved(image)
-    cause = doubt = None
-    task.hear(events, image)
-    if task.to_be_judged(image):
-        from vision_server.serve.unforeseen import surprise_of
-
-        cause, doubt = surprise_of(task, image)
-    if task.recorder is not None:
-        task.recorder.flush()
-    return {
-        "image": image,
-        "applied": applied,
-        "verified": verified,
-        "statistics": statistics,
-        "moved": None if moved is None else moved._asdict(),
-        "repeats": task.images.images[image].repeats,
-        "surprise": cause and msgspec.to_builtins(cause),
-        "doubt": doubt and msgspec.to_builtins(doubt),
-        "seconds": {"capture": capture_s, "edges": time.perf_counter() - began},
-    }
 
 
 def _one_grey(arrays: Sequence[NDArray[Any]]) -> bool:
