@@ -59,22 +59,11 @@ def visible_runs(model: Model, camera: Camera, pose: Pose) -> list[Run]:
 
 
 def _cornered(points: Floats) -> Floats:
-    """Of points along a stretch, (K, 2), those that tell where it is: its ends where it is straight.
+    """Of points along a stretch, (K, 2), those that tell where it is: its ends where it is straight."""
+    import cv2  # late, as the kernels above
 
-    Between them the farthest one from their chord is taken until all are near (Douglas and Peucker 1973).
-    """
-    taken = [0, len(points) - 1]
-    spans = [(0, len(points) - 1)]
-    while spans:
-        first, last = spans.pop()
-        aside, chord = points[first : last + 1] - points[first], points[last] - points[first]
-        along = np.clip(aside @ chord / max(float(chord @ chord), 1e-12), 0.0, 1.0)
-        away = np.linalg.norm(aside - along[:, None] * chord, axis=1)
-        if away.max() > AWAY_PX:
-            middle = first + int(away.argmax())
-            taken.append(middle)
-            spans += [(first, middle), (middle, last)]
-    return points[sorted(taken)]
+    corners = cv2.approxPolyDP(points.astype(np.float32), AWAY_PX, closed=False)
+    return np.asarray(corners[:, 0], dtype=np.float64)
 
 
 def bounds_of(runs: Sequence[Run]) -> tuple[float, float, float, float] | None:
