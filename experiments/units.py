@@ -5,8 +5,7 @@ from pathlib import Path
 from bridge.errors import BadInput
 from experiments.plan import Plan
 from geometry.errors import GeometryError
-from geometry.model import load_model
-from image_server.simulator.scenario import SIZES_MEANT_M
+from geometry.model import load_model, size_meant
 
 
 def unit_doubts(plan: Plan) -> list[str]:
@@ -25,6 +24,6 @@ def unit_doubts(plan: Plan) -> list[str]:
             across = load_model(file, unit).diameter
         except GeometryError as error:
             raise BadInput(f"{error}.") from None
-        if not SIZES_MEANT_M[0] <= across <= SIZES_MEANT_M[1]:
+        if not size_meant(across):
             doubts.append(f'{file} is {across:.3g} m across: can that be? A plan may say unit = "mm".')
     return doubts

@@ -76,9 +76,8 @@ class _Reader:
             bare = ATTRIBUTE.sub(" ", COMMENT.sub("", line))
             self.tokens += [(token, row) for token in bare.split()]
         self.position = 0
-        self.broken: tuple[int, str] | None = (
-            None  # where points end before their count does, if anything is wrong
-        )
+        # said in place of what fails: points end before their count does
+        self.broken: tuple[int, str] | None = None
 
     def fail(self, what: str) -> NoReturn:
         if self.broken is not None:

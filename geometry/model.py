@@ -20,6 +20,7 @@ Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+SIZES_MEANT_M = (0.003, 30.0)  # across: parts outside are rare, and files in another unit than told are not
 READERS: dict[str, Callable[[Path], Surface]] = {
     ".cao": read_cao,
     ".obj": read_mesh,
@@ -95,6 +96,11 @@ class Model:
             triangles=np.concatenate([np.empty((0, 3), dtype=np.int64), *triangles]),
             triangle_face=owner,
         )
+
+
+def size_meant(diameter_m: float) -> bool:
+    """Whether a part may be so large, or is likelier in another unit than was told."""
+    return SIZES_MEANT_M[0] <= diameter_m <= SIZES_MEANT_M[1]
 
 
 @lru_cache(maxsize=8)

@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 
 from bridge.errors import BadInput
+from geometry.model import size_meant
 from image_server.simulator.scenario_tables import Light, Scenario, ScenarioCamera
 from stack.tables import as_table, read_toml
 
@@ -17,7 +18,6 @@ SCENARIOS = Path(__file__).resolve().parent.parent.parent / "scenarios"
 USUAL_M = (0.15, 0.8)
 RANGE_M = (0.5, 1.0)
 LENGTHS = {"pose": {"range_m"}, "camera": {"focuses_m", "pixel_um"}, "background": {"distance_m"}}
-SIZES_MEANT_M = (0.003, 30.0)  # across: a target that is smaller or larger was told in another unit
 
 
 def load_scenario(name_or_file: str) -> Scenario:
@@ -84,13 +84,12 @@ def of_size(scenario: Scenario, diameter_m: float) -> Scenario:
 
     For one that is much larger or smaller than USUAL_M, a range that is not told is as much larger or
     smaller, and where the scenario is `in_proportion` all is: the range, where lamps and wall are, and what
-    is focused on. So the target is lit and seen as a usual one is. One of which `SIZES_MEANT_M` says that its
+    is focused on. So the target is lit and seen as a usual one is. One of which `size_meant` says that its
     unit is wrong stands where others do.
     """
     if scenario.pose.range_m is not None and not scenario.in_proportion:
         return scenario
-    low, high = SIZES_MEANT_M
-    meant = diameter_m if low <= diameter_m <= high else USUAL_M[0]
+    meant = diameter_m if size_meant(diameter_m) else USUAL_M[0]
     scale = meant / min(max(meant, USUAL_M[0]), USUAL_M[1])
     near, far = scenario.pose.range_m or RANGE_M
     pose = msgspec.structs.replace(scenario.pose, range_m=(scale * near, scale * far))

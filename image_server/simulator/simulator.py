@@ -14,7 +14,7 @@ from bridge.image_messages import MoveDone, PoseErrorMessage
 from bridge.messages import Describe, PoseMessage, Settings
 from geometry.camera import Camera
 from geometry.errors import GeometryError
-from geometry.model import find_target, load_model
+from geometry.model import find_target, load_model, size_meant
 from geometry.pose import Pose
 from image_server.replay import pose_error
 from image_server.serve.device import Change, Device, Frame, checked_settings, sure_frame
@@ -23,7 +23,7 @@ from image_server.simulator.description import described, pose_message
 from image_server.simulator.drift import Drift
 from image_server.simulator.lens import focused, zoomed
 from image_server.simulator.material import load_appearance
-from image_server.simulator.scenario import RANGE_M, SIZES_MEANT_M, load_scenario, of_size
+from image_server.simulator.scenario import RANGE_M, load_scenario, of_size
 from image_server.simulator.scenario_tables import Scenario
 from image_server.simulator.scene import Scene, background_parts, joined, target_part
 from image_server.simulator.view import Radiances, TracedView, rendered, sky_of
@@ -85,7 +85,7 @@ class Simulator(Device):
         self._scenario = of_size(told, self.model.diameter)
         self._nearest_m = LEAST_RANGE_DIAMETERS * self.model.diameter
         least = (self._scenario.pose.range_m or RANGE_M)[0]
-        if least < self._nearest_m and SIZES_MEANT_M[0] <= self.model.diameter <= SIZES_MEANT_M[1]:
+        if least < self._nearest_m and size_meant(self.model.diameter):
             raise BadInput(
                 f"The scenario's [pose] range_m begins at {least:g} m, and the target is"
                 f" {self.model.diameter:.2g} m large.",

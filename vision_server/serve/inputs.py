@@ -12,7 +12,7 @@ import numpy as np
 from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.errors import GeometryError
-from geometry.model import Model, load_model
+from geometry.model import Model, load_model, size_meant
 from geometry.pose import Pose
 from stack.format import unknown_camera_key, unknown_target_key
 from stack.tables import read_toml
@@ -20,7 +20,6 @@ from vision_server.channels.depth import Raw
 from vision_server.matching.match import Anywhere
 
 # Chosen by hand where nothing else is said.
-SIZES_MEANT_M = (0.003, 30.0)  # across: parts outside are rare, and files in another unit than told are not
 FOREIGN = (".yaml", ".yml", ".xml")  # camera files of other programs
 MOST_ROUNDED = 0.1  # of the target's size: lines of what is rounder are no edges any more
 MOST_TOLERANCE = 0.05  # of the target's size: what is so far off is another part
@@ -246,7 +245,7 @@ def model_warning(model: Model, camera: Camera, seed_pose: Pose | None) -> str |
 
 def _unit_warning(model: Model) -> str | None:
     """What to say of a model whose size is likelier a wrong unit, where no seed pose tells."""
-    if SIZES_MEANT_M[0] <= model.diameter <= SIZES_MEANT_M[1]:
+    if size_meant(model.diameter):
         return None
     return (
         f"the model is {model.diameter:.3g} m across. If the part is not, --unit is wrong, and the pose is "
