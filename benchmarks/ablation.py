@@ -32,7 +32,6 @@ from unittest.mock import patch
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from benchmarks.photographs import Photograph, image_set, stack_studio
 from benchmarks.pose_accuracy import TRACK_LIMITS_MM_DEG, true_poses
@@ -41,6 +40,7 @@ from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose, disturbed
+from numerics.arrays import Floats
 from vision_server.channels.gradients import SCALES_PX
 from vision_server.channels.image_files import read_grey
 from vision_server.channels.tone import file_tone
@@ -212,7 +212,7 @@ def run_scene(
     return out
 
 
-def interval(scenes: Sequence[str], change: NDArray[np.float64]) -> list[float]:
+def interval(scenes: Sequence[str], change: Floats) -> list[float]:
     """95 % interval of the mean change (N,) per trial, in percentage points, by resampling scenes."""
     by_scene: dict[str, list[float]] = defaultdict(list)
     for scene, value in zip(scenes, change.tolist(), strict=True):

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
+
+from numerics.arrays import Flags, Floats, Grey, Ints
 
 Body = Literal["sphere", "cylinder", "folded sheet"]
 BODIES: tuple[Body, ...] = ("sphere", "cylinder", "folded sheet")
@@ -18,10 +19,8 @@ LIGHT_ELEVATION_DEG = 30.0
 PIXEL_BLUR_PX = 0.7
 NOISE = 0.005  # of full scale
 
-Floats = NDArray[np.float64]
 
-
-def _surface(body: Body) -> tuple[NDArray[np.bool_], Floats, NDArray[np.int64]]:
+def _surface(body: Body) -> tuple[Flags, Floats, Ints]:
     """Where the body is, its unit normals (3, H, W) towards the camera (-z), and a number for each face."""
     height, width = SHAPE
     y, x = np.mgrid[:height, :width].astype(np.float64)
@@ -51,7 +50,7 @@ def _surface(body: Body) -> tuple[NDArray[np.bool_], Floats, NDArray[np.int64]]:
 
 def attached_shadow_set(
     body: Body, lights: int, seed: int = 0
-) -> tuple[list[NDArray[np.uint8]], NDArray[np.bool_]]:
+) -> tuple[list[Grey], Flags]:
     """Images of a body, one light each from all round, and its true edges.
 
     Returns

@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.machined_parts import Floats, Ints, Solid, circle, drilled, rounded
+from benchmarks.machined_parts import Solid, circle, drilled, rounded
 from geometry.polygon import triangulate
+from numerics.arrays import Floats, Ints
 
 PRESSURE_RAD = np.radians(20.0)  # of involute teeth
 ADDENDUM, DEDENDUM = 1.0, 1.25  # of a tooth, over its module

@@ -23,13 +23,13 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 from scipy.special import owens_t
 
 from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.pose import Pose, disturbed
 from geometry.visibility import DENSEST_PX
+from numerics.arrays import Floats, Ints
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.image_set import ImageSet
 from vision_server.pose.covariance import pose_covariance
@@ -38,8 +38,6 @@ from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.refinement import Solution, refine, solve
 from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
-
-Floats = NDArray[np.float64]
 
 CAMERA = Camera(240, 180, 315.0, 315.0, 119.5, 89.5)
 POSE = Pose(np.array([0.55, 0.70, 0.10]), np.array([0.004, -0.003, 0.42]))
@@ -91,7 +89,7 @@ def picture(pose: Pose, levels: Floats, blur_px: float) -> Floats:
     return out
 
 
-def _coverage(polygon: Floats, places: NDArray[np.int64], width: float) -> Floats:
+def _coverage(polygon: Floats, places: Ints, width: float) -> Floats:
     """Share (M,) of a Gaussian about each place (M, 2) that falls into a polygon (K, 2), px.
 
     The signed sum over its sides of the triangles between place and side: angle / (2 pi) less Owen's T of

@@ -13,9 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from manifold3d import CrossSection, Manifold
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
 Place = tuple[float, float, float]
 
 

@@ -6,12 +6,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.docking_gear import GEAR, write_gear
 from geometry.model import find_target
+from numerics.arrays import Floats
 
-Floats = NDArray[np.float64]
 Solid = tuple[Floats, float, float]  # a ring of corners (N, 2), anticlockwise, its lower and its upper end
 
 WIDTH_M = (0.15, 0.3)

@@ -12,11 +12,11 @@ from typing import Annotated
 import cv2
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from bridge.messages import Settings
 from image_server.simulator.scenario import load_scenario, with_conditions
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Grey
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels
@@ -33,10 +33,8 @@ COLUMNS = 4
 SHRINK = 0.8
 LIT_GREY, MARGIN_PX = 16, 12  # what belongs to the target, and the frame around it
 
-Picture = NDArray[np.uint8]
 
-
-def drawn(edges: EdgeMap) -> Picture:
+def drawn(edges: EdgeMap) -> Grey:
     """The strongest edgels, dark on white; the darker the stronger."""
     ridge = edges.ridge
     count = int(STRONGEST * ridge.size)
@@ -46,7 +44,7 @@ def drawn(edges: EdgeMap) -> Picture:
     return shade.astype(np.uint8)
 
 
-def captioned(picture: Picture, text: str) -> Picture:
+def captioned(picture: Grey, text: str) -> Grey:
     """The picture in colour under its name."""
     colour = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR) if picture.ndim == 2 else picture
     bar = np.full((26, colour.shape[1], 3), BACKGROUND, np.uint8)

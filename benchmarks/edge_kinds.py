@@ -29,6 +29,7 @@ from image_server.simulator.rays import NOTHING, Caster, pixel_rays
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scene import joined, target_part
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Flags, Floats, Grey
 from stack.exposure import relative_exposure
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.kinds import EdgeKinds, edge_kinds
@@ -36,8 +37,6 @@ from vision_server.edges.kinds_table import kinds_picture
 from vision_server.edges.likelihoods import CREASE, FIXED, KINDS, NOISE, OUTLINE, SHADOW
 from vision_server.edges.suppression import edge_picture
 
-Flags = NDArray[np.bool_]
-Floats = NDArray[np.float64]
 Places = tuple[slice, slice]
 
 TARGETS = ("cube", "fixture", "satellite")
@@ -122,7 +121,7 @@ class Scene(NamedTuple):
     """Images of one scene with their exposures, and its true edges that can be seen."""
 
     name: str
-    images: list[NDArray[np.uint8]]
+    images: list[Grey]
     exposure: float
     truth: Truth
 
@@ -213,7 +212,7 @@ def confusion(kinds: EdgeKinds, truth: Truth) -> tuple[Flags, Flags]:
     )
 
 
-def pictured(scene: Scene, kinds: EdgeKinds) -> NDArray[np.uint8]:
+def pictured(scene: Scene, kinds: EdgeKinds) -> Grey:
     """Four images of a scene, its edges in the colours of their kinds, and those that are the scene's."""
     images = [cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) for image in scene.images]
     contour = cv2.cvtColor(edge_picture(kinds.of_kinds(FIXED)), cv2.COLOR_GRAY2BGR)

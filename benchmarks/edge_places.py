@@ -20,7 +20,6 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.edge_times import APERTURE, EXPOSURE, SHUTTER_S, TARGETS
 from benchmarks.lines import show
@@ -28,11 +27,10 @@ from bridge.messages import Settings
 from geometry.model import find_target
 from geometry.visibility import visible_samples
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Floats, Ints
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels
-
-Floats = NDArray[np.float64]
 
 LIGHTS = ((7, 0, 0), (0, 7, 0), (0, 0, 7))
 LEAST_SIGNAL = 20.0
@@ -42,7 +40,7 @@ LEAST_COSINE = 0.97
 SPACING_PX = 2.0
 
 
-def nearest(edges: EdgeMap, points: Floats, normals: Floats) -> tuple[Floats, NDArray[np.int64]]:
+def nearest(edges: EdgeMap, points: Floats, normals: Floats) -> tuple[Floats, Ints]:
     """Offsets along the normals of the edgels that lie beside the points and run as they do, and which."""
     best, which = np.full(len(points), np.inf), np.full(len(points), -1)
     x, y = np.round(points).astype(int).T

@@ -15,12 +15,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from benchmarks.attached_shadows import BODIES, attached_shadow_set
 from benchmarks.edge_times import edge_times
 from benchmarks.lines import show
 from experiments.edge_metrics import EdgeQuality, edge_quality, outline_of
+from numerics.arrays import Field, Grey
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.image_files import read_grey
 from vision_server.channels.lighting import WEIGHT_EXPONENT
@@ -31,14 +31,13 @@ from vision_server.edges.merging import merge_channels
 from vision_server.rivals import MERGE_RULES
 from vision_server.rivals.merge_rules import comparison_edges
 
-Image = NDArray[np.uint8]
 Results = dict[str, dict[str, dict[str, float]]]  # set of images -> rule -> measure
 METHODS = ("em", "em, fixed kinds", "em without weights", *MERGE_RULES, "lsd, first image", "lsd, united")
 TRIPLES = ((1, 5, 9), (2, 6, 10), (3, 7, 11), (4, 8, 12))
 SATURATED = (4.0, 12.0)  # times that an image among good ones is overexposed
 
 
-def ridges(images: Sequence[Image], method: str) -> NDArray[np.float32]:
+def ridges(images: Sequence[Grey], method: str) -> Field:
     """Merged magnitude on its ridges; exposures are what the images show of them, as in `edges`."""
     if method.startswith("lsd"):
         return segments_drawn(images if method == "lsd, united" else images[:1])
@@ -55,7 +54,7 @@ def ridges(images: Sequence[Image], method: str) -> NDArray[np.float32]:
     return merge_channels(channels).ridge
 
 
-def segments_drawn(images: Sequence[Image]) -> NDArray[np.float32]:
+def segments_drawn(images: Sequence[Grey]) -> Field:
     """LSD's segments of all images, as strong as they are unlikely by chance: -log10 of the false alarms."""
     detector = cv2.createLineSegmentDetector(cv2.LSD_REFINE_ADV)
     drawn = np.zeros(images[0].shape, np.float32)

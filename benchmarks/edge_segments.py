@@ -19,13 +19,13 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.messages import Settings
 from geometry.pose import RIGHT, disturbed
 from geometry.visibility import visible_samples
 from image_server.simulator.scenario import load_scenario, with_conditions
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Flags, Floats, Grey
 from stack.exposure import REFERENCE, SHUTTERS_S
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.edge_map import EdgeMap
@@ -34,9 +34,6 @@ from vision_server.matching import SearchRange, match_search
 from vision_server.rivals.splitting import split_segments
 from vision_server.segments.extraction import extract_segments
 from vision_server.segments.line_fit import Segments
-
-Floats = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 TARGETS = ("cube", "fixture", "satellite")
 SUNS = (0.0, 1.0, 20.0)
@@ -53,7 +50,7 @@ RIGHT_DEG, RIGHT_SHARE = RIGHT
 class Exposed:
     """An image and its exposure relative to the reference."""
 
-    image: Image
+    image: Grey
     exposure: float
 
 
@@ -67,7 +64,7 @@ def exposed(simulator: Simulator, levels: tuple[int, ...]) -> Exposed:
     return Exposed(image, shutter / REFERENCE.shutter_s)
 
 
-def lsd(image: Image) -> Floats:
+def lsd(image: Grey) -> Floats:
     """Segments of cv2's LSD that are long enough to be of use, float64 (N, 4)."""
     found = cv2.createLineSegmentDetector().detect(image)[0]
     ends = np.zeros((0, 4)) if found is None else np.asarray(found, np.float64).reshape(-1, 4)
@@ -90,7 +87,7 @@ def ways(images: Sequence[Exposed]) -> Iterator[tuple[str, list[Floats]]]:
     yield "em, merged, growing", [merged(images)]
 
 
-def on_lines(points: Floats, directions: Floats, ends: Floats) -> NDArray[np.bool_]:
+def on_lines(points: Floats, directions: Floats, ends: Floats) -> Flags:
     """Which of some oriented points lie under one of the segments."""
     found = np.zeros(len(points), np.bool_)
     for x0, y0, x1, y1 in ends:

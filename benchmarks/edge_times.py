@@ -8,19 +8,17 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.lines import Show
 from bridge.messages import Settings
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Grey
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.kinds import edge_kinds
 from vision_server.edges.likelihoods import FIXED
 from vision_server.edges.merging import ImageSetStatistics, merge_channels
 from vision_server.edges.suppression import edgel_thresholds, hysteresis
 from vision_server.segments.extraction import extract_segments
-
-Image = NDArray[np.uint8]
 
 ROUNDS = 25
 CANNY_THRESHOLDS = (50, 150)
@@ -54,7 +52,7 @@ def alternately(*measures: Callable[[], Taken]) -> list[Taken]:
     ]
 
 
-def simulated(target: str) -> list[Image]:
+def simulated(target: str) -> list[Grey]:
     """Four images of one scene, 640 x 480: each light alone, and all together."""
     simulator = Simulator(target, "nominal", 1)
     return [
@@ -63,7 +61,7 @@ def simulated(target: str) -> list[Image]:
     ]
 
 
-def edge_times(show: Show, name: str, images: Sequence[Image], exposure: float = 1.0) -> None:
+def edge_times(show: Show, name: str, images: Sequence[Grey], exposure: float = 1.0) -> None:
     """Edge map, hysteresis, kinds and segments of all images, beside the peers on the same images."""
 
     def whole() -> None:
@@ -91,7 +89,7 @@ def edge_times(show: Show, name: str, images: Sequence[Image], exposure: float =
     )  # fmt: skip
 
 
-def nth_channel(show: Show, name: str, images: Sequence[Image], exposure: float = 1.0) -> None:
+def nth_channel(show: Show, name: str, images: Sequence[Grey], exposure: float = 1.0) -> None:
     """An image added to a merged set and the set merged again: the second, the twelfth; one taken out."""
     channels = [channel_statistics(image, exposure) for image in images] * 3
 

@@ -20,10 +20,8 @@ from geometry.camera import Camera
 from geometry.model import TARGETS, Model, load_model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of, vector_of
+from numerics.arrays import Flags, Floats, Grey
 from vision_server.pose.stretch import stretched
-
-Floats = NDArray[np.float64]
-Grey = NDArray[np.uint8]
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 KINDS = ("calm", "fast", "eighth", "arm", "lights", "leaving", "another", "printed", "stretched")
@@ -163,7 +161,7 @@ def _in_frame(model: Model, pose: Pose) -> float:
     return float(np.mean(((pixels >= 0) & (pixels < [CAMERA.width, CAMERA.height])).all(axis=1)))
 
 
-def _arm(picture: Floats, inside: NDArray[np.bool_], passed: float) -> float:
+def _arm(picture: Floats, inside: Flags, passed: float) -> float:
     """Draw an arm that crosses the target and hides most of it half-way; the share that is left."""
     _, columns = np.nonzero(inside)
     if len(columns) == 0:

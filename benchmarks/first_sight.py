@@ -27,7 +27,6 @@ from typing import Annotated
 import cv2
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from benchmarks.cad_parts import CAD
 from benchmarks.drawn_parts import PARTS, part_file
@@ -39,6 +38,7 @@ from geometry.camera import Camera
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from geometry.symmetries import Symmetry, symmetry_of
+from numerics.arrays import Grey
 from report.overlay import draw_overlay
 from vision_server.image_set import ImageSet
 from vision_server.judgement import Estimate
@@ -80,8 +80,8 @@ def any_pose(rng: np.random.Generator, model: Model, camera: Camera) -> Pose:
 
 
 def in_front_of_clutter(
-    pixels: NDArray[np.uint8], model: Model, camera: Camera, pose: Pose, rng: np.random.Generator, count: int
-) -> NDArray[np.uint8]:
+    pixels: Grey, model: Model, camera: Camera, pose: Pose, rng: np.random.Generator, count: int
+) -> Grey:
     """The picture with so many polygons of random greys behind the target."""
     behind = np.full(pixels.shape, 20.0)
     for _ in range(count):
@@ -143,7 +143,7 @@ class Trial:
 
 def looked_at(
     model: Model, camera: Camera, pose: Pose, rng: np.random.Generator, given: Conditions
-) -> tuple[NDArray[np.uint8], list[tuple[Estimate, float]]]:
+) -> tuple[Grey, list[tuple[Estimate, float]]]:
     """The first of the images until a pose is trusted; what each told and its processor's seconds."""
     images, behind = ImageSet(camera.width, camera.height), rng.integers(2**32)
     names: list[str] = []
@@ -189,7 +189,7 @@ def known(folder: Path, given: Conditions) -> list[Trial]:
     return [Trial(**{key: row[key] for key in row if key not in wanted}) for row in mine]
 
 
-def picture(pixels: NDArray[np.uint8], model: Model, camera: Camera, true: Pose, found: Estimate) -> object:
+def picture(pixels: Grey, model: Model, camera: Camera, true: Pose, found: Estimate) -> object:
     """The true pose and the first one found, beside each other."""
     poses = (true, found.pose)
     return np.hstack([draw_overlay(pixels, model, camera, pose, inset=False) for pose in poses])

@@ -14,9 +14,8 @@ from typing import Annotated, NamedTuple
 import cv2
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
-from benchmarks.edge_figure import Picture, captioned
+from benchmarks.edge_figure import captioned
 from benchmarks.first_sight import any_pose
 from benchmarks.lines import show
 from benchmarks.machined_parts import ROUND, machined, surface_of
@@ -26,6 +25,7 @@ from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from geometry.surface import Surface
 from geometry.symmetries import symmetry_of
+from numerics.arrays import Grey
 from report.overlay import draw_overlay
 from vision_server.edges.suppression import edge_picture
 from vision_server.image_set import ImageSet
@@ -91,7 +91,7 @@ def told(estimate: Estimate) -> str:
     return words + ("; turns freely" if estimate.free else "")
 
 
-def panels(view: View, rng: np.random.Generator) -> Picture:
+def panels(view: View, rng: np.random.Generator) -> Grey:
     """The view, its edges and the pose found, beside each other over what is said of it."""
     pixels = rendered(view.model, CAMERA, view.pose, rng)
     images = ImageSet(CAMERA.width, CAMERA.height)
@@ -132,7 +132,7 @@ def around(view: View) -> tuple[slice, slice]:
     return np.s_[int(y - half) : int(y + half), int(x - half) : int(x + half)]
 
 
-def sheet(views: list[View], seed: int) -> NDArray[np.uint8]:
+def sheet(views: list[View], seed: int) -> Grey:
     """All views, two to a row."""
     made = [panels(view, np.random.default_rng((seed, 100 + n))) for n, view in enumerate(views)]
     return np.vstack([np.hstack(made[n : n + 2]) for n in range(0, len(made), 2)])

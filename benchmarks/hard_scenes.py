@@ -13,14 +13,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks import povray
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Floats
 from vision_server.pose.stretch import stretched
-
-Floats = NDArray[np.float64]
 
 KINDS = "ABCEN"
 SHORTER = 0.8  # along another axis, of what the part is longer along one

@@ -27,7 +27,6 @@ from unittest.mock import patch
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from benchmarks.faulty_sessions import is_right, session
 from benchmarks.planted_faults import KINDS, Planted
@@ -35,11 +34,11 @@ from experiments.statistics import paired
 from experiments.version import ROOT
 from experiments.warm_servers import served_vision
 from geometry.pose import RIGHT
+from numerics.arrays import Floats
 from numerics.two_cores import use_one_core
 from vision_server.prediction.belief import Belief
 from vision_server.serve import prediction, unforeseen
 
-Floats = NDArray[np.float64]
 Patch = tuple[object, str, Any]
 
 STRATEGIES = ROOT / "benchmarks" / "strategies"

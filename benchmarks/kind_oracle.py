@@ -24,7 +24,6 @@ from unittest.mock import patch
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from benchmarks.ablation import RANGE, TRUSTED, Scene, interval, judged, stack_scenes
@@ -36,6 +35,7 @@ from image_server.simulator.material import MaterialChanges, Texture
 from image_server.simulator.scenario import load_scenario, with_conditions
 from image_server.simulator.scenario_tables import Background, Scenario
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Flags, Floats
 from vision_server.channels.gradients import Normals
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.edges.kinds import EdgeKinds, edge_kinds
@@ -47,8 +47,6 @@ from vision_server.pose.edge_points import EdgePoints
 from vision_server.pose.edge_search import search
 from vision_server.segments.extraction import extract_segments
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 Search = Callable[[Any, Any, Normals], EdgePoints]
 
 TURN_PX = 5.0  # an edge that is turned by 90 degrees counts as twice so far away

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.mesh import FLAT_DEG, SHARP_DEG
 from geometry.surface import Surface
+from numerics.arrays import Flags, Floats, Ints
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Solid = tuple[Floats, Ints]  # vertices (V, 3), metres; triangles (T, 3), wound outwards
 
 PLATE_M, THICK_M = (0.20, 0.15), 0.02
@@ -73,7 +71,7 @@ def drilled(outline: Floats, holes: list[Floats], low: float, high: float, chamf
     return vertices, np.concatenate(faces)
 
 
-def _within(points: Floats, loop: Floats) -> NDArray[np.bool_]:
+def _within(points: Floats, loop: Floats) -> Flags:
     """Which points (N, 2) are inside a closed loop (M, 2)."""
     out = np.zeros(len(points), dtype=bool)
     for a, b in zip(loop, np.roll(loop, -1, axis=0), strict=True):

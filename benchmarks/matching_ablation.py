@@ -22,14 +22,14 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from benchmarks.photographs import Photograph, middle_of_stack, recorded, simulated
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose, disturbed
+from numerics.arrays import Floats
 from vision_server.image_set import ImageSet
-from vision_server.matching import SearchRange, match_genetic, match_search
+from vision_server.matching import SearchRange, match_search
 from vision_server.matching.draws import even_numbers, poses_around
 from vision_server.matching.icp import Lookup, score_poses
 from vision_server.matching.match import Problem, distinct, matching_problem
@@ -37,10 +37,9 @@ from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
 from vision_server.matching.search import COARSE_SPACING_PX, MOST_HYPOTHESES, Effort, finished
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import best_first
-from vision_server.rivals.genetic import GENERATIONS, POPULATION, evolved
+from vision_server.rivals.genetic import GENERATIONS, POPULATION, evolved, match_genetic
 from vision_server.segments.extraction import extract_segments
 
-Floats = NDArray[np.float64]
 Matcher = Callable[[Floats, Model, Camera, Pose, int], list[Pose]]
 
 RANGE = SearchRange()

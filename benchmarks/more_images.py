@@ -17,15 +17,13 @@ from zlib import crc32
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from benchmarks.photographs import image_set, stack_studio
 from benchmarks.trust_rows import drawn_set
 from geometry.pose import disturbed
+from numerics.arrays import Floats
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
-
-Floats = NDArray[np.float64]
 
 RESAMPLED = 2000
 

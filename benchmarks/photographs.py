@@ -9,7 +9,6 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.messages import Settings
 from geometry.camera import Camera
@@ -18,6 +17,7 @@ from geometry.pose import Pose
 from image_server.replay import Replay
 from image_server.serve.device import Device
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Grey
 from stack.exposure import full_levels, relative_exposure
 from stack.read import BasisStack, load_stack
 from vision_server.channels.image_files import read_grey
@@ -42,7 +42,7 @@ class Photograph:
         Its own, for random draws.
     """
 
-    pixels: NDArray[np.uint8]
+    pixels: Grey
     exposure: float
     gamma: float
     tone_sd_px: float

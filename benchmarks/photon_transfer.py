@@ -15,11 +15,11 @@ import matplotlib as mpl
 import msgspec
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from bridge.messages import Settings
 from image_server.simulator.scenario_tables import Scenario
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Floats
 from stack.exposure import WHITE, relative_exposure
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -31,8 +31,6 @@ HIGHEST = 0.85  # of full scale: above, noise clips
 DARK_SIGMAS = 5.0  # below so many deviations of the read noise, noise clips at black
 GAINS = (1.0, 2.0, 4.0, 8.0)
 FRAMES = 16  # averaged for a point of the linearity curve
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -25,19 +25,17 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from geometry.model import Model, load_model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
+from numerics.arrays import Floats
 from vision_server.channels.image_files import read_grey
 from vision_server.serve.inputs import read_camera, read_seed_pose
 from vision_server.tracking.motion import about
 from vision_server.tracking.sources import IMAGES
 from vision_server.tracking.tracker import Tracker
-
-Floats = NDArray[np.float64]
 
 SOURCE = Path(__file__).with_name("visp_tracker.cpp")
 LIBRARIES = ("mbt", "io", "core", "me", "klt", "vision", "visual_features")

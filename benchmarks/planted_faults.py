@@ -16,7 +16,6 @@ import cv2
 import msgspec
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from bridge.image_messages import PoseErrorMessage
 from bridge.messages import Describe, LightDescription, PoseMessage, Settings
@@ -29,13 +28,12 @@ from image_server.simulator.description import pose_message
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scenario import with_conditions as scenario_with
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Flags, Grey
 from stack.exposure import level_fraction
 from stack.read import BasisStack, load_stack
 from stack.read import with_conditions as stack_with
 from vision_server.serve.statistics import target_region
 
-Grey = NDArray[np.uint8]
-Floats = NDArray[np.float64]
 Lights = Sequence[LightDescription]
 
 KINDS = ("light_dead", "lights_swapped", "sun_changed", "target_moved", "in_the_way", "model_wrong")
@@ -96,7 +94,7 @@ def true_pose(scene: str, device: Device) -> Pose:
     return Pose(np.array(told.rotation_vector), np.array(told.translation))
 
 
-def camera_and_region(describe: Describe, true: Pose) -> tuple[Camera, NDArray[np.bool_]]:
+def camera_and_region(describe: Describe, true: Pose) -> tuple[Camera, Flags]:
     """The camera, and where the target is in its picture, bool (H, W)."""
     assert describe.camera is not None and describe.target is not None
     camera = Camera.from_dict(msgspec.to_builtins(describe.camera))
@@ -144,7 +142,7 @@ def turned(fault: Fault) -> Pose:
     return Pose(MOVED * axis, np.zeros(3))
 
 
-def pictured(pixels: Grey, camera: Camera, region: NDArray[np.bool_], fault: Fault, number: int) -> Grey:
+def pictured(pixels: Grey, camera: Camera, region: Flags, fault: Fault, number: int) -> Grey:
     """A picture (H, W) after a fault that is not of light; the target is in a region (H, W)."""
     if fault.name == "target_moved":
         matrix = np.array([[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]])
@@ -159,7 +157,7 @@ def pictured(pixels: Grey, camera: Camera, region: NDArray[np.bool_], fault: Fau
     return pixels
 
 
-def with_arm(pixels: Grey, region: NDArray[np.bool_], towards_rad: float, rng: np.random.Generator) -> Grey:
+def with_arm(pixels: Grey, region: Flags, towards_rad: float, rng: np.random.Generator) -> Grey:
     """A round bar across the target, as bright as it is in the median, darker towards its own sides."""
     rows, columns = np.nonzero(region)
     extent = float(max(np.ptp(rows), np.ptp(columns)))

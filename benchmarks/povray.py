@@ -11,14 +11,12 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import DeviceError
 from geometry.camera import Camera
 from image_server.simulator.scene import Scene
 from image_server.simulator.texture import ALBEDO
-
-Floats = NDArray[np.float64]
+from numerics.arrays import Field, Floats
 
 MM = 1000.0
 FADE_MM = 5.0
@@ -69,7 +67,7 @@ def far_light(direction: Floats, strength: float) -> str:
 
 def rendered(
     scene: Scene, camera: Camera, lights: Sequence[str], samples: int, folder: Path
-) -> NDArray[np.float32]:
+) -> Field:
     """A scene of the simulator, see `ray_traced`.
 
     Every face scatters evenly with its own albedo; textures and mirrors stay out.
@@ -77,7 +75,7 @@ def rendered(
     return ray_traced([*lights, *_meshes(scene)], camera, samples, folder)
 
 
-def ray_traced(objects: Sequence[str], camera: Camera, samples: int, folder: Path) -> NDArray[np.float32]:
+def ray_traced(objects: Sequence[str], camera: Camera, samples: int, folder: Path) -> Field:
     """Linear radiance (H, W) float32, `samples`² rays a pixel, no clipping below 1.
 
     Parameters

@@ -22,7 +22,6 @@ import matplotlib
 import msgspec
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from benchmarks.planted_faults import opened, true_pose
 from benchmarks.surprises import SCENES, candidates
@@ -33,6 +32,7 @@ from geometry.pose import RIGHT, Pose
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scenario_tables import Light
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Floats
 from stack.exposure import in_words
 from vision_server.channels.noise import MAD_TO_SD
 from vision_server.pose.observation import PoseProblem, observe
@@ -41,8 +41,6 @@ from vision_server.prediction.response import read_beside
 from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import forecast, lit_images, numbers, predict
 from vision_server.serve.task import PoseTask
-
-Floats = NDArray[np.float64]
 
 REACH_PX, SPACING_PX = 4.0, 2.0
 FOUND, ENOUGH = 0.5, 8  # share of a line's samples, and how many, for its scatter to be measured

@@ -11,16 +11,13 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.surface import Surface
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 SIDES_M = (0.06, 0.12)
 ROUNDED = (0.01, 0.04)  # radius of the edges, as a share of the shortest side

@@ -20,7 +20,6 @@ import cv2
 import msgspec
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from benchmarks import hard_scenes, povray
 from benchmarks.drawn_parts import part_file
@@ -32,10 +31,9 @@ from geometry.model import Model, load_model
 from geometry.pose import Pose
 from image_server.simulator.placement import drawn_pose, drawn_sun, seed_pose_of
 from image_server.simulator.scenario_tables import PoseDraw, Sun
+from numerics.arrays import Floats
 from stack.exposure import APERTURES, FULL_SCALE_16, SHUTTERS_S
 from stack.write import described, new_folder, write_table
-
-Floats = NDArray[np.float64]
 
 CAMERA = Camera(640, 480, 800.0, 800.0, 319.5, 239.5)
 DESCRIPTION = msgspec.convert(CAMERA.to_dict() | {"gain": 2.0, "read_noise_e": 6.0}, CameraDescription)

@@ -28,7 +28,6 @@ from zlib import crc32
 import msgspec
 import numpy as np
 import typer
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from benchmarks.given_poses import given_poses, scene
@@ -38,13 +37,12 @@ from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Flags, Floats
 from vision_server.image_set import ImageSet
 from vision_server.segments.extraction import extract_segments
 from vision_server.tracking import referee
 from vision_server.tracking.chances import CALIBRATION, Calibration, Chances, probability
 from vision_server.tracking.referee import LIMITS, judged
-
-Floats = NDArray[np.float64]
 
 BINS = 10
 RIDGE = 1e-5  # a hundred times as much keeps `elsewhere` at -7 where poses tell -2
@@ -118,7 +116,7 @@ def every_row(scenes: int, first: int, stacks: list[Path], workers: int, kept: P
     return rows
 
 
-def expected_error(probability: Floats, right: NDArray[np.bool_]) -> float:
+def expected_error(probability: Floats, right: Flags) -> float:
     """Mean distance between probability and share, in bins of equal count."""
     order = np.array_split(np.argsort(probability, kind="stable"), BINS)
     gaps = [abs(float(probability[part].mean() - right[part].mean())) for part in order]
@@ -138,7 +136,7 @@ def fitted(rows: list[Row]) -> Calibration:
     return Calibration(*minimize(loss, start, method="Nelder-Mead", options={"maxfev": 1500}).x)
 
 
-def plotted(probability: Floats, right: NDArray[np.bool_], out: Path) -> None:
+def plotted(probability: Floats, right: Flags, out: Path) -> None:
     """Share that is right by probability, with exact intervals."""
     import matplotlib as mpl
 
@@ -171,7 +169,7 @@ def cross_validated(rows: list[Row]) -> tuple[Calibration, Floats]:
     return fitted(rows), stated
 
 
-def said(name: str, stated: Floats, right: NDArray[np.bool_]) -> dict[str, object]:
+def said(name: str, stated: Floats, right: Flags) -> dict[str, object]:
     """What is printed of probabilities."""
     states = np.where(stated >= referee.OK, "ok", np.where(stated < referee.LOST, "lost", "doubtful"))
     return {

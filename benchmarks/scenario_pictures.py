@@ -13,12 +13,12 @@ import cv2
 import msgspec
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from bridge.messages import Describe, Settings
 from image_server.simulator.scenario import SCENARIOS, load_scenario
 from image_server.simulator.scenario_tables import Time
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Grey
 from stack.exposure import relative_exposure
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -42,7 +42,7 @@ def exposures(described: Describe) -> list[Settings]:
     return sorted(settings, key=lambda s: -relative_exposure(s.shutter_s, s.aperture))
 
 
-def picture(scenario: str, target: str) -> NDArray[np.uint8]:
+def picture(scenario: str, target: str) -> Grey:
     """A well exposed frame (H, W) of a scenario; the shortest exposure where all of them clip."""
     still = msgspec.structs.replace(load_scenario(scenario), time=Time())
     simulator = Simulator(target, still, SEED)

@@ -13,10 +13,10 @@ from typing import Annotated, NamedTuple
 import cv2
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from benchmarks.lines import show
 from benchmarks.statues import LOOKS, statue
+from numerics.arrays import Field, Flags, Grey
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.overexposure import overexposures
 from vision_server.edges.kinds import edge_kinds
@@ -25,8 +25,7 @@ from vision_server.edges.merging import merge_channels
 from vision_server.rivals import MERGE_RULES
 from vision_server.rivals.merge_rules import comparison_edges
 
-Image = NDArray[np.uint8]
-Ridge = NDArray[np.float32]
+Ridge = Field
 TOLERANCE_PX, INSIDE_PX = 2.5, 6.0
 LOW_OF_HIGH = 0.4
 PERCENTILES = (30, 40, 50, 60, 65, 70, 75, 80, 84, 88, 91, 94, 96, 98, 99)
@@ -41,7 +40,7 @@ class Score(NamedTuple):
     false_px: int | None
 
 
-def score(ridge: Ridge, mask: NDArray[np.bool_]) -> Score:
+def score(ridge: Ridge, mask: Flags) -> Score:
     """How well a magnitude (H, W) shows the contour of ``mask`` and nothing inside it."""
     true = np.zeros(mask.shape, np.uint8)
     contours, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
@@ -65,7 +64,7 @@ def score(ridge: Ridge, mask: NDArray[np.bool_]) -> Score:
     return Score(max(f for f, _, _ in found), false_px)
 
 
-def _hysteresis(ridge: Ridge, high: float) -> NDArray[np.bool_]:
+def _hysteresis(ridge: Ridge, high: float) -> Flags:
     count, pieces = cv2.connectedComponents((ridge > LOW_OF_HIGH * high).astype(np.uint8), connectivity=8)
     kept = np.zeros(count, np.bool_)
     kept[np.unique(pieces[ridge > high])] = True
@@ -73,7 +72,7 @@ def _hysteresis(ridge: Ridge, high: float) -> NDArray[np.bool_]:
     return np.asarray(kept[pieces])
 
 
-def ridges(images: list[Image]) -> dict[str, Ridge]:
+def ridges(images: list[Grey]) -> dict[str, Ridge]:
     """What each rule makes of a set of images."""
     times = overexposures(images, [1.0] * len(images))
     channels = [channel_statistics(image, time) for image, time in zip(images, times, strict=True)]

@@ -10,11 +10,10 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
-Floats = NDArray[np.float64]
+from numerics.arrays import Flags, Floats, Grey, Ints
 
 SIDE_PX = 512
 PX_PER_UNIT = 190.0  # a statue is two units high
@@ -103,14 +102,14 @@ LOOKS = {
 class Statue(NamedTuple):
     """Images uint8 (H, W), one light each; where the statue is, bool (H, W)."""
 
-    images: list[NDArray[np.uint8]]
-    mask: NDArray[np.bool_]
+    images: list[Grey]
+    mask: Flags
 
 
 class _Surface(NamedTuple):
     """What pixels show: which they are, int (N,); places and normals (N, 3); how much they reflect (N,)."""
 
-    pixels: NDArray[np.int64]
+    pixels: Ints
     places: Floats
     normals: Floats
     albedo: Floats
@@ -153,7 +152,7 @@ def statue(seed: int, look: Look) -> Statue:
     return Statue(images, seen_there > 0)
 
 
-def _wall(origins: Floats, mask: NDArray[np.bool_]) -> _Surface:
+def _wall(origins: Floats, mask: Flags) -> _Surface:
     """What is seen beside the body."""
     pixels = np.flatnonzero(~mask)
     places = origins[pixels] * [1.0, 1.0, 0.0] + [0.0, 0.0, WALL_AT]
@@ -176,7 +175,7 @@ def _glow(rays: Any, surface: _Surface, light: Floats, look: Look) -> Floats:
     return np.asarray(glow + surface.gloss * np.clip(mirrored, 0.0, None) ** GLOSS_POWER * (facing > 0))
 
 
-def _photographed(rng: np.random.Generator, glow: Floats, camera: Camera) -> NDArray[np.uint8]:
+def _photographed(rng: np.random.Generator, glow: Floats, camera: Camera) -> Grey:
     sharp = camera.exposure * gaussian_filter(glow, PIXEL_BLUR_PX)
     if camera.size != 1.0:
         sharp = cv2.resize(sharp, None, fx=camera.size, fy=camera.size, interpolation=cv2.INTER_AREA)

@@ -16,12 +16,13 @@ import numpy as np
 import typer
 from msgspec.structs import replace
 
-from benchmarks.edge_figure import LIT_GREY, Picture, captioned, drawn
+from benchmarks.edge_figure import LIT_GREY, captioned, drawn
 from bridge.door import Prolog
 from bridge.messages import Settings
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scenario_tables import Light, Scenario
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Grey
 from report.overlay import draw_overlay
 from stack.exposure import relative_exposure
 from vision_server.image_set import ImageSet
@@ -70,7 +71,7 @@ def said(estimate: Estimate) -> str:
     return f"alone: merit {merit:.1f} px, {'trusted' if trusted else 'not trusted'}"
 
 
-def panel(picture: Picture, text: str, width: int) -> Picture:
+def panel(picture: Grey, text: str, width: int) -> Grey:
     """A picture of this width under its words."""
     height = round(picture.shape[0] * width / picture.shape[1])
     shrunk = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)

@@ -29,7 +29,6 @@ import typer
 from benchmarks.planted_faults import (
     KINDS,
     Fault,
-    Grey,
     camera_and_region,
     drawn,
     opened,
@@ -41,6 +40,7 @@ from bridge.door import Prolog
 from bridge.messages import Describe, Settings
 from bridge.start_messages import CauseTold, StartArgs
 from bridge.vision_messages import PredictArgs
+from numerics.arrays import Grey
 from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import predict
 from vision_server.serve.statistics import frame_statistics, target_region

@@ -20,7 +20,6 @@ from typing import Annotated
 import cv2
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from benchmarks.cad_parts import CAD
 from benchmarks.free_form import FREE_FORM
@@ -32,14 +31,12 @@ from geometry.pose import Pose, PoseError, disturbed, search_translation_px
 from geometry.rotation import matrix_of
 from geometry.surface import Surface
 from geometry.symmetries import Symmetry, symmetry_of
+from numerics.arrays import Flags, Floats, Grey, Ints
 from numerics.kernels import kernel
 from vision_server.image_set import ImageSet
 from vision_server.judgement import Estimate
 from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.pose.alternatives import turned_towards
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 PLATE_M = (0.20, 0.15, 0.03)
 FINER = 4  # samples across a pixel
@@ -143,7 +140,7 @@ def _drawn(corners: Floats, triangles: Ints, grey: Floats, picture: Floats, dept
 
 def rasterised(
     model: Model, camera: Camera, pose: Pose, grey: Floats, behind: Floats
-) -> tuple[Floats, NDArray[np.bool_]]:
+) -> tuple[Floats, Flags]:
     """Faces of a model, each in its ``grey``, before a picture (H, W); and where it covers that."""
     points = pose.apply(model.vertices)
     pixels = camera.project(points)
@@ -165,7 +162,7 @@ def rasterised(
     return small, inside
 
 
-def rendered(model: Model, camera: Camera, pose: Pose, rng: np.random.Generator) -> NDArray[np.uint8]:
+def rendered(model: Model, camera: Camera, pose: Pose, rng: np.random.Generator) -> Grey:
     """8-bit linear image of a model in front of the camera, under one distant lamp and even light."""
     lamp = np.array([rng.uniform(-1.0, 1.0), rng.uniform(-1.0, 1.0), -1.0])
     normals = model.face_normals @ pose.matrix.T
@@ -177,13 +174,13 @@ def rendered(model: Model, camera: Camera, pose: Pose, rng: np.random.Generator)
 
 
 def occluded(
-    pixels: NDArray[np.uint8],
+    pixels: Grey,
     model: Model,
     camera: Camera,
     pose: Pose,
     rng: np.random.Generator,
     share: float,
-) -> NDArray[np.uint8]:
+) -> Grey:
     """The picture with a rectangle before it, aslant, that hides a share of the model's pixels."""
     _, inside = rasterised(model, camera, pose, np.zeros(len(model.faces)), np.zeros(pixels.shape))
     angle, y, x = rng.uniform(0.0, 2.0 * np.pi), *np.mgrid[: pixels.shape[0], : pixels.shape[1]]
@@ -197,7 +194,7 @@ def occluded(
     return np.asarray(np.clip(np.round((1.0 - soft) * pixels + soft * grey), 0, 255), dtype=np.uint8)
 
 
-def estimated(pixels: NDArray[np.uint8], model: Model, camera: Camera, seed_pose: Pose) -> Estimate:
+def estimated(pixels: Grey, model: Model, camera: Camera, seed_pose: Pose) -> Estimate:
     """The pipeline on one linear image; the search range grows with the frame."""
     images = ImageSet(camera.width, camera.height)
     images.add("i1", pixels, 1.0, 1.0)

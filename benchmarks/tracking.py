@@ -21,7 +21,6 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from benchmarks.films import CAMERA, KINDS, Shown, film
 from benchmarks.pose_accuracy import true_poses
@@ -29,6 +28,7 @@ from experiments.kinds.estimate import normalised_error_squared
 from geometry.model import Model, load_model
 from geometry.pose import Pose
 from geometry.symmetries import symmetry_of
+from numerics.arrays import Floats
 from vision_server.channels.image_files import read_grey
 from vision_server.channels.tone import file_tone
 from vision_server.matching.match import Anywhere
@@ -36,8 +36,6 @@ from vision_server.serve.inputs import read_camera
 from vision_server.tracking.motion import Motion
 from vision_server.tracking.tracked import Tracked
 from vision_server.tracking.tracker import Tracker
-
-Floats = NDArray[np.float64]
 
 WRONG = (1.0, 0.01)  # degrees, share of the range
 LOOSE = (3.0, 0.02)

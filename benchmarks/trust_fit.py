@@ -27,17 +27,14 @@ from zlib import crc32
 
 import numpy as np
 import typer
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from benchmarks import trust_rows
 from benchmarks.photographs import Studio
 from benchmarks.trust_rows import Row
+from numerics.arrays import Flags, Floats
 from vision_server.pose import trust
 from vision_server.pose.trust import LineAgreement
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 WRONG_MODELS = 0.3  # what an estimate with a wrong model counts in the fit, beside 1
 RIDGE = 0.3  # on the squared coefficients

@@ -11,7 +11,6 @@ from zlib import crc32
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from benchmarks.drawn_parts import PARTS, part_file
@@ -31,7 +30,6 @@ from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.pose.other_hand import changed
 from vision_server.pose.stretch import stretched
 
-Floats = NDArray[np.float64]
 Row = dict[str, Any]
 
 SETS = (("any", 3), ("exposed", 2), ("exposed", 6))

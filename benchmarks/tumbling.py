@@ -17,7 +17,6 @@ import cv2
 import msgspec
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from benchmarks.films import PERIOD_S
 from benchmarks.tracking import WRONG
@@ -26,12 +25,11 @@ from geometry.pose import Pose
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scenario_tables import Scenario, Time
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Grey
 from report.film import Film
 from report.overlay import draw_overlay
 from vision_server.tracking.tracked import Tracked
 from vision_server.tracking.tracker import Tracker
-
-Pixels = NDArray[np.uint8]
 
 SCENARIO = "earth-limb"
 SUN_DEG_PER_S = 40.0
@@ -52,7 +50,7 @@ def tumbling() -> Scenario:
     return msgspec.structs.replace(load_scenario(SCENARIO), time=time)
 
 
-def taken(device: Simulator, frames: int) -> Iterator[tuple[Pixels, Pose]]:
+def taken(device: Simulator, frames: int) -> Iterator[tuple[Grey, Pose]]:
     """Frames, each under another lamp or none, and the true pose in each."""
     told = device.describe()
     lamps = len(told.lights)
@@ -72,7 +70,7 @@ def taken(device: Simulator, frames: int) -> Iterator[tuple[Pixels, Pose]]:
         yield pixels, device.true_pose
 
 
-def drawn(device: Simulator, pixels: Pixels, told: Tracked) -> Pixels:
+def drawn(device: Simulator, pixels: Grey, told: Tracked) -> Grey:
     """A frame as it is in the picture."""
     whole = draw_overlay(pixels, device.model, device.camera, told.pose, told.support, inset=False)
     small = cv2.resize(whole, None, fx=SMALLER, fy=SMALLER, interpolation=cv2.INTER_AREA)

@@ -17,7 +17,6 @@ import cv2
 import matplotlib as mpl
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from benchmarks import povray
 from geometry.camera import Camera
@@ -35,6 +34,7 @@ from image_server.simulator.scene import Scene, joined, target_part
 from image_server.simulator.simulator import Simulator
 from image_server.simulator.sky import Sky
 from image_server.simulator.tracing import traced
+from numerics.arrays import Field, Flags, Floats
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "docs" / "images" / "validation"
@@ -44,9 +44,6 @@ SUN = np.array([-0.55, -0.45, -0.7]) / np.linalg.norm([-0.55, -0.45, -0.7])
 DISC_LIGHTS = 61  # parallel lights that stand for the sun's disc in POV-Ray
 SHOWN_ERROR = 0.02  # full scale of the difference images, of the brightest pixel
 EDGE_STEP = 0.05  # of the brightest pixel, between neighbours: an edge
-
-Image = NDArray[np.float32]
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -89,7 +86,7 @@ def scene_of(case: Case) -> Scene:
     return joined([target_part(model, appearance, CHALK, simulator.true_pose)])
 
 
-def ours(case: Case, scene: Scene) -> Image:
+def ours(case: Case, scene: Scene) -> Field:
     """What the simulator traces."""
     light = case.light or Light(name="none", position=(0.0, 0.0, 0.0))
     aim = np.array(light.aim) / np.linalg.norm(light.aim)
@@ -98,7 +95,7 @@ def ours(case: Case, scene: Scene) -> Image:
     return traced(scene, CAMERA, illumination).images[0 if case.light else 1]
 
 
-def theirs(case: Case, scene: Scene, folder: Path) -> Image:
+def theirs(case: Case, scene: Scene, folder: Path) -> Field:
     """What POV-Ray renders."""
     if case.light is None:
         disc = sun_disc(case.sun_deg)
@@ -131,7 +128,7 @@ def sun_disc(diameter_deg: float) -> Floats:
     return np.asarray([d / np.linalg.norm(d) for d in out], dtype=np.float64)
 
 
-def regions(scene: Scene, theirs: Image) -> dict[str, NDArray[np.bool_]]:
+def regions(scene: Scene, theirs: Field) -> dict[str, Flags]:
     """Masks (H, W): outlines, edges within the target, faces in the light, faces in the dark."""
     rays = pixel_rays(CAMERA, np.arange(CAMERA.height), np.arange(CAMERA.width))
     triangle, _ = Caster(scene.triangles).first_hits(rays)
@@ -156,7 +153,7 @@ def regions(scene: Scene, theirs: Image) -> dict[str, NDArray[np.bool_]]:
     }
 
 
-def rows(case: Case, mine: Image, other: Image, masks: dict[str, NDArray[np.bool_]]) -> list[str]:
+def rows(case: Case, mine: Field, other: Field, masks: dict[str, Flags]) -> list[str]:
     """Markdown rows: errors in % of the brightest pixel."""
     scale = 100.0 / float(other.max())
     difference = scale * (mine.astype(np.float64) - other)
@@ -173,7 +170,7 @@ def rows(case: Case, mine: Image, other: Image, masks: dict[str, NDArray[np.bool
     return out
 
 
-def drawn(case: Case, mine: Image, other: Image, file: Path) -> None:
+def drawn(case: Case, mine: Field, other: Field, file: Path) -> None:
     """The two images and their difference, side by side, cut to the target."""
     mpl.use("Agg")
     from matplotlib import pyplot as plt

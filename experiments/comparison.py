@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from experiments.outcomes import Floats, Outcomes
+from experiments.outcomes import Outcomes
 from experiments.statistics import IntervalEstimate, cells_needed, exact_interval, mcnemar, paired, resampled
+from numerics.arrays import Floats
 
 SHARES = ("right", "tight", "trusted", "false")
 SESSION = (*SHARES, "images", "images to trust", "seconds to trust")

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, distance_transform_edt
+
+from numerics.arrays import Field, Flags, Floats
 
 TOLERANCE_PX = 3.0  # between an edgel and the outline it belongs to
 THRESHOLDS = 150  # tried, at even quantiles of the magnitude
@@ -34,12 +35,12 @@ class EdgeQuality:
     best_merit: float
 
 
-def outline_of(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def outline_of(inside: Flags) -> Flags:
     """Pixels of an area that touch its outside."""
     return np.asarray(inside & binary_dilation(~inside))
 
 
-def pratt_merit(distance: NDArray[np.float64], true_count: int) -> float:
+def pratt_merit(distance: Floats, true_count: int) -> float:
     """Figure of merit of Pratt (1978): sum of 1 / (1 + d^2 / 9) over edgels, over the larger count.
 
     Parameters
@@ -57,7 +58,7 @@ def pratt_merit(distance: NDArray[np.float64], true_count: int) -> float:
 
 
 def edge_quality(
-    magnitude: NDArray[np.float32], outline: NDArray[np.bool_], ignored: NDArray[np.bool_]
+    magnitude: Field, outline: Flags, ignored: Flags
 ) -> EdgeQuality:
     """Quality of thinned edges against known outlines.
 

@@ -13,9 +13,7 @@ from numpy.typing import NDArray
 
 from experiments.kinds import KINDS
 from geometry.pose import RIGHT, TIGHT
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
+from numerics.arrays import Flags, Floats, Ints
 
 SCENE = ("stack", "target", "scenario", "condition", "pose")
 TRUSTED = "converged"
@@ -39,40 +37,40 @@ class Outcomes:
     strategies: list[str]
     scenes: list[str]
     groups: list[str]
-    strategy_of: NDArray[np.int64]
-    scene_of: NDArray[np.int64]
-    seed_of: NDArray[np.int64]
-    columns: dict[str, NDArray[np.float64]]
+    strategy_of: Ints
+    scene_of: Ints
+    seed_of: Ints
+    columns: dict[str, Floats]
     status: NDArray[np.str_]
 
     @cached_property
-    def right(self) -> Bools:
+    def right(self) -> Flags:
         """Within 1 degree and 1 % of the range, for each row."""
         return self._within(RIGHT)
 
     @cached_property
-    def tight(self) -> Bools:
+    def tight(self) -> Flags:
         """Within 0.2 degrees and 0.2 % of the range, for each row."""
         return self._within(TIGHT)
 
     @cached_property
-    def trusted(self) -> Bools:
+    def trusted(self) -> Flags:
         """The session says that its pose can be trusted."""
         return np.asarray(self.status == TRUSTED)
 
     @cached_property
-    def false(self) -> Bools:
+    def false(self) -> Flags:
         """Trusted and not right."""
         return self.trusted & ~self.right
 
-    def _within(self, limits: tuple[float, float]) -> Bools:
+    def _within(self, limits: tuple[float, float]) -> Flags:
         with np.errstate(invalid="ignore"):
             return np.asarray(
                 (self.columns["rotation_deg"] < limits[0])
                 & (self.columns["translation_fraction"] < limits[1])
             )
 
-    def matrix(self, strategy: int, values: NDArray[np.generic], among: Bools | None = None) -> Floats:
+    def matrix(self, strategy: int, values: NDArray[np.generic], among: Flags | None = None) -> Floats:
         """Values of a strategy's rows, (scenes, seeds); NaN where there is none, or it is not `among`."""
         chosen = self.strategy_of == strategy
         if among is not None:
@@ -112,7 +110,7 @@ def outcomes_of(table: pa.Table, kind: str, order: Sequence[str]) -> Outcomes:
     )
 
 
-def _numbered(table: pa.Table, columns: list[str]) -> tuple[NDArray[np.int64], list[tuple[Any, ...]]]:
+def _numbered(table: pa.Table, columns: list[str]) -> tuple[Ints, list[tuple[Any, ...]]]:
     """For each row the number of what is in some columns, and what the numbers stand for."""
     rows = np.zeros(table.num_rows, np.int64)
     for column in columns:

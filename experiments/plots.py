@@ -10,8 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.comparison import SHARES, measure, pairs
-from experiments.outcomes import Floats, Outcomes
+from experiments.outcomes import Outcomes
 from experiments.statistics import paired, resampled
+from numerics.arrays import Floats
 
 # Okabe and Ito
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#f0e442")

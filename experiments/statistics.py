@@ -12,10 +12,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import bdtr, betaincinv, ndtri  # loads in a quarter of the time of scipy.stats
 
-Floats = NDArray[np.float64]
+from numerics.arrays import Floats
 
 LEVEL = 0.95  # of all intervals, by custom
 SEED = 0  # of the resampling

@@ -5,11 +5,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.errors import GeometryError
+from numerics.arrays import Floats
 
-Array = NDArray[np.float64]
 Region = tuple[int, int, int, int]  # left, top, right, bottom, px; right and bottom are one past
 
 UNDISTORT_ITERATIONS = 30  # at most, chosen by hand: it ends at the tolerance
@@ -93,18 +92,18 @@ class Camera:
         )
 
     @property
-    def intrinsics(self) -> Array:
+    def intrinsics(self) -> Floats:
         """fx, fy, cx, cy as an array (4,), px."""
         return np.array([self.fx, self.fy, self.cx, self.cy])
 
-    def project(self, points_camera: Array) -> Array:
+    def project(self, points_camera: Floats) -> Floats:
         """Pixels (N, 2) of points (N, 3) in the camera frame; NaN for a point that is not in front."""
         points = np.asarray(points_camera, dtype=np.float64)
         depth = np.where(points[:, 2] > 0, points[:, 2], np.nan)
         normal = self._distort(points[:, :2] / depth[:, None])
         return normal * [self.fx, self.fy] + [self.cx, self.cy]
 
-    def undistort_points(self, pixels: Array) -> Array:
+    def undistort_points(self, pixels: Floats) -> Floats:
         """Ideal pixels (N, 2), where a lens without distortion would have put pixels (N, 2)."""
         pixels = np.asarray(pixels, dtype=np.float64)
         if not self.distorted:
@@ -120,7 +119,7 @@ class Camera:
                 break
         return ideal * [self.fx, self.fy] + [self.cx, self.cy]
 
-    def _distort(self, normal: Array) -> Array:
+    def _distort(self, normal: Floats) -> Floats:
         """Brown–Conrady model, rational from eight coefficients on, with thin prisms from twelve; or fisheye.
 
         In normalised coordinates, (N, 2).
@@ -139,14 +138,14 @@ class Camera:
         dy = p1 * (r2 + 2 * y * y) + 2 * p2 * x * y + r2 * (s3 + s4 * r2)
         return np.stack([x * radial + dx, y * radial + dy], axis=1)
 
-    def _bent(self, angle: Array) -> Array:
+    def _bent(self, angle: Floats) -> Floats:
         """Distance from the middle, in focal lengths, of rays (N,) at these angles, rad, of a fisheye."""
         k1, k2, k3, k4 = self.distortion
         t2 = angle * angle
-        bent: Array = angle * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))))
+        bent: Floats = angle * (1 + t2 * (k1 + t2 * (k2 + t2 * (k3 + t2 * k4))))
         return bent
 
-    def _straightened(self, seen: Array) -> Array:
+    def _straightened(self, seen: Floats) -> Floats:
         """Normalised coordinates (N, 2) without a fisheye; what is beyond MOST_ANGLE is put there."""
         radius = np.linalg.norm(seen, axis=1)
         low, high = np.zeros_like(radius), np.full_like(radius, MOST_ANGLE)
@@ -154,7 +153,7 @@ class Camera:
             angle = 0.5 * (low + high)
             beyond = self._bent(angle) > radius
             low, high = np.where(beyond, low, angle), np.where(beyond, angle, high)
-        straight: Array = seen * (np.tan(0.5 * (low + high)) / np.where(radius > 0.0, radius, 1.0))[:, None]
+        straight: Floats = seen * (np.tan(0.5 * (low + high)) / np.where(radius > 0.0, radius, 1.0))[:, None]
         return straight
 
     def to_dict(self) -> dict[str, Any]:

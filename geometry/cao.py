@@ -5,14 +5,11 @@ from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.errors import GeometryError
 from geometry.polygon import triangulate
 from geometry.surface import Surface
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from numerics.arrays import Floats, Ints
 
 # Chosen by hand where nothing else is said.
 FLAT_DEG = 1.0  # adjacent faces that bend less are one surface cut in pieces

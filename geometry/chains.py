@@ -7,14 +7,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
+from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 Run = list[tuple[int, bool]]  # lines that follow each other, and which of them run backwards
 
 # Chosen by hand where nothing else is said.

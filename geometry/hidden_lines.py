@@ -8,16 +8,12 @@ signed distances of the two ends of the line: no ray is cast per sample.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.lines_in_view import LinesInView, faces_towards, lines_in_view, long_enough
 from geometry.occluders import Solid, hidden_parts, hidden_point, hiders_of
 from geometry.outlines import line_direction, linked, outline_direction, outline_tangent
+from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 # Chosen by hand where nothing else is said.
 TOUCH = 1e-4  # a point this fraction of the model's diameter behind a face lies on it: a block on a plate

@@ -4,14 +4,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.occluders import Solid
+from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 
 class LinesInView(NamedTuple):

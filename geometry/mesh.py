@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.errors import GeometryError
 from geometry.obj_polygons import cut_polygons
@@ -13,9 +12,7 @@ from geometry.ply import must_be_few, read_ply
 from geometry.simplified import simplified
 from geometry.stl import checked_stl
 from geometry.surface import Surface
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from numerics.arrays import Floats, Ints
 
 # Chosen by hand where nothing else is said.
 FLAT_DEG = 0.01  # rounding of coordinates; anything above may be part of a fine tessellation

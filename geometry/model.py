@@ -6,7 +6,6 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.cao import read_cao
 from geometry.errors import GeometryError
@@ -14,10 +13,7 @@ from geometry.mesh import read_mesh
 from geometry.polygon import triangulate
 from geometry.pose import Pose
 from geometry.surface import Surface, face_normals, oriented, wireframe
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
+from numerics.arrays import Flags, Floats, Ints
 
 UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 SIZES_MEANT_M = (0.003, 30.0)  # across: parts outside are rare, and files in another unit than told are not

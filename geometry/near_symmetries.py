@@ -8,7 +8,6 @@ from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.chains import chains, runs
 from geometry.model import Model
@@ -16,9 +15,8 @@ from geometry.own_axes import own_axes
 from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
+from numerics.arrays import Flags, Floats
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said.
 POINTS, LEAST_POINTS = 300, 2  # along all lines together, and on each line where they are no more than that
@@ -197,7 +195,7 @@ class _Wireframe:
 
 
 @kernel()
-def _on_some_line(points: Floats, start: Floats, direction: Floats, tolerance: float) -> NDArray[np.bool_]:
+def _on_some_line(points: Floats, start: Floats, direction: Floats, tolerance: float) -> Flags:
     """Whether points (N, 3) are within the tolerance of a line from ``start`` along ``direction`` (L, 3)."""
     out = np.zeros(len(points), dtype=np.bool_)
     inverse, square = np.empty(len(start)), tolerance * tolerance

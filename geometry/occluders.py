@@ -4,14 +4,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.triangle_tree import TriangleTree
+from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 Place = tuple[float, float, float]
 
 EDGE_ON = 1e-12  # of the model's diameter: a camera this near a triangle's plane sees nothing of it

@@ -5,15 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.chains import CURVE_DEG
 from geometry.occluders import Solid
+from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 STRAIGHT = math.cos(math.radians(CURVE_DEG))
 

@@ -6,13 +6,11 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-
-Floats = NDArray[np.float64]
+from numerics.arrays import Floats
 
 # Chosen by hand.
 PARALLEL, ACROSS = np.cos(np.radians(1.0)), np.sin(np.radians(1.0))  # cosines between normals

@@ -6,13 +6,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.errors import GeometryError
 from geometry.polygon import MOST_CORNERS, as_triangles
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from numerics.arrays import Floats, Ints
 
 TYPES = {
     **dict.fromkeys(("char", "int8"), "i1"),

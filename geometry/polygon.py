@@ -5,11 +5,9 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.errors import GeometryError
-
-Array = NDArray[np.float64]
+from numerics.arrays import Flags, Floats, Ints
 
 FLAT_EAR = -1e-12  # an ear may be flat: what is a little less is rounding
 MANY_CORNERS = 32  # of what is a curve; chosen by hand
@@ -19,13 +17,13 @@ MOST_CORNERS = 10_000  # of one face: its triangles take seconds to find
 MOST_PAIRS = 1_000_000  # of sides that are looked at together: 100 MB
 
 
-def area_vector(corners: Array) -> Array:
+def area_vector(corners: Floats) -> Floats:
     """Newell's area vector (3,) of a polygon (N, 3): its normal, as long as its area, right-handed."""
-    out: Array = area_vectors(corners, [np.arange(len(corners))])[0]
+    out: Floats = area_vectors(corners, [np.arange(len(corners))])[0]
     return out
 
 
-def area_vectors(vertices: Array, faces: Sequence[NDArray[np.int64]]) -> Array:
+def area_vectors(vertices: Floats, faces: Sequence[Ints]) -> Floats:
     """`area_vector` of each of many polygons, faces of vertex indices: (F, 3)."""
     if not len(faces):
         return np.empty((0, 3))
@@ -44,11 +42,11 @@ def area_vectors(vertices: Array, faces: Sequence[NDArray[np.int64]]) -> Array:
         ],
         axis=1,
     )
-    out: Array = 0.5 * np.add.reduceat(crossed, first, axis=0)
+    out: Floats = 0.5 * np.add.reduceat(crossed, first, axis=0)
     return out
 
 
-def triangulate(corners: Array) -> NDArray[np.int64]:
+def triangulate(corners: Floats) -> Ints:
     """Triangles (N - 2, 3), as indices into the corners, that tile a simple polygon by ear clipping.
 
     Parameters
@@ -79,7 +77,7 @@ def triangulate(corners: Array) -> NDArray[np.int64]:
     return np.array(_clipped(flat))
 
 
-def to_cut(vertices: Array, faces: Sequence[NDArray[np.int64]]) -> NDArray[np.bool_]:
+def to_cut(vertices: Floats, faces: Sequence[Ints]) -> Flags:
     """Which polygons (F,), faces of vertex indices, a fan does not tile well: concave, or of many corners."""
     if not len(faces):
         return np.empty(0, dtype=np.bool_)
@@ -98,7 +96,7 @@ def to_cut(vertices: Array, faces: Sequence[NDArray[np.int64]]) -> NDArray[np.bo
     return np.asarray(concave | (counts > SOME_CORNERS))
 
 
-def as_triangles(vertices: Array, faces: Sequence[NDArray[np.int64]]) -> NDArray[np.int64]:
+def as_triangles(vertices: Floats, faces: Sequence[Ints]) -> Ints:
     """Triangles (T, 3), vertex indices, of polygons; a fan of what cannot be cut, as where sides cross."""
     out = [np.empty((0, 3), dtype=np.int64)]
     for face, cut in zip(faces, to_cut(vertices, faces).tolist(), strict=True):
@@ -111,7 +109,7 @@ def as_triangles(vertices: Array, faces: Sequence[NDArray[np.int64]]) -> NDArray
     return np.concatenate(out)
 
 
-def _clipped(flat: Array) -> list[list[int]]:
+def _clipped(flat: Floats) -> list[list[int]]:
     """Triangles of a polygon (N, 2): always the ear that is best is cut off next.
 
     An ear that holds another corner waits until that corner is cut off.
@@ -148,7 +146,7 @@ def _clipped(flat: Array) -> list[list[int]]:
     return [*triangles, np.flatnonzero(left).tolist()]
 
 
-def _in_plane(corners: Array, normal: Array) -> Array:
+def _in_plane(corners: Floats, normal: Floats) -> Floats:
     """Corners in a right-handed frame of their plane, (N, 2)."""
     axis = np.eye(3)[int(np.argmin(np.abs(normal)))]
     first = np.cross(axis, normal)
@@ -157,7 +155,7 @@ def _in_plane(corners: Array, normal: Array) -> Array:
     return np.stack([corners @ first, corners @ second], axis=1)
 
 
-def _sides_cross(flat: Array) -> bool:
+def _sides_cross(flat: Floats) -> bool:
     """Whether two sides of a polygon (N, 2) cross inside each other."""
     steps = np.roll(flat, -1, axis=0) - flat
     rows = max(1, MOST_PAIRS // len(flat))
@@ -166,7 +164,7 @@ def _sides_cross(flat: Array) -> bool:
     )
 
 
-def _cross_any(starts: Array, steps: Array, others: Array, other_steps: Array) -> bool:
+def _cross_any(starts: Floats, steps: Floats, others: Floats, other_steps: Floats) -> bool:
     """Whether one of some sides (M, 2) crosses one of others (N, 2) inside."""
     gaps = others[None, :] - starts[:, None]
     turned = steps[:, None, 0] * other_steps[None, :, 1] - steps[:, None, 1] * other_steps[None, :, 0]
@@ -177,7 +175,7 @@ def _cross_any(starts: Array, steps: Array, others: Array, other_steps: Array) -
     return bool((inside & (turned != 0)).any())
 
 
-def _badness(flat: Array, before: list[int], at: list[int], after: list[int]) -> Array:
+def _badness(flat: Floats, before: list[int], at: list[int], after: list[int]) -> Floats:
     """How bad it is to cut off some corners, NO_EAR where that cannot be.
 
     Fat triangles are best (twice the area over the square of the longest side); along the curves of
@@ -188,11 +186,11 @@ def _badness(flat: Array, before: list[int], at: list[int], after: list[int]) ->
     longest = squares.max(axis=0)
     fatness = np.divide(_cross(b - a, c - a), longest, out=np.zeros(len(at)), where=longest > 0)
     order = squares[2] if len(flat) > MANY_CORNERS else -fatness
-    badness: Array = np.where(fatness < FLAT_EAR, NO_EAR, order)
+    badness: Floats = np.where(fatness < FLAT_EAR, NO_EAR, order)
     return badness
 
 
-def _corner_in(flat: Array, left: NDArray[np.bool_], triangle: list[int]) -> int | None:
+def _corner_in(flat: Floats, left: Flags, triangle: list[int]) -> int | None:
     """One of the corners that are left, in a triangle or on its border; its own places do not count."""
     a, b, c = flat[triangle]
     for corner in np.flatnonzero(_inside(flat, a, b, c) & left):
@@ -201,12 +199,12 @@ def _corner_in(flat: Array, left: NDArray[np.bool_], triangle: list[int]) -> int
     return None
 
 
-def _cross(u: Array, v: Array) -> Array:
+def _cross(u: Floats, v: Floats) -> Floats:
     """Cross products of vectors (..., 2) in a plane."""
-    product: Array = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    product: Floats = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
     return product
 
 
-def _inside(p: Array, a: Array, b: Array, c: Array) -> NDArray[np.bool_]:
+def _inside(p: Floats, a: Floats, b: Floats, c: Floats) -> Flags:
     """Which of the points p (N, 2) lie in a triangle or on its border."""
     return (_cross(b - a, p - a) >= 0) & (_cross(c - b, p - b) >= 0) & (_cross(a - c, p - c) >= 0)

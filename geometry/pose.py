@@ -7,12 +7,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from geometry.errors import GeometryError
 from geometry.rotation import cross_matrix, euler_matrix, matrix_of, vector_of
-
-Array = NDArray[np.float64]
+from numerics.arrays import Flags, Floats
 
 RIGHT = (1.0, 0.01)
 """A pose is called right within so many degrees and this share of the range (docs/architecture.md)."""
@@ -46,7 +45,7 @@ class PoseError:
         return self.rotation_deg < rotation_deg and self.translation_fraction_of_range < fraction_of_range
 
 
-def _vector(value: ArrayLike, name: str, size: int = 3) -> Array:
+def _vector(value: ArrayLike, name: str, size: int = 3) -> Floats:
     try:
         out = np.array(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -73,15 +72,15 @@ class Pose:
     GeometryError : a wrong shape, NaN or infinity.
     """
 
-    rotation_vector: Array
-    translation: Array
+    rotation_vector: Floats
+    translation: Floats
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rotation_vector", _vector(self.rotation_vector, "pose rotation_vector"))
         object.__setattr__(self, "translation", _vector(self.translation, "pose translation"))
 
     @classmethod
-    def from_matrix(cls, rotation: Array, translation: Array) -> "Pose":
+    def from_matrix(cls, rotation: Floats, translation: Floats) -> "Pose":
         """Pose of a rotation matrix (3, 3) and a translation (3,) in metres."""
         rotation = np.ascontiguousarray(rotation, dtype=np.float64)
         if rotation.shape != (3, 3) or not np.isfinite(rotation).all():
@@ -89,12 +88,12 @@ class Pose:
         return cls(vector_of(rotation), translation)
 
     @cached_property
-    def matrix(self) -> Array:
+    def matrix(self) -> Floats:
         """Rotation matrix, (3, 3); shared, not to be written to."""
-        out: Array = matrix_of(self.rotation_vector)
+        out: Floats = matrix_of(self.rotation_vector)
         return out
 
-    def apply(self, points: Array) -> Array:
+    def apply(self, points: Floats) -> Floats:
         """Points (N, 3) of the target frame in the camera frame, metres."""
         return np.asarray(points, dtype=np.float64) @ self.matrix.T + self.translation
 
@@ -104,7 +103,7 @@ class Pose:
         return Pose.from_matrix(rotation @ other.matrix, rotation @ other.translation + self.translation)
 
     @classmethod
-    def turn_about(cls, centre: Array, turn: Array) -> "Pose":
+    def turn_about(cls, centre: Floats, turn: Floats) -> "Pose":
         """A turn, rotation matrix (3, 3), that leaves a point (3,) where it is."""
         return cls.from_matrix(turn, centre - turn @ centre)
 
@@ -123,7 +122,7 @@ class Pose:
         turn = matrix_of(step[:3])
         return Pose.from_matrix(turn @ self.matrix, turn @ self.translation + step[3:])
 
-    def step_from(self, other: "Pose") -> Array:
+    def step_from(self, other: "Pose") -> Floats:
         """The left-multiplied step (6,) that leads from the other pose to this one, see `stepped`."""
         turn = self.matrix @ other.matrix.T
         return np.concatenate([vector_of(turn), self.translation - turn @ other.translation])
@@ -155,8 +154,8 @@ class Pose:
 
 
 def near(
-    rotations: Array, translations: Array, pose: Pose, rotation_deg: float, fraction_of_range: float
-) -> NDArray[np.bool_]:
+    rotations: Floats, translations: Floats, pose: Pose, rotation_deg: float, fraction_of_range: float
+) -> Flags:
     """Which of the poses (N, 3, 3), (N, 3) are within both limits of one: `PoseError.within`, at once."""
     twice_cosine_and_one = np.sum(rotations * pose.matrix, axis=(1, 2))
     apart = np.linalg.norm(translations - pose.translation, axis=1)
@@ -165,7 +164,7 @@ def near(
     return np.asarray(close & turned_alike)
 
 
-def origin_jacobian(translation: Array) -> Array:
+def origin_jacobian(translation: Floats) -> Floats:
     """How the target's origin moves with a small left-multiplied step of a pose (dr rad, dt m), (3, 6).
 
     The origin goes from t to exp(dr)·t + dt: its step is dt - t x dr.
@@ -184,7 +183,7 @@ def disturbed(
     rotation_deg: float,
     translation_px: float,
     focal_px: float,
-    middle: Array | None = None,
+    middle: Floats | None = None,
 ) -> Pose:
     """Draw a pose uniformly from the search range around a seed pose.
 

@@ -10,7 +10,6 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.near_symmetries import TOLERANCE, middles_of_rings, wires_of
@@ -18,8 +17,7 @@ from geometry.own_axes import own_axes
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from geometry.symmetries import SAME_TURN, symmetry_of
-
-Floats = NDArray[np.float64]
+from numerics.arrays import Floats
 
 ANGLES_DEG = sorted({*range(30, 360, 30), *range(45, 360, 45)})
 

@@ -5,14 +5,13 @@ Plain functions of numbers, which kernels compile for themselves: a process with
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from numerics.arrays import Floats
 
 SMALL_ANGLE_RAD = 1e-8  # below this the series of sin and cos to second order is exact in float64
 
 
-def matrix_of(vector: Array) -> Array:
+def matrix_of(vector: Floats) -> Floats:
     """Rotation matrix (3, 3) of a rotation vector (3,) in rad."""
     x, y, z = float(vector[0]), float(vector[1]), float(vector[2])
     angle = math.sqrt(x * x + y * y + z * z)
@@ -34,13 +33,13 @@ def matrix_of(vector: Array) -> Array:
     return out
 
 
-def cross_matrix(vector: Array) -> Array:
+def cross_matrix(vector: Floats) -> Floats:
     """The matrix (3, 3) that multiplies by a vector (3,) from the left: cross_matrix(v) @ w = v x w."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
-def vector_of(matrix: Array) -> Array:
+def vector_of(matrix: Floats) -> Floats:
     """Rotation vector (3,) in rad, of length at most pi, of a rotation matrix (3, 3).
 
     Goes through the unit quaternion with the largest pivot (Shepperd 1978): exact near 0 and near pi.
@@ -61,7 +60,7 @@ def vector_of(matrix: Array) -> Array:
     return np.array([scale * x, scale * y, scale * z])
 
 
-def euler_matrices(angles: Array) -> Array:
+def euler_matrices(angles: Floats) -> Floats:
     """Rx(x)·Ry(y)·Rz(z) of angles (N, 3) in rad, shape (N, 3, 3)."""
     cx, cy, cz = np.cos(angles).T
     sx, sy, sz = np.sin(angles).T
@@ -70,11 +69,11 @@ def euler_matrices(angles: Array) -> Array:
         [cx * sz + sx * sy * cz, cx * cz - sx * sy * sz, -sx * cy],
         [sx * sz - cx * sy * cz, sx * cz + cx * sy * sz, cx * cy],
     ]
-    out: Array = np.stack([np.stack(row, axis=1) for row in rows], axis=1)
+    out: Floats = np.stack([np.stack(row, axis=1) for row in rows], axis=1)
     return out
 
 
-def euler_matrix(x: float, y: float, z: float) -> Array:
+def euler_matrix(x: float, y: float, z: float) -> Floats:
     """Rx(x)·Ry(y)·Rz(z), angles in rad, shape (3, 3)."""
-    out: Array = euler_matrices(np.array([[x, y, z]]))[0]
+    out: Floats = euler_matrices(np.array([[x, y, z]]))[0]
     return out

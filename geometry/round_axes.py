@@ -6,7 +6,6 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.near_symmetries import EXACT, TOLERANCE, exact_tolerance, middles_of_rings, wires_of
@@ -15,8 +14,7 @@ from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from geometry.symmetries import ODD_ANGLES_RAD, count_astray, symmetry_of
-
-Floats = NDArray[np.float64]
+from numerics.arrays import Floats
 
 ROUND = 0.35  # share of the length of the sharp lines that any turn must bring back (chosen by hand)
 POINTS = 4000  # along them, of which ...

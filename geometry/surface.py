@@ -7,14 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.errors import GeometryError
 from geometry.polygon import area_vectors
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
+from numerics.arrays import Flags, Floats, Ints
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,17 +8,14 @@ from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.near_symmetries import EXACT, FOLDS, exact_tolerance
 from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of, vector_of
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Chosen by hand where nothing else is said.
 SPACING = 0.004  # of the points that a turned body is held against, share of the diameter

@@ -3,12 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 MOST_IN_LEAF = 4  # triangles; chosen by hand
 SLACK = 1e-9  # of the model's diameter, by which boxes are larger than what they hold: for rounding

@@ -9,7 +9,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.chains import arcs, chains
@@ -19,9 +18,7 @@ from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
 from geometry.triangle_tree import tree_of
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from numerics.arrays import Floats, Ints
 
 DENSEST_PX = 2.0  # between samples: the sharpest filter makes nearer ones alike
 QUARTER_TURN = np.array([-1.0, 1.0])  # of a direction whose x and y are interchanged

@@ -5,13 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-
-Floats = NDArray[np.float64]
+from numerics.arrays import Floats
 
 # Chosen by hand where nothing else is said.
 SPACING_PX = 1.0

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.arrays import FramePixels
 from bridge.errors import BadInput, Unsupported
 from bridge.image_messages import MoveDone, PoseErrorMessage
 from bridge.messages import Describe, PoseMessage, Settings
 from image_server.serve.device import Change, Device, Frame, checked_settings, sure_frame
+from numerics.arrays import Grey
 from stack.exposure import in_words, level_fraction, light_powers, same_value
 from stack.format import FrameTable
 from stack.read import BasisStack, FramesStack, describe_stack
@@ -100,7 +100,7 @@ class Replay(Device):
         """A recorded scene stays where it was."""
         raise Unsupported("A recorded stack cannot move its target.", "Use the simulator to approach.")
 
-    def _basis_frame(self, stack: BasisStack, settings: Settings, number: int) -> NDArray[np.uint8]:
+    def _basis_frame(self, stack: BasisStack, settings: Settings, number: int) -> Grey:
         weights = [*light_powers(stack.table.lights, settings.lights), stack.table.ambient_scale]
         radiance = mixed([*stack.radiances, stack.ambient], weights)
         return exposed(

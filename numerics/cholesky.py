@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 
 @kernel()

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.pose import origin_jacobian
+from numerics.arrays import Floats
 from report.records import Covariance, PoseRecord
 from report.words import length
 
@@ -55,17 +55,17 @@ def ellipsoid_svg(pose: PoseRecord | None, covariance: Covariance | None) -> str
     )
 
 
-def _ring(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+def _ring(one: Floats, other: Floats) -> Floats:
     angle = np.linspace(0.0, 2 * np.pi, POINTS, endpoint=False)[:, None]
     return np.asarray(np.cos(angle) * one + np.sin(angle) * other)
 
 
-def _path(points_m: NDArray[np.float64], scale: float) -> str:
+def _path(points_m: Floats, scale: float) -> str:
     places = points_m @ VIEW.T * scale + SIZE_PX / 2
     return "M" + " ".join(f"{x:.1f} {y:.1f}" for x, y in places) + "Z"
 
 
-def _arrow(name: str, axis: NDArray[np.float64]) -> str:
+def _arrow(name: str, axis: Floats) -> str:
     x, y = VIEW @ axis * (SIZE_PX / 2 - 22) + SIZE_PX / 2
     middle = SIZE_PX / 2
     return (

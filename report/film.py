@@ -10,8 +10,9 @@ import cv2
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Grey
 from report.errors import ReportError
-from report.overlay import FRAME, HALO, Pixels, draw_overlay
+from report.overlay import FRAME, HALO, draw_overlay
 
 CODEC = "mp4v"  # OpenCV's own, in every build
 ENDINGS = (".mp4", ".mov")  # containers that hold it
@@ -40,7 +41,7 @@ class Film:
         if not self._video.isOpened():
             raise ReportError(f"cannot write the film {path}; give a .mp4 in a folder that exists")
 
-    def add(self, pixels: Pixels, pose: Pose | None, support: Mapping[int, float] | None, words: str) -> None:
+    def add(self, pixels: Grey, pose: Pose | None, support: Mapping[int, float] | None, words: str) -> None:
         """One frame (H, W), with the model at a pose as in `draw_overlay`, and some words on it."""
         drawn = draw_overlay(pixels, self._model, self._camera, pose, support, inset=False)
         for colour, width in ((HALO, 3), (FRAME, 1)):

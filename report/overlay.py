@@ -10,10 +10,10 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.wireframe import Run, bounds_of, visible_runs
+from numerics.arrays import Floats, Grey
 from report.errors import ReportError
 from report.strokes import is_supported
 
-Pixels = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 
 # Sizes and colours are chosen by hand; these two are Okabe and Ito's colour-blind-safe sky blue and orange,
@@ -33,13 +33,13 @@ SHIFT = 4  # sub-pixel bits of cv2's line drawing
 
 
 def draw_overlay(
-    image: Pixels,
+    image: Grey,
     model: Model,
     camera: Camera,
     pose: Pose | None,
     support: Mapping[int, float] | None = None,
     inset: bool = True,
-) -> Pixels:
+) -> Grey:
     """Draw the visible lines of a model at a pose over an image.
 
     Parameters
@@ -65,12 +65,12 @@ def draw_overlay(
 
 
 def draw_runs(
-    image: Pixels,
+    image: Grey,
     runs: Sequence[Run],
     camera: Camera,
     support: Mapping[int, float] | None = None,
     inset: bool = True,
-) -> Pixels:
+) -> Grey:
     """The same, with what is seen of the model given as runs."""
     canvas = _canvas(image, camera)
     out = _drawn(canvas, runs, support)
@@ -80,7 +80,7 @@ def draw_runs(
     return out
 
 
-def _canvas(image: Pixels, camera: Camera) -> Pixels:
+def _canvas(image: Grey, camera: Camera) -> Grey:
     canvas = colour(image)
     if canvas.shape[:2] != (camera.height, camera.width):
         height, width = canvas.shape[:2]
@@ -94,7 +94,7 @@ def is_small(bounds: tuple[float, float, float, float], camera: Camera) -> bool:
     return max((right - left) / camera.width, (bottom - top) / camera.height) < SMALL_TARGET
 
 
-def colour(image: Pixels) -> Pixels:
+def colour(image: Grey) -> Grey:
     """A BGR copy (H, W, 3) of a uint8 image, grey (H, W) or BGR.
 
     Raises
@@ -110,7 +110,7 @@ def colour(image: Pixels) -> Pixels:
     raise ReportError(f"a picture needs shape (H, W) or (H, W, 3), got {image.shape}")
 
 
-def _drawn(canvas: Pixels, runs: Sequence[Run], support: Mapping[int, float] | None) -> Pixels:
+def _drawn(canvas: Grey, runs: Sequence[Run], support: Mapping[int, float] | None) -> Grey:
     """Lines with a dark halo, wider in a large image."""
     wide = max(1, round(max(canvas.shape) / WIDE_PX))
     blue: list[NDArray[np.int32]] = []
@@ -128,11 +128,11 @@ def _drawn(canvas: Pixels, runs: Sequence[Run], support: Mapping[int, float] | N
     return out
 
 
-def _fixed(points: NDArray[np.float64]) -> NDArray[np.int32]:
+def _fixed(points: Floats) -> NDArray[np.int32]:
     return np.round(points * (1 << SHIFT)).astype(np.int32).reshape(-1, 1, 2)
 
 
-def _dashes(points: NDArray[np.float64], wide: int) -> list[NDArray[np.float64]]:
+def _dashes(points: Floats, wide: int) -> list[Floats]:
     """Cut a polyline into dashes, for lines so wide."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     out = []
@@ -144,8 +144,8 @@ def _dashes(points: NDArray[np.float64], wide: int) -> list[NDArray[np.float64]]
 
 
 def _add_inset(
-    out: Pixels,
-    canvas: Pixels,
+    out: Grey,
+    canvas: Grey,
     runs: Sequence[Run],
     support: Mapping[int, float] | None,
     bounds: tuple[float, float, float, float],

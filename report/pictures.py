@@ -8,16 +8,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 import numpy.ma  # np.percentile loads it: now, while what the page shows is not there yet
-from numpy.typing import NDArray
 
+from numerics.arrays import Grey
 from report.errors import ReportError
 from report.overlay import draw_runs
 from report.records import PoseRecord
 from report.scene import Scene
 from report.story import Picture
 from report.strokes import pose_of, runs_of
-
-Pixels = NDArray[np.uint8]
 
 STEP_WIDTH_PX, HERO_WIDTH_PX = 640, 1600  # chosen by hand, with the quality: a page of some hundred KB
 STEP_QUALITY = 80  # of JPEG, per cent
@@ -49,7 +47,7 @@ def read_picture(folder: Path, name: str | None, scene: Scene) -> Picture:
     return Picture(name, np.asarray(pixels, dtype=np.uint8), edges=_edges(path.with_stem(f"{name}-edges")))
 
 
-def _read(path: Path) -> Pixels | None:
+def _read(path: Path) -> Grey | None:
     """A file as it is to be looked at: one of 16 bits as bright as its brightest pixel lets it."""
     grey = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH
     pixels = cv2.imdecode(np.fromfile(path, np.uint8), grey) if path.stat().st_size else None
@@ -58,12 +56,12 @@ def _read(path: Path) -> Pixels | None:
     return np.asarray(cv2.convertScaleAbs(pixels, alpha=255.0 / max(float(pixels.max()), 1.0)), np.uint8)
 
 
-def _edges(path: Path) -> Pixels | None:
+def _edges(path: Path) -> Grey | None:
     edges = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) if path.is_file() else None
     return None if edges is None else np.asarray(edges, dtype=np.uint8)
 
 
-def data_uri(pixels: Pixels, large: bool) -> str:
+def data_uri(pixels: Grey, large: bool) -> str:
     """An image as a data URI: a small JPEG, or, for looking at single pixels, a large PNG."""
     width_px = HERO_WIDTH_PX if large else STEP_WIDTH_PX
     if pixels.shape[1] > width_px:
@@ -102,7 +100,7 @@ def write_overlay(
     return True
 
 
-def legibility(pixels: Pixels, bounds: tuple[float, float, float, float] | None) -> float:
+def legibility(pixels: Grey, bounds: tuple[float, float, float, float] | None) -> float:
     """How well the target can be made out: spread of its grey values, less what is saturated."""
     if bounds is not None:
         left, top, right, bottom = (round(value) for value in bounds)

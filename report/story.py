@@ -5,16 +5,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-import numpy as np
 from markupsafe import Markup
-from numpy.typing import NDArray
 
+from numerics.arrays import Grey
 from report.lights import lights_svg
 from report.records import LightRecord, SettingsRecord, StepRecord
 from report.strokes import Strokes
 from report.words import angle, aperture, length, percent, pixels, shutter
-
-Pixels = NDArray[np.uint8]
 
 MOST_SEGMENTS = 16  # of a light's bar; more are drawn as one
 MOST_BARS = 8  # of lights, each with one of its own
@@ -34,9 +31,9 @@ class Picture:
     """
 
     name: str
-    pixels: Pixels | None
+    pixels: Grey | None
     problem: str = ""
-    edges: Pixels | None = None
+    edges: Grey | None = None
 
 
 @dataclass(frozen=True)

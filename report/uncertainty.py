@@ -4,12 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.pose import origin_jacobian
+from numerics.arrays import Floats
 from report.records import Covariance, PoseRecord
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

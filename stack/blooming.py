@@ -1,15 +1,13 @@
 """Blooming: charge that a full well cannot hold spills over to its neighbours in the column."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Field
 from numerics.kernels import kernel
-
-Image = NDArray[np.float32]
 
 
 @kernel()
-def bloomed(charge: Image, well: float, share: float) -> Image:
+def bloomed(charge: Field, well: float, share: float) -> Field:
     """Charge after overflow along the columns, as in a CCD without a drain or with a weak one.
 
     Of what a pixel collects beyond its well, `share` spills, half of it upwards and half downwards, into the

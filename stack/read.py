@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bridge.arrays import FramePixels
 from bridge.errors import BadInput
 from bridge.messages import Describe, LightDescription, PoseMessage, TargetDescription
+from numerics.arrays import Field
 from stack.exposure import FULL_SCALE_16
 from stack.format import STACK_FILE, BasisTable, FrameList, FramesLight, FramesTable, FrameTable
 from stack.tables import as_table, read_toml
@@ -23,8 +24,8 @@ class BasisStack:
 
     folder: Path
     table: BasisTable
-    radiances: tuple[NDArray[np.float32], ...]
-    ambient: NDArray[np.float32]
+    radiances: tuple[Field, ...]
+    ambient: Field
 
 
 @dataclass(frozen=True)
@@ -197,7 +198,7 @@ def _read_image(folder: Path, name: str, size: tuple[int, int], key: str) -> NDA
     return np.asarray(image)
 
 
-def _read_radiance(folder: Path, name: str, size: tuple[int, int], key: str) -> NDArray[np.float32]:
+def _read_radiance(folder: Path, name: str, size: tuple[int, int], key: str) -> Field:
     image = _read_image(folder, name, size, key)
     if image.dtype != np.uint16:
         raise BadInput(

@@ -32,27 +32,25 @@ from functools import lru_cache
 import cv2
 import numpy as np
 from numpy.random import SFC64, Generator, SeedSequence
-from numpy.typing import NDArray
 
+from numerics.arrays import Field, Grey
 from stack.exposure import WHITE, relative_exposure
 from stack.format import CameraTable
 
 LEAST_BLUR_PX = 0.05  # a blur below this changes no 8-bit value by more than rounding
 LINE_POINTS_PER_PX = 16  # of the motion kernel; chosen by hand, so that its centroid is right to 1/100 px
 
-Image = NDArray[np.float32]
 
-
-def mixed(images: Sequence[Image], weights: Sequence[float]) -> Image:
+def mixed(images: Sequence[Field], weights: Sequence[float]) -> Field:
     """Weighted sum of radiance images (H, W) float32: light adds up."""
-    total: Image = np.zeros_like(images[0])
+    total: Field = np.zeros_like(images[0])
     for image, weight in zip(images, weights, strict=True):
         if weight != 0.0:
             cv2.scaleAdd(image, weight, total, dst=total)
     return total
 
 
-def blurred(radiance: Image, camera: CameraTable, shutter_s: float, aperture: float) -> Image:
+def blurred(radiance: Field, camera: CameraTable, shutter_s: float, aperture: float) -> Field:
     """Radiance (H, W) as it falls on the sensor, out of focus and moving."""
     sigma = camera.defocus_sigma_px * min(camera.apertures) / aperture
     out = radiance
@@ -69,7 +67,7 @@ def blurred(radiance: Image, camera: CameraTable, shutter_s: float, aperture: fl
     return out
 
 
-def line_kernel(dx: float, dy: float) -> Image:
+def line_kernel(dx: float, dy: float) -> Field:
     """Kernel of a straight uniform motion by (dx, dy) px about its middle; odd sizes, sum 1, centroid 0."""
     count = max(2, math.ceil(LINE_POINTS_PER_PX * math.hypot(dx, dy)))
     along = (np.arange(count) + 0.5) / count - 0.5
@@ -85,15 +83,15 @@ def line_kernel(dx: float, dy: float) -> Image:
 
 
 @lru_cache(maxsize=2)
-def fixed_pattern(shape: tuple[int, int], seed: int) -> tuple[Image, Image]:
+def fixed_pattern(shape: tuple[int, int], seed: int) -> tuple[Field, Field]:
     """Standard normal patterns (H, W) of the pixels' sensitivity and of their dark signal."""
     draws = Generator(SFC64(SeedSequence([seed])))
     return draws.standard_normal(shape, np.float32), draws.standard_normal(shape, np.float32)
 
 
 def exposed(
-    radiance: Image, camera: CameraTable, shutter_s: float, aperture: float, seed: Sequence[int] | None
-) -> NDArray[np.uint8]:
+    radiance: Field, camera: CameraTable, shutter_s: float, aperture: float, seed: Sequence[int] | None
+) -> Grey:
     """Expose radiance and read it out.
 
     Parameters
@@ -108,7 +106,7 @@ def exposed(
     (H, W) uint8.
     """
     exposure = relative_exposure(shutter_s, aperture) * camera.gain
-    signal: Image = blurred(radiance, camera, shutter_s, aperture) * np.float32(exposure)
+    signal: Field = blurred(radiance, camera, shutter_s, aperture) * np.float32(exposure)
     per_electron = camera.gain / camera.full_well_e
     if camera.prnu > 0 or camera.dsnu_e > 0:
         sensitivity, dark = fixed_pattern(signal.shape, camera.pattern_seed)

@@ -8,13 +8,13 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from benchmarks.machined_parts import machined, surface_of
 from benchmarks.synthetic_parts import random_view, rendered
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Grey
 from tests.followed_pages import blocks_of, clean_copy, runs
 from tests.vision_server.boards import write_boards
 from vision_server.channels.image_files import read_grey
@@ -38,7 +38,7 @@ def write_stl(file: Path, model: Model) -> None:
     file.write_bytes(bytes(80) + np.uint32(len(corners)).tobytes() + facets.tobytes())
 
 
-def photographed(model: Model, pose: Pose, seed: int, exposure: float) -> NDArray[np.uint8]:
+def photographed(model: Model, pose: Pose, seed: int, exposure: float) -> Grey:
     """As a webcam shows it: through its lens, by its tone curve, under one lamp."""
     ideal = rendered(model, CAMERA.ideal, pose, np.random.default_rng(seed))
     row, column = np.mgrid[: CAMERA.height, : CAMERA.width]

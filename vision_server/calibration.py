@@ -8,14 +8,12 @@ from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from numerics.arrays import Field, Floats, Grey
 from vision_server.channels.depth import Pixels, stretched
 
-Grey = NDArray[np.uint8]
-Floats = NDArray[np.float64]
-Corners = NDArray[np.float32]
+Corners = Field
 FEWEST_BOARDS = 5  # seven unknowns of the lens and six of each board; fewer leave them to chance
 LENS = cv2.CALIB_FIX_K3  # k3 of a dozen boards is noise: it was drawn as 2.8 where it is 0
 FISHEYE = cv2.CALIB_RECOMPUTE_EXTRINSIC | cv2.CALIB_FIX_SKEW | cv2.CALIB_USE_INTRINSIC_GUESS

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from bridge.errors import BadInput
+from numerics.arrays import Grey
 from numerics.memory import give_back_freed_memory
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
-from vision_server.channels.depth import Grey, Pixels
+from vision_server.channels.depth import Pixels
 from vision_server.channels.gradients import GradientChannel, gradient_channel
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import ImageSetStatistics

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from geometry.pose import Pose
 from geometry.symmetries import Symmetry
+from numerics.arrays import Floats
 from vision_server.pose.alternatives import PoseChance, listed, without_free_turn
 from vision_server.pose.covariance import uncertainty
 from vision_server.pose.likely import Likely
@@ -27,8 +25,6 @@ from vision_server.pose.trust import (
     confidence,
     odds,
 )
-
-Floats = NDArray[np.float64]
 
 LEAST_BY_LINES = 0.02  # belief in a pose by its lines; of those that had less, one in a hundred was right
 

@@ -8,20 +8,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
-
 from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model, about_middle
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from geometry.symmetries import ASYMMETRIC, symmetry_of
+from numerics.arrays import Floats
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
 from vision_server.judgement import Estimate, about_origin, judged, with_poses
-from vision_server.matching import MATCHERS, Anywhere, Hypothesis, SearchRange, match_genetic
+from vision_server.matching import Anywhere, Hypothesis, SearchRange, match_search
 from vision_server.matching.draws import beyond_of, in_range_of
 from vision_server.matching.match import ideal_segments, worth_refining
 from vision_server.matching.search import match_near
@@ -31,11 +29,12 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import best_first, nowhere
 from vision_server.pose.rivals import anywhere, likeliest_first, rivals_of
 from vision_server.pose.spun import unseen_turns
+from vision_server.rivals.genetic import match_genetic
 from vision_server.segments.extraction import extract_segments, extract_with_pieces
 
-Floats = NDArray[np.float64]
-
 LOOKED_AT = 10  # hypotheses, at first sight
+Matcher = Callable[[Floats, Model, Camera, Pose, int, SearchRange], list[Hypothesis]]
+MATCHERS: dict[str, Matcher] = {"search": match_search, "genetic": match_genetic}
 
 
 @dataclass(frozen=True)

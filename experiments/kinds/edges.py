@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.messages import Settings
 from experiments.edge_metrics import edge_quality, outline_of
@@ -12,6 +11,7 @@ from experiments.kinds import Row
 from experiments.plan import Cell
 from experiments.worker import Worker
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Flags, Grey
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.merging import merge_channels
 from vision_server.rivals.merge_rules import comparison_edges
@@ -49,7 +49,7 @@ def run(cell: Cell, worker: Worker) -> Row:
     }
 
 
-def _well_exposed(simulator: Simulator, levels: tuple[int, ...]) -> tuple[NDArray[np.uint8], float]:
+def _well_exposed(simulator: Simulator, levels: tuple[int, ...]) -> tuple[Grey, float]:
     """The image under the longest shutter that hardly clips, and its exposure relative to the reference."""
     device = simulator.describe()
     aperture = device.reference.aperture
@@ -61,7 +61,7 @@ def _well_exposed(simulator: Simulator, levels: tuple[int, ...]) -> tuple[NDArra
     return image, shutter / device.reference.shutter_s
 
 
-def silhouette(simulator: Simulator) -> NDArray[np.bool_]:
+def silhouette(simulator: Simulator) -> Flags:
     """Pixels (H, W) that the target covers."""
     camera, model = simulator.camera, simulator.model
     corners = camera.project(simulator.true_pose.apply(model.vertices))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.messages import Describe, PoseMessage, Settings
 from bridge.start_messages import StartArgs
@@ -13,9 +12,8 @@ from experiments.plan import Cell
 from experiments.worker import Worker
 from geometry.pose import Pose
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Floats
 from vision_server.serve.opening import open_task
-
-Floats = NDArray[np.float64]
 
 RANDOM = "random"
 

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-Grey = NDArray[np.uint8]
-Radiance = NDArray[np.float64]
+from numerics.arrays import Flags, Floats, Grey
+
+Radiance = Floats
 
 LOWEST, HIGHEST = 8, 247
 """Grey values that are told from black and from saturation, noise included."""
@@ -21,7 +22,7 @@ def linear(frame: NDArray[np.floating] | Grey, gamma: float) -> Radiance:
 
 
 def united(
-    frames: Sequence[Radiance], saturated: Sequence[NDArray[np.bool_]], exposures: Sequence[float]
+    frames: Sequence[Radiance], saturated: Sequence[Flags], exposures: Sequence[float]
 ) -> Radiance:
     """Radiance from linear frames under several exposures.
 

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from bridge.messages import Describe, Settings
 from image_server.recording.linearity import Radiance, linear, measured_ratio, united
 from image_server.serve.device import Device, Frame, checked_settings
+from numerics.arrays import Flags, Floats
 from stack.exposure import WHITE, full_levels, level_fraction, relative_exposure
 from stack.write import new_folder, write_basis, write_frames
 
@@ -21,7 +21,6 @@ SATURATED = 254  # one below white, for noise
 LARGEST_NONLINEARITY = 0.1
 """Part by which a shutter or level may be off its nominal effect; more, and a basis stack would mislead."""
 
-Grey = NDArray[np.uint8]
 Progress = Callable[[str], None]
 
 
@@ -55,10 +54,10 @@ class _Camera:
             )
         return frame
 
-    def mean(self, settings: Settings, count: int) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    def mean(self, settings: Settings, count: int) -> tuple[Floats, Flags]:
         """Mean of several frames, grey values (H, W), and where any of them is saturated."""
-        total: NDArray[np.float64] | None = None
-        clipped: NDArray[np.bool_] | None = None
+        total: Floats | None = None
+        clipped: Flags | None = None
         for _ in range(count):
             pixels = self.capture(settings).pixels
             full = pixels >= SATURATED
@@ -142,7 +141,7 @@ def _stack_in(folder: Path) -> Iterator[None]:
 
 def _radiance(
     camera: _Camera, at: Settings, lights: tuple[int, ...], average: int, black: float
-) -> tuple[Radiance, dict[float, NDArray[np.float64]]]:
+) -> tuple[Radiance, dict[float, Floats]]:
     """Linear radiance under some lights, and the mean frame of every shutter, less black."""
     assert camera.describe.camera is not None
     gain, gamma = camera.describe.camera.gain, camera.describe.camera.gamma
@@ -157,12 +156,12 @@ def _radiance(
     return united(signals, clipped, exposures), means
 
 
-def _without_black(frame: NDArray[np.float64], black: float) -> NDArray[np.float64]:
+def _without_black(frame: Floats, black: float) -> Floats:
     return np.maximum(frame - black, 0.0) * (WHITE / (WHITE - black))
 
 
 def _check_shutters(
-    camera: _Camera, light: str, means: dict[float, NDArray[np.float64]], black: float
+    camera: _Camera, light: str, means: dict[float, Floats], black: float
 ) -> None:
     assert camera.describe.camera is not None
     gamma = camera.describe.camera.gamma
@@ -184,7 +183,7 @@ def _check_level(
     camera: _Camera,
     at: Settings,
     number: int,
-    means: dict[float, NDArray[np.float64]],
+    means: dict[float, Floats],
     average: int,
     black: float,
 ) -> None:

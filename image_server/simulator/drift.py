@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.pose import Pose
@@ -11,9 +10,7 @@ from geometry.rotation import matrix_of
 from image_server.serve.device import Change
 from image_server.simulator.motion import smeared
 from image_server.simulator.scenario_tables import Time
-
-Floats = NDArray[np.float64]
-Image = NDArray[np.float32]
+from numerics.arrays import Field, Floats
 
 
 class Drift:
@@ -67,7 +64,7 @@ class Drift:
         """Whether nothing changes by itself."""
         return self._time.seconds_per_capture == 0 or not (self.moves_target or self._time.sun_deg_per_s)
 
-    def smeared(self, radiance: Image, camera: Camera, pose: Pose, target: Image, shutter_s: float) -> Image:
+    def smeared(self, radiance: Field, camera: Camera, pose: Pose, target: Field, shutter_s: float) -> Field:
         """Radiance (H, W) of an exposure in which the target moves; `target` (H, W) is its 1/depth."""
         if not self.moves_target:
             return radiance

@@ -14,11 +14,9 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
-
-Image = NDArray[np.float32]
+from numerics.arrays import Field, Floats
 
 DISC_STEP_PX = 0.75  # of diameter, between the discs that are blended
 MOST_DISCS = 8  # bounds the time of a frame
@@ -29,12 +27,12 @@ GLARE_CORE_PX = 2.0  # chosen by hand, so that the middle stays finite
 GLARE_WIDTH = 160  # to which the frame is reduced before it is scattered
 
 
-def disc_diameters(inverse_depth: Image, fx: float, aperture_m: float, focus_m: float) -> Image:
+def disc_diameters(inverse_depth: Field, fx: float, aperture_m: float, focus_m: float) -> Field:
     """Diameter (H, W) of the blur disc, px, from 1/depth (0: at infinity) and the width of the aperture."""
     return np.asarray(np.abs(inverse_depth - np.float32(1.0 / focus_m)) * np.float32(fx * aperture_m))
 
 
-def nearest_around(inverse_depth: Image, reach_px: int) -> Image:
+def nearest_around(inverse_depth: Field, reach_px: int) -> Field:
     """Each pixel's largest 1/depth within reach: a blurred outline spreads over what is behind it."""
     size = 2 * reach_px + 1
     window = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
@@ -49,7 +47,7 @@ def zoomed(camera: Camera, focals_mm: Sequence[float] | None, focal_mm: float | 
     return replace(camera, fx=camera.fx * factor, fy=camera.fy * factor)
 
 
-def focused(radiance: Image, inverse_depth: Image, fx: float, aperture_m: float, focus_m: float) -> Image:
+def focused(radiance: Field, inverse_depth: Field, fx: float, aperture_m: float, focus_m: float) -> Field:
     """Radiance (H, W) as a lens focused at `focus_m` shows it.
 
     Each pixel takes the disc of its own depth, or of the nearest thing whose blurred outline reaches it. So
@@ -76,14 +74,14 @@ def focused(radiance: Image, inverse_depth: Image, fx: float, aperture_m: float,
     return out
 
 
-def _spread(image: Image, diameter_px: float) -> Image:
+def _spread(image: Field, diameter_px: float) -> Field:
     if diameter_px < LEAST_DISC_PX:
         return image
     kernel = disc_kernel(diameter_px)
     return np.asarray(cv2.filter2D(image, cv2.CV_32F, kernel, borderType=cv2.BORDER_REPLICATE), np.float32)
 
 
-def disc_kernel(diameter_px: float) -> Image:
+def disc_kernel(diameter_px: float) -> Field:
     """A disc in whole pixels; odd sizes, sum 1, variance diameter²/16 along each axis like the disc's own.
 
     The share of each pixel that a disc covers would have the 1/12 px² of a pixel on top, which the image
@@ -102,16 +100,16 @@ def disc_kernel(diameter_px: float) -> Image:
     return np.asarray(covered / covered.sum(), dtype=np.float32)
 
 
-def vignette(camera: Camera, exponent: float) -> Image:
+def vignette(camera: Camera, exponent: float) -> Field:
     """Factor (H, W) by which the image darkens: the cosine of the field angle to a power."""
     x = (np.arange(camera.width) - camera.cx) / camera.fx
     y = (np.arange(camera.height) - camera.cy) / camera.fy
-    square: NDArray[np.float64] = 1.0 + y[:, None] ** 2 + x[None, :] ** 2
-    out: Image = (square ** (-exponent / 2)).astype(np.float32)
+    square: Floats = 1.0 + y[:, None] ** 2 + x[None, :] ** 2
+    out: Field = (square ** (-exponent / 2)).astype(np.float32)
     return out
 
 
-def glared(image: Image, share: float) -> Image:
+def glared(image: Field, share: float) -> Field:
     """Image (H, W) of which a share is scattered over the frame, falling with the square of the distance.
 
     The frame is reduced first: what is scattered is smooth but for its middle, where the image itself is.

@@ -7,13 +7,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from image_server.simulator.scenario_tables import Light
 from image_server.simulator.sky import Sky
+from numerics.arrays import Floats
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 REFERENCE_DISTANCE_M = 0.6  # the middle of the usual ranges; chosen by hand
 LIGHT_AT_REFERENCE = 0.5

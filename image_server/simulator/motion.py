@@ -12,14 +12,11 @@ import math
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from image_server.simulator.lens import nearest_around
 from image_server.simulator.rays import pixel_rays
-
-Floats = NDArray[np.float64]
-Image = NDArray[np.float32]
+from numerics.arrays import Field, Floats
 
 LEAST_MOTION_PX = 0.05  # during the exposure; less changes no grey value by more than rounding
 STEPS_PER_PX = 2  # chosen by hand; compared with exact motion in docs/validation.md
@@ -27,8 +24,8 @@ MOST_STEPS = 64  # chosen by hand; bounds the time of a frame
 
 
 def image_velocity(
-    camera: Camera, origin: Floats, velocity: Floats, spin: Floats, inverse_depth: Image
-) -> Image:
+    camera: Camera, origin: Floats, velocity: Floats, spin: Floats, inverse_depth: Field
+) -> Field:
     """Velocity (H, W, 2) px/s of the image of a moving target.
 
     Parameters
@@ -41,19 +38,19 @@ def image_velocity(
     w = inverse_depth.ravel()[:, None]
     a = w * (velocity - np.cross(spin, origin)) + np.cross(spin, rays)
     moved = (a[:, :2] - a[:, 2:] * rays[:, :2]) * [camera.fx, camera.fy] * (w > 0)
-    out: Image = moved.reshape(*inverse_depth.shape, 2).astype(np.float32)
+    out: Field = moved.reshape(*inverse_depth.shape, 2).astype(np.float32)
     return out
 
 
 def smeared(
-    radiance: Image,
+    radiance: Field,
     camera: Camera,
     origin: Floats,
     velocity: Floats,
     spin: Floats,
-    inverse_depth: Image,
+    inverse_depth: Field,
     shutter_s: float,
-) -> Image:
+) -> Field:
     """Radiance (H, W) gathered over an exposure centred on now; parameters as of `image_velocity`.
 
     Each pixel sees what passes over it with the motion of its own point, or of the nearest one whose path

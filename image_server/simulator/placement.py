@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model, about_middle
@@ -11,8 +10,7 @@ from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from geometry.rotation import euler_matrix, matrix_of
 from image_server.simulator.scenario import RANGE_M
 from image_server.simulator.scenario_tables import Move, PoseDraw, Sun
-
-Floats = NDArray[np.float64]
+from numerics.arrays import Floats
 
 TRIES = 400  # chosen by hand: where so many draws fail, the best of them is as good as it gets
 FRAME_MARGIN_PX = 6.0  # chosen by hand

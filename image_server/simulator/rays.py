@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from numerics.arrays import Field, Flags, Floats, Ints
 
-Floats = NDArray[np.float64]
-Rays = NDArray[np.float32]
+Rays = Field
 
 
-def pixel_rays(camera: Camera, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Rays:
+def pixel_rays(camera: Camera, rows: Ints, columns: Ints) -> Rays:
     """Rays (R·C, 3) float32 of the pixels of some rows and columns, with z = 1: distances are depths."""
     x, y = np.meshgrid(columns.astype(np.float64), rows.astype(np.float64))
     return rays_through(camera, np.stack([x.ravel(), y.ravel()], axis=1))
@@ -49,7 +49,7 @@ class Caster:
         found = self._run(origins, directions, output=1)
         return found["primID"], found["tfar"]
 
-    def reached(self, origins: Rays, directions: Rays, far: float) -> NDArray[np.bool_]:
+    def reached(self, origins: Rays, directions: Rays, far: float) -> Flags:
         """Whether nothing stands between origins (N, 3) and `far` times directions (N, 3) from them."""
         limits = np.full(len(origins), far, np.float32)
         blocked = self._run(origins, directions, limits, query="OCCLUDED")
@@ -76,7 +76,7 @@ def starts_of(
     return starts.astype(np.float32), towards.astype(np.float32)
 
 
-def rays_to(starts: Rays, normals: Rays, source: Floats, near: bool) -> tuple[NDArray[np.int64], Rays, Rays]:
+def rays_to(starts: Rays, normals: Rays, source: Floats, near: bool) -> tuple[Ints, Rays, Rays]:
     """Rays to a light from the starts whose faces look at it.
 
     `source` is a point when `near`, else a direction. Returns the numbers (M,) of those starts, the starts

@@ -3,9 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from numerics.arrays import Floats
 
 SAMPLES = 16  # per pixel at edges: true to 1/32 px (docs/simulator.md)
 DISC_SAMPLES = 64  # places on the sun's disc that the places of a pixel look at, four each

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
@@ -14,9 +13,7 @@ from geometry.rotation import euler_matrix, matrix_of
 from image_server.simulator import texture
 from image_server.simulator.material import TEXTURES, Appearance, Material, MaterialChanges
 from image_server.simulator.scenario_tables import Background
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from numerics.arrays import Floats, Ints
 
 # Of the background; chosen by hand: duller and coarser than targets are.
 WALL_MATERIAL = Material(

@@ -15,10 +15,8 @@ from image_server.simulator.light import LIGHT_STRENGTH, Illumination, intensity
 from image_server.simulator.scene import Scene
 from image_server.simulator.sky import light_from, mirrored
 from image_server.simulator.texture import ALPHA, CRINKLE, SPECULAR, albedo, crinkled
+from numerics.arrays import Field, Floats
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
-Single = NDArray[np.float32]
 
 LEAST_MIRRORED = 1e-3  # share of the light; less is not worth the time
 SUBPIXEL = 0.25  # the texture is averaged at 2×2 places this far from the pixel's centre
@@ -36,9 +34,9 @@ class SurfaceSamples(NamedTuple):
     """
 
     triangle: NDArray[np.int32]
-    direction: Single
-    distance: Single
-    reach: Single
+    direction: Field
+    distance: Field
+    reach: Field
 
 
 @kernel()
@@ -94,7 +92,7 @@ def _lean(n: Floats, rotation: Floats, slope: Floats) -> None:
 
 
 @kernel(inline="always")
-def _set_out(direction: Single, distance: float, normal: Floats, n: Floats, v: Floats, p: Floats) -> None:
+def _set_out(direction: Field, distance: float, normal: Floats, n: Floats, v: Floats, p: Floats) -> None:
     """Write a sample's unit normal on the camera's side, unit vector to the camera, and point (3,)."""
     length = 0.0
     towards = 0.0
@@ -113,7 +111,7 @@ def _set_out(direction: Single, distance: float, normal: Floats, n: Floats, v: F
 
 @kernel(inline="always")
 def _scattered(
-    direction: Single,
+    direction: Field,
     distance: float,
     pixel: Floats,
     n: Floats,
@@ -151,7 +149,7 @@ def _scattered(
 @kernel(nogil=True)
 def shade(
     samples: SurfaceSamples, pixel: Floats, scene: Scene, light: Illumination, even_light: Floats
-) -> Single:
+) -> Field:
     """Radiance (N, L + 1) float32 of samples under each light, and under the sun with the sky.
 
     Parameters

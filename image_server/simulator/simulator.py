@@ -7,7 +7,6 @@ from typing import Any
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from bridge.image_messages import MoveDone, PoseErrorMessage
@@ -27,6 +26,7 @@ from image_server.simulator.scenario import RANGE_M, load_scenario, of_size
 from image_server.simulator.scenario_tables import Scenario
 from image_server.simulator.scene import Scene, background_parts, joined, target_part
 from image_server.simulator.view import Radiances, TracedView, rendered, sky_of
+from numerics.arrays import Field, Floats
 from stack.exposure import level_fraction
 from stack.sensor import exposed, mixed
 
@@ -185,12 +185,12 @@ class Simulator(Device):
         )
         return sure_frame(pixels, settings, applied, self._captures, self.name)
 
-    def radiance(self, levels: tuple[int, ...]) -> NDArray[np.float32]:
+    def radiance(self, levels: tuple[int, ...]) -> Field:
         """Linear radiance (H, W) float32 without blur and noise; 1 clips at 1/60 s, f/4 and gain 1."""
         lights = zip(self._scenario.lights, levels, strict=True)
         return self.radiance_of([level_fraction(level, light.levels) for light, level in lights])
 
-    def radiance_of(self, shares: Sequence[float]) -> NDArray[np.float32]:
+    def radiance_of(self, shares: Sequence[float]) -> Field:
         """The same with each light at a share of its full power."""
         powers = [
             light.power * self._scenario.light_power * share
@@ -217,7 +217,7 @@ class Simulator(Device):
         self._traced.move_to_end(key)
         return view
 
-    def _through_lens(self, radiance: NDArray[np.float32], aperture: float) -> NDArray[np.float32]:
+    def _through_lens(self, radiance: Field, aperture: float) -> Field:
         """Out of focus where the lens is not focused on it."""
         if self._focus_m is None:
             return radiance
@@ -276,7 +276,7 @@ class Simulator(Device):
             raise BadInput(f"The target was moved {len(self._left)} times, not {moves}.")
         return pose_error(pose, pose_message(true_poses[-1 if moves is None else moves]))
 
-    def _drawn_sun(self) -> NDArray[np.float64]:
+    def _drawn_sun(self) -> Floats:
         """The sun where the scenario puts it; drawn again while the Earth hides it."""
         scenario, rng = self._scenario, self._random(SUN)
         for _ in range(placement.TRIES):

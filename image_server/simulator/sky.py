@@ -7,15 +7,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from image_server.simulator.rays import pixel_rays
 from image_server.simulator.texture import noise
+from numerics.arrays import Field, Floats
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
-Image = NDArray[np.float32]
 
 EARTH_RADIUS_KM = 6371.0  # mean radius, IUGG
 AIR_HEIGHT_KM = 8.0  # over which the air thins to 1/e
@@ -198,7 +195,7 @@ def light_from(sky: Floats, x: float, y: float, z: float) -> float:
     return value
 
 
-def seen(sky: Sky, camera: Camera, rng: np.random.Generator) -> Image | None:
+def seen(sky: Sky, camera: Camera, rng: np.random.Generator) -> Field | None:
     """Image (H, W) float32 of the sky where nothing stands before it; None where it is black."""
     pixel = 1.0 / math.sqrt(camera.fx * camera.fy)
     sun_shows = _sun_in_view(sky, camera)
@@ -242,7 +239,7 @@ def _sun_disc(sky: Sky, angle: Floats, pixel: float) -> Floats:
     return out * (1.0 - LIMB_DARKENING * (1.0 - depth))
 
 
-def _stars(sky: Sky, camera: Camera, rng: np.random.Generator) -> Image:
+def _stars(sky: Sky, camera: Camera, rng: np.random.Generator) -> Field:
     """Stars as points, each spread over the four pixels nearest to it."""
     direction = rng.normal(size=(STARS, 3))
     faint = STARS_PER_MAGNITUDE ** (BRIGHTEST - FAINTEST)

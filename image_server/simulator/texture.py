@@ -7,12 +7,10 @@ live in the plane of the face.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from image_server.simulator.material import TEXTURES
+from numerics.arrays import Floats
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 # columns of a surface's row of numbers
 ALBEDO, TEXTURE, SIZE, CONTRAST, GRAIN, SPECULAR, ALPHA, OFFSET = range(8)

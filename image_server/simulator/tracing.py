@@ -27,12 +27,8 @@ from image_server.simulator.sampling import DISC_STEP, RIM_VIEWS, SAMPLES, disc_
 from image_server.simulator.scene import Scene
 from image_server.simulator.shading import SurfaceSamples, shade
 from image_server.simulator.sky import irradiance
+from numerics.arrays import Field, Flags, Floats, Ints
 from numerics.two_cores import beside
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Ints = NDArray[np.int64]
-Image = NDArray[np.float32]
 
 LIFT_M = 2e-5  # shadow rays start this far above the surface
 NEAR_M = 1e-3  # nothing nearer is projected
@@ -52,9 +48,9 @@ class Traced:
     part : (H, W) int16, the part of the scene there, -1 where there is nothing.
     """
 
-    images: list[Image]
-    coverage: Image
-    inverse_depth: Image
+    images: list[Field]
+    coverage: Field
+    inverse_depth: Field
     part: NDArray[np.int16]
 
 
@@ -93,7 +89,7 @@ class _Tracer:
         self._disc = disc_directions(light.sky.sun, light.sky.sun_radius_rad)
         self._sky = irradiance(light.sky)
 
-    def band(self, rows: Ints, columns: Ints) -> tuple[Image, Image, Image, NDArray[np.int16]]:
+    def band(self, rows: Ints, columns: Ints) -> tuple[Field, Field, Field, NDArray[np.int16]]:
         """Radiance (R, C, L + 1), coverage, 1/depth and part (R, C) of some rows and columns of pixels.
 
         A row above and one below are cast, too: what differs from them is an edge.
@@ -207,7 +203,7 @@ class _Tracer:
 
     def shaded(
         self, triangle: NDArray[np.int32], directions: Rays, distance: Rays, reach: Rays, pixel: Floats
-    ) -> Image:
+    ) -> Field:
         """Radiance (N, L + 1) of samples."""
         samples = SurfaceSamples(triangle, directions, distance, reach)
         return shade(samples, pixel, self._scene, self._light, self._sky)

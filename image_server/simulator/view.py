@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from image_server.simulator.lens import glared, vignette
@@ -14,9 +13,9 @@ from image_server.simulator.scenario_tables import Scenario
 from image_server.simulator.scene import TARGET, Scene
 from image_server.simulator.sky import EARTH_RADIUS_KM, NO_EARTH, Earth, Sky, seen
 from image_server.simulator.tracing import traced
+from numerics.arrays import Field, Floats
 
-Floats = NDArray[np.float64]
-Radiances = list[NDArray[np.float32]]
+Radiances = list[Field]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +30,8 @@ class TracedView:
     """
 
     images: Radiances
-    inverse_depth: NDArray[np.float32]
-    target_depth: NDArray[np.float32]
+    inverse_depth: Field
+    target_depth: Field
 
     @property
     def size_bytes(self) -> int:

@@ -12,7 +12,7 @@ from bridge.errors import BadInput
 from image_server.recording.linearity import fitted_gamma
 from image_server.v4l2.camera import V4L2Camera
 from image_server.v4l2.camera_file import Axis, CameraFile
-from image_server.v4l2.formats import Grey
+from numerics.arrays import Grey
 
 STEADY = 0.03
 """Relative change of the mean grey value under which a frame counts as settled."""

@@ -4,9 +4,6 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from bridge.errors import DeviceError
 from bridge.messages import SettingRange, Settings
 from image_server.v4l2.camera_file import CameraFile
@@ -14,6 +11,7 @@ from image_server.v4l2.controls import SETTABLE, Control, controls, read_control
 from image_server.v4l2.file_check import check_card, check_controls, completed, named_control
 from image_server.v4l2.node import Node
 from image_server.v4l2.stream import START_DEADLINE_S, Freshness, Stamp, Stream
+from numerics.arrays import Grey
 
 ATTEMPTS = 2
 """Times that a frame is asked for: a stream that has stalled is started again once."""
@@ -33,7 +31,7 @@ class Exposure:
     timestamp : middle of the exposure, seconds since 1970 (UTC).
     """
 
-    pixels: NDArray[np.uint8]
+    pixels: Grey
     applied: dict[str, float]
     verified: bool
     timestamp: float
@@ -135,7 +133,7 @@ class V4L2Camera:
             )
         self._set.pop(name, None)
 
-    def next_frame(self) -> tuple[NDArray[np.uint8], Stamp]:
+    def next_frame(self) -> tuple[Grey, Stamp]:
         """The next frame in the driver's queue, however old."""
         stream = self._streaming()
         period = stream.period_s or ASSUMED_PERIOD_S

@@ -6,12 +6,11 @@ from functools import cache
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from image_server.v4l2.kernel import COLORSPACE_JPEG, FULL_RANGE, PixFormat, fourcc_name
+from numerics.arrays import Grey
 
-Grey = NDArray[np.uint8]
-Bytes = NDArray[np.uint8]
+Bytes = Grey
 
 VIDEO_BLACK, VIDEO_WHITE = 16, 235  # limited range of an 8-bit luma sample, ITU-R BT.601
 

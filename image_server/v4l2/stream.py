@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput, DeviceError
 from image_server.v4l2.camera_file import FormatTable
@@ -26,6 +25,7 @@ from image_server.v4l2.kernel import (
     fourcc_name,
 )
 from image_server.v4l2.node import Node
+from numerics.arrays import Grey
 
 BUFFERS = 4  # the usual number: one is filled, one read, two wait
 STAMPED_AT_FIRST_PACKET = ("uvcvideo",)
@@ -67,7 +67,7 @@ class Stream:
         self.damaged = 0
         self._last_sequence: int | None = None
         self._buffers: list[mmap.mmap] = []
-        self._views: list[NDArray[np.uint8]] = []
+        self._views: list[Grey] = []
         self.layout = _set_format(node, wanted)
         self.period_s = _set_frame_rate(node, wanted.frame_rate)
         try:
@@ -87,7 +87,7 @@ class Stream:
             self._node.request("QBUF", buffer)
         self._node.request("STREAMON", ctypes.c_int(BUFFER_CAPTURE))
 
-    def frame(self, deadline: float, wanted: "Freshness | None" = None) -> tuple[NDArray[np.uint8], Stamp]:
+    def frame(self, deadline: float, wanted: "Freshness | None" = None) -> tuple[Grey, Stamp]:
         """The next sound frame that is fresh enough, as (H, W) uint8, and its stamp.
 
         Only that frame is decoded: stale ones go straight back to the driver.

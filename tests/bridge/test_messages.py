@@ -11,7 +11,7 @@ from bridge import messages as m
 from bridge import start_messages as s
 from bridge import vision_messages as v
 from bridge.commands.results import prolog_results
-from vision_server.matching import MATCHERS
+from vision_server.pipeline import MATCHERS
 
 SETTINGS: dict[str, Any] = {"lights": [0, 7, 3], "shutter_s": 0.01667, "aperture": 4.0}
 POSE = {"rotation_vector": [0.1, 0.2, 0.3], "translation": [0, 0, 1]}

@@ -9,10 +9,10 @@ from typing import Any
 import cv2
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from image_server.simulator.simulator import Simulator
 from image_server.v4l2.controls import EXPOSURE_UNIT_S
+from numerics.arrays import Field, Grey
 from stack.exposure import APERTURES, SHUTTERS_S
 from stack.sensor import exposed
 from tests.equipment.uvc_model import CameraModel
@@ -24,8 +24,6 @@ WIDEST_APERTURE = 2.8
 FIXED_APERTURE = 4.0
 FULL_DEFOCUS_PX = 10.0
 """Standard deviation of the blur, iris open, when the focus is off by its whole range."""
-
-Grey = NDArray[np.uint8]
 
 
 class Bench:
@@ -39,7 +37,7 @@ class Bench:
         self._outputs = outputs
         self._full = full
         self._frames = 0
-        self._radiance: tuple[tuple[int, ...], NDArray[np.float32]] | None = None
+        self._radiance: tuple[tuple[int, ...], Field] | None = None
         self._best_focus = self._range("focus_absolute")[3]
 
     def __call__(self, controls: Mapping[str, int]) -> Grey:
@@ -92,7 +90,7 @@ class Bench:
             file["aperture"] = {"control": "iris_absolute", "steps": steps}
         return file
 
-    def _lit(self, outputs: tuple[int, ...]) -> NDArray[np.float32]:
+    def _lit(self, outputs: tuple[int, ...]) -> Field:
         if self._radiance is None or self._radiance[0] != outputs:
             self._radiance = (outputs, self._simulator.radiance_of([value / self._full for value in outputs]))
         return self._radiance[1]
@@ -107,7 +105,7 @@ class Bench:
         value = controls.get("zoom_absolute", low)
         return value / low if low > 0 else 1.0 + (value - low)
 
-    def _zoomed(self, image: NDArray[np.float32], magnification: float) -> NDArray[np.float32]:
+    def _zoomed(self, image: Field, magnification: float) -> Field:
         if magnification == 1.0:
             return image
         camera = self._simulator.camera

@@ -11,9 +11,9 @@ from typing import Protocol
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from numerics.arrays import Grey
 from tests.equipment.usbip import Stall, UsbDevice
 from tests.equipment.uvc_descriptors import (
     LANGUAGES,
@@ -48,8 +48,6 @@ LATEST_PERIODS = 1.5
 VIDEO_BLACK, VIDEO_SPAN = 16, 219
 SIMPLE_FAULTS = ("none", "silent", "garbage", "unplugged")
 MAKER = "Lights and Camera"
-
-Grey = NDArray[np.uint8]
 
 
 class Scene(Protocol):

@@ -3,14 +3,14 @@
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model, load_model
+from numerics.arrays import Floats
 
 BOX_FACES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
 
 
-def model_of(folder: Path, points: NDArray[np.float64], faces: list[tuple[int, ...]]) -> Model:
+def model_of(folder: Path, points: Floats, faces: list[tuple[int, ...]]) -> Model:
     """A model by way of its file."""
     lines = ["V1", str(len(points)), *(" ".join(f"{value:.9f}" for value in point) for point in points)]
     lines += [

@@ -1,13 +1,11 @@
 """Hidden-line removal sample by sample, with a ray and every triangle: the oracle of geometry.visibility."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.hidden_lines import TOUCH
 from geometry.model import Model
 from geometry.pose import Pose
-
-Floats = NDArray[np.float64]
+from numerics.arrays import Flags, Floats
 
 
 def turned_to_camera(model: Model, pose: Pose, line: int) -> bool:
@@ -25,7 +23,7 @@ def turned_to_camera(model: Model, pose: Pose, line: int) -> bool:
     return any(front or both for front, both in sides)
 
 
-def hidden(model: Model, pose: Pose, points: Floats) -> NDArray[np.bool_]:
+def hidden(model: Model, pose: Pose, points: Floats) -> Flags:
     """Whether any triangle lies between the camera and each point (N, 3) of the target frame."""
     centre, touch = pose.inverse().translation, TOUCH * model.diameter
     out = np.zeros(len(points), dtype=bool)

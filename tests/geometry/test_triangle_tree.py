@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from geometry.occluders import Hiders, hidden_parts, hidden_point
 from geometry.triangle_tree import MOST_IN_LEAF, TriangleTree, tree_of
+from numerics.arrays import Floats, Ints
 
-Floats = NDArray[np.float64]
 
-
-def soup(seed: int, count: int = 300) -> tuple[Floats, NDArray[np.int64]]:
+def soup(seed: int, count: int = 300) -> tuple[Floats, Ints]:
     """Triangles of all sizes, long thin ones among them, that nothing joins."""
     random = np.random.default_rng(seed)
     size = 10.0 ** random.uniform(-3.0, 0.0, (count, 1, 3))

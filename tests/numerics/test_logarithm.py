@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Field
 from numerics.kernels import kernel
 from numerics.logarithm import exp_of, log_of, log_of_sum
-
-Field = NDArray[np.float32]
 
 
 @kernel()

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Flags, Floats, Grey
 
 CUBE = """V1
 8
@@ -47,7 +47,7 @@ class Bench:
     camera: Camera = field(default_factory=lambda: Camera(320, 240, 400.0, 400.0, 159.5, 119.5))
     pose: Pose = field(default_factory=lambda: Pose(np.array([0.4, 0.6, 0.1]), np.array([0.01, -0.01, 0.35])))
 
-    def image(self) -> NDArray[np.uint8]:
+    def image(self) -> Grey:
         """An even grey image: nothing in it is blue or orange."""
         return np.full((self.camera.height, self.camera.width), GREY, np.uint8)
 
@@ -95,17 +95,17 @@ def result_record(steps: list[dict[str, Any]], pose: Pose) -> dict[str, Any]:
     }
 
 
-def blue(image: NDArray[np.uint8]) -> NDArray[np.bool_]:
+def blue(image: Grey) -> Flags:
     """Pixels of the supported lines' colour on an even grey image."""
     return image[:, :, 0].astype(int) - image[:, :, 2] > 40
 
 
-def orange(image: NDArray[np.uint8]) -> NDArray[np.bool_]:
+def orange(image: Grey) -> Flags:
     """Pixels of the unsupported lines' colour on an even grey image."""
     return image[:, :, 2].astype(int) - image[:, :, 0] > 40
 
 
-def distance_to(points: NDArray[np.float64], start: NDArray[np.float64], end: NDArray[np.float64]) -> Any:
+def distance_to(points: Floats, start: Floats, end: Floats) -> Any:
     """Distances (N,) of points (N, 2) to the segment start–end."""
     along = end - start
     share = np.clip((points - start) @ along / math.pow(float(np.linalg.norm(along)), 2), 0.0, 1.0)

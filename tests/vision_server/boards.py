@@ -4,13 +4,12 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
+from numerics.arrays import Floats, Grey
 
-Grey = NDArray[np.uint8]
 FINER = 3  # samples across a pixel
 RIM = 1.5  # of paper around the squares, in squares
 
@@ -25,7 +24,7 @@ def board_pose(rng: np.random.Generator, corners: tuple[int, int], nearer: float
     return Pose.from_matrix(rotation, ahead - rotation @ middle)
 
 
-def rays_of(camera: Camera) -> NDArray[np.float64]:
+def rays_of(camera: Camera) -> Floats:
     """Directions (3, N) of the samples of a frame, row by row: the lens takes most of a photograph's time."""
     row, column = np.mgrid[: camera.height * FINER, : camera.width * FINER]
     pixels = (np.column_stack([column.ravel(), row.ravel()]) + 0.5) / FINER - 0.5
@@ -36,7 +35,7 @@ def rays_of(camera: Camera) -> NDArray[np.float64]:
 
 def photographed(
     camera: Camera,
-    rays: NDArray[np.float64],
+    rays: Floats,
     pose: Pose,
     corners: tuple[int, int],
     rng: np.random.Generator,

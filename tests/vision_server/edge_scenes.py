@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
+from numerics.arrays import Flags, Grey
 from vision_server.edges.edge_map import EdgeMap
-
-Image = NDArray[np.uint8]
 
 
 def step(
@@ -20,7 +18,7 @@ def step(
     blur_px: float = 0.0,
     noise: float = 0.0,
     seed: int = 0,
-) -> Image:
+) -> Grey:
     """A straight step edge through the middle, moved ``shift_px`` along its normal, area-sampled."""
     factor = 8
     height, width = shape
@@ -35,7 +33,7 @@ def step(
     return np.asarray(np.clip(np.round(image), 0, 255), dtype=np.uint8)
 
 
-def polygon_with_shadows(count: int, noise: float = 1.0, shape: tuple[int, int] = (120, 160)) -> list[Image]:
+def polygon_with_shadows(count: int, noise: float = 1.0, shape: tuple[int, int] = (120, 160)) -> list[Grey]:
     """A bright square on a grey table, lit from ``count`` sides, each light with a shadow the other way."""
     height, width = shape
     y, x = np.mgrid[:height, :width]
@@ -51,7 +49,7 @@ def polygon_with_shadows(count: int, noise: float = 1.0, shape: tuple[int, int] 
     return images
 
 
-def square_outline(shape: tuple[int, int] = (120, 160)) -> NDArray[np.bool_]:
+def square_outline(shape: tuple[int, int] = (120, 160)) -> Flags:
     """Pixels beside the outline of the square of `polygon_with_shadows`."""
     height, width = shape
     y, x = np.mgrid[:height, :width]

@@ -1,19 +1,19 @@
 """Image segments as a perfect edge detector would see them, broken up, shaken and with clutter."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
+from numerics.arrays import Floats
 
 CAMERA = Camera(640, 480, 700.0, 700.0, 319.5, 239.5)
 
 
 def segments_of(
     model: Model, pose: Pose, camera: Camera = CAMERA, noise_px: float = 0.3, clutter: int = 0, seed: int = 0
-) -> NDArray[np.float64]:
+) -> Floats:
     """Segments (N, 4) px of the visible lines, each cut in pieces, with noise and random ones among them."""
     random = np.random.default_rng(seed)
     samples = visible_samples(model, camera, pose, spacing_px=1.0)

@@ -2,12 +2,10 @@
 
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Grey
 from tests.vision_server.synthetic import CAMERA, one_image
 from vision_server.channels.gradients import GradientChannel
 from vision_server.pose.line_scales import line_scales
@@ -15,12 +13,12 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import Solution, refine
 
 
-def channels_of(pixels: NDArray[np.uint8], gamma: float = 1.0) -> list[GradientChannel]:
+def channels_of(pixels: Grey, gamma: float = 1.0) -> list[GradientChannel]:
     return one_image(pixels, gamma).gradients(["i1"])
 
 
 def refined(
-    pixels: NDArray[np.uint8],
+    pixels: Grey,
     model: Model,
     start: Pose,
     camera: Camera = CAMERA,

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.pose import Pose
+from numerics.arrays import Field, Floats, Grey
 from vision_server.image_set import ImageSet
 
 FINER = 6  # samples across a pixel
@@ -50,9 +50,9 @@ def lines_alone(model: Model, folder: Path) -> Path:
     return path
 
 
-def boxes(folder: Path, ends: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]]) -> Model:
+def boxes(folder: Path, ends: Sequence[tuple[Floats, Floats]]) -> Model:
     """Boxes between two opposite corners each, (3,) m, read from a .cao file."""
-    points: list[NDArray[np.float64]] = []
+    points: list[Floats] = []
     faces: list[list[int]] = []
     for first, (low, high) in enumerate(ends):
         corner = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
@@ -73,7 +73,7 @@ def linear_picture(
     greys: tuple[float, ...] | None = None,
     background: float = 0.08,
     blur_px: float = 0.7,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Linear intensity 0..1 (or more) of a convex model, (H, W): each visible face in its own grey."""
     picture = np.full((camera.height * FINER, camera.width * FINER), background, dtype=np.float32)
     points = pose.apply(model.vertices)
@@ -88,7 +88,7 @@ def linear_picture(
     return np.asarray(cv2.GaussianBlur(small, (0, 0), blur_px), dtype=np.float64)
 
 
-def _fill(picture: NDArray[np.float32], corners: NDArray[np.float64], value: float) -> None:
+def _fill(picture: Field, corners: Floats, value: float) -> None:
     """Give all pixels whose centre is inside a convex polygon a value."""
     low = np.maximum(np.floor(corners.min(axis=0)).astype(int), 0)
     high = np.minimum(np.ceil(corners.max(axis=0)).astype(int) + 1, picture.shape[::-1])
@@ -102,12 +102,12 @@ def _fill(picture: NDArray[np.float32], corners: NDArray[np.float64], value: flo
 
 
 def photographed(
-    linear: NDArray[np.float64],
+    linear: Floats,
     exposure: float = 1.0,
     noise_sd_grey: float = 1.0,
     gamma: float = 1.0,
     seed: int = 0,
-) -> NDArray[np.uint8]:
+) -> Grey:
     """8-bit frame of linear intensity: exposed, with Gaussian noise, clipped, coded with 1/gamma."""
     rng = np.random.default_rng(seed)
     grey = 255.0 * linear * exposure + noise_sd_grey * rng.standard_normal(linear.shape)
@@ -115,7 +115,7 @@ def photographed(
     return np.asarray(np.round(coded), dtype=np.uint8)
 
 
-def one_image(pixels: NDArray[np.uint8], gamma: float = 1.0) -> ImageSet:
+def one_image(pixels: Grey, gamma: float = 1.0) -> ImageSet:
     """An image set of one frame, called i1."""
     images = ImageSet(pixels.shape[1], pixels.shape[0])
     images.add("i1", pixels, 1.0, gamma)

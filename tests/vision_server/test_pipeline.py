@@ -5,26 +5,24 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose, disturbed
+from numerics.arrays import Floats, Grey
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server.image_set import ImageSet
 from vision_server.judgement import Estimate
-from vision_server.matching import MATCHERS, Hypothesis, match_search
-from vision_server.pipeline import PipelineSettings, estimate_pose
+from vision_server.matching import Hypothesis, match_search
+from vision_server.pipeline import MATCHERS, PipelineSettings, estimate_pose
 from vision_server.pose.support import CAP_PX
 from vision_server.pose.trust import ambiguity, confidence, quality
 from vision_server.serve.results import estimate_result
 
-Floats = NDArray[np.float64]
-
 
 def estimated(
-    pixels: NDArray[np.uint8], model: Model, seed_pose: Pose = POSE, **settings: object
+    pixels: Grey, model: Model, seed_pose: Pose = POSE, **settings: object
 ) -> Estimate:
     return estimate_pose(
         one_image(pixels),
@@ -37,13 +35,13 @@ def estimated(
 
 
 @pytest.fixture(scope="module")
-def picture(model: Model) -> NDArray[np.float64]:
+def picture(model: Model) -> Floats:
     return linear_picture(model, CAMERA, POSE, (0.3, 0.7, 0.2, 0.9, 0.5, 0.8))
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_pose_is_found_from_anywhere_in_the_search_range(
-    model: Model, picture: NDArray[np.float64], seed: int
+    model: Model, picture: Floats, seed: int
 ) -> None:
     start = disturbed(POSE, np.random.default_rng(seed), 20.0, 20.0, CAMERA.fx)
     estimate = estimated(photographed(picture), model, start, seed=seed)
@@ -58,7 +56,7 @@ def test_the_pose_is_found_from_anywhere_in_the_search_range(
 @pytest.mark.parametrize("share", [(0.0, 0.0, 0.0), (0.5, 0.5, 0.0), (0.5, 0.5, 0.5), (-0.01, 0.0, 0.0)])
 def test_where_the_file_has_its_origin_changes_no_search(
     model: Model,
-    picture: NDArray[np.float64],
+    picture: Floats,
     share: tuple[float, float, float],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -81,7 +79,7 @@ def test_where_the_file_has_its_origin_changes_no_search(
     assert estimate.pose.error_to(POSE.compose(to_origin)).within(0.3, 0.003)
 
 
-def test_a_picture_that_comes_again_is_one_image(picture: NDArray[np.float64]) -> None:
+def test_a_picture_that_comes_again_is_one_image(picture: Floats) -> None:
     images, once = ImageSet(CAMERA.width, CAMERA.height), photographed(picture)
     other = once.copy()
     other[0, 0] ^= 1
@@ -94,7 +92,7 @@ def test_a_picture_that_comes_again_is_one_image(picture: NDArray[np.float64]) -
     assert images.distinct(["i2", "i1", "i0", "i4", "i3"]) == ("i2", "i1", "i4", "i3")
 
 
-def test_the_same_inputs_give_the_same_numbers(model: Model, picture: NDArray[np.float64]) -> None:
+def test_the_same_inputs_give_the_same_numbers(model: Model, picture: Floats) -> None:
     start = disturbed(POSE, np.random.default_rng(5), 10.0, 10.0, CAMERA.fx)
     first, second = (estimate_result(estimated(photographed(picture), model, start)) for _ in range(2))
     first.pop("seconds")
@@ -119,14 +117,14 @@ def test_noise_alone_is_never_a_pose_with_a_good_score(model: Model) -> None:
         assert estimate.pose is None or estimate.score < 0.05
 
 
-def test_another_scene_is_never_a_pose_with_a_good_score(model: Model, picture: NDArray[np.float64]) -> None:
+def test_another_scene_is_never_a_pose_with_a_good_score(model: Model, picture: Floats) -> None:
     away = Pose(POSE.rotation_vector, POSE.translation + np.array([0.0, 0.0, 0.35]))
     estimate = estimated(photographed(picture), model, away)
     right = estimate.pose is not None and estimate.pose.error_to(POSE).within(1.0, 0.01)
     assert right or estimate.score < 0.5
 
 
-def test_lines_that_are_lost_do_not_lower_the_error(model: Model, picture: NDArray[np.float64]) -> None:
+def test_lines_that_are_lost_do_not_lower_the_error(model: Model, picture: Floats) -> None:
     whole = estimated(photographed(picture), model)
     half = picture.copy()
     half[:, :165] = 0.08
@@ -136,7 +134,7 @@ def test_lines_that_are_lost_do_not_lower_the_error(model: Model, picture: NDArr
     assert covered.score < whole.score
 
 
-def test_every_visible_line_is_reported(model: Model, picture: NDArray[np.float64]) -> None:
+def test_every_visible_line_is_reported(model: Model, picture: Floats) -> None:
     estimate = estimated(photographed(picture), model)
     assert len(estimate.lines) == 9  # of a cuboid seen from a corner
     for line in estimate.lines:
@@ -159,7 +157,7 @@ def test_a_second_light_adds_what_the_first_left_dark(model: Model) -> None:
     assert {line.image for line in both.lines} >= {"i1", "i2"}
 
 
-def test_bad_input_is_named(model: Model, picture: NDArray[np.float64]) -> None:
+def test_bad_input_is_named(model: Model, picture: Floats) -> None:
     images = one_image(photographed(picture))
     with pytest.raises(BadInput, match="i9"):
         estimate_pose(images, ["i9"], model, CAMERA, POSE)
@@ -171,7 +169,7 @@ def test_bad_input_is_named(model: Model, picture: NDArray[np.float64]) -> None:
         estimate_pose(images, ["i1"], model, CAMERA, POSE, PipelineSettings(matcher="guess"))
 
 
-def test_a_subset_is_merged_as_if_the_rest_had_never_been(model: Model, picture: NDArray[np.float64]) -> None:
+def test_a_subset_is_merged_as_if_the_rest_had_never_been(model: Model, picture: Floats) -> None:
     images = ImageSet(CAMERA.width, CAMERA.height)
     for name, seed in (("i1", 1), ("i2", 2), ("i3", 3)):
         images.add(name, photographed(picture, seed=seed), 1.0, 1.0)
@@ -183,7 +181,7 @@ def test_a_subset_is_merged_as_if_the_rest_had_never_been(model: Model, picture:
     assert again.ridge == pytest.approx(fresh.edge_map(["i1", "i3"]).ridge, rel=1e-4, abs=1e-3)
 
 
-def test_confidence_falls_with_doubt(model: Model, picture: NDArray[np.float64]) -> None:
+def test_confidence_falls_with_doubt(model: Model, picture: Floats) -> None:
     support = estimated(photographed(picture), model).support
     assert support is not None
     assert quality(support) > 0

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Field, Grey
 from vision_server.channels.gradients import (
     SCALES_PX,
     SIDE_PX,
@@ -15,14 +15,12 @@ from vision_server.channels.gradients import (
     Picture,
 )
 
-Field = NDArray[np.float32]
-
 
 class Whole(NamedTuple):
     """(S, H, W, 2), (S, H, W) and (H, W); NaN, and 255 of ``near_clipped``, where no tile is."""
 
     gradient: Field
-    near_clipped: NDArray[np.uint8]
+    near_clipped: Grey
     smooth: Field
 
 

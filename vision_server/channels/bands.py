@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vision_server.channels.depth import Field, Grey, Pixels, is_deep, linear_image, linear_table
+from numerics.arrays import Field, Grey
+from vision_server.channels.depth import Pixels, is_deep, linear_image, linear_table
 from vision_server.channels.gaussian import Kernels
 from vision_server.channels.gradient_pixels import Gradient, GradientPixels, gradient, joined, pixels_of_rows
 

@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.arrays import Field, Grey, Ints
 from numerics.kernels import kernel
-from vision_server.channels.depth import Field, Grey, Pixels, deepened
+from vision_server.channels.depth import Pixels, deepened
 from vision_server.channels.gaussian import contrast_kernels
 
 Slopes = NDArray[np.int16]
-Ints = NDArray[np.int64]
 
 # Chosen by hand where nothing else is said.
 FINE_PX, COARSE_PX = 1.0, 2.0  # scales compared, in pixels of the halved image

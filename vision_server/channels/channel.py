@@ -14,17 +14,15 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from numerics.arrays import Field, Grey
 from numerics.two_cores import both
 from vision_server.channels.bands import GradientRows
 from vision_server.channels.blur import blur_sigma, halved
 from vision_server.channels.depth import (
     PIXEL_TYPES,
     ROUNDING_SD,
-    Field,
-    Grey,
     Pixels,
     linear_image,
     linear_slope,
@@ -43,8 +41,6 @@ from vision_server.channels.noise import (
     grey_noise,
     smooth_noise_factor,
 )
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said.
 SCALE_OF_BLUR = 0.2  # of the gradient, at least: much finer than the blur it would see noise only

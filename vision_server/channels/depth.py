@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from numerics.arrays import Field, Floats, Grey
 
-Grey = NDArray[np.uint8]
-Field = NDArray[np.float32]
 Deep = NDArray[np.uint16]  # PER_GREY to a grey
 Pixels = NDArray[Any]  # uint8, uint16 of PER_GREY to a grey, or float32
 
@@ -121,13 +120,13 @@ def grey_per_count(image: Pixels) -> float:
     return 1.0 / PER_GREY if image.dtype == np.uint16 else 1.0
 
 
-def linear_table(gamma: float) -> NDArray[np.float64]:
+def linear_table(gamma: float) -> Floats:
     """Linear intensity 0..255 of each whole grey, float64 (256,): linear = grey^gamma."""
     return np.asarray(255.0 * (LEVELS / 255.0) ** gamma)
 
 
 @lru_cache
-def linear_slope(gamma: float) -> NDArray[np.float64]:
+def linear_slope(gamma: float) -> Floats:
     """By how much `linear_table` grows with grey, at each whole one, float64 (256,)."""
     return np.gradient(linear_table(gamma))
 

@@ -6,9 +6,9 @@ from functools import cache
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Field = NDArray[np.float32]
+from numerics.arrays import Field, Grey
+
 Kernels = tuple[Field, Field]  # across and along the derivative, float32 (2 R + 1,) each
 
 
@@ -36,7 +36,7 @@ def noise_gain(kernels: Kernels) -> float:
     return float(np.linalg.norm(kernels[0]) * np.linalg.norm(kernels[1]))
 
 
-def gaussian_gradient(image: NDArray[np.uint8] | Field, kernels: Kernels) -> tuple[Field, Field]:
+def gaussian_gradient(image: Grey | Field, kernels: Kernels) -> tuple[Field, Field]:
     """Derivatives along x and y, float32 (H, W) each; outside, the image is as at its border."""
     smooth, derivative = kernels
     border = cv2.BORDER_REPLICATE

@@ -7,12 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.arrays import Field, Grey
 from numerics.axis import axis_of
 from numerics.kernels import kernel
 from vision_server.channels.gaussian import Kernels, gaussian_gradient
 
-Grey = NDArray[np.uint8]
-Field = NDArray[np.float32]
 Places = NDArray[np.int32]
 
 # Chosen by hand where nothing else is said.

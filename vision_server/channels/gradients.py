@@ -14,23 +14,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.arrays import Field, Floats, Grey, Ints
 from numerics.kernels import kernel
 from vision_server.channels.channel import ChannelStatistics
-from vision_server.channels.depth import (
-    PER_GREY,
-    Deep,
-    Field,
-    Grey,
-    Pixels,
-    is_deep,
-    linear_image,
-    rounded,
-)
+from vision_server.channels.depth import PER_GREY, Deep, Pixels, is_deep, linear_image, rounded
 from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient, gaussian_kernels, noise_gain
 from vision_server.channels.noise import SATURATED_GREY
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Numbers = NDArray[np.int32]
 
 SCALES_PX = (1.0, 2.0, 4.0, 8.0)  # Gaussian derivatives: sharp, soft, defocused, motion-blurred

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from numerics.arrays import Grey
 from vision_server.channels.depth import Pixels, Raw
 
 MOST_PIXELS = 150_000_000  # more than any camera's sensor has: 2.5 GB for its channel
@@ -52,7 +53,7 @@ def read_pixels(path: Path) -> NDArray[Any]:
     return np.ascontiguousarray(pixels, dtype=pixels.dtype.type)
 
 
-def _check_size(path: Path, content: NDArray[np.uint8]) -> None:
+def _check_size(path: Path, content: Grey) -> None:
     """Look at the size that a PNG's header tells, before memory is taken for it."""
     head = content[:PNG_HEAD_BYTES].tobytes()
     if len(head) < PNG_HEAD_BYTES or not head.startswith(b"\x89PNG\r\n\x1a\n"):

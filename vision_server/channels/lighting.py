@@ -20,11 +20,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.arrays import Field, Floats, Grey
 from numerics.kernels import kernel
-from vision_server.channels.depth import LEVELS, PER_GREY, WHITE, Field, Grey, Pixels, is_deep, rounded
+from vision_server.channels.depth import LEVELS, PER_GREY, WHITE, Pixels, is_deep, rounded
 from vision_server.channels.noise import SATURATED_GREY
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand on renders and on photographs of leaves: `python -m benchmarks.edge_quality`.
 WEIGHT_EXPONENT = 12.0  # k: how steeply a channel loses its say where it is darker

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Field, Floats, Grey, Ints
 from numerics.kernels import kernel
 from vision_server.channels.depth import (
     FINEST_STEP_GREY,
     LEVELS,
-    Grey,
     Pixels,
     grey_per_count,
     in_grey,
@@ -41,8 +40,6 @@ FEWEST_FLAT = 500  # gradients before their lower quartile is believed
 FEWEST_CLIPPED = 50  # sampled pixels of the brightest grey before it is where an image clips
 LEAST_CLIPPED = 64  # grey
 CLIPPED_SPREAD, NOISY = 3.0, 0.6  # standard deviations below it, and their least, grey: else faces are even
-
-Floats = NDArray[np.float64]
 
 
 def grey_noise(image: Pixels) -> Floats:
@@ -196,7 +193,7 @@ def clipping_grey(image: Pixels, noise: Floats) -> int:
 
 
 @kernel(nogil=True)
-def _counts(image: Grey, step: int = SAMPLE_STEP) -> NDArray[np.int64]:
+def _counts(image: Grey, step: int = SAMPLE_STEP) -> Ints:
     """How many of the sampled pixels have each of the 256 greys."""
     counts = np.zeros(256, np.int64)
     for y in range(0, len(image), step):
@@ -205,7 +202,7 @@ def _counts(image: Grey, step: int = SAMPLE_STEP) -> NDArray[np.int64]:
     return counts
 
 
-def smooth_noise_factor(magnitude: NDArray[np.float32], grey: Pixels, noise_of: NDArray[np.float32]) -> float:
+def smooth_noise_factor(magnitude: Field, grey: Pixels, noise_of: Field) -> float:
     """How much stronger the weakest quarter of the gradients is than white noise of the measured size.
 
     Demosaicing, compression and scaling smooth the noise of a camera: its second differences, on which the

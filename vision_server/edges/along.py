@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.arrays import Field
 from numerics.kernels import kernel
-from vision_server.channels.depth import Field
 from vision_server.edges.edge_map import EdgeMap
 
 # Chosen by hand: `python -m benchmarks.edge_kinds`.

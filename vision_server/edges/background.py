@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.arrays import Field, Flags, Floats, Grey, Ints
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.sides import Sides, furthest_reach
@@ -43,10 +44,10 @@ class Background(NamedTuple):
     """
 
     dark: float
-    enclosed: NDArray[np.bool_] | None = None
-    wall: NDArray[np.float32] | None = None
+    enclosed: Flags | None = None
+    wall: Field | None = None
 
-    def of(self, edgels: slice | NDArray[np.int64]) -> Background:
+    def of(self, edgels: slice | Ints) -> Background:
         """As some of the edgels see it."""
         enclosed = None if self.enclosed is None else self.enclosed[edgels]
         wall = None if self.wall is None else self.wall[:, edgels]
@@ -62,7 +63,7 @@ def background_of(edges: EdgeMap, sides: Sides) -> Background:
     return Background(dark, _enclosed(edges, sides, outside), _wall(edges, means, sides.dark))
 
 
-def _wall(edges: EdgeMap, means: Sequence[NDArray[np.float32]], dark: float) -> NDArray[np.float32] | None:
+def _wall(edges: EdgeMap, means: Sequence[Field], dark: float) -> Field | None:
     """Grey (C, N) of a wall where each edgel is, in each light, as the frame tells it; or None.
 
     A wall's logarithm is a quadratic of the place: lamps are near. It is fitted again and again to what fits.
@@ -90,12 +91,12 @@ def _wall(edges: EdgeMap, means: Sequence[NDArray[np.float32]], dark: float) -> 
     return np.asarray(np.exp(fits @ at_edgels.T) - dark, np.float32)
 
 
-def _quadratic(x: NDArray[np.floating], y: NDArray[np.floating]) -> NDArray[np.float64]:
+def _quadratic(x: NDArray[np.floating], y: NDArray[np.floating]) -> Floats:
     """What a quadratic of places, as shares of the image, is linear in: (N, 6)."""
     return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1).astype(np.float64)
 
 
-def _enclosed(edges: EdgeMap, sides: Sides, outside: NDArray[np.uint8]) -> NDArray[np.bool_]:
+def _enclosed(edges: EdgeMap, sides: Sides, outside: Grey) -> Flags:
     """Whether the darker side of each edgel, in its best light, is none of the background at large, (N,)."""
     lit = sides.brightest.max(axis=0)
     away = np.where(lit[0] < lit[1], -furthest_reach(edges), furthest_reach(edges))
@@ -104,7 +105,7 @@ def _enclosed(edges: EdgeMap, sides: Sides, outside: NDArray[np.uint8]) -> NDArr
     return np.asarray(outside[np.clip(y, 0, rows - 1), np.clip(x, 0, columns - 1)] == 0)
 
 
-def _coarse(channel: ChannelStatistics) -> NDArray[np.float32]:
+def _coarse(channel: ChannelStatistics) -> Field:
     """Mean intensity at reference exposure of two pixels in the middle of each whole cell."""
     first, step = CELL_PX // 2 - 1, CELL_PX
     rows, columns = (max(side // step, 1) * step for side in channel.shape)
@@ -114,7 +115,7 @@ def _coarse(channel: ChannelStatistics) -> NDArray[np.float32]:
     return np.asarray((one + other) * np.float32(0.5 / channel.exposure), np.float32)
 
 
-def _outside(best: NDArray[np.float32], background: float, dark: float) -> NDArray[np.uint8]:
+def _outside(best: Field, background: float, dark: float) -> Grey:
     """1 for cells that are of the background at large or beside it: dark ones that adjoin up to the border.
 
     All are where most of what is dark does not: then it is not the background that is dark.

@@ -8,14 +8,10 @@ what is left there is what else there is in its image.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vision_server.channels.depth import Field
+from numerics.arrays import Field, Flags, Floats
 from vision_server.edges.light_parts import KnownLights, lights_of, parts_of
 from vision_server.edges.sides import Sides
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds`.
 FLAT_SD = 0.03  # of two places 4 px apart on one flat surface, of the intensity

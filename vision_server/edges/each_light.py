@@ -25,9 +25,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from numerics.arrays import Field
 from numerics.kernels import kernel
 from numerics.logarithm import HALF, ONE, TWO, ZERO, exp_of, log_of, log_of_sum
-from vision_server.channels.depth import Field
 from vision_server.edges.densities import log_normal, of_a_mean, ratio_of
 from vision_server.edges.sides import Sides
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.arrays import Field, Flags, Ints
 from vision_server.channels.channel import ChannelStatistics
-from vision_server.channels.depth import Field
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,12 +90,12 @@ class EdgeMap:
         numbers.ravel()[self.places] = np.arange(len(self.places), dtype=np.int32)
         return numbers
 
-    def strongest_first(self, chosen: NDArray[np.bool_]) -> NDArray[np.int64]:
+    def strongest_first(self, chosen: Flags) -> Ints:
         """Numbers of the chosen edgels."""
         numbers = np.flatnonzero(chosen)
         return numbers[np.argsort(-self.strength[numbers], kind="stable")]
 
-    def free(self, chosen: NDArray[np.bool_]) -> FreeEdgels:
+    def free(self, chosen: Flags) -> FreeEdgels:
         """The chosen edgels for a kernel that groups them."""
         return FreeEdgels(self.index, self.places, self.points, self.normals, chosen.copy())
 
@@ -115,4 +115,4 @@ class FreeEdgels(NamedTuple):
     places: NDArray[np.int32]
     points: Field
     normals: Field
-    free: NDArray[np.bool_]
+    free: Flags

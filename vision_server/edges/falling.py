@@ -15,12 +15,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vision_server.channels.depth import Field
+from numerics.arrays import Field, Flags, Floats, Ints
 from vision_server.edges.sides import Sides
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds --levels`.
 DIRECTIONS = 72  # that a light may be in
@@ -75,18 +72,18 @@ class Falling(NamedTuple):
         return np.asarray(np.minimum(self.shadow[changed, _dark_side(near, parts.axis)[0]], 1.0))
 
 
-def _most_changed(near: Field) -> NDArray[np.int64]:
+def _most_changed(near: Field) -> Ints:
     """Number (N,) of the light whose part (L, 2, N) differs most between the sides."""
     return np.asarray(np.argmax(np.abs(near[:, 0] - near[:, 1]), axis=0))
 
 
-def _dark_side(near: Field, axis: Field) -> NDArray[np.int64]:
+def _dark_side(near: Field, axis: Field) -> Ints:
     """Number (L, N) of the direction to the side that each light gives less to."""
     ahead = np.rint(axis * (DIRECTIONS / (2.0 * np.pi))).astype(np.int64) % DIRECTIONS
     return np.asarray(np.where(near[:, 0] < near[:, 1], (ahead + DIRECTIONS // 2) % DIRECTIONS, ahead))
 
 
-def learn_falling(parts: Sides, is_outline: NDArray[np.bool_], is_shadow: NDArray[np.bool_]) -> Falling:
+def learn_falling(parts: Sides, is_outline: Flags, is_shadow: Flags) -> Falling:
     """Learnt from some edgels of a set.
 
     Parameters
@@ -110,7 +107,7 @@ def learn_falling(parts: Sides, is_outline: NDArray[np.bool_], is_shadow: NDArra
     return Falling(shadow, np.roll(shadow, DIRECTIONS // 2, axis=1))
 
 
-def _shading(parts: Sides, is_outline: NDArray[np.bool_]) -> Floats:
+def _shading(parts: Sides, is_outline: Flags) -> Floats:
     """Mean direction (L, 2) from what stands before the background outwards, by what each light gives there
     beside its mean; its length is how much all outlines say the same."""
     near = np.maximum(parts.near[:, :, is_outline], 0.0)

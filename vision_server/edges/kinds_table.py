@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.arrays import Floats, Grey
 from vision_server.edges.kinds import EdgeKinds
 from vision_server.edges.likelihoods import HIGHLIGHT, KINDS, NOISE, SHADOW
 from vision_server.edges.suppression import edgel_thresholds, hysteresis
@@ -16,7 +17,7 @@ COLOURS = ((255, 255, 255), (70, 220, 90), (60, 170, 255), (255, 90, 60), (255, 
 SPEAKING = 3.0  # standard deviations: a channel whose step is larger speaks for its edgel
 
 
-def place_sd(kinds: EdgeKinds) -> NDArray[np.float64]:
+def place_sd(kinds: EdgeKinds) -> Floats:
     """Standard deviation of each edgel's place across the edge from sensor noise, px (N,).
 
     The ridge is where the response h exp(-x^2 / 2 t^2) of the Gaussian derivative, with t^2 = s^2 + blur^2,
@@ -60,7 +61,7 @@ def kinds_table(kinds: EdgeKinds) -> dict[str, NDArray[Any]]:
     }
 
 
-def kinds_picture(kinds: EdgeKinds) -> NDArray[np.uint8]:
+def kinds_picture(kinds: EdgeKinds) -> Grey:
     """Edgels that survive hysteresis in the colour of their likeliest kind, uint8 (H, W, 3), BGR."""
     fixed = [kind for kind in range(len(KINDS)) if kind not in (SHADOW, HIGHLIGHT, NOISE)]
     picture = np.zeros((*kinds.edges.shape, 3), np.uint8)

@@ -16,14 +16,11 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vision_server.channels.depth import Field
+from numerics.arrays import Field, Floats
 from vision_server.edges.dark_room import LEAST_STEP, SURE, lamps_in_the_dark, unsure_and_lit
 from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
 from vision_server.edges.sides import Sides
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds`.
 MOST_NOISE = 0.12  # of a step, as a share of the largest

@@ -11,11 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Field, Floats
 from vision_server.edges.sides import Sides
-
-Floats = NDArray[np.float64]
 
 SAME = 1e-6  # rounding
 MOST_NOISE = 6.0  # of a part, in that of single channels: more lights that are hardly told apart
@@ -36,7 +34,7 @@ class KnownLights(NamedTuple):
     """
 
     on: Floats
-    share: NDArray[np.float32] | None
+    share: Field | None
     are_all: bool = True
 
     @property

@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from numerics.arrays import Field
 from numerics.kernels import kernel
 from numerics.two_cores import both
 from vision_server.channels.channel import ChannelStatistics
-from vision_server.channels.depth import Field
 from vision_server.channels.gradient_pixels import GradientPixels
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.mixture import BINS, fit_mixture

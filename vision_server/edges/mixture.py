@@ -10,12 +10,9 @@ the same to histograms of 16 orientations, many pixels side by side, and is test
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Field, Floats
 from numerics.kernels import kernel
-
-Field = NDArray[np.float32]
-Floats = NDArray[np.float64]
 
 MAIN_SD_RAD = 0.25  # of orientation along a true edge inside the window; chosen by hand
 BACKGROUND_SD_RAD = 1.0  # of shadow edges and noise: nearly any orientation; chosen by hand

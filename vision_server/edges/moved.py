@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.arrays import Grey
 from numerics.kernels import kernel
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.edges.merging import merge_channels
@@ -54,7 +55,7 @@ class SureEdgels(NamedTuple):
     uint8 (N,); its shape; its blur, px."""
 
     places: NDArray[np.int32]
-    directions: NDArray[np.uint8]
+    directions: Grey
     shape: tuple[int, int]
     blur_px: float
 
@@ -104,7 +105,7 @@ def _directions_near(images: Sequence[SureEdgels]) -> NDArray[np.uint16]:
 
 @kernel(nogil=True)
 def _votes(
-    met: NDArray[np.uint16], places: NDArray[np.int32], directions: NDArray[np.uint8]
+    met: NDArray[np.uint16], places: NDArray[np.int32], directions: Grey
 ) -> NDArray[np.int32]:
     """How many edgels meet one of their direction, by the shift from there, -REACH_PX up to REACH_PX each."""
     rows, columns = met.shape

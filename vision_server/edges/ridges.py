@@ -16,12 +16,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.arrays import Field
 from numerics.axis import axis_of
 from numerics.kernels import kernel
 from numerics.two_cores import both
 from vision_server.edges.mixture import BINS, fit_mixtures
 
-Field = NDArray[np.float32]
 Places = NDArray[np.int32]
 
 # Chosen by hand; `python -m benchmarks.edge_quality` shows what they do.

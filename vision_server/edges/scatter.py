@@ -11,9 +11,9 @@ import math
 
 import numpy as np
 
+from numerics.arrays import Field
 from numerics.kernels import kernel
 from numerics.logarithm import HALF, ONE, ZERO, log_of, log_of_sum
-from vision_server.channels.depth import Field
 from vision_server.edges.blocked import FLAT_SD
 from vision_server.edges.densities import UNKNOWN_SD, log_normal, of_a_mean, ratio_of
 from vision_server.edges.sides import Sides

@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.arrays import Field, Flags, Grey, Ints
 from numerics.kernels import kernel
 from vision_server.channels.channel import ChannelStatistics
-from vision_server.channels.depth import WHITE, Deep, Field, Grey, deepened, is_deep, linear_image
+from vision_server.channels.depth import WHITE, Deep, deepened, is_deep, linear_image
 from vision_server.channels.gaussian import contrast_kernels, noise_gain
 from vision_server.channels.lighting import coarse_places
 from vision_server.edges.edge_map import EdgeMap
@@ -49,11 +50,11 @@ class Sides(NamedTuple):
     near: Field
     brightest: Field
     noise: Field
-    known: NDArray[np.bool_]
+    known: Flags
     axis: Field
     dark: float = DARK_GREY
 
-    def of(self, edgels: slice | NDArray[np.int64]) -> Sides:
+    def of(self, edgels: slice | Ints) -> Sides:
         """Those of some of the edgels."""
         return self._replace(
             near=np.ascontiguousarray(self.near[..., edgels]),

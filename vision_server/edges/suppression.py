@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Field, Flags, Grey
 from vision_server.edges.edge_map import EdgeMap
-
-Field = NDArray[np.float32]
 
 LOW_NOISE_RATIO = 4.0  # hysteresis thresholds, in standard deviations of the merged contrast
 HIGH_NOISE_RATIO = 8.0
@@ -61,12 +59,12 @@ def suppress_non_maxima(magnitude: Field, orientation: Field) -> tuple[Field, Fi
     return ridge, offset
 
 
-def edgel_thresholds(edges: EdgeMap) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def edgel_thresholds(edges: EdgeMap) -> tuple[Field, Field]:
     """Hysteresis thresholds of each edgel, float32 (N,), from the noise there."""
     return np.float32(LOW_NOISE_RATIO) * edges.floor, np.float32(HIGH_NOISE_RATIO) * edges.floor
 
 
-def hysteresis(edges: EdgeMap, low: float | Field, high: float | Field) -> NDArray[np.bool_]:
+def hysteresis(edges: EdgeMap, low: float | Field, high: float | Field) -> Flags:
     """Edgels stronger than ``low`` that are 8-connected to one stronger than ``high``.
 
     Parameters
@@ -90,7 +88,7 @@ def hysteresis(edges: EdgeMap, low: float | Field, high: float | Field) -> NDArr
     return np.asarray(kept[pieces])
 
 
-def edge_picture(edges: EdgeMap) -> NDArray[np.uint8]:
+def edge_picture(edges: EdgeMap) -> Grey:
     """Edgels that survive hysteresis, white on black, uint8 (H, W)."""
     picture = np.zeros(edges.shape, np.uint8)
     picture.ravel()[edges.places[hysteresis(edges, *edgel_thresholds(edges))]] = 255

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.pose import Pose
 from geometry.rotation import euler_matrices
+from numerics.arrays import Flags, Floats
 from vision_server.matching.match import SearchRange
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said.
 MARGIN = 0.1  # of the search range; a true pose at its border must not be lost to noise
@@ -78,7 +76,7 @@ def beyond(
 
 def in_range(
     seed_pose: Pose, camera: Camera, search_range: SearchRange, rotations: Floats, translations: Floats
-) -> NDArray[np.bool_]:
+) -> Flags:
     """Which poses (N, 3, 3), (N, 3) lie in the range that `poses_around` fills, its margin included."""
     return np.asarray(beyond(seed_pose, camera, search_range, rotations, translations) <= 1.0)
 

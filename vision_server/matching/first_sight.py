@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Floats
 from vision_server.matching.icp import SIGNIFICANCE
 from vision_server.matching.looks import Looks, cell_px_of, directions_of, looks_of, range_of
 from vision_server.matching.match import (
@@ -32,8 +32,6 @@ from vision_server.matching.search import (
 )
 from vision_server.matching.templates import candidates, sizes_px
 from vision_server.matching.views import Views
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said.
 NORMAL_PX = 400.0  # the largest target of a grid of sizes is looked at as if it were so wide

@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.rotation import matrix_of
+from numerics.arrays import Floats, Ints
 from numerics.cholesky import solve_positive
 from numerics.kernels import kernel
 from vision_server.matching.nearest_edges import (
@@ -21,9 +21,6 @@ from vision_server.matching.nearest_edges import (
     piece_of,
 )
 from vision_server.matching.views import ViewTable
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Chosen by hand where nothing else is said.
 TURN = 0.25  # sine of the angle between model line and segment at which support ends

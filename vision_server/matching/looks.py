@@ -7,15 +7,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
+from numerics.arrays import Floats, Ints
 from vision_server.matching.match import Anywhere
 from vision_server.matching.views import Views, frame_towards
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Chosen by hand where nothing else is said.
 DIRECTIONS = 320  # on the sphere, 11 degrees apart

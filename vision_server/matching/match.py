@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
+from numerics.arrays import Flags, Floats
 from vision_server.matching.views import Views
-
-Floats = NDArray[np.float64]
 
 VIEW_DEG = 50.0  # around a direction of view that is told; chosen by hand
 
@@ -68,7 +66,7 @@ class Anywhere:
         if self.view is not None and not 0.0 < float(np.linalg.norm(self.view)) < np.inf:
             raise GeometryError(f"view must be a direction, got {self.view}")
 
-    def sees(self, direction: Floats) -> NDArray[np.bool_]:
+    def sees(self, direction: Floats) -> Flags:
         """Whether the target may be seen from unit directions (..., 3) from its middle, in its frame."""
         if self.view is None:
             return np.ones(direction.shape[:-1], dtype=bool)
@@ -175,7 +173,7 @@ def matching_problem(
 
 def long_enough(
     segments: Floats, typical_line_px: float, least_px: float = LEAST_SEGMENT_PX
-) -> NDArray[np.bool_]:
+) -> Flags:
     """Which segments (N, 4) are worth matching with a model whose typical line is that long in the image.
 
     Neither all segments nor only the long ones do best: short ones are clutter, but a small target has only
@@ -185,7 +183,7 @@ def long_enough(
     shortest = min(max(SEGMENT_SHARE * typical_line_px, least_px), MOST_SEGMENT_PX)
     if len(length) > MOST_SEGMENTS:
         shortest = max(shortest, float(np.partition(length, -MOST_SEGMENTS)[-MOST_SEGMENTS]))
-    out: NDArray[np.bool_] = length >= shortest
+    out: Flags = length >= shortest
     return out
 
 

@@ -5,15 +5,12 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera, Region
 from geometry.model import Model, about_middle
 from geometry.pose import Pose
 from vision_server.matching.draws import MARGIN, MARGIN_DEG, MARGIN_PX, even_numbers, poses_around
 from vision_server.matching.match import SearchRange
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said.
 LEAST_PIXELS = 2_000_000  # of a frame: reading all of a smaller one costs little, and tells more of its noise

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.hidden_lines import trace
@@ -14,6 +13,7 @@ from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
 from geometry.visibility import image_bounds
+from numerics.arrays import Floats
 from numerics.kernels import kernel
 from vision_server.matching.draws import even_numbers, in_range, poses_around
 from vision_server.matching.icp import SUM, Lookup, Merit, align, align_poses, score_pose, score_poses
@@ -28,8 +28,6 @@ from vision_server.matching.match import (
 )
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
 from vision_server.matching.views import ViewTable, least_line_px, runs_of, sparse_solid
-
-Floats = NDArray[np.float64]
 
 MATCHED_PX = 640.0  # a target that is larger in the image is looked at as if it were so wide
 # Chosen by hand; `python -m benchmarks.matching_ablation` shows what the stages bring.

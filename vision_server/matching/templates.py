@@ -21,16 +21,15 @@ from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
+from numerics.arrays import Floats, Grey, Ints
 from numerics.kernels import kernel
 from numerics.two_cores import cores
 from vision_server.matching.looks import POINTS, Look, Looks, cell_px_of, range_of
 from vision_server.matching.match import Anywhere
 from vision_server.matching.nearest_edges import BINS, CELL_PX, GAIN_REACH_PX, nearest_edges
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Offsets = NDArray[np.int16]
-Bytes = NDArray[np.uint8]
+Bytes = Grey
 
 # Chosen by hand where nothing else is said.
 ROLLS = 30  # each look is turned by 12 degrees about the line of sight

@@ -11,7 +11,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.chains import longest_chains, runs
@@ -21,12 +20,9 @@ from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
 from geometry.visibility import MIN_LINE_PX, solid_of
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from numerics.two_cores import both
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 # Chosen by hand where nothing else is said.
 CELLS_ACROSS = 11  # cells of directions, across each side of a cube around the model; odd

@@ -6,13 +6,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.visibility import Samples
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Chosen by hand where nothing else is said.
 ALONG_COSINE = 0.9  # lines that cross at more than about 25 degrees do not run along each other

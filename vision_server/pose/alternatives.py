@@ -6,15 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.pose import Pose, near
 from geometry.symmetries import Symmetry
+from numerics.arrays import Flags, Floats
 from vision_server.pose.places import as_rival
 from vision_server.pose.trust import RIVAL_NATS
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 # Chosen by hand where nothing else is said.
 SAME = (3.0, 0.03)  # degrees, share of the range: poses that are one, or images of one another by a symmetry

@@ -11,13 +11,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.visibility import Samples
+from numerics.arrays import Floats
 from numerics.kernels import kernel
 from vision_server.pose.along_lines import ALONG_COSINE, Course, beside, course_at, course_of, line_courses
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said.
 BEYOND_PX = 2.0  # past its ends, where a line still has a claim

@@ -13,14 +13,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.visibility import Samples
+from numerics.arrays import Flags, Floats
 from numerics.kernels import kernel
 from vision_server.pose.along_lines import ALONG_COSINE, beside, course_at, course_of, line_courses
-
-Flags = NDArray[np.bool_]
-Floats = NDArray[np.float64]
 
 TOGETHER_PX = 1.0  # an edge point that supports one of two nearer lines supports both
 HALF_A_STEP = 0.5 + 1e-6  # of a sample, from the next one of a line that it lies on

@@ -11,17 +11,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.channels.noise import MAD_TO_SD
 from vision_server.pose.observation import Observation, PoseProblem
 from vision_server.pose.profiles import Place, moved_by_profiles
 from vision_server.pose.solver import SAMPLES_TOGETHER, TUKEY
 from vision_server.pose.weights import base_weights
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 CLIPPED_SPREAD_PX = 0.4  # beside saturated pixels
 # Chosen by hand where nothing else is said.

@@ -6,14 +6,12 @@ Of a pose that has taken the last step the covariance is that of its lines as wh
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.pose import Pose, origin_jacobian
 from geometry.rotation import cross_matrix, vector_of
+from numerics.arrays import Floats, Ints
 from vision_server.pose.refinement import LINE_BIAS_PX, Solution, line_biases, prior_precision
 from vision_server.pose.solver import SAMPLES_TOGETHER
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said; `python -m benchmarks.constants` shows what other values do.
 LAGS = 60  # samples over which residuals of one line may hang together
@@ -86,7 +84,7 @@ def unknowns_of(
 
 
 def _without_biases(
-    jacobian: Floats, weight: Floats, bias: Floats, line: NDArray[np.int64]
+    jacobian: Floats, weight: Floats, bias: Floats, line: Ints
 ) -> tuple[Floats, Floats]:
     """Rows (N, 8) once each line's bias is eliminated, and what the biases leave in the estimate, (8, 8)."""
     first, number = _groups(line)
@@ -98,13 +96,13 @@ def _without_biases(
     return rows, pull.T @ pull + together.T @ together
 
 
-def _groups(line: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _groups(line: Ints) -> tuple[Ints, Ints]:
     """First sample of each line, and how many lines came before each sample's; ``line`` (N,) ascending."""
     starts = np.r_[True, line[1:] != line[:-1]]
     return np.flatnonzero(starts), np.cumsum(starts) - 1
 
 
-def _line_variances(residual: Floats, weight: Floats, line: NDArray[np.int64]) -> Floats:
+def _line_variances(residual: Floats, weight: Floats, line: Ints) -> Floats:
     """Residual variance of each sample's line, px^2, shrunk towards that of all lines, (N,)."""
     degrees = TUKEY_SHRINKS * max(0.2, 1.0 - 6.0 / len(residual))
     pooled = float(weight @ residual**2 / weight.sum()) / degrees
@@ -115,7 +113,7 @@ def _line_variances(residual: Floats, weight: Floats, line: NDArray[np.int64]) -
     return np.asarray(np.maximum(out, LEAST_VARIANCE_PX2))
 
 
-def _correlation_length(residual: Floats, line: NDArray[np.int64]) -> float:
+def _correlation_length(residual: Floats, line: Ints) -> float:
     """Number of neighbouring samples that are worth one independent one, from the pooled autocorrelation."""
     same = float(residual @ residual)
     length = 1.0

@@ -7,12 +7,10 @@ border, on the side to which it bends. Rims and holes would all seem smaller, an
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.visibility import Samples
+from numerics.arrays import Floats
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand: a good lens' 0.6 px, and the pixel's own area, 0.29.
 SHARP_PX = 0.7  # blur of the image at an edge over what its line's softness is taken for

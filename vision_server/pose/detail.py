@@ -6,13 +6,11 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.chains import chains, longest_chains
 from geometry.model import Model
+from numerics.arrays import Ints
 from vision_server.pose.observation import PoseProblem
-
-Ints = NDArray[np.int64]
 
 MOST_LINES = 500  # or chains of lines that continue each other; a model of no more has all compared
 

@@ -8,10 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from numerics.arrays import Field, Floats, Grey, Ints
 from numerics.kernels import kernel
 from vision_server.channels.gradients import SIDE_PX, TILE_BITS, TILE_PX, Frame, Normals, Tiles, noise_at
-
-Floats = NDArray[np.float64]
 
 BITS, INSIDE = np.uint32(TILE_BITS), np.uint32(TILE_PX - 1)  # of a row or column: its tile, its place in that
 
@@ -30,8 +29,8 @@ class Channel(NamedTuple):
     """The tiles of one channel at one scale, see `Tiles`, and that scale, px."""
 
     number: NDArray[np.int32]
-    gradient: NDArray[np.float32]
-    near_clipped: NDArray[np.uint8]
+    gradient: Field
+    near_clipped: Grey
     sigma: float
 
 
@@ -90,7 +89,7 @@ class EdgePoints(NamedTuple):
 def find_edge_points(
     frame: Frame,
     tiles: Tiles,
-    scale: NDArray[np.int64],
+    scale: Ints,
     sigmas: Floats,
     normals: Normals,
     c: int,

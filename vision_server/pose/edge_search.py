@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Ints
 from vision_server.channels.gradients import SCALES_PX, GradientChannel, Normals
 from vision_server.pose.edge_points import PEAKS, EdgePoints, find_edge_points
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Of the reach, that the kernel looks at: the next step, bilinear, around the maximum; and the flanks of that.
 BEYOND_PX = 12

@@ -8,12 +8,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from numerics.arrays import Floats
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 HIDDEN = 1.5  # -ln of the probability that a line cannot be seen: dark, no contrast, something in the way
 # By hand, by the share that right poses have among those that look alike: of 66 photographs of drawn parts

@@ -7,12 +7,9 @@ edge agree on one such shift in every channel; texture, shadow edges and noise d
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Chosen by hand where nothing else is said.
 ALONG_BINS = 12

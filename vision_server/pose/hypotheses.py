@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
+from numerics.arrays import Floats
 from numerics.cholesky import solve_positive
 from numerics.kernels import kernel
 from vision_server.channels.gradients import Normals
@@ -26,8 +26,6 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import prior_precision
 from vision_server.pose.sampling import places_on_lines, thinned
 from vision_server.pose.steps import moved, step_jacobian, turning_point
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
 # recorded and hard stacks), what must agree and be explained, how far is loosened and the weight of what is

@@ -10,18 +10,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.channels.gradients import SCALES_PX, Normals
 from vision_server.pose.edge_search import search
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import thinned
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
 # recorded and hard stacks), the ratio matters much: at 0.35 seven tight poses of 15 are lost and errors are

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.channels.gradients import (
     SCALES_PX,
@@ -33,9 +33,6 @@ from vision_server.pose.hough import choose, vote
 from vision_server.pose.outline_shading import inside_of, way_back
 from vision_server.pose.sampling import places_on_lines
 from vision_server.pose.steps import step_jacobian, turning_point
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Chosen by hand where nothing else is said; `python -m benchmarks.constants` shows what other values do.
 VOTE_WIDTH_PX = 1.0  # tolerance of a line's vote for a sharp edge

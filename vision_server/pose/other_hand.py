@@ -12,17 +12,16 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.surface import face_normals
+from numerics.arrays import Floats
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.ranking import COARSE_REACHES_PX, COARSER, Refined, of_fewer_lines, refined
 from vision_server.pose.support import support_at
 from vision_server.pose.trust import LIMIT, odds
 
-Floats = NDArray[np.float64]
 Matcher = Callable[[Sequence[Model], Pose], list[list[tuple[float, Pose]]]]
 
 # The lines in sight say that the model is the right way round where no more than this share of their length

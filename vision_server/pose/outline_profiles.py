@@ -14,10 +14,8 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from numerics.arrays import Floats, Ints
 
 REACH = 3  # steps to either side of an outline that are looked at
 WIDTHS = np.arange(0.7, 2.45, 0.1)  # sd of the blurred outline, in steps

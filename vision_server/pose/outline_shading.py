@@ -8,17 +8,15 @@ the gradient inside is the larger one tells how far.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples
+from numerics.arrays import Floats
 from numerics.kernels import kernel
 from vision_server.channels.gradients import Frame
 from vision_server.pose.edge_points import Channel, derivative_at
-
-Floats = NDArray[np.float64]
 
 # From 2000 edge points on views of a free-form body of 64 and 128 segments under lamps drawn at random:
 # edges whose flanks differ by less than a tenth of their height lay 0.1 px inside, by a quarter 0.3 and by a

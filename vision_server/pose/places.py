@@ -6,13 +6,11 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-
-Flags = NDArray[np.bool_]
+from numerics.arrays import Field, Flags
 
 # Chosen by hand where nothing else is said.
 FAR_OUT = 5.0  # widths of the frame, beyond which it does not matter where a point is
@@ -38,7 +36,7 @@ def as_rival(nats: float, elsewhere: bool) -> float:
     return min(nats, A_PART_NATS) if elsewhere else nats
 
 
-def _outline(model: Model, camera: Camera, pose: Pose) -> NDArray[np.float32]:
+def _outline(model: Model, camera: Camera, pose: Pose) -> Field:
     """Convex outline (P, 1, 2), px; one of no area where the target is not all in front of the camera."""
     pixels = camera.project(pose.apply(model.vertices))
     if not np.isfinite(pixels).all():

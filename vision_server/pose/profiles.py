@@ -9,16 +9,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
 from vision_server.channels.gradients import SCALES_PX, Frame, Normals, Tiles
 from vision_server.pose.edge_points import Channel, derivative_at
 from vision_server.pose.observation import Observation, PoseProblem
 from vision_server.pose.outline_profiles import REACH, Optics, outlines_of
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Chosen by hand: how far 1717 lines are off goes with the rest for 3 to 5 steps to either side.
 STEPS = 4  # to either side of an edge, each as wide as it is soft,
@@ -109,7 +106,7 @@ def profiles_of(problem: PoseProblem, seen: Observation, at: Place, steps_px: Fl
     return profiles
 
 
-def told_by(profiles: Floats, sharp: NDArray[np.bool_]) -> Profiles:
+def told_by(profiles: Floats, sharp: Flags) -> Profiles:
     """What profiles (M, 2 STEPS + 1) about their maxima tell; of sharp edges (M,) also how far they moved."""
     square = np.maximum((profiles**2).sum(axis=1), np.finfo(np.float64).tiny)
     like = ((profiles @ _GAUSSIANS.T) ** 2).max(axis=1)

@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.pose import Pose
+from numerics.arrays import Floats
 from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.solver import Equations, solve_reweighted
 from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
 # recorded and hard stacks), clipping, biases, growth and prior of the rotation change at most three poses

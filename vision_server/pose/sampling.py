@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import DENSEST_PX, Samples, visible_samples
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 MOST_SAMPLES = 450
 COUNTING_SPACING_PX = 4.0  # while the visible length is looked at

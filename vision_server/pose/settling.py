@@ -15,10 +15,10 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Floats
 from vision_server.pose.courses import Courses, courses_of
 from vision_server.pose.covariance import about_camera
 from vision_server.pose.observation import observe
@@ -28,8 +28,6 @@ from vision_server.pose.steps import moved
 from vision_server.pose.stretch import BETWEEN_AXES, motion_of_strains
 from vision_server.pose.support import support_at
 from vision_server.pose.trust import LineAgreement
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said. Between 1 and 3 degrees of freedom the tight ones of 350
 # estimates of hard stacks change by 3 at most.

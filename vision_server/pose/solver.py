@@ -17,14 +17,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats, Ints
 from numerics.cholesky import solve_positive
 from numerics.kernels import kernel
 from vision_server.channels.noise import MAD_TO_SD
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 ITERATIONS = 5  # of reweighting; more change a pose by less than its noise (chosen by hand)
 TUKEY = 4.685  # 95 % efficient on Gaussian residuals (Holland & Welsch 1977)

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.round_axes import folds_about, round_axes, turned_about
+from numerics.arrays import Floats
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.support import CAP_PX, support_at
-
-Floats = NDArray[np.float64]
 
 STEP_PX = 1.5 * CAP_PX  # that the farthest point moves between two turns: its edge is seen from one of both
 LEAST_STEP_RAD, MOST_STEP_RAD = math.radians(1.5), math.radians(6.0)

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
+from numerics.arrays import Floats
 from numerics.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 SMALL_STEP_PX = 0.5  # for the derivative of the lens distortion
 

@@ -11,20 +11,18 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.surface import face_normals
 from geometry.visibility import Samples
+from numerics.arrays import Floats
 from vision_server.pose.covariance import unknowns_of
 from vision_server.pose.hypotheses import edges_around, explained
 from vision_server.pose.ranking import COARSER, Refined, of_fewer_lines, refined
 from vision_server.pose.refinement import Solution, prior_precision
 from vision_server.pose.steps import moved
 from vision_server.pose.trust import LEAST_STRETCH, Misfit
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said.
 STRETCH_SD = 0.1  # of the logarithm of an axis' scale: what is still taken for the same part (chosen by hand)

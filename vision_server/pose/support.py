@@ -8,17 +8,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.pose import Pose
 from geometry.visibility import Samples
+from numerics.arrays import Flags, Floats
 from vision_server.pose.coincident import Told, told_once
 from vision_server.pose.hidden_together import HIDDEN, evidence_of
 from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.weights import line_trust
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 # Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
 # recorded and hard stacks), cap and reach of support change at most two poses from right to wrong or back.

@@ -5,14 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats
 from numerics.kernels import kernel
 from vision_server.channels.noise import MAD_TO_SD
 from vision_server.pose.observation import Observation
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 SYSTEMATIC_SD_PX = 0.12  # of one edge point: pixel grid, texture and shading beside the edge
 # Where lines meet, each pulls at the other's edge: the scatter is 0.42 px at blurred corners, 0.2 px three

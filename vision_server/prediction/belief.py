@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.visibility import Samples
+from numerics.arrays import Floats
 from vision_server.pose.support import BY_CHANCE, MISSING, MOST_RUNS, RUN_PX, SEEN
 from vision_server.pose.trust import MOST_CONFIRMED, PER_LOG2_CONFIRMED, PER_LOG2_MISSING, SOME
-
-Floats = NDArray[np.float64]
 
 
 class Belief:

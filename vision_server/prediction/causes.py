@@ -17,13 +17,11 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats
 from vision_server.prediction.hidden import brighter_by, foreseen, hidden_places, log_of_hidden, shown_again
 from vision_server.prediction.places import Places, Readings
 from vision_server.prediction.prior import Prior
-
-Floats = NDArray[np.float64]
 
 SUNS = (1.0, 6.0, 36.0)  # the sun beside a light: about so many times it;
 DARK_ROOM = 0.03  # or next to nothing, which test images tell: of few others it explains too much

@@ -10,13 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Flags, Floats
 from vision_server.prediction.places import Readings
 from vision_server.prediction.prior import Prior
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 # Chosen by hand; benchmarks/surprises.py counts what is named.
 OFF = 3.0  # standard deviations, from which on a place may be hidden

@@ -14,20 +14,18 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
+from numerics.arrays import Floats, Ints
 from vision_server.channels.depth import ROUNDING_SD
 from vision_server.pose.sampling import thinned
 from vision_server.pose.steps import step_jacobian, turning_point
 from vision_server.pose.weights import SYSTEMATIC_SD_PX
 from vision_server.prediction.belief import Belief
 from vision_server.prediction.response import LitImage, Response, learn_response
-
-Floats = NDArray[np.float64]
 
 MOST_SAMPLES, LEAST_OF_LINE = 200, 2  # of all visible lines together: more change no choice; chosen by hand
 # As in the controller's prediction of whole images (domain/reasoning/prediction.pl), which explains them.
@@ -148,7 +146,7 @@ class Forecast:
         self._prior = np.diag(np.repeat([1.0 / SEARCH_SD[0] ** 2, 1.0 / (SEARCH_SD[1] * range_m) ** 2], 3))
         self._before = self._log_det(self._weight)
 
-    def gains(self, candidates: Candidates) -> tuple[Floats, NDArray[np.int64]]:
+    def gains(self, candidates: Candidates) -> tuple[Floats, Ints]:
         """Bits that each candidate adds, (M,), and the model line that gains most by it, (M,), or -1."""
         if len(self.samples.line) == 0:
             return np.zeros(len(candidates.exposure)), np.full(len(candidates.exposure), -1)

@@ -19,12 +19,9 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Field, Flags, Floats
 from vision_server.prediction.places import CLIPPED, LEAST_BLUR_PX, SMALLER, faces_seen, shrunk, smaller
 from vision_server.prediction.response import LitImage
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Field = NDArray[np.float32]
 
 # Chosen on 42 images without a fault, 42 of an arm and 115 of other light (docs/surprises.md).
 NEW = 0.03  # share of the target with new edges from which on something may be in the way

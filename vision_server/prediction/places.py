@@ -16,11 +16,8 @@ from numpy.typing import NDArray
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Field, Flags, Floats, Ints
 from vision_server.prediction.response import LitImage, lambert, towards_camera
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Field = NDArray[np.float32]
 
 # Chosen by hand.
 SMALLER = 4  # images are looked at in a fourth of their size,
@@ -52,7 +49,7 @@ class Places(NamedTuple):
         (L,): the lights of which the position is known.
     """
 
-    at: NDArray[np.int64]
+    at: Ints
     normal: Floats
     shape: Floats
     located: Flags
@@ -95,7 +92,7 @@ class Readings(NamedTuple):
             self.most[of],
         )
 
-    def correlation(self, use: NDArray[np.int64]) -> Floats:
+    def correlation(self, use: Ints) -> Floats:
         """How errors of the readings with these numbers (n,) in a flat list go together, (n, n)."""
         image, place = np.unravel_index(use, self.value.shape)
         root = np.sqrt(self.shared.ravel()[use])
@@ -187,7 +184,7 @@ def faces_seen(model: Model, camera: Camera, pose: Pose) -> NDArray[np.int32]:
     return out
 
 
-def _spread(seen: Floats, told: Floats, face: NDArray[np.int32]) -> NDArray[np.int64]:
+def _spread(seen: Floats, told: Floats, face: NDArray[np.int32]) -> Ints:
     """Which places to read, evenly over faces: half of those that most images show, half of the best shown.
 
     The first are rather dark, where lights show beside a sun; the others are in the sun.
@@ -204,7 +201,7 @@ def _spread(seen: Floats, told: Floats, face: NDArray[np.int32]) -> NDArray[np.i
 
 def _points(
     camera: Camera,
-    at: tuple[NDArray[np.int64], NDArray[np.int64]],
+    at: tuple[Ints, Ints],
     middles: Floats,
     normal: Floats,
     blur_px: float,
@@ -245,7 +242,7 @@ def _described(
     pose: Pose,
     positions: Sequence[Floats | None],
     face: NDArray[np.int32],
-    at: tuple[NDArray[np.int64], NDArray[np.int64]],
+    at: tuple[Ints, Ints],
     blur_px: float,
 ) -> Places:
     located = np.array([place is not None and bool(model.faces) for place in positions], dtype=np.bool_)

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats
 from vision_server.prediction.places import Places
-
-Floats = NDArray[np.float64]
 
 # All as shares of what Lambert's law says of a light; chosen by hand.
 ALBEDO = 0.5  # of a place, under all lights alike

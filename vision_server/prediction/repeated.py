@@ -12,11 +12,9 @@ from typing import Literal
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Flags = NDArray[np.bool_]
-Grey = NDArray[np.uint8]
-Field = NDArray[np.float32]
+from numerics.arrays import Field, Flags, Grey
+
 Difference = Literal["replaced", "relit"]
 
 # Chosen by hand on seven scenes, held against others (docs/surprises.md).

@@ -14,13 +14,11 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples
-
-Floats = NDArray[np.float64]
+from numerics.arrays import Field, Flags, Floats, Ints
 
 # Chosen by hand; tests hold predicted against seen contrasts.
 AVERAGED_PX = 1.5  # standard deviation of the patch that is a place's brightness
@@ -39,13 +37,13 @@ POOL_TRUST = 0.02  # weight of "all lights alike" beside an image's 1, in the me
 class LitImage:
     """An image of the set as readings: linear (H, W) 0..1 at its exposure, light outputs (L,), blur px."""
 
-    linear: NDArray[np.float32]
+    linear: Field
     exposure: float
     lights: Floats
     blur_px: float
 
     @cached_property
-    def smooth(self) -> NDArray[np.float32]:
+    def smooth(self) -> Field:
         """Every place's brightness; kept, for an image is read again with each image that joins it."""
         return np.asarray(cv2.GaussianBlur(self.linear, (0, 0), AVERAGED_PX))
 
@@ -116,7 +114,7 @@ def learn_response(
     return Response(np.maximum(mean + step, 0.0), prior, told, pooled, pooled_covariance)
 
 
-def read_beside(samples: Samples, images: Sequence[LitImage]) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+def read_beside(samples: Samples, images: Sequence[LitImage]) -> tuple[Floats, Floats, Flags]:
     """Brightness at exposure 1 beside each sample, its standard deviation (inf: unseen), and what is clipped.
 
     Each (K, 2, N).
@@ -141,7 +139,7 @@ def read_beside(samples: Samples, images: Sequence[LitImage]) -> tuple[Floats, F
 
 
 def _pooled(
-    readings: Floats, seen: NDArray[np.bool_], clipped: NDArray[np.bool_], inputs: Floats
+    readings: Floats, seen: Flags, clipped: Flags, inputs: Floats
 ) -> tuple[Floats, Floats]:
     """Coefficients (1 + L,) of the mean over the target and their covariance, towards "all lights alike".
 
@@ -193,7 +191,7 @@ def lambert(points: Floats, normals: Floats, position: Floats) -> Floats:
     return np.asarray(np.maximum((normals * towards).sum(axis=-1) / distance, 0.0) / distance**2)
 
 
-def _face_beside(samples: Samples, model: Model, pose: Pose) -> NDArray[np.int64]:
+def _face_beside(samples: Samples, model: Model, pose: Pose) -> Ints:
     """Face seen on the side against and along each sample's normal, (2, N), -1 for what is behind."""
     middles = np.array([model.vertices[polygon].mean(axis=0) for polygon in model.faces])
     camera_in_target = pose.inverse().translation

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from numerics.arrays import Floats, Ints
 
 MOST_ROUNDS = 8  # the score has risen by less than a bit's tenth after so many; chosen by hand
 LEAST_RISE = 0.01  # bits, for which another round is worth its time

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Grey = NDArray[np.uint8]
+from numerics.arrays import Field, Grey
 
 # Shim, Lee & Kweon (2014), Auto-adjusting camera exposure for outdoor robotics using gradient information:
 # tone curves that stand for other exposures, and what a gradient counts.
@@ -23,7 +22,7 @@ def exposure_fusion(images: Sequence[Grey]) -> Grey:
     return np.asarray(np.clip(np.rint(255.0 * fused[:, :, 0]), 0, 255), dtype=np.uint8)
 
 
-def gradient_information(image: NDArray[np.float32]) -> float:
+def gradient_information(image: Field) -> float:
     """Sum of what the gradients of an image (H, W), 0..1, count: their logarithm above a least one."""
     across, down = (cv2.Sobel(image, cv2.CV_32F, dx, dy, scale=0.25) for dx, dy in ((1, 0), (0, 1)))
     strong = np.maximum(np.hypot(across, down) - LEAST_GRADIENT, 0.0)

@@ -6,19 +6,16 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.matching.draws import poses_in_range
 from vision_server.matching.icp import LEAST_DEPTH_M
 from vision_server.matching.match import Hypothesis, SearchRange, distinct, matching_problem
 from vision_server.matching.views import ViewTable
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # The paper's numbers: Rx Ry Rz Tx Ty Tz by eight bits each; 200 individuals and about ten generations; the
 # best 5 % stay, children come from the best 30 %.

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Flags, Ints
 from numerics.kernels import kernel
 from vision_server.edges.edge_map import EdgeMap, FreeEdgels
 from vision_server.segments.line_fit import Edgels, edgel_groups
-
-Ints = NDArray[np.int64]
 
 # Chosen by hand.
 MIN_CHAIN_PX = 6  # shorter chains are noise
@@ -82,7 +80,7 @@ def _chains(edgels: FreeEdgels, seeds: Ints) -> tuple[Ints, Ints]:
     return order[:filled], chains[:count]
 
 
-def link_edgels(edges: EdgeMap, chosen: NDArray[np.bool_]) -> Edgels:
+def link_edgels(edges: EdgeMap, chosen: Flags) -> Edgels:
     """Follow edges from their strongest edgels both ways.
 
     Parameters

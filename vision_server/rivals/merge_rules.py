@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision_server.channels.depth import Field
+from numerics.arrays import Field, Grey
 from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient, noise_gain
 from vision_server.channels.noise import grey_noise
 from vision_server.edges.edge_map import EdgeMap
@@ -23,7 +23,7 @@ SIGMA_PX = 1.0  # of the Gaussian derivatives
 
 
 def comparison_edges(
-    images: Sequence[NDArray[np.uint8]],
+    images: Sequence[Grey],
     method: MergeRule,
     exposures: Sequence[float] | None = None,
     gamma: float = 1.0,
@@ -61,7 +61,7 @@ def comparison_edges(
 
 
 def _merged_gradient(
-    images: Sequence[NDArray[np.uint8]], linear: Sequence[Field], method: MergeRule
+    images: Sequence[Grey], linear: Sequence[Field], method: MergeRule
 ) -> Field:
     """Gradient along x and y, (2, H, W), by one of the rules that have one."""
     if method == "max-gradient":
@@ -80,7 +80,7 @@ def _gradient(channel: Field) -> Field:
     return np.stack(gaussian_gradient(channel, contrast_kernels(SIGMA_PX)))
 
 
-def _noise(image: NDArray[np.uint8], exposure: float) -> float:
+def _noise(image: Grey, exposure: float) -> float:
     """Standard deviation of one image's gradient at its middle grey."""
     gain = noise_gain(contrast_kernels(SIGMA_PX, exposure))
     return float(grey_noise(image)[int(np.median(image))] * gain)

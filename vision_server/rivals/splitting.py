@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats, Ints
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import edgel_thresholds, hysteresis
 from vision_server.rivals.linking import link_edgels
 from vision_server.segments.extraction import MIN_LENGTH_PX, joined_segments
 from vision_server.segments.line_fit import Edgels, Segments, fit_lines
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said.
 MAX_DEVIATION_RATIO = 0.03  # of max |d_i| to D, the distance between the piece's ends
@@ -30,7 +28,7 @@ def split_segments(edges: EdgeMap) -> Segments:
     return joined_segments(replace(pieces, groups=pieces.groups[good]), lines.take(good))
 
 
-def split_chains(chains: Edgels) -> NDArray[np.int64]:
+def split_chains(chains: Edgels) -> Ints:
     """Straight pieces of chains: split at the farthest point while max|d_i| / D is too large.
 
     Parameters

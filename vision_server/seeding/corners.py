@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from geometry.model import Model
-
-Ints = NDArray[np.int64]
+from numerics.arrays import Ints
 
 STRAIGHT_DEG = 30.0  # two lines that go on within it make no corner: facets of a rim; chosen by hand
 APART = 0.05  # of the model's size, between outermost points that are no sharp corners; chosen by hand

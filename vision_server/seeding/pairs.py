@@ -8,13 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import UNITS_M, Model
-
-Floats = NDArray[np.float64]
+from numerics.arrays import Floats
 
 FEWEST = 3  # six unknowns, two numbers of each
 MOST = 1000  # more than anybody clicks

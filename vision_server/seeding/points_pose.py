@@ -21,9 +21,8 @@ from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
+from numerics.arrays import Floats
 from vision_server.seeding.pairs import Pairs, must_tell_a_pose, wide_triple
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said.
 CLICK_PX = 2.0  # what a click is off by: poses that fit the points within it of the best fit as well

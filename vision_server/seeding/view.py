@@ -14,12 +14,12 @@ import msgspec
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.wireframe import visible_runs
+from numerics.arrays import Grey
 from report.loopback import refused
 from vision_server.seeding.corners import corners_of
 from vision_server.seeding.pairs import Pairs
@@ -50,7 +50,7 @@ class SeedView:
     """
 
     def __init__(
-        self, model: Model, camera: Camera, grey: NDArray[np.uint8], save: Callable[[PointsPose, Pairs], str]
+        self, model: Model, camera: Camera, grey: Grey, save: Callable[[PointsPose, Pairs], str]
     ) -> None:
         self._model, self._camera, self._grey, self._save = model, camera, grey, save
         self._corners = model.vertices[corners_of(model)]

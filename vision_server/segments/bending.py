@@ -7,12 +7,10 @@ each, every piece has the direction that the curve has there."""
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.segments.line_fit import Edgels
-
-Ints = NDArray[np.int64]
 
 MAX_BEND_RAD = 0.2  # of a piece, from end to end (by hand: directions then are right to 6 degrees)
 LEAST_PIECE_PX = 8.0
@@ -29,7 +27,7 @@ def cut_bent(edgels: Edgels) -> Edgels:
 
 
 @kernel()
-def _cut(points: NDArray[np.float64], groups: Ints, order: Ints) -> Ints:
+def _cut(points: Floats, groups: Ints, order: Ints) -> Ints:
     """The groups (M, 2) after the cuts; members of those that are cut are put in ``order`` along the line."""
     found = np.empty((len(points) + 1, 2), np.int64)
     pieces = 0
@@ -59,7 +57,7 @@ def _cut(points: NDArray[np.float64], groups: Ints, order: Ints) -> Ints:
 
 
 @kernel()
-def _parabola(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], float, float]:
+def _parabola(points: Floats) -> tuple[Floats, float, float]:
     """Place (n,) of points (n, 2) along their line, px; how they bend from end to end, and its sd, rad."""
     n = len(points)
     along, across = np.empty(n), np.empty(n)

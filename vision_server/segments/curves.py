@@ -7,11 +7,9 @@ what there was to choose from at each link.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
-
-Ints = NDArray[np.int64]
 
 # Chosen by hand.
 SHORTEST_PX = 4.0
@@ -22,8 +20,8 @@ LINK = 1.5  # decades: some thirty ways to go on from an end
 
 
 def chained_surprise(
-    endpoints: NDArray[np.float64], strength: NDArray[np.float64], surprise: NDArray[np.float64]
-) -> NDArray[np.float64]:
+    endpoints: Floats, strength: Floats, surprise: Floats
+) -> Floats:
     """What each of N lines and all that continue it surprise by together, decades.
 
     Parameters
@@ -39,7 +37,7 @@ def chained_surprise(
 
 
 @kernel()
-def _chains(endpoints: NDArray[np.float64], strength: NDArray[np.float64]) -> Ints:
+def _chains(endpoints: Floats, strength: Floats) -> Ints:
     """Chain (N,) of each line, named after one of its lines."""
     order = np.argsort(endpoints[:, ::2].copy().ravel(), kind="mergesort")  # ends, 2 i and 2 i + 1, by x
     parent = np.arange(len(endpoints))
@@ -67,7 +65,7 @@ def _root(parent: Ints, item: int) -> int:
 
 
 @kernel()
-def _meet(one: NDArray[np.float64], a: int, other: NDArray[np.float64], b: int) -> bool:
+def _meet(one: Floats, a: int, other: Floats, b: int) -> bool:
     """Whether a line (4,) meets another with these ends, indices of their x, and bends by little there."""
     if np.hypot(one[a] - other[b], one[a + 1] - other[b + 1]) > GAP_PX:
         return False

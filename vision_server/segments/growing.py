@@ -11,13 +11,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Flags, Ints
 from numerics.kernels import kernel
 from vision_server.edges.edge_map import EdgeMap, FreeEdgels
 from vision_server.segments.line_fit import Edgels, edgel_groups
-
-Ints = NDArray[np.int64]
 
 MAX_AXIS_DIFFERENCE_RAD = 0.39  # 22.5 deg, LSD's tolerance, between an edgel and its line
 LEAST_AXIS_COSINE = float(np.cos(MAX_AXIS_DIFFERENCE_RAD))
@@ -212,7 +210,7 @@ def _grow(edgels: FreeEdgels, seeds: Ints, shortest: float, members: Ints, start
     return lines
 
 
-def grow_lines(edges: EdgeMap, chosen: NDArray[np.bool_], shortest_px: float) -> Edgels:
+def grow_lines(edges: EdgeMap, chosen: Flags, shortest_px: float) -> Edgels:
     """Straight groups of edgels, each edgel in one group at most; from the strongest seed on.
 
     Parameters

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.segments.line_fit import Edgels, FittedLines
 
@@ -15,12 +15,10 @@ MAX_OFFSET_PX = 1.0  # of the shorter line's ends from the longer line
 MAX_OVERLAP_PX = 3.0  # more, and they are two edges side by side
 MAX_STRENGTH_RATIO = 3.0  # of two that are one line; chosen by hand
 
-Ints = NDArray[np.int64]
-
 
 @kernel(nogil=True)
 def _assign(
-    endpoints: NDArray[np.float64], strength: NDArray[np.float64], order: Ints, base_of: Ints
+    endpoints: Floats, strength: Floats, order: Ints, base_of: Ints
 ) -> None:
     """Give each line, from the longest on, those that continue it; ``base_of`` tells whose it became."""
     count = len(order)

@@ -7,8 +7,8 @@ from typing import Self
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Field, Flags, Floats, Ints
 from numerics.kernels import kernel
 from vision_server.edges.edge_map import EdgeMap
 
@@ -33,13 +33,13 @@ class Edgels:
         int64 (N, 2), first point of a group and one past its last.
     """
 
-    points: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    strengths: NDArray[np.float64]
-    groups: NDArray[np.int64]
+    points: Floats
+    normals: Floats
+    strengths: Floats
+    groups: Ints
 
 
-def edgel_groups(edges: EdgeMap, members: NDArray[np.int64], groups: NDArray[np.int64]) -> Edgels:
+def edgel_groups(edges: EdgeMap, members: Ints, groups: Ints) -> Edgels:
     """Groups given as stretches of a list of edgels' numbers."""
     return Edgels(
         edges.points[members].astype(np.float64),
@@ -63,20 +63,20 @@ class Segments:
         float64 (N, 2), standard deviation across the line of its middle (px) and of its direction (rad).
     """
 
-    endpoints: NDArray[np.float64]
-    strength: NDArray[np.float64]
-    normal_sd: NDArray[np.float64]
+    endpoints: Floats
+    strength: Floats
+    normal_sd: Floats
 
     def __len__(self) -> int:
         return len(self.endpoints)
 
     @property
-    def length(self) -> NDArray[np.float64]:
+    def length(self) -> Floats:
         """float64 (N,), px."""
         ends = self.endpoints
         return np.asarray(np.hypot(ends[:, 2] - ends[:, 0], ends[:, 3] - ends[:, 1]), dtype=np.float64)
 
-    def take(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> Self:
+    def take(self, chosen: Ints | Flags) -> Self:
         """The chosen segments, by index or mask."""
         return type(self)(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
 
@@ -93,19 +93,19 @@ class FittedLines(Segments):
         int64 (N,), edgels.
     """
 
-    rms_px: NDArray[np.float64]
-    rms_axis_rad: NDArray[np.float64]
-    count: NDArray[np.int64]
+    rms_px: Floats
+    rms_axis_rad: Floats
+    count: Ints
 
 
 @kernel()
 def _fit(
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    strengths: NDArray[np.float64],
-    groups: NDArray[np.int64],
+    points: Floats,
+    normals: Floats,
+    strengths: Floats,
+    groups: Ints,
     edgel_sd: float,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Total least squares per group: x0, y0, x1, y1, strength, the two sd, the two rms."""
     rows = np.zeros((len(groups), 9))
     for g in range(len(groups)):
@@ -159,7 +159,7 @@ def fit_lines(edgels: Edgels) -> FittedLines:
     )
 
 
-def edgel_density(edges: EdgeMap, chosen: NDArray[np.bool_]) -> NDArray[np.float32]:
+def edgel_density(edges: EdgeMap, chosen: Flags) -> Field:
     """Edgels per px in the 40 x 40 px around each cell of 8 x 8 px, float32 (ceil(H / 8), ceil(W / 8))."""
     rows, columns = (-(-side // CELL_PX) for side in edges.shape)
     y, x = np.divmod(edges.places[chosen], np.int32(edges.shape[1]))
@@ -168,7 +168,7 @@ def edgel_density(edges: EdgeMap, chosen: NDArray[np.bool_]) -> NDArray[np.float
     return np.asarray(cv2.blur(per_px, (CELLS, CELLS)), dtype=np.float32)
 
 
-def log_chance(lines: FittedLines, edges: EdgeMap, chosen: NDArray[np.bool_]) -> NDArray[np.float64]:
+def log_chance(lines: FittedLines, edges: EdgeMap, chosen: Flags) -> Floats:
     """Decimal logarithm of a bound on the expected number of lines as good as each, by chance.
 
     The a-contrario test of Desolneux, Moisan & Morel (2000) with edgels instead of pixels: in a field of

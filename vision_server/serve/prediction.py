@@ -7,24 +7,22 @@ from dataclasses import replace
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from bridge.messages import CameraDescription, Settings
 from bridge.vision_messages import FoundSettings, Gain, PredictArgs, PredictResult
 from geometry.pose import Pose
+from numerics.arrays import Floats, Ints
 from stack.exposure import light_powers
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.support import support_at
 from vision_server.prediction.information import Candidates, Forecast, Sensor, View, blur_inputs
 from vision_server.prediction.response import LitImage
-from vision_server.prediction.search import Ints, climb
+from vision_server.prediction.search import climb
 from vision_server.serve.task import PoseTask
 
 SPACING_PX = 3.0  # of samples: a third of what an estimate looks at
 LIGHT_STEPS = 1 / 4, 1 / 8  # of a light's levels, that search turns it by; chosen by hand
-
-Floats = NDArray[np.float64]
 
 
 def predict(task: PoseTask, args: PredictArgs) -> PredictResult:

@@ -7,11 +7,11 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Flags, Grey
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.noise import SATURATED_GREY
 
@@ -25,7 +25,7 @@ LEAST_SPREAD = 0.1
 MOST_SATURATED = 0.1
 
 
-def target_region(model: Model, camera: Camera, pose: Pose) -> NDArray[np.bool_]:
+def target_region(model: Model, camera: Camera, pose: Pose) -> Flags:
     """Pixels within MARGIN_PX of the model's outline, (H, W); all where it is not in front, or outside."""
     everything = np.ones((camera.height, camera.width), dtype=bool)
     points = camera.project(pose.apply(model.vertices))
@@ -38,7 +38,7 @@ def target_region(model: Model, camera: Camera, pose: Pose) -> NDArray[np.bool_]
     return region if region.any() else everything
 
 
-def lit_region(frames: Iterable[NDArray[np.uint8]]) -> NDArray[np.bool_]:
+def lit_region(frames: Iterable[Grey]) -> Flags:
     """Pixels within MARGIN_PX of what any of the frames (H, W) shows, (H, W); all where none shows a thing.
 
     Where the target may be anywhere: before black space it takes so few of the frame's pixels that by all of
@@ -48,13 +48,13 @@ def lit_region(frames: Iterable[NDArray[np.uint8]]) -> NDArray[np.bool_]:
     return _around(lit.astype(np.uint8)) if lit.any() else np.ones(lit.shape, dtype=bool)
 
 
-def _around(mask: NDArray[np.uint8]) -> NDArray[np.bool_]:
+def _around(mask: Grey) -> Flags:
     side = 2 * MARGIN_PX + 1
     return np.asarray(cv2.dilate(mask, np.ones((side, side), np.uint8)) > 0)
 
 
 def frame_statistics(
-    channel: ChannelStatistics, region: NDArray[np.bool_], gamma: float = 1.0
+    channel: ChannelStatistics, region: Flags, gamma: float = 1.0
 ) -> dict[str, Any]:
     """Statistics of a frame over the target's region, and of the whole frame under ``frame``.
 
@@ -89,7 +89,7 @@ def frame_statistics(
     return {**target, "blur_px": blur, "frame": _of(channel, None, gamma)}
 
 
-def _of(channel: ChannelStatistics, region: NDArray[np.bool_] | None, gamma: float) -> dict[str, float]:
+def _of(channel: ChannelStatistics, region: Flags | None, gamma: float) -> dict[str, float]:
     grey = channel.image.ravel() if region is None else channel.image[region]
     counts = np.bincount(grey, minlength=256)
     below = np.cumsum(counts)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose, origin_jacobian
+from numerics.arrays import Flags, Floats
 from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.pose.covariance import uncertainty
@@ -16,9 +16,6 @@ from vision_server.pose.support import PoseSupport
 from vision_server.pose.trust import belief, shared
 from vision_server.tracking.following import Found
 from vision_server.tracking.rivals import Rivals
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 # Chosen by hand.
 SURE = 0.9  # probability from which on a pose is believed to be the right one; exact enough, it is sure:

@@ -11,11 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.pose import Pose, origin_jacobian
-
-Floats = NDArray[np.float64]
+from numerics.arrays import Floats
 
 SIZES = np.geomspace(0.2, 30.0, 8)  # of the limits within which a pose is right: what given poses are off by
 DRAWS = 400

@@ -10,19 +10,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.pose import Pose
 from geometry.visibility import Samples, visible_samples
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.channels.gradients import Normals
 from vision_server.pose.association import associate
 from vision_server.pose.edge_search import search
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import thinned
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Chosen by hand where nothing else is said.
 REACH_PX = 6.0  # to either side; print farther away is seldom mistaken for an edge that is followed

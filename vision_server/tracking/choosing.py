@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
+from numerics.arrays import Floats
 from vision_server.pose.trust import RIVAL_NATS
 from vision_server.tracking.following import Found
 from vision_server.tracking.motion import Motion
-
-Floats = NDArray[np.float64]
 
 
 def likeliest(found: Sequence[Found], expected: Motion, middle: Floats) -> Found:

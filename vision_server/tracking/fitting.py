@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.rotation import cross_matrix
+from numerics.arrays import Floats
 from numerics.cholesky import inverse_positive
 from numerics.kernels import kernel
 from vision_server.pose.observation import Observation, PoseProblem, observe
@@ -26,7 +26,6 @@ from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
 from vision_server.tracking.lines import LineFits, line_fits, rounding_shifts, united
 
-Floats = NDArray[np.float64]
 Told = tuple[float, float]
 """What lines tell of the radius: precision 1/m^2, and that times the radius."""
 

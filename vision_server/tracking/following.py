@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
+from numerics.arrays import Floats
 from vision_server.channels.depth import Pixels
 from vision_server.pose.alternatives import SAME
 from vision_server.pose.covariance import uncertainty
@@ -26,8 +26,6 @@ from vision_server.tracking.frame import Tone, problem_of, window
 from vision_server.tracking.outermost import outermost
 from vision_server.tracking.softness import Softness
 from vision_server.tracking.strain import is_strained
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand where nothing else is said.
 NEAR_REACHES_PX = (6.0,)  # where the motion was foreseen

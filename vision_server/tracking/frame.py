@@ -6,18 +6,16 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Field, Floats
 from vision_server.channels.depth import PIXEL_TYPES, Pixels, deepened, linear_table
 from vision_server.channels.gradients import Frame, GradientChannel, Picture
 from vision_server.channels.noise import grey_noise
 from vision_server.pose.observation import PoseProblem
-
-Floats = NDArray[np.float64]
 
 LEAST_SIDE_PX = 24  # of what is looked at
 AROUND_PX = 8.0  # of what is looked at first, where the next looks go
@@ -93,7 +91,7 @@ class Tone:
 
     gamma: float
     sd_px: float
-    linear: NDArray[np.float32]
+    linear: Field
     slope: Floats
 
     @classmethod

@@ -7,20 +7,17 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples
+from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
 from vision_server.pose.observation import Observation, PoseProblem
 from vision_server.pose.solver import SAMPLES_TOGETHER
 from vision_server.pose.weights import SCATTER_PX
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 Edges = tuple[Floats, Floats, Flags, Ints, Floats, Floats, Floats]
 
 # Chosen by hand where nothing else is said.

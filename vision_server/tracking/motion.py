@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.pose import Pose
 from geometry.rotation import cross_matrix, matrix_of, vector_of
-
-Floats = NDArray[np.float64]
+from numerics.arrays import Floats
 
 # How much the velocity changes in a second, one sd, at agility 1: 3 degrees and 1 % of the range (some 8 px)
 # from one frame to the next at 30 a second come to it from rest.

@@ -11,11 +11,11 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.channels.depth import Pixels
 from vision_server.pose.steps import moved, turning_point
@@ -24,9 +24,6 @@ from vision_server.tracking.acceptance import LIMITS, SURE, is_exact
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.motion import about
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # Chosen by hand.
 NARROW_PX = 5.0  # of a face across a line: as far as edges are looked for around it

@@ -9,16 +9,14 @@ hardly chance.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.pose import Pose
+from numerics.arrays import Floats
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD
 from vision_server.pose.steps import moved, step_jacobian, turning_point
 from vision_server.tracking.beside import REACH_PX, Beside
 from vision_server.tracking.lines import outward_of
-
-Floats = NDArray[np.float64]
 
 # Chosen by hand.
 LEAST_PX = 1.5  # outside of a line, that the edge is another one

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model, about_middle
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose, PoseError
 from geometry.right_turns import right_turns
+from numerics.arrays import Floats
 from vision_server.image_set import ImageSet
 from vision_server.judgement import Estimate
 from vision_server.pipeline import PipelineSettings, pose_of_segments
@@ -35,7 +35,6 @@ from vision_server.tracking.fitting import Habits, fitted
 from vision_server.tracking.following import PASSES, SETTLED_PX
 from vision_server.tracking.round_parts import turns_about_own_axes
 
-Floats = NDArray[np.float64]
 Verdict = Literal["ok", "doubtful", "lost"]
 
 

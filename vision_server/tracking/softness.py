@@ -5,17 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Flags, Floats, Ints
 from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import spacing_for
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # The blur of a shutter that is open all the time over so many pixels has a standard deviation of 0.9 px; what
 # is softer than 1.4 px is looked at with a wider filter.
@@ -40,7 +37,7 @@ class Softness:
     spacing_px: float
     frames: int = 0
     pixels: Floats = field(default_factory=lambda: np.full((1, 2), np.inf))
-    seen: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    seen: Flags = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
 
     @classmethod
     def measured(cls, problem: PoseProblem, pose: Pose) -> Softness:

@@ -9,15 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.pose import Pose
+from numerics.arrays import Floats
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, refine
 from vision_server.pose.stretch import significance_of, strain_of
 from vision_server.pose.trust import USUAL
-
-Floats = NDArray[np.float64]
 
 # Of sure frames of three films with a model 5 to 15 % too long half have more than 0.03 to 0.07; of films
 # with the true one, of printed boxes and of a real cube nine in ten have less than 0.005, 0.007 and 0.013.

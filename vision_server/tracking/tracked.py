@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from geometry.pose import Pose
+from numerics.arrays import Floats
 
-Floats = NDArray[np.float64]
 State = Literal["sure", "unsure", "lost"]
 
 

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import time
 
-import numpy as np
-from numpy.typing import NDArray
-
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Floats
 from vision_server.channels.depth import Pixels
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.judgement import Estimate
@@ -49,7 +47,6 @@ from vision_server.tracking.tracked import State, Tracked
 from vision_server.tracking.turning import Turning
 from vision_server.tracking.usual import Usual
 
-Floats = NDArray[np.float64]
 Seen = tuple[State, Pose | None, Floats | None, dict[int, float] | None]
 
 # Chosen by hand where nothing else is said.

@@ -6,18 +6,15 @@ from collections import deque
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Flags, Floats
 from vision_server.channels.depth import Pixels
 from vision_server.pose.support import PoseSupport
 from vision_server.pose.trust import quality
 from vision_server.tracking.acceptance import keeps
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 # Chosen by hand.
 AS_BEFORE = 0.5  # of the quality that is usual in its light: below, a frame is looked at again

@@ -3,13 +3,13 @@
 import msgspec
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from image_server.simulator.motion import image_velocity, smeared
 from image_server.simulator.scenario_tables import DEFAULT_LIGHTS, Background, Scenario, ScenarioCamera, Time
 from image_server.simulator.simulator import Simulator
+from numerics.arrays import Field, Floats
 from stack.sensor import blurred
 from tests.stack.cameras import camera as still
 
@@ -31,8 +31,8 @@ def moving(
 
 
 def exposure(
-    simulator: Simulator, velocity: NDArray[np.float64], spin: NDArray[np.float64]
-) -> NDArray[np.float32]:
+    simulator: Simulator, velocity: Floats, spin: Floats
+) -> Field:
     """The mean of renders at moments of the exposure: what the blur has to come near."""
     middle = simulator.true_pose
     total = np.zeros(SHAPE)

@@ -6,7 +6,6 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model, load_model
@@ -25,6 +24,7 @@ from image_server.simulator.scene import Scene, joined, target_part
 from image_server.simulator.shading import microfacets
 from image_server.simulator.sky import Sky
 from image_server.simulator.tracing import traced
+from numerics.arrays import Field, Floats
 
 CAMERA = Camera(320, 240, 400.0, 400.0, 159.5, 119.5)
 CHALK = Material(albedo=0.6, texture="plain", grain=0.0, specular=0.0)
@@ -51,14 +51,14 @@ def at(
 
 
 def lit(
-    *lights: tuple[float, float, float], sun: NDArray[np.float64] = ALONG_AXIS, disc: float = 0.0
+    *lights: tuple[float, float, float], sun: Floats = ALONG_AXIS, disc: float = 0.0
 ) -> Illumination:
     beams = np.ones((len(lights), ROWS))
     aims = np.tile([0.0, 0.0, 1.0], (len(lights), 1))
     return Illumination(np.array(lights), aims, beams, Sky(np.asarray(sun), disc, SUN_STRENGTH))
 
 
-def images_of(scene: Scene, light: Illumination) -> list[NDArray[np.float32]]:
+def images_of(scene: Scene, light: Illumination) -> list[Field]:
     return traced(scene, CAMERA, light).images
 
 
@@ -68,7 +68,7 @@ def square(tmp_path: Path) -> Model:
     return quad(tmp_path, "square", [(-0.1, -0.1, 0), (0.1, -0.1, 0), (0.1, 0.1, 0), (-0.1, 0.1, 0)])
 
 
-def middle(image: NDArray[np.float32]) -> float:
+def middle(image: Field) -> float:
     return float(image[119:121, 159:161].mean())
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from numerics.arrays import Grey
 from tests.vision_server.edge_scenes import step
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.image_files import read_image_set
@@ -30,7 +30,7 @@ NOTHING_TO_SEE = {
 
 
 @pytest.mark.parametrize("image", NOTHING_TO_SEE.values(), ids=NOTHING_TO_SEE)
-def test_where_there_is_nothing_nothing_is_found(image: NDArray[np.uint8]) -> None:
+def test_where_there_is_nothing_nothing_is_found(image: Grey) -> None:
     for count in (1, 3):
         edges = merge_channels([channel_statistics(image)] * count)
         assert len(edges) == 0

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
+from numerics.arrays import Grey
 from vision_server.channels.blur import SAMPLE_STEP, STRONGEST_SHARE, blur_sigma, halved, least_strong
 
 
-def squares(blur_px: float, noise: float = 1.0) -> NDArray[np.uint8]:
+def squares(blur_px: float, noise: float = 1.0) -> Grey:
     image = np.full((240, 320), 50.0)
     for row in range(3):
         for column in range(4):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.ndimage import convolve1d, gaussian_filter, maximum_filter, minimum_filter
 
 from bridge.errors import BadInput
+from numerics.arrays import Grey
 from tests.vision_server.edge_scenes import step
 from vision_server.channels.channel import FLOOR_NOISE_RATIO, channel_statistics
 from vision_server.channels.gaussian import gaussian_kernels
@@ -16,7 +16,7 @@ from vision_server.channels.lighting import CLIPPED_STOPS, LIT_OFFSET_GREY, WEIG
 from vision_server.channels.noise import SATURATED_GREY
 
 
-def textured(seed: int = 0) -> NDArray[np.uint8]:
+def textured(seed: int = 0) -> Grey:
     values = gaussian_filter(np.random.default_rng(seed).normal(0, 1, (60, 80)), 2.0)
     return np.asarray(np.clip(120 + 300 * values, 0, 255), dtype=np.uint8)
 
@@ -134,7 +134,7 @@ def test_an_image_of_one_grey_has_no_contrast(value: int) -> None:
         (np.zeros((20, 20), np.uint8), 1.0, -1.0),
     ],
 )
-def test_bad_input_is_refused(image: NDArray[np.uint8], exposure: float, gamma: float) -> None:
+def test_bad_input_is_refused(image: Grey, exposure: float, gamma: float) -> None:
     with pytest.raises(BadInput):
         channel_statistics(image, exposure, gamma)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats, Grey
 from vision_server.channels.depth import ROUNDING_SD
 from vision_server.channels.noise import (
     COARSEST_SCALE_PX,
@@ -17,7 +17,7 @@ from vision_server.channels.noise import (
 )
 
 
-def ramp_with_noise(read: float, shot: float, seed: int = 0) -> NDArray[np.uint8]:
+def ramp_with_noise(read: float, shot: float, seed: int = 0) -> Grey:
     grey = np.tile(np.linspace(20, 235, 400), (300, 1))
     sd = np.sqrt(read**2 + shot * grey)
     return np.clip(np.round(grey + np.random.default_rng(seed).normal(0, 1, grey.shape) * sd), 0, 255).astype(
@@ -57,7 +57,7 @@ def test_an_image_that_was_scaled_clips_below_white(deep: bool) -> None:
     faces = np.repeat([60.0, 150.0, 240.0, 300.0], 80)
     noisy = np.clip(np.tile(faces, (200, 1)) + random.normal(0.0, 1.5, (200, 320)), 0.0, 255.0)
 
-    def found(image: NDArray[np.float64]) -> int:
+    def found(image: Floats) -> int:
         pixels = np.round(257.0 * image).astype(np.uint16) if deep else np.round(image).astype(np.uint8)
         return clipping_grey(pixels, grey_noise(pixels))
 

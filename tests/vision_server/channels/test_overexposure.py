@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from numerics.arrays import Grey
 from tests.vision_server.edge_scenes import polygon_with_shadows, square_outline
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.overexposure import overexposures
 from vision_server.edges.merging import merge_channels
 
-Image = NDArray[np.uint8]
 
-
-def overexposed(image: Image, times: float) -> Image:
+def overexposed(image: Grey, times: float) -> Grey:
     return np.asarray(np.clip(np.round(times * image.astype(np.float64)), 0, 255), dtype=np.uint8)
 
 
-def outline_strength(images: list[Image], exposures: list[float]) -> float:
+def outline_strength(images: list[Grey], exposures: list[float]) -> float:
     """What the outline of the square keeps of the merged magnitude, beside the strongest of what is left."""
     channels = [
         channel_statistics(image, exposure) for image, exposure in zip(images, exposures, strict=True)

@@ -8,8 +8,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from numerics.arrays import Field
 from tests.commands import Done, command, process
 from tests.vision_server.edge_scenes import polygon_with_shadows, square_outline
 from vision_server.channels.channel import channel_statistics
@@ -73,7 +73,7 @@ def test_a_saturated_image_among_good_ones_is_said_and_hides_nothing(
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def outline_kept(magnitude: NDArray[np.float32]) -> float:
+def outline_kept(magnitude: Field) -> float:
     """Strength that four of five edgels of the square's outline have."""
     return float(np.quantile(magnitude[square_outline() & (magnitude > 0)], 0.2))
 

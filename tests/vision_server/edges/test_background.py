@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Flags, Grey
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.background import Background, background_of
 from vision_server.edges.edge_map import EdgeMap
@@ -14,7 +14,7 @@ from vision_server.edges.merging import merge_channels
 from vision_server.edges.sides import sides_of
 
 
-def images(hole: int, around: int) -> list[NDArray[np.uint8]]:
+def images(hole: int, around: int) -> list[Grey]:
     """A square of two brightnesses on a background; in it a dark one, in both images."""
     random = np.random.default_rng(0)
     out = []
@@ -26,16 +26,16 @@ def images(hole: int, around: int) -> list[NDArray[np.uint8]]:
     return out
 
 
-def merged(pair: list[NDArray[np.uint8]]) -> EdgeMap:
+def merged(pair: list[Grey]) -> EdgeMap:
     return merge_channels([channel_statistics(image, 1.0) for image in pair])
 
 
-def of_hole(edges: EdgeMap) -> NDArray[np.bool_]:
+def of_hole(edges: EdgeMap) -> Flags:
     x, y = edges.points.T
     return np.asarray((abs(x - 100) < 25) & (abs(y - 80) < 25))
 
 
-def enclosed_in(edges: EdgeMap) -> NDArray[np.bool_]:
+def enclosed_in(edges: EdgeMap) -> Flags:
     found = background_of(edges, sides_of(edges)).enclosed
     assert found is not None
     return found
@@ -66,7 +66,7 @@ def test_what_is_enclosed_is_less_likely_an_outline() -> None:
     np.testing.assert_array_equal(np.delete(within, OUTLINE, 0), np.delete(anywhere, OUTLINE, 0))
 
 
-def before_a_wall() -> list[NDArray[np.uint8]]:
+def before_a_wall() -> list[Grey]:
     """A square in four lights, now darker and now brighter than the wall, on which its shadow falls."""
     random, images = np.random.default_rng(0), []
     y, x = np.mgrid[:160, :200]

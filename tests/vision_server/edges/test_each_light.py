@@ -6,14 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats
 from vision_server.edges import each_light, scatter
 from vision_server.edges.blocked import FLAT_SD
 from vision_server.edges.densities import logarithms
 from vision_server.edges.sides import Sides
-
-Floats = NDArray[np.float64]
 
 
 def some_sides(channels: int, count: int = 400) -> Sides:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats
 from vision_server.edges.each_light import less_crease
 from vision_server.edges.falling import DIRECTIONS, Falling, learn_falling
 from vision_server.edges.sides import Sides
@@ -13,7 +13,7 @@ LIT = np.array([60.0, 80.0, 50.0])
 TOWARDS_DEG = np.array([0.0, 120.0, 240.0])  # to each of three lights, as the image shows them
 
 
-def edgels(pairs: list[tuple[NDArray[np.float64], NDArray[np.float64]]], ahead_deg: list[float]) -> Sides:
+def edgels(pairs: list[tuple[Floats, Floats]], ahead_deg: list[float]) -> Sides:
     near = np.array(pairs, np.float32).transpose(2, 1, 0)
     angle = np.deg2rad(ahead_deg)
     count = len(pairs)
@@ -22,13 +22,13 @@ def edgels(pairs: list[tuple[NDArray[np.float64], NDArray[np.float64]]], ahead_d
     )
 
 
-def without(light: int) -> NDArray[np.float64]:
+def without(light: int) -> Floats:
     return np.where(np.arange(3) == light, 0.0, LIT)
 
 
 def shadows(
     scatter_deg: float, away: int = 0
-) -> tuple[list[tuple[NDArray[np.float64], NDArray[np.float64]]], list[float]]:
+) -> tuple[list[tuple[Floats, Floats]], list[float]]:
     """Of each light 100 ends that face it, and so many edgels that face away from it."""
     random = np.random.default_rng(0)
     pairs, ahead = [], []
@@ -39,11 +39,11 @@ def shadows(
     return pairs, ahead
 
 
-def likeliest_deg(found: Falling) -> NDArray[np.float64]:
+def likeliest_deg(found: Falling) -> Floats:
     return found.shadow.argmax(axis=1) * 360.0 / DIRECTIONS
 
 
-def off_deg(found: Falling) -> NDArray[np.float64]:
+def off_deg(found: Falling) -> Floats:
     return np.abs((likeliest_deg(found) - TOWARDS_DEG + 180.0) % 360.0 - 180.0)
 
 

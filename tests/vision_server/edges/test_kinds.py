@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from numerics.arrays import Floats
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
 from vision_server.channels.depth import PER_GREY
@@ -31,8 +31,6 @@ from vision_server.edges.likelihoods import (
 )
 from vision_server.edges.merging import merge_channels
 from vision_server.edges.sides import REACH_PX, Sides, furthest_reach, sides_of
-
-Floats = NDArray[np.float64]
 
 # Intensities on both sides in four lights, of which the last is dim.
 LEFT = np.array([120.0, 90.0, 150.0, 60.0])

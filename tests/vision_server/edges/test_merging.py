@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from bridge.errors import BadInput
+from numerics.arrays import Flags, Floats
 from tests.vision_server.edge_scenes import polygon_with_shadows, square_outline, step
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
 from vision_server.channels.lighting import WEIGHT_EXPONENT
@@ -82,14 +82,14 @@ def test_it_is_the_weight_that_puts_them_there() -> None:
     assert strongest_shadow(0.0) > 0.2
 
 
-def inner_edgels(edges: EdgeMap, share: float) -> NDArray[np.bool_]:
+def inner_edgels(edges: EdgeMap, share: float) -> Flags:
     """Edgels well inside the image that are stronger than a share of the strongest."""
     x, y = edges.points.T
     inner = (y > 10) & (y < 85) & (x > 10) & (x < 117)
     return np.asarray(inner & (edges.strength > share * edges.strength.max()))
 
 
-def across(edges: EdgeMap, chosen: NDArray[np.bool_], angle: float) -> NDArray[np.float64]:
+def across(edges: EdgeMap, chosen: Flags, angle: float) -> Floats:
     """Distance of edgels from the line through the middle of the image with this normal, px."""
     return np.asarray((edges.points[chosen] - [63.5, 47.5]) @ [np.cos(angle), np.sin(angle)])
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from numerics.arrays import Field, Floats
 from numerics.kernels import kernel
 from vision_server.edges.mixture import (
     BACKGROUND_SD_RAD,
@@ -19,11 +19,10 @@ from vision_server.edges.mixture import (
 )
 
 BATCH = 8
-Floats = NDArray[np.float64]
 
 
 @kernel()
-def fitted(histograms: NDArray[np.float32]) -> NDArray[np.float32]:
+def fitted(histograms: Field) -> Field:
     """`fit_mixtures` with room to work in."""
     out = np.empty((3, histograms.shape[1]), np.float32)
     fit_mixtures(histograms, out, np.empty_like(histograms), np.empty((4, histograms.shape[1]), np.float32))

@@ -6,28 +6,29 @@ import numpy as np
 import pytest
 
 from benchmarks.statues import Look, statue
-from tests.vision_server.edge_scenes import Image, polygon_with_shadows
+from numerics.arrays import Grey
+from tests.vision_server.edge_scenes import polygon_with_shadows
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.moved import FEWEST_EDGELS, SureEdgels, moved_since, sure_edgels
 
 
-def edgels(image: Image) -> SureEdgels:
+def edgels(image: Grey) -> SureEdgels:
     return sure_edgels(channel_statistics(image))
 
 
 @pytest.fixture(scope="module")
-def lit() -> list[Image]:
+def lit() -> list[Grey]:
     return [np.repeat(np.repeat(image, 2, axis=0), 2, axis=1) for image in polygon_with_shadows(4)]
 
 
-def test_another_light_moves_nothing(lit: list[Image]) -> None:
+def test_another_light_moves_nothing(lit: list[Grey]) -> None:
     seen = [edgels(image) for image in lit]
     assert len(seen[0].places) > FEWEST_EDGELS
     assert all(moved_since([before], after) is None for before in seen for after in seen)
 
 
 @pytest.mark.parametrize("shift", [(6, -5), (-9, 14), (25, -20)])
-def test_what_moved_is_said_and_where(lit: list[Image], shift: tuple[int, int]) -> None:
+def test_what_moved_is_said_and_where(lit: list[Grey], shift: tuple[int, int]) -> None:
     moved = np.roll(lit[1], (shift[1], shift[0]), axis=(0, 1))
     found = moved_since([edgels(lit[0])], edgels(moved))
     assert found is not None
@@ -39,7 +40,7 @@ def test_what_moved_is_said_and_where(lit: list[Image], shift: tuple[int, int]) 
     assert centre[1] - 80 < top < bottom < centre[1] + 80
 
 
-def test_an_image_that_agrees_with_one_before_it_did_not_move(lit: list[Image]) -> None:
+def test_an_image_that_agrees_with_one_before_it_did_not_move(lit: list[Grey]) -> None:
     moved = edgels(np.roll(lit[1], (12, 12), axis=(0, 1)))
     still = edgels(lit[0])
     assert moved_since([still], moved) is not None
@@ -52,7 +53,7 @@ def test_nothing_to_see_is_no_movement() -> None:
     assert moved_since([nothing], nothing) is None
 
 
-def test_bands_that_blur_makes_of_edges_did_not_move(lit: list[Image]) -> None:
+def test_bands_that_blur_makes_of_edges_did_not_move(lit: list[Grey]) -> None:
     moved = edgels(np.roll(lit[1], (6, -5), axis=(0, 1)))
     assert moved_since([edgels(lit[0])], moved) is not None
     assert moved_since([edgels(lit[0])], moved._replace(blur_px=5.0)) is None

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from skimage.filters import apply_hysteresis_threshold
 
+from numerics.arrays import Field, Flags
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import hysteresis, suppress_non_maxima
 
 
 def kept_pixels(
-    ridge: NDArray[np.float32], low: float | NDArray[np.float32], high: float | NDArray[np.float32]
-) -> NDArray[np.bool_]:
+    ridge: Field, low: float | Field, high: float | Field
+) -> Flags:
     """Hysteresis of a ridge image, as an image; thresholds may be images too."""
     edges = EdgeMap.from_fields(ridge, np.zeros_like(ridge), np.zeros_like(ridge), 0.0)
     limits = [t if isinstance(t, float) else t.ravel()[edges.places] for t in (low, high)]

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from benchmarks.machined_parts import ROUND, surface_of
 from benchmarks.synthetic_parts import rendered
@@ -11,6 +10,7 @@ from geometry.errors import GeometryError
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
+from numerics.arrays import Floats
 from tests.vision_server.matching_scenes import CAMERA, segments_of
 from tests.vision_server.synthetic import one_image
 from vision_server.matching import Anywhere
@@ -26,7 +26,7 @@ CASES = [
 ]
 
 
-def any_pose(seed: int, size: float, diameter: float, middle: NDArray[np.float64]) -> Pose:
+def any_pose(seed: int, size: float, diameter: float, middle: Floats) -> Pose:
     """Any orientation; the target as wide as this share of the frame's height, and off its middle."""
     rng = np.random.default_rng(seed)
     axis = rng.normal(size=3)

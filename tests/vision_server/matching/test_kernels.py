@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose, disturbed
 from geometry.visibility import MIN_LINE_PX, image_bounds, visible_samples
+from numerics.arrays import Floats
 from tests.vision_server.matching_scenes import CAMERA, segments_of
 from vision_server.matching.draws import even_numbers, in_range, poses_around, poses_in_range
 from vision_server.matching.icp import CHANCE, SIGNIFICANCE, SUM, TURN, Lookup, Merit, align, score_poses
@@ -41,7 +41,6 @@ from vision_server.matching.views import (
     sparse_solid,
 )
 
-Floats = NDArray[np.float64]
 SATELLITE = load_model(find_target("satellite"))
 CUBE = load_model(find_target("cube"))
 POSE = Pose(np.array([0.5, 0.4, 0.2]), np.array([0.02, -0.01, 1.0]))

@@ -1,19 +1,16 @@
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples
+from numerics.arrays import Floats, Ints
 from tests.vision_server.refined_poses import channels_of, scaled
 from tests.vision_server.synthetic import CAMERA, linear_picture, photographed
 from vision_server.pose.along_lines import _near_pairs
 from vision_server.pose.association import BEYOND_PX, BLUR_SHARE, NEIGHBOUR_HEIGHT, associate, neighbour_pulls
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import refined
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 EDGE_ON = Pose(np.array([0.3, 0.03, 0.0]), np.array([-0.05, -0.004, 0.45]))
 """One face is seen at a grazing angle: two of its edges are some 2 px apart."""

@@ -2,19 +2,16 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples
+from numerics.arrays import Flags
 from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, SIZE_M, linear_picture, photographed
 from vision_server.pose.coincident import TOGETHER_PX, told_once
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.support import PoseSupport, support_at
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 STEP_PX = 2.0
 SEEN, UNSEEN = np.ones(20, dtype=bool), np.zeros(20, dtype=bool)

@@ -5,8 +5,8 @@ import math
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats
 from tests.vision_server.synthetic import one_image
 from tests.vision_server.whole_tiles import deep_channel, everywhere, whole
 from vision_server.channels.gradients import GradientChannel, Normals
@@ -14,7 +14,7 @@ from vision_server.pose.edge_points import CURVATURE_NOISE, DERIVATIVE_NOISE
 from vision_server.pose.edge_search import search
 
 
-def step_image(place: float, angle: float, blur: float, size: int = 81) -> NDArray[np.float64]:
+def step_image(place: float, angle: float, blur: float, size: int = 81) -> Floats:
     """Blurred step of height 100 across a line through the middle shifted by ``place`` along its normal."""
     half = size // 2
     y, x = np.mgrid[-half : half + 1, -half : half + 1].astype(float)
@@ -22,13 +22,13 @@ def step_image(place: float, angle: float, blur: float, size: int = 81) -> NDArr
     return 50.0 + 100.0 * 0.5 * (1.0 + np.vectorize(math.erf)(across / (math.sqrt(2.0) * blur)))
 
 
-def channel(linear: NDArray[np.float64], noise: float) -> GradientChannel:
+def channel(linear: Floats, noise: float) -> GradientChannel:
     return deep_channel(linear.astype(np.float32), noise)
 
 
 def points_on(
     made: GradientChannel, angle: float, count: int = 21, scale: int = 0
-) -> list[NDArray[np.float64]]:
+) -> list[Floats]:
     """Offset, SNR, standard deviation and strength (count, PEAKS) on an edge through the middle."""
     half = made.frame.shape[0] // 2
     along = np.linspace(-15, 15, count)
@@ -59,13 +59,13 @@ def test_the_kernel_agrees_with_its_equations() -> None:
     along = np.linspace(-15, 15, 9)
     nx, ny = math.cos(0.5), math.sin(0.5)
 
-    def derivatives(i: int, u: NDArray[np.float64]) -> NDArray[np.float64]:
+    def derivatives(i: int, u: Floats) -> Floats:
         x = (40 - along[i] * ny + u * nx).astype(np.float32)[None]
         y = (40 + along[i] * nx + u * ny).astype(np.float32)[None]
         fields = [cv2.remap(field, x, y, cv2.INTER_LINEAR) for field in cv2.split(fields_of)]
         return np.asarray(nx * fields[0] + ny * fields[1], dtype=float)[0]
 
-    def parabola(three: NDArray[np.float64]) -> tuple[float, float]:
+    def parabola(three: Floats) -> tuple[float, float]:
         before, here, after = np.log(np.abs(three))
         return 0.5 * (after - before) / (2 * here - before - after), 2 * here - before - after
 

@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats
 from vision_server.pose.hidden_together import HIDDEN, OWN, REACH_PX, evidence_of
-
-Floats = NDArray[np.float64]
 
 
 def places(count: int, apart_px: float) -> Floats:

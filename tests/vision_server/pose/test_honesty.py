@@ -5,17 +5,16 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from benchmarks.photographs import image_set, simulated
 from geometry.errors import GeometryError
 from geometry.model import Model, find_target, load_model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import RIGHT, Pose, disturbed
+from numerics.arrays import Floats, Grey
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server.judgement import Estimate
-from vision_server.matching import MATCHERS
-from vision_server.pipeline import PipelineSettings, estimate_pose
+from vision_server.pipeline import MATCHERS, PipelineSettings, estimate_pose
 
 pytestmark = pytest.mark.slow
 
@@ -23,7 +22,7 @@ DOUBT = 0.8  # scores under this are not believed
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 
 
-def estimated(pixels: NDArray[np.uint8], model: Model, seed: Pose, **settings: object) -> Estimate:
+def estimated(pixels: Grey, model: Model, seed: Pose, **settings: object) -> Estimate:
     chosen = PipelineSettings(**settings)  # type: ignore[arg-type]
     return estimate_pose(one_image(pixels), ["i1"], model, CAMERA, seed, chosen)
 
@@ -41,7 +40,7 @@ def must_not_mislead(estimate: Estimate, true: Pose | None = None) -> None:
 
 
 @pytest.fixture(scope="module")
-def pixels(model: Model) -> NDArray[np.uint8]:
+def pixels(model: Model) -> Grey:
     return photographed(linear_picture(model, CAMERA, POSE, GREYS))
 
 
@@ -85,7 +84,7 @@ def test_a_seed_upside_down_is_told_by_the_few_lines_that_differ(seed: int) -> N
     ("turn_deg", "shift"), [(0.0, (0.3, 0.0, 0.0)), (0.0, (0.0, 0.0, 3.0)), (90.0, (0.05, 0.05, 0.0))]
 )
 def test_a_seed_far_off_does_not_mislead(
-    model: Model, pixels: NDArray[np.uint8], matcher: str, turn_deg: float, shift: tuple[float, ...]
+    model: Model, pixels: Grey, matcher: str, turn_deg: float, shift: tuple[float, ...]
 ) -> None:
     turned = POSE.compose(Pose(np.array([0.0, 0.0, np.radians(turn_deg)]), np.zeros(3)))
     seed = Pose(turned.rotation_vector, turned.translation + np.array(shift))
@@ -94,13 +93,13 @@ def test_a_seed_far_off_does_not_mislead(
 
 @pytest.mark.parametrize("depth_m", [1e-4, 0.02, 0.05])
 def test_a_camera_inside_the_model_does_not_mislead(
-    model: Model, pixels: NDArray[np.uint8], depth_m: float
+    model: Model, pixels: Grey, depth_m: float
 ) -> None:
     seed = Pose(POSE.rotation_vector, np.array([0.0, 0.0, depth_m]))
     must_not_mislead(estimated(pixels, model, seed), POSE)
 
 
-def test_a_model_behind_the_camera_is_refused(model: Model, pixels: NDArray[np.uint8]) -> None:
+def test_a_model_behind_the_camera_is_refused(model: Model, pixels: Grey) -> None:
     with pytest.raises(GeometryError, match="behind the camera"):
         estimated(pixels, model, Pose(POSE.rotation_vector, -POSE.translation))
 
@@ -111,18 +110,18 @@ def test_a_pose_that_is_no_number_is_refused() -> None:
             Pose(np.array(rotation), np.array(translation))
 
 
-def one_edge() -> NDArray[np.float64]:
+def one_edge() -> Floats:
     picture = np.full((240, 320), 0.1)
     picture[:, 170:] = 0.6
     return picture
 
 
-def stripes() -> NDArray[np.float64]:
+def stripes() -> Floats:
     y, x = np.mgrid[0:240, 0:320]
     return 0.3 + 0.25 * np.sign(np.sin((x + 0.4 * y) / 9.0))
 
 
-def clutter() -> NDArray[np.float64]:
+def clutter() -> Floats:
     rng = np.random.default_rng(3)
     picture = np.full((240, 320), 0.2, dtype=np.float32)
     for _ in range(150):
@@ -140,7 +139,7 @@ def test_lines_of_something_else_do_not_mislead(model: Model, matcher: str, pict
 
 
 def test_a_model_of_five_thousand_lines_is_searched_and_does_not_mislead(
-    tmp_path: Path, pixels: NDArray[np.uint8]
+    tmp_path: Path, pixels: Grey
 ) -> None:
     """A plate of 30 x 30 small pyramids, matched with the picture of a plain box."""
     side, step, height = 30, 0.0084, 0.003

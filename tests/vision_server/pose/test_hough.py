@@ -1,9 +1,7 @@
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats
 from vision_server.pose.hough import choose, vote
-
-Floats = NDArray[np.float64]
 
 
 def voted(offset: Floats, reach: float = 6.0) -> Floats:

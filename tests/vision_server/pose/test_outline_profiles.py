@@ -2,21 +2,19 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from benchmarks.machined_parts import ROUND, surface_of
 from benchmarks.synthetic_parts import random_view, rendered
 from geometry.camera import Camera
 from geometry.model import Model
+from numerics.arrays import Floats
 from tests.vision_server.synthetic import one_image
 from vision_server.pose.courses import BLUR, courses_of
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem, observe
 from vision_server.pose.outline_profiles import REACH, Optics, Outlines, outlines_of
 from vision_server.pose.sampling import spacing_for
-
-Floats = NDArray[np.float64]
 
 FINE = 40  # samples of a step
 FILTER_PX, BLUR_PX = 1.0, 0.8

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from geometry.model import Model
+from numerics.arrays import Floats
 from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from vision_server.channels.gradients import SCALES_PX
@@ -20,7 +20,6 @@ from vision_server.pose.profiles import (
     told_by,
 )
 
-Floats = NDArray[np.float64]
 Bumps = tuple[tuple[float, float], ...]
 SHARP = np.array([True])
 

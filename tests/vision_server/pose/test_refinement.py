@@ -1,12 +1,12 @@
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose, disturbed
 from geometry.visibility import visible_samples
+from numerics.arrays import Floats, Grey
 from tests.vision_server.refined_poses import channels_of, refined
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from vision_server.channels.gradients import SCALES_PX
@@ -19,7 +19,7 @@ from vision_server.pose.steps import moved, step_jacobian
 from vision_server.pose.weights import line_trust
 
 
-def step_between(found: Pose, true: Pose) -> NDArray[np.float64]:
+def step_between(found: Pose, true: Pose) -> Floats:
     """The left-multiplied step from the found pose to the true one."""
     turn = true.compose(found.inverse())
     return np.r_[turn.rotation_vector, true.translation - turn.matrix @ found.translation]
@@ -155,7 +155,7 @@ def test_noise_makes_the_pose_less_certain(model: Model) -> None:
     assert noisy > 1.5 * clear
 
 
-def beside_stripe(model: Model, line: int, blur_px: float) -> NDArray[np.uint8]:
+def beside_stripe(model: Model, line: int, blur_px: float) -> Grey:
     """A blurred picture with a bright stripe that runs 4 px outside of one of the model's lines."""
     samples = visible_samples(model, CAMERA, POSE, 2.0)
     own = samples.line == line

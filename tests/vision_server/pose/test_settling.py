@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from experiments.kinds.estimate import normalised_error_squared
 from geometry.model import Model
 from geometry.pose import disturbed
+from numerics.arrays import Floats
 from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server import pipeline
@@ -41,7 +41,7 @@ def found(part: Model, model: Model, seed: int) -> Refined:
     return best_first(PoseProblem.at_scale(channels_of(pixels), model, CAMERA), [start])[0]
 
 
-def drawn_courses(count: int, seed: int) -> tuple[Courses, NDArray[np.float64]]:
+def drawn_courses(count: int, seed: int) -> tuple[Courses, Floats]:
     """Lines that say where they are to a fiftieth of a pixel, and the unknowns that they agree on."""
     random = np.random.default_rng(seed)
     motion = random.normal(0.0, 1.0, (count, 2, UNKNOWNS)) * 300.0

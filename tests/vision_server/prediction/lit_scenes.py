@@ -1,9 +1,9 @@
 """A cuboid lit by two lights and a sun, with the truth known."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
+from numerics.arrays import Floats
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture
 from vision_server.prediction.causes import Cause, likely_causes
 from vision_server.prediction.places import read
@@ -15,7 +15,7 @@ ASKED = ((1.0, 1.0), (0.3, 1.0), (1.0, 0.0), (0.4, 0.7))  # of the lights, image
 ARM_PX, ARM_GREY = 15, 0.1  # half of its width, and how bright it is
 
 
-def lambert(model: Model, position: NDArray[np.float64]) -> tuple[float, ...]:
+def lambert(model: Model, position: Floats) -> tuple[float, ...]:
     """Brightness of each face by one light."""
     middles = POSE.apply(np.array([model.vertices[face].mean(axis=0) for face in model.faces]))
     towards = position - middles
@@ -47,7 +47,7 @@ def taken(
 
 
 def found(
-    model: Model, images: list[LitImage], positions: list[NDArray[np.float64] | None] | None = None
+    model: Model, images: list[LitImage], positions: list[Floats | None] | None = None
 ) -> list[Cause]:
     places, readings = read(model, CAMERA, POSE, positions or list(POSITIONS), images)
     return likely_causes(places, readings, np.array([image.lights for image in images]))

@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Floats, Ints
 from tests.vision_server.prediction.lit_scenes import POSITIONS, lit
 from tests.vision_server.synthetic import CAMERA, POSE
 from vision_server.prediction.belief import Belief
@@ -34,8 +34,8 @@ def gains(
     model: Model,
     taken: list[tuple[float, float, float]],
     asked: list[tuple[float, float, float]],
-    support: NDArray[np.float64] | None = None,
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    support: Floats | None = None,
+) -> tuple[Floats, Ints]:
     images = [lit(model, row[1:], row[0]) for row in taken]
     view = View(model, CAMERA, POSE, np.ones(len(model.lines)) if support is None else support)
     return Forecast(view, images, candidates(taken), POSITIONS, SENSOR).gains(candidates(asked))

@@ -3,11 +3,9 @@
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats, Grey
 from vision_server.prediction.repeated import difference, flicker
-
-Grey = NDArray[np.uint8]
 
 SIZE = (120, 160)  # rows, columns
 TARGET = np.zeros(SIZE, bool)
@@ -15,13 +13,13 @@ TARGET[30:90, 40:120] = True
 FACES = np.where(np.indices(SIZE)[1] < 80, 40.0, 90.0) * TARGET
 
 
-def picture(brightness: NDArray[np.float64], seed: int) -> Grey:
+def picture(brightness: Floats, seed: int) -> Grey:
     """As a camera shows a brightness (H, W)."""
     noise = np.random.default_rng(seed).normal(0.0, 1.0, SIZE)
     return np.clip(np.rint(cv2.GaussianBlur(brightness, (0, 0), 1.0) + noise), 0, 255).astype(np.uint8)
 
 
-def with_bar(brightness: NDArray[np.float64], grey: float) -> NDArray[np.float64]:
+def with_bar(brightness: Floats, grey: float) -> Floats:
     """With a bar across it."""
     behind = brightness.copy()
     behind[:, 72:90] = grey
@@ -47,7 +45,7 @@ def test_a_bar_darker_than_all_that_it_hides_is_told_from_a_shadow(grey: float) 
     [2.0 * FACES, np.where(FACES > 50.0, 50.0, 1.6 * FACES)],
     ids=["twice", "one face brighter and one darker"],
 )
-def test_a_target_in_other_light_keeps_its_edges(after: NDArray[np.float64]) -> None:
+def test_a_target_in_other_light_keeps_its_edges(after: Floats) -> None:
     assert difference(picture(FACES, 1), picture(after, 2), TARGET) == "relit"
 
 
@@ -61,7 +59,7 @@ def test_a_wall_that_is_brighter_than_the_target_and_then_darker_is_in_other_lig
     [FACES, 1.02 * FACES, np.roll(FACES, 4, axis=1), with_bar(FACES, 0.0)],
     ids=["nothing", "a hundredth or two", "moved", "as dark as a shadow"],
 )
-def test_what_is_the_same_has_moved_or_may_be_a_shadow_is_neither(after: NDArray[np.float64]) -> None:
+def test_what_is_the_same_has_moved_or_may_be_a_shadow_is_neither(after: Floats) -> None:
     assert difference(picture(FACES, 1), picture(after, 2), TARGET) is None
 
 

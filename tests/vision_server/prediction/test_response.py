@@ -4,16 +4,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from geometry.model import Model, load_model
 from geometry.visibility import visible_samples
+from numerics.arrays import Floats
 from tests.vision_server.prediction.lit_scenes import POSITIONS, lit
 from tests.vision_server.synthetic import CAMERA, POSE, lines_alone
 from vision_server.prediction.response import LitImage, learn_response
 
 
-def contrasts(model: Model, image: LitImage) -> NDArray[np.float64]:
+def contrasts(model: Model, image: LitImage) -> Floats:
     """Seen difference of the two sides of each sample, far from corners."""
     samples = visible_samples(model, CAMERA, POSE, 4.0)
     places = np.round(samples.image + np.array([[[-3.0]], [[3.0]]]) * samples.normal).astype(int)
@@ -22,7 +22,7 @@ def contrasts(model: Model, image: LitImage) -> NDArray[np.float64]:
 
 def foreseen(
     model: Model, image: LitImage, known: list[LitImage], positions: list[object]
-) -> NDArray[np.float64]:
+) -> Floats:
     samples = visible_samples(model, CAMERA, POSE, 4.0)
     response = learn_response(samples, model, POSE, known, positions)  # type: ignore[arg-type]
     mean, _ = response.brightness(np.array([image.exposure]), image.lights[None])

@@ -1,12 +1,12 @@
 """Search by coordinate ascent where the best knobs are known."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vision_server.prediction.search import Ints, climb
+from numerics.arrays import Floats, Ints
+from vision_server.prediction.search import climb
 
 
-def hill(knobs: Ints) -> NDArray[np.float64]:
+def hill(knobs: Ints) -> Floats:
     """Highest at 5, 2, 0."""
     return -np.abs(knobs - np.array([5, 2, 0])).sum(axis=1).astype(np.float64)
 
@@ -32,7 +32,7 @@ def test_twenty_four_knobs_are_climbed_in_few_questions() -> None:
     wanted = np.arange(24) % 8
     asked = []
 
-    def score(knobs: Ints) -> NDArray[np.float64]:
+    def score(knobs: Ints) -> Floats:
         asked.append(len(knobs))
         return -(np.abs(knobs - wanted) > 2).sum(axis=1).astype(np.float64)
 

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from geometry.model import find_target, load_model
 from geometry.pose import Pose, disturbed
 from tests.vision_server.matching_scenes import CAMERA, segments_of
-from vision_server.matching import match_genetic
 from vision_server.matching.views import Views
 from vision_server.rivals.genetic import (
     CHILDREN_TRIED,
@@ -19,6 +18,7 @@ from vision_server.rivals.genetic import (
     first_generation,
     line_costs,
     line_table,
+    match_genetic,
     next_generation,
 )
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats
 from vision_server.rivals.splitting import MAX_DEVIATION_RATIO, MIN_DEVIATION_PX, split_chains
 from vision_server.segments.line_fit import Edgels
-
-Floats = NDArray[np.float64]
 
 
 def chains_of(*lines: Floats) -> Edgels:

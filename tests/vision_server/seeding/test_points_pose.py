@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
+from numerics.arrays import Ints
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, photographed
 from vision_server.seeding.corners import corners_of
 from vision_server.seeding.pairs import Pairs, parsed_pairs, read_lines
@@ -26,14 +26,14 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Model:
     return cuboid(tmp_path_factory.mktemp("seeding"))
 
 
-def seen_corners(model: Model, camera: Camera, pose: Pose) -> NDArray[np.int64]:
+def seen_corners(model: Model, camera: Camera, pose: Pose) -> Ints:
     """Vertices that a person could click."""
     lines = visible_samples(model, camera, pose).image
     at = camera.project(pose.apply(model.vertices))
     return np.flatnonzero(np.linalg.norm(at[:, None] - lines, axis=2).min(axis=1) < 2.0)
 
 
-def pairs_of(model: Model, camera: Camera, pose: Pose, corners: NDArray[np.int64]) -> Pairs:
+def pairs_of(model: Model, camera: Camera, pose: Pose, corners: Ints) -> Pairs:
     return Pairs(camera.project(pose.apply(model.vertices[corners])), model.vertices[corners])
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from numerics.arrays import Flags
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.segments.extraction import MAX_LOG_CHANCE
 from vision_server.segments.line_fit import Edgels, FittedLines, fit_lines, log_chance
@@ -23,12 +23,12 @@ def noisy_lines(count: int, points: int, sd: float, angle: float, seed: int = 0)
     return Edgels(xy, normals, np.full(len(xy), 7.0), groups)
 
 
-def edges_at(mask: NDArray[np.bool_]) -> EdgeMap:
+def edges_at(mask: Flags) -> EdgeMap:
     zero = np.zeros(mask.shape, np.float32)
     return EdgeMap.from_fields(mask.astype(np.float32), zero, zero, 0.0)
 
 
-def chance(lines: FittedLines, mask: NDArray[np.bool_]) -> float:
+def chance(lines: FittedLines, mask: Flags) -> float:
     """Of the first line, among edgels at the pixels of a mask."""
     edges = edges_at(mask)
     return float(log_chance(lines, edges, np.ones(len(edges), np.bool_))[0])

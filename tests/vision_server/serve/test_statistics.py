@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
+from numerics.arrays import Grey
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from vision_server.channels.channel import channel_statistics
 from vision_server.serve.statistics import MARGIN_PX, frame_statistics, lit_region, target_region
@@ -69,7 +69,7 @@ def test_light_is_told_on_a_linear_scale_whatever_the_tone_curve(model: Model, g
     assert told[1]["p95"] == pytest.approx(0.8 * np.quantile(linear[region], 0.95) / linear.max(), rel=0.02)
 
 
-def blur_told(model: Model, pixels: NDArray[np.uint8]) -> float | None:
+def blur_told(model: Model, pixels: Grey) -> float | None:
     told: float | None = frame_statistics(channel_statistics(pixels), target_region(model, CAMERA, POSE))[
         "blur_px"
     ]

@@ -5,8 +5,8 @@ import numpy as np
 from benchmarks.printed_boxes import Box, taken
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
+from numerics.arrays import Grey
 from tests.vision_server.synthetic import CAMERA, photographed
-from vision_server.channels.depth import Grey
 
 ALBEDO = (0.3, 0.8, 0.5, 0.9, 0.2, 0.7)
 TURNS = ([0.5, 0.6, 0.1], [2.4, 0.5, 0.3], [0.4, -2.2, 0.6], [-0.6, 0.5, 1.4])

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
+from numerics.arrays import Grey
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
@@ -25,7 +25,7 @@ def moving(count: int, still: int = 0) -> list[Pose]:
     return poses
 
 
-def filmed(model: Model, poses: list[Pose | None], exposure: float = 0.8) -> Iterator[NDArray[np.uint8]]:
+def filmed(model: Model, poses: list[Pose | None], exposure: float = 0.8) -> Iterator[Grey]:
     """A frame for each pose; without one the target is not there."""
     for number, pose in enumerate(poses):
         if pose is None:

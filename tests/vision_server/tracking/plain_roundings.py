@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.pose import Pose
+from numerics.arrays import Floats
 from vision_server.pose.observation import Observation, PoseProblem
 from vision_server.tracking.lines import FLAT, _rounds
-
-Floats = NDArray[np.float64]
 
 
 def plain_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tuple[Floats, Floats]:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Floats
 from vision_server.tracking import fitting
 from vision_server.tracking.fitting import FEW, ITERATIONS, LEAST_FREE, TAIL, Habits, rounded_odds
 from vision_server.tracking.lines import LineFits
-
-Floats = NDArray[np.float64]
 
 
 def plainly_solved(

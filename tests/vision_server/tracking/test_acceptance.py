@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from geometry.pose import Pose
+from numerics.arrays import Floats
 from vision_server.judgement import Estimate
 from vision_server.pose.support import PoseSupport
 from vision_server.pose.trust import Misfit, shared
 from vision_server.tracking.acceptance import (
-    Floats,
     found_belief,
     is_exact,
     is_partly_whole,

@@ -9,13 +9,14 @@ import pytest
 
 from benchmarks.printed_boxes import sharp
 from geometry.model import Model, load_model
+from numerics.arrays import Floats
 from tests.vision_server.synthetic import CAMERA, lines_alone
 from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_at
 from tests.vision_server.tracking.plain_roundings import plain_shifts
 from tests.vision_server.tracking.plain_solved import plainly_solved
 from vision_server.pose.observation import observe
 from vision_server.tracking import fitting
-from vision_server.tracking.fitting import Floats, Habits, fitted, none_or_rounded, rounded_odds, solved
+from vision_server.tracking.fitting import Habits, fitted, none_or_rounded, rounded_odds, solved
 from vision_server.tracking.frame import Tone, Window, problem_of
 from vision_server.tracking.lines import LineFits, line_fits, outward_of, rounding_shifts
 

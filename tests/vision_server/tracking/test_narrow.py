@@ -6,7 +6,6 @@ import itertools
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from benchmarks.films import CAMERA as film_camera  # noqa: N811
 from benchmarks.films import film
@@ -14,6 +13,7 @@ from geometry.camera import Camera
 from geometry.model import TARGETS, Model, load_model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
+from numerics.arrays import Floats
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from tests.vision_server.tracking.films import GREYS
 from vision_server.tracking.acceptance import is_exact
@@ -44,7 +44,7 @@ def looked_at(model: Model, pose: Pose, greys: list[float], start: Pose) -> tupl
     return found, *firmest(found, sight, pixels, habits)
 
 
-def plain_narrow_px2(model: Model, camera: Camera, pose: Pose) -> NDArray[np.float64]:
+def plain_narrow_px2(model: Model, camera: Camera, pose: Pose) -> Floats:
     """One line after the other."""
     out = np.zeros(len(model.lines))
     for line, ends in enumerate(model.vertices[model.lines]):

@@ -1,9 +1,9 @@
 """What is usual is told apart by light, kept where the light stays, and handed on where doubts were vain."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geometry.model import Model
+from numerics.arrays import Grey
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from tests.vision_server.tracking.films import GREYS
 from vision_server.tracking.usual import REMEMBERED, Usual
@@ -12,7 +12,7 @@ WHOLE = np.ones(12, dtype=np.bool_)
 OTHER = tuple(1.1 - grey for grey in GREYS)  # brightness of the faces under another lamp
 
 
-def frame(model: Model, number: int, greys: tuple[float, ...] = GREYS) -> NDArray[np.uint8]:
+def frame(model: Model, number: int, greys: tuple[float, ...] = GREYS) -> Grey:
     return photographed(linear_picture(model, CAMERA, POSE, greys), 0.8, seed=number)
 
 
