@@ -7,7 +7,7 @@
 `collect` draws image sets of each stack and each scene of the simulator, of any settings or of those that
 expose the scene, and estimates the pose with its model, with the model stretched along one axis, and with
 one that is sheared, mirrored, upside down or another; a scene that is in the file already is left out.
-`fit` prints the constants, how many poses they would trust, each fold of scenes judged by a fit to the
+`fit` prints the coefficients, how many poses they would trust, each fold of scenes judged by a fit to the
 others, and how often poses of each stratum are right, beside the calibration error that exact probabilities
 of as many estimates have by chance; left out are wrong models that look like the true one where they were
 found; with `--today`, by the constants in use. Fitted are those of the last step; with `--by-lines` those
@@ -17,12 +17,11 @@ of poses that have not taken it, as tracking's have not.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import compress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Annotated, Any
-from unittest import mock
 from zlib import crc32
 
 import numpy as np
@@ -34,7 +33,7 @@ from benchmarks.photographs import Studio
 from benchmarks.trust_rows import Row
 from numerics.arrays import Flags, Floats
 from vision_server.pose import trust
-from vision_server.pose.trust import LineAgreement
+from vision_server.pose.trust import Coefficients, LineAgreement
 
 WRONG_MODELS = 0.3  # what an estimate with a wrong model counts in the fit, beside 1
 RIDGE = 0.3  # on the squared coefficients
@@ -45,12 +44,8 @@ LEAST_CHANCE = 1e-9  # of a pose's being right, or wrong
 DRAWS = 200  # of what is right, by the probabilities themselves
 CHI_SQUARED_99 = 16.81  # of six degrees of freedom
 STRATA = ("mild", "dark", "blurred", "hidden", "few lines", "symmetric")
-NAMES = (
-    "BIAS", "PER_LOG2_CONFIRMED", "PER_LOG2_MISSING", "PER_LOG_UNCERTAINTY", "PER_ROOT_GAIN", "PER_GAIN",
-    "PER_LOG2_SIGNIFICANCE", "SETTLED_BIAS", "PER_AGREEING", "PER_LOG_SCATTER", "PER_LOG2_STRETCH",
-)  # fmt: skip
-BY_LINES, OF_LAST_STEP = slice(0, 7), slice(7, 11)  # in NAMES
-TODAY = np.array([getattr(trust, name) for name in NAMES])
+BY_LINES = Coefficients._fields[:7]
+OF_LAST_STEP = ("settled_bias", "agreeing", "log_scatter", "log2_stretch")
 
 app = typer.Typer(help=__doc__, add_completion=False)
 
@@ -79,53 +74,46 @@ def collect(
             print(name, len(rows), flush=True)
 
 
-def inputs(rows: Sequence[Row], settled: bool = True) -> list[tuple[Any, ...]]:
+def inputs(rows: Sequence[Row], settled: bool = True) -> list[dict[str, Any]]:
     """What `confidence` takes, for each row; without ``settled`` as of poses without the last step."""
     return [
-        (
-            SimpleNamespace(confirmed=row["confirmed"], missing=row["missing"]),
-            row["ambiguity"],
-            row["uncertainty"],
-            SimpleNamespace(
+        {
+            "support": SimpleNamespace(confirmed=row["confirmed"], missing=row["missing"]),
+            "ambiguity": row["ambiguity"],
+            "uncertainty": row["uncertainty"],
+            "doubt": SimpleNamespace(
                 gain=row["gain"],
                 significance=row["significance"],
                 otherwise=row["otherwise"],
                 excess=row["surely_wrong"] or None,
             ),
-            LineAgreement(row["agreeing"], row["scatter"]) if settled else None,
-        )
+            "agreement": LineAgreement(row["agreeing"], row["scatter"]) if settled else None,
+        }
         for row in rows
     ]
 
 
-def chance(constants: Floats, evidence: Sequence[tuple[Any, ...]]) -> Floats:
-    """Probability that poses are right (N,), by constants (11,) of NAMES and their `inputs`."""
-    with mock.patch.multiple(trust, **dict(zip(NAMES, constants.tolist(), strict=True))):
-        told = [trust.confidence(*one) for one in evidence]
+def chance(by: Coefficients, evidence: Sequence[dict[str, Any]]) -> Floats:
+    """Probability that poses are right (N,), by these coefficients, from their `inputs`."""
+    told = [trust.confidence(**one, by=by) for one in evidence]
     return np.clip(told, LEAST_CHANCE, 1.0 - LEAST_CHANCE)
 
 
-def fitted(rows: Sequence[Row], settled: bool = True) -> tuple[Callable[[Sequence[Row]], Floats], Floats]:
-    """The probability that rows are right, by a fit to some, and its coefficients (11,).
-
-    Fitted are those of the last step, or those by lines; the others are the ones in use.
-    """
+def fitted(rows: Sequence[Row], settled: bool = True) -> Coefficients:
+    """A fit to some rows of the coefficients of the last step, or those by lines; the others are in use."""
     evidence, right = inputs(rows, settled), np.array([row["right"] for row in rows])
     weight = np.array([1.0 if row["model"] == "true" else WRONG_MODELS for row in rows])
     free = OF_LAST_STEP if settled else BY_LINES
 
-    def all_of(own: Floats) -> Floats:
-        out = TODAY.copy()
-        out[free] = own
-        return out
+    def with_own(own: Floats) -> Coefficients:
+        return trust.FITTED._replace(**dict(zip(free, own.tolist(), strict=True)))
 
     def loss(own: Floats) -> float:
-        p = chance(all_of(own), evidence)
+        p = chance(with_own(own), evidence)
         likely = weight @ np.where(right, np.log(p), np.log(1.0 - p))
         return float(RIDGE * own[1:] @ own[1:] - likely)
 
-    found = all_of(minimize(loss, np.zeros(len(TODAY[free])), method="BFGS").x)
-    return (lambda of: chance(found, inputs(of, settled))), found
+    return with_own(minimize(loss, np.zeros(len(free)), method="BFGS").x)
 
 
 @app.command()
@@ -143,10 +131,10 @@ def fit(
     # a pose that is right in spite of its model, or looks so, is neither to be believed nor to be doubted
     rows = [row for row in rows if row["right"] or row["model"] == "true" or not _looks_right(row)]
     if today:
-        p = chance(TODAY, inputs(rows, not by_lines))
+        p = chance(trust.FITTED, inputs(rows, not by_lines))
     else:
-        constants = dict(zip(NAMES, np.round(fitted(rows, not by_lines)[1], 2).tolist(), strict=True))
-        print(json.dumps({"name": "trust constants", "estimates": len(rows), **constants}))
+        constants = {name: round(value, 2) for name, value in fitted(rows, not by_lines)._asdict().items()}
+        print(json.dumps({"name": "trust coefficients", "estimates": len(rows), **constants}))
         p = _held_out(rows, not by_lines)
     right = np.array([row["right"] for row in rows])
     true = np.array([row["model"] == "true" for row in rows])
@@ -188,7 +176,7 @@ def _held_out(rows: Sequence[Row], settled: bool) -> Floats:
         others = [row for row, own in zip(rows, fold, strict=True) if own != number]
         held_out = np.flatnonzero(fold == number)
         if len(held_out):
-            p[held_out] = fitted(others, settled)[0]([rows[int(k)] for k in held_out])
+            p[held_out] = chance(fitted(others, settled), inputs([rows[int(k)] for k in held_out], settled))
     return p
 
 

@@ -8,13 +8,13 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.photographs import Studio
-from benchmarks.trust_fit import NAMES, TODAY, app, chance, fitted, inputs
+from benchmarks.trust_fit import OF_LAST_STEP, app, chance, fitted, inputs
 from benchmarks.trust_rows import row_of
 from geometry.model import Model
 from image_server.simulator.simulator import Simulator
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, one_image, photographed
 from vision_server.pipeline import estimate_pose
-from vision_server.pose.trust import RIGHT_OF_WRONG_MODEL
+from vision_server.pose.trust import FITTED, RIGHT_OF_WRONG_MODEL
 
 
 def rows(count: int) -> list[dict[str, object]]:
@@ -33,25 +33,25 @@ def rows(count: int) -> list[dict[str, object]]:
 
 
 def test_what_agrees_counts_and_noise_does_not() -> None:
-    of, constants = fitted(rows(400))
-    assert constants[8] > 1.0
-    assert abs(constants[10]) < 0.5
-    chance = of([{**rows(1)[0], "agreeing": 0.95}, {**rows(1)[0], "agreeing": 0.3}])
-    assert chance[0] > 0.85
-    assert chance[1] < 0.15
+    found = fitted(rows(400))
+    assert found.agreeing > 1.0
+    assert abs(found.log2_stretch) < 0.5
+    likely, unlikely = chance(found, inputs([{**rows(1)[0], "agreeing": share} for share in (0.95, 0.3)]))
+    assert likely > 0.85
+    assert unlikely < 0.15
 
 
 def test_a_model_that_is_likelier_the_other_way_round_is_hardly_believed() -> None:
     one = rows(1)[0]
     told = [one, {**one, "otherwise": 99.0}]
-    likely, mirrored = chance(TODAY, inputs(told))
+    likely, mirrored = chance(FITTED, inputs(told))
     assert mirrored == pytest.approx(likely / 100.0)
 
 
 def test_a_model_that_is_surely_wrong_is_believed_less() -> None:
     one = rows(1)[0]
     told = [one, {**one, "surely_wrong": True}]
-    likely, wrong = chance(TODAY, inputs(told))
+    likely, wrong = chance(FITTED, inputs(told))
     assert wrong == pytest.approx(RIGHT_OF_WRONG_MODEL * likely)
 
 
@@ -62,9 +62,9 @@ def test_the_command_prints_constants_and_calibration(tmp_path: Path) -> None:
     assert ran.exit_code == 0, ran.output
     told = [json.loads(line) for line in ran.output.splitlines()]
     assert told[0]["estimates"] == 400
-    used = dict(zip(NAMES, TODAY, strict=True))
-    changed = {name for name in NAMES if told[0][name] != pytest.approx(used[name])}
-    assert changed == set(NAMES[7:])  # tracking believes poses by the others
+    used = FITTED._asdict()
+    changed = {name for name, value in used.items() if told[0][name] != pytest.approx(value)}
+    assert changed == set(OF_LAST_STEP)  # tracking believes poses by the others
     strata = {one["name"]: one for one in told if "calibration error" in one}
     assert list(strata) == ["stratum all", "stratum true models", "stratum mild", "of all models, mild"]
     assert strata["stratum mild"]["calibration error"] < 0.1
@@ -77,7 +77,7 @@ def test_the_formula_of_the_fit_is_that_of_the_pipeline(tmp_path: Path) -> None:
     picture = photographed(linear_picture(model, CAMERA, POSE))
     found = estimate_pose(one_image(picture), ["i1"], model, CAMERA, POSE)
     row = row_of(Studio("one", Simulator(), CAMERA, model, POSE), found)
-    assert chance(TODAY, inputs([row]))[0] == pytest.approx(found.score, abs=1e-9)
+    assert chance(FITTED, inputs([row]))[0] == pytest.approx(found.score, abs=1e-9)
 
 
 def test_the_constants_in_use_are_judged_without_a_fit(tmp_path: Path) -> None:
@@ -86,6 +86,6 @@ def test_the_constants_in_use_are_judged_without_a_fit(tmp_path: Path) -> None:
     ran = CliRunner().invoke(app, ["fit", str(file), "--today"])
     assert ran.exit_code == 0, ran.output
     told = {one["name"]: one for one in map(json.loads, ran.output.splitlines())}
-    assert "trust constants" not in told
-    said = chance(TODAY, inputs(rows(400))).mean()
+    assert "trust coefficients" not in told
+    said = chance(FITTED, inputs(rows(400))).mean()
     assert told["stratum all"]["mean probability"] == pytest.approx(said, abs=1e-3)

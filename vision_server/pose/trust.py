@@ -9,28 +9,43 @@ from typing import NamedTuple
 
 from vision_server.pose.support import NORMAL_FLOOR_PX, PoseSupport
 
-# Fitted as benchmarks.trust_fit does to 630 estimates of hard drawn scenes, a third with wrong models.
-BIAS = -4.25
-PER_LOG2_CONFIRMED = 1.32  # of 1 + the evidence of the lines that are there, nats, ...
-MOST_CONFIRMED = 63.0  # ... of which more is no further reason to believe, without the last step
-PER_LOG2_MISSING, SOME = -1.25, 0.1  # of 1 + the share of the visible length in missing lines over this
-PER_LOG_UNCERTAINTY = -1.07  # of the uncertainty over LIMIT
-PER_ROOT_GAIN, PER_GAIN, CLEAR_GAIN = -2.26, -1.22, 0.3  # of a stretched model, and of what is clear of it
-PER_LOG2_SIGNIFICANCE, USUAL = -1.04, 4.0  # of 1 + the squared stretch over what true models hardly exceed
-# Of a pose that has taken the last step, in place of the above: fitted by benchmarks.trust_fit to 2021
-# estimates of 310 drawn scenes (docs/trust.md).
-# Missing lines do not agree, and the uncertainty is in how far off the pose may be: neither counts twice,
-# unless most of the part is missing.
-SETTLED_BIAS = -6.53
-PER_AGREEING, ROOM = 1.13, 0.05  # of the log odds of the share of the visible length on lines that agree
-# Of a target of many lines, in poor light, many agree and many are missing: what is confirmed beyond
-# MOST_CONFIRMED, up to this. A fit to 300 estimates of docking gear in the simulator has 0.6 to 0.75.
-PER_LOG2_MORE, MOST_OF_ALL = 0.66, 255.0
-PER_LOG_SCATTER, LEAST_SCATTER = -1.01, 0.02  # of how far lines are off, squared, over what was foreseen
-PER_LOG2_STRETCH = -2.8  # of 1 + the squared stretch over USUAL
-# Of the share of the visible length that is missing, over this: an arm hides half of a part now and then, a
-# wrong model misses as much more often (by hand, docs/trust.md).
-PER_MOSTLY_MISSING, MOSTLY = -10.0, 0.45
+
+class Coefficients(NamedTuple):
+    """Of the two logistic functions: how much each input speaks for a pose's being right, as log odds.
+
+    `benchmarks.trust_fit` fits them; docs/trust.md says to which estimates, and how well they are calibrated.
+    """
+
+    # By a pose's lines, as tracking believes it: fitted to 630 estimates of hard drawn scenes, a third with
+    # wrong models.
+    bias: float = -4.25
+    log2_confirmed: float = 1.32  # of 1 + the evidence of the lines that are there, nats
+    log2_missing: float = -1.25  # of 1 + the share of the visible length in missing lines over SOME
+    log_uncertainty: float = -1.07  # of the uncertainty over LIMIT
+    root_gain: float = -2.26  # of how much better a stretched model fits
+    gain: float = -1.22  # of what of that is over CLEAR_GAIN
+    log2_significance: float = -1.04  # of 1 + the squared stretch over USUAL
+    # Of a pose that has taken the last step: fitted to 2021 estimates of 310 drawn scenes. Missing lines do
+    # not agree, and the uncertainty is in how far off the pose may be: neither counts twice.
+    settled_bias: float = -6.53
+    agreeing: float = 1.13  # of the log odds of the share of the visible length on lines that agree
+    log_scatter: float = -1.01  # of how far lines are off, squared, over what was foreseen
+    log2_stretch: float = -2.8  # in place of log2_significance
+    # Of a target of many lines, in poor light, many agree and many are missing: what is confirmed beyond
+    # MOST_CONFIRMED speaks for it, too. A fit to 300 estimates of docking gear has 0.6 to 0.75.
+    log2_more: float = 0.66
+    # Of the share of the visible length that is missing over MOSTLY: an arm hides half of a part now and
+    # then, a wrong model misses as much more often. By hand.
+    mostly_missing: float = -10.0
+
+
+FITTED = Coefficients()
+# Of what is confirmed more than so many nats is no further reason to believe, without and with the last step.
+MOST_CONFIRMED, MOST_OF_ALL = 63.0, 255.0
+SOME, MOSTLY = 0.1, 0.45  # shares of the visible length that are missing
+ROOM, LEAST_SCATTER = 0.05, 0.02  # that keep the logarithms of agreement finite
+CLEAR_GAIN = 0.3  # of a stretched model, log2 of the quality's ratio
+USUAL = 4.0  # squared stretch that true models hardly exceed
 # Ambiguity from which on lines that agree say nothing for a pose: its rival shares them. By hand.
 SHARED = 0.01
 LIMIT = 0.01  # 1 % of the range, 1 degree
@@ -107,13 +122,14 @@ def confidence(
     uncertainty: float,
     doubt: Misfit | None = None,
     agreement: LineAgreement | None = None,
+    by: Coefficients = FITTED,
 ) -> float:
     """Probability, 0..1, that the pose is within 1 degree and 1 % of the range.
 
     That it is the right one, see `belief`, times that it is off by no more than it may be.
     """
     within = math.erf(LIMIT / (math.sqrt(2.0) * TAILS * max(uncertainty, 1e-9)))
-    return within * belief(support, ambiguity, uncertainty, doubt, agreement)
+    return within * belief(support, ambiguity, uncertainty, doubt, agreement, by)
 
 
 def belief(
@@ -122,6 +138,7 @@ def belief(
     uncertainty: float,
     doubt: Misfit | None = None,
     agreement: LineAgreement | None = None,
+    by: Coefficients = FITTED,
 ) -> float:
     """Probability, 0..1, that the pose is the right one, however exact.
 
@@ -135,9 +152,9 @@ def belief(
     agreement
         Of its lines; None where the last step was not taken.
     """
-    logit = _by_lines(support, uncertainty, doubt)
+    logit = _by_lines(support, uncertainty, doubt, by)
     if agreement is not None:
-        settled = _settled(support, doubt, agreement)
+        settled = _settled(support, doubt, agreement, by)
         logit = settled if ambiguity < SHARED else min(settled, logit)
     if doubt is not None:
         ambiguity = max(ambiguity, doubt.otherwise)
@@ -150,36 +167,38 @@ def shared(belief: float, ambiguity: float) -> float:
     return belief / (1.0 + ambiguity)
 
 
-def _by_lines(support: PoseSupport, uncertainty: float, doubt: Misfit | None) -> float:
+def _by_lines(support: PoseSupport, uncertainty: float, doubt: Misfit | None, by: Coefficients) -> float:
     """Log odds that the lines are where they seem."""
     logit = (
-        BIAS
-        + PER_LOG2_CONFIRMED * math.log2(1.0 + min(support.confirmed, MOST_CONFIRMED))
-        + PER_LOG2_MISSING * math.log2(1.0 + support.missing / SOME)
-        + PER_LOG_UNCERTAINTY * math.log(max(uncertainty, LEAST_UNCERTAINTY) / LIMIT)
+        by.bias
+        + by.log2_confirmed * math.log2(1.0 + min(support.confirmed, MOST_CONFIRMED))
+        + by.log2_missing * math.log2(1.0 + support.missing / SOME)
+        + by.log_uncertainty * math.log(max(uncertainty, LEAST_UNCERTAINTY) / LIMIT)
     )
-    return logit + (0.0 if doubt is None else _of_other_models(doubt, PER_LOG2_SIGNIFICANCE))
+    return logit + (0.0 if doubt is None else _of_other_models(doubt, by.log2_significance, by))
 
 
-def _settled(support: PoseSupport, doubt: Misfit | None, agreement: LineAgreement) -> float:
+def _settled(
+    support: PoseSupport, doubt: Misfit | None, agreement: LineAgreement, by: Coefficients
+) -> float:
     """The same, of a pose that has taken the last step."""
     share = agreement.share
     more = max(MOST_CONFIRMED, min(support.confirmed, MOST_OF_ALL))
     logit = (
-        SETTLED_BIAS
-        + PER_LOG2_CONFIRMED * math.log2(1.0 + min(support.confirmed, MOST_CONFIRMED))
-        + PER_LOG2_MORE * math.log2((1.0 + more) / (1.0 + MOST_CONFIRMED))
-        + PER_AGREEING * math.log((share + ROOM) / (1.0 + ROOM - share))
-        + PER_LOG_SCATTER * math.log(agreement.scatter + LEAST_SCATTER)
-        + PER_MOSTLY_MISSING * max(0.0, support.missing - MOSTLY)
+        by.settled_bias
+        + by.log2_confirmed * math.log2(1.0 + min(support.confirmed, MOST_CONFIRMED))
+        + by.log2_more * math.log2((1.0 + more) / (1.0 + MOST_CONFIRMED))
+        + by.agreeing * math.log((share + ROOM) / (1.0 + ROOM - share))
+        + by.log_scatter * math.log(agreement.scatter + LEAST_SCATTER)
+        + by.mostly_missing * max(0.0, support.missing - MOSTLY)
     )
-    return logit + (0.0 if doubt is None else _of_other_models(doubt, PER_LOG2_STRETCH))
+    return logit + (0.0 if doubt is None else _of_other_models(doubt, by.log2_stretch, by))
 
 
-def _of_other_models(doubt: Misfit, per_log2_significance: float) -> float:
+def _of_other_models(doubt: Misfit, per_log2_stretch: float, by: Coefficients) -> float:
     """What another model's doing better speaks against a pose, as log odds."""
-    gain = PER_ROOT_GAIN * math.sqrt(max(0.0, doubt.gain)) + PER_GAIN * max(0.0, doubt.gain - CLEAR_GAIN)
-    return gain + per_log2_significance * math.log2(1.0 + doubt.significance / USUAL)
+    gain = by.root_gain * math.sqrt(max(0.0, doubt.gain)) + by.gain * max(0.0, doubt.gain - CLEAR_GAIN)
+    return gain + per_log2_stretch * math.log2(1.0 + doubt.significance / USUAL)
 
 
 def odds(

@@ -9,7 +9,7 @@ import numpy as np
 from geometry.visibility import Samples
 from numerics.arrays import Floats
 from vision_server.pose.support import BY_CHANCE, MISSING, MOST_RUNS, RUN_PX, SEEN
-from vision_server.pose.trust import MOST_CONFIRMED, PER_LOG2_CONFIRMED, PER_LOG2_MISSING, SOME
+from vision_server.pose.trust import FITTED, MOST_CONFIRMED, SOME
 
 
 class Belief:
@@ -43,6 +43,6 @@ class Belief:
         confirmed = np.maximum(self._runs * (share * seen + (1.0 - share) * unseen), 0.0).sum(axis=1)
         missing = ((self._share < MISSING) * (1.0 - shown)) @ self._px / self._px.sum()
         return np.asarray(
-            PER_LOG2_CONFIRMED * np.log2(1.0 + np.minimum(confirmed, MOST_CONFIRMED))
-            + PER_LOG2_MISSING * np.log2(1.0 + missing / SOME)
+            FITTED.log2_confirmed * np.log2(1.0 + np.minimum(confirmed, MOST_CONFIRMED))
+            + FITTED.log2_missing * np.log2(1.0 + missing / SOME)
         )
