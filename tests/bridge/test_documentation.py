@@ -5,12 +5,14 @@ import json
 import re
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from bridge.client import Client
 from bridge.image_messages import IMAGE_OPERATIONS
-from bridge.mocks import MockImageServer, MockVisionServer, apply_script
-from bridge.vision_messages import VISION_OPERATIONS
+from bridge.mock_script import apply_script
+from bridge.mocks import MockImageServer, MockVisionServer
+from bridge.vision_messages import VISION_OPERATIONS, EstimateResult
 
 pytestmark = pytest.mark.slow
 
@@ -60,4 +62,5 @@ def test_the_script_example_works(text: str) -> None:
     with MockVisionServer() as mock:
         apply_script(mock, json.loads(block))
         with Client(mock.endpoint, timeout_s=60) as client:
-            assert client.request("best")[0] == {"pose": None}
+            best = msgspec.convert(client.request("best")[0], EstimateResult)
+            assert best.pose is None
