@@ -8,10 +8,12 @@ import msgspec
 import numpy as np
 import pytest
 
+from bridge import mock_physics
 from bridge.client import Client
 from bridge.errors import ServerError
 from bridge.image_messages import IMAGE_OPERATIONS
-from bridge.messages import Settings
+from bridge.messages import Settings, TargetDescription
+from bridge.mocks import MockImageServer
 from bridge.start_messages import CauseTold
 from bridge.vision_messages import VISION_OPERATIONS, VisionCaptureResult
 from geometry.pose import Pose
@@ -285,3 +287,18 @@ def test_a_refused_capture_leaves_the_set_as_it_was(vision: Client, images: Runn
     with pytest.raises(ServerError):
         asked(vision, "capture", image="i1", settings={**SETTINGS, "lights": [99, 0, 0]})
     asked(vision, "capture", image="i1", settings=SETTINGS)
+
+
+def test_a_frame_that_is_not_the_one_of_its_header_is_refused(vision: Client, root: Path) -> None:
+    with MockImageServer() as images:
+        images.description = msgspec.structs.replace(
+            images.description,
+            target=TargetDescription(model=str(root / "targets" / "cube.cao"), seed_pose=mock_physics.TRUE_POSE),
+        )
+        vision.request("start", {"image_server": images.endpoint})
+        settings = {"lights": [7, 7, 7], "shutter_s": 1 / 60, "aperture": 4.0}
+        images.answer("capture", {"sha256": "0" * 64}, {"events": [{"event": "light_fault"}]}, {})
+        for name, complaint in (("i1", "sha256 is not that of its header"), ("i2", "light_fault: .*`light`")):
+            with pytest.raises(ServerError, match=complaint):
+                vision.request("capture", {"image": name, "settings": settings})
+        assert vision.request("capture", {"image": "i3", "settings": settings})[0]["image"] == "i3"
