@@ -231,6 +231,32 @@ def test_frames_can_be_given_as_arrays(
         asked(vision, "start", **values, camera_file="x.toml")
 
 
+def test_a_camera_or_unit_that_a_request_gives_wrongly_is_its_own(vision: Client, simulator: Simulator) -> None:
+    values = started_with(simulator)
+    with pytest.raises(ServerError, match="Argument camera: camera distortion must be") as caught:
+        asked(vision, "start", **{**values, "camera": {**values["camera"], "distortion": [0.0] * 6}})
+    assert "image server" not in str(caught.value)
+    with pytest.raises(ServerError, match="Invalid enum value 'ft'.*There are cm, in, m, mm"):
+        asked(vision, "start", **values, unit="ft")
+    with pytest.raises(ServerError, match="unknown field `modle`.*Did you mean model"):
+        asked(vision, "start", modle="cube.cao")
+
+
+def test_without_an_image_server_other_exposures_are_foreseen(vision: Client, simulator: Simulator) -> None:
+    pixels = simulator.capture(msgspec.convert(SETTINGS, Settings)).pixels
+    asked(vision, "start", **started_with(simulator))
+    dark = {**SETTINGS, "lights": []}
+    vision.request("add", {"image": "a", "settings": dark}, arrays=[pixels])
+    assert asked(vision, "estimate", images=["a"])["pose"] is not None
+    told = asked(vision, "predict", settings=[dark, {**dark, "shutter_s": 1.0}])["gains"]
+    assert told[0]["bits"] > told[1]["bits"]  # where all is saturated
+    with pytest.raises(ServerError, match=r"3 light levels, and 0 lights are described.*lights = \[\], in `add`"):
+        asked(vision, "predict", settings=[SETTINGS])
+    vision.request("add", {"image": "b", "settings": SETTINGS}, arrays=[pixels])
+    with pytest.raises(ServerError, match="0 lights are described"):
+        asked(vision, "predict", settings=[dark])
+
+
 def test_frames_of_more_bits_keep_them_on_the_way_through(
     vision: Client, images: Running, simulator: Simulator, tmp_path: Path
 ) -> None:
