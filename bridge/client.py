@@ -149,8 +149,8 @@ class Client:
     def _refused(self) -> bool:
         """Does something listen there that ends handshakes, or hangs up in them again and again?
 
-        One that has let this client in does not. A server that is not there, or stands still, does not refuse. One that has another key than we think
-        cannot read what is said to it, and hangs up.
+        A server that has let this client in, is not there, or stands still, does not refuse. One that has
+        another key than we think cannot read what is said to it, and hangs up.
         """
         if self._let_in:
             return False

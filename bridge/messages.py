@@ -51,7 +51,10 @@ def check_finite(value: object, where: str) -> None:
 
 
 class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Base of all messages: strict, immutable, all numbers finite. Of results `bridge.received` lets more be."""
+    """Base of all messages: strict, immutable, all numbers finite.
+
+    Of what a server answers, `bridge.received` lets unknown fields be.
+    """
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:

@@ -190,9 +190,9 @@ class MockServer:
         if config is None or not config.forbid_unknown_fields:  # it tells what it likes
             return
         known = self._results[op].__struct_fields__
-        for field in fields:
-            if field not in known:
-                raise BadInput(f"The result of {op!r} has no {field!r}.", f"It has {', '.join(known)}.")
+        for name in fields:
+            if name not in known:
+                raise BadInput(f"The result of {op!r} has no {name!r}.", f"It has {', '.join(known)}.")
 
     def script_of(self, op: str) -> _Script:
         """What is scripted for an operation; an empty script for one that has none."""

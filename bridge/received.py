@@ -1,8 +1,8 @@
 """What a server answers, as its type: strict in what it must tell, lenient in what it tells besides."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 from msgspec import inspect
@@ -12,10 +12,12 @@ from bridge.arrays import FramePixels, array_sha256, is_frame
 from bridge.errors import DeviceError
 from bridge.image_messages import ImageCaptureResult
 
-_type_info = cache(inspect.type_info)
+T = TypeVar("T")
+
+_type_info: Callable[[Any], inspect.Type] = cache(inspect.type_info)
 
 
-def received(result: object, kind: Any) -> Any:
+def received(result: object, kind: type[T]) -> T:
     """A result as its type; keys that are not known, anywhere in it, are let be.
 
     Raises

@@ -40,7 +40,7 @@ def run(options: Namespace) -> None:
 
 
 def _commands() -> tuple[str, str]:
-    """How a session, and Python, are run from the working directory: of a checkout, or with an installed copy."""
+    """How a session, and Python, are run from here: a checkout, or a folder of an installed copy's user."""
     checkout = Path("main.pl").exists()
     return ("swipl main.pl", ".venv/bin/python") if checkout else ("lights-and-camera", "python")
 

@@ -163,7 +163,7 @@ class TestScripts:
         assert len(arrays) == 1
 
     def test_what_a_result_has_not_cannot_be_scripted(self, mock_vision_server: MockVisionServer) -> None:
-        with pytest.raises(BadInput, match="The result of 'estimate' has no 'rms'. It has pose,"):
+        with pytest.raises(BadInput, match=r"The result of 'estimate' has no 'rms'\. It has pose,"):
             mock_vision_server.answer("estimate", {"rms": 1.0})
         with pytest.raises(BadInput, match="no 'rms'"):
             mock_vision_server.amend("estimate", rms=1.0)
@@ -283,7 +283,7 @@ def test_a_mock_as_a_process_follows_its_script(folder: Path, root: Path) -> Non
     ("text", "complaint"),
     [
         ('{"best": {"answer": []}}', "The script of 'best': Object contains unknown field `answer`"),
-        ('{"capure": {"delay_s": 1}}', "The mock vision server has no operation 'capure'. It has start, capture"),
+        ('{"capure": {"delay_s": 1}}', "The mock vision server has no operation 'capure'. It has start,"),
         ('{"capture": {"delay_s": -1}}', "The script of 'capture': Expected `float` >= 0.0 - at `$.delay_s`"),
         ('{"estimate": {"amend": {"rms": 1}}}', "The result of 'estimate' has no 'rms'"),
         ('{"best": {"answers": [{"rms": 1}]}}', "The result of 'best' has no 'rms'"),

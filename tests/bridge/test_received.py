@@ -10,9 +10,9 @@ from bridge.arrays import array_sha256
 from bridge.envelope import decode_reply
 from bridge.errors import DeviceError
 from bridge.image_messages import ImageCaptureResult
-from bridge.messages import Describe
+from bridge.messages import Describe, Settings
 from bridge.received import received, received_frame
-from tests.bridge.test_messages import CAPTURED, DESCRIBE, SETTINGS
+from tests.bridge.plain_messages import CAPTURED, DESCRIBE, SETTINGS
 
 FRAME = np.arange(12, dtype=np.uint16).reshape(3, 4)
 
@@ -24,9 +24,9 @@ def test_keys_that_are_not_known_are_let_be_at_any_depth() -> None:
     assert told == msgspec.convert(DESCRIBE, Describe)
     event = {"event": "light_fault", "args": {"light": "left", "lamp_h": 900}, "room": 3}
     frame = {**CAPTURED, "temperature_c": 31.5, "applied": {**SETTINGS, "iso": 100}, "events": [event]}
-    told = received(frame, ImageCaptureResult)
-    assert told.applied == msgspec.convert(SETTINGS, type(told.applied))
-    assert told.events[0].args == event["args"]
+    header = received(frame, ImageCaptureResult)
+    assert header.applied == msgspec.convert(SETTINGS, Settings)
+    assert header.events[0].args == {"light": "left", "lamp_h": 900}
     assert decode_reply(b'{"v": 1, "id": "a/1", "ok": true, "result": {}, "took_s": 0.1}').result == {}
 
 
@@ -34,8 +34,8 @@ def test_keys_that_are_not_known_are_let_be_at_any_depth() -> None:
     ("changes", "complaint"),
     [
         ({"sha256": "zz"}, "sha256"),
-        ({"applied": {"lights": [0], "aperture": 4.0, "shuter_s": 0.1}}, "missing required field `shutter_s`"),
-        ({"events": [{"event": "light_fault"}]}, r"light_fault: .*missing required field `light`.*events\[0\]"),
+        ({"applied": {"lights": [0], "aperture": 4.0, "shuter_s": 0.1}}, "required field `shutter_s`"),
+        ({"events": [{"event": "light_fault"}]}, r"light_fault: .*required field `light`.*events\[0\]"),
         ({"events": [{"event": "light_fault", "args": {"light": 3}}]}, r"`\$.light`.*events\[0\]"),
         ({"events": [{"event": "target_moved", "args": {"range_m": "near"}}]}, "range_m"),
         ({"events": 3}, "events"),

@@ -142,7 +142,8 @@ def numbers(task: PoseTask, settings: Sequence[Settings], images: Sequence[str] 
     for one in settings:
         if len(one.lights) != len(describe.lights):
             raise BadInput(
-                f"Settings give {len(one.lights)} light levels, and {len(describe.lights)} lights are described.",
+                f"Settings give {len(one.lights)} light levels,"
+                f" and {len(describe.lights)} lights are described.",
                 "Give one level per light."
                 if describe.lights
                 else "Lights are known from an image server alone. Without: lights = [], in `add`, too.",

@@ -180,7 +180,8 @@ def test_a_sensor_without_a_reading_puts_no_light_out(
 
 
 @pytest.mark.parametrize(
-    "numbers", ["channels=0 full=255", "channels=3 full=0", "channels=3 full=65536", f"channels={10**12} full=1"]
+    "numbers",
+    ["channels=0 full=255", "channels=3 full=0", "channels=3 full=65536", f"channels={10**12} full=1"],
 )
 def test_a_driver_of_no_or_endless_channels_makes_no_sense(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, numbers: str

@@ -231,14 +231,14 @@ def test_frames_can_be_given_as_arrays(
         asked(vision, "start", **values, camera_file="x.toml")
 
 
-def test_a_camera_or_unit_that_a_request_gives_wrongly_is_its_own(vision: Client, simulator: Simulator) -> None:
+def test_what_a_request_gives_wrongly_is_its_own(vision: Client, simulator: Simulator) -> None:
     values = started_with(simulator)
     with pytest.raises(ServerError, match="Argument camera: camera distortion must be") as caught:
         asked(vision, "start", **{**values, "camera": {**values["camera"], "distortion": [0.0] * 6}})
     assert "image server" not in str(caught.value)
-    with pytest.raises(ServerError, match="Invalid enum value 'ft'.*There are cm, in, m, mm"):
+    with pytest.raises(ServerError, match=r"Invalid enum value 'ft'.*There are cm, in, m, mm"):
         asked(vision, "start", **values, unit="ft")
-    with pytest.raises(ServerError, match="unknown field `modle`.*Did you mean model"):
+    with pytest.raises(ServerError, match=r"unknown field `modle`.*Did you mean model"):
         asked(vision, "start", modle="cube.cao")
 
 
@@ -250,7 +250,7 @@ def test_without_an_image_server_other_exposures_are_foreseen(vision: Client, si
     assert asked(vision, "estimate", images=["a"])["pose"] is not None
     told = asked(vision, "predict", settings=[dark, {**dark, "shutter_s": 1.0}])["gains"]
     assert told[0]["bits"] > told[1]["bits"]  # where all is saturated
-    with pytest.raises(ServerError, match=r"3 light levels, and 0 lights are described.*lights = \[\], in `add`"):
+    with pytest.raises(ServerError, match=r"3 light levels, and 0 lights are described.*lights = \[\], in"):
         asked(vision, "predict", settings=[SETTINGS])
     vision.request("add", {"image": "b", "settings": SETTINGS}, arrays=[pixels])
     with pytest.raises(ServerError, match="0 lights are described"):
@@ -319,7 +319,9 @@ def test_a_frame_that_is_not_the_one_of_its_header_is_refused(vision: Client, ro
     with MockImageServer() as images:
         images.description = msgspec.structs.replace(
             images.description,
-            target=TargetDescription(model=str(root / "targets" / "cube.cao"), seed_pose=mock_physics.TRUE_POSE),
+            target=TargetDescription(
+                model=str(root / "targets" / "cube.cao"), seed_pose=mock_physics.TRUE_POSE
+            ),
         )
         vision.request("start", {"image_server": images.endpoint})
         settings = {"lights": [7, 7, 7], "shutter_s": 1 / 60, "aperture": 4.0}
