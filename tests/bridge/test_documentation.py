@@ -4,12 +4,14 @@ import ast
 import json
 import re
 from pathlib import Path
+from typing import get_args
 
 import msgspec
 import pytest
 
 from bridge.client import Client
 from bridge.image_messages import IMAGE_OPERATIONS
+from bridge.messages import EVENT_ARGS, EventName
 from bridge.mock_script import apply_script
 from bridge.mocks import MockImageServer, MockVisionServer
 from bridge.vision_messages import VISION_OPERATIONS, EstimateResult
@@ -40,6 +42,15 @@ def test_every_error_code_is_described(text: str, root: Path) -> None:
     assert len(raised) > 5
     for code in raised | {"bad_input", "device_error", "unsupported", "timeout", "refused"}:
         assert f"| `{code}` |" in text
+
+
+def test_every_event_is_described_with_what_it_tells(text: str) -> None:
+    table = text[text.index("| `event` | `args` |") :]
+    rows = dict(re.findall(r"^\| `(\w+)` \| (.*) \|$", table, re.MULTILINE))
+    assert set(EVENT_ARGS) == set(get_args(EventName))
+    for event, args in EVENT_ARGS.items():
+        for field in args.__struct_fields__:
+            assert f"`{field}`" in rows[event]
 
 
 def test_the_python_examples_are_python(text: str) -> None:
