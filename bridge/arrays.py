@@ -77,6 +77,11 @@ def unpack(described: Sequence[ArrayDescription], frames: Sequence[zmq.Frame]) -
     return arrays
 
 
+def is_frame(arrays: Sequence[NDArray[Any]]) -> bool:
+    """Whether these are one grey frame, (H, W) uint8 or uint16."""
+    return len(arrays) == 1 and arrays[0].ndim == 2 and arrays[0].dtype in (np.uint8, np.uint16)
+
+
 def array_sha256(array: NDArray[Any]) -> str:
     """SHA-256 of an array's bytes in C order, as 64 hexadecimal digits."""
     return hashlib.sha256(np.ascontiguousarray(array).data).hexdigest()

@@ -104,7 +104,7 @@ class Client:
                         self._let_in = True
                         return reply
                 self._disconnect()
-                if not self._let_in and self._refused():
+                if self._refused():
                     raise BridgeRefused(self.endpoint)
         except BaseException as error:
             if not isinstance(error, ServerError):
@@ -141,15 +141,19 @@ class Client:
             if sock.poll(left_ms if self._absent_s is None else min(left_ms, ASKED_MS), event):
                 return True
             if self._absent_s is not None and self._presence.absent_s > self._absent_s:
+                if self._refused():  # after such a handshake libzmq does not connect again
+                    raise BridgeRefused(self.endpoint)
                 raise BridgeAbsent(self.endpoint, self._absent_s)
         return False
 
     def _refused(self) -> bool:
         """Does something listen there that ends handshakes, or hangs up in them again and again?
 
-        A server that is not there, or stands still, does not refuse. One that has another key than we think
-        cannot read what is said to it, and hangs up.
+        A server that has let this client in, is not there, or stands still, does not refuse. One that has
+        another key than we think cannot read what is said to it, and hangs up.
         """
+        if self._let_in:
+            return False
         from zmq.utils.monitor import recv_monitor_message  # late: asyncio comes with it
 
         sock = self._new_socket(PROBE_AGAIN_MS)

@@ -47,8 +47,8 @@ class ErrorBody(msgspec.Struct, frozen=True):
     hint: str = ""
 
 
-class ReplyHeader(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Header of a reply, as a client decodes it."""
+class ReplyHeader(msgspec.Struct, frozen=True, omit_defaults=True):
+    """Header of a reply, as a client decodes it; keys that it does not know are let be."""
 
     v: int
     id: str | None

@@ -51,7 +51,10 @@ def check_finite(value: object, where: str) -> None:
 
 
 class Message(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Base of all messages: strict, immutable, all numbers finite."""
+    """Base of all messages: strict, immutable, all numbers finite.
+
+    Of what a server answers, `bridge.received` lets unknown fields be.
+    """
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
@@ -216,18 +219,58 @@ class Describe(Message, frozen=True):
 EventName = Literal["sun_changed", "target_moved", "camera_fault", "light_fault"]
 
 
-class Event(Message, frozen=True, kw_only=True):
+class _EventArgs(Message, frozen=True, forbid_unknown_fields=False):
+    """What an event must tell, and may."""
+
+
+class LightFaultArgs(_EventArgs, frozen=True):
+    """`light_fault`: which light, by its name of `describe`, and why."""
+
+    light: str
+    reason: str | None = None
+
+
+class CameraFaultArgs(_EventArgs, frozen=True):
+    """`camera_fault`: why."""
+
+    reason: str | None = None
+
+
+class TargetMovedArgs(_EventArgs, frozen=True):
+    """`target_moved`: its range now."""
+
+    range_m: Length | None = None
+
+
+EVENT_ARGS: dict[str, type[_EventArgs]] = {
+    "sun_changed": _EventArgs,
+    "target_moved": TargetMovedArgs,
+    "camera_fault": CameraFaultArgs,
+    "light_fault": LightFaultArgs,
+}
+"""By event, what its ``args`` are."""
+
+
+class _Happening(Message, frozen=True):
+    event: EventName
+    args: dict[str, Any] = {}
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        try:
+            msgspec.convert(self.args, EVENT_ARGS[self.event])
+        except msgspec.ValidationError as error:
+            raise ValueError(f"args of {self.event}: {error}") from error
+
+
+class Event(_Happening, frozen=True, kw_only=True):
     """What a server publishes unasked; ``sequence`` counts from 1 without gaps."""
 
     v: Literal[1] = 1
-    event: EventName
-    args: dict[str, Any] = {}
     sequence: Annotated[int, Meta(ge=1)]
 
 
-class EventTold(Message, frozen=True):
+class EventTold(_Happening, frozen=True):
     """An event that came with a request, told in its reply too; ``sequence`` as it was published."""
 
-    event: EventName
-    args: dict[str, Any] = {}
     sequence: Annotated[int, Meta(ge=0)] = 0

@@ -13,15 +13,17 @@ from typing import Any, Self
 import msgspec
 
 from bridge.envelope import Request
+from bridge.errors import BadInput
 from bridge.lifeline import Lifeline
-from bridge.messages import NoArgs
+from bridge.messages import NoArgs, Operation
 from bridge.serve import Handler, Reply, Server, Service
 
 GARBAGE = (b'{"v":1,"id":',)
 """What a garbled reply consists of unless told otherwise."""
 
 Answer = Mapping[str, Any] | Reply | Exception | Callable[[Any], Any]
-"""A result, an error to reply with, or a function of the typed arguments that returns one or raises."""
+"""Fields of a result, the rest being as by default; a whole one; an error to reply with; or a function of the
+typed arguments that returns a whole result or raises."""
 
 
 @dataclass(frozen=True)
@@ -93,8 +95,10 @@ class MockServer:
     ----------
     name
         How it calls itself in `hello`.
-    operations
-        Operations with the types of their arguments, and the handlers that answer what is not scripted.
+    protocol
+        The operations of such a server, with their types.
+    handlers
+        By operation: what answers where nothing is scripted.
     endpoint, events
         Where to listen and publish; in a folder of its own if not given.
 
@@ -107,13 +111,15 @@ class MockServer:
     def __init__(
         self,
         name: str,
-        operations: Mapping[str, tuple[Any, Handler]],
+        protocol: Mapping[str, Operation],
+        handlers: Mapping[str, Handler],
         endpoint: str | None = None,
         events: str | None = None,
     ) -> None:
         self.name = name
         self.requests: list[RecordedRequest] = []
-        self._operations = operations
+        self._operations = {op: (protocol[op].args, handler) for op, handler in handlers.items()}
+        self._results = {op: protocol[op].result for op in handlers}
         self._folder = None if endpoint and events else Path(tempfile.mkdtemp(prefix="mock-"))
         self.endpoint = endpoint or f"ipc://{self._folder}/requests"
         self.events = events or f"ipc://{self._folder}/events"
@@ -124,15 +130,31 @@ class MockServer:
     # --- scripting ---
 
     def answer(self, op: str, *answers: Answer) -> None:
-        """Answer ``op`` with these in turn, the last one again and again; with none, as by default."""
-        self._script(op).answers = list(answers)
+        """Answer ``op`` with these in turn, the last one again and again; with none, as by default.
+
+        What a mapping leaves out is as by default.
+
+        Raises
+        ------
+        BadInput
+            There is no such operation (so in all that scripts one), or its result has no such field.
+        """
+        script = self._script(op)
+        for answer in answers:
+            if isinstance(answer, Mapping):
+                self._check_fields(op, answer)
+        script.answers = list(answers)
 
     def amend(self, op: str, **fields: Any) -> None:
         """Replace fields of the result of ``op``, whatever it is; more calls replace more fields."""
-        self._script(op).amendments.update(fields)
+        script = self._script(op)
+        self._check_fields(op, fields)
+        script.amendments.update(fields)
 
     def delay(self, op: str, seconds: float) -> None:
         """Answer ``op`` that much later."""
+        if not seconds >= 0:
+            raise BadInput(f"A delay of {seconds} s cannot be.")
         self._script(op).delay_s = seconds
 
     def drop(self, op: str, times: int = 1) -> None:
@@ -158,8 +180,19 @@ class MockServer:
 
     def _script(self, op: str) -> _Script:
         if op not in self._operations:
-            raise KeyError(f"{self.name} has no operation {op!r}; it has {', '.join(self._operations)}")
+            raise BadInput(
+                f"The {self.name} has no operation {op!r}.", f"It has {', '.join(self._operations)}."
+            )
         return self._scripts.setdefault(op, _Script())
+
+    def _check_fields(self, op: str, fields: Mapping[str, Any]) -> None:
+        config = getattr(self._results[op], "__struct_config__", None)
+        if config is None or not config.forbid_unknown_fields:  # it tells what it likes
+            return
+        known = self._results[op].__struct_fields__
+        for name in fields:
+            if name not in known:
+                raise BadInput(f"The result of {op!r} has no {name!r}.", f"It has {', '.join(known)}.")
 
     def script_of(self, op: str) -> _Script:
         """What is scripted for an operation; an empty script for one that has none."""
@@ -177,14 +210,15 @@ class MockServer:
         answer: Any = default
         if script.answers:
             answer = script.answers.pop(0) if len(script.answers) > 1 else script.answers[0]
+        changes = script.amendments
+        if isinstance(answer, Mapping):
+            answer, changes = default, {**answer, **changes}
         if callable(answer):
             answer = answer(args)
         if isinstance(answer, Exception):
             raise answer
         reply = answer if isinstance(answer, Reply) else Reply(answer)
-        if script.amendments:
-            reply = Reply({**msgspec.to_builtins(reply.result), **script.amendments}, reply.arrays)
-        return reply
+        return Reply({**msgspec.to_builtins(reply.result), **changes}, reply.arrays) if changes else reply
 
     def health(self, _: NoArgs) -> Reply:
         """How many requests of each operation arrived; for clients in another process."""

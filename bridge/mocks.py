@@ -13,7 +13,6 @@ For a client in another process, such as a Prolog test::
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,20 +22,19 @@ import pytest
 
 from bridge import mock_physics
 from bridge.arrays import array_sha256
-from bridge.errors import BadInput, LightsAndCameraError, ServerError
-from bridge.image_messages import ImageCaptureArgs, MoveArgs, RestartArgs, ScoreArgs
+from bridge.errors import BadInput, LightsAndCameraError
+from bridge.image_messages import IMAGE_OPERATIONS, ImageCaptureArgs, MoveArgs, RestartArgs
 from bridge.lifeline import Lifeline
-from bridge.messages import NoArgs, Settings
+from bridge.messages import Settings
+from bridge.mock_script import apply_script, read_script
 from bridge.mock_server import MockServer, RecordedRequest
 from bridge.serve import Reply
 from bridge.start_messages import RestoreArgs, StartArgs
 from bridge.vision_messages import (
+    VISION_OPERATIONS,
     AddArgs,
-    AppraiseArgs,
     DiscardArgs,
     EstimateArgs,
-    ParametersArgs,
-    PredictArgs,
     VisionCaptureArgs,
 )
 
@@ -63,13 +61,14 @@ class MockImageServer(MockServer):
         self._sequence = 0
         super().__init__(
             "mock image server",
+            IMAGE_OPERATIONS,
             {
-                "describe": (NoArgs, lambda _: Reply(self.description)),
-                "capture": (ImageCaptureArgs, self._capture),
-                "health": (NoArgs, self.health),
-                "restart": (RestartArgs, self._restart),
-                "move": (MoveArgs, self._move),
-                "score": (ScoreArgs, lambda _: Reply({"error": None})),
+                "describe": lambda _: Reply(self.description),
+                "capture": self._capture,
+                "health": self.health,
+                "restart": self._restart,
+                "move": self._move,
+                "score": lambda _: Reply({"error": None}),
             },
             endpoint,
             events,
@@ -119,19 +118,20 @@ class MockVisionServer(MockServer):
         self._parameters: dict[str, Any] = {}
         super().__init__(
             "mock vision server",
+            VISION_OPERATIONS,
             {
-                "start": (StartArgs, self._start),
-                "capture": (VisionCaptureArgs, self.capture),
-                "add": (AddArgs, self.capture),
-                "end": (NoArgs, lambda _: Reply({})),
-                "estimate": (EstimateArgs, self.estimate),
-                "discard": (DiscardArgs, self._discard),
-                "best": (NoArgs, lambda _: Reply(self._best or mock_physics.estimate({}))),
-                "appraise": (AppraiseArgs, lambda _: Reply({"gamma": 1.0})),
-                "predict": (PredictArgs, lambda _: Reply({"gains": None})),
-                "parameters": (ParametersArgs, self._set_parameters),
-                "restore": (RestoreArgs, self._restore),
-                "health": (NoArgs, self.health),
+                "start": self._start,
+                "capture": self.capture,
+                "add": self.capture,
+                "end": lambda _: Reply({}),
+                "estimate": self.estimate,
+                "discard": self._discard,
+                "best": lambda _: Reply(self._best or mock_physics.estimate({})),
+                "appraise": lambda _: Reply({"gamma": 1.0}),
+                "predict": lambda _: Reply({"gains": None}),
+                "parameters": self._set_parameters,
+                "restore": self._restore,
+                "health": self.health,
             },
             endpoint,
             events,
@@ -219,37 +219,6 @@ def mock_vision_server() -> Iterator[MockVisionServer]:
         yield server
 
 
-def apply_script(mock: MockServer, script: dict[str, dict[str, Any]]) -> None:
-    """Script a mock from JSON: by operation, any of answers, amend, delay_s, drop, garble, die.
-
-    An answer with the single key ``error`` becomes an error reply (code, message, hint).
-    """
-    for op, orders in script.items():
-        for order, value in orders.items():
-            match order:
-                case "answers":
-                    mock.answer(op, *map(_answer, value))
-                case "amend":
-                    mock.amend(op, **value)
-                case "delay_s":
-                    mock.delay(op, value)
-                case "drop":
-                    mock.drop(op, value)
-                case "garble":
-                    mock.garble(op, value)
-                case "die":
-                    mock.die(op)
-                case _:
-                    raise BadInput(
-                        f"The script of {op!r} has an unknown order {order!r}.",
-                        "There are answers, amend, delay_s, drop, garble and die.",
-                    )
-
-
-def _answer(value: dict[str, Any]) -> dict[str, Any] | Exception:
-    return ServerError(**value["error"]) if set(value) == {"error"} else value
-
-
 def main(argv: list[str] | None = None) -> int:
     """Run one mock server as a process; returns its exit status."""
     parser = argparse.ArgumentParser(prog="python -m bridge.mocks", description=main.__doc__)
@@ -263,7 +232,7 @@ def main(argv: list[str] | None = None) -> int:
         kind = MockImageServer if options.kind == "image" else MockVisionServer
         mock = kind(options.endpoint, options.events or options.endpoint + "-events")
         if options.script is not None:
-            apply_script(mock, json.loads(options.script.read_text()))
+            apply_script(mock, read_script(options.script))
         return mock.run(Lifeline(options.parent, signals=True))
     except LightsAndCameraError as error:
         print(error, file=sys.stderr)

@@ -96,10 +96,12 @@ class Operations:
         try:
             args = decoder.decode(request.args)
         except (msgspec.MsgspecError, ValueError, RecursionError) as error:
+            from bridge.remedy import remedy  # late: few clients need it
+
             raise ProtocolError(
                 "bad_arguments",
                 f"Operation {request.op!r} of the {self._service.name} cannot take these arguments: {error}.",
-                _fields_of(args_type),
+                remedy(str(error), args_type) or _fields_of(args_type),
             ) from None
         alone = request.op in self._service.operations and request.op not in self._service.prompt
         with self._one_at_a_time if alone else nullcontext():

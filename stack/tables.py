@@ -4,7 +4,6 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -57,52 +56,9 @@ def as_table(values: Any, kind: type[T], file: Path) -> T:
     try:
         return msgspec.convert(values, kind)
     except msgspec.ValidationError as error:
-        raise BadInput(f"{file}: {plain_message(str(error))}", _remedy(str(error), kind)) from None
+        from bridge.remedy import remedy
 
-
-def _remedy(complaint: str, kind: type) -> str:
-    """What may be meant by an unknown key or word; nothing where something else is wrong."""
-    from msgspec import inspect
-
-    said = re.match(
-        r"(Object contains unknown field `|Invalid enum value ')(.+?)[`'](?: - at `\$(.*)`)?$", complaint
-    )
-    if said is None:
-        return ""
-    trouble, word, path = said.groups()
-    tables = [inspect.type_info(kind)]
-    for name in re.findall(r"\.(\w+)|\[", path or ""):  # a number or anything else in brackets has no name
-        tables = [inner for table in tables for inner in _inside(table, name)]
-    if trouble.startswith("Object"):
-        known = [name for table in tables for name in _keys(table)]
-    else:
-        known = [str(value) for table in tables for value in getattr(table, "values", ())]
-    near = get_close_matches(word, known, 1)
-    if near:
-        return f"Did you mean {near[0]}?"
-    return f"There are {', '.join(sorted(set(known)))}." if known else ""
-
-
-def _alternatives(table: Any) -> list[Any]:
-    return list(getattr(table, "types", [table]))
-
-
-def _keys(table: Any) -> dict[str, Any]:
-    """Keys of a table, with the types of their values."""
-    return {
-        field.encode_name: field.type
-        for field in getattr(table, "fields", ())
-        if hasattr(field, "encode_name")
-    }
-
-
-def _inside(table: Any, name: str) -> list[Any]:
-    """Types of what stands under a key, or in a list without one."""
-    if name:
-        inner = [_keys(table)[name]] if name in _keys(table) else []
-    else:
-        inner = [*getattr(table, "item_types", ()), *filter(None, [getattr(table, "item_type", None)])]
-    return [one for found in inner for one in _alternatives(found)]
+        raise BadInput(f"{file}: {plain_message(str(error))}", remedy(str(error), kind)) from None
 
 
 def toml_text(values: Mapping[str, Any]) -> str:

@@ -38,6 +38,7 @@ class Vision:
     ServerError : what the server says of bad input; so does each method.
     BridgeTimeout : no answer in time; so does each method.
     BridgeAbsent : nobody is there, or nobody any more; so does each method.
+    BridgeRefused : the server has keys, and lets in no one without, or with others.
     BadInput : keys that cannot be used.
     """
 

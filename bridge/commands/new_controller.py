@@ -28,8 +28,7 @@ def run(options: Namespace) -> None:
     """Make the files and say what can be done with them."""
     folder = make_controller(options.name)
     made = folder.name
-    checkout = Path("main.pl").exists()
-    session, python = ("swipl main.pl", ".venv/bin/python") if checkout else ("lights-and-camera", "python")
+    session, python = _commands()
     told = {
         f"{made}.pl": f"the strategy:  {session} --controller {made}/{made}.pl",
         f"{made}.plt": f"in a simulated world:  swipl -g run_tests -t halt {made}/{made}.plt",
@@ -38,6 +37,12 @@ def run(options: Namespace) -> None:
     }
     for file, what in told.items():
         print(f"{made}/{file:<{len(made) + 8}}  {what}")
+
+
+def _commands() -> tuple[str, str]:
+    """How a session, and Python, are run from here: a checkout, or a folder of an installed copy's user."""
+    checkout = Path("main.pl").exists()
+    return ("swipl main.pl", ".venv/bin/python") if checkout else ("lights-and-camera", "python")
 
 
 def make_controller(name: str) -> Path:
@@ -66,10 +71,12 @@ def make_controller(name: str) -> Path:
         undefined=StrictUndefined,
         keep_trailing_newline=True,
     )
+    session, python = _commands()
+    told = {"name": name, "folder": folder, "root": root, "session": session, "python": python}
     try:
         folder.mkdir()
         for template, file in FILES.items():
-            text = templates.get_template(f"{template}.j2").render(name=name, folder=folder, root=root)
+            text = templates.get_template(f"{template}.j2").render(told)
             (folder / file.format(name=name)).write_text(text)
     except FileExistsError:
         raise BadInput(

@@ -12,6 +12,7 @@ heard nothing for its hold-off time.
     (anything else)     ERR REASON
 """
 
+import math
 import re
 import time
 from collections.abc import Sequence
@@ -23,7 +24,8 @@ from image_server.lights.port import Port
 BAUD = 115200  # docs/hardware.md
 WAKE_S = 3.0  # until a first answer, chosen by hand: an Arduino starts afresh when its port is opened
 ANSWER_DEADLINE_S = 0.5  # chosen by hand: an answer takes some ms
-MOST_LINE = 4096  # bytes; 512 channels of five digits fit
+MOST_CHANNELS, MOST_FULL = 512, 65535  # that a lights file can name
+MOST_LINE = 4096  # bytes; so many channels of five digits fit
 IDENTITY = re.compile(r"ID (\S+) (\S+) channels=(\d+) full=(\d+) serial=(\S+)")
 STATUS = re.compile(r"STATUS temp_c=(\S+) faults=(\S+)")
 
@@ -83,6 +85,8 @@ class LineDriver(LightDriver):
             kind, version, channels, full, serial_number = found.groups()
             self.identity = f"{kind} {serial_number} (version {version}) at {path}"
             self.channels, self.full = int(channels), int(full)
+            if not (1 <= self.channels <= MOST_CHANNELS and 1 <= self.full <= MOST_FULL):
+                raise self._nonsense(found.group())
             self.dark = b"\n" + encoded(0, "SET" + " 0" * self.channels)
             self._ask(f"HOLD {round(1000 * hold_off_s)}", "HOLD ")
         except BaseException:
@@ -107,9 +111,11 @@ class LineDriver(LightDriver):
         temperature, faults = found.groups()
         try:
             listed = [fault.partition(":") for fault in faults.split(",")] if faults != "-" else []
+            degrees = math.nan if temperature == "-" else float(temperature)
             return Status(
                 faults={int(channel): reason or "failed" for channel, _, reason in listed},
-                temperature_c=None if temperature == "-" else float(temperature),
+                # an open sensor, which an Arduino prints as nan or inf, is no reason to put the lights out
+                temperature_c=degrees if math.isfinite(degrees) else None,
             )
         except ValueError:
             raise self._nonsense(answer) from None

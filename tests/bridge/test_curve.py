@@ -50,6 +50,23 @@ def test_only_clients_with_a_known_key_get_in() -> None:
         running.stop()
 
 
+def test_a_client_without_keys_is_not_told_that_nobody_is_there() -> None:
+    server_public, server_secret = keys()
+    curve = CurveServer(server_public, server_secret, frozenset({keys()[0]}))
+    service = Counter()
+    running = Running(service, Server(service, "tcp://127.0.0.1:*", curve=curve))
+    strangers = [None, CurveClient(*keys(), server_public), CurveClient(*keys(), keys()[0])]
+    try:
+        for stranger in strangers:
+            with (
+                Client(running.endpoint, timeout_s=6.0, curve=stranger, absent_s=0.5) as client,
+                pytest.raises(BridgeRefused),
+            ):
+                client.request("count")
+    finally:
+        running.stop()
+
+
 def test_a_way_that_is_lost_before_the_message_leaves_is_no_wait_for_ever(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

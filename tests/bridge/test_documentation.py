@@ -4,13 +4,17 @@ import ast
 import json
 import re
 from pathlib import Path
+from typing import get_args
 
+import msgspec
 import pytest
 
 from bridge.client import Client
 from bridge.image_messages import IMAGE_OPERATIONS
-from bridge.mocks import MockImageServer, MockVisionServer, apply_script
-from bridge.vision_messages import VISION_OPERATIONS
+from bridge.messages import EVENT_ARGS, EventName
+from bridge.mock_script import apply_script
+from bridge.mocks import MockImageServer, MockVisionServer
+from bridge.vision_messages import VISION_OPERATIONS, EstimateResult
 
 pytestmark = pytest.mark.slow
 
@@ -40,6 +44,15 @@ def test_every_error_code_is_described(text: str, root: Path) -> None:
         assert f"| `{code}` |" in text
 
 
+def test_every_event_is_described_with_what_it_tells(text: str) -> None:
+    table = text[text.index("| `event` | `args` |") :]
+    rows = dict(re.findall(r"^\| `(\w+)` \| (.*) \|$", table, re.MULTILINE))
+    assert set(EVENT_ARGS) == set(get_args(EventName))
+    for event, args in EVENT_ARGS.items():
+        for field in args.__struct_fields__:
+            assert f"`{field}`" in rows[event]
+
+
 def test_the_python_examples_are_python(text: str) -> None:
     examples = re.findall(r"```python\n(.*?)```", text, re.S)
     assert len(examples) >= 4
@@ -60,4 +73,5 @@ def test_the_script_example_works(text: str) -> None:
     with MockVisionServer() as mock:
         apply_script(mock, json.loads(block))
         with Client(mock.endpoint, timeout_s=60) as client:
-            assert client.request("best")[0] == {"pose": None}
+            best = msgspec.convert(client.request("best")[0], EstimateResult)
+            assert best.pose is None

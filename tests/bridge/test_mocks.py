@@ -6,14 +6,16 @@ import time
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 import zmq
 
 from bridge.arrays import array_sha256
 from bridge.client import Client
-from bridge.errors import BridgeTimeout, DeviceError, ProtocolError, ServerError
-from bridge.mocks import MockImageServer, MockVisionServer
+from bridge.errors import BadInput, BridgeTimeout, DeviceError, ProtocolError, ServerError
+from bridge.mocks import MockImageServer, MockVisionServer, main
+from bridge.vision_messages import EstimateResult
 
 from .conftest import wait_until
 
@@ -124,9 +126,9 @@ class TestImageDefaults:
 
 class TestScripts:
     def test_answers_come_in_turn_and_the_last_stays(self, mock_vision_server: MockVisionServer) -> None:
-        mock_vision_server.answer("best", {"n": 1}, DeviceError("Broken."), lambda args: {"n": 3})
+        mock_vision_server.answer("best", {"score": 1}, DeviceError("Broken."), lambda args: {"n": 3})
         with client_of(mock_vision_server) as client:
-            assert client.request("best")[0] == {"n": 1}
+            assert client.request("best")[0]["score"] == 1
             with pytest.raises(ServerError, match="Broken") as caught:
                 client.request("best")
             assert caught.value.code == "device_error"
@@ -141,6 +143,35 @@ class TestScripts:
             fix = client.request("estimate", {"images": ["i1"]})[0]
         assert fix["rms_px"] == 9.5
         assert fix["pose"] is not None
+
+    def test_what_an_answer_leaves_out_is_as_by_default(self, mock_vision_server: MockVisionServer) -> None:
+        mock_vision_server.answer("estimate", {"pose": None}, {"score": 0.5})
+        mock_vision_server.amend("estimate", rms_px=9.5)
+        with client_of(mock_vision_server) as client:
+            captured(client, "i1")
+            lost, found = (client.request("estimate", {"images": ["i1"]})[0] for _ in range(2))
+        for told in lost, found:
+            assert msgspec.convert(told, EstimateResult).rms_px == 9.5
+        assert (lost["pose"], found["score"]) == (None, 0.5)
+        assert found["pose"] is not None
+
+    def test_a_scripted_frame_is_still_one(self, mock_image_server: MockImageServer) -> None:
+        mock_image_server.answer("capture", {"verified": False})
+        with client_of(mock_image_server) as client:
+            header, arrays = client.request("capture", {"settings": SETTINGS})
+        assert header["verified"] is False
+        assert len(arrays) == 1
+
+    def test_what_a_result_has_not_cannot_be_scripted(self, mock_vision_server: MockVisionServer) -> None:
+        with pytest.raises(BadInput, match=r"The result of 'estimate' has no 'rms'\. It has pose,"):
+            mock_vision_server.answer("estimate", {"rms": 1.0})
+        with pytest.raises(BadInput, match="no 'rms'"):
+            mock_vision_server.amend("estimate", rms=1.0)
+        mock_vision_server.amend("health", camera="ok")  # which tells what it likes
+
+    def test_no_reply_comes_before_it_is_asked_for(self, mock_vision_server: MockVisionServer) -> None:
+        with pytest.raises(BadInput, match="A delay of -1 s"):
+            mock_vision_server.delay("best", -1)
 
     def test_a_lost_reply_is_asked_for_again_and_done_once(
         self, mock_vision_server: MockVisionServer
@@ -188,14 +219,14 @@ class TestScripts:
         assert mock_vision_server.requests_of("capture")[0]["settings"]["lights"] == (1, 2, 3)
 
     def test_wrong_requests_are_refused_before_the_script(self, mock_vision_server: MockVisionServer) -> None:
-        mock_vision_server.answer("discard", {})
+        mock_vision_server.answer("discard", {"images": []})
         with client_of(mock_vision_server) as client, pytest.raises(ServerError, match="unknown field"):
             client.request("discard", {"picture": "i1"})
 
     def test_an_operation_that_does_not_exist_cannot_be_scripted(
         self, mock_vision_server: MockVisionServer
     ) -> None:
-        with pytest.raises(KeyError, match="dance"):
+        with pytest.raises(BadInput, match="no operation 'dance'"):
             mock_vision_server.answer("dance", {})
 
     def test_events_can_be_published(self, mock_vision_server: MockVisionServer) -> None:
@@ -234,12 +265,12 @@ def test_a_mock_as_a_process_follows_its_script(folder: Path, root: Path) -> Non
     script = folder / "script.json"
     error = {"error": {"code": "device_error", "message": "Lamp out.", "hint": ""}}
     script.write_text(
-        json.dumps({"best": {"answers": [{"n": 1}, error]}, "estimate": {"amend": {"rms_px": 7}}})
+        json.dumps({"best": {"answers": [{"score": 1}, error]}, "estimate": {"amend": {"rms_px": 7}}})
     )
     command = [sys.executable, "-m", "bridge.mocks", "vision", "--endpoint", f"ipc://{folder}/v"]
     with subprocess.Popen([*command, "--script", str(script)], cwd=root) as process:
         with Client(f"ipc://{folder}/v", timeout_s=60, retries=60) as client:
-            assert client.request("best")[0] == {"n": 1}
+            assert client.request("best")[0]["score"] == 1
             with pytest.raises(ServerError, match="Lamp out"):
                 client.request("best")
             captured(client, "i1")
@@ -248,16 +279,26 @@ def test_a_mock_as_a_process_follows_its_script(folder: Path, root: Path) -> Non
         assert process.wait(60) == 0
 
 
-def test_a_wrong_script_is_explained(folder: Path, root: Path) -> None:
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ('{"best": {"answer": []}}', "The script of 'best': Object contains unknown field `answer`"),
+        ('{"capure": {"delay_s": 1}}', "The mock vision server has no operation 'capure'. It has start,"),
+        ('{"capture": {"delay_s": -1}}', "The script of 'capture': Expected `float` >= 0.0 - at `$.delay_s`"),
+        ('{"estimate": {"amend": {"rms": 1}}}', "The result of 'estimate' has no 'rms'"),
+        ('{"best": {"answers": [{"rms": 1}]}}', "The result of 'best' has no 'rms'"),
+        ('{"best": {"answers": [{"error": {"code": "x"}}]}}', "missing required field `message`"),
+        ('{"best": {"drop": "once"}}', "Expected `int`, got `str` - at `$.drop`"),
+        ("{'best': 1}", "is no JSON object: JSON is malformed"),
+        ("[]", "is no JSON object: Expected `object`, got `array`"),
+        (None, "Cannot read the script"),
+    ],
+)
+def test_a_wrong_script_is_explained(
+    folder: Path, capsys: pytest.CaptureFixture[str], text: str | None, complaint: str
+) -> None:
     script = folder / "script.json"
-    script.write_text('{"best": {"answer": []}}')
-    command = [sys.executable, "-m", "bridge.mocks", "image", "--endpoint", f"ipc://{folder}/v"]
-    done = subprocess.run(
-        [*command, "--script", str(script)],
-        cwd=root,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=240,
-    )
-    assert done.returncode != 0
+    if text is not None:
+        script.write_text(text)
+    assert main(["vision", "--endpoint", f"ipc://{folder}/v", "--script", str(script)]) == 2
+    assert complaint in capsys.readouterr().err

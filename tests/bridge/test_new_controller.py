@@ -49,6 +49,22 @@ def test_what_it_makes_passes_its_tests_as_made(mine: Path, root: Path) -> None:
     assert [name for name, _ in read_plan(mine / "plan.toml").controllers] == ["mine", "heuristic", "simple"]
 
 
+@pytest.mark.parametrize(
+    ("checkout", "session", "python"),
+    [(True, "swipl main.pl", ".venv/bin/python"), (False, "lights-and-camera", "python")],
+)
+def test_its_files_name_the_commands_that_are_there(
+    tmp_path: Path, checkout: bool, session: str, python: str
+) -> None:
+    if checkout:
+        (tmp_path / "main.pl").touch()
+    told = new(tmp_path, "mine").stdout
+    for text in told, (tmp_path / "mine" / "mine.pl").read_text():
+        assert f"  {session} --controller mine/mine.pl" in text
+    for text in told, (tmp_path / "mine" / "plan.toml").read_text():
+        assert f"  {python} -m experiments run mine/plan.toml --out mine/results" in text
+
+
 def test_its_tests_fail_where_the_strategy_is_wrong(mine: Path, root: Path) -> None:
     strategy = mine / "mine.pl"
     strategy.write_text(strategy.read_text().replace("if(worth_keeping,", "if(true,"))

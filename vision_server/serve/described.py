@@ -22,7 +22,7 @@ def used_camera(given: GivenCamera | None, described: CameraDescription | None, 
 
     Parameters
     ----------
-    source : of the description.
+    source : whose description it is, for people.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def used_camera(given: GivenCamera | None, described: CameraDescription | None, 
     try:
         return GivenCamera(Path(source), Camera.from_dict(table), table, {})
     except GeometryError as error:
-        raise BadInput(f"The image server's camera: {error}.", "Give a camera file.") from error
+        raise BadInput(f"{source}: {error}.", "Give a camera file.") from error
 
 
 def camera_doubt(used: Camera, described: CameraDescription | None) -> str | None:

@@ -81,7 +81,8 @@ def open_task(
     model_file, unit = _model_file(args, describe)
     model = read_model(model_file, unit)
     given = None if args.camera_file is None else read_camera_file(Path(args.camera_file))
-    used = used_camera(given, describe.camera, describe.device)
+    whose = "The image server's camera" if args.camera is None else "Argument camera"
+    used = used_camera(given, describe.camera, whose)
     camera, table = used.camera, used.table
     gain, gamma = (_positive(table, key, describe) for key in ("gain", "gamma"))
     anywhere = _anywhere(given, describe)

@@ -142,9 +142,11 @@ def numbers(task: PoseTask, settings: Sequence[Settings], images: Sequence[str] 
     for one in settings:
         if len(one.lights) != len(describe.lights):
             raise BadInput(
-                f"Settings give {len(one.lights)} light levels, but the {describe.device} has"
-                f" {len(describe.lights)} lights.",
-                "Give one level per light.",
+                f"Settings give {len(one.lights)} light levels,"
+                f" and {len(describe.lights)} lights are described.",
+                "Give one level per light."
+                if describe.lights
+                else "Lights are known from an image server alone. Without: lights = [], in `add`, too.",
             )
     shutter = np.array([one.shutter_s for one in settings])
     aperture = np.array([one.aperture for one in settings])

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
-from bridge.arrays import FramePixels
+from bridge.arrays import FramePixels, is_frame
 from bridge.client import Client
 from bridge.endpoints import CurveClient
 from bridge.errors import BadInput, DeviceError
 from bridge.image_messages import CAPTURE_S, ImageCaptureResult, capture_deadline_s
 from bridge.messages import Describe, NoArgs, PoseMessage
+from bridge.received import received, received_frame
 from bridge.serve import Reply, Service
 from bridge.start_messages import ModelTold, RestoreArgs, StartArgs, StartResult
 from bridge.vision_messages import (
@@ -163,14 +163,9 @@ class VisionServer(Service):
             result, arrays = client.request("capture", asked, capture_deadline_s(args.settings))
             seconds = time.perf_counter() - began
             header = _checked(result, ImageCaptureResult, client.endpoint)
-            if not _one_grey(arrays):
-                raise DeviceError(
-                    f"The image server at {client.endpoint} sent no grey frame of 8 or 16 bits."
-                )
+            pixels = received_frame(header, arrays, client.endpoint)
             events = [told.event for told in header.events]
-            answer = taken(
-                session.task, args.image, header.applied, arrays[0], header.verified, seconds, events
-            )
+            answer = taken(session.task, args.image, header.applied, pixels, header.verified, seconds, events)
             return Reply({**answer, "events": header.events})
 
     def _on_add(self, args: AddArgs) -> Reply:
@@ -180,7 +175,7 @@ class VisionServer(Service):
             return Reply(taken(session.task, args.image, args.settings, pixels, True, 0.0))
 
     def _given_frame(self) -> FramePixels:
-        if not _one_grey(self.arrays):
+        if not is_frame(self.arrays):
             raise BadInput("An image is one array, uint8 or uint16 of shape (H, W).", "Convert it to grey.")
         return np.asarray(self.arrays[0].copy())  # the message goes
 
@@ -235,10 +230,6 @@ class VisionServer(Service):
         return Reply({})
 
 
-def _one_grey(arrays: Sequence[NDArray[Any]]) -> bool:
-    return len(arrays) == 1 and arrays[0].ndim == 2 and arrays[0].dtype in (np.uint8, np.uint16)
-
-
 def _described(client: Client) -> Describe:
     described: Describe = _checked(client.request("describe")[0], Describe, client.endpoint)
     return described
@@ -261,7 +252,7 @@ def _started(task: PoseTask) -> Reply:
 
 def _checked(result: dict[str, Any], kind: Any, endpoint: str) -> Any:
     try:
-        return msgspec.convert(result, kind)
+        return received(result, kind)
     except (msgspec.ValidationError, ValueError) as error:
         raise DeviceError(
             f"The image server at {endpoint} sent a malformed {kind.__name__}: {error}.",

@@ -11,9 +11,10 @@ import numpy as np
 
 from bridge.client import ABSENT_S, Client
 from bridge.endpoints import CurveClient
-from bridge.errors import BadInput, DeviceError, ServerError
+from bridge.errors import BadInput, ServerError
 from bridge.image_messages import CAPTURE_S, ImageCaptureResult, capture_deadline_s
 from bridge.messages import CameraDescription, Describe, LightDescription, Settings
+from bridge.received import received, received_frame
 from vision_server.channels.depth import Pixels, Raw
 
 SCHEMES = ("ipc://", "tcp://")
@@ -40,7 +41,7 @@ class ServedFrames:
         self.endpoint, self._switch = endpoint, switch
         self._client = Client(endpoint, CAPTURE_S, curve=curve, absent_s=ABSENT_S)
         try:
-            self._described = msgspec.convert(self._client.request("describe")[0], Describe)
+            self._described = received(self._client.request("describe")[0], Describe)
         except (ServerError, msgspec.ValidationError) as error:
             self._client.close()
             raise BadInput(f"{endpoint} is no image server: {error}.") from error
@@ -78,10 +79,9 @@ class ServedFrames:
             )
             asked = {"settings": msgspec.to_builtins(settings)}
             told, arrays = self._client.request("capture", asked, capture_deadline_s(settings))
-            header = msgspec.convert(told, ImageCaptureResult)
-            if len(arrays) != 1 or arrays[0].ndim != 2 or arrays[0].dtype not in (np.uint8, np.uint16):
-                raise DeviceError(f"{self.endpoint} sent no grey frame of 8 or 16 bits.")
-            yield raw.grey(np.array(arrays[0])), header.timestamp
+            header = received(told, ImageCaptureResult)
+            pixels = received_frame(header, arrays, self.endpoint)
+            yield raw.grey(np.array(pixels)), header.timestamp
 
     def close(self) -> None:
         """Leave the server to others."""

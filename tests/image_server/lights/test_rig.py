@@ -1,6 +1,7 @@
 """Lights on emulated drivers: both protocols over a real pseudo-terminal, and what can go wrong."""
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -164,6 +165,38 @@ def test_a_failed_channel_kills_its_light_only(
     assert rig.light((7, 0)).verified
     assert "open_circuit" in rig.health()["dead_lights"]["right"]
     assert rig.health()["temperature_c"] > 20
+
+
+@pytest.mark.parametrize("told", ["nan", "inf", "-inf", "1e999", "-"])
+def test_a_sensor_without_a_reading_puts_no_light_out(
+    line: tuple[EmulatedLineDriver, LightRig, list[str]], monkeypatch: pytest.MonkeyPatch, told: str
+) -> None:
+    emulator, rig, died = line
+    monkeypatch.setattr(emulator, "_reply", answering("STATUS", f"STATUS temp_c={told} faults=-", emulator))
+    rig.present()
+    assert rig.health()["temperature_c"] is None
+    assert rig.light((7, 0)).verified
+    assert died == []
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    ["channels=0 full=255", "channels=3 full=0", "channels=3 full=65536", f"channels={10**12} full=1"],
+)
+def test_a_driver_of_no_or_endless_channels_makes_no_sense(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, numbers: str
+) -> None:
+    emulator = EmulatedLineDriver()
+    monkeypatch.setattr(emulator, "_reply", answering("ID", f"ID acme 1 {numbers} serial=A7", emulator))
+    with pytest.raises(DeviceError, match="which makes no sense"):
+        open_rig(str(lights_file(tmp_path, emulator.path, "line")))
+    emulator.close()
+
+
+def answering(request: str, words: str, emulator: EmulatedLineDriver) -> Callable[[list[str]], str]:
+    """An emulated driver's reply to one request, in other words than its own."""
+    usual = emulator._reply
+    return lambda asked: words if asked[0] == request else usual(asked)
 
 
 def test_a_fault_between_two_captures_is_noticed_by_itself(

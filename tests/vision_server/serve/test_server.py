@@ -8,10 +8,12 @@ import msgspec
 import numpy as np
 import pytest
 
+from bridge import mock_physics
 from bridge.client import Client
 from bridge.errors import ServerError
 from bridge.image_messages import IMAGE_OPERATIONS
-from bridge.messages import Settings
+from bridge.messages import Settings, TargetDescription
+from bridge.mocks import MockImageServer
 from bridge.start_messages import CauseTold
 from bridge.vision_messages import VISION_OPERATIONS, VisionCaptureResult
 from geometry.pose import Pose
@@ -229,6 +231,32 @@ def test_frames_can_be_given_as_arrays(
         asked(vision, "start", **values, camera_file="x.toml")
 
 
+def test_what_a_request_gives_wrongly_is_its_own(vision: Client, simulator: Simulator) -> None:
+    values = started_with(simulator)
+    with pytest.raises(ServerError, match="Argument camera: camera distortion must be") as caught:
+        asked(vision, "start", **{**values, "camera": {**values["camera"], "distortion": [0.0] * 6}})
+    assert "image server" not in str(caught.value)
+    with pytest.raises(ServerError, match=r"Invalid enum value 'ft'.*There are cm, in, m, mm"):
+        asked(vision, "start", **values, unit="ft")
+    with pytest.raises(ServerError, match=r"unknown field `modle`.*Did you mean model"):
+        asked(vision, "start", modle="cube.cao")
+
+
+def test_without_an_image_server_other_exposures_are_foreseen(vision: Client, simulator: Simulator) -> None:
+    pixels = simulator.capture(msgspec.convert(SETTINGS, Settings)).pixels
+    asked(vision, "start", **started_with(simulator))
+    dark = {**SETTINGS, "lights": []}
+    vision.request("add", {"image": "a", "settings": dark}, arrays=[pixels])
+    assert asked(vision, "estimate", images=["a"])["pose"] is not None
+    told = asked(vision, "predict", settings=[dark, {**dark, "shutter_s": 1.0}])["gains"]
+    assert told[0]["bits"] > told[1]["bits"]  # where all is saturated
+    with pytest.raises(ServerError, match=r"3 light levels, and 0 lights are described.*lights = \[\], in"):
+        asked(vision, "predict", settings=[SETTINGS])
+    vision.request("add", {"image": "b", "settings": SETTINGS}, arrays=[pixels])
+    with pytest.raises(ServerError, match="0 lights are described"):
+        asked(vision, "predict", settings=[dark])
+
+
 def test_frames_of_more_bits_keep_them_on_the_way_through(
     vision: Client, images: Running, simulator: Simulator, tmp_path: Path
 ) -> None:
@@ -285,3 +313,20 @@ def test_a_refused_capture_leaves_the_set_as_it_was(vision: Client, images: Runn
     with pytest.raises(ServerError):
         asked(vision, "capture", image="i1", settings={**SETTINGS, "lights": [99, 0, 0]})
     asked(vision, "capture", image="i1", settings=SETTINGS)
+
+
+def test_a_frame_that_is_not_the_one_of_its_header_is_refused(vision: Client, root: Path) -> None:
+    with MockImageServer() as images:
+        images.description = msgspec.structs.replace(
+            images.description,
+            target=TargetDescription(
+                model=str(root / "targets" / "cube.cao"), seed_pose=mock_physics.TRUE_POSE
+            ),
+        )
+        vision.request("start", {"image_server": images.endpoint})
+        settings = {"lights": [7, 7, 7], "shutter_s": 1 / 60, "aperture": 4.0}
+        images.answer("capture", {"sha256": "0" * 64}, {"events": [{"event": "light_fault"}]}, {})
+        for name, complaint in (("i1", "sha256 is not that of its header"), ("i2", "light_fault: .*`light`")):
+            with pytest.raises(ServerError, match=complaint):
+                vision.request("capture", {"image": name, "settings": settings})
+        assert vision.request("capture", {"image": "i3", "settings": settings})[0]["image"] == "i3"
