@@ -77,11 +77,6 @@ class Motion:
         """camera_T_target, of a target with this middle (3,)."""
         return Pose.from_matrix(self.rotation, self.centre - self.rotation @ middle)
 
-    @property
-    def pose_covariance(self) -> Floats:
-        """Covariance (6, 6) of a small left-multiplied step of the pose."""
-        return about(-self.centre, self.covariance[:6, :6])
-
     def spread_px(self, camera: Camera, radius_m: float) -> float:
         """How exactly the pose is foreseen: one sd in the image of points so far from the middle."""
         variance = self.covariance.diagonal()
