@@ -57,7 +57,7 @@ OFF_PX, SEEN_AS = 0.2, 4.0  # what lines of a target not seen yet are off, and h
 LEAST_FREE = 0.2  # of a residual's variance, the share that the fit is taken to leave at least
 LEAST_LINES = 4
 FARTHEST = 30.0  # standard deviations, beyond which a normal's tail has no number
-FEW = 25.0  # covariances are wider by 1 + FEW over how many numbers the variance is from
+FEW = 25.0  # A covariance is 1 + FEW / (numbers that the variance is from) times what that variance says.
 
 
 class Habits(NamedTuple):
