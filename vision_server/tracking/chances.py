@@ -65,11 +65,8 @@ def probability(chances: Chances, by: Calibration = CALIBRATION) -> float:
     A mixture of two models, by how far refinement moves the pose. One that it does not move may be derived
     from these very images: it agrees with them whether it is right or not, and has the chance that they leave
     it (logistic in the log odds, of a bias and a slope). One from elsewhere is independent of them, and would
-    hardly agree with them by chance (`agreement`): it is right by Bayes' rule.
-
-    Parameters
-    ----------
-    by : the coefficients; `benchmarks.referee` fits others.
+    hardly agree with them by chance (`agreement`): it is right by Bayes' rule. Both are calibrated ``by``
+    coefficients; `benchmarks.referee`, which fits them, tries others.
     """
     around = chances.around
     if not around:

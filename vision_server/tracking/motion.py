@@ -127,8 +127,7 @@ class Motion:
 def about(centre: Floats, covariance: Floats) -> Floats:
     """Covariance (6, 6) of steps about a centre (3,), camera frame, from that of steps about the camera.
 
-    A step about the camera turns a point at the centre by w and moves it by v + w x centre. With -centre, the
-    same leads back.
+    The latter turn a point at the centre by w and move it by v + w x centre; with -centre it leads back.
     """
     turn = np.eye(6)
     turn[3:, :3] = -cross_matrix(centre)

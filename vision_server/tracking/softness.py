@@ -14,12 +14,10 @@ from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import spacing_for
 
-# A target moves next to nothing if no vertex moves farther. The blur of a shutter that is open all the time
-# over so many pixels has a standard deviation of 0.9 px; what is softer than 1.4 px is looked at with a wider
-# filter.
+# No vertex of a still target moves farther. The blur of a shutter that is open all the time over so many
+# pixels has a standard deviation of 0.9 px; what is softer than 1.4 px is looked at with a wider filter.
 STILL_PX = 3.0
-# Softness is kept for so many frames and then measured again, as focus and light change slowly. By hand.
-KEPT_FRAMES = 8
+KEPT_FRAMES = 8  # until it is measured again, as focus and light change slowly; chosen by hand
 
 
 @dataclass(frozen=True, eq=False)

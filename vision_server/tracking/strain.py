@@ -21,8 +21,7 @@ from vision_server.pose.trust import USUAL
 # have more than 0.03 to 0.07; of films with the true one, of printed boxes and of a real cube nine in ten
 # have less than 0.005, 0.007 and 0.013.
 LEAST_STRAIN = 0.02
-# Lines are asked again after so many sure frames, as that costs half of a frame. Chosen by hand.
-ASKED_AGAIN = 8
+ASKED_AGAIN = 8  # sure frames until lines are asked again, as it costs half of a frame; chosen by hand
 
 
 class Strain:
