@@ -33,7 +33,7 @@ from vision_server.channels.image_files import read_grey
 from vision_server.channels.tone import file_tone
 from vision_server.matching.match import Anywhere
 from vision_server.serve.inputs import read_camera
-from vision_server.tracking.motion import Motion
+from vision_server.tracking.motion import Motion, about
 from vision_server.tracking.tracked import Tracked
 from vision_server.tracking.tracker import Tracker
 
@@ -101,7 +101,8 @@ def filtered(films: list[list[tuple[Shown, Tracked]]], middles: list[Floats]) ->
                 innovations.append(innovation.squared)
                 motion = motion.corrected(innovation)
                 pose = motion.pose(middle)
-                errors.append(normalised_error_squared(pose, motion.pose_covariance, truth(shown, pose)))
+                covariance = about(-motion.centre, motion.covariance[:6, :6])
+                errors.append(normalised_error_squared(pose, covariance, truth(shown, pose)))
             last = shown.time_s
     found: dict[str, object] = {}
     for name, squares in (("nis", innovations), ("nees", errors)):

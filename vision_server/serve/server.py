@@ -187,7 +187,7 @@ class VisionServer(Service):
             return Reply(tracked(session.task, pixels, args.time_s))
 
     def _on_check(self, args: CheckArgs) -> Reply:
-        from vision_server.serve.tracking import checked
+        from vision_server.serve.witnesses import checked
 
         with self._sessions.of(self.caller) as session:
             return Reply(checked(session.task, args))

@@ -1,10 +1,15 @@
-"""Images of a set that show the target elsewhere than a pose, each alone: the set is not of a still scene."""
+"""Whether a session's images show the target at a pose from elsewhere, together and each alone."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from bridge.errors import BadInput
 from geometry.camera import Camera
+from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import Pose
 from vision_server.image_set import ImageSet
@@ -14,6 +19,27 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import refined
 from vision_server.pose.support import support_at
 from vision_server.prediction.surprise import MISSING, REACHES_PX, SPACING_PX, clearly_elsewhere, moved_to
+from vision_server.serve.inputs import checked_pose
+from vision_server.serve.results import judgement_result
+from vision_server.tracking.referee import judged
+
+if TYPE_CHECKING:
+    from bridge.vision_messages import CheckArgs
+    from vision_server.serve.task import PoseTask
+
+
+def checked(task: PoseTask, args: CheckArgs) -> dict[str, Any]:
+    """Whether a pose is right, by images of the session."""
+    images, model, camera, settings = task.images, task.model, task.camera, task.settings
+    pose = Pose(np.array(args.pose.rotation_vector), np.array(args.pose.translation))
+    try:
+        checked_pose(pose, model)
+        radius_m = task.edge_radius_m
+        found = judged(images, args.images, model, camera, pose, settings, edge_radius_m=radius_m)
+    except GeometryError as error:
+        raise BadInput(f"The pose to be checked: {error}.") from error
+    against = disagreeing_images(images, args.images, model, camera, pose, settings)
+    return judgement_result(found, against)
 
 
 def disagreeing_images(
@@ -24,7 +50,9 @@ def disagreeing_images(
     pose: Pose,
     settings: PipelineSettings,
 ) -> list[str]:
-    """Those that clearly show the target elsewhere; none where no image shows it at the pose.
+    """Images that, each alone, clearly show the target elsewhere, as the set is not of a still scene then.
+
+    There are none where no image shows it at the pose.
 
     Raises
     ------

@@ -17,22 +17,26 @@ from vision_server.pose.trust import belief, shared
 from vision_server.tracking.following import Found
 from vision_server.tracking.rivals import Rivals
 
-# Chosen by hand.
-SURE = 0.9  # probability from which on a pose is believed to be the right one; exact enough, it is sure:
-LIMITS, WITHIN = (3.0, 0.02), 0.9  # within degrees and a share of the range with so much of its covariance
+# The following were chosen by hand. A pose is believed from the first probability on, stays believed from one
+# frame to the next from the second on, and is followed at all from the third on.
+SURE, STAYS, HELD = 0.9, 0.5, 0.3
+# After a sure frame the next may be sure from here on: of 143 frames of a real cube, boxes and parts that
+# stayed sure so, two were less probable, one of which was off by 3.4 degrees.
+STAYS_SURE = 0.6
+# A pose is exact if so much of what its covariance allows is within these degrees and share of the range.
+EXACT_WITHIN, EXACT_SHARE = (3.0, 0.02), 0.9
 CLEARLY = 3.0  # times the root of the whole variance: of a normal, 99.7 % and more are nearer
 DRAWN = np.random.default_rng(0).normal(size=(400, 6))  # of a standard normal: shares to some percent
-STAYS = 0.5  # and from which on it stays believed, from one frame to the next
-# and sure: of 143 frames that stayed so of a real cube, boxes and parts, two had less, one of them 3.4 deg
-STAYS_SURE = 0.6
-HELD = 0.3  # and from which on it is still followed
-# By hand, on 48 films of printed boxes, so that 97 % of the squared errors are within the 99 % bound:
-TOLD, TOLD_IN_DOUBT, LEAST_BELIEF = 2.0, 4.0, 0.02  # times the covariance of a fit, and per odds against it
-HELD_SHARE = 0.2  # of the lines' length, on lines seen whole: what an occluder leaves is followed, not surely
-WHOLE = 0.75  # of a line's length, seen
-MISSING = 0.3  # support of a line under which it is not seen
+# The covariance that is told is that of the fit times the first, and more by the second for each odds against
+# the pose, whose belief counts as the third at least; so that on 48 films of printed boxes 97 % of the
+# squared errors are within the 99 % bound.
+TOLD, TOLD_IN_DOUBT, LEAST_BELIEF = 2.0, 4.0, 0.02
+# A line is seen whole from this share of its length on, and not seen below the second.
+WHOLE, MISSING = 0.75, 0.3
+# Of the visible length: what has to be on lines that are seen whole for a pose to be followed, not surely,
+# beside an occluder; and what may be on lines that are not seen for a target that was found again to be sure.
+HELD_SHARE, MOST_MISSING = 0.2, 0.15
 MOST_GONE = 0.2  # of the length of lines seen whole a frame before, to be followed without another look
-MOST_MISSING = 0.15  # of the visible length on lines not seen, to be sure of a target found again
 
 
 def is_likely(estimate: Estimate, known: bool) -> bool:
@@ -113,15 +117,15 @@ def is_sure(found: Found, rivals: Rivals, stays: bool) -> bool:
 def is_exact(pose: Pose, covariance: Floats) -> bool:
     """Whether a pose is known, by the covariance (6, 6) of its fit, as exactly as a sure one is."""
     off = np.vstack([np.eye(3, 6), origin_jacobian(pose.translation)])
-    off[:3] /= math.radians(LIMITS[0])
-    off[3:] /= LIMITS[1] * float(np.linalg.norm(pose.translation))
+    off[:3] /= math.radians(EXACT_WITHIN[0])
+    off[3:] /= EXACT_WITHIN[1] * float(np.linalg.norm(pose.translation))
     spread = off @ covariance @ off.T
     if CLEARLY**2 * max(np.trace(spread[:3, :3]), np.trace(spread[3:, 3:])) < 1.0:  # spares the draws
         return True
     value, axis = np.linalg.eigh(spread)
     squares = (DRAWN @ (axis * np.sqrt(np.maximum(value, 0.0))).T) ** 2
     within = (squares[:, :3].sum(axis=1) < 1.0) & (squares[:, 3:].sum(axis=1) < 1.0)
-    return bool(np.count_nonzero(within) >= WITHIN * len(DRAWN))
+    return bool(np.count_nonzero(within) >= EXACT_SHARE * len(DRAWN))
 
 
 def is_partly_whole(support: PoseSupport) -> bool:

@@ -51,37 +51,37 @@ class Calibration(NamedTuple):
     most: float
 
 
-# Chosen by hand where nothing else is said.
-LEAST_ODDS = 1e-4  # probabilities are never taken for surer than this
+LEAST_ODDS = 1e-4  # Probabilities are never taken for surer than this (chosen by hand).
 TINY = 1e-300  # a density that is none
 # By maximum likelihood on simulated frames, poses right and wrong: python -m benchmarks.referee --fit
 CALIBRATION = Calibration(0.5, 0.9, -2.0, 2.6, 4.1)
-# By hand, of LIMITS, one sd: what refinement moves a pose by that was refined on these images before.
+# What refinement moves a pose by that was refined on these images before, one sd, in LIMITS (chosen by hand).
 SETTLED = 0.15
 
 
-def probability(chances: Chances, told: Calibration = CALIBRATION) -> float:
+def probability(chances: Chances, by: Calibration = CALIBRATION) -> float:
     """Of being right.
 
-    A pose that refinement does not move may be from these very images. Then it agrees with them whether it is
-    right or not, and has the chance that they leave it. One from elsewhere would hardly agree with them by
-    chance.
+    A mixture of two models, by how far refinement moves the pose. One that it does not move may be derived
+    from these very images: it agrees with them whether it is right or not, and has the chance that they leave
+    it (logistic in the log odds, of a bias and a slope). One from elsewhere is independent of them, and would
+    hardly agree with them by chance (`agreement`): it is right by Bayes' rule. Both are calibrated ``by``
+    coefficients; `benchmarks.referee`, which fits them, tries others.
     """
     around = chances.around
     if not around:
         return 0.0
     own = sum(
-        one.share * _logistic(told.bias + told.per_log_odds * log_odds(one.believed * one.within))
+        one.share * _logistic(by.bias + by.per_log_odds * log_odds(one.believed * one.within))
         for one in around
     )
     density = sum(
-        one.share
-        * (one.believed * one.agreement.likelihood + (1.0 - one.believed) * math.exp(told.elsewhere))
+        one.share * (one.believed * one.agreement.likelihood + (1.0 - one.believed) * math.exp(by.elsewhere))
         for one in around
     )
     right = sum(one.share * one.believed * one.agreement.right for one in around)
-    independent = _logistic(told.most) * right / max(density, TINY)
-    derived = math.exp(told.derived - 0.5 * (chances.moved / SETTLED) ** 2)
+    independent = _logistic(by.most) * right / max(density, TINY)
+    derived = math.exp(by.derived - 0.5 * (chances.moved / SETTLED) ** 2)
     return (independent + derived * own) / (1.0 + derived)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from vision_server.channels.depth import Pixels
 
 PERIOD_S = 1.0 / 30.0  # between frames, where nothing tells
-ROWS = 48  # of which one is looked at first, for a frozen camera
+ROWS = 48  # Two pictures are compared at each so many-th row first, to notice a frozen camera.
 
 
 class Clock:
@@ -20,9 +20,7 @@ class Clock:
     def passed(self, pixels: Pixels, time_s: float | None) -> tuple[str, float]:
         """What is strange about a frame, mostly nothing, and seconds since the one before.
 
-        Parameters
-        ----------
-        time_s : when it was taken; without it, PERIOD_S after the one before.
+        Without ``time_s`` it was taken PERIOD_S after the one before.
         """
         before, self._time_s = self._time_s, self._time_s + PERIOD_S if time_s is None else time_s
         last, self._last = self._last, pixels

@@ -1,9 +1,20 @@
 """A pose on whole lines, each of which counts by what lines of this target are off.
 
 Noise hardly moves a line that has a hundred edge points; a rounded edge, print beside it, a shadow or a model
-that is not quite true moves it as a whole, or turns it. Lines are therefore the observations, two numbers
-each (`line_fits`), of a variance that their own residuals show, with a tail that lets some be another thing
-altogether; and the radius by which the target's edges are rounded is an unknown beside the pose.
+that is not quite true moves it as a whole, or turns it. Lines are therefore the observations. Of each, two
+numbers y (`line_fits`: its offset and its turn, px) are modelled as
+
+    y = rows . unknowns + error,  unknowns = (pose 6, nuisances 2, radius 1),
+    error ~ Student's t of TAIL degrees of freedom, of variance s^2 + (slack radius)^2 / 3 + off^2,
+
+where s^2 is what scatters along the line, the second part is that of an edge that may be anywhere on a
+rounding, and off^2 is what lines are off as a whole, which their residuals show. Pose and nuisances have the
+priors of refinement. The radius of the target's edges has a mixture of two: it is 0, or half a normal
+(`none_or_rounded`), with odds by how far off the lines are (`rounded_odds`). What frames tell of off^2 and of
+the radius is handed on to the next ones (`Habits`).
+
+Poses that are tracked or checked are fitted so. A session's estimate takes `pose.settling` as its last step
+instead, where no frames before tell what lines are off: the profiles across their edges have to.
 """
 
 from __future__ import annotations
@@ -16,7 +27,6 @@ import numpy as np
 
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.rotation import cross_matrix
 from numerics.arrays import Floats
 from numerics.cholesky import inverse_positive
 from numerics.kernels import kernel
@@ -24,26 +34,30 @@ from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.refinement import ENOUGH_ROWS, prior_precision
 from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
-from vision_server.tracking.lines import LineFits, line_fits, rounding_shifts, united
+from vision_server.tracking.lines import RADIUS, UNKNOWNS, LineFits, line_fits, rounding_shifts, united
+from vision_server.tracking.motion import about
 
-Told = tuple[float, float]
-"""What lines tell of the radius: precision 1/m^2, and that times the radius."""
+Information = tuple[float, float]
+"""What lines tell of the radius: the precision, 1/m^2, and that times the radius."""
 
 TAIL = 4.0  # degrees of freedom of Student's t, by which lines are off
 ITERATIONS = 8
-# By hand, on printed boxes (radii of 1 to 4 % of the shortest side) and exact models (none):
-ROUNDING_SD = 0.02  # of the shorter lines: the radius of rounded edges, as half a normal
-KNOWN_TO, SHARP_TO = 0.1, 1e-4  # of a radius that was told, of the shorter lines: one sd
-EVEN_PX, POWER = 0.09, 6.0  # lines that are off so much are as likely of rounded edges as of sharp ones
-UNSEEN = 0.2  # numbers that OFF_PX counts as in what lines say of that
-SHORTER = 25.0  # percent of the lines
-LEARNT = 0.02  # share of a frame's lines and radius in what is known then: its errors are the next one's
-MOST_SEEN = 12.0  # lines that what was learnt counts as
-OFF_PX, SEEN_AS = 0.2, 4.0  # of lines of a target not seen yet, and how many lines that is worth
-LEAST_FREE = 0.2  # of a residual, that the fit does not take up
+# The priors of the radius were chosen by hand, on printed boxes (whose radii are 1 to 4 % of the shortest
+# side) and on exact models (which have none). It is measured in lengths of the shorter lines, which are those
+# at this percentile.
+SHORTER = 25.0
+ROUNDING_SD = 0.02  # of the half normal that the radius of rounded edges has
+KNOWN_TO, SHARP_TO = 0.1, 1e-4  # one sd of a radius that is given: as a share of it, and at least
+# Rounded edges are as likely as sharp ones where lines are off by this; the odds grow with that power of it.
+EVEN_PX, POWER = 0.09, 6.0
+UNSEEN = 0.2  # how many numbers OFF_PX counts as, beside those that a frame has, in these odds
+LEARNT = 0.02  # share of what a frame tells that is learnt, as the errors of the next frame are the same
+MOST_SEEN = 12.0  # lines that all that was learnt counts as, at most
+OFF_PX, SEEN_AS = 0.2, 4.0  # what lines of a target not seen yet are off, and how many lines say so
+LEAST_FREE = 0.2  # of a residual's variance, the share that the fit is taken to leave at least
 LEAST_LINES = 4
-FARTHEST = 30.0  # standard deviations of a tail that still has a number
-FEW = 25.0  # the covariance is 1 + this / (numbers that the variance is from) times what that says
+FARTHEST = 30.0  # standard deviations, beyond which a normal's tail has no number
+FEW = 25.0  # A covariance is 1 + FEW / (numbers that the variance is from) times what that variance says.
 
 
 class Habits(NamedTuple):
@@ -75,11 +89,12 @@ class Habits(NamedTuple):
 
     def after(self, fit: Fit) -> Habits:
         """With what one more frame said."""
-        seen = min(self.seen + LEARNT * fit.lines, MOST_SEEN)
-        share = LEARNT * fit.lines / seen
+        lines = len(fit.fits.line)
+        seen = min(self.seen + LEARNT * lines, MOST_SEEN)
+        share = LEARNT * lines / seen
         known = self.radius_sd_m**-2.0
-        precision = known + LEARNT * fit.radius_told[0]
-        radius = (self.radius_m * known + LEARNT * fit.radius_told[1]) / precision
+        precision = known + LEARNT * fit.radius_information[0]
+        radius = (self.radius_m * known + LEARNT * fit.radius_information[1]) / precision
         off_px2 = self.off_px2 + share * (fit.off_px2 - self.off_px2)
         return Habits(off_px2, seen, radius, precision**-0.5, self.at_first_m)
 
@@ -93,31 +108,26 @@ class Fit:
     covariance : (6, 6), of a left-multiplied step.
     observation : edge points where the step started, their offsets from the lines where it ended.
     moved_px : how far it moved the lines, at most.
-    courses : of the lines, where the step started.
+    fits : of the lines, where the step started.
     known : what was known before: precisions of the unknowns (9,), and of the lines.
     off_px2 : what the lines are off, this frame alone.
     radius_m : of the edges, with what was known before.
-    radius_told : what this frame alone says of it: precision 1/m^2, and that times the radius.
+    radius_information : what this frame alone says of it: precision 1/m^2, and that times the radius.
     """
 
     pose: Pose
     covariance: Floats
     observation: Observation
     moved_px: float
-    courses: LineFits
+    fits: LineFits
     known: tuple[Floats, Habits]
     off_px2: float
     radius_m: float
-    radius_told: Told
-
-    @property
-    def lines(self) -> int:
-        """How many there are."""
-        return len(self.courses.line)
+    radius_information: Information
 
     def covariance_with(self, more_px2: Floats) -> Floats:
         """Covariance (6, 6) if the model's lines (L,) are uncertain by so much more."""
-        return _about_camera(solved(_wider(self.courses, more_px2), *self.known)[1], self.observation.centre)
+        return about(-self.observation.centre, solved(_wider(self.fits, more_px2), *self.known)[1][:6, :6])
 
 
 def fitted(
@@ -147,32 +157,25 @@ def fitted(
         return None
     range_m = float(np.linalg.norm(start.translation))
     prior = np.append(prior_precision(range_m, problem.tone_sd_px), habits.radius_sd_m**-2.0)
-    step, covariance, off_px2, radius_told = solved(lines, prior, habits)
+    step, covariance, off_px2, radius_information = solved(lines, prior, habits)
     if not np.isfinite(step).all():
         return None
     moves = seen.jacobian @ step[:6]
     return Fit(
         moved(start, step[:6], seen.centre),
-        _about_camera(covariance, seen.centre),
+        about(-seen.centre, covariance[:6, :6]),
         seen._replace(offset=seen.offset - moves),
         float(np.abs(moves).max()),
         lines,
         (prior, habits),
         off_px2,
-        float(step[8]),
-        radius_told,
+        float(step[RADIUS]),
+        radius_information,
     )
 
 
 def _wider(lines: LineFits, more_px2: Floats) -> LineFits:
     return lines._replace(variance=lines.variance + more_px2[lines.line][:, None])
-
-
-def _about_camera(covariance: Floats, centre: Floats) -> Floats:
-    """Of a pose (6, 6), from that (9, 9) of steps about a turning point (3,)."""
-    turn = np.eye(6)
-    turn[3:, :3] = cross_matrix(centre)
-    return np.asarray(turn @ covariance[:6, :6] @ turn.T)
 
 
 @kernel()
@@ -227,46 +230,44 @@ def mills_ratio(above: float) -> float:
 
 
 @kernel()
-def solved(lines: LineFits, prior: Floats, habits: Habits) -> tuple[Floats, Floats, float, Told]:
-    """Pose, nuisances and radius (9,), their covariance; of these lines alone, what they are off, px^2, and
-    what they tell of the radius, see `Fit`.
+def solved(lines: LineFits, prior: Floats, habits: Habits) -> tuple[Floats, Floats, float, Information]:
+    """The unknowns (9,), their covariance; of these lines alone, off^2, and what they tell of the radius.
 
-    Iteratively reweighted least squares: the weights are Student's, the variance is that of the residuals,
-    each divided by the share of it that the fit did not take up, beside what was known.
+    Iteratively reweighted least squares: the weights are Student's, off^2 is that of the residuals, each
+    divided by the share of it that the fit did not take up, beside what was known.
     """
-    values, scatters, rows = lines.value.ravel(), lines.variance.ravel(), lines.rows.reshape(-1, 9)
-    radius_m2 = habits.radius_m**2  # expected square of the radius
-    factor, off_px2, own, left = np.ones(len(values)), habits.off_px2, 0.0, 0.0
-    step, covariance, told = np.zeros(9), np.eye(9), (0.0, 0.0)
+    known = lines.variance.ravel() < np.inf
+    value, scatter = lines.value.ravel()[known], lines.variance.ravel()[known]
+    rows, slack = lines.rows.reshape(-1, UNKNOWNS)[known], np.repeat(lines.slack, 2)[known]
+    pull, radius_m2 = prior[RADIUS] * habits.radius_m, habits.radius_m**2  # the latter as is expected
+    factor, off_px2, own, left = np.ones(len(value)), habits.off_px2, 0.0, 0.0
+    step, covariance, told = np.zeros(UNKNOWNS), np.eye(UNKNOWNS), (0.0, 0.0)
     for _ in range(ITERATIONS):
-        normal, right = np.diag(prior), np.zeros(9)
-        right[8] = prior[8] * habits.radius_m
-        for i in range(len(values)):
-            if scatters[i] < np.inf:
-                variance = scatters[i] + lines.slack[i // 2] ** 2 / 3.0 * radius_m2 + off_px2
-                weight = factor[i] / variance
-                for j in range(9):
-                    right[j] += weight * values[i] * rows[i, j]
-                    for k in range(9):
-                        normal[j, k] += weight * rows[i, j] * rows[i, k]
+        noise = scatter + slack * slack / 3.0 * radius_m2
+        variance = noise + off_px2
+        weight = factor / variance
+        normal, right = np.diag(prior), np.zeros(UNKNOWNS)
+        right[RADIUS] = pull
+        for i in range(len(value)):
+            for j in range(UNKNOWNS):
+                right[j] += weight[i] * value[i] * rows[i, j]
+                for k in range(UNKNOWNS):
+                    normal[j, k] += weight[i] * rows[i, j] * rows[i, k]
         covariance = inverse_positive(normal)
         step = (covariance * right).sum(axis=1)
-        told = (1.0 / covariance[8, 8] - prior[8], step[8] / covariance[8, 8] - prior[8] * habits.radius_m)
+        own_radius = covariance[RADIUS, RADIUS]
+        told = (1.0 / own_radius - prior[RADIUS], step[RADIUS] / own_radius - pull)
         step, covariance = none_or_rounded(step, covariance, habits.at_first_m, rounded_odds(own, left))
         shares, squares, left = 0.0, 0.0, 0.0
-        for i in range(len(values)):
-            if scatters[i] < np.inf:
-                noise = scatters[i] + lines.slack[i // 2] ** 2 / 3.0 * radius_m2
-                variance = noise + off_px2
-                residual = values[i] - (rows[i] * step).sum()
-                free = 1.0 - factor[i] / variance * ((covariance * rows[i]).sum(axis=1) * rows[i]).sum()
-                left += free
-                factor[i] = (TAIL + 1.0) / (TAIL + residual**2 / variance)
-                share = off_px2 / variance
-                shares += share
-                squares += share * max(factor[i] * residual**2 / max(free, LEAST_FREE) - noise, 0.0)
+        for i in range(len(value)):
+            residual = value[i] - (rows[i] * step).sum()
+            free = 1.0 - weight[i] * ((covariance * rows[i]).sum(axis=1) * rows[i]).sum()
+            factor[i] = (TAIL + 1.0) / (TAIL + residual**2 / variance[i])
+            share = off_px2 / variance[i]
+            left, shares = left + free, shares + share
+            squares += share * max(factor[i] * residual**2 / max(free, LEAST_FREE) - noise[i], 0.0)
         left = max(left, 0.0)
-        radius_m2 = step[8] ** 2 + covariance[8, 8]
+        radius_m2 = step[RADIUS] ** 2 + covariance[RADIUS, RADIUS]
         own = squares / max(shares, 1e-9)
         off_px2 = (habits.seen * habits.off_px2 + squares) / (habits.seen + shares)
     covariance[:6, :6] *= 1.0 + FEW / (2.0 * habits.seen + left)

@@ -1,4 +1,8 @@
-"""From where a target is expected to where it is: a few refinement passes around one pose."""
+"""From where a target is expected to where it is: a few refinement passes around one pose.
+
+Each frame begins with the look `Sight.near`, and each search ends with it; `far` and `turned` are for frames
+in which it does not suffice (see `tracker`). All of them end with a fit to whole lines.
+"""
 
 from __future__ import annotations
 
@@ -23,23 +27,25 @@ from vision_server.pose.trust import RIVAL_NATS, TAILS, belief, quality, shared
 from vision_server.tracking.beside import Beside, beside
 from vision_server.tracking.fitting import Fit, Habits, fitted
 from vision_server.tracking.frame import Tone, problem_of, window
+from vision_server.tracking.motion import Motion
 from vision_server.tracking.outermost import outermost
 from vision_server.tracking.softness import Softness
 from vision_server.tracking.strain import is_strained
 
-# Chosen by hand where nothing else is said.
-NEAR_REACHES_PX = (6.0,)  # where the motion was foreseen
+# Where nothing else is said, these were chosen by hand. Edges are looked for this far from lines near a pose
+# that the motion foresaw; around others 28 px far, in pictures of a quarter and half of the size.
+NEAR_REACHES_PX = (6.0,)
+FAR = ((4, (7.0, 5.0)), (2, (5.0,)))
+MARGIN_PX = 40.0  # of the window around the target: these 28 px, and the filters' reach
+# A fit has settled when a step moves no line farther than this. Where a pose that was foreseen has settled to
+# the second, its edges are off by 0.02 px more. It takes so many passes at most.
+SETTLED_PX, NEAR_SETTLED_PX, PASSES = 0.3, 1.0, 3
 # Of a pose on outermost edges (on 22 films of printed boxes): how far around it is looked, so that those
-# inside are left out; by what share of the range it is nearer; and what it may lack of quality and evidence.
+# inside are left out; by what share of the range it is nearer; what it may lack of quality and evidence.
 OUTER_REACHES_PX = (2.0, 2.0)
 NEARER, LIKE, PRINT_NATS = 0.003, 0.5, 10.0
-SETTLED_PX = 0.3  # a step that moves no line farther was looked at from near enough ...
-NEAR_SETTLED_PX = 1.0  # ... and of a pose that was foreseen: where it ends, edges are off by 0.02 px more
-PASSES = 3  # at most, until it has settled
-FAR = ((4, (7.0, 5.0)), (2, (5.0,)))  # sizes and reaches there, where it was not: 28 px at full size
 TURNS = np.radians(6.0) * np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])  # across the view
-CLIMBS = 3  # of such turns, one after the other, at most
-MARGIN_PX = 40.0  # of the window around the target: these 28 px, and the filters' reach
+CLIMBS = 3  # such turns at most, one after the other
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,17 +73,18 @@ class Found:
         return quality(self.support)
 
     @cached_property
-    def uncertainty(self) -> float:
-        """Largest standard deviation, 0.01 of 1 % of the range or 1 degree; it has its tails already."""
-        return uncertainty(self.covariance, self.pose.translation)
-
-    @cached_property
     def _own_belief(self) -> float:
-        return belief(self.support, 0.0, self.uncertainty / TAILS)
+        """Without rivals; the covariance of a fit has the tails already that are meant for an estimate's."""
+        return belief(self.support, 0.0, uncertainty(self.covariance, self.pose.translation) / TAILS)
 
     def belief(self, ambiguity: float) -> float:
         """Probability that this is where the target is, however exactly, see `trust.belief`."""
         return shared(self._own_belief, ambiguity)
+
+    @property
+    def evidence(self) -> float:
+        """For it, nats."""
+        return self.support.evidence
 
     def is_at(self, pose: Pose | None) -> bool:
         """Whether it is this pose."""
@@ -101,9 +108,7 @@ class Sight:
     ) -> Found | None:
         """The pose a few pixels around the one expected; None where nothing holds it.
 
-        Parameters
-        ----------
-        before : of the frame before, where the target was followed surely.
+        Where the target was followed surely in the frame ``before``, its lines may be taken to be as soft.
         """
         seen = window(pixels, self.model, self.camera, expected, MARGIN_PX)
         if seen is None:
@@ -144,19 +149,29 @@ class Sight:
         pose hold it where those of the other are beside them: no small search comes from there to the other.
         What less than nothing supports is not told: turns then lead anywhere.
         """
-        better = [max(found, key=_evidence)]
+        better = [max(found, key=lambda one: one.evidence)]
         for _ in range(CLIMBS):
             starts = (turned_about(better[-1].pose, self.model.middle, turn) for turn in TURNS)
-            beside = [self.near(pixels, start, habits) for start in starts]
-            best = max((one for one in beside if one is not None), key=_evidence, default=better[-1])
-            if _evidence(best) < _evidence(better[-1]) + RIVAL_NATS:
+            turned = [one for start in starts if (one := self.near(pixels, start, habits)) is not None]
+            best = max(turned, key=lambda one: one.evidence, default=better[-1])
+            if best.evidence < better[-1].evidence + RIVAL_NATS:
                 break
             better.append(best)
-        return [one for one in better[1:] if _evidence(one) > 0.0]
+        return [one for one in better[1:] if one.evidence > 0.0]
 
 
-def _evidence(one: Found) -> float:
-    return one.support.evidence
+def likeliest(found: Sequence[Found], expected: Motion, middle: Floats) -> Found:
+    """The pose for which lines and motion speak most together; ``middle`` (3,) of the target, m.
+
+    Print may look better than the edge beside it, and the motion knows which it was; but of a small target
+    seen from the front, turned one way or the other, the motion may foresee the wrong one, and lines tell.
+    """
+
+    def nats(one: Found) -> float:
+        surprise = expected.innovation(one.pose, one.covariance, middle).squared
+        return one.evidence / RIVAL_NATS - 0.5 * surprise
+
+    return max(found, key=nats)
 
 
 def turned_about(pose: Pose, middle: Floats, turn: Floats) -> Pose:
@@ -188,7 +203,7 @@ def _is_print(found: Found, outer: Found, middle: Floats) -> bool:
     ranges = [float(np.linalg.norm(one.pose.apply(middle[None]))) for one in (outer, found)]
     if ranges[0] > (1.0 - NEARER) * ranges[1] or outer.quality < LIKE * found.quality:
         return False
-    return outer.support.evidence >= found.support.evidence - PRINT_NATS
+    return outer.evidence >= found.evidence - PRINT_NATS
 
 
 def _fitted(

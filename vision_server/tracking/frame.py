@@ -17,8 +17,8 @@ from vision_server.channels.gradients import Frame, GradientChannel, Picture
 from vision_server.channels.noise import grey_noise
 from vision_server.pose.observation import PoseProblem
 
-LEAST_SIDE_PX = 24  # of what is looked at
-AROUND_PX = 8.0  # of what is looked at first, where the next looks go
+LEAST_SIDE_PX = 24  # of a window that is looked at
+AROUND_PX = 8.0  # around the pixels that a look needs, which the next looks need, too
 NAME = "frame"
 
 

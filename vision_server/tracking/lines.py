@@ -18,15 +18,19 @@ from vision_server.pose.observation import Observation, PoseProblem
 from vision_server.pose.solver import SAMPLES_TOGETHER
 from vision_server.pose.weights import SCATTER_PX
 
-Edges = tuple[Floats, Floats, Flags, Ints, Floats, Floats, Floats]
+UNKNOWNS, RADIUS = 9, 8  # the pose's six, two nuisances, and the last, the radius of rounded edges
 
-# Chosen by hand where nothing else is said.
-FEWEST = 4  # edge points of a line that show where it lies and how it is turned
-FITS = 5  # of a line's straight course, reweighted
-OFF_PX = 0.5  # from that course, at which an edge point counts half
-LEAST_TURN = 0.05  # spread of a line's edge points, of 1/3 for even ones, that shows its turn
+# The following were chosen by hand.
+FEWEST = 4  # edge points that a line needs to show where it lies and how it is turned
+FITS = 5  # times that a straight line is fitted to them, reweighted
+OFF_PX = 0.5  # from that line, at which an edge point counts half
+# The turn is seen where the variance of the edge points' places on the line, from -1 to 1, is at least this;
+# of evenly spread ones it is 1/3.
+LEAST_TURN = 0.05
 LEAST_VARIANCE_PX2 = 1e-6  # of a line in one channel
-FLAT = 0.05  # 1 + cosine between two faces' normals, under which no edge is between them
+# Two faces are as one, without an edge between them that could be rounded, where 1 + the cosine between their
+# normals is less than this.
+FLAT = 0.05
 
 
 class LineFits(NamedTuple):
@@ -35,8 +39,8 @@ class LineFits(NamedTuple):
     Attributes
     ----------
     value, variance : (M, 2), and the variance by what scatters along the line, px^2.
-    rows : (M, 2, 9), what a step of the pose (6, see `Observation`), the two nuisances and a metre of edge
-        radius change.
+    rows : (M, 2, UNKNOWNS), what a step of the pose (see `Observation`), the two nuisances and a metre of
+        edge radius change.
     slack : (M,), px per metre of radius, to either side, within which a rounded edge may be seen.
     line : (M,), of the model.
     """
@@ -48,49 +52,42 @@ class LineFits(NamedTuple):
     line: Ints
 
 
-class Course(NamedTuple):
-    """A straight line through the edge points of a line: where it is in the middle, and px at the ends."""
+class StraightFit(NamedTuple):
+    """A straight line through edge points: px across the model's line, by the place along it."""
 
-    middle: float
-    offset: float
-    turn: float
-    spread: float
-    scatter: float
-    total: float
-    squares: float
+    middle: float  # place along the line
+    offset: float  # px there
+    turn: float  # px more at the line's end
+    spread: float  # weighted variance of the places along the line
+    scatter: float  # weighted variance across it, px^2
+    total: float  # sum of the weights
+    squares: float  # and of their squares
 
 
 @kernel()
-def _course(along: Floats, place: Floats, base: Floats, weight: Floats) -> Course:
-    """Robust, by reweighting; all (K,), ``weight`` is written to."""
-    middle, offset, turn, spread, scatter, total, squares = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+def _straight(along: Floats, place: Floats, base: Floats, weight: Floats) -> StraightFit:
+    """A robust fit, by reweighting, to places along and across a line; all (K,), ``weight`` is written to."""
+    known = base > 0.0
+    x, y, first = along[known], place[known], base[known]
+    own, off, middle, offset, turn, spread, total = first, y, 0.0, 0.0, 0.0, 0.0, 0.0
     for fit in range(FITS):
-        total, squares, sum_x, sum_d = 0.0, 0.0, 0.0, 0.0
-        for i in range(len(along)):
-            weight[i] = 0.0
-            if base[i] > 0.0:
-                off = place[i] - offset - turn * (along[i] - middle)
-                weight[i] = base[i] / (1.0 + ((off / OFF_PX) ** 2 if fit > 0 else 0.0))
-                total += weight[i]
-                squares += weight[i] ** 2
-                sum_x += weight[i] * along[i]
-                sum_d += weight[i] * place[i]
-        middle, offset = sum_x / total, sum_d / total
-        spread, product, scatter = 0.0, 0.0, 0.0
-        for i in range(len(along)):
-            if weight[i] > 0.0:
-                spread += weight[i] * (along[i] - middle) ** 2 / total
-                product += weight[i] * (along[i] - middle) * place[i] / total
-        turn = product / spread if spread > LEAST_TURN else 0.0
-        for i in range(len(along)):
-            if weight[i] > 0.0:
-                scatter += weight[i] * (place[i] - offset - turn * (along[i] - middle)) ** 2 / total
-    return Course(middle, offset, turn, spread, scatter, total, squares)
+        if fit > 0:
+            own = first / (1.0 + (off / OFF_PX) * (off / OFF_PX))
+        total = own.sum()
+        middle, offset = (own * x).sum() / total, (own * y).sum() / total
+        across = x - middle
+        spread = (own * (across * across) / total).sum()
+        turn = (own * across * y / total).sum() / spread if spread > LEAST_TURN else 0.0
+        off = y - offset - turn * across
+    weight[:] = 0.0
+    weight[known] = own
+    scatter = (own * (off * off) / total).sum()
+    return StraightFit(middle, offset, turn, spread, scatter, total, (own * own).sum())
 
 
 @kernel()
 def line_fits(seen: Observation, base: Floats, rounding: Floats, slack: Floats) -> LineFits:
-    """Robust straight courses of the edge points along each line, in each channel.
+    """Robust straight fits to the edge points along each line, in each channel.
 
     Parameters
     ----------
@@ -99,13 +96,13 @@ def line_fits(seen: Observation, base: Floats, rounding: Floats, slack: Floats) 
     """
     line, count = seen.samples.line, base.shape[1]
     most = len(base) * seen.sigma.shape[1]
-    value, variance, rows = np.zeros((most, 2)), np.zeros((most, 2)), np.zeros((most, 2, 9))
+    value, variance, rows = np.zeros((most, 2)), np.zeros((most, 2)), np.zeros((most, 2, UNKNOWNS))
     weight, loose, found = np.zeros(count), np.zeros(most), 0
     number = np.zeros(most, dtype=np.int64)
-    change = np.empty((count, 9))
-    change[:, :6], change[:, 8] = seen.jacobian, rounding
+    change = np.empty((count, UNKNOWNS))
+    change[:, :6], change[:, RADIUS] = seen.jacobian, rounding
     for c in range(len(base)):
-        change[:, 6:8] = seen.nuisance[c]
+        change[:, 6:RADIUS] = seen.nuisance[c]
         start = 0
         while start < count:
             end, points = start, 0
@@ -114,19 +111,19 @@ def line_fits(seen: Observation, base: Floats, rounding: Floats, slack: Floats) 
                 end += 1
             if points >= FEWEST:
                 along = seen.along[start:end]
-                course = _course(along, seen.offset[c, start:end], base[c, start:end], weight[start:end])
-                share, turned = points / (end - start), course.spread > LEAST_TURN
-                doubt = (1.0 + course.scatter / SCATTER_PX**2) / (share * share)
-                noise = doubt * course.scatter * SAMPLES_TOGETHER * course.squares / course.total**2
-                value[found, 0], value[found, 1] = course.offset, course.turn
+                fit = _straight(along, seen.offset[c, start:end], base[c, start:end], weight[start:end])
+                share, turned = points / (end - start), fit.spread > LEAST_TURN
+                doubt = (1.0 + fit.scatter / SCATTER_PX**2) / (share * share)
+                noise = doubt * fit.scatter * SAMPLES_TOGETHER * fit.squares / fit.total**2
+                value[found, 0], value[found, 1] = fit.offset, fit.turn
                 variance[found, 0] = noise
-                variance[found, 1] = noise / course.spread if turned else math.inf
+                variance[found, 1] = noise / fit.spread if turned else math.inf
                 number[found] = line[start]
                 for i in range(start, end):
-                    own = weight[i] / course.total
-                    across = own * (seen.along[i] - course.middle) / course.spread if turned else 0.0
+                    own = weight[i] / fit.total
+                    across = own * (seen.along[i] - fit.middle) / fit.spread if turned else 0.0
                     loose[found] += own * slack[i]
-                    for k in range(9):
+                    for k in range(UNKNOWNS):
                         rows[found, 0, k] += own * change[i, k]
                         rows[found, 1, k] += across * change[i, k]
                 found += 1
@@ -140,7 +137,7 @@ def united(lines: LineFits) -> LineFits:
     count, precision = len(first), 1.0 / np.maximum(lines.variance, LEAST_VARIANCE_PX2)
     total = np.stack([np.bincount(number, precision[:, k], count) for k in range(2)], axis=1)
     share = precision / np.where(total > 0.0, total, 1.0)[number]
-    value, rows, slack = np.zeros((count, 2)), np.zeros((count, 2, 9)), np.zeros(count)
+    value, rows, slack = np.zeros((count, 2)), np.zeros((count, 2, UNKNOWNS)), np.zeros(count)
     np.add.at(value, number, share * lines.value)
     np.add.at(rows, number, share[:, :, None] * lines.rows)
     np.add.at(slack, number, share[:, 0] * lines.slack)
@@ -161,64 +158,8 @@ def rounding_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tupl
     The shift (N,), and how far a crease may be from there to either side; 0 for lines of open, smooth or
     hollow places.
     """
-    model, line = problem.model, seen.samples.line
-    if not model.faces:
-        return np.zeros(len(line)), np.zeros(len(line))
-    found = _roundings(*_edges(model, problem.camera, pose, seen.samples))
-    return found[0], found[1]
-
-
-def _edges(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Edges:
-    """What `_roundings` and `_outward` ask of the lines, (L,), and of the samples on them, (N,).
-
-    Normals of the two faces at each line (L, 3), and whether it is sharp and convex; line (N,), points and
-    unit vectors along the lines (N, 3), camera frame; normals in the image times the focal lengths (N, 2).
-    """
-    normals = model.face_normals @ pose.matrix.T
-    return (
-        normals[model.line_faces[:, 0]],
-        normals[model.line_faces[:, 1]],
-        _rounds(model),
-        samples.line,
-        pose.apply(samples.points),
-        samples.direction @ pose.matrix.T,
-        samples.normal * [camera.fx, camera.fy],
-    )
-
-
-@kernel()
-def _roundings(
-    one: Floats, two: Floats, rounds: Flags, line: Ints, points: Floats, along: Floats, focal: Floats
-) -> Floats:
-    """Both of `rounding_shifts`, (2, N)."""
-    out = np.zeros((2, len(line)))
-    for i in range(len(line)):
-        n, m, point = one[line[i]], two[line[i]], points[i]
-        cosine = n[0] * m[0] + n[1] * m[1] + n[2] * m[2]
-        if not rounds[line[i]] or 1.0 + cosine <= FLAT:
-            continue
-        facing_n = n[0] * point[0] + n[1] * point[1] + n[2] * point[2]
-        facing_m = m[0] * point[0] + m[1] * point[1] + m[2] * point[2]
-        both, apex = n + m, (n + m) / (1.0 + cosine)
-        if facing_n < 0.0 and facing_m < 0.0:
-            shift = both / max(math.sqrt(2.0 + 2.0 * cosine), FLAT) - apex
-            out[1, i] = abs(_across(0.5 * (n - m), point, focal[i]))
-        else:
-            outward = np.empty(3)
-            for k in range(3):
-                p, q = (k + 1) % 3, (k + 2) % 3
-                outward[k] = point[p] * along[i, q] - point[q] * along[i, p]
-            outward /= math.sqrt((outward**2).sum()) * (1.0 if (outward * both).sum() >= 0.0 else -1.0)
-            shift = (1.0 - (outward * apex).sum()) * outward
-        out[0, i] = _across(shift, point, focal[i])
-    return out
-
-
-@kernel()
-def _across(shift: Floats, point: Floats, focal: Floats) -> float:
-    """How far a shift (3,) of a point moves it in the image along the normal that ``focal`` is, px."""
-    x, y = shift[0] - shift[2] * point[0] / point[2], shift[1] - shift[2] * point[1] / point[2]
-    return float((x * focal[0] + y * focal[1]) / point[2])
+    shift, slack, _ = _edges(problem.model, problem.camera, pose, seen.samples)
+    return shift, slack
 
 
 def outward_of(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Floats:
@@ -227,26 +168,64 @@ def outward_of(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Fl
     A line between two faces is an outline where one of them is turned away; those of smooth or hollow places
     are left out.
     """
+    outward: Floats = _edges(model, camera, pose, samples)[2]
+    return outward
+
+
+def _edges(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Floats:
+    """Both of `rounding_shifts` and `outward_of` at each sample, (3, N)."""
     if not model.faces:
-        return np.zeros(len(samples.line))
-    found: Floats = _outward(*_edges(model, camera, pose, samples))
-    return found
+        return np.zeros((3, len(samples.line)))
+    normals, faces = model.face_normals @ pose.matrix.T, model.line_faces[samples.line]
+    points, along = pose.apply(samples.points), samples.direction @ pose.matrix.T
+    focal, rounds = samples.normal * [camera.fx, camera.fy], _rounds(model)[samples.line]
+    return _at_edges(normals[faces[:, 0]], normals[faces[:, 1]], rounds, points, along, focal)
 
 
 @kernel()
-def _outward(
-    one: Floats, two: Floats, rounds: Flags, line: Ints, points: Floats, along: Floats, focal: Floats
+def _at_edges(
+    one: Floats, two: Floats, rounds: Flags, points: Floats, along: Floats, focal: Floats
 ) -> Floats:
-    """See `outward_of`."""
-    out, across = np.zeros(len(line)), np.empty(3)
-    for i in range(len(line)):
-        n, m, point = one[line[i]], two[line[i]], points[i]
-        if rounds[line[i]] and (n * point).sum() * (m * point).sum() < 0.0:
-            for k in range(3):
-                p, q = (k + 1) % 3, (k + 2) % 3
-                across[k] = point[p] * along[i, q] - point[q] * along[i, p]
-            out[i] = np.sign((across * (n + m)).sum()) * np.sign(_across(across, point, focal[i]))
+    """See `_edges`.
+
+    Parameters
+    ----------
+    one, two : (N, 3), normals of the two faces beside a sample's line, camera frame.
+    rounds : (N,), whether that is a sharp convex edge between them.
+    points, along : (N, 3), the sample, m, and the unit vector along its line, camera frame.
+    focal : (N, 2), its normal in the image times the focal lengths, px.
+    """
+    out = np.zeros((3, len(points)))
+    for i in range(len(points)):
+        n, m, point = one[i], two[i], points[i]
+        cosine, facing_n, facing_m = _dot(n, m), _dot(n, point), _dot(m, point)
+        both, across = n + m, np.cross(point, along[i])
+        if rounds[i] and facing_n * facing_m < 0.0:
+            out[2, i] = np.sign(_dot(across, both)) * np.sign(_in_image(across, point, focal[i]))
+        if not rounds[i] or 1.0 + cosine <= FLAT:
+            continue
+        apex = both / (1.0 + cosine)
+        if facing_n < 0.0 and facing_m < 0.0:
+            shift = both / max(math.sqrt(2.0 + 2.0 * cosine), FLAT) - apex
+            out[1, i] = abs(_in_image(0.5 * (n - m), point, focal[i]))
+        else:
+            length = math.sqrt(_dot(across, across))
+            outward = across / (length if _dot(across, both) >= 0.0 else -length)
+            shift = (1.0 - _dot(outward, apex)) * outward
+        out[0, i] = _in_image(shift, point, focal[i])
     return out
+
+
+@kernel()
+def _dot(one: Floats, two: Floats) -> float:
+    return float(one[0] * two[0] + one[1] * two[1] + one[2] * two[2])
+
+
+@kernel()
+def _in_image(shift: Floats, point: Floats, focal: Floats) -> float:
+    """How far a shift (3,) of a point moves it in the image along the normal that ``focal`` is, px."""
+    x, y = shift[0] - shift[2] * point[0] / point[2], shift[1] - shift[2] * point[1] / point[2]
+    return float((x * focal[0] + y * focal[1]) / point[2])
 
 
 @lru_cache(maxsize=8)

@@ -13,8 +13,8 @@ from geometry.pose import Pose
 from geometry.rotation import cross_matrix, matrix_of, vector_of
 from numerics.arrays import Floats
 
-# How much the velocity changes in a second, one sd, at agility 1: 3 degrees and 1 % of the range (some 8 px)
-# from one frame to the next at 30 a second come to it from rest.
+# How much the velocity changes in a second, one sd, at agility 1. From one frame to the next, at 30 a second,
+# that moves a target from rest by 3 degrees and 1 % of the range, some 8 px.
 TURN_RATE_CHANGE = 47.0  # rad/s^2
 SPEED_CHANGE = 9.0  # ranges/s^2
 LEAST_AGILITY, MOST_AGILITY = 0.02, 1.0
@@ -77,11 +77,6 @@ class Motion:
         """camera_T_target, of a target with this middle (3,)."""
         return Pose.from_matrix(self.rotation, self.centre - self.rotation @ middle)
 
-    @property
-    def pose_covariance(self) -> Floats:
-        """Covariance (6, 6) of a small left-multiplied step of the pose."""
-        return about(-self.centre, self.covariance[:6, :6])
-
     def spread_px(self, camera: Camera, radius_m: float) -> float:
         """How exactly the pose is foreseen: one sd in the image of points so far from the middle."""
         variance = self.covariance.diagonal()
@@ -130,9 +125,9 @@ class Motion:
 
 
 def about(centre: Floats, covariance: Floats) -> Floats:
-    """Covariance (6, 6) of steps about the camera, of those about a centre (3,) in the camera frame.
+    """Covariance (6, 6) of steps about a centre (3,), camera frame, from that of steps about the camera.
 
-    A step about the camera turns a point at the centre by w and moves it by v + w x centre.
+    The latter turn a point at the centre by w and move it by v + w x centre; with -centre it leads back.
     """
     turn = np.eye(6)
     turn[3:, :3] = -cross_matrix(centre)

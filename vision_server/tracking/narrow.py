@@ -2,7 +2,8 @@
 
 Where such a face is as dark as what is behind it, one edge is seen instead of two, and it may be either's: an
 outline sits on a crease, or on the far edge of a thin plate. Points and residuals are as good there as on the
-right one, and the pose is held, some degrees off, by lines that say nothing of that.
+right one, and the pose is held, some degrees off, by lines that say nothing of that. Whatever pose is
+taken of a frame, by following or by a search, is therefore looked at from aside before it is told.
 """
 
 from __future__ import annotations
@@ -20,16 +21,17 @@ from numerics.kernels import kernel
 from vision_server.channels.depth import Pixels
 from vision_server.pose.steps import moved, turning_point
 from vision_server.pose.trust import RIVAL_NATS
-from vision_server.tracking.acceptance import LIMITS, SURE, is_exact
+from vision_server.tracking.acceptance import EXACT_WITHIN, SURE, is_exact
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.motion import about
 
-# Chosen by hand.
-NARROW_PX = 5.0  # of a face across a line: as far as edges are looked for around it
-ANOTHER = (1.0, 0.01)  # degrees, share of the range: a pose that is farther off is another one
-SIZES = (-1.0, 1.0)  # of LIMITS, that poses are looked for aside
-MOST = 4.0  # of LIMITS, one sd: what other lines leave open by more, they say nothing of
+# The following were chosen by hand.
+NARROW_PX = 5.0  # width of a face, seen across a line, as far as edges are looked for around the line
+ANOTHER = (1.0, 0.01)  # degrees and share of the range, from which on a pose is another one
+# Poses are looked for so far aside; what other lines leave open by more, one sd, they say nothing of. Both
+# are in units of EXACT_WITHIN.
+ASIDE, MOST_OPEN = (-1.0, 1.0), 4.0
 CLIMBS = 3  # at most, each to a pose that the frame supports better
 
 
@@ -48,26 +50,22 @@ def firmest(found: Found, sight: Sight, pixels: Pixels, habits: Habits) -> tuple
             break
         centre = turning_point(sight.model, found.pose)
         open_by, step = _weakest(centre, spread)
-        starts = (moved(found.pose, size * step, centre) for size in SIZES)
+        starts = (moved(found.pose, size * step, centre) for size in ASIDE)
         seen = [one for one in (sight.near(pixels, start, habits) for start in starts) if one is not None]
         others = [one for one in seen if not found.pose.error_to(one.pose).within(*ANOTHER)]
-        best = max(others, key=_evidence, default=None)
+        best = max(others, key=lambda one: one.evidence, default=None)
         if best is None:
             break
-        if _evidence(best) <= _evidence(found) or best.belief(0.0) < SURE:
-            second = max(second, _evidence(best))
+        if best.evidence <= found.evidence or best.belief(0.0) < SURE:
+            second = max(second, best.evidence)
             break
-        second, found = max(second, _evidence(found)), best
-    return found, open_by < MOST and second < _evidence(found) - RIVAL_NATS
-
-
-def _evidence(one: Found) -> float:
-    return one.support.evidence
+        second, found = max(second, found.evidence), best
+    return found, open_by < MOST_OPEN and second < found.evidence - RIVAL_NATS
 
 
 def _weakest(centre: Floats, covariance: Floats) -> tuple[float, Floats]:
-    """Largest standard deviation, in LIMITS, and a step (6,) about a centre (3,), LIMITS long in its way."""
-    unit = np.repeat([np.radians(LIMITS[0]), LIMITS[1] * float(np.linalg.norm(centre))], 3)
+    """Largest standard deviation, in EXACT_WITHIN, and a step (6,) about a centre (3,) that is one long."""
+    unit = np.repeat([np.radians(EXACT_WITHIN[0]), EXACT_WITHIN[1] * float(np.linalg.norm(centre))], 3)
     value, axis = np.linalg.eigh(about(centre, covariance) / np.outer(unit, unit))
     return float(np.sqrt(value[-1])), axis[:, -1] * unit
 
@@ -76,13 +74,8 @@ def narrow_px2(model: Model, camera: Camera, pose: Pose) -> Floats:
     """Variance of each line (L,) if its edge is that across a narrow face, px^2; 0 beside none."""
     if not model.faces:
         return np.zeros(len(model.lines))
-    found: Floats = _narrow_px2(
-        pose.apply(model.vertices),
-        model.lines,
-        _across(model) @ pose.matrix.T,
-        np.array([camera.fx, camera.fy]),
-    )
-    return found
+    across, focal = _across(model) @ pose.matrix.T, np.array([camera.fx, camera.fy])
+    return _narrow_px2(pose.apply(model.vertices), model.lines, across, focal)
 
 
 @kernel()

@@ -16,35 +16,33 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD
 from vision_server.pose.steps import moved, step_jacobian, turning_point
 from vision_server.tracking.beside import REACH_PX, Beside
+from vision_server.tracking.fitting import ITERATIONS, TAIL
 from vision_server.tracking.lines import outward_of
 
-# Chosen by hand.
-LEAST_PX = 1.5  # outside of a line, that the edge is another one
-WHOLE = 0.7  # share of a line's samples that have an edge there
-WIDTH_PX = 1.0  # of a course, to either side
-COURSES = np.arange(LEAST_PX, REACH_PX, 0.5)
-AROUND = 3  # courses further in, of which the one with most edges is the edge's
+# The following were chosen by hand. An edge is another one than the line's from this distance outside of it.
+LEAST_PX = 1.5
+# It runs along a parallel to the line, where at least this share of the line's samples have an edge point
+# within this distance; of the outermost such parallel and so many further in, the one with most has the edge.
+PARALLELS_PX = np.arange(LEAST_PX, REACH_PX, 0.5)
+WHOLE, WIDTH_PX, FURTHER_IN = 0.7, 1.0, 3
 OUTER_SD_PX, ELSE_SD_PX = 0.5, 2.0  # of lines with an outer edge, and of those without
-TAIL, ITERATIONS = 4.0, 8  # degrees of freedom of Student's t
 
 
 def outer_edges(found: Beside, outward: Floats) -> Floats:
     """Offset outwards of the outermost edge that runs along each line, (L,) px; NaN without one.
 
-    Parameters
-    ----------
-    outward : (N,), of the samples, see `outward_of`.
+    For ``outward`` (N,), of the samples, see `outward_of`.
     """
-    share = found.share_at(COURSES, outward, WIDTH_PX)
+    share = found.share_at(PARALLELS_PX, outward, WIDTH_PX)
     whole = share >= WHOLE
     outlines = np.bincount(found.samples.line, outward != 0.0, found.lines)
     whole &= (2.0 * outlines > np.bincount(found.samples.line, minlength=found.lines))[:, None]
     out = np.full(found.lines, np.nan)
     for line in np.flatnonzero(whole.any(axis=1)):
         last = int(np.flatnonzero(whole[line])[-1])
-        first = max(0, last - AROUND)
+        first = max(0, last - FURTHER_IN)
         near = share[line, first : last + 1]
-        out[line] = COURSES[first + int(np.flatnonzero(near == near.max())[-1])]
+        out[line] = PARALLELS_PX[first + int(np.flatnonzero(near == near.max())[-1])]
     return out
 
 

@@ -13,10 +13,11 @@ from vision_server.pose.support import support_at
 from vision_server.pose.trust import RIVAL_NATS, SHARED
 from vision_server.tracking.following import Found
 
-# Chosen by hand.
-ANOTHER_DEG = 15.0  # turned so far, a target shows another side; frames between tell the less, the less it is
+# The following were chosen by hand. A target that has turned so far shows another side; a frame in which it
+# has turned less tells the less of its rivals.
+ANOTHER_DEG = 15.0
 CHANCE, MOST = 0.5, 5.5  # log odds by which poses that show the same differ, and that one frame may tell
-BEHIND = -2.0  # log odds from which on a rival is refined before it is taken for so unlikely
+BEHIND = -2.0  # log odds below which a rival is refined before it is taken for so unlikely
 
 
 @dataclass
@@ -83,9 +84,7 @@ class Rivals:
     def weigh(self, followed: Found, refined: Callable[[Pose], Found | None]) -> None:
         """Ask a frame about each that lives: it supports the ``followed`` pose so much, and the rival?
 
-        Parameters
-        ----------
-        refined : what the frame makes of a pose.
+        What the frame makes of a pose, ``refined`` tells.
         """
         if self._seen is None:
             return
@@ -109,8 +108,8 @@ def _told(rival: _Rival, followed: Found, refined: Callable[[Pose], Found | None
     if again is None or again.is_at(followed.pose):
         return told
     rival.turn = followed.pose.inverse().compose(again.pose)
-    return max(told, _log_odds(again.support.evidence, followed))
+    return max(told, _log_odds(again.evidence, followed))
 
 
 def _log_odds(evidence: float, followed: Found) -> float:
-    return (evidence - followed.support.evidence) / RIVAL_NATS
+    return (evidence - followed.evidence) / RIVAL_NATS

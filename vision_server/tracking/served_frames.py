@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from typing import Self
 
 import msgspec
 import numpy as np
@@ -13,8 +12,9 @@ from bridge.client import ABSENT_S, Client
 from bridge.endpoints import CurveClient
 from bridge.errors import BadInput, ServerError
 from bridge.image_messages import CAPTURE_S, ImageCaptureResult, capture_deadline_s
-from bridge.messages import CameraDescription, Describe, LightDescription, Settings
+from bridge.messages import CameraDescription, Describe, Settings
 from bridge.received import received, received_frame
+from stack.exposure import full_levels
 from vision_server.channels.depth import Pixels, Raw
 
 SCHEMES = ("ipc://", "tcp://")
@@ -28,6 +28,11 @@ class ServedFrames:
     endpoint : ipc:///path or tcp://127.0.0.1:PORT.
     switch : only one light is on in each frame, the next one in the next; else all are, in all frames.
     curve : keys, for a server that wants them.
+
+    Attributes
+    ----------
+    camera : what it tells of its camera.
+    gamma : what it tells of the frames' tone curve, linear = grey^gamma; None if nothing.
 
     Raises
     ------
@@ -48,30 +53,19 @@ class ServedFrames:
         except BaseException:
             self._client.close()
             raise
-
-    @property
-    def camera(self) -> CameraDescription | None:
-        """What it tells of its camera."""
-        return self._described.camera
-
-    @property
-    def gamma(self) -> float | None:
-        """What it tells of the frames' tone curve, linear = grey^gamma; None if nothing."""
-        camera = self._described.camera
-        return None if camera is None or camera.gamma == 1.0 else camera.gamma
+        self.camera: CameraDescription | None = self._described.camera
+        self.gamma = None if self.camera is None or self.camera.gamma == 1.0 else self.camera.gamma
 
     def frames(self, raw: Raw) -> Iterator[tuple[Pixels, float]]:
         """Grey frames (H, W) and when they were taken, s, without end.
 
-        Parameters
-        ----------
-        raw : what the pixels are, where the server does not tell.
+        Where the server does not tell what the pixels are, they are ``raw``.
         """
-        camera, reference = self._described.camera, self._described.reference
-        raw = raw if camera is None else Raw(camera.bits, camera.bayer)
-        for number in itertools.count():
+        lights, reference = self._described.lights, self._described.reference
+        raw = raw if self.camera is None else Raw(self.camera.bits, self.camera.bayer)
+        for only in itertools.cycle(range(len(lights)) if self._switch and lights else [None]):
             settings = Settings(
-                levels(self._described.lights, number if self._switch else None),
+                full_levels(lights, only),
                 reference.shutter_s,
                 reference.aperture,
                 next(iter(self._described.focal_lengths_mm or ()), None),
@@ -86,17 +80,3 @@ class ServedFrames:
     def close(self) -> None:
         """Leave the server to others."""
         self._client.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-
-def levels(lights: tuple[LightDescription, ...], number: int | None) -> tuple[int, ...]:
-    """All lights full, or but one of them: that of the frame of this number, in turn."""
-    return tuple(
-        light.levels - 1 if number is None or index == number % len(lights) else 0
-        for index, light in enumerate(lights)
-    )

@@ -14,10 +14,10 @@ from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import spacing_for
 
-# The blur of a shutter that is open all the time over so many pixels has a standard deviation of 0.9 px; what
-# is softer than 1.4 px is looked at with a wider filter.
+# No vertex of a still target moves farther. The blur of a shutter that is open all the time over so many
+# pixels has a standard deviation of 0.9 px; what is softer than 1.4 px is looked at with a wider filter.
 STILL_PX = 3.0
-KEPT_FRAMES = 8  # then it is looked at again, as focus and light change slowly; by hand
+KEPT_FRAMES = 8  # until it is measured again, as focus and light change slowly; chosen by hand
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,9 +53,7 @@ class Softness:
     def kept(self, model: Model, camera: Camera, pose: Pose, line: Ints, before: Softness | None) -> Softness:
         """For the next frame, after one with this pose, of which lines (N,) are visible.
 
-        Parameters
-        ----------
-        before : what the last frame left; what was measured while the target moved is not kept.
+        What was measured while the target moved from where the last frame left it, ``before``, is not kept.
         """
         pixels, frames = camera.project(pose.apply(model.vertices)), self.frames - 1
         if self is not before:

@@ -6,6 +6,7 @@ import os
 import re
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -127,13 +128,13 @@ class Source:
         if self._server is not None:
             return self._captured(self._server)
         if self._video is None:
-            return (Frame(str(file), pixels) for file, pixels in self._read())
+            return self._read()
         return self._recorded(self._video)
 
     def _captured(self, server: ServedFrames) -> Iterator[Frame]:
         number = 0
         try:
-            with server:
+            with closing(server):
                 for pixels, taken_s in server.frames(self._raw):
                     yield Frame(f"{server.endpoint} {number}", pixels, taken_s)
                     number += 1
@@ -144,13 +145,13 @@ class Source:
                 f"{server.endpoint} ends after {number} frames: {error.message}", error.hint
             ) from error
 
-    def _read(self) -> Iterator[tuple[Path, Pixels]]:
+    def _read(self) -> Iterator[Frame]:
         seen = 0
         for file in self._files:
             pixels = read_pixels(file)
             if pixels.dtype == np.uint16:
                 seen = max(seen, int(pixels.max()))
-            yield file, self._raw.grey(pixels, seen)
+            yield Frame(str(file), self._raw.grey(pixels, seen))
 
     def _recorded(self, place: Path) -> Iterator[Frame]:
         live = str(place).startswith(DEVICE)

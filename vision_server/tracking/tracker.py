@@ -1,4 +1,30 @@
-"""The target's pose in every frame: followed while it can be, said to be lost when it cannot, found again."""
+"""The target's pose in every frame: followed while it can be, said to be lost when it cannot, found again.
+
+A frame is looked at in this order, until a look suffices:
+
+1. *Near* the pose that the motion foresees (`following.Sight.near`). That suffices after a frame that was
+   followed surely, if the motion foresees the pose to within this look's reach, and what is seen is believed
+   and as in other frames in this light (`usual`).
+2. *Farther*, some 30 px around the foreseen pose and the last one (`Sight.far`), and turned to and fro where
+   the motion foresees less than a near look reaches (`Sight.turned`). The likeliest of the believed poses is
+   taken (`following.likeliest`), else the best that is HELD, or has whole lines, beside an occluder.
+3. *Around* the last pose, as a session's estimate does it (`searching`), if there is no such pose, or if it
+   is not believed and LOOKED_AT_ANEW before it were not.
+4. *Everywhere*, after so many searches in vain (`searching.everywhere_is_due`).
+
+From 2 on, `turning` leaves out what is turned farther than targets turn. What is known then is in `history`:
+
+| the frame's pose | is told as | the next frame is looked at |
+| --- | --- | --- |
+| is followed surely: believed, as the last was, and `acceptance.is_sure` | sure (1) | near, if it suffices |
+| is followed and believed, but not surely | unsure | near and farther |
+| is followed and doubted | unsure | the same; around when that has lasted |
+| is found by a search that believes it | sure (1) if exact | near and farther |
+| is found by a search that doubts it | unsure | the same; none is believed until a search is |
+| is not there | lost | near and farther for LONGEST_S; around, wider each time |
+
+(1) Unless a narrow face (`narrow`) or an unseen turn (`round_parts`) leaves another pose as likely.
+"""
 
 from __future__ import annotations
 
@@ -14,48 +40,32 @@ from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import PipelineSettings
 from vision_server.pose.trust import TAILS, quality
-from vision_server.tracking.acceptance import (
-    HELD,
-    STAYS,
-    SURE,
-    are_unlikely,
-    belief_in,
-    found_belief,
-    is_elsewhere,
-    is_exact,
-    is_likely,
-    is_partly_whole,
-    is_probable,
-    is_sure,
-    is_whole,
-    told_covariance,
-    whole_lines,
-)
-from vision_server.tracking.choosing import likeliest
+from vision_server.tracking import acceptance
 from vision_server.tracking.clock import Clock
 from vision_server.tracking.fitting import Habits
-from vision_server.tracking.following import NEAR_REACHES_PX, Found, Sight
+from vision_server.tracking.following import NEAR_REACHES_PX, Found, Sight, likeliest
 from vision_server.tracking.frame import Tone, check_size
+from vision_server.tracking.history import History
 from vision_server.tracking.motion import Innovation, Motion
 from vision_server.tracking.narrow import firmest
 from vision_server.tracking.rivals import Rivals
 from vision_server.tracking.round_parts import turn_is_seen
-from vision_server.tracking.searching import Search, everywhere_is_due, widened_by
-from vision_server.tracking.softness import Softness
+from vision_server.tracking.searching import Searches
 from vision_server.tracking.strain import Strain
 from vision_server.tracking.tracked import State, Tracked
 from vision_server.tracking.turning import Turning
 from vision_server.tracking.usual import Usual
 
 Seen = tuple[State, Pose | None, Floats | None, dict[int, float] | None]
+"""State, pose, covariance, and the share of each visible line that is seen: as in `Tracked`."""
 
-# Chosen by hand where nothing else is said.
-EXPECTED, SURPRISING = 16.8, 38.3  # squared innovations: 1 % and 1e-6 of an honest filter's are larger
-# Of the quality that is usual in its light: below, the less probable than SURE is not sure; none is believed.
-SURE_LIKE, LIKE_BEFORE = 0.6, 0.25
-LOOKED_AT_ANEW = 5  # frames that are not believed in a row before everything is searched again
-MOST_AGAINST = 3  # searches in doubt that count: as many must believe before what they find is believed
-LONGEST_S = 0.5  # without a pose, until velocity says nothing
+# Squared innovations: an honest filter's are 6 on average, and 1 % and 1e-6 of them are larger than these.
+EXPECTED, SURPRISING = 16.8, 38.3
+# The next were chosen by hand. A frame with less of the quality that is usual in its light is sure only where
+# its probability is SURE.
+SURE_LIKE = 0.6
+LOOKED_AT_ANEW = 5  # frames in a row that are not believed, after which a search is made
+LONGEST_S = 0.5  # without a pose, after which the velocity says nothing any more
 
 
 class Tracker:
@@ -79,35 +89,15 @@ class Tracker:
         seed: int = 0,
         edge_radius_m: float | None = None,
     ) -> None:
-        self._sight = Sight(model, camera, Tone.of(gamma, tone_sd_px))
-        self._settings = PipelineSettings(seed=seed, tone_sd_px=tone_sd_px)
-        self._around = self._trusted = seed_pose  # the last pose, and the last believed one
+        self.model, self.camera = model, camera
+        self._sight, self._usual = Sight(model, camera, Tone.of(gamma, tone_sd_px)), Usual(model, camera)
+        self._history = History(seed_pose, seed_pose)
+        settings = PipelineSettings(seed=seed, tone_sd_px=tone_sd_px)
+        self._searches = Searches(self._sight, settings, self._history, self._usual)
         self._motion: Motion | None = None
-        self._habits = Habits.of(model, edge_radius_m)
-        self._rivals = Rivals()
-        self._steady = False  # whether the last frame was followed surely
-        self._softness: Softness | None = None  # its lines, of a steady frame
-        self._believed = False  # whether the last search that found something believed it
-        self._strain = Strain()
-        self._usual = Usual(model, camera)  # what believed frames in light like this one's show
-        self._was_believed = False
-        self._met = False  # whether any pose was found yet
-        self._misses, self._vain = 0, 0  # frames without a pose, searches that were not believed, in a row
-        self._against = 0  # searches that doubted what they found, less those that did not
-        self._since_s = 0.0  # the last pose
-        self._doubted, self._frame = 0, -1
-        self._clock, self._turning = Clock(), Turning(model)
-        self._asked: tuple[Found, Motion, Innovation] | None = None
-
-    @property
-    def model(self) -> Model:
-        """What is followed."""
-        return self._sight.model
-
-    @property
-    def camera(self) -> Camera:
-        """What sees it."""
-        return self._sight.camera
+        self._habits, self._turning = Habits.of(model, edge_radius_m), Turning(model)
+        self._rivals, self._strain = Rivals(), Strain()
+        self._clock, self._frame = Clock(), -1
 
     def step(self, pixels: Pixels, time_s: float | None = None) -> Tracked:
         """Look at the next frame.
@@ -123,7 +113,7 @@ class Tracker:
         """
         began = time.process_time()
         self._frame += 1
-        check_size(pixels, self._sight.camera, self._frame)
+        check_size(pixels, self.camera, self._frame)
         note, seconds = self._clock.passed(pixels, time_s)
         self._turning.passed(seconds)
         state, pose, covariance, support = self._seen(pixels, seconds)
@@ -132,166 +122,151 @@ class Tracker:
         return Tracked(self._frame, state, pose, covariance, time.process_time() - began, note, support)
 
     def _seen(self, pixels: Pixels, seconds: float) -> Seen:
-        found = None
+        found, held = None, False
+        self._history.without_s += seconds
         if self._motion is not None:
             self._motion = self._motion.after(seconds)
-            self._since_s += seconds
             found = self._followed(pixels, self._motion)
-            if found is not None and found.belief(0.0) >= STAYS:
+        if found is not None:
+            held = found.belief(0.0) >= acceptance.HELD
+            if found.belief(0.0) >= acceptance.STAYS:
                 self._rivals.weigh(found, lambda pose: self._sight.near(pixels, pose, self._habits))
-            if found is not None and (self._doubted < LOOKED_AT_ANEW or self._is_believed(found)):
+            if self._history.doubted < LOOKED_AT_ANEW or self._is_believed(found, self._innovation(found)):
                 return self._taken(pixels, found)
-        held = found is not None and found.belief(0.0) >= HELD
         return self._searched(pixels, found if held else None)
 
     def _followed(self, pixels: Pixels, expected: Motion) -> Found | None:
-        """The pose around the expected one, or where the target was, that a frame supports best."""
-        middle = self._sight.model.middle
-        start = expected.pose(middle)
+        """What a look near the expected pose finds, or one farther around where that does not suffice."""
+        start, history = expected.pose(self.model.middle), self._history
         self._usual.meets(pixels, start)
-        near = self._sight.near(pixels, start, self._habits, self._softness)
+        near = self._sight.near(pixels, start, self._habits, history.softness)
         foreseen = expected.spread_px(self.camera, 0.5 * self.model.diameter) < NEAR_REACHES_PX[0]
-        steady = self._steady and foreseen
-        if near is not None and steady and self._usual.shows(near.support) and self._is_believed(near):
+        steady = history.softness is not None and foreseen
+        suffices = near is not None and steady and self._usual.shows(near.support)
+        if near is not None and suffices and self._is_believed(near, self._innovation(near)):
             return near
-        starts = [start] if isinstance(self._around, Anywhere) else [start, self._around]
+        starts = [start] if isinstance(history.last, Anywhere) else [start, history.last]
         candidates = self._sight.far(pixels, starts, self._habits) + ([] if near is None else [near])
         if candidates and not foreseen:
             candidates += self._sight.turned(pixels, candidates, self._habits)
         candidates = [one for one in candidates if self._turning.allows(one.pose)]
-        candidates.sort(key=lambda one: -one.quality)
-        if believed := [one for one in candidates if self._is_believed(one)]:
-            return likeliest(believed, expected, middle)
-        held = [one for one in candidates if one.belief(0.0) >= HELD]
-        if not held and self._misses == 0:
-            held = [one for one in candidates if is_partly_whole(one.support) and self._is_foreseen(one)]
+        return self._chosen(sorted(candidates, key=lambda one: -one.quality), expected)
+
+    def _chosen(self, candidates: list[Found], expected: Motion) -> Found | None:
+        """Of poses, the best seen first, the one that is followed."""
+        innovations = [self._innovation(one) for one in candidates]
+        both = list(zip(candidates, innovations, strict=True))
+        if believed := [one for one, innovation in both if self._is_believed(one, innovation)]:
+            return likeliest(believed, expected, self.model.middle)
+        held = [one for one in candidates if one.belief(0.0) >= acceptance.HELD]
+        if not held and self._history.lost == 0:
+            foreseen = [one for one, innovation in both if innovation.squared <= SURPRISING]
+            held = [one for one in foreseen if acceptance.is_partly_whole(one.support)]
         return held[0] if held else None
 
-    def _is_believed(self, found: Found) -> bool:
-        if not self._believed:  # nothing but a search weighs rivals and stretched models
-            return False
-        return found.quality >= LIKE_BEFORE * self._usual.quality and self._is_likely(found)
-
-    def _is_likely(self, found: Found) -> bool:
-        """Whether it would be believed in light that usually shows as little."""
-        return is_probable(found, self._rivals, self._was_believed) and self._is_foreseen(found)
-
-    def _is_foreseen(self, found: Found) -> bool:
-        return self._innovation(found).squared <= SURPRISING
-
     def _innovation(self, found: Found) -> Innovation:
-        """Against the motion as it is; asked several times of one pose."""
+        """Of a pose, against the motion as it is."""
         assert self._motion is not None
-        if self._asked is None or self._asked[0] is not found or self._asked[1] is not self._motion:
-            own = self._motion.innovation(found.pose, found.covariance, self._sight.model.middle)
-            self._asked = found, self._motion, own
-        return self._asked[2]
+        return self._motion.innovation(found.pose, found.covariance, self.model.middle)
+
+    def _is_believed(self, found: Found, innovation: Innovation) -> bool:
+        like = self._history.search_believed and self._usual.is_like_before(found.quality)
+        return like and self._is_likely(found, innovation)
+
+    def _is_likely(self, found: Found, innovation: Innovation) -> bool:
+        """Whether a pose would be believed in light that usually shows as little."""
+        probable = acceptance.is_probable(found, self._rivals, self._history.believed)
+        return probable and innovation.squared <= SURPRISING
 
     def _taken(self, pixels: Pixels, found: Found) -> Seen:
-        """A pose that was followed: the motion goes on from it."""
+        """A pose that was followed is this frame's: the motion goes on from it."""
         assert self._motion is not None
+        history = self._history
         found, clear = firmest(found, self._sight, pixels, self._habits)
-        believed, likely = self._is_believed(found), self._is_likely(found)
-        expected = self._innovation(found).squared <= EXPECTED
-        rest = Motion.at_rest(found.pose, found.covariance, self.model.middle)
-        self._motion = self._motion.corrected(self._innovation(found)) if self._is_foreseen(found) else rest
-        stays = expected and found.quality >= SURE_LIKE * self._usual.quality
-        sure = believed and (self._was_believed or self._usual.is_other)
-        sure = sure and is_sure(found, self._rivals, stays)
-        self._steady = sure and not self._strain.asked(found.is_strained)
-        self._held(found.pose, believed)
+        innovation = self._innovation(found)
+        believed, likely = self._is_believed(found, innovation), self._is_likely(found, innovation)
+        if innovation.squared <= SURPRISING:
+            self._motion = self._motion.corrected(innovation)
+        else:
+            self._motion = Motion.at_rest(found.pose, found.covariance, self.model.middle)
+        stays = innovation.squared <= EXPECTED and found.quality >= SURE_LIKE * self._usual.quality
+        steady = believed and (history.believed or self._usual.is_other)
+        steady = steady and acceptance.is_sure(found, self._rivals, stays)
+        steady = steady and not self._strain.asked(found.is_strained)
+        history.told(found.pose, believed)
         if believed:
-            self._usual.believed(found.quality, whole_lines(found.support) if self._steady else None)
+            self._usual.believed(found.quality, acceptance.whole_lines(found.support) if steady else None)
             self._habits = self._habits.after(found.fit)
         elif likely:
             self._usual.doubted(found.quality)
         else:
             self._usual.forget_doubts()
-        state: State = "sure" if self._steady and clear and turn_is_seen(found, self.model) else "unsure"
         lines = found.fit.observation.samples.line
-        soft = found.softness.kept(self.model, self.camera, found.pose, lines, self._softness)
-        self._softness = soft if self._steady else None
-        covariance = told_covariance(found.covariance, found.belief(self._rivals.ambiguity))
+        soft = found.softness.kept(self.model, self.camera, found.pose, lines, history.softness)
+        history.softness = soft if steady else None
+        state: State = "sure" if steady and clear and turn_is_seen(found, self.model) else "unsure"
+        covariance = acceptance.told_covariance(found.covariance, found.belief(self._rivals.ambiguity))
         return state, found.pose, covariance, found.support.shares
 
-    def _held(self, pose: Pose, believed: bool) -> None:
-        self._around, self._met, self._misses, self._since_s = pose, True, 0, 0.0
-        self._was_believed = believed
-        self._doubted = 0 if believed else self._doubted + 1
-        self._trusted = pose if believed else self._trusted
-
     def _searched(self, pixels: Pixels, followed: Found | None) -> Seen:
-        """Search everything around the last pose, farther with each frame that finds nothing.
+        """What a search makes of a frame.
 
         A pose that was ``followed`` and is not believed stays unless what is found is better.
         """
-        self._steady, self._softness, self._doubted = False, None, 0
+        self._history.search_begins()
         self._usual.forget_doubts()
-        estimate = self._estimate(pixels, widened_by(self._misses))
+        estimate = self._searches.estimate(pixels)
         same = followed is not None and followed.is_at(estimate.pose)
         self._rivals.found(estimate, goes_on=same)
-        likely = estimate.score >= HELD or is_likely(estimate, self._met)
-        far = estimate.pose is not None and not self._turning.allows(estimate.pose)
-        likely = likely and (not far or self._turning.stands_out(estimate))
-        found = None
-        if likely and estimate.pose is not None:  # on whole lines, as every frame is
+        found, promising = None, self._is_promising(estimate)
+        if promising and estimate.pose is not None:  # on whole lines, as every frame is
             found = self._sight.near(pixels, estimate.pose, self._habits)
         found = found if found is not None and found.is_at(estimate.pose) else None
         if followed is not None and (found is None or found.quality <= followed.quality):
-            confirmed = same and self._believed and found_belief(estimate, found) >= STAYS
-            self._believed = confirmed or (self._judged(estimate, found) and same)
-            self._was_believed = self._believed and are_unlikely(self._rivals)
-            return self._taken(pixels, followed)
-        if not likely or estimate.pose is None or estimate.covariance is None:
-            self._misses, self._was_believed = self._misses + 1, False
-            self._motion = None if self._since_s > LONGEST_S else self._motion
-            return "lost", None, None, None
-        assert estimate.support is not None
+            return self._kept(pixels, followed, estimate, found)
+        return self._adopted(pixels, estimate, found) if promising else self._lost()
+
+    def _kept(self, pixels: Pixels, followed: Found, estimate: Estimate, found: Found | None) -> Seen:
+        """The followed pose stays, as a search finds none that is better; what it finds may be this one."""
+        history, same = self._history, followed.is_at(estimate.pose)
+        belief = acceptance.found_belief(estimate, found)
+        stays = same and history.search_believed and belief >= acceptance.STAYS
+        believed = stays or (self._searches.believe(estimate, found, self._rivals.unasked) and same)
+        history.search_believed = believed
+        history.believed = believed and acceptance.are_unlikely(self._rivals)
+        return self._taken(pixels, followed)
+
+    def _lost(self) -> Seen:
+        """There is no pose."""
+        self._history.missed()
+        self._motion = None if self._history.without_s > LONGEST_S else self._motion
+        return "lost", None, None, None
+
+    def _adopted(self, pixels: Pixels, estimate: Estimate, found: Found | None) -> Seen:
+        """The pose that a search found is this frame's, at rest as far as is known."""
+        assert estimate.pose is not None and estimate.covariance is not None and estimate.support is not None
+        history, far = self._history, not self._turning.allows(estimate.pose)
         if far:  # one witness is not enough: the next search is the second
             self._turning.seen(estimate.pose)
-        self._believed = self._judged(estimate, found) and not far
-        believed = self._believed and are_unlikely(self._rivals)
+        history.search_believed = self._searches.believe(estimate, found, self._rivals.unasked) and not far
+        believed = history.search_believed and acceptance.are_unlikely(self._rivals)
         clear, pose, covariance = True, estimate.pose, TAILS**2 * estimate.covariance
-        belief = belief_in(estimate)
+        belief = acceptance.belief_in(estimate)
         if found is not None:
             found, clear = firmest(found, self._sight, pixels, self._habits)
             pose, covariance, belief = found.pose, found.covariance, found.belief(self._rivals.ambiguity)
-        clear = clear and (found is None or turn_is_seen(found, self.model))
-        state: State = "sure" if believed and clear and is_exact(pose, covariance) else "unsure"
-        self._motion = Motion.at_rest(pose, covariance, self._sight.model.middle)
-        self._held(pose, believed)
+            clear = clear and turn_is_seen(found, self.model)
+        self._motion = Motion.at_rest(pose, covariance, self.model.middle)
+        history.told(pose, believed)
         if believed:
             self._usual.meets(pixels, pose)
             self._usual.believed(quality(estimate.support), None)
-        return state, pose, told_covariance(covariance, belief), estimate.support.shares
+        state: State = "sure" if believed and clear and acceptance.is_exact(pose, covariance) else "unsure"
+        return state, pose, acceptance.told_covariance(covariance, belief), estimate.support.shares
 
-    def _judged(self, estimate: Estimate, fitted: Found | None) -> bool:
-        """Whether what a search found is believed but for look-alikes, after what those before it found."""
-        told = found_belief(estimate, fitted)
-        if estimate.pose is None or told < HELD:
+    def _is_promising(self, estimate: Estimate) -> bool:
+        """Whether what a search found is likely enough to be followed, and not turned too far for it."""
+        likely = estimate.score >= acceptance.HELD or acceptance.is_likely(estimate, self._history.met)
+        if estimate.pose is None or not likely:
             return False
-        if is_elsewhere(estimate.pose, self._around, self._sight.model):
-            self._against = 0
-        like = self._is_like_before(estimate)
-        if told * (1.0 + estimate.ambiguity) >= SURE * (1.0 + self._rivals.unasked) and like:
-            self._against = max(self._against - 1, 0)
-            return self._against == 0
-        if told < STAYS or not like:
-            self._against = min(self._against + 1, MOST_AGAINST)
-        return False
-
-    def _is_like_before(self, estimate: Estimate) -> bool:
-        """Whether a searched pose is seen as well as the target was; a wider search meets more like it."""
-        support = estimate.support
-        if support is None or quality(support) < LIKE_BEFORE * self._usual.quality:
-            return False
-        return self._misses == 0 or is_whole(support)
-
-    def _estimate(self, pixels: Pixels, widened: float) -> Estimate:
-        search = Search(self._sight, self._settings, pixels)
-        found = search.around(self._trusted if self._misses % 2 else self._around, widened)
-        self._vain = 0 if found.score >= SURE and self._is_like_before(found) else self._vain + 1
-        if not everywhere_is_due(self._vain, self._misses > 0):
-            return found
-        both = (found, search.anywhere(self._trusted) or found)
-        return max(both, key=lambda one: (self._is_like_before(one), one.score))
+        return self._turning.allows(estimate.pose) or self._turning.stands_out(estimate)

@@ -17,27 +17,22 @@ from vision_server.pose.trust import quality
 from vision_server.tracking.acceptance import keeps
 
 # Chosen by hand.
-AS_BEFORE = 0.5  # of the quality that is usual in its light: below, a frame is looked at again
+# Of the quality that is usual in its light: a frame with less than the first share is looked at again, one
+# with less than the second is not believed.
+AS_BEFORE, LIKE_BEFORE = 0.5, 0.25
 REMEMBERED = 0.1  # share of the latest frame in what is usual
-LAST = 8  # frames that are believed, of whose lights one may be this frame's
-# Faces are as bright in light like this but for so much of what they are off from the frame before, squared;
-# changes by less than this share of their brightness are the motion's.
+LAST = 8  # believed frames that are remembered, of whose lights one may be this frame's
+# A frame is in light like another one's if its faces are off from that one's, squared, by less than the first
+# share of what they are off from the last one's; the motion changes them by less than the second share.
 ALIKE, NOTICED = 0.3, 0.08
 
 
 class Seen(NamedTuple):
-    """A frame that was believed.
+    """A frame that was believed."""
 
-    Attributes
-    ----------
-    faces : (F,), brightness of the model's faces, NaN where they are out of sight.
-    quality : that frames of its light have.
-    whole : (L,), lines that were seen whole; None where it was not sure.
-    """
-
-    faces: Floats
-    quality: float
-    whole: Flags | None
+    faces: Floats  # (F,), brightness of the model's faces, NaN where they are out of sight
+    quality: float  # that frames in its light have
+    whole: Flags | None  # (L,), lines that were seen whole; None where it was not sure
 
 
 class Usual:
@@ -65,6 +60,10 @@ class Usual:
         """Whether a frame shows what those of its light do, so that it needs no look farther around."""
         kept = self.whole is None or keeps(support, self.whole)
         return kept and quality(support) >= AS_BEFORE * self.quality
+
+    def is_like_before(self, quality: float) -> bool:
+        """Whether a pose of this quality may be the target, as other frames in this light show it."""
+        return quality >= LIKE_BEFORE * self.quality
 
     @property
     def is_other(self) -> bool:

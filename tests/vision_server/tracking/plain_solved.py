@@ -13,12 +13,7 @@ from vision_server.tracking.lines import LineFits
 def plainly_solved(
     lines: LineFits, prior: Floats, habits: Habits
 ) -> tuple[Floats, Floats, float, tuple[float, float]]:
-    """Pose, nuisances and radius (9,), their covariance; of these lines alone, what they are off, px^2, and
-    what they tell of the radius, see `Fit`.
-
-    Iteratively reweighted least squares: the weights are Student's, the variance is that of the residuals,
-    each divided by the share of it that the fit did not take up, beside what was known.
-    """
+    """See `fitting.solved`."""
     known = lines.variance.ravel() < np.inf
     value, scatter = lines.value.ravel()[known], lines.variance.ravel()[known]
     slack = np.repeat(lines.slack, 2)[known] ** 2 / 3.0

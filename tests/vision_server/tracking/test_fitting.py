@@ -209,7 +209,7 @@ def test_frames_that_say_nothing_of_the_radius_leave_it_where_it_was() -> None:
     first = Habits.of(sharp(box))
     fit = fitted(problem, pose, 3.0, SPACING_PX, first)
     assert fit is not None
-    silent = replace(fit, radius_told=(0.0, 0.0))
+    silent = replace(fit, radius_information=(0.0, 0.0))
     after = first.after(silent)
     assert (after.radius_m, after.radius_sd_m) == (first.radius_m, pytest.approx(first.radius_sd_m))
 

@@ -66,9 +66,9 @@ def test_what_is_followed_and_never_believed_is_soon_looked_for_as_at_first(
 
     monkeypatch.setattr("vision_server.tracking.searching.estimate_pose", doubted)
     tracker, first = Tracker(model, CAMERA, Anywhere()), Anywhere()
-    tracker._around = POSE
+    tracker._history.last = POSE
     for _ in range(EVERYWHERE_FOLLOWED):
-        tracker._estimate(np.zeros((CAMERA.height, CAMERA.width), np.uint8), 1.0)
+        tracker._searches.estimate(np.zeros((CAMERA.height, CAMERA.width), np.uint8))
     assert starts == [POSE] * EVERYWHERE_FOLLOWED + [first]
 
 

@@ -33,8 +33,7 @@ def turned(degrees: float) -> Pose:
 
 def seen(evidence: float, pose: Pose = POSE) -> Found:
     softness = SimpleNamespace(spacing_px=2.0)
-    support = SimpleNamespace(evidence=evidence)
-    one = SimpleNamespace(pose=pose, support=support, problem=None, softness=softness)
+    one = SimpleNamespace(pose=pose, evidence=evidence, problem=None, softness=softness)
     one.is_at = lambda other: Found.is_at(cast("Found", one), other)
     return cast("Found", one)
 

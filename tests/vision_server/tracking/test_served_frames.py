@@ -11,12 +11,11 @@ import pytest
 
 from bridge.errors import BadInput, BridgeAbsent, DeviceError
 from bridge.keys import client_keys, make_keys, server_keys
-from bridge.messages import LightDescription
 from bridge.serve import Server
 from image_server.serve.server import ImageServer
 from image_server.simulator.simulator import Simulator
 from vision_server.serve.server import VisionServer
-from vision_server.tracking.served_frames import ServedFrames, levels
+from vision_server.tracking.served_frames import ServedFrames
 from vision_server.tracking.sources import Source
 
 SIMULATOR = Simulator("cube", "nominal", 1)
@@ -32,12 +31,6 @@ def endpoint(request: pytest.FixtureRequest) -> Iterator[str]:
         yield f"ipc://{folder}/s"
         server.stop()
         thread.join(60)
-
-
-def test_lights_are_on_in_turn() -> None:
-    lights = tuple(LightDescription(name, 8) for name in "abc")
-    assert levels(lights, None) == (7, 7, 7)
-    assert [levels(lights, k) for k in range(4)] == [(7, 0, 0), (0, 7, 0), (0, 0, 7), (7, 0, 0)]
 
 
 def test_frames_are_of_the_cameras_size_and_differ_under_other_lights(endpoint: str) -> None:

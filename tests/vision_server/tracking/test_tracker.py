@@ -1,6 +1,7 @@
 """Following a cuboid: sure while it is right, lost when it is gone, found again; and odd frames."""
 
 import itertools
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,7 @@ from vision_server.channels.depth import Pixels
 from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.pose.trust import Misfit
+from vision_server.tracking import acceptance
 from vision_server.tracking import tracker as tracking
 from vision_server.tracking.acceptance import is_elsewhere, is_exact, is_likely, is_sure, told_covariance
 from vision_server.tracking.fitting import Habits
@@ -27,7 +29,7 @@ from vision_server.tracking.following import Found, Sight, turned_about
 from vision_server.tracking.frame import Tone
 from vision_server.tracking.motion import about
 from vision_server.tracking.rivals import Rivals
-from vision_server.tracking.searching import EVERYWHERE
+from vision_server.tracking.searching import EVERYWHERE, Searches
 from vision_server.tracking.tracked import Tracked
 from vision_server.tracking.tracker import EXPECTED, LOOKED_AT_ANEW, SURPRISING, Tracker
 from vision_server.tracking.usual import Usual
@@ -61,7 +63,7 @@ def test_what_the_motion_hardly_expects_does_not_stay_sure(
         told.append(stays)
         return is_sure(found, rivals, stays)
 
-    monkeypatch.setattr(tracking, "is_sure", heard)
+    monkeypatch.setattr(acceptance, "is_sure", heard)
     tracker = Tracker(model, CAMERA, POSE)
     for number, frame in enumerate(filmed(model, [POSE] * 5)):
         monkeypatch.setattr(tracking, "EXPECTED", -1.0 if number == 3 else EXPECTED)
@@ -160,18 +162,23 @@ def test_what_a_search_finds_is_told_as_exactly_as_its_lines_are() -> None:
     assert np.max(squares) < 16.81
 
 
+def searches_say(monkeypatch: pytest.MonkeyPatch, said: Callable[[Estimate], Estimate]) -> None:
+    """Make something else of what each search finds."""
+    search = Searches.estimate
+    monkeypatch.setattr(Searches, "estimate", lambda self, pixels: said(search(self, pixels)))
+
+
 def test_a_pose_that_is_believed_but_not_exact_is_unsure_and_is_followed(
     model: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    searches = []
-    search = Tracker._estimate
+    searches = list[Estimate]()
 
-    def counted(self: Tracker, pixels: Pixels, widened: float) -> Estimate:
-        searches.append(widened)
-        return search(self, pixels, widened)
+    def counted(found: Estimate) -> Estimate:
+        searches.append(found)
+        return found
 
-    monkeypatch.setattr(Tracker, "_estimate", counted)
-    monkeypatch.setattr("vision_server.tracking.acceptance.WITHIN", 1.1)
+    searches_say(monkeypatch, counted)
+    monkeypatch.setattr("vision_server.tracking.acceptance.EXACT_SHARE", 1.1)
     monkeypatch.setattr("vision_server.tracking.acceptance.CLEARLY", np.inf)
     poses = moving(12, still=3)
     told = followed(model, list(poses))
@@ -196,13 +203,8 @@ def test_a_sure_pose_is_known_to_three_degrees_and_two_percent(
 def test_what_searches_doubted_is_believed_when_as_many_believed_it(
     model: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    search, scores = Tracker._estimate, iter([0.4, 0.4, 0.95, 0.95])
-
-    def scored(self: Tracker, pixels: Pixels, widened: float) -> Estimate:
-        score = next(scores)
-        return replace(search(self, pixels, widened), score=score, misfit=BETTER)
-
-    monkeypatch.setattr(Tracker, "_estimate", scored)
+    scores = iter([0.4, 0.4, 0.95, 0.95])
+    searches_say(monkeypatch, lambda found: replace(found, score=next(scores), misfit=BETTER))
     told = followed(model, list(moving(22, still=22)))
     first = next(k for k, one in enumerate(told) if one.state == "sure")
     assert first >= 3 * LOOKED_AT_ANEW
@@ -235,18 +237,8 @@ def test_of_believed_poses_the_one_that_the_motion_foresees_is_taken(
 def test_a_pose_that_is_followed_stays_where_a_search_finds_nothing_better(
     model: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    search, scores = Tracker._estimate, iter([0.5])
-
-    def scored(self: Tracker, pixels: Pixels, widened: float) -> Estimate:
-        found = search(self, pixels, widened)
-        score = next(scores, None)
-        return (
-            replace(found, pose=None, score=0.0)
-            if score is None
-            else replace(found, score=score, misfit=BETTER)
-        )
-
-    monkeypatch.setattr(Tracker, "_estimate", scored)
+    first, later = iter([{"score": 0.5, "misfit": BETTER}]), {"pose": None, "score": 0.0}
+    searches_say(monkeypatch, lambda found: replace(found, **next(first, later)))
     poses = moving(12, still=3)
     told = followed(model, list(poses))
     assert {one.state for one in told} == {"unsure"}
@@ -258,13 +250,13 @@ def test_a_pose_that_is_followed_stays_where_a_search_finds_nothing_better(
 def test_a_low_score_whose_lines_are_there_is_followed_and_never_sure(
     model: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    search, seen = Tracker._estimate, []
+    seen = list[Estimate]()
 
-    def scored(self: Tracker, pixels: Pixels, widened: float) -> Estimate:
-        seen.append(replace(search(self, pixels, widened), score=0.1, misfit=BETTER))
+    def scored(found: Estimate) -> Estimate:
+        seen.append(replace(found, score=0.1, misfit=BETTER))
         return seen[-1]
 
-    monkeypatch.setattr(Tracker, "_estimate", scored)
+    searches_say(monkeypatch, scored)
     told = followed(model, list(moving(8, still=8)))
     assert {one.state for one in told} == {"unsure"}
     assert seen[0].support is not None
@@ -308,7 +300,7 @@ def test_what_has_lost_most_of_its_support_is_sure_only_where_it_is_believed_ane
     assert told.state == state
     assert told.pose is not None
     assert told.pose.error_to(POSE).within(0.3, 0.003)
-    assert tracker._was_believed
+    assert tracker._history.believed
 
 
 @pytest.mark.parametrize(("belief", "state"), [(0.65, "sure"), (0.55, "unsure"), (0.95, "sure")])
@@ -371,9 +363,9 @@ def test_what_is_believed_and_hardly_seen_does_not_keep_it_from_looking_everywhe
 
     monkeypatch.setattr("vision_server.tracking.searching.estimate_pose", elsewhere)
     tracker = Tracker(model, CAMERA, NEAR)
-    tracker._misses = 1  # it is lost
+    tracker._history.lost = 1  # it is lost
     for _ in range(EVERYWHERE):
-        tracker._estimate(np.zeros((CAMERA.height, CAMERA.width), np.uint8), 1.0)
+        tracker._searches.estimate(np.zeros((CAMERA.height, CAMERA.width), np.uint8))
     assert [isinstance(start, Anywhere) for start in starts] == [False] * EVERYWHERE + [True]
 
 

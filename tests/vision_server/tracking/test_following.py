@@ -11,9 +11,8 @@ from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from tests.vision_server.synthetic import CAMERA, POSE
 from tests.vision_server.tracking.films import filmed
-from vision_server.tracking.choosing import likeliest
 from vision_server.tracking.fitting import Habits
-from vision_server.tracking.following import Found, Sight
+from vision_server.tracking.following import Found, Sight, likeliest
 from vision_server.tracking.frame import Tone
 from vision_server.tracking.motion import Motion
 
@@ -50,7 +49,7 @@ def test_of_poses_with_the_same_lines_the_foreseen_one_is_taken(model: Model) ->
 def test_lines_tell_what_the_motion_leaves_open(model: Model) -> None:
     right = seen(model)
     other = half_seen(turned(right, 3.0))
-    assert other.support.evidence < right.support.evidence - 10.0
+    assert other.evidence < right.evidence - 10.0
     vague = np.diag([0.1**2] * 3 + [0.05**2] * 3)
     expected = Motion.at_rest(other.pose, vague, model.middle)
     surprises = [
