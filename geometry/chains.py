@@ -18,6 +18,7 @@ Run = list[tuple[int, bool]]  # lines that follow each other, and which of them 
 BEND_COSINE = float(np.cos(np.radians(46.0)))  # sharp lines that bend less are a curve: of eight facets on
 CURVE_DEG = 20.0  # by which an arc may bend and still be seen as one line: its edge is nearly straight
 SHORT, SHORT_CURVE_DEG = 0.06, 90.0  # of the model's diameter: arcs of a small hole may bend by more
+CHORD_DEG = 11.0  # by which the arc of a chord bends: it is 0.005 radii off, and a circle has 36
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +97,24 @@ def arcs(model: Model) -> Arcs:
         for place, (line, backwards) in enumerate(run):
             out.leader[line], out.place[line], out.backwards[line] = first, place, backwards
     return out
+
+
+def chords(model: Model) -> tuple[Ints, Ints]:
+    """Arcs that bend by less than CHORD_DEG made straight, and the lines (M,) that are of none.
+
+    Returns
+    -------
+    (K, 3), a line in the middle of each arc, and the vertices that its chord is between; without what closes.
+    """
+    pieces: list[tuple[int, int, int]] = []
+    followed: list[int] = []
+    for run in runs(model, CHORD_DEG):
+        (first, first_back), (last, last_back) = run[0], run[-1]
+        ends = model.lines[first, int(first_back)], model.lines[last, int(not last_back)]
+        pieces.append((run[len(run) // 2][0], *ends))
+        followed += [line for line, _ in run]
+    found = np.array(pieces, dtype=np.int64).reshape(-1, 3)
+    return found[found[:, 1] != found[:, 2]], np.setdiff1d(np.arange(len(model.lines)), followed)
 
 
 def runs(model: Model, bend_deg: float) -> Iterator[Run]:
