@@ -8,20 +8,18 @@ from functools import lru_cache
 import numpy as np
 
 from geometry.model import Model
-from geometry.near_symmetries import EXACT, TOLERANCE, exact_tolerance, middles_of_rings, wires_of
-from geometry.own_axes import own_axes
+from geometry.near_symmetries import EXACT, exact_tolerance
+from geometry.own_axes import TOLERANCE, own_axes
 from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from geometry.symmetries import ODD_ANGLES_RAD, count_astray, symmetry_of
+from geometry.symmetries import ODD_ANGLES_RAD, count_astray
 from numerics.arrays import Floats
 
 ROUND = 0.35  # share of the length of the sharp lines that any turn must bring back (chosen by hand)
 POINTS = 4000  # along them, of which ...
 TURNED = 300  # ... so many are turned
 RIM = 0.95  # of the largest distance from the axis: chamfers of a rim count as rim
-ALONG = 0.999  # cosine between an axis and that of a turn about it
-LEAST_DEG, TURNS = 3.0, 5  # of small and large turns: the least, so many to either side (chosen by hand)
 
 
 @lru_cache(maxsize=8)
@@ -37,10 +35,10 @@ def round_axes(model: Model) -> tuple[tuple[Floats, Floats], ...]:
     cloud, length = points_along(model.vertices, sharp, 0.0, POINTS)
     place = (np.arange(TURNED) + 0.5) / TURNED * length.sum()
     some = cloud[np.searchsorted(np.cumsum(length), place)]
-    ends, near = wires_of(model), TOLERANCE * model.diameter
+    near = TOLERANCE * model.diameter
     found: list[tuple[Floats, Floats]] = []
-    for axis, middle in own_axes(model):
-        for centre in (np.zeros(3), middle, *middles_of_rings(ends, axis, near)):
+    for axis, middle, rings in own_axes(model):
+        for centre in (np.zeros(3), middle, *rings):
             if any(known is axis for known, _ in found):
                 continue
             turned = [(some - centre) @ matrix_of(angle * axis).T + centre for angle in ODD_ANGLES_RAD]
@@ -55,26 +53,6 @@ def round_axes(model: Model) -> tuple[tuple[Floats, Floats], ...]:
 def turned_about(pose: Pose, axis: Floats, centre: Floats, angle_rad: float) -> Pose:
     """A pose whose target is turned about an axis of its own."""
     return pose.compose(Pose.turn_about(centre, matrix_of(angle_rad * axis)))
-
-
-def folds_about(model: Model, axis: Floats) -> int:
-    """How many turns about an axis, none included, bring a model back onto itself."""
-    vectors = [turn.rotation_vector for turn in symmetry_of(model).turns]
-    return sum(bool(abs(v @ axis) >= ALONG * np.linalg.norm(v)) for v in vectors)
-
-
-@lru_cache(maxsize=8)
-def turns_about_axes(model: Model) -> tuple[tuple[Pose, ...], ...]:
-    """Small and large turns about each axis that a model is nearly round about, target_T_target.
-
-    Up to half of the turn that changes nothing.
-    """
-    out = []
-    for axis, centre in round_axes(model):
-        half = math.pi / folds_about(model, axis)
-        angles = np.geomspace(min(math.radians(LEAST_DEG), half), half, TURNS)
-        out.append(tuple(Pose.turn_about(centre, matrix_of(angle * axis)) for angle in [*angles, *-angles]))
-    return tuple(out)
 
 
 def rim_middle(model: Model, axis: Floats, centre: Floats) -> Floats:

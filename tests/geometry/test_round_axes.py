@@ -9,7 +9,8 @@ import pytest
 from benchmarks.machined_parts import circle, drilled, surface_of
 from geometry import round_axes
 from geometry.model import TARGETS, Model, load_model
-from geometry.near_symmetries import EXACT, TOLERANCE
+from geometry.near_symmetries import EXACT
+from geometry.own_axes import TOLERANCE
 
 ENOUGH, MOST = round_axes.ROUND, EXACT
 LESS = 0.5 * ENOUGH

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
-from geometry.round_axes import turns_about_axes
 from geometry.symmetries import Symmetry
+from geometry.turns import free_turns
 from vision_server.pose.alternatives import image_of
 from vision_server.pose.places import apart, as_rival
 from vision_server.pose.ranking import COARSER, ROUGHLY_NATS, Refined
@@ -104,7 +104,7 @@ def turned_round(best: Refined) -> list[tuple[Pose, PoseSupport]]:
     small about a target and tells must be seen.
     """
     found = []
-    for turns in turns_about_axes(best.problem.model):
+    for turns in free_turns(best.problem.model):
         poses = [best.pose.compose(turn) for turn in turns]
         alike = list(_nearly_as_likely(best, poses))
         if alike:

@@ -1,12 +1,16 @@
-"""Turns that bring a regular part of a target back onto itself, though hardly the whole."""
+"""Turns that bring a regular or round part of a target back onto itself, though hardly the whole."""
 
 import numpy as np
 import pytest
 
 from benchmarks.machined_parts import circle, drilled, surface_of
 from geometry.model import Model, find_target, load_model
-from geometry.right_turns import ANGLES_DEG, right_turns
+from geometry.near_symmetries import near_symmetries
+from geometry.rotation import matrix_of
 from geometry.symmetries import symmetry_of
+from geometry.turns import ANGLES_DEG, right_turns, turns_about_round_axes
+
+LUG = np.array([[0.02, -0.01], [0.04, -0.01], [0.04, 0.01], [0.02, 0.01]])
 
 
 def turned(model: Model, angle_deg: float, place: tuple[float, float]) -> bool:
@@ -41,3 +45,20 @@ def test_a_disc_is_not_turned_about_its_axis() -> None:
     disc = Model.of_surface("disc", surface_of([drilled(circle(0.05, 96), [], 0.0, 0.02)]))
     assert not any(turned(disc, angle, (0.0, 0.0)) for angle in ANGLES_DEG)
     assert right_turns(disc)
+
+
+def test_turns_are_small_and_large_ones_and_those_onto_lugs_that_look_alike() -> None:
+    thirds = [matrix_of(np.radians([0.0, 0.0, 120.0 * k]))[:2, :2] for k in range(3)]
+    lugs = [*[LUG @ third.T for third in thirds], 0.3 * LUG - [0.02, 0.0]]
+    solids = [drilled(circle(0.05, 48), [], -0.02, 0.0), *[drilled(lug, [], 0.0, 0.03) for lug in lugs]]
+    model = Model.of_surface("disc", surface_of(solids))
+    alike = [one for one in near_symmetries(model) if abs(one.rotation_vector[2]) > 1.0]
+    turns = turns_about_round_axes(model)
+    angles = np.abs(np.degrees([one.rotation_vector[2] for one in turns]))
+    assert len(alike) == 2
+    assert all(any(one is turn for turn in turns) for one in alike)
+    assert (angles.min(), angles.max()) == pytest.approx((3.0, 180.0))
+
+
+def test_parts_that_are_not_round_have_none() -> None:
+    assert turns_about_round_axes(load_model(find_target("satellite"))) == ()

@@ -1,0 +1,155 @@
+"""The turns after which a part, much of it or some of it looks as before: each kind, and who asks for it.
+
+A pose may be mistaken for one that is turned so, ``pose.compose(turn)``: each turn is a target_T_target, what
+takes a point of the target to where it is after the turn. The kinds, from those that bring back most:
+
+- Exact symmetries (`symmetries.symmetry_of`) change nothing that could be seen; about the free axis of a body
+  of revolution they are by any angle. The pipeline takes poses so turned for one answer and tells all of
+  them; tracking (`tracking.turning`) does not count them as turns.
+- Near symmetries (`near_symmetries.near_symmetries`) bring back much of the wireframe, as by a gear's tooth.
+  A seed pose may be turned so: `pose.ranking` asks within the search range, `pose.rivals` outside of it.
+- Two near symmetries one after the other (`near_symmetries_and_products`) are asked for at first sight
+  (`pose.all_sides`), where no seed pose tells. So are half turns about the part's own axes (`half_turns`),
+  whatever these bring back.
+- Right turns (`right_turns`), parts of a full turn, bring back what is regular of a part, as an eight-sided
+  body. First sight asks for them where they fit nearly as well.
+- Free turns go about an axis that a part is round about but for some lines (`round_axes.round_axes`): the
+  rims of a flange come back after any. `pose.spun` looks all around such an axis, at the angles that a view
+  can tell apart; `pose.rivals` weighs some small and large ones (`free_turns`).
+
+The check of a pose (`tracking.referee`) asks for near symmetries, right turns and `turns_about_round_axes`,
+and looks all around. A look-alike of the pose before is, in `tracking.turning`, turned by a near symmetry, by
+a right turn of half, or about a round axis.
+
+Whether images show a turn about a round axis is asked thrice, as three things hang on it: whether any of all
+around stands out (`unseen_turns` of `pose.spun`; else the axis is told as free), how likely the best of
+`free_turns` is as a rival (`turned_round` of `pose.rivals`), and whether a frame is sure, where it supports
+each of `turns_about_round_axes` less (`tracking.round_parts`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from functools import lru_cache
+
+import numpy as np
+
+from geometry.model import Model
+from geometry.near_symmetries import APART_RAD, near_symmetries
+from geometry.own_axes import TOLERANCE, own_axes
+from geometry.pose import Pose
+from geometry.rotation import matrix_of
+from geometry.round_axes import round_axes
+from geometry.symmetries import SAME_TURN, symmetry_of
+from numerics.arrays import Floats
+
+MOST_PRODUCTS = 80  # 36-fold turns, and each turned over
+ANGLES_DEG = sorted({*range(30, 360, 30), *range(45, 360, 45)})
+ALONG = 0.999  # cosine between an axis and that of a turn about it
+LEAST_DEG, TURNS = 3.0, 5  # of free turns: the least, and so many to either side (chosen by hand)
+
+
+@lru_cache(maxsize=8)
+def near_symmetries_and_products(model: Model) -> tuple[Pose, ...]:
+    """The `near_symmetries` and what two of them make: a wheel may be turned over and about its axis at once.
+
+    No two nearer than APART_RAD; MOST_PRODUCTS at most.
+    """
+    turns = near_symmetries(model)
+    found = list(turns)
+    known = np.array([np.eye(3), *(turn.matrix for turn in turns)])
+    for one in turns:
+        for other in turns:
+            if len(found) >= MOST_PRODUCTS:
+                return tuple(found)
+            both = one.matrix @ other.matrix
+            if np.tensordot(known, both, 2).max() < 1.0 + 2.0 * np.cos(APART_RAD):
+                found.append(one.compose(other))
+                known = np.concatenate([known, both[None]])
+    return tuple(found)
+
+
+@lru_cache(maxsize=8)
+def half_turns(model: Model) -> tuple[Pose, ...]:
+    """Turns by half about each of a part's own axes, however little they bring back.
+
+    A bracket's plate looks like itself so, but for its holes, though most of the bracket does not.
+    """
+    return tuple(Pose.turn_about(middle, matrix_of(np.pi * axis)) for axis, middle, _ in own_axes(model))
+
+
+@lru_cache(maxsize=8)
+def right_turns(model: Model) -> tuple[Pose, ...]:
+    """Turns by ANGLES_DEG about axes along the target's own, through its middle and those of rings of lines.
+
+    A slender probe's eight-sided body comes back so, and all that stands on it does not: only images tell.
+    Without turns that bring all of the target back onto itself, and each once.
+    """
+    symmetry, tolerance = symmetry_of(model), TOLERANCE * model.diameter
+    free, known = symmetry.free_axis, list(symmetry.turns)
+    for axis, middle, rings in own_axes(model):
+        for place in (middle, *rings):
+            off = np.linalg.norm(np.cross(axis, place - symmetry.centre))
+            if free is not None and off <= tolerance and abs(axis @ free) > 1.0 - SAME_TURN:
+                continue
+            for angle in ANGLES_DEG:
+                pose = Pose.turn_about(place, matrix_of(math.radians(angle) * axis))
+                if not any(_are_one(pose, other, model.middle, tolerance) for other in known):
+                    known.append(pose)
+    return tuple(known[len(symmetry.turns) :])
+
+
+def _are_one(turn: Pose, other: Pose, middle: Floats, tolerance: float) -> bool:
+    """Whether two turns turn alike, and take a point (3,) to the same place."""
+    if np.abs(turn.matrix - other.matrix).max() >= SAME_TURN:
+        return False
+    return bool(np.linalg.norm(turn.apply(middle[None]) - other.apply(middle[None])) <= tolerance)
+
+
+@lru_cache(maxsize=8)
+def free_turns(model: Model) -> tuple[tuple[Pose, ...], ...]:
+    """Small and large turns about each axis that a model is nearly round about.
+
+    Up to half of the turn that changes nothing.
+    """
+    out = []
+    for axis, centre in round_axes(model):
+        half = math.pi / folds_about(model, axis)
+        angles = np.geomspace(min(math.radians(LEAST_DEG), half), half, TURNS)
+        out.append(tuple(Pose.turn_about(centre, matrix_of(angle * axis)) for angle in [*angles, *-angles]))
+    return tuple(out)
+
+
+@lru_cache(maxsize=8)
+def turns_about_round_axes(model: Model) -> tuple[Pose, ...]:
+    """The `free_turns`, and the near symmetries about the same axes, which take petals or teeth to others."""
+    turns: list[Pose] = []
+    for (axis, _), free in zip(round_axes(model), free_turns(model), strict=True):
+        turns += [*free, *_about(axis, near_symmetries(model))]
+    return tuple(turns)
+
+
+def folds_about(model: Model, axis: Floats) -> int:
+    """How many turns about an axis, none included, bring a model back onto itself."""
+    return len(_about(axis, symmetry_of(model).turns))
+
+
+def spin_rad(model: Model) -> float:
+    """How far a nearly round target need be turned to either side until it has looked all ways it can.
+
+    It is turned by its symmetries, near ones too, anyway: so by half of what lies between two of these.
+    """
+    axes = [axis for axis, _ in round_axes(model)]
+    if len(axes) != 1:
+        return math.pi if axes else 0.0
+    turns = _about(axes[0], (*symmetry_of(model).turns, *near_symmetries(model)))
+    angles = [sign * (turn.rotation_vector @ axes[0]) for turn in turns for sign in (1.0, -1.0)]
+    angles = np.sort(np.mod(angles, 2.0 * math.pi)).tolist()
+    return 0.5 * float(np.diff([*angles, angles[0] + 2.0 * math.pi]).max())
+
+
+def _about(axis: Floats, turns: Iterable[Pose]) -> list[Pose]:
+    """Those of some turns that go about an axis (3,)."""
+    vectors = ((turn, turn.rotation_vector) for turn in turns)
+    return [turn for turn, vector in vectors if abs(vector @ axis) >= ALONG * np.linalg.norm(vector)]
