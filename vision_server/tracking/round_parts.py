@@ -6,10 +6,9 @@ the pose as exactly as if they were seen, and from frame to frame it slips aroun
 
 from __future__ import annotations
 
-import math
-
 from geometry.model import Model
 from geometry.turns import turns_about_round_axes
+from vision_server.pose.rivals import explaining
 from vision_server.pose.support import support_at
 from vision_server.pose.trust import RIVAL_NATS
 from vision_server.tracking.following import Found
@@ -22,9 +21,9 @@ def turn_is_seen(found: Found, model: Model) -> bool:
     turns = turns_about_round_axes(model)
     if not turns:
         return True
-    own, *others = (
-        support_at(found.problem, pose, COARSER * found.softness.spacing_px)
-        for pose in [found.pose, *(found.pose.compose(turn) for turn in turns)]
-    )
-    most = max((one.evidence for one in others if one is not None), default=-math.inf)
-    return own is not None and most <= own.evidence - RIVAL_NATS
+    spacing_px = COARSER * found.softness.spacing_px
+    own = support_at(found.problem, found.pose, spacing_px)
+    if own is None:
+        return False
+    turned = map(found.pose.compose, turns)
+    return not any(explaining(found.problem, turned, [(spacing_px, own.evidence - RIVAL_NATS)]))
