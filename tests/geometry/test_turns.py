@@ -1,15 +1,21 @@
 """Turns that bring a regular or round part of a target back onto itself, though hardly the whole."""
 
+from collections.abc import Iterator
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from benchmarks.machined_parts import circle, drilled, surface_of
-from geometry.model import Model, find_target, load_model
-from geometry.near_symmetries import near_symmetries
+from geometry.model import TARGETS, Model, find_target, load_model
+from geometry.near_symmetries import EXACT, near_symmetries
+from geometry.own_axes import TOLERANCE
 from geometry.rotation import matrix_of
 from geometry.symmetries import symmetry_of
-from geometry.turns import ANGLES_DEG, right_turns, turns_about_round_axes
+from geometry.turns import ANGLES_DEG, ROUND, right_turns, round_axes, turns_about_round_axes
 
+ENOUGH, MOST = ROUND, EXACT
+LESS = 0.5 * ENOUGH
 LUG = np.array([[0.02, -0.01], [0.04, -0.01], [0.04, 0.01], [0.02, 0.01]])
 
 
@@ -62,3 +68,46 @@ def test_turns_are_small_and_large_ones_and_those_onto_lugs_that_look_alike() ->
 
 def test_parts_that_are_not_round_have_none() -> None:
     assert turns_about_round_axes(load_model(find_target("satellite"))) == ()
+
+
+@pytest.mark.parametrize(
+    ("nearly", "exactly", "found"),
+    [
+        ([ENOUGH, ENOUGH, ENOUGH], [LESS, LESS, LESS], True),
+        ([ENOUGH, ENOUGH, LESS], [LESS, LESS, LESS], False),
+        ([LESS, ENOUGH, ENOUGH], [LESS, LESS, LESS], False),
+        ([ENOUGH, ENOUGH, ENOUGH], [LESS, LESS, MOST], False),
+        ([ENOUGH, ENOUGH, ENOUGH], [MOST, LESS, LESS], False),
+    ],
+)
+def test_every_turn_counts(
+    nearly: list[float], exactly: list[float], found: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = load_model(TARGETS / "cube.cao")
+    loosely = TOLERANCE * model.diameter
+    turns: dict[float, Iterator[float]] = {}
+
+    def share(_points: object, _cloud: object, reach: float) -> float:
+        told = nearly if reach == loosely else exactly
+        one = next(turns.setdefault(reach, iter(())), None)
+        if one is None:
+            turns[reach] = iter(told)
+            one = next(turns[reach])
+        return one
+
+    monkeypatch.setattr("geometry.turns._share", share)
+    axes = round_axes.__wrapped__(model)
+    assert bool(axes) == found
+
+
+@pytest.mark.parametrize("origin", [(0.0, 0.0, 0.0), (0.05, 0.05, 0.0), (0.03, -0.01, 0.06), (0.4, 0.0, 0.1)])
+def test_the_axis_of_a_cup_is_that_of_its_rims_wherever_handle_and_origin_are(
+    origin: tuple[float, float, float],
+) -> None:
+    handle = np.array([[0.045, -0.01], [0.09, -0.01], [0.09, 0.01], [0.045, 0.01]])
+    solids = [drilled(circle(0.05, 48), [], 0.0, 0.1), drilled(handle, [], 0.03, 0.07)]
+    cup = Model.of_surface("cup", surface_of(solids))
+    moved = replace(cup, vertices=cup.vertices - np.array(origin))
+    ((axis, centre),) = round_axes(moved)
+    np.testing.assert_array_equal(axis, [0.0, 0.0, 1.0])
+    np.testing.assert_allclose((centre + origin)[:2], 0.0, atol=1e-6)

@@ -8,8 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from geometry.pose import Pose, near
-from geometry.round_axes import other_sides, rim_middle, round_axes
-from geometry.turns import half_turns, near_symmetries_and_products, right_turns, spin_rad
+from geometry.turns import (
+    half_turns,
+    near_symmetries_and_products,
+    other_sides,
+    right_turns,
+    rim_middle,
+    round_axes,
+    spin_rad,
+)
 from vision_server.pose.detail import fewer_lines
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.other_hand import Matcher

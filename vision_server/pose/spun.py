@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.round_axes import round_axes, turned_about
-from geometry.turns import folds_about
+from geometry.turns import folds_about, round_axes, turned_about
 from numerics.arrays import Floats
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.support import CAP_PX, support_at
