@@ -1,30 +1,28 @@
-"""The turns after which a part, much of it or some of it looks as before: each kind, and who asks for it.
+"""The turns of a part after which all, much or some of it looks as before: each kind, and who asks for it.
 
-A pose may be mistaken for one that is turned so, ``pose.compose(turn)``: each turn is a target_T_target, what
-takes a point of the target to where it is after the turn. The kinds, from those that bring back most:
+A pose may be mistaken for one so turned, ``pose.compose(turn)``: each turn is a target_T_target, what takes a
+point of the target to where it is after the turn. The kinds, and who asks for them in `vision_server`:
 
-- Exact symmetries (`symmetries.symmetry_of`) change nothing that could be seen; about the free axis of a body
-  of revolution they are by any angle. The pipeline takes poses so turned for one answer and tells all of
-  them; tracking (`tracking.turning`) does not count them as turns.
+- Exact symmetries (`symmetries.symmetry_of`) change nothing that could be seen; a body of revolution may be
+  turned by any angle about its free axis. `pipeline` takes poses so turned for one answer, and
+  `tracking.turning` takes such a turn for none.
 - Near symmetries (`near_symmetries.near_symmetries`) bring back much of the wireframe, as by a gear's tooth.
   A seed pose may be turned so: `pose.ranking` asks within the search range, `pose.rivals` outside of it.
-- Two near symmetries one after the other (`near_symmetries_and_products`) are asked for at first sight
-  (`pose.all_sides`), where no seed pose tells. So are half turns about the part's own axes (`half_turns`),
-  whatever these bring back.
+- Two near symmetries one after the other (`near_symmetries_and_products`), and half turns about the part's
+  own axes (`half_turns`), whatever these bring back, are asked for at first sight (`pose.all_sides`).
 - Right turns (`right_turns`), parts of a full turn, bring back what is regular of a part, as an eight-sided
-  body. First sight asks for them where they fit nearly as well.
-- Free turns go about an axis that a part is round about but for some lines (`round_axes`): the
-  rims of a flange come back after any. `pose.spun` looks all around such an axis, at the angles that a view
-  can tell apart; `pose.rivals` weighs some small and large ones (`free_turns`).
+  body is. First sight asks for them, too, where they fit nearly as well.
+- Free turns go about an axis that a part is round about but for some lines (`round_axes`), as a flange is.
+  `pose.spun` looks all around in steps that a view tells apart; `pose.rivals` weighs some (`free_turns`).
 
 The check of a pose (`tracking.referee`) asks for near symmetries, right turns and `turns_about_round_axes`,
-and looks all around. A look-alike of the pose before is, in `tracking.turning`, turned by a near symmetry, by
-a right turn of half, or about a round axis.
+and looks all around. For `tracking.turning` a pose is a look-alike that a near symmetry, a right turn of half
+or a turn about a round axis takes to one that the target can have.
 
-Whether images show a turn about a round axis is asked thrice, as three things hang on it: whether any of all
-around stands out (`unseen_turns` of `pose.spun`; else the axis is told as free), how likely the best of
-`free_turns` is as a rival (`turned_round` of `pose.rivals`), and whether a frame is sure, where it supports
-each of `turns_about_round_axes` less (`tracking.round_parts`).
+Whether images show a turn about a round axis is asked in three ways, as three things hang on it. In
+`pose.spun` `unseen_turns` asks if any turn stands out; else the axis is told as free. In `pose.rivals`
+`turned_round` asks how likely the best of `free_turns` is. In `tracking.round_parts` a frame is sure of a
+turn if it supports each of `turns_about_round_axes` less.
 """
 
 from __future__ import annotations
@@ -32,6 +30,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 
@@ -62,14 +61,13 @@ def near_symmetries_and_products(model: Model) -> tuple[Pose, ...]:
     turns = near_symmetries(model)
     found = list(turns)
     known = np.array([np.eye(3), *(turn.matrix for turn in turns)])
-    for one in turns:
-        for other in turns:
-            if len(found) >= MOST_PRODUCTS:
-                return tuple(found)
-            both = one.matrix @ other.matrix
-            if np.tensordot(known, both, 2).max() < 1.0 + 2.0 * np.cos(APART_RAD):
-                found.append(one.compose(other))
-                known = np.concatenate([known, both[None]])
+    for one, other in product(turns, turns):
+        if len(found) >= MOST_PRODUCTS:
+            break
+        both = one.matrix @ other.matrix
+        if np.tensordot(known, both, 2).max() < 1.0 + 2.0 * np.cos(APART_RAD):
+            found.append(one.compose(other))
+            known = np.concatenate([known, both[None]])
     return tuple(found)
 
 
