@@ -44,7 +44,7 @@ from geometry.symmetries import ODD_ANGLES_RAD, SAME_TURN, count_astray, symmetr
 from numerics.arrays import Floats
 
 MOST_PRODUCTS = 80  # 36-fold turns, and each turned over
-ANGLES_DEG = sorted({*range(30, 360, 30), *range(45, 360, 45)})
+ANGLES_DEG = sorted({*range(30, 360, 30), *range(45, 360, 45)})  # of right turns: twelfths and eighths
 ROUND = 0.35  # share of the length of the sharp lines that any turn must bring back (chosen by hand) ...
 POINTS, TURNED = 4000, 300  # ... of points along them, and of so many that are turned
 RIM = 0.95  # of the largest distance from the axis: chamfers of a rim count as rim
