@@ -14,9 +14,7 @@ Region = tuple[int, int, int, int]  # left, top, right, bottom, px; right and bo
 UNDISTORT_ITERATIONS = 30  # at most, chosen by hand: it ends at the tolerance
 UNDISTORT_TOLERANCE = 1e-12  # in normalised image coordinates
 COUNTS = {"pinhole": (5, 8, 12), "fisheye": (4,)}  # of coefficients
-MOST_ANGLE = (
-    1.4  # rad from the axis (80 degrees) that a fisheye's image is used to: beyond, no plane holds it
-)
+MOST_ANGLE = 1.4  # rad from a fisheye's axis (80 degrees), to which it is used: beyond, no plane holds it
 FISHEYE_HALVINGS = 48  # of that angle: to 1e-14 rad
 
 

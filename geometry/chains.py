@@ -10,6 +10,7 @@ import numpy as np
 
 from geometry.model import Model
 from numerics.arrays import Flags, Floats, Ints
+from numerics.groups import root
 from numerics.kernels import kernel
 
 Run = list[tuple[int, bool]]  # lines that follow each other, and which of them run backwards
@@ -18,6 +19,7 @@ Run = list[tuple[int, bool]]  # lines that follow each other, and which of them 
 BEND_COSINE = float(np.cos(np.radians(46.0)))  # sharp lines that bend less are a curve: of eight facets on
 CURVE_DEG = 20.0  # by which an arc may bend and still be seen as one line: its edge is nearly straight
 SHORT, SHORT_CURVE_DEG = 0.06, 90.0  # of the model's diameter: arcs of a small hole may bend by more
+CHORD_DEG = 11.0  # by which the arc of a chord bends: it is 0.005 radii off, and a circle has 36
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +50,7 @@ def chains(model: Model) -> Ints:
     order = np.argsort(ends, kind="stable")
     beside = np.flatnonzero(np.diff(ends[order]) == 0)  # lines of curved surfaces that meet
     meeting = own[np.stack([order[beside], order[beside + 1]], axis=1) // 2]
-    follow = np.array(list(_followers(model)), dtype=np.int64).reshape(-1, 2)
-    return _joined(len(model.lines), np.concatenate([follow, meeting]))
+    return _joined(len(model.lines), np.concatenate([_followers(model), meeting]))
 
 
 @kernel()
@@ -57,19 +58,9 @@ def _joined(count: int, pairs: Ints) -> Ints:
     """The group (count,) of each item, named after one of its own, when pairs (P, 2) are of one group."""
     parent = np.arange(count)
     for p in range(len(pairs)):
-        one, other = pairs[p, 0], pairs[p, 1]
-        while parent[one] != one:
-            parent[one] = parent[parent[one]]
-            one = parent[one]
-        while parent[other] != other:
-            parent[other] = parent[parent[other]]
-            other = parent[other]
-        parent[other] = one
+        parent[root(parent, pairs[p, 1])] = root(parent, pairs[p, 0])
     for item in range(count):
-        root = item
-        while parent[root] != root:
-            root = parent[root]
-        parent[item] = root
+        parent[item] = root(parent, item)
     return parent
 
 
@@ -98,10 +89,28 @@ def arcs(model: Model) -> Arcs:
     return out
 
 
+def chords(model: Model) -> tuple[Ints, Ints]:
+    """Arcs that bend by less than CHORD_DEG made straight, and the lines (M,) that are of none.
+
+    Returns
+    -------
+    (K, 3), a line in the middle of each arc, and the vertices that its chord is between; without what closes.
+    """
+    pieces: list[tuple[int, int, int]] = []
+    followed: list[int] = []
+    for run in runs(model, CHORD_DEG):
+        (first, first_back), (last, last_back) = run[0], run[-1]
+        ends = model.lines[first, int(first_back)], model.lines[last, int(not last_back)]
+        pieces.append((run[len(run) // 2][0], *ends))
+        followed += [line for line, _ in run]
+    found = np.array(pieces, dtype=np.int64).reshape(-1, 3)
+    return found[found[:, 1] != found[:, 2]], np.setdiff1d(np.arange(len(model.lines)), followed)
+
+
 def runs(model: Model, bend_deg: float) -> Iterator[Run]:
     """Sharp lines that follow each other and bend by less than that from first to last, two or more."""
     beside: dict[int, list[int]] = {}
-    for one, other in _followers(model):
+    for one, other in _followers(model).tolist():
         beside.setdefault(one, []).append(other)
         beside.setdefault(other, []).append(one)
     if not beside:
@@ -122,13 +131,12 @@ def runs(model: Model, bend_deg: float) -> Iterator[Run]:
             seen.add(line)
             backwards = ends[line][1] == last
             along = -unit[line] if backwards else unit[line]
-            if not run:
-                first, total = along, 0.0
-            cosine = float(along @ first)
-            if run and cosine < (bent if total + length[line] < short else straight):
+            if run and float(along @ first) < (bent if total + length[line] < short else straight):
                 if len(run) > 1:
                     yield run
-                run, first, total = [], along, 0.0
+                run = []
+            if not run:
+                first, total = along, 0.0
             run.append((line, backwards))
             total += float(length[line])
             last = ends[line][0] if backwards else ends[line][1]
@@ -146,8 +154,8 @@ def _loose_end(ends: dict[int, list[int]], line: int, beside: list[int]) -> int:
     return a if not any(a in ends[other] for other in beside) or len(beside) > 1 else b
 
 
-def _followers(model: Model) -> Iterator[tuple[int, int]]:
-    """Pairs of sharp lines that continue each other: just two meet, and they bend little."""
+def _followers(model: Model) -> Ints:
+    """Pairs (P, 2) of sharp lines that continue each other: just two meet, and they bend little."""
     own = np.flatnonzero(~model.smooth)
     ends = model.lines[own].ravel()
     order = np.argsort(ends, kind="stable")
@@ -162,4 +170,4 @@ def _followers(model: Model) -> Iterator[tuple[int, int]]:
         steps.append(step / np.linalg.norm(step, axis=1, keepdims=True))
     cosine = (steps[0] * steps[1]).sum(axis=1)
     good = (cosine <= -BEND_COSINE) & (one != other)
-    yield from zip(one[good].tolist(), other[good].tolist(), strict=True)
+    return np.stack([one[good], other[good]], axis=1)

@@ -73,10 +73,8 @@ def trace(
     leader, place, backwards = linked(solid, seen.line, course)
     in_order = np.argsort(leader * (len(solid.lines) + 1) + place)
     numbers, px = _spread(solid, seen, leader, in_order, spacing_px, densest_px, min_line_px)
-    hiders, hidden = (
-        hiders_of(solid, towards, centre, TOUCH * solid.diameter),
-        np.empty((len(solid.triangle_face), 2)),
-    )
+    hiders = hiders_of(solid, towards, centre, TOUCH * solid.diameter)
+    hidden = np.empty((len(solid.triangle_face), 2))
     start, end = np.empty(3), np.empty(3)
     total, written = numbers.sum(), 0
     line, own, of_outline = np.empty(total, np.int64), np.empty(total, np.int64), np.empty(total, np.bool_)
@@ -123,20 +121,13 @@ def _in_camera_frame(solid: Solid, rotation: Floats, translation: Floats) -> tup
     """The vertices in the camera frame, (V, 3), and the camera's centre in the target's, (3,)."""
     points = np.empty_like(solid.vertices)
     for i in range(len(points)):
+        x, y, z = solid.vertices[i]
         for k in range(3):
-            points[i, k] = (
-                rotation[k, 0] * solid.vertices[i, 0]
-                + rotation[k, 1] * solid.vertices[i, 1]
-                + rotation[k, 2] * solid.vertices[i, 2]
-                + translation[k]
-            )
+            points[i, k] = rotation[k, 0] * x + rotation[k, 1] * y + rotation[k, 2] * z + translation[k]
+    x, y, z = translation
     centre = np.empty(3)
     for k in range(3):
-        centre[k] = -(
-            rotation[0, k] * translation[0]
-            + rotation[1, k] * translation[1]
-            + rotation[2, k] * translation[2]
-        )
+        centre[k] = -(rotation[0, k] * x + rotation[1, k] * y + rotation[2, k] * z)
     return points, centre
 
 

@@ -140,11 +140,8 @@ def load_model(path: str | Path, unit: str = "m") -> Model:
         raise GeometryError(f"model file {path} is a folder")
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        hint = (
-            " (every CAD program exports STL)"
-            if path.suffix.lower() in (".step", ".stp", ".iges", ".igs")
-            else ""
-        )
+        of_cad = path.suffix.lower() in (".step", ".stp", ".iges", ".igs")
+        hint = " (every CAD program exports STL)" if of_cad else ""
         raise GeometryError(
             f"model {path}: unknown kind {path.suffix!r}; use one of {', '.join(READERS)}{hint}"
         )

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from geometry.chains import chains, runs
 from geometry.model import Model
-from geometry.own_axes import own_axes
+from geometry.own_axes import TOLERANCE, lines_apart, own_axes, wires_of
 from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
@@ -21,8 +21,7 @@ from numerics.kernels import kernel
 # Chosen by hand where nothing else is said.
 POINTS, LEAST_POINTS = 300, 2  # along all lines together, and on each line where they are no more than that
 SCREENED = 10  # each so many-th point alone is turned first
-TOLERANCE = 0.012  # how far a turned point may be from a line, share of the diameter
-LEAST_TOLERANCE = 0.004  # likewise, of a part that is much thinner than long
+LEAST_TOLERANCE = 0.004  # share of the diameter, where a part is much thinner than long
 CLOSER = 0.25  # of the tolerance, for where the axis is: a centroid beside it brings back as much within that
 ALIKE = 0.4  # share of the wireframe that must come back onto itself ...
 ALIKE_OVER = 0.35  # ... by half a turn: a plate's rim does, turned over, what stands on it does not ...
@@ -34,10 +33,20 @@ FINE = 36  # ... of more than so many, which any small turn is near to, those th
 BESIDE_RAD = np.radians(3.0)  # so much more or less moves the farthest points twice the tolerance ...
 PEAK = 1.1  # ... and must bring back less by this factor, or the turn is only a small one
 APART_RAD = np.radians(4.0)  # less than the least of FOLDS; products of turns about two middles differ by 0
-MOST_MIDDLES = 2  # of rings of lines, for each axis
-MOST_PRODUCTS = 80  # 36-fold turns, and each turned over
-MOST_LINES = 300  # and chords, of the longest curves: 0.15 s of processor time at most
-CHORD_DEG = 11.0  # by which the arc of a chord bends: it is 0.005 radii off, less than the tolerance
+
+
+class _Back(NamedTuple):
+    """What turns by one part of a full turn bring back, shares of the wireframe.
+
+    Attributes
+    ----------
+    share, closely : within the tolerance, and within CLOSER of it.
+    middle : (3,), metres, what the axis goes through.
+    """
+
+    share: float
+    closely: float
+    middle: Floats
 
 
 @lru_cache(maxsize=8)
@@ -45,7 +54,7 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
     """Turns by multiples of 360 / n degrees, n in FOLDS, about axes along the target's own (`own_axes`).
 
     They go through the middle of the bounding box, the wireframe's centroid, or what lines that are alike lie
-    around (`middles_of_rings`): one mark moves the first two, and a ring of seven is not in the middle of its
+    around (the axis' rings): one mark moves the first two, and a ring of seven is not in the middle of its
     box.
 
     Returns
@@ -59,17 +68,15 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
     wires = _Wireframe.of_ends(ends, model.diameter)
     closer = replace(wires, tolerance=CLOSER * wires.tolerance)
     found: list[tuple[float, Pose]] = []
-    for axis, of_box in own_axes(model):
-        best: dict[Fraction, tuple[float, float, Floats]] = {}  # share, share of the closer, middle of that
-        through = [of_box, wires.weights @ wires.points, *middles_of_rings(ends, axis, wires.tolerance)]
-        for middle in _distinct(through, axis, 0.1 * TOLERANCE * model.diameter):
-            for part, share in _shares(wires, closer, axis, middle).items():
-                if share >= _least(part) and share >= PEAK * _beside(wires, axis, part, middle):
-                    (close,) = closer.shares(axis, [2.0 * np.pi * float(part)], middle)
-                    known = best.get(part, (0.0, 0.0, middle))
-                    placed = middle if close > known[1] else known[2]
-                    best[part] = (max(share, known[0]), max(close, known[1]), placed)
-        if len(best) > 1 and HALF in best and best[HALF][0] < ALIKE:
+    for axis, of_box, rings in own_axes(model):
+        best: dict[Fraction, _Back] = {}
+        through = [of_box, wires.weights @ wires.points, *rings]
+        for middle in lines_apart(through, axis, 0.1 * TOLERANCE * model.diameter):
+            for part, one in _brought_back(wires, closer, axis, middle).items():
+                known = best.get(part, one)
+                closest = max(known, one, key=lambda back: back.closely)
+                best[part] = closest._replace(share=max(known.share, one.share))
+        if len(best) > 1 and HALF in best and best[HALF].share < ALIKE:
             del best[HALF]  # of a wheel, between two of its spokes
         exactly = replace(wires, tolerance=exact_tolerance(axis, wires.points - of_box, model.diameter))
         for part in _apart(best):
@@ -89,76 +96,6 @@ def exact_tolerance(axis: Floats, points: Floats, diameter: float) -> float:
     """
     width = 2.0 * float(np.linalg.norm(np.cross(points, axis), axis=1).max())
     return max(TOLERANCE * min(width, diameter), LEAST_TOLERANCE * diameter)
-
-
-def wires_of(model: Model) -> Floats:
-    """Both ends (L, 2, 3), metres, of a model's sharp lines; of the facets of a curve, of its chords.
-
-    A hole of 128 segments is 33 chords. Of the longest curves, MOST_LINES are left.
-    """
-    pieces: list[tuple[int, int, int]] = []  # one of the chord's lines, its first and its last corner
-    followed: set[int] = set()
-    for run in runs(model, CHORD_DEG):
-        (first, first_back), (last, last_back) = run[0], run[-1]
-        followed.update(line for line, _ in run)
-        pieces.append((first, model.lines[first, int(first_back)], model.lines[last, int(not last_back)]))
-    alone = np.setdiff1d(np.flatnonzero(~model.smooth), list(followed))
-    pieces += [(line, *model.lines[line]) for line in alone.tolist()]
-    line, start, end = np.array(pieces, dtype=np.int64).reshape(-1, 3).T
-    ends = np.stack([model.vertices[start], model.vertices[end]], axis=1)
-    ends, curve = ends[start != end], chains(model)[line[start != end]]
-    whole = np.bincount(curve, np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), minlength=len(model.lines))
-    return np.asarray(ends[np.argsort(-whole[curve], kind="stable")[:MOST_LINES]])
-
-
-def middles_of_rings(ends: Floats, axis: Floats, tolerance: float) -> list[Floats]:
-    """Points that an axis of this direction may go through, for lines (L, 2, 3) that are alike.
-
-    Lines that a turn takes into each other are as long as each other, as steep, and as high along its axis;
-    their middles lie on a circle around it, also where some of the ring are missing.
-
-    Returns
-    -------
-    (3,), metres, those that most of the wireframe lies around first, MOST_MIDDLES at most.
-    """
-    along = ends[:, 1] - ends[:, 0]
-    middles, lengths = ends.mean(axis=1), np.linalg.norm(along, axis=1)
-    alike = np.stack([lengths, np.abs(along @ axis), middles @ axis], axis=1)
-    left = np.ones(len(alike), dtype=bool)
-    rings: list[tuple[float, Floats]] = []
-    for line in range(len(alike)):
-        if not left[line]:
-            continue
-        ring = left & (np.abs(alike - alike[line]).max(axis=1) <= tolerance)
-        left &= ~ring
-        middle = _middle_of_ring(middles[ring], axis, tolerance) if ring.sum() > 1 else None
-        if middle is not None:
-            rings.append((float(lengths[ring].sum()), middle))
-    weights = np.array([weight for weight, _ in rings])
-    places = np.array([middle for _, middle in rings]).reshape(-1, 3)
-    near = np.linalg.norm(places[:, None] - places, axis=2) <= 0.5 * tolerance
-    order = np.argsort(-(near @ weights), kind="stable")
-    return _distinct(list(places[order]), axis, tolerance)[:MOST_MIDDLES]
-
-
-@lru_cache(maxsize=8)
-def near_symmetries_and_products(model: Model) -> tuple[Pose, ...]:
-    """The `near_symmetries` and what two of them make: a wheel may be turned over and about its axis at once.
-
-    No two nearer than APART_RAD; MOST_PRODUCTS at most.
-    """
-    turns = near_symmetries(model)
-    found = list(turns)
-    known = np.array([np.eye(3), *(turn.matrix for turn in turns)])
-    for one in turns:
-        for other in turns:
-            if len(found) >= MOST_PRODUCTS:
-                return tuple(found)
-            both = one.matrix @ other.matrix
-            if np.tensordot(known, both, 2).max() < 1.0 + 2.0 * np.cos(APART_RAD):
-                found.append(one.compose(other))
-                known = np.concatenate([known, both[None]])
-    return tuple(found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,76 +158,52 @@ def _on_some_line(points: Floats, start: Floats, direction: Floats, tolerance: f
     return out
 
 
-def _shares(wires: _Wireframe, closer: _Wireframe, axis: Floats, middle: Floats) -> dict[Fraction, float]:
-    """Shares that turns about an axis bring back, by their part of a full turn.
+def _brought_back(
+    wires: _Wireframe, closer: _Wireframe, axis: Floats, middle: Floats
+) -> dict[Fraction, _Back]:
+    """What turns about an axis through a place (3,) bring back, by their part of a full turn.
 
-    Of all folds that bring back more than a little less or more of their angle does.
+    Those turns that stand out, of all multiples of n-fold ones that do.
     """
     full = 2.0 * np.pi
     screened = wires.shares(axis, [full / n for n in FOLDS], middle, SCREENED) >= SCREENED_ALIKE
-    out: dict[Fraction, float] = {}
+    found: dict[Fraction, float] = {}
     for n in np.array(FOLDS)[screened].tolist():
         (alike,) = wires.shares(axis, [full / n], middle)
         if n > FINE and closer.shares(axis, [full / n], middle)[0] < ALIKE:
             continue
-        if alike < _least(Fraction(1, n)) or alike < PEAK * _beside(wires, axis, Fraction(1, n), middle):
-            continue
-        parts = [part for part in (Fraction(k, n) for k in range(1, n)) if part not in out]
-        if parts:
+        parts = [part for part in (Fraction(k, n) for k in range(1, n)) if part not in found]
+        if parts and _stands_out(wires, axis, Fraction(1, n), middle, alike):
             shares = wires.shares(axis, [full * float(part) for part in parts], middle)
-            out.update(zip(parts, shares.tolist(), strict=True))
-    return out
+            found.update(zip(parts, shares.tolist(), strict=True))
+    return {
+        part: _Back(share, float(closer.shares(axis, [full * float(part)], middle)[0]), middle)
+        for part, share in found.items()
+        if _stands_out(wires, axis, part, middle, share)
+    }
 
 
-def _least(part: Fraction) -> float:
-    """The share that a turn by this part of a full one must bring back."""
-    return ALIKE_OVER if part == HALF else ALIKE
-
-
-def _beside(wires: _Wireframe, axis: Floats, part: Fraction, middle: Floats) -> float:
-    """The more of what a little less and a little more than a part of a full turn bring back."""
+def _stands_out(wires: _Wireframe, axis: Floats, part: Fraction, middle: Floats, share: float) -> bool:
+    """Whether a turn brings back enough, and more than a little less or a little more of its angle does."""
+    if share < (ALIKE_OVER if part == HALF else ALIKE):
+        return False
     angle = 2.0 * np.pi * float(part)
-    return float(wires.shares(axis, [angle - BESIDE_RAD, angle + BESIDE_RAD], middle).max())
+    beside = wires.shares(axis, [angle - BESIDE_RAD, angle + BESIDE_RAD], middle)
+    return share >= PEAK * float(beside.max())
 
 
-def _apart(best: Mapping[Fraction, tuple[float, float, Floats]]) -> list[Fraction]:
+def _apart(best: Mapping[Fraction, _Back]) -> list[Fraction]:
     """Parts of a full turn, none APART_RAD or less from one that goes before: those of the fold all of whose
     turns bring back most, closely. Beside a tooth's turn other folds have one that brings back as much.
     """
     whole = {
-        n: sum(best[part][1] if (part := Fraction(k, n)) in best else 0.0 for k in range(1, n)) / (n - 1)
+        n: sum(best[part].closely if (part := Fraction(k, n)) in best else 0.0 for k in range(1, n)) / (n - 1)
         for n in FOLDS
     }
     worth = {part: max(whole[n] for n in FOLDS if n % part.denominator == 0) for part in best}
     kept: list[Fraction] = []
-    for part in sorted(best, key=lambda one: (-worth[one], -best[one][1])):
+    for part in sorted(best, key=lambda one: (-worth[one], -best[one].closely)):
         around = [abs(part - other) for other in kept]
         if all(2.0 * np.pi * min(gap, 1 - gap) > APART_RAD for gap in around):
             kept.append(part)
     return kept
-
-
-def _middle_of_ring(points: Floats, axis: Floats, tolerance: float) -> Floats | None:
-    """The middle (3,) of a circle about an axis of this direction through points (N, 3); None off circles."""
-    across = np.linalg.svd(axis[None])[2][1:]
-    centre = points.mean(axis=0)
-    if len(points) == 2:
-        return np.asarray(centre)
-    flat = (points - centre) @ across.T
-    equations = np.c_[2.0 * flat, np.ones(len(flat))]
-    solved, _, rank, _ = np.linalg.lstsq(equations, (flat**2).sum(axis=1), rcond=1e-6)
-    if rank < 3:
-        return None
-    radii = np.linalg.norm(flat - solved[:2], axis=1)
-    return np.asarray(centre + solved[:2] @ across) if np.ptp(radii) <= tolerance else None
-
-
-def _distinct(points: Sequence[Floats], axis: Floats, tolerance: float) -> list[Floats]:
-    """Those (3,) through which go different lines of this direction, in order."""
-    places = np.array(points).reshape(-1, 3)
-    across = places - np.outer(places @ axis, axis)
-    kept: list[int] = []
-    for index, place in enumerate(across):
-        if (((across[kept] - place) ** 2).sum(axis=1) > tolerance**2).all():
-            kept.append(index)
-    return list(places[kept])

@@ -83,7 +83,6 @@ def linked(solid: Solid, lines: Ints, course: Floats) -> tuple[Ints, Ints, Flags
     leader, place, backwards = solid.leader[lines], solid.place[lines], solid.backwards[lines]
     at = np.full((len(solid.vertices), 2), -1, dtype=np.int64)
     meeting = np.zeros(len(solid.vertices), dtype=np.int64)
-    several = False
     for j in range(count):
         if not solid.smooth[lines[j]]:
             continue
@@ -92,9 +91,6 @@ def linked(solid: Solid, lines: Ints, course: Floats) -> tuple[Ints, Ints, Flags
             if meeting[vertex] < 2:
                 at[vertex, meeting[vertex]] = j
             meeting[vertex] += 1
-            several = several or meeting[vertex] == 2
-    if not several:
-        return leader, place, backwards
     done = np.zeros(count, dtype=np.bool_)
     walk = np.empty(count, dtype=np.int64)
     for closed in range(2):  # open ones from their ends, then those that close
@@ -120,10 +116,7 @@ def linked(solid: Solid, lines: Ints, course: Floats) -> tuple[Ints, Ints, Flags
                 walk[size], backwards[j] = j, against
                 size += 1
                 last = solid.lines[lines[j], 0] if against else solid.lines[lines[j], 1]
-                following = -1
-                if meeting[last] == 2:
-                    following = at[last, 0] if at[last, 1] == j else at[last, 1]
-                j = following
+                j = at[last, 0] + at[last, 1] - j if meeting[last] == 2 else -1  # the other of the two
             _number(lines, walk[:size], leader, place)
     return leader, place, backwards
 

@@ -136,18 +136,14 @@ class _Body:
             yield matrix_of(np.pi * axis)
             for n in FOLDS:
                 angle = 2.0 * np.pi / n
-                if self.comes_back(matrix_of(angle * axis)) and not self.comes_back(
-                    matrix_of(0.5 * angle * axis)
-                ):
+                turn, half = matrix_of(angle * axis), matrix_of(0.5 * angle * axis)
+                if self.comes_back(turn) and not self.comes_back(half):
                     yield from (matrix_of(k * angle * axis) for k in range(1, n))
 
     def poses(self, turns: list[Floats]) -> tuple[Pose, ...]:
         """The identity and these turns about the centre, each once."""
         others = [turn for turn in turns if np.abs(turn - np.eye(3)).max() >= SAME_TURN]
-        return (
-            Pose(np.zeros(3), np.zeros(3)),
-            *(Pose.turn_about(self.centre, turn) for turn in others),
-        )
+        return (*ASYMMETRIC.turns, *(Pose.turn_about(self.centre, turn) for turn in others))
 
 
 @kernel()

@@ -39,10 +39,9 @@ def tree_of(vertices: Floats, triangles: Ints, diameter: float) -> TriangleTree:
     count = len(triangles)
     lows, highs = np.empty((count, 3)), np.empty((count, 3))
     for i in range(count):
+        p, q, r = triangles[i]
         for k in range(3):
-            a, b, c = (
-                vertices[triangles[i, 0], k], vertices[triangles[i, 1], k], vertices[triangles[i, 2], k]
-            )  # fmt: skip
+            a, b, c = vertices[p, k], vertices[q, k], vertices[r, k]
             lows[i, k], highs[i, k] = min(a, b, c), max(a, b, c)
     order, most = np.arange(count), max(1, 2 * count)
     boxes = np.empty((most, 6))
@@ -103,11 +102,8 @@ def _of_triangles(vertices: Floats, triangles: Ints, order: Ints) -> tuple[Float
     """Corners (T, 3, 3) and planes (T, 4) of triangles in some order, see `TriangleTree`."""
     corners, plane = np.empty((len(order), 3, 3)), np.empty((len(order), 4))
     for n in range(len(order)):
-        a, b, c = (
-            vertices[triangles[order[n], 0]],
-            vertices[triangles[order[n], 1]],
-            vertices[triangles[order[n], 2]],
-        )
+        p, q, r = triangles[order[n]]
+        a, b, c = vertices[p], vertices[q], vertices[r]
         square = 0.0
         for k in range(3):
             corners[n, 0, k], corners[n, 1, k], corners[n, 2, k] = a[k], b[k], c[k]

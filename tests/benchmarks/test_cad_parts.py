@@ -7,8 +7,8 @@ from benchmarks.cad_parts import CAD
 from benchmarks.free_form import FREE_FORM
 from benchmarks.machined_parts import surface_of
 from geometry.model import Model
-from geometry.round_axes import round_axes
 from geometry.symmetries import symmetry_of
+from geometry.turns import round_axes
 
 DRAWN = CAD | FREE_FORM
 

@@ -8,7 +8,8 @@ import pytest
 from benchmarks.cad_parts import CAD
 from benchmarks.machined_parts import circle, drilled, machined, rounded, surface_of
 from geometry.model import Model, find_target, load_model
-from geometry.near_symmetries import TOLERANCE, middles_of_rings, near_symmetries
+from geometry.near_symmetries import near_symmetries
+from geometry.own_axes import TOLERANCE, middles_of_rings
 from geometry.rotation import matrix_of
 from tests.geometry.boxes import box, model_of
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.camera import Camera
-from geometry.chains import longest_chains, runs
+from geometry.chains import chords, longest_chains
 from geometry.coarser import coarser
 from geometry.hidden_lines import Trace, trace
 from geometry.model import Model
@@ -32,7 +32,6 @@ MOST_LINES = 200  # or curves, that a search looks at
 SEEN_LINE_PX = (
     14.0  # least length of their image: as fine a texture has hardly a segment; 10 found fewer poses
 )
-SEARCH_CURVE_DEG = 11.0  # by which arcs bend that it takes for straight: a circle has 36 lines
 OUTLINE_STEP = 0.01  # of the diameter, between two points that tell an outline's direction
 
 
@@ -44,31 +43,20 @@ def sparse_solid(model: Model) -> Solid:
     """
     model = coarser(model)
     solid = solid_of(model)
-    followed: set[int] = set()
-    lines, faces, chain = [], [], []
-    for run in runs(model, SEARCH_CURVE_DEG):
-        (first, first_back), (last, last_back) = run[0], run[-1]
-        ends = (solid.lines[first, int(first_back)], solid.lines[last, int(not last_back)])
-        followed.update(line for line, _ in run)
-        if ends[0] != ends[1]:
-            lines.append(ends)
-            faces.append(solid.line_faces[run[len(run) // 2][0]])
-            chain.append(solid.chain[first])
-    others = np.setdiff1d(np.arange(len(solid.lines)), list(followed))
-    ends_of = np.concatenate([solid.lines[others], np.array(lines, dtype=np.int64).reshape(-1, 2)])
-    beside = np.concatenate([solid.line_faces[others], np.array(faces, dtype=np.int64).reshape(-1, 2)])
-    smooth = np.concatenate([solid.smooth[others], np.zeros(len(lines), dtype=bool)])
-    chains = np.concatenate([solid.chain[others], np.array(chain, dtype=np.int64)])
-    kept = np.flatnonzero(longest_chains(model.vertices, ends_of, smooth, chains, MOST_LINES))
-    alone = np.arange(len(kept))
+    arcs, alone = chords(model)
+    line = np.concatenate([alone, arcs[:, 0]])
+    ends = np.concatenate([solid.lines[alone], arcs[:, 1:]])
+    kept = longest_chains(model.vertices, ends, solid.smooth[line], solid.chain[line], MOST_LINES)
+    line = line[kept]
+    leader = np.arange(len(line))
     return solid._replace(
-        lines=ends_of[kept],
-        line_faces=beside[kept],
-        smooth=smooth[kept],
-        chain=chains[kept],
-        leader=alone,
-        place=np.zeros_like(alone),
-        backwards=np.zeros(len(kept), dtype=bool),
+        lines=ends[kept],
+        line_faces=solid.line_faces[line],
+        smooth=solid.smooth[line],
+        chain=solid.chain[line],
+        leader=leader,
+        place=np.zeros_like(leader),
+        backwards=np.zeros(len(leader), dtype=bool),
     )
 
 

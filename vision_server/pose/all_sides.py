@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from geometry.model import Model
-from geometry.near_symmetries import near_symmetries, near_symmetries_and_products
-from geometry.own_axes import half_turns
 from geometry.pose import Pose, near
-from geometry.right_turns import right_turns
-from geometry.round_axes import ALONG, other_sides, rim_middle, round_axes
-from geometry.symmetries import symmetry_of
+from geometry.turns import (
+    half_turns,
+    near_symmetries_and_products,
+    other_sides,
+    right_turns,
+    rim_middle,
+    round_axes,
+    spin_rad,
+)
 from vision_server.pose.detail import fewer_lines
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.other_hand import Matcher
@@ -59,7 +61,7 @@ def of_most_evidence(
     firsts = _firsts_of_looks(hypotheses, turns)
     others = [index for index in range(len(hypotheses)) if index not in firsts]
     ordered = [hypotheses[index] for index in firsts + others]
-    found = best_first(problem, ordered, looked_at, _spin_rad(problem.model))
+    found = best_first(problem, ordered, looked_at, spin_rad(problem.model))
     found.sort(key=_evidence, reverse=True)
     if not found or _evidence(found[0]) < CONVINCING_NATS:
         _add_matched_again(problem, found, ordered[:MATCHED_AGAIN], match)
@@ -148,20 +150,6 @@ def _evidence(one: Refined) -> float:
     return one.support.evidence_together
 
 
-def _spin_rad(model: Model) -> float:
-    """How far a nearly round target need be turned to either side until it has looked all ways it can.
-
-    It is turned by its symmetries, near ones too, anyway: so by half of what lies between two of these.
-    """
-    axes = [axis for axis, _ in round_axes(model)]
-    if len(axes) != 1:
-        return math.pi if axes else 0.0
-    vectors = [turn.rotation_vector for turn in (*symmetry_of(model).turns, *near_symmetries(model))]
-    about = [v @ axes[0] for v in vectors if abs(v @ axes[0]) >= ALONG * np.linalg.norm(v)]
-    angles = np.sort(np.mod([*about, *(-angle for angle in about)], 2.0 * math.pi))
-    return 0.5 * float(np.diff([*angles, angles[0] + 2.0 * math.pi]).max())
-
-
 def _add_other_sides(problem: PoseProblem, found: list[Refined]) -> None:
     """Add what the first pose of a nearly round target leads to when its rim is seen from the other sides.
 
@@ -176,9 +164,8 @@ def _add_other_sides(problem: PoseProblem, found: list[Refined]) -> None:
                 if rough is None:
                     continue
                 beside = [rough]
-                for pose in spun(
-                    rough.problem, rough.pose, COARSER * rough.spacing_px, _spin_rad(problem.model)
-                ):
+                coarse_px, reach_rad = COARSER * rough.spacing_px, spin_rad(problem.model)
+                for pose in spun(rough.problem, rough.pose, coarse_px, reach_rad):
                     add_refined(beside, rough, pose)
                 best = max(beside, key=_evidence)
                 if sparse is not problem:

@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geometry.pose import Pose, near
+from geometry.rotation import cross_matrix
 from geometry.symmetries import Symmetry
+from geometry.turns import turned_about
 from numerics.arrays import Flags, Floats
 from vision_server.pose.places import as_rival
 from vision_server.pose.trust import RIVAL_NATS
@@ -49,12 +51,9 @@ def turned_towards(pose: Pose, other: Pose, symmetry: Symmetry) -> Pose:
     assert axis is not None
     between = pose.matrix.T @ other.matrix  # the turn Q about the axis that maximises trace(Q' between)
     along = float(axis @ between @ axis)
-    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     cosine = float(np.trace(between)) - along
-    sine = -float(np.trace(cross @ between))
-    angle = np.arctan2(sine, cosine)
-    turn = Pose(angle * axis, np.zeros(3))
-    return pose.compose(Pose.from_matrix(turn.matrix, centre - turn.matrix @ centre))
+    sine = -float(np.trace(cross_matrix(axis) @ between))
+    return turned_about(pose, axis, centre, float(np.arctan2(sine, cosine)))
 
 
 def distinct_of(poses: Sequence[Pose], symmetry: Symmetry) -> list[int]:

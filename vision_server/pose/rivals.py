@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
-from geometry.round_axes import turns_about_axes
 from geometry.symmetries import Symmetry
+from geometry.turns import free_turns
 from vision_server.pose.alternatives import image_of
+from vision_server.pose.observation import PoseProblem
 from vision_server.pose.places import apart, as_rival
 from vision_server.pose.ranking import COARSER, ROUGHLY_NATS, Refined
 from vision_server.pose.support import PoseSupport, support_at
@@ -104,7 +105,7 @@ def turned_round(best: Refined) -> list[tuple[Pose, PoseSupport]]:
     small about a target and tells must be seen.
     """
     found = []
-    for turns in turns_about_axes(best.problem.model):
+    for turns in free_turns(best.problem.model):
         poses = [best.pose.compose(turn) for turn in turns]
         alike = list(_nearly_as_likely(best, poses))
         if alike:
@@ -114,11 +115,26 @@ def turned_round(best: Refined) -> list[tuple[Pose, PoseSupport]]:
 
 def _nearly_as_likely(best: Refined, poses: Sequence[Pose]) -> Iterator[tuple[Pose, PoseSupport]]:
     """Those of some poses, with their support, that explain no more than NEARLY_NATS less than the best."""
+    slacks = ((COARSER, ROUGHLY_NATS + NEARLY_NATS), (1.0, NEARLY_NATS))
+    least = [(coarser * best.spacing_px, best.support.evidence - slack) for coarser, slack in slacks]
+    return explaining(best.problem, poses, least)
+
+
+def explaining(
+    problem: PoseProblem, poses: Iterable[Pose], least: Sequence[tuple[float, float]]
+) -> Iterator[tuple[Pose, PoseSupport]]:
+    """Those of some poses, with their support, that explain the images by more than so much.
+
+    Parameters
+    ----------
+    least
+        Spacings of the samples, px, and nats of evidence that a pose must surpass at each of them in turn.
+    """
     for pose in poses:
         support = None
-        for coarser, slack in ((COARSER, ROUGHLY_NATS + NEARLY_NATS), (1.0, NEARLY_NATS)):
-            support = support_at(best.problem, pose, coarser * best.spacing_px)
-            if support is None or support.evidence <= best.support.evidence - slack:
+        for spacing_px, nats in least:
+            support = support_at(problem, pose, spacing_px)
+            if support is None or support.evidence <= nats:
                 break
         else:
             assert support is not None

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.round_axes import folds_about, round_axes, turned_about
+from geometry.turns import folds_about, round_axes, turned_about
 from numerics.arrays import Floats
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.support import CAP_PX, support_at
@@ -78,9 +78,8 @@ def unseen_turns(problem: PoseProblem, pose: Pose, spacing_px: float) -> tuple[F
         turns = np.arange(0.0, 2.0 * math.pi / folds, step)
         most = max(LEAST_LOOKED_AT, MOST_LOOKED_AT // folds)
         some = turns[np.unique(np.linspace(0, len(turns) - 1, most).astype(int))]
-        found = [
-            support_at(problem, turned_about(pose, axis, centre, turn), 2.0 * spacing_px) for turn in some
-        ]
+        starts = (turned_about(pose, axis, centre, turn) for turn in some)
+        found = [support_at(problem, one, 2.0 * spacing_px) for one in starts]
         told = np.array([(one.evidence, one.strength) for one in found if one is not None]).reshape(-1, 2)
         if len(told) and (np.ptp([told.max(axis=0), np.median(told, axis=0)], axis=0) < UNSEEN).any():
             out.append(axis)

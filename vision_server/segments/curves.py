@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from numerics.arrays import Floats, Ints
+from numerics.groups import root
 from numerics.kernels import kernel
 
 # Chosen by hand.
@@ -19,9 +20,7 @@ STRENGTH_RATIO = 3.0  # of two pieces of one edge
 LINK = 1.5  # decades: some thirty ways to go on from an end
 
 
-def chained_surprise(
-    endpoints: Floats, strength: Floats, surprise: Floats
-) -> Floats:
+def chained_surprise(endpoints: Floats, strength: Floats, surprise: Floats) -> Floats:
     """What each of N lines and all that continue it surprise by together, decades.
 
     Parameters
@@ -50,18 +49,11 @@ def _chains(endpoints: Floats, strength: Floats) -> Ints:
             alike = max(strength[i], strength[j]) <= STRENGTH_RATIO * min(strength[i], strength[j])
             if i == j or not alike or not _meet(endpoints[i], a, endpoints[j], b):
                 continue
-            one, other = _root(parent, i), _root(parent, j)
+            one, other = root(parent, i), root(parent, j)
             parent[max(one, other)] = min(one, other)
     for i in range(len(parent)):
-        parent[i] = _root(parent, i)
+        parent[i] = root(parent, i)
     return parent
-
-
-@kernel()
-def _root(parent: Ints, item: int) -> int:
-    while parent[item] != item:
-        item = parent[item]
-    return item
 
 
 @kernel()

@@ -13,7 +13,7 @@ from geometry.camera import Camera
 from geometry.model import Model, about_middle
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose, PoseError
-from geometry.right_turns import right_turns
+from geometry.turns import right_turns, turns_about_round_axes
 from numerics.arrays import Floats
 from vision_server.image_set import ImageSet
 from vision_server.judgement import Estimate
@@ -33,7 +33,6 @@ from vision_server.tracking.beside import beside
 from vision_server.tracking.chances import LEAST_ODDS, Chance, Chances, probability
 from vision_server.tracking.fitting import Habits, fitted
 from vision_server.tracking.following import PASSES, SETTLED_PX
-from vision_server.tracking.round_parts import turns_about_own_axes
 
 Verdict = Literal["ok", "doubtful", "lost"]
 
@@ -208,7 +207,7 @@ def _turned(problem: PoseProblem, best: Around) -> list[Around]:
     Of a nearly round target it is turned all around, as far as its bolts or lugs tell, and where they do not.
     """
     model, spacing = problem.model, spacing_for(problem.model, problem.camera, best.pose)
-    turns = (*near_symmetries(model), *right_turns(model), *turns_about_own_axes(model))
+    turns = (*near_symmetries(model), *right_turns(model), *turns_about_round_axes(model))
     poses = [best.pose.compose(turn) for turn in dict.fromkeys(turns)]
     least = evidence_at(problem, best.pose, COARSER * spacing) - TURNED_LACK
     poses += spun(problem, best.pose, COARSER * spacing, math.pi)

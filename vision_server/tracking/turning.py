@@ -15,9 +15,8 @@ import numpy as np
 from geometry.model import Model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
-from geometry.right_turns import right_turns
-from geometry.round_axes import round_axes
 from geometry.symmetries import symmetry_of
+from geometry.turns import right_turns, round_axes
 from vision_server.judgement import Estimate
 from vision_server.pose.trust import SHARED
 from vision_server.tracking.acceptance import SURE, is_whole

@@ -13,12 +13,11 @@ from benchmarks.machined_parts import ROUND, circle, drilled, surface_of
 from benchmarks.synthetic_parts import error_of, estimated, rendered
 from geometry.camera import Camera
 from geometry.model import Model, load_model
-from geometry.near_symmetries import near_symmetries, near_symmetries_and_products
-from geometry.own_axes import half_turns
+from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from geometry.round_axes import other_sides, rim_middle, round_axes
 from geometry.symmetries import symmetry_of
+from geometry.turns import half_turns, near_symmetries_and_products, other_sides, rim_middle, round_axes
 from tests.vision_server.synthetic import one_image
 from vision_server.pose.all_sides import of_most_evidence
 from vision_server.pose.observation import PoseProblem

@@ -11,7 +11,7 @@ from geometry.camera import Camera
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose, PoseError
 from geometry.rotation import matrix_of
-from geometry.round_axes import round_axes, turned_about
+from geometry.turns import round_axes, turned_about
 from tests.vision_server.synthetic import one_image
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import best_first
