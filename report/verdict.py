@@ -3,8 +3,9 @@
 import math
 from dataclasses import dataclass
 
+from bridge.messages import PoseMessage
+from bridge.result_file import HoldRecord, Result
 from geometry.pose import RIGHT
-from report.records import HoldRecord, PoseRecord, Result
 from report.words import angle, count, length, percent
 
 RIGHT_DEG, RIGHT_FRACTION = RIGHT
@@ -66,7 +67,7 @@ def is_right(result: Result) -> bool | None:
     return error.rotation_deg < RIGHT_DEG and error.translation_fraction_of_range < RIGHT_FRACTION
 
 
-def range_of(pose: PoseRecord) -> float:
+def range_of(pose: PoseMessage) -> float:
     """Distance of the target's origin from the camera, metres."""
     return math.sqrt(sum(value * value for value in pose.translation))
 

@@ -2,7 +2,7 @@
 
 import math
 
-from report.records import SettingsRecord
+from bridge.result_file import SettingsRecord
 
 NONE = "–"
 

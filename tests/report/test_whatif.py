@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from report.records import read_result
+from bridge.result_file import read_result
 from tests.commands import Done, process, report
 from tests.session.kills import stack
 from tests.session.serving import served
@@ -110,7 +110,7 @@ def test_a_folder_that_cannot_be_done_again_is_refused(copy: Path) -> None:
     (copy / "result.json").write_text(json.dumps(result))
     assert "another way already at i1" in what_if(copy, "--at", "2", "--settings", OTHER).stderr
     shutil.rmtree(copy.with_name("run-whatif-2"))
-    result["command"] = ["swipl", "main.pl", "--image-server", "ipc:///tmp/x"]
+    result["command"] = "swipl main.pl --image-server ipc:///tmp/x"
     (copy / "result.json").write_text(json.dumps(result))
     assert "--image-server, which cannot do the same again" in refused()
     (copy / "session.pl").unlink()

@@ -73,12 +73,8 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Track and print; the exit status."""
-    from report.errors import ReportError
-
     try:
         return _tracked(options)
-    except ReportError as error:
-        raise BadInput(str(error)) from error
     except Stopped as stopped:  # what ends a camera; the film is whole
         return stopped.status
     except KeyboardInterrupt:  # before there were frames
