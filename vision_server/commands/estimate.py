@@ -21,7 +21,6 @@ from vision_server.commands.options import (
     add_seed,
     check_image_size,
     picture_file,
-    told_gamma,
 )
 
 if TYPE_CHECKING:
@@ -56,7 +55,7 @@ def read_set(
     from vision_server.serve.inputs import told_raw
 
     pixels = read_image_set(options.images, told_raw(table))
-    gammas, tone_sd_px = file_tone(options.images, told_gamma(options.gamma, table))
+    gammas, tone_sd_px = file_tone(options.images, options.gamma or table.get("gamma"))
     check_image_size(options.images[0], pixels[0].shape, camera)
     times = exposures_of(options, pixels, gammas)
     width, height = camera.width, camera.height

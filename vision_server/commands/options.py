@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from argparse import ArgumentParser
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bridge.command_line import MOST_SEED, number, output_file, whole_number
 from bridge.errors import BadInput
@@ -82,20 +82,6 @@ def told_edge_radius(option: float | None, given: GivenCamera, model: Model) -> 
     if option is None:
         return given.edge_radius_m(model)
     return checked_edge_radius(option, model, "--edge-radius")
-
-
-def told_gamma(option: float | None, table: dict[str, Any]) -> float | None:
-    """What the command line or [camera] says of the tone curve, None if nothing.
-
-    Raises
-    ------
-    BadInput
-        It is no positive number.
-    """
-    given = table.get("gamma") if option is None else option
-    if given is not None and not (isinstance(given, (int, float)) and 0.0 < given < math.inf):
-        raise BadInput(f"The value of gamma must be a positive number, not {given!r}.")
-    return None if given is None else float(given)
 
 
 def check_image_size(image: Path, shape: tuple[int, ...], camera: Camera) -> None:

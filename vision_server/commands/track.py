@@ -21,7 +21,6 @@ from vision_server.commands.options import (
     add_model_and_camera,
     add_seed,
     told_edge_radius,
-    told_gamma,
 )
 from vision_server.commands.stopping import STATUS, Stopped, Stopping
 
@@ -96,7 +95,8 @@ def _tracked(options: Namespace) -> int:
     camera = used_camera(given, source.camera, options.frames[0])
     if (doubt := camera_doubt(camera.camera, source.camera)) is not None:
         print(f"vision_server: {doubt}", file=sys.stderr)
-    tracker = _tracker(options, camera, told_gamma(options.gamma, given.table if given else {}), source.gamma)
+    gamma = options.gamma or (given.table.get("gamma") if given else None)
+    tracker = _tracker(options, camera, gamma, source.gamma)
     found = _followed(options, tracker, source)
     if source.warning:
         print(f"vision_server: {source.warning}", file=sys.stderr)
