@@ -10,6 +10,7 @@ import msgspec
 from markupsafe import Markup
 
 from bridge import __version__
+from bridge.command_line import counted
 from bridge.errors import BadInput
 from bridge.result_file import Result, StepRecord, read_result
 from report import words
@@ -98,6 +99,7 @@ def render(folder: Path, result: Result, asked: Future[Told]) -> str:
             result=result,
             verdict=verdict,
             words=words,
+            counted=counted,
             hero=hero,
             steps=views,
             sources=_sources(pictures, hero),

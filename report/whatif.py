@@ -13,6 +13,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
+from bridge.command_line import counted
 from bridge.errors import BadInput
 from bridge.result_file import Result, StepRecord, read_result
 from report import words
@@ -74,7 +75,7 @@ def what_if(folder: Path, at: int, settings: str, out: Path | None) -> WhatIf:
     was = read_result(folder)
     if not 1 <= at <= len(was.steps):
         raise BadInput(
-            f"{folder}: --at {at}: there is no such image; it took {words.count(len(was.steps), 'image')}"
+            f"{folder}: --at {at}: there is no such image; it took {counted(len(was.steps), 'image')}"
         )
     command = (was.command or "").split()
     for word in ("--camera", "--image-server", "--vision-server"):

@@ -77,11 +77,6 @@ def aperture(f_number: float | None) -> str:
     return NONE if f_number is None else f"f/{f_number:g}"
 
 
-def count(number: int, noun: str) -> str:
-    """`1 image`, `2 images`."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
-
-
 def same_settings(one: SettingsRecord, other: SettingsRecord) -> bool:
     """Whether two records say the same, to the thousandth that devices tell."""
     return one.lights == other.lights and all(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import math
-import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from bridge.command_line import output_file, whole_number
 from bridge.errors import BadInput
-from vision_server.commands.options import add_exposures, parse_exposures, picture_file
+from vision_server.commands.options import add_exposures, parse_exposures, picture_file, warn
 from vision_server.rivals import MERGE_RULES
 
 if TYPE_CHECKING:
@@ -46,12 +45,11 @@ def exposures_of(options: Namespace, pixels: Sequence[NDArray[Any]], gamma: Sequ
     found = overexposures(pixels, gamma)
     for image, of_image, exposure in zip(options.images, pixels, found, strict=True):
         if exposure > 1.0 and rounded(of_image).min() >= SATURATED_GREY:
-            print(f"vision_server: {image} is white all over and shows no edge.", file=sys.stderr)
+            warn(f"{image} is white all over and shows no edge.")
         elif exposure > 1.0:
-            print(
-                f"vision_server: {image} is brighter than all others and counts as exposed"
-                f" {exposure:.1f} times as long. Give --exposures where they are known.",
-                file=sys.stderr,
+            warn(
+                f"{image} is brighter than all others and counts as exposed"
+                f" {exposure:.1f} times as long. Give --exposures where they are known."
             )
     return found
 
@@ -111,7 +109,7 @@ def run(options: Namespace) -> None:
     pixels = read_image_set(options.images, Raw(options.bits, options.bayer))
     shallow = [image for image, grey in zip(options.images, pixels, strict=True) if not is_deep(grey)]
     if options.bits is not None and shallow:
-        print(f"vision_server: {shallow[0]} has 8 bits a pixel: --bits is of files of 16.", file=sys.stderr)
+        warn(f"{shallow[0]} has 8 bits a pixel: --bits is of files of 16.")
     levels = parse_levels(options.levels, len(pixels))
     gamma = options.gamma
     if not (math.isfinite(gamma) and gamma > 0.0):
@@ -144,11 +142,10 @@ def run(options: Namespace) -> None:
 def warn_of_movement(image: Path, moved: Movement) -> None:
     """Say that an image of a set shows something elsewhere than those before it."""
     (dx, dy), (left, top, right, bottom) = moved
-    print(
-        f"vision_server: {image} shows what lies in x {left} to {right}, y {top} to {bottom} px"
+    warn(
+        f"{image} shows what lies in x {left} to {right}, y {top} to {bottom} px"
         f" elsewhere than all images before it, by {dx:.0f}, {dy:.0f} px."
-        " A set is of one scene: leave the image out if this moved.",
-        file=sys.stderr,
+        " A set is of one scene: leave the image out if this moved."
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from argparse import ArgumentParser, Namespace
 from functools import partial
 from pathlib import Path
@@ -21,6 +20,7 @@ from vision_server.commands.options import (
     add_seed,
     check_image_size,
     picture_file,
+    warn,
 )
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def read_set(
 
 def warn_of_repetition(image: Path, first: Path) -> None:
     """Say that an image of a set is another one's very picture."""
-    print(f"vision_server: {image} is the same picture as {first}: it is not counted again.", file=sys.stderr)
+    warn(f"{image} is the same picture as {first}: it is not counted again.")
 
 
 def started_at(options: Namespace, model: Model, given: GivenCamera) -> Pose | Anywhere:
@@ -86,7 +86,7 @@ def started_at(options: Namespace, model: Model, given: GivenCamera) -> Pose | A
 
     seed_pose = None if options.seed_pose is None else read_seed_pose(options.seed_pose, model)
     if (doubt := model_warning(model, given.camera, seed_pose)) is not None:
-        print(f"vision_server: {doubt}", file=sys.stderr)
+        warn(doubt)
     return given.anywhere() if seed_pose is None else seed_pose
 
 
@@ -156,9 +156,9 @@ def _say_why(
 
     if estimate.pose is None:
         for reason in why_no_pose(estimate.segments, model, camera, start, reach):
-            print(f"vision_server: no pose: {reason}", file=sys.stderr)
+            warn(f"no pose: {reason}")
     elif (doubt := why_hardly_believed(estimate)) is not None:
-        print(f"vision_server: {doubt}", file=sys.stderr)
+        warn(doubt)
 
 
 def write_overlay(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from argparse import ArgumentParser
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +15,11 @@ if TYPE_CHECKING:
     from geometry.camera import Camera
     from geometry.model import Model
     from vision_server.serve.inputs import GivenCamera
+
+
+def warn(words: str) -> None:
+    """Say on standard error what is doubtful of a command's input or outcome."""
+    print(f"vision_server: {words}", file=sys.stderr)
 
 
 def add_model_and_camera(parser: ArgumentParser, or_described: bool = False) -> None:
