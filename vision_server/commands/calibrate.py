@@ -7,7 +7,7 @@ from pathlib import Path
 
 from bridge.command_line import number, output_file
 from bridge.errors import BadInput
-from vision_server.commands.edges import write_file, write_picture
+from vision_server.commands.files import write_file, write_picture
 from vision_server.commands.options import picture_file, warn
 
 GOOD_RMS_PX = 0.5  # of a sharp board and a lens that the model fits; beyond, poses are as wrong

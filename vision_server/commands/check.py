@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import BadInput
-from vision_server.commands.estimate import read_set
+from vision_server.commands.files import read_set
 from vision_server.commands.options import (
     add_edge_radius,
     add_exposures,

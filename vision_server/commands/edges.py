@@ -6,13 +6,13 @@ import io
 import json
 import math
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bridge.command_line import output_file, whole_number
 from bridge.errors import BadInput
-from vision_server.commands.options import add_exposures, parse_exposures, picture_file, warn
+from vision_server.commands.files import exposures_of, warn_of_movement, write_file, write_picture
+from vision_server.commands.options import add_exposures, picture_file, warn
 from vision_server.rivals import MERGE_RULES
 
 if TYPE_CHECKING:
@@ -20,38 +20,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from vision_server.edges.kinds import EdgeKinds
-    from vision_server.edges.moved import Movement
 
 
 METHODS = ("em", *MERGE_RULES)
 """Rules by which several images become one edge map."""
 SELECTABLE_KINDS = ("outline", "crease", "print", "shadow", "highlight")
-
-
-def exposures_of(options: Namespace, pixels: Sequence[NDArray[Any]], gamma: Sequence[float]) -> list[float]:
-    """Relative exposures of ``images``: as told, or where an image shows it by itself, which is said.
-
-    Raises
-    ------
-    BadInput
-        As in `parse_exposures`.
-    """
-    from vision_server.channels.depth import rounded
-    from vision_server.channels.noise import SATURATED_GREY
-    from vision_server.channels.overexposure import overexposures
-
-    if options.exposures is not None or len(pixels) < 2:
-        return parse_exposures(options.exposures, len(pixels))
-    found = overexposures(pixels, gamma)
-    for image, of_image, exposure in zip(options.images, pixels, found, strict=True):
-        if exposure > 1.0 and rounded(of_image).min() >= SATURATED_GREY:
-            warn(f"{image} is white all over and shows no edge.")
-        elif exposure > 1.0:
-            warn(
-                f"{image} is brighter than all others and counts as exposed"
-                f" {exposure:.1f} times as long. Give --exposures where they are known."
-            )
-    return found
 
 
 def parse_levels(text: str | None, count: int) -> NDArray[np.float64] | None:
@@ -78,20 +51,6 @@ def parse_levels(text: str | None, count: int) -> NDArray[np.float64] | None:
     if not (np.isfinite(levels).all() and levels.min() >= 0.0 and levels.max() > 0.0):
         raise BadInput(f"--levels {text!r} must be numbers from 0 on, one at least above it.")
     return np.asarray(levels / levels.max(), np.float64)
-
-
-def write_file(path: Path, content: bytes) -> None:
-    """Write bytes, or say plainly why not.
-
-    Raises
-    ------
-    BadInput
-        The file cannot be written.
-    """
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise BadInput(f"Cannot write {path}: {error.strerror or error}.", "Check the folder.") from error
 
 
 def run(options: Namespace) -> None:
@@ -139,16 +98,6 @@ def run(options: Namespace) -> None:
         write_array(options.magnitude, edges.ridge)
 
 
-def warn_of_movement(image: Path, moved: Movement) -> None:
-    """Say that an image of a set shows something elsewhere than those before it."""
-    (dx, dy), (left, top, right, bottom) = moved
-    warn(
-        f"{image} shows what lies in x {left} to {right}, y {top} to {bottom} px"
-        f" elsewhere than all images before it, by {dx:.0f}, {dy:.0f} px."
-        " A set is of one scene: leave the image out if this moved."
-    )
-
-
 def write_kinds(kinds: EdgeKinds, options: Namespace) -> None:
     """The picture and the tables of kinds that are asked for."""
     import numpy as np
@@ -164,19 +113,6 @@ def write_kinds(kinds: EdgeKinds, options: Namespace) -> None:
     if options.json:
         columns = {name: column.tolist() for name, column in kinds_table(kinds).items()}
         print(json.dumps(columns, allow_nan=False))
-
-
-def write_picture(path: Path, picture: NDArray[np.uint8]) -> None:
-    """Write a picture of the kind that its name says, see `picture_file`.
-
-    Raises
-    ------
-    BadInput
-        The file cannot be written.
-    """
-    import cv2
-
-    write_file(path, cv2.imencode(path.suffix or ".png", picture)[1].tobytes())
 
 
 def write_array(path: Path, array: NDArray[np.float32]) -> None:

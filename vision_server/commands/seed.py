@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 
 from bridge.command_line import number, output_file, whole_number
 from bridge.errors import BadInput
-from vision_server.commands.edges import write_file
-from vision_server.commands.estimate import write_overlay
-from vision_server.commands.options import add_model_and_camera, check_image_size, picture_file, warn
+from vision_server.commands.files import check_image_size, write_file, write_overlay
+from vision_server.commands.options import add_model_and_camera, picture_file, warn
 
 if TYPE_CHECKING:
     import numpy as np

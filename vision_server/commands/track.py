@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from bridge.command_line import add_keys, number, whole_number
 from bridge.errors import EXIT_NO_POSE, BadInput
-from vision_server.commands.estimate import started_at
+from vision_server.commands.files import started_at
 from vision_server.commands.options import (
     add_edge_radius,
     add_gamma,
