@@ -38,7 +38,7 @@ def checked(folder: Path) -> dict[str, Any]:
     return result
 
 
-def test_the_schema_is_that_of_the_records() -> None:
+def test_the_schema_is_one() -> None:
     assert (ROOT / "session" / "result.schema.json").read_text() == laid_out(result_schema()) + "\n"
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
 
