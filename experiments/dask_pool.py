@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import BadInput, DeviceError
-from experiments.computing import OtherVersion, died_row, rows_of
+from experiments.computing import OtherVersion, died_row, timed_rows
 from experiments.feed import Feed
 from experiments.kinds import Row
 from experiments.plan import Cell
@@ -166,9 +166,3 @@ class DaskPool:
         with suppress(Exception):
             self._client.close(timeout=2.0)
         self._ending.close()
-
-
-def timed_rows(cells: list[Cell], version: str, keep: Path | None) -> tuple[list[Row], float]:
-    """Rows and how long they took; what a cluster's worker calls."""
-    began = time.perf_counter()
-    return rows_of(cells, version, keep), time.perf_counter() - began

@@ -3,7 +3,6 @@
 import ctypes
 import multiprocessing
 import signal
-import time
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -12,7 +11,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from bridge.errors import DeviceError
-from experiments.computing import OtherVersion, died_row, rows_of
+from experiments.computing import OtherVersion, died_row, timed_rows
 from experiments.feed import Feed
 from experiments.kinds import Row
 from experiments.plan import Cell
@@ -135,9 +134,8 @@ def _work(pipe: Connection, version: str, keep: Path | None) -> None:
             cells = pipe.recv()
         except (EOFError, OSError):
             return
-        began = time.perf_counter()
         try:
-            answer: object = (rows_of(cells, version, keep), time.perf_counter() - began)
+            answer: object = timed_rows(cells, version, keep)
         except OtherVersion as error:
             answer = error
         try:

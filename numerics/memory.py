@@ -26,15 +26,6 @@ def keep_freed_memory() -> None:
         mallopt(M_ARENA_MAX, 1)  # arrays of every thread: others keep less, and not for each other
 
 
-def give_back_freed_memory() -> None:
-    """Have the C library give what is free to the system, holes between arrays too; glibc alone can."""
-    import ctypes
-
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-    if trim is not None:
-        trim(0)
-
-
 def collect_rarely() -> None:
     """Have Python look for garbage less often: what a start loads stays, and is looked through in vain."""
     gc.set_threshold(OBJECTS_BETWEEN_COLLECTIONS)

@@ -7,9 +7,9 @@ from contextlib import closing, suppress
 from pathlib import Path
 
 from bridge.command_line import new_parser, whole_number
+from bridge.errors import BadInput
 from bridge.lifeline import leave
 from numerics.memory import collect_rarely
-from report.errors import ReportError
 
 ABOUT = {
     "": "Write RUN_FOLDER/report.html and overlay pictures of its images.",
@@ -64,7 +64,7 @@ def main() -> int:
     does: dict[str, Callable[[Namespace], None]] = {"": _write, "live": _serve, "whatif": _try}
     try:
         does[command](options)
-    except ReportError as error:
+    except BadInput as error:
         print(f"report: {error}", file=sys.stderr)
         return 2
     return 0

@@ -3,7 +3,8 @@
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
-from report.records import HoldRecord, PoseRecord, Result
+from bridge.messages import PoseMessage
+from bridge.result_file import HoldRecord, Result
 from report.strokes import Strokes
 from report.verdict import HOLD_PASSED
 
@@ -38,7 +39,7 @@ class Stop:
 def strip_of(
     result: Result,
     shown: Collection[str],
-    strokes: Callable[[PoseRecord | None], Strokes | None],
+    strokes: Callable[[PoseMessage | None], Strokes | None],
     runs: bool = False,
 ) -> list[Stop]:
     """The hold points from the first to the last, those that were planned and not come to included.
@@ -53,20 +54,19 @@ def strip_of(
     holds = result.holds or []
     stops = []
     for number, hold in enumerate(holds, start=1):
-        image = _image(result, number, hold.kept or [], shown)
+        image = _image(result, number, shown)
         stops.append(Stop(hold.range_m, hold.status or "–", hold, image, strokes(hold.pose)))
     for number, range_m in enumerate((result.planned_holds_m or [])[len(holds) :], start=len(holds) + 1):
         if runs and number == len(holds) + 1:
             poses = [step.pose for step in result.steps if step.hold == number]
             here = strokes(poses[-1]) if poses else None
-            stops.append(Stop(range_m, "here", None, _image(result, number, [], shown), here))
+            stops.append(Stop(range_m, "here", None, _image(result, number, shown), here))
         else:
             stops.append(Stop(range_m))
     return stops
 
 
-def _image(result: Result, number: int, kept: list[str], shown: Collection[str]) -> str | None:
+def _image(result: Result, number: int, shown: Collection[str]) -> str | None:
     taken = [step for step in result.steps if step.hold == number and step.image in shown]
-    kept = kept or [step.image or "" for step in taken if step.decision == "keep"]
-    names = [name for name in kept if name in shown] or [step.image or "" for step in taken]
-    return names[-1] if names else None
+    kept = [step for step in taken if step.decision == "keep"]
+    return (kept or taken)[-1].image if taken else None

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 
+from bridge.messages import PoseMessage
+from bridge.result_file import Covariance
 from geometry.pose import origin_jacobian
 from numerics.arrays import Floats
-from report.records import Covariance, PoseRecord
 from report.words import length
 
 SIZE_PX = 240
@@ -22,7 +23,7 @@ AXES = (
 )
 
 
-def ellipsoid_svg(pose: PoseRecord | None, covariance: Covariance | None) -> str:
+def ellipsoid_svg(pose: PoseMessage | None, covariance: Covariance | None) -> str:
     """The position's ellipsoid at two standard deviations as SVG; empty where none is known.
 
     Parameters

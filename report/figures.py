@@ -1,10 +1,10 @@
 """Which plots a session gets, with their legends and what they say to those who cannot see them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from bridge.result_file import HoldRecord, Result, StepRecord
 from report.plots import Rule, Series, bar_chart, line_chart
-from report.records import HoldRecord, Result, StepRecord
 from report.uncertainty import uncertainty_of
 from report.verdict import HOLD_PASSED, RIGHT_DEG, RIGHT_FRACTION
 from report.words import percent, seconds
@@ -156,7 +156,7 @@ def approach_figure(holds: Sequence[HoldRecord]) -> Figure | None:
     return Figure("Uncertainty on the way in", svg, tuple(legend))
 
 
-def time_figure(times: dict[str, float | None]) -> TimeFigure | None:
+def time_figure(times: Mapping[str, float | None]) -> TimeFigure | None:
     """Where the time went, part by part; what no part accounts for is `other`."""
     known = {name: value for name, value in times.items() if value is not None and value >= 0}
     order = [name for name in PARTS if name in known]

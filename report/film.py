@@ -7,11 +7,11 @@ from pathlib import Path
 
 import cv2
 
+from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Grey
-from report.errors import ReportError
 from report.overlay import FRAME, HALO, draw_overlay
 
 CODEC = "mp4v"  # OpenCV's own, in every build
@@ -29,17 +29,17 @@ class Film:
 
     Raises
     ------
-    ReportError : it cannot be written.
+    BadInput : it cannot be written.
     """
 
     def __init__(self, path: Path, model: Model, camera: Camera, rate: float) -> None:
         self._model, self._camera = model, camera
         if path.suffix.lower() not in ENDINGS:
-            raise ReportError(f"cannot write the film {path}; its name must end in {' or '.join(ENDINGS)}")
+            raise BadInput(f"cannot write the film {path}; its name must end in {' or '.join(ENDINGS)}")
         code = cv2.VideoWriter.fourcc(*CODEC)
         self._video = cv2.VideoWriter(str(path), code, rate, (camera.width, camera.height))
         if not self._video.isOpened():
-            raise ReportError(f"cannot write the film {path}; give a .mp4 in a folder that exists")
+            raise BadInput(f"cannot write the film {path}; give a .mp4 in a folder that exists")
 
     def add(self, pixels: Grey, pose: Pose | None, support: Mapping[int, float] | None, words: str) -> None:
         """One frame (H, W), with the model at a pose as in `draw_overlay`, and some words on it."""

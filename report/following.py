@@ -12,14 +12,54 @@ from typing import Any
 
 import msgspec
 
-from report.errors import ReportError
+from bridge.errors import BadInput
+from bridge.result_file import Result, read_result
 from report.holding import must_be_session, session_process, waits
-from report.records import ReasonRecord, Result, read_result
 
 JOURNAL_READER = Path(__file__).resolve().parent.parent / "session" / "journal_reader.pl"
 ANSWER_S = 30.0  # of the journal's reader; chosen by hand, for a session of thousands of images
 WORK_NICENESS = 19  # of what follows and draws; the page answers sooner
 SECONDS = "seconds.json"  # by session/times.pl
+
+
+class CandidateRecord(msgspec.Struct, frozen=True):
+    """Settings that could be chosen, and what was predicted of an image under them.
+
+    Attributes
+    ----------
+    brightness, highlight : median and 95th percentile of the target, fractions of full scale.
+    information : of the place of an edge, bit; with the likelihood's part it makes the promise.
+    bits, line : what it was predicted to add to the pose, and to which model line most; or a promise.
+    """
+
+    words: str = ""
+    state: str | None = None
+    promise: float | None = None
+    likelihood: float | None = None
+    information: float | None = None
+    bits: float | None = None
+    line: int | None = None
+    brightness: float | None = None
+    highlight: float | None = None
+    blur_px: float | None = None
+    dark: float | None = None
+    saturated: float | None = None
+
+
+class ReasonRecord(msgspec.Struct, frozen=True):
+    """Why the controller did something, as session/reasons.pl tells it: chosen, seen or measured."""
+
+    kind: str
+    chosen: CandidateRecord | None = None
+    best: list[CandidateRecord] = []
+    candidates: int = 0
+    left_out_alike: int = 0
+    left_out_unfavourable: int = 0
+    quality: str = ""
+    expected: CandidateRecord | None = None
+    seen: CandidateRecord | None = None
+    rms_px: float | None = None
+    merit: float | None = None
 
 
 class Action(msgspec.Struct, frozen=True):
@@ -139,7 +179,7 @@ class Follower:
 
     Raises
     ------
-    ReportError : no such folder, or none of a session.
+    BadInput : no such folder, or none of a session.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -159,10 +199,10 @@ class Follower:
         if self._has_result():
             try:
                 result = read_result(self.folder)
-            except ReportError as error:
-                return State(Result("broken", message=str(error)), "broken", told)
+            except BadInput as error:
+                return State(Result(status="broken", message=str(error)), "broken", told)
             return State(result, result.status, told)
-        result = told.result or Result("running")
+        result = told.result or Result(status="running")
         status = "paused" if waiting else "running"
         if session_process(self.folder) is None:
             status = "interrupted"

@@ -11,13 +11,13 @@ from typing import Any
 from jinja2 import Environment, FileSystemBytecodeCache, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from bridge.result_file import StepRecord
 from report import words
 from report.approach import strip_of
 from report.ellipsoid import ellipsoid_svg
 from report.figures import session_figures, time_figure, was_kept
-from report.following import State
-from report.records import LightRecord, ReasonRecord, StepRecord
-from report.scene import known_lights, read_scene
+from report.following import ReasonRecord, State
+from report.scene import LightRecord, known_lights, read_scene
 from report.story import Picture, step_view
 from report.strokes import strokes_of, support_of
 from report.uncertainty import uncertainty_of

@@ -7,18 +7,18 @@ import os
 import struct
 from pathlib import Path
 
+from bridge.errors import BadInput
 from bridge.whole_file import replaced
-from report.errors import ReportError
 
 LOCK = "hhqqi"  # struct flock of fcntl(2): type, whence, start, length, process
 
 
 def must_be_session(folder: Path) -> None:
-    """Raise ReportError where there is no such folder, or none of a session."""
+    """Raise BadInput where there is no such folder, or none of a session."""
     if not folder.is_dir():
-        raise ReportError(f"{folder}: no such folder; give the run folder of a session (--out of main.pl)")
+        raise BadInput(f"{folder}: no such folder; give the run folder of a session (--out of main.pl)")
     if not any((folder / name).is_file() for name in ("session.pl", "history.pl", "result.json")):
-        raise ReportError(
+        raise BadInput(
             f"{folder}: no session was begun here (no session.pl, history.pl or result.json in it)"
         )
 
@@ -47,12 +47,12 @@ def hold(folder: Path, word: str) -> None:
 
     Raises
     ------
-    ReportError : a word that is none of these, a session that has ended, a folder that cannot be written.
+    BadInput : a word that is none of these, a session that has ended, a folder that cannot be written.
     """
     if word not in ("pause", "step", "stop", "go"):
-        raise ReportError(f"a session cannot be told to {word!r}; it knows pause, step, stop and go")
+        raise BadInput(f"a session cannot be told to {word!r}; it knows pause, step, stop and go")
     if session_process(folder) is None:
-        raise ReportError("the session has ended: it cannot be told anything any more")
+        raise BadInput("the session has ended: it cannot be told anything any more")
     try:
         if word == "go":
             (folder / "hold").unlink(missing_ok=True)
@@ -60,4 +60,4 @@ def hold(folder: Path, word: str) -> None:
             with replaced(folder / "hold") as new:
                 new.write_text(f"{word}\n")
     except OSError as error:
-        raise ReportError(f"{folder / 'hold'}: cannot be written ({error.strerror})") from error
+        raise BadInput(f"{folder / 'hold'}: cannot be written ({error.strerror})") from error

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from html import escape
 from itertools import combinations
 
-from report.records import LightRecord, SettingsRecord
+from bridge.result_file import SettingsRecord
+from report.scene import LightRecord
 
 WIDTH, HEIGHT = 120, 84
 LAMP_R, LEAST_R, MARGIN = 9.0, 2.0, 14.0

@@ -31,7 +31,7 @@ def serve_view(folder: Path, port: int = 0, parent: int | None = None) -> None:
 
     Raises
     ------
-    ReportError : a folder without a session, a port that is taken, packages that are not installed.
+    BadInput : a folder without a session, a port that is taken, packages that are not installed.
     """
     must_be_installed()
     must_be_session(folder)

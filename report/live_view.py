@@ -13,7 +13,7 @@ from contextlib import suppress
 from html import escape
 from typing import Any
 
-from report.errors import ReportError
+from bridge.errors import BadInput
 from report.following import WORK_NICENESS, Follower
 from report.holding import hold
 from report.loopback import refused
@@ -104,7 +104,7 @@ class LiveView:
         try:
             state = self._follower.look()
             return None if state is None else fragments(self._folder, state, self.token)
-        except (ReportError, OSError, ValueError) as error:
+        except (BadInput, OSError, ValueError) as error:
             return {"status": f'<p class="detail">{escape(f"This cannot be shown: {error}")}</p>'}
 
     # --- what a browser asks for ---
@@ -138,7 +138,7 @@ class LiveView:
             return refusal
         try:
             await asyncio.to_thread(hold, self._folder, (await request.body())[:20].decode(errors="replace"))
-        except ReportError as error:
+        except BadInput as error:
             return PlainTextResponse(f"{error}\n", 409)
         self._wanted.set()
         return PlainTextResponse("")

@@ -11,7 +11,7 @@ from contextlib import asynccontextmanager, nullcontext
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from report.errors import ReportError
+from bridge.errors import BadInput
 
 if TYPE_CHECKING:
     import asyncio
@@ -23,16 +23,16 @@ NEEDED = ("starlette", "uvicorn")
 
 
 def must_be_installed() -> None:
-    """Raise ReportError where a package that serves pages is missing."""
+    """Raise BadInput where a package that serves pages is missing."""
     for package in NEEDED:
         if find_spec(package) is None:
-            raise ReportError(
+            raise BadInput(
                 f"a live page needs the package {package}; install it: pip install 'lights-and-camera[view]'"
             )
 
 
 def listening_on(port: int) -> socket.socket:
-    """A socket that listens on a port of this machine, 0 for any; ReportError where it is taken."""
+    """A socket that listens on a port of this machine, 0 for any; BadInput where it is taken."""
     listening = socket.socket()
     try:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -40,9 +40,7 @@ def listening_on(port: int) -> socket.socket:
         listening.listen()
     except OSError as error:
         listening.close()
-        raise ReportError(
-            f"port {port} of {HOST} cannot be used ({error.strerror}); choose another"
-        ) from error
+        raise BadInput(f"port {port} of {HOST} cannot be used ({error.strerror}); choose another") from error
     return listening
 
 

@@ -6,12 +6,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.wireframe import Run, bounds_of, visible_runs
 from numerics.arrays import Floats, Grey
-from report.errors import ReportError
 from report.strokes import is_supported
 
 Colour = tuple[int, int, int]
@@ -56,7 +56,7 @@ def draw_overlay(
 
     Raises
     ------
-    ReportError : an image of another type or size than the camera's.
+    BadInput : an image of another type or size than the camera's.
     GeometryError : a model or camera that cannot be used.
     """
     if pose is None:
@@ -84,7 +84,7 @@ def _canvas(image: Grey, camera: Camera) -> Grey:
     canvas = colour(image)
     if canvas.shape[:2] != (camera.height, camera.width):
         height, width = canvas.shape[:2]
-        raise ReportError(f"image is {width}×{height}, its camera {camera.width}×{camera.height}")
+        raise BadInput(f"image is {width}×{height}, its camera {camera.width}×{camera.height}")
     return canvas
 
 
@@ -99,15 +99,15 @@ def colour(image: Grey) -> Grey:
 
     Raises
     ------
-    ReportError : another type or shape.
+    BadInput : another type or shape.
     """
     if image.dtype != np.uint8 or image.size == 0:
-        raise ReportError(f"a picture needs uint8 pixels, got {image.dtype} of shape {image.shape}")
+        raise BadInput(f"a picture needs uint8 pixels, got {image.dtype} of shape {image.shape}")
     if image.ndim == 2:
         return np.repeat(image[:, :, None], 3, axis=2)
     if image.ndim == 3 and image.shape[2] == 3:
         return image.copy()
-    raise ReportError(f"a picture needs shape (H, W) or (H, W, 3), got {image.shape}")
+    raise BadInput(f"a picture needs shape (H, W) or (H, W, 3), got {image.shape}")
 
 
 def _drawn(canvas: Grey, runs: Sequence[Run], support: Mapping[int, float] | None) -> Grey:

@@ -10,15 +10,16 @@ import msgspec
 from markupsafe import Markup
 
 from bridge import __version__
+from bridge.command_line import counted
+from bridge.errors import BadInput
+from bridge.result_file import Result, StepRecord, read_result
 from report import words
 from report.approach import strip_of
-from report.errors import ReportError
 from report.figures import approach_figure, session_figures, time_figure, was_kept
-from report.following import Journal, Told
+from report.following import Journal, ReasonRecord, Told
 from report.fragments import environment, short
 from report.overlay import is_small
 from report.pictures import data_uri, legibility, read_picture, write_overlay
-from report.records import ReasonRecord, Result, StepRecord, read_result
 from report.scene import Scene, known_lights, read_scene
 from report.story import Picture, StepView, step_view
 from report.strokes import Strokes, strokes_of, support_of
@@ -55,7 +56,7 @@ def write_report(folder: Path, journal: Journal | None = None) -> Path:
 
     Raises
     ------
-    ReportError : no such folder, no or broken result.json, a folder that cannot be written.
+    BadInput : no such folder, no or broken result.json, a folder that cannot be written.
     """
     result = read_result(folder)
     with closing(journal or Journal(folder, every_reason=True)) as reader, ThreadPoolExecutor(1) as pool:
@@ -64,7 +65,7 @@ def write_report(folder: Path, journal: Journal | None = None) -> Path:
     try:
         path.write_text(html, encoding="utf-8")
     except OSError as error:
-        raise ReportError(f"{path}: cannot be written ({error.strerror})") from error
+        raise BadInput(f"{path}: cannot be written ({error.strerror})") from error
     return path
 
 
@@ -73,7 +74,7 @@ def render(folder: Path, result: Result, asked: Future[Told]) -> str:
 
     Raises
     ------
-    ReportError : an image id that is no file name, a picture that cannot be written.
+    BadInput : an image id that is no file name, a picture that cannot be written.
     """
     scene = read_scene(folder)
     lights = known_lights(result, scene)
@@ -98,6 +99,7 @@ def render(folder: Path, result: Result, asked: Future[Told]) -> str:
             result=result,
             verdict=verdict,
             words=words,
+            counted=counted,
             hero=hero,
             steps=views,
             sources=_sources(pictures, hero),

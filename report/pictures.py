@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 import numpy.ma  # np.percentile loads it: now, while what the page shows is not there yet
 
+from bridge.errors import BadInput
+from bridge.messages import PoseMessage
 from numerics.arrays import Grey
-from report.errors import ReportError
 from report.overlay import draw_runs
-from report.records import PoseRecord
 from report.scene import Scene
 from report.story import Picture
 from report.strokes import pose_of, runs_of
@@ -28,12 +28,12 @@ def read_picture(folder: Path, name: str | None, scene: Scene) -> Picture:
 
     Raises
     ------
-    ReportError : an image id that is no plain file name.
+    BadInput : an image id that is no plain file name.
     """
     if name is None:
         return Picture("", None, "No image was recorded for this step.")
     if not SAFE_NAME.fullmatch(name):
-        raise ReportError(f"{folder / 'result.json'}: image id {name!r} is no plain file name such as i1")
+        raise BadInput(f"{folder / 'result.json'}: image id {name!r} is no plain file name such as i1")
     path = folder / "images" / f"{name}.png"
     if not path.is_file():
         return Picture(name, None, f"The file images/{name}.png is missing.")
@@ -77,14 +77,14 @@ def write_overlay(
     folder: Path,
     picture: Picture,
     scene: Scene,
-    record: PoseRecord | None,
+    record: PoseMessage | None,
     support: Mapping[int, float] | None,
 ) -> bool:
     """Write RUN_FOLDER/images/<name>-overlay.png; False where there is no image, camera, model or pose.
 
     Raises
     ------
-    ReportError : the picture cannot be written.
+    BadInput : the picture cannot be written.
     """
     pose = pose_of(record)
     if picture.pixels is None or scene.camera is None or scene.model is None or pose is None:
@@ -96,7 +96,7 @@ def write_overlay(
     try:
         path.write_bytes(data.tobytes())
     except OSError as error:
-        raise ReportError(f"{path}: cannot be written ({error.strerror})") from error
+        raise BadInput(f"{path}: cannot be written ({error.strerror})") from error
     return True
 
 

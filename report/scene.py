@@ -8,11 +8,18 @@ from typing import Any
 
 import msgspec
 
+from bridge.messages import Vector3
+from bridge.result_file import LightTold, Result
 from geometry.camera import Camera
 from geometry.drawn_wireframes import WIREFRAMES, Wireframes
 from geometry.errors import GeometryError
 from geometry.model import Model, load_model
-from report.records import LightRecord, Result
+
+
+class LightRecord(LightTold, frozen=True):
+    """A light with its place in the camera frame, m, where that is known."""
+
+    position: Vector3 | None = None
 
 
 @dataclass(frozen=True)
@@ -59,7 +66,7 @@ def read_scene(folder: Path) -> Scene:
 
 def known_lights(result: Result, scene: Scene) -> tuple[LightRecord, ...]:
     """The session's lights; where they are placed is told by the scene alone."""
-    told = tuple(result.lights or ())
+    told = tuple(LightRecord(one.name, one.levels) for one in result.lights or ())
     same = len(told) == len(scene.lights) and all(
         one.name == two.name for one, two in zip(told, scene.lights, strict=True)
     )

@@ -7,9 +7,10 @@ from itertools import groupby
 
 from markupsafe import Markup
 
+from bridge.result_file import SettingsRecord, StepRecord
 from numerics.arrays import Grey
 from report.lights import lights_svg
-from report.records import LightRecord, SettingsRecord, StepRecord
+from report.scene import LightRecord
 from report.strokes import Strokes
 from report.words import angle, aperture, length, percent, pixels, shutter
 

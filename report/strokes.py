@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bridge.messages import PoseMessage
+from bridge.result_file import LineRecord
 from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.wireframe import Run, bounds_of, visible_runs
-from report.records import LineRecord, PoseRecord
 from report.scene import Scene
 
 SUPPORT_ENOUGH = 0.5  # a line with this share of its visible length supported counts as supported
@@ -28,7 +29,7 @@ class Strokes:
 
 
 def strokes_of(
-    scene: Scene, record: PoseRecord | None, support: Mapping[int, float] | None, at_once: bool = False
+    scene: Scene, record: PoseMessage | None, support: Mapping[int, float] | None, at_once: bool = False
 ) -> Strokes | None:
     """The visible wireframe at a pose as SVG paths; None where it cannot be drawn or is out of view.
 
@@ -72,7 +73,7 @@ def support_of(lines: list[LineRecord] | None) -> dict[int, float] | None:
     return support
 
 
-def pose_of(record: PoseRecord | None) -> Pose | None:
+def pose_of(record: PoseMessage | None) -> Pose | None:
     """The pose of a record."""
     return None if record is None else Pose(np.array(record.rotation_vector), np.array(record.translation))
 

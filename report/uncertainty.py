@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bridge.messages import PoseMessage
+from bridge.result_file import Covariance
 from geometry.pose import origin_jacobian
 from numerics.arrays import Floats
-from report.records import Covariance, PoseRecord
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Uncertainty:
     fraction_of_range: float
 
 
-def uncertainty_of(pose: PoseRecord | None, covariance: Covariance | None) -> Uncertainty | None:
+def uncertainty_of(pose: PoseMessage | None, covariance: Covariance | None) -> Uncertainty | None:
     """Standard deviations of a pose from the covariance of a small left-multiplied step.
 
     The step turns about the camera's centre, so the target's origin moves by dr × t + dt; the position's

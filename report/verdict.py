@@ -3,9 +3,11 @@
 import math
 from dataclasses import dataclass
 
+from bridge.command_line import counted
+from bridge.messages import PoseMessage
+from bridge.result_file import HoldRecord, Result
 from geometry.pose import RIGHT
-from report.records import HoldRecord, PoseRecord, Result
-from report.words import angle, count, length, percent
+from report.words import angle, length, percent
 
 RIGHT_DEG, RIGHT_FRACTION = RIGHT
 SURE = 0.999  # no probability is told that is nearer to 1: that many cases were never tried
@@ -31,11 +33,11 @@ class Verdict:
 
 def verdict_of(result: Result) -> Verdict:
     """Say what came of the session, and whether that was right where the truth is known."""
-    images = count(len(result.steps) or result.iterations or 0, "image")
+    images = counted(len(result.steps) or result.iterations or 0, "image")
     if result.holds:
         return _approach(result, result.holds)
     if result.planned_holds_m and result.status == "stopped":
-        points = count(len(result.planned_holds_m), "hold point")
+        points = counted(len(result.planned_holds_m), "hold point")
         detail = f"None of {points} was passed; the first is at {result.planned_holds_m[0]:g} m."
         return Verdict("warn", "stopped", "Approach stopped early", detail)
     if result.pose is None:
@@ -66,7 +68,7 @@ def is_right(result: Result) -> bool | None:
     return error.rotation_deg < RIGHT_DEG and error.translation_fraction_of_range < RIGHT_FRACTION
 
 
-def range_of(pose: PoseRecord) -> float:
+def range_of(pose: PoseMessage) -> float:
     """Distance of the target's origin from the camera, metres."""
     return math.sqrt(sum(value * value for value in pose.translation))
 
@@ -105,7 +107,7 @@ def _no_pose(result: Result, images: str) -> Verdict:
 def _approach(result: Result, holds: list[HoldRecord]) -> Verdict:
     passed = sum(hold.status in HOLD_PASSED for hold in holds)
     last = holds[-1]
-    points = f"{passed} of {count(len(result.planned_holds_m or holds), 'hold point')} passed"
+    points = f"{passed} of {counted(len(result.planned_holds_m or holds), 'hold point')} passed"
     if result.status == "stopped":
         detail = f"{points}; the last was at {last.range_m:g} m."
         if result.pose is None:

@@ -9,21 +9,17 @@ import shutil
 import subprocess
 import sys
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 
 from markupsafe import Markup
 
+from bridge.command_line import counted
+from bridge.errors import BadInput
+from bridge.result_file import Result, StepRecord, read_result
 from report import words
-from report.errors import ReportError
-from report.records import Result, StepRecord, read_result
 
 MAIN = Path(__file__).resolve().parent.parent / "main.pl"
-OPTION = re.compile(r"^(\w+)\((?:'((?:[^'\\]|\\.)*)'|(.*))\)\.$")
 OF_INSTEAD = re.compile(r"'i\d+: ")  # of the image, which nobody who asks what if has written
-NOT_OPTIONS = frozenset({"version", "sha256", "controller_sha256", "instead"})
-OF_APPROACHES = frozenset({"first_range", "contact_range"})
-OF_SIMULATOR = frozenset({"scenario"})
 ENDED = (0, 3)  # exit statuses of a session that came to its end
 LONGER = 20.0  # the other way may take so many times as long as the session (chosen by hand), and at least:
 LEAST_S = 120.0
@@ -74,74 +70,34 @@ def what_if(folder: Path, at: int, settings: str, out: Path | None) -> WhatIf:
 
     Raises
     ------
-    ReportError : a folder, image or settings that cannot be used, or a session that does not go the same way.
+    BadInput : a folder, image or settings that cannot be used, or a session that does not go the same way.
     """
     was = read_result(folder)
     if not 1 <= at <= len(was.steps):
-        raise ReportError(
-            f"{folder}: --at {at}: there is no such image; it took {words.count(len(was.steps), 'image')}"
+        raise BadInput(
+            f"{folder}: --at {at}: there is no such image; it took {counted(len(was.steps), 'image')}"
         )
-    options = session_options(folder, was)
+    command = (was.command or "").split()
+    for word in ("--camera", "--image-server", "--vision-server"):
+        if word in command:
+            raise BadInput(
+                f"{folder}: the session used {word}, which cannot do the same again;"
+                " what if is for sessions on the simulator and on stacks"
+            )
+    again = ["--again", str(folder)] + ["--keep-servers"] * ("--keep-servers" in command)
     out = out or folder.with_name(f"{folder.resolve().name}-whatif-{at}")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise ReportError(f"{out}: is there already; remove it, or name another folder with --out")
+        raise BadInput(f"{out}: is there already; remove it, or name another folder with --out")
     there = out.exists()
     try:
-        _run([*options, "--instead", f"i{at}: {settings}", "--out", str(out)], was.seconds.get("total"))
-    except ReportError:
+        _run([*again, "--instead", f"i{at}: {settings}", "--out", str(out)], was.seconds.get("total"))
+    except BadInput:
         if not there:
             shutil.rmtree(out, ignore_errors=True)
         raise
     done = WhatIf(at, (folder, out), (was, read_result(out)))
     _check_same_way(done)
     return done
-
-
-def session_options(folder: Path, result: Result) -> list[str]:
-    """The command line that a session is done again with, from its session.pl.
-
-    Raises
-    ------
-    ReportError : no session.pl, or of another version; a camera or servers that cannot do the same again; a
-        controller that has changed.
-    """
-    file = folder / "session.pl"
-    try:
-        text = file.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ReportError(f"{file}: cannot be read; what the session was asked to do is not known") from error
-    body = text.partition("\nsha256(")[0] + "\n"
-    matches = filter(None, map(OPTION.match, text.splitlines()))
-    told = {m[1]: m[3] if m[2] is None else re.sub(r"\\(.)", r"\1", m[2]) for m in matches}
-    if told.get("version") != "1" or told.get("sha256") != sha256(body.encode()).hexdigest():
-        raise ReportError(f"{file}: cut, changed, or of another version; do the session again")
-    command = result.command if isinstance(result.command, list) else (result.command or "").split()
-    for word in ("--camera", "--image-server", "--vision-server"):
-        if word in command or word[2:] in told:
-            raise ReportError(
-                f"{folder}: the session used {word}, which cannot do the same again;"
-                " what if is for sessions on the simulator and on stacks"
-            )
-    if "controller_sha256" in told:
-        controller = Path(told["controller"])
-        if (
-            not controller.is_file()
-            or sha256(controller.read_bytes()).hexdigest() != told["controller_sha256"]
-        ):
-            raise ReportError(f"{controller}: not the file any more that the session was begun with")
-    options = ["--keep-servers"] if "--keep-servers" in command else []
-    left_out = NOT_OPTIONS
-    if told.get("approach") != "true":
-        left_out |= OF_APPROACHES
-    if "stack" in told:
-        left_out |= OF_SIMULATOR
-    for name, value in told.items():
-        option = f"--{name.replace('_', '-')}"
-        if value == "true":
-            options.append(option)
-        elif name not in left_out and value != "false":
-            options += [option, value]
-    return options
 
 
 def _run(options: list[str], seconds: float | None) -> None:
@@ -154,25 +110,25 @@ def _run(options: list[str], seconds: float | None) -> None:
             text=True, timeout=deadline_s, check=False,
         )  # fmt: skip
     except FileNotFoundError as error:
-        raise ReportError("there is no `swipl` on the PATH; install SWI-Prolog 9.0.4 or newer") from error
+        raise BadInput("there is no `swipl` on the PATH; install SWI-Prolog 9.0.4 or newer") from error
     except subprocess.TimeoutExpired as error:
-        raise ReportError(f"the other way has not ended within {deadline_s:.0f} s; it was ended") from error
+        raise BadInput(f"the other way has not ended within {deadline_s:.0f} s; it was ended") from error
     if done.returncode not in ENDED:
         said = [line for line in done.stderr.splitlines() if line.strip()]
         problem = said[-1].removeprefix("ERROR: ").removeprefix("main.pl: ") if said else "no reason was told"
-        raise ReportError(OF_INSTEAD.sub("'", problem.replace("--instead", "--settings")))
+        raise BadInput(OF_INSTEAD.sub("'", problem.replace("--instead", "--settings")))
 
 
 def _check_same_way(done: WhatIf) -> None:
     was, other = (result.steps for result in done.results)
     for number, (one, two) in enumerate(zip(was[: done.at - 1], other, strict=False), start=1):
         if not _same(one, two):
-            raise ReportError(
+            raise BadInput(
                 f"{done.folders[1]}: it went another way already at i{number}: the session was of another"
                 " version, or its scene has changed; do it again first"
             )
     if len(other) < done.at:
-        raise ReportError(f"{done.folders[1]}: it ended before i{done.at}; do the session again first")
+        raise BadInput(f"{done.folders[1]}: it ended before i{done.at}; do the session again first")
 
 
 def _same(one: StepRecord, two: StepRecord) -> bool:
@@ -225,7 +181,7 @@ def write_what_if(done: WhatIf) -> Path:
 
     Raises
     ------
-    ReportError : it cannot be written.
+    BadInput : it cannot be written.
     """
     from report.fragments import HERE, environment
     from report.pictures import data_uri, read_picture
@@ -269,5 +225,5 @@ def write_what_if(done: WhatIf) -> Path:
     try:
         path.write_text(html, encoding="utf-8")
     except OSError as error:
-        raise ReportError(f"{path}: cannot be written ({error.strerror})") from error
+        raise BadInput(f"{path}: cannot be written ({error.strerror})") from error
     return path

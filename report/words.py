@@ -2,7 +2,7 @@
 
 import math
 
-from report.records import SettingsRecord
+from bridge.result_file import SettingsRecord
 
 NONE = "–"
 
@@ -75,11 +75,6 @@ def shutter(value_s: float | None) -> str:
 def aperture(f_number: float | None) -> str:
     """An aperture as photographers write it."""
     return NONE if f_number is None else f"f/{f_number:g}"
-
-
-def count(number: int, noun: str) -> str:
-    """`1 image`, `2 images`."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def same_settings(one: SettingsRecord, other: SettingsRecord) -> bool:

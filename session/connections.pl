@@ -24,7 +24,7 @@
     answered/1,                         % Server
     asked/3,                            % Server, Op, Since: what is waited for
     listening/1,                        % Description of the device whose events are subscribed to
-    opened_with/1,                      % Options
+    connected_with/1,                   % Options
     spent/2.                            % Part, Seconds
 
 %   A request to a server that the user started is sent again as often: it may come back.
@@ -43,7 +43,7 @@ exposures_a_capture(40).                % beside: more than the vision server wa
 
 open_connections(Options) :-
     close_connections,
-    assertz(opened_with(Options)),
+    assertz(connected_with(Options)),
     forall(member(Name, [image_server, vision_server]), open_server(Name, Options)).
 
 open_server(Name, Options) :-
@@ -60,7 +60,7 @@ open_server(Name, Options) :-
 :- public waiting/1.
 
 waiting(Name) :-
-    (   opened_with(Options),
+    (   connected_with(Options),
         option(waiting(Goal), Options)
     ->  ( asked(Name, Op, Since) -> true ; Op = subscribe, get_time(Since) ),
         get_time(Now),
@@ -111,7 +111,7 @@ close_connections :-
     retractall(answered(_)),
     retractall(asked(_, _, _)),
     retractall(listening(_)),
-    retractall(opened_with(_)),
+    retractall(connected_with(_)),
     retractall(spent(_, _)).
 
 %!  ask(+Server, +Op, +Args, -Result) is det.
@@ -126,7 +126,7 @@ ask(Server, Op, Args, Result) :-
     catch(client_request(Client, Op, Args, Result0, [timeout(Seconds)]), Error, true),
     erase(Asked),
     (   nonvar(Error)
-    ->  opened_with(Opened),
+    ->  connected_with(Opened),
         option(lost(Goal), Opened),
         (   call(Goal, Server, Op, Error)
         ->  ask(Server, Op, Args, Result)
@@ -142,7 +142,7 @@ ask(Server, Op, Args, Result) :-
     ).
 
 request_seconds(Server, Args, Seconds) :-
-    opened_with(Options),
+    connected_with(Options),
     whose(Server, Options, Whose),
     ( Whose == named, \+ answered(Server) -> first_s(Base) ; request_s(Whose, Base) ),
     (   get_dict(settings, Args, Settings),
@@ -196,7 +196,7 @@ listen(_).
 
 subscribe :-
     listening(Description),
-    opened_with(Options),
+    connected_with(Options),
     option(image_server(Server), Options),
     reachable(Description.events, Server, Events),
     curve(image_server, Options, Curve),

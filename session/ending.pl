@@ -22,6 +22,7 @@
 :- use_module('../domain/reasoning/instead', [instead_image/2]).
 :- use_module('../indigolog/indigolog').
 :- use_module(library(aggregate), [aggregate_all/3]).
+:- use_module(library(apply), [foldl/4]).
 :- use_module(library(lists), [member/2, memberchk/2, nth0/3]).
 :- use_module(library(option), [option/2]).
 :- use_module(library(solution_sequences), [limit/2]).
@@ -44,13 +45,12 @@ end_session(Session, end(How, Situation), Outcome) :-
     true_errors(Situation, Errors),
     command_line(Command),
     session_result(Session.put(_{status:Status, seconds:Seconds, errors:Errors, command:Command}),
-                   Situation, Result0),
+                   Situation, Known),
     parameters(How, Parameters),
-    with_other_poses(Parameters, Situation, Result0, Result1),
-    with_estimated_with(Parameters, Folder, Result1, Result2),
     option(max_iterations(Limit), Options),
-    advised(Limit, Result2, Result3),
-    ( why_stopped(How, Why) -> Result = Result3.put(message, Why) ; Result = Result3 ),
+    foldl(call, [ with_other_poses(Parameters, Situation), with_estimated_with(Parameters, Folder), advised(Limit),
+                  with_message(How) ],
+          Known, Result),
     write_result(Result, Folder),
     catch(close_acquisition, error(_, _), true),        % the vision server writes what is left of its images
     tell_report,
@@ -58,6 +58,9 @@ end_session(Session, end(How, Situation), Outcome) :-
     show_outcome(Options, Result),
     tell_of_instead(Options, Result),
     wait_for_report(Options, Folder).   % last: who waits for the pose need not wait for its picture
+
+with_message(How, Result0, Result) :-
+    ( why_stopped(How, Why) -> Result = Result0.put(message, Why) ; Result = Result0 ).
 
 %   What if: the image that was to be taken otherwise was not taken at all.
 tell_of_instead(Options, Result) :-

@@ -1,5 +1,6 @@
 :- module(session_ending_words,
-          [ error_text/2,               % +Error, -Text
+          [ error_line/2,               % +Error, -Line
+            error_text/2,               % +Error, -Text
             plain_error/2,              % +Error, -Plain
             why_stopped/2               % +How, -Text
           ]).
@@ -13,6 +14,16 @@ error_text(Error, Text) :-
     phrase('$messages':translate_message(Error), Lines),
     with_output_to(string(Shown), print_message_lines(current_output, '', Lines)),
     split_string(Shown, "", " \n", [Text]).
+
+%!  error_line(+Error, -Line) is det.
+%
+%   The same in one line.
+
+error_line(Error, Line) :-
+    error_text(Error, Text),
+    split_string(Text, "\n", " ", Lines),
+    atomic_list_concat(Lines, ' ', Atom),
+    atom_string(Atom, Line).
 
 %!  plain_error(+Error, -Plain) is det.
 %
@@ -35,12 +46,6 @@ why_stopped(failed(stopped(Signal)), Text) =>
     why_stopped(stopped(Signal), Text).
 why_stopped(failed(Error), Text) =>
     plain_error(Error, Plain),
-    error_text(Plain, Shown),
-    split_string(Shown, "\n", " ", Lines),
-    one_line(Lines, Text).
+    error_line(Plain, Text).
 why_stopped(_, _) =>
     fail.
-
-one_line(Lines, Text) :-
-    atomic_list_concat(Lines, ' ', Atom),
-    atom_string(Atom, Text).

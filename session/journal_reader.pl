@@ -12,6 +12,7 @@ often is asked.  A controller from the folder itself is not run.
 
 :- set_prolog_flag(autoload, explicit). % as main.pl does
 :- use_module(display, []).             % words for what is wrong
+:- use_module(ending_words, [error_line/2]).
 :- use_module(plan, [session_plan/2]).
 :- use_module(reasons).
 :- use_module(result, [session_result/3]).
@@ -80,11 +81,7 @@ problem(error(golog(journal_differs(Entry, _)), _), Problem) :-
     format(string(Problem), "The controller of this version does not do what the journal tells next, ~q: \c
            the session was run by another version, and cannot be followed or resumed with this one", [Entry]).
 problem(Error, Problem) :-
-    '$messages':translate_message(Error, Lines, []),
-    with_output_to(string(Text), print_message_lines(current_output, '', Lines)),
-    split_string(Text, "\n", " \n", Lines1),
-    atomic_list_concat(Lines1, ' ', Line),
-    ( atom_concat('--resume: ', Problem, Line) -> true ; Problem = Line ).      % the folder is read as one that goes on
+    error_line(Error, Problem).
 
 :- public answered/5, note/2.
 

@@ -7,7 +7,7 @@
 */
 
 :- use_module(option_rules, [check_of_use/1, check_options/1]).
-:- autoload(resumption, [resumed_options/3]).
+:- autoload(resumption, [again_options/3, resumed_options/3]).
 :- use_module(installation, [installation_names/3, installation_version/1, installed_command/0]).
 :- use_module(usage, [dashes/2, did_you_mean/3, usage_error/2]).
 :- autoload(library(apply), [foldl/4]).
@@ -43,6 +43,7 @@ known(seed, integer, 'N', "Seed of every random draw (default: 1)").
 known(instead, atom, 'SETTINGS', "What if: take one image under other settings, e.g. 'i3: left 7 top 0, 1/60 s, f/4'").
 known(out, atom, 'DIR', "Run folder (default: runs/<time>-<controller>-<target>, here)").
 known(resume, atom, 'DIR', "Go on with an interrupted session from its run folder").
+known(again, atom, 'DIR', "Do the session of a run folder again, but for the options that are given").
 known(approach, boolean, '', "Dock: come closer by hold points, each on a trustworthy pose").
 known(first_range, number, 'M', "First hold point of --approach, in metres (default: 1.5, of large targets more)").
 known(contact_range, number, 'M', "Last hold point of --approach, in metres (default: 0.3, of large targets more)").
@@ -150,16 +151,25 @@ written(Name, Written) :-
     dashes(Name, Dashed),
     atom_concat('--', Dashed, Written).
 
-%   A session that is resumed has its options from its folder.
+%   A session that is resumed, or done again, has its options from its folder.
 begun_with(Given, Begun) :-
     option(resume(Folder), Given),
     !,
+    must_be_folder(resume, Folder),
+    resumed_options(Given, Folder, Begun).
+begun_with(Given, Begun) :-
+    option(again(Folder), Given),
+    !,
+    must_be_folder(again, Folder),
+    again_options(Given, Folder, Begun).
+begun_with(Given, Given).
+
+must_be_folder(Name, Folder) :-
     (   Folder \== '',
         exists_directory(Folder)
-    ->  resumed_options(Given, Folder, Begun)
-    ;   usage_error("--resume: no folder '~w'", [Folder])
+    ->  true
+    ;   usage_error("--~w: no folder '~w'", [Name, Folder])
     ).
-begun_with(Given, Given).
 
 bad_usage(error(Formal, _)) :-
     usage_text(Formal, Text),

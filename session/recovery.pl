@@ -29,7 +29,7 @@ most_times(5).                          % in a session; chosen by hand
 patience_s(1).                          % after which it is said what is waited for; chosen by hand
 
 :- dynamic
-    opened_with/2,                      % Options, StartArgs
+    started_with/2,                     % Options, StartArgs
     times/1,                            % how often a server was brought back
     started/0,                          % the vision server has answered `start` or `restore`
     said/0,                             % what is waited for
@@ -44,9 +44,10 @@ patience_s(1).                          % after which it is said what is waited 
 %   StartArgs are those of the vision server's `start`.
 
 open_recovery(Options, StartArgs) :-
-    forall(member(Fact, [opened_with(_, _), times(_), started, said, renewed, since(_), told(_), told_number(_, _), pending(_)]),
+    forall(member(Fact, [ started_with(_, _), times(_), started, said, renewed, since(_), told(_), told_number(_, _),
+                          pending(_) ]),
            retractall(Fact)),
-    assertz(opened_with(Options, StartArgs)),
+    assertz(started_with(Options, StartArgs)),
     assertz(times(0)).
 
 %!  server_started is det.
@@ -73,7 +74,7 @@ look_after(Name, Op, Seconds) :-
     ->  catch(check_server(image_server), Error, image_server_again(Error))
     ;   true
     ),
-    opened_with(Options, _),
+    started_with(Options, _),
     show_address,
     pulse(Op, Seconds),
     patience_s(Patience),
@@ -137,7 +138,7 @@ counted(Error) :-
     most_times(Most),
     (   Times > Most
     ->  throw(Error)
-    ;   opened_with(Options, _),
+    ;   started_with(Options, _),
         show(Options, brought_back(Error, Times, Most))
     ).
 
@@ -277,7 +278,7 @@ move_again(Ranges) :-
     forall(( nth1(N, Ranges, RangeM), N > Done ), ask(image_server, move, _{range_m:RangeM}, _)).
 
 restore(Situation) :-
-    opened_with(_, StartArgs),
+    started_with(_, StartArgs),
     known_again(Situation, Known),
     ask(vision_server, restore, StartArgs.put(Known), _),
     server_started.

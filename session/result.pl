@@ -7,8 +7,8 @@
 /** <module> result.json
 
 The session's outcome as a dict, made from the fluents' values in its last situation.
-docs/result.md says what its keys mean, result.schema.json beside this file what
-they hold.
+docs/result.md says what its keys mean, bridge/result_file.py what they hold; its JSON
+Schema is beside this file.
 */
 
 :- use_module(json_terms).

@@ -1,6 +1,7 @@
 :- module(session_resumption,
           [ record_options/1,           % +Options
             resumed_options/3,          % +Given, +Folder, -Options
+            again_options/3,            % +Given, +Folder, -Options
             journaled_action/2,         % +Folder, -Action
             begun_options/2,            % +Folder, -Options
             check_frames/1,             % +Folder
@@ -22,7 +23,7 @@ restoration.pl and sent by recovery.pl, which also brings back a server that die
 :- use_module(library(apply), [exclude/3, maplist/3, partition/4]).
 :- use_module(library(http/json), [json_read_dict/2]).
 :- use_module(library(lists), [append/3, last/2, member/2, memberchk/2, select/3, selectchk/3]).
-:- use_module(library(option), [option/2]).
+:- use_module(library(option), [merge_options/3, option/2]).
 :- use_module(library(readutil), [read_file_to_string/3, read_file_to_terms/3]).
 
 % What concerns how a session is shown or reached, and not what it does.
@@ -117,7 +118,7 @@ same_controller(Said, Folder, Recorded0, Recorded) :-
     (   exists_file(File),
         strategy_sha256(File, Sha256)
     ->  true
-    ;   usage_error("--resume: the controller ~w, or one that it includes, is not the file any more that the session was begun with",
+    ;   usage_error("the controller ~w, or one that it includes, is not the file any more that the session was begun with",
                     [File])
     ),
     (   Said = [controller(Named)],
@@ -127,7 +128,7 @@ same_controller(Said, Folder, Recorded0, Recorded) :-
     ;   Said == [],
         \+ inside(Folder, File)
     ->  true
-    ;   usage_error("--resume: the session runs the controller ~w; if you trust it, add --controller ~w", [File, File])
+    ;   usage_error("the session runs the controller ~w; if you trust it, add --controller ~w", [File, File])
     ).
 same_controller(Said, _, Recorded, Recorded) :-
     option(controller(Name), Recorded),
@@ -135,7 +136,7 @@ same_controller(Said, _, Recorded, Recorded) :-
         Other \== Name
     ->  usage_error("--resume: the session was begun with the controller ~w: leave --controller out", [Name])
     ;   is_absolute_file_name(Name)
-    ->  usage_error("--resume: session.pl names the controller ~w without its SHA-256", [Name])
+    ->  usage_error("session.pl names the controller ~w without its SHA-256", [Name])
     ;   true
     ).
 
@@ -155,6 +156,22 @@ not_ended(Folder, Journal) :-
     !,
     usage_error("--resume: the session in ~w is finished; its outcome is in result.json there", [Folder]).
 not_ended(_, _).
+
+%!  again_options(+Given, +Folder, -Options) is det.
+%
+%   The options to do the session in Folder again, from its beginning: those that it was begun with, but for what is given
+%   now, and without its own what if.
+%
+%   @error usage_error(Message) for a session of another source of images, and as above
+
+again_options(Given, Folder, Options) :-
+    begun_options(Folder, Recorded0),
+    forall(( member(Option, Recorded0), functor(Option, Name, _), memberchk(Name, [camera, image_server]) ),
+           ( dashes(Name, Dashed),
+             usage_error("~w: the session used --~w, which cannot do the same again", [Folder, Dashed]) )),
+    exclude(=(instead(_)), Recorded0, Recorded),
+    selectchk(again(_), Given, Here),
+    merge_options(Here, Recorded, Options).
 
 %!  journaled_action(+Folder, -Action) is nondet.
 %

@@ -100,7 +100,7 @@ read_session_file(Folder, Options) :-
     session_file(Folder, File),
     (   exists_file(File)
     ->  true
-    ;   usage_error("--resume: ~w holds no session that was begun (no session.pl and history.pl there)", [Folder])
+    ;   usage_error("~w holds no session that was begun (no session.pl and history.pl there)", [Folder])
     ),
     catch(read_terms(File, Text, Terms), error(_, _), Terms = []),
     (   append([version(Version)|Options0], [sha256(Sha256)], Terms),
@@ -112,12 +112,12 @@ read_session_file(Folder, Options) :-
         sha_hash(Body, Hash, [algorithm(sha256), encoding(utf8)]),
         hash_atom(Hash, Sha256)
     ->  true
-    ;   usage_error("--resume: ~w is empty, cut or changed: what the session was asked to do is not known any more",
+    ;   usage_error("~w is empty, cut or changed: what the session was asked to do is not known any more",
                     [File])
     ),
     (   format_version(Version)
     ->  Options = Options0
-    ;   usage_error("--resume: ~w is of version ~w, which this version cannot resume", [File, Version])
+    ;   usage_error("~w is of version ~w, which this version cannot read", [File, Version])
     ).
 
 is_option(Term) :-

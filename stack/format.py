@@ -1,15 +1,16 @@
 """The tables of `stack.toml` (docs/architecture.md, "Stack folder"), with their defaults and bounds."""
 
 from collections.abc import Mapping
-from difflib import get_close_matches
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import msgspec
 from msgspec import Meta
 
+from bridge.errors import BadInput
 from bridge.messages import CameraDescription, LightDescription, PoseMessage, Settings, TargetDescription
 from stack.exposure import APERTURES, SHUTTERS_S
-from stack.tables import Table
+from stack.tables import Table, as_table
 
 STACK_FILE = "stack.toml"
 
@@ -69,26 +70,65 @@ class CameraTable(CameraDescription, frozen=True, kw_only=True):
         return msgspec.convert(self, CameraDescription, from_attributes=True)
 
 
-LENS_KEYS = {"focal_lengths_mm", "pixel_um", "focuses_m", "vignetting", "glare"}  # of a scenario's camera
-CAMERA_KEYS = {*CameraTable.__struct_fields__, *LENS_KEYS}
+class GivenCameraTable(CameraTable, frozen=True, kw_only=True):
+    """`[camera]` of any file that has one: a scenario's has keys of a lens, too, which the simulator reads.
+
+    How many coefficients a distortion has is for `geometry.camera` to judge, which knows the lenses.
+    """
+
+    distortion: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    focal_lengths_mm: Any = None
+    pixel_um: Any = None
+    focuses_m: Any = None
+    vignetting: Any = None
+    glare: Any = None
 
 
-def unknown_camera_key(table: Mapping[str, Any]) -> str | None:
-    """What to say of a key that no [camera] has, wherever it comes from; None where all are known."""
-    return _unknown_key("camera", table, CAMERA_KEYS)
+class GivenTargetTable(Table, frozen=True, kw_only=True):
+    """`[target]` of a file that gives a camera; what a model is needed to check is checked with it."""
+
+    range_m: tuple[float, float] | None = None
+    view: tuple[float, float, float] | None = None
+    tolerance_m: Any = None
+    edge_radius_m: Any = None
+    model: Any = None
+    unit: Any = None
+    seed_pose: Any = None
+    true_pose: Any = None
+    sha256: Any = None
 
 
-def unknown_target_key(table: Mapping[str, Any]) -> str | None:
-    """Likewise of a [target], as it stands in a camera's file."""
-    return _unknown_key("target", table, {*TargetTable.__struct_fields__, "edge_radius_m"})
+CAMERA_ADVICE = (
+    "[camera] needs width, height, fx, fy, cx and cy; "
+    "[target] may have range_m = [least, greatest] in m and view = [x, y, z]."
+)
 
 
-def _unknown_key(name: str, table: Mapping[str, Any], known: set[str]) -> str | None:
-    strange = [key for key in table if key not in known and not isinstance(table[key], dict)]
-    if not strange:
-        return None
-    near = get_close_matches(strange[0], known, 1, 0.0)[0]
-    return f"[{name}] has an unknown key {strange[0]}; did you mean {near}?"
+class CameraFile(msgspec.Struct, frozen=True):
+    """What a file says of a camera, and perhaps of the target before it, whatever else it holds."""
+
+    camera: GivenCameraTable
+    target: GivenTargetTable = GivenTargetTable()
+
+
+def camera_file(values: Mapping[str, Any], file: Path) -> tuple[CameraFile, dict[str, Any]]:
+    """The typed tables of a camera file's values, and those of its ``[camera]`` that it tells itself.
+
+    A file that is all about a camera needs no ``[camera]``. Tables inside are for others.
+
+    Raises
+    ------
+    BadInput
+        As `as_table`.
+    """
+    camera = values.get("camera", values)
+    if isinstance(camera, dict):
+        camera = {key: value for key, value in camera.items() if not isinstance(value, dict)}
+    try:
+        known = as_table({"camera": camera, "target": values.get("target", {})}, CameraFile, file)
+    except BadInput as error:
+        raise BadInput(error.message, error.hint or CAMERA_ADVICE) from None
+    return known, {key: getattr(known.camera, key) for key in camera}
 
 
 class FramesLight(LightDescription, frozen=True, kw_only=True):

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from bridge.errors import BadInput
+from bridge.reply_memory import give_back_freed
 from numerics.arrays import Grey
-from numerics.memory import give_back_freed_memory
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
 from vision_server.channels.depth import Pixels
 from vision_server.channels.gradients import GradientChannel, gradient_channel
@@ -87,7 +87,7 @@ class ImageSet:
         first = next((one.repeats or one.name for one in same), None)
         self.images[name] = SetImage(name, statistics, first)
         if self._large:
-            give_back_freed_memory()
+            give_back_freed()
 
     def remove(self, name: str) -> None:
         """Forget an image.
@@ -138,7 +138,7 @@ class ImageSet:
         edges = self._merged.merge()
         if self._large:
             self._merged = ImageSetStatistics()
-            give_back_freed_memory()
+            give_back_freed()
         return edges
 
     def gradients(self, names: Sequence[str]) -> list[GradientChannel]:

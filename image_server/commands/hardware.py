@@ -66,16 +66,12 @@ def laboratory_device(options: Namespace) -> Hardware:
 
 def _camera_model(file: Path) -> CameraDescription:
     from bridge.messages import CameraDescription
-    from stack.format import unknown_camera_key
+    from stack.format import camera_file
     from stack.tables import as_table, read_toml
 
-    values = read_toml(file, "camera model")
-    table = dict(values.get("camera", values))
-    strange = unknown_camera_key(table)
-    if strange is not None:
-        raise BadInput(f"{file}: {strange}")
+    _, told = camera_file(read_toml(file, "camera model"), file)
     known = CameraDescription.__struct_fields__
-    return as_table({key: value for key, value in table.items() if key in known}, CameraDescription, file)
+    return as_table({key: value for key, value in told.items() if key in known}, CameraDescription, file)
 
 
 def _target(options: Namespace) -> TargetDescription | None:

@@ -102,3 +102,7 @@ def test_every_option_says_what_it_does(program: str) -> None:
         parser = ArgumentParser()
         import_module(f"{program}.commands.{name.replace('-', '_')}").add_options(parser)
         assert [action.dest for action in parser._actions if not action.help] == [], name
+
+
+def test_so_many() -> None:
+    assert (counted(1, "image"), counted(2, "image")) == ("1 image", "2 images")

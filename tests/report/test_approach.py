@@ -6,18 +6,19 @@ from typing import Any
 import msgspec
 import pytest
 
+from bridge.messages import PoseMessage
+from bridge.result_file import Result
 from report.approach import strip_of
 from report.following import State
 from report.fragments import fragments
 from report.page import write_report
-from report.records import PoseRecord, Result
 from report.strokes import Strokes
 from tests.report.run_folders import Bench, RunMaker, result_record, step_record
 
 PLANNED = [1.5, 0.8, 0.5]
 
 
-def drawn(pose: PoseRecord | None) -> Strokes | None:
+def drawn(pose: PoseMessage | None) -> Strokes | None:
     return None if pose is None else Strokes("M0 0", "", (0, 0, 1, 1), ())
 
 
@@ -51,7 +52,6 @@ def test_a_session_that_has_ended_is_nowhere(bench: Bench) -> None:
     [
         ({}, ["i1", "i2", "i3"], "i1"),
         ({}, ["i2", "i3"], "i2"),
-        ({"kept": ["i2"]}, ["i1", "i2", "i3"], "i2"),
         ({}, ["i3"], None),
     ],
 )

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from bridge.errors import BadInput
+from bridge.result_file import read_result
 from report.__main__ import main
-from report.errors import ReportError
-from report.records import read_result
 from tests.report.run_folders import RunMaker
 
 pytestmark = pytest.mark.slow
@@ -73,7 +73,7 @@ def test_bad_input_is_one_plain_line(root: Path, tmp_path: Path) -> None:
 def test_broken_results_are_named(tmp_path: Path, content: str | bytes | None, words: str) -> None:
     if content is not None:
         (tmp_path / "result.json").write_bytes(content if isinstance(content, bytes) else content.encode())
-    with pytest.raises(ReportError, match=words) as caught:
+    with pytest.raises(BadInput, match=words) as caught:
         read_result(tmp_path)
     assert "\n" not in str(caught.value)
 

@@ -10,8 +10,8 @@ from urllib.parse import urlsplit
 
 import pytest
 
+from bridge.errors import BadInput
 from geometry.drawn_wireframes import WIREFRAMES
-from report.errors import ReportError
 from report.following import Follower
 from report.holding import hold
 from tests.report.browser import Browser, chromium
@@ -79,7 +79,7 @@ def hold_soon(folder: Path) -> None:
     while True:
         try:
             return hold(folder, "pause")
-        except ReportError:
+        except BadInput:
             assert time.monotonic() < deadline
             time.sleep(0.02)
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
 from geometry.wireframe import visible_runs
-from report.errors import ReportError
 from report.overlay import draw_overlay
 from tests.report.run_folders import GREY, Bench, blue, distance_to, orange
 
@@ -121,5 +121,5 @@ def test_a_target_out_of_view_draws_nothing(bench: Bench) -> None:
     ],
 )
 def test_wrong_images_are_named(bench: Bench, image: np.ndarray, words: str) -> None:
-    with pytest.raises(ReportError, match=words):
+    with pytest.raises(BadInput, match=words):
         draw_overlay(image, bench.model, bench.camera, bench.pose)

@@ -9,9 +9,9 @@ import cv2
 import pytest
 
 from bridge import __version__
+from bridge.errors import BadInput
 from geometry.model import Model, load_model
 from report import scene
-from report.errors import ReportError
 from report.page import write_report
 from tests.report.pages import Page, changed, page_of
 from tests.report.run_folders import RunMaker
@@ -252,7 +252,7 @@ def test_an_image_id_that_leaves_the_folder_is_refused(make_run: RunMaker) -> No
     steps = json.loads((folder / "result.json").read_text())["steps"]
     steps[0]["image"] = "../../elsewhere"
     changed(folder, steps=steps)
-    with pytest.raises(ReportError, match="plain file name"):
+    with pytest.raises(BadInput, match="plain file name"):
         write_report(folder)
 
 
@@ -270,7 +270,7 @@ def test_a_result_of_another_format_is_refused_in_one_line(make_run: RunMaker) -
     page_of(make_run(version=1))
     folder = make_run(name="newer", version=2, pose={"quaternion": [1, 0, 0, 0]})
     with pytest.raises(
-        ReportError, match=r"result\.json: of format 2, and this version reads format 1"
+        BadInput, match=r"result\.json: of format 2, and this version reads format 1"
     ) as error:
         write_report(folder)
     assert "\n" not in str(error.value)

@@ -139,7 +139,6 @@ def test_the_parts_of_the_time_add_up() -> None:
         (words.shutter(0.5), "0.50 s"),
         (words.aperture(2.8), "f/2.8"),
         (words.significant(math.inf), "∞"),
-        (words.count(1, "image"), "1 image"),
     ],
 )
 def test_numbers_in_words(text: str, expected: str) -> None:

@@ -5,10 +5,11 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from bridge.messages import PoseMessage
+from bridge.result_file import Result, read_result
 from geometry.drawn_wireframes import WIREFRAMES, wireframe_line
 from geometry.pose import Pose
 from geometry.wireframe import visible_runs
-from report.records import PoseRecord, Result, read_result
 from report.scene import read_scene
 from report.strokes import Strokes, strokes_of
 from tests.report.run_folders import Bench, RunMaker
@@ -38,7 +39,8 @@ def test_what_was_drawn_at_the_pose_is_taken_and_is_the_same(bench: Bench, make_
 
 def test_a_pose_that_is_not_drawn_yet_is_drawn_here(bench: Bench, make_run: RunMaker) -> None:
     folder = make_run()
-    moved = msgspec.structs.replace(read_result(folder), pose=PoseRecord([0.0, 0.0, 0.1], [0.0, 0.0, 1.0]))
+    pose = PoseMessage(rotation_vector=(0.0, 0.0, 0.1), translation=(0.0, 0.0, 1.0))
+    moved = msgspec.structs.replace(read_result(folder), pose=pose)
     here = drawn(folder, moved)
     (folder / "images" / WIREFRAMES).write_bytes(line(bench, bench.pose))
     assert here is not None and drawn(folder, moved) == here

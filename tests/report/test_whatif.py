@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from report.records import read_result
+from bridge.result_file import read_result
 from tests.commands import Done, process, report
 from tests.session.kills import stack
 from tests.session.serving import served
@@ -99,19 +99,19 @@ def test_a_folder_that_cannot_be_done_again_is_refused(copy: Path) -> None:
 
     told = (copy / "session.pl").read_text()
     (copy / "session.pl").write_text(told[:40])
-    assert "cut, changed, or of another version" in refused()
+    assert "session.pl is empty, cut or changed" in refused()
     (copy / "session.pl").write_text(told.replace("version(1).", "version(2)."))
-    assert "cut, changed, or of another version" in refused()
+    assert "session.pl is empty, cut or changed" in refused()
     (copy / "session.pl").write_text(told.replace("seed(5).", "seed(6)."))
-    assert "cut, changed, or of another version" in refused()
+    assert "session.pl is empty, cut or changed" in refused()
+    (copy / "session.pl").unlink()
+    assert "holds no session that was begun" in refused()
     (copy / "session.pl").write_text(told)
     result = json.loads((copy / "result.json").read_text())
     result["steps"][0]["rms_px"] += 0.01
     (copy / "result.json").write_text(json.dumps(result))
     assert "another way already at i1" in what_if(copy, "--at", "2", "--settings", OTHER).stderr
     shutil.rmtree(copy.with_name("run-whatif-2"))
-    result["command"] = ["swipl", "main.pl", "--image-server", "ipc:///tmp/x"]
+    result["command"] = "swipl main.pl --image-server ipc:///tmp/x"
     (copy / "result.json").write_text(json.dumps(result))
     assert "--image-server, which cannot do the same again" in refused()
-    (copy / "session.pl").unlink()
-    assert "session.pl: cannot be read" in refused()

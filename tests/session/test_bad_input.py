@@ -116,6 +116,7 @@ REFUSED: list[tuple[list[str], list[str]]] = [
     (["--scenario", "disco"], ["disco", "nominal"]),
     (["--stack", "/nowhere"], ["--stack", "/nowhere"]),
     (["--resume", "/nowhere"], ["--resume", "/nowhere"]),
+    (["--again", "/nowhere"], ["--again", "/nowhere"]),
     (["--image-server", "localhost:1"], ["--image-server", "endpoint"]),
     (["--unit", "ell"], ["--unit", "m, cm, mm, in"]),
     (["--unit", "mm"], ["--unit", "--target"]),

@@ -8,7 +8,9 @@ from typing import Any
 import jsonschema
 import pytest
 
+from bridge.commands.schema import laid_out
 from bridge.mocks import MockImageServer, MockVisionServer, mock_image_server, mock_vision_server
+from bridge.result_file import result_schema
 from tests.session.command import ROOT, controller
 from tests.session.serving import served
 
@@ -37,6 +39,7 @@ def checked(folder: Path) -> dict[str, Any]:
 
 
 def test_the_schema_is_one() -> None:
+    assert (ROOT / "session" / "result.schema.json").read_text() == laid_out(result_schema()) + "\n"
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
 
 
@@ -47,7 +50,7 @@ def test_the_schema_refuses_what_is_not_a_result(tmp_path: Path) -> None:
 
 def test_the_page_names_every_key() -> None:
     page = (ROOT / "docs" / "result.md").read_text()
-    keys = [*SCHEMA["properties"], *SCHEMA["$defs"]["step"]["properties"]]
+    keys = [*SCHEMA["properties"], *SCHEMA["$defs"]["StepRecord"]["properties"]]
     assert [key for key in keys if f"`{key}`" not in page] == []
 
 

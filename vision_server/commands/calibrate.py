@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from bridge.command_line import number, output_file
 from bridge.errors import BadInput
-from vision_server.commands.edges import write_file, write_picture
-from vision_server.commands.options import picture_file
+from vision_server.commands.files import write_file, write_picture
+from vision_server.commands.options import picture_file, warn
 
 GOOD_RMS_PX = 0.5  # of a sharp board and a lens that the model fits; beyond, poses are as wrong
 GOOD_FOCAL_SD = 0.005  # of the focal length, which the range is off by
@@ -71,11 +70,11 @@ def _calibrate(options: Namespace, corners: tuple[int, int]) -> None:
         )
     found = calibrated({str(path): read_grey(path) for path in options.images}, corners)
     for name in found.missed:
-        _doubt(f"no whole board in {name}: left out")
+        warn(f"no whole board in {name}: left out")
     if found.rms_px > GOOD_RMS_PX:
-        _doubt(f"{found.rms_px:.2f} px is much: is the board flat, are the images sharp?")
+        warn(f"{found.rms_px:.2f} px is much: is the board flat, are the images sharp?")
     if found.focal_sd > GOOD_FOCAL_SD:
-        _doubt(
+        warn(
             f"the focal length is known to {100 * found.focal_sd:.1f} % only, and every range with it: take "
             "more images, with the board tilted by 30 to 45 degrees and filling the frame"
         )
@@ -84,7 +83,3 @@ def _calibrate(options: Namespace, corners: tuple[int, int]) -> None:
         f"{options.out}: {len(found.seen)} boards, {found.rms_px:.2f} px RMS, "
         f"focal length {found.camera['fx']:.1f} px to {100 * found.focal_sd:.2f} %"
     )
-
-
-def _doubt(words: str) -> None:
-    print(f"vision_server: {words}", file=sys.stderr)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any
 
 from bridge.errors import BadInput
-from vision_server.commands.estimate import read_set
+from vision_server.commands.files import read_set
 from vision_server.commands.options import (
     add_edge_radius,
     add_exposures,
@@ -17,6 +16,7 @@ from vision_server.commands.options import (
     add_model_and_camera,
     add_seed,
     told_edge_radius,
+    warn,
 )
 
 EXITS = {"ok": 0, "doubtful": 1, "lost": 3}
@@ -73,10 +73,9 @@ def _judged(options: Namespace) -> dict[str, Any]:
     against = disagreeing_images(images, names, model, given.camera, pose, settings)
     files = [str(options.images[int(name.removeprefix("i")) - 1]) for name in against]
     if files:
-        print(
-            f"vision_server: {', '.join(files)}: each alone shows the target elsewhere. A set is "
-            "of one still scene: leave out what moved.",
-            file=sys.stderr,
+        warn(
+            f"{', '.join(files)}: each alone shows the target elsewhere. A set is "
+            "of one still scene: leave out what moved."
         )
     return judgement_result(found, files)
 

@@ -5,15 +5,14 @@ from __future__ import annotations
 import io
 import json
 import math
-import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bridge.command_line import output_file, whole_number
 from bridge.errors import BadInput
-from vision_server.commands.options import add_exposures, parse_exposures, picture_file
+from vision_server.commands.files import exposures_of, warn_of_movement, write_file, write_picture
+from vision_server.commands.options import add_exposures, picture_file, warn
 from vision_server.rivals import MERGE_RULES
 
 if TYPE_CHECKING:
@@ -21,39 +20,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from vision_server.edges.kinds import EdgeKinds
-    from vision_server.edges.moved import Movement
 
 
 METHODS = ("em", *MERGE_RULES)
 """Rules by which several images become one edge map."""
 SELECTABLE_KINDS = ("outline", "crease", "print", "shadow", "highlight")
-
-
-def exposures_of(options: Namespace, pixels: Sequence[NDArray[Any]], gamma: Sequence[float]) -> list[float]:
-    """Relative exposures of ``images``: as told, or where an image shows it by itself, which is said.
-
-    Raises
-    ------
-    BadInput
-        As in `parse_exposures`.
-    """
-    from vision_server.channels.depth import rounded
-    from vision_server.channels.noise import SATURATED_GREY
-    from vision_server.channels.overexposure import overexposures
-
-    if options.exposures is not None or len(pixels) < 2:
-        return parse_exposures(options.exposures, len(pixels))
-    found = overexposures(pixels, gamma)
-    for image, of_image, exposure in zip(options.images, pixels, found, strict=True):
-        if exposure > 1.0 and rounded(of_image).min() >= SATURATED_GREY:
-            print(f"vision_server: {image} is white all over and shows no edge.", file=sys.stderr)
-        elif exposure > 1.0:
-            print(
-                f"vision_server: {image} is brighter than all others and counts as exposed"
-                f" {exposure:.1f} times as long. Give --exposures where they are known.",
-                file=sys.stderr,
-            )
-    return found
 
 
 def parse_levels(text: str | None, count: int) -> NDArray[np.float64] | None:
@@ -82,20 +53,6 @@ def parse_levels(text: str | None, count: int) -> NDArray[np.float64] | None:
     return np.asarray(levels / levels.max(), np.float64)
 
 
-def write_file(path: Path, content: bytes) -> None:
-    """Write bytes, or say plainly why not.
-
-    Raises
-    ------
-    BadInput
-        The file cannot be written.
-    """
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise BadInput(f"Cannot write {path}: {error.strerror or error}.", "Check the folder.") from error
-
-
 def run(options: Namespace) -> None:
     """Merge, and write the files that are asked for."""
     from vision_server.channels.channel import channel_statistics
@@ -111,7 +68,7 @@ def run(options: Namespace) -> None:
     pixels = read_image_set(options.images, Raw(options.bits, options.bayer))
     shallow = [image for image, grey in zip(options.images, pixels, strict=True) if not is_deep(grey)]
     if options.bits is not None and shallow:
-        print(f"vision_server: {shallow[0]} has 8 bits a pixel: --bits is of files of 16.", file=sys.stderr)
+        warn(f"{shallow[0]} has 8 bits a pixel: --bits is of files of 16.")
     levels = parse_levels(options.levels, len(pixels))
     gamma = options.gamma
     if not (math.isfinite(gamma) and gamma > 0.0):
@@ -141,17 +98,6 @@ def run(options: Namespace) -> None:
         write_array(options.magnitude, edges.ridge)
 
 
-def warn_of_movement(image: Path, moved: Movement) -> None:
-    """Say that an image of a set shows something elsewhere than those before it."""
-    (dx, dy), (left, top, right, bottom) = moved
-    print(
-        f"vision_server: {image} shows what lies in x {left} to {right}, y {top} to {bottom} px"
-        f" elsewhere than all images before it, by {dx:.0f}, {dy:.0f} px."
-        " A set is of one scene: leave the image out if this moved.",
-        file=sys.stderr,
-    )
-
-
 def write_kinds(kinds: EdgeKinds, options: Namespace) -> None:
     """The picture and the tables of kinds that are asked for."""
     import numpy as np
@@ -167,19 +113,6 @@ def write_kinds(kinds: EdgeKinds, options: Namespace) -> None:
     if options.json:
         columns = {name: column.tolist() for name, column in kinds_table(kinds).items()}
         print(json.dumps(columns, allow_nan=False))
-
-
-def write_picture(path: Path, picture: NDArray[np.uint8]) -> None:
-    """Write a picture of the kind that its name says, see `picture_file`.
-
-    Raises
-    ------
-    BadInput
-        The file cannot be written.
-    """
-    import cv2
-
-    write_file(path, cv2.imencode(path.suffix or ".png", picture)[1].tobytes())
 
 
 def write_array(path: Path, array: NDArray[np.float32]) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from argparse import ArgumentParser, Namespace
 from functools import partial
 from pathlib import Path
@@ -13,82 +12,24 @@ from typing import TYPE_CHECKING, Any
 from bridge.command_line import number
 from bridge.errors import EXIT_NO_POSE, BadInput
 from bridge.start_messages import MATCHER_NAMES
-from vision_server.commands.edges import exposures_of, warn_of_movement, write_picture
+from vision_server.commands.files import read_set, started_at, write_overlay
 from vision_server.commands.options import (
     add_exposures,
     add_gamma,
     add_model_and_camera,
     add_seed,
-    check_image_size,
     picture_file,
-    told_gamma,
+    warn,
 )
 
 if TYPE_CHECKING:
-    from geometry.camera import Camera, Region
+    from geometry.camera import Camera
     from geometry.model import Model
     from geometry.pose import Pose
-    from vision_server.image_set import ImageSet
     from vision_server.judgement import Estimate
     from vision_server.matching.match import Anywhere, SearchRange
-    from vision_server.serve.inputs import GivenCamera
 
 TRUSTED_SCORE = 1.0 - 1.0 / 15.0  # from here on a session ends with a pose: domain/reasoning/merit.pl
-
-
-def read_set(
-    options: Namespace, camera: Camera, table: dict[str, Any], region: Region | None = None
-) -> tuple[ImageSet, list[str], float]:
-    """The image files of a command with ``images``, ``exposures`` and ``gamma``.
-
-    Parameters
-    ----------
-    region
-        The part of the frames that is looked at; all without it.
-
-    Returns
-    -------
-    The set; the names of its different pictures; how well the tone curve is known, px, see `file_tone`.
-    """
-    from vision_server.channels.image_files import read_image_set
-    from vision_server.channels.tone import file_tone
-    from vision_server.image_set import ImageSet
-    from vision_server.serve.inputs import told_raw
-
-    pixels = read_image_set(options.images, told_raw(table))
-    gammas, tone_sd_px = file_tone(options.images, told_gamma(options.gamma, table))
-    check_image_size(options.images[0], pixels[0].shape, camera)
-    times = exposures_of(options, pixels, gammas)
-    width, height = camera.width, camera.height
-    if region is not None:
-        left, top, right, bottom = region
-        width, height = right - left, bottom - top
-        for number, whole in enumerate(pixels):
-            pixels[number] = whole[top:bottom, left:right].copy()
-    image_set = ImageSet(width, height)
-    names = [f"i{number}" for number in range(1, len(pixels) + 1)]
-    for name, grey, exposure, curve in zip(names, pixels, times, gammas, strict=True):
-        image_set.add(name, grey, exposure, curve)
-        if (first := image_set.images[name].repeats) is not None:
-            warn_of_repetition(*(options.images[names.index(one)] for one in (name, first)))
-        if (moved := image_set.moved(name)) is not None:
-            warn_of_movement(options.images[len(image_set.images) - 1], moved)
-    return image_set, list(image_set.distinct(names)), tone_sd_px
-
-
-def warn_of_repetition(image: Path, first: Path) -> None:
-    """Say that an image of a set is another one's very picture."""
-    print(f"vision_server: {image} is the same picture as {first}: it is not counted again.", file=sys.stderr)
-
-
-def started_at(options: Namespace, model: Model, given: GivenCamera) -> Pose | Anywhere:
-    """Where a command with ``seed_pose`` looks first; what is doubtful of the model is said."""
-    from vision_server.serve.inputs import model_warning, read_seed_pose
-
-    seed_pose = None if options.seed_pose is None else read_seed_pose(options.seed_pose, model)
-    if (doubt := model_warning(model, given.camera, seed_pose)) is not None:
-        print(f"vision_server: {doubt}", file=sys.stderr)
-    return given.anywhere() if seed_pose is None else seed_pose
 
 
 def _check_use(options: Namespace) -> None:
@@ -157,23 +98,9 @@ def _say_why(
 
     if estimate.pose is None:
         for reason in why_no_pose(estimate.segments, model, camera, start, reach):
-            print(f"vision_server: no pose: {reason}", file=sys.stderr)
+            warn(f"no pose: {reason}")
     elif (doubt := why_hardly_believed(estimate)) is not None:
-        print(f"vision_server: {doubt}", file=sys.stderr)
-
-
-def write_overlay(
-    path: Path,
-    pixels: Any,
-    model: Model,
-    camera: Camera,
-    pose: Pose | None,
-    support: dict[int, float] | None = None,
-) -> None:
-    """The model at a pose over an image, see `draw_overlay`; raises as `write_picture`."""
-    from report.overlay import draw_overlay
-
-    write_picture(path, draw_overlay(pixels, model, camera, pose, support))
+        warn(doubt)
 
 
 def _print(result: dict[str, Any], diameter_m: float) -> None:

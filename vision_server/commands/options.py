@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from argparse import ArgumentParser
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bridge.command_line import MOST_SEED, number, output_file, whole_number
 from bridge.errors import BadInput
 
 if TYPE_CHECKING:
-    from geometry.camera import Camera
     from geometry.model import Model
     from vision_server.serve.inputs import GivenCamera
+
+
+def warn(words: str) -> None:
+    """Say on standard error what is doubtful of a command's input or outcome."""
+    print(f"vision_server: {words}", file=sys.stderr)
 
 
 def add_model_and_camera(parser: ArgumentParser, or_described: bool = False) -> None:
@@ -84,30 +88,6 @@ def told_edge_radius(option: float | None, given: GivenCamera, model: Model) -> 
     return checked_edge_radius(option, model, "--edge-radius")
 
 
-def told_gamma(option: float | None, table: dict[str, Any]) -> float | None:
-    """What the command line or [camera] says of the tone curve, None if nothing.
-
-    Raises
-    ------
-    BadInput
-        It is no positive number.
-    """
-    given = table.get("gamma") if option is None else option
-    if given is not None and not (isinstance(given, (int, float)) and 0.0 < given < math.inf):
-        raise BadInput(f"The value of gamma must be a positive number, not {given!r}.")
-    return None if given is None else float(given)
-
-
-def check_image_size(image: Path, shape: tuple[int, ...], camera: Camera) -> None:
-    """Raise BadInput for an image (H, W) of another size than the camera's."""
-    height, width = shape
-    if (width, height) != (camera.width, camera.height):
-        raise BadInput(
-            f"{image} has {width}x{height} px, the camera {camera.width}x{camera.height}.",
-            "Give the camera model of the image's size.",
-        )
-
-
 def add_exposures(parser: ArgumentParser) -> None:
     """The option of `parse_exposures`."""
     parser.add_argument(
@@ -115,28 +95,3 @@ def add_exposures(parser: ArgumentParser) -> None:
         metavar="E,...",
         help="Relative exposure of each image (default: 1; measured of one brighter than all others).",
     )
-
-
-def parse_exposures(text: str | None, count: int) -> list[float]:
-    """Relative exposures from "E,E,…", one for each image; 1 each when not given.
-
-    Raises
-    ------
-    BadInput
-        Not numbers, not positive, or not as many as images.
-    """
-    if text is None:
-        return [1.0] * count
-    try:
-        exposures = [float(part) for part in text.split(",")]
-    except ValueError:
-        raise BadInput(
-            f"--exposures {text!r} is not a list of numbers.", "Write e.g. --exposures 1,0.5,2."
-        ) from None
-    if len(exposures) != count:
-        raise BadInput(
-            f"--exposures names {len(exposures)} numbers for {count} images.", "Give one for each."
-        )
-    if not all(math.isfinite(e) and e > 0.0 for e in exposures):
-        raise BadInput(f"--exposures {text!r} must be positive numbers.")
-    return exposures

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from argparse import ArgumentParser, Namespace
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +11,8 @@ from typing import TYPE_CHECKING
 
 from bridge.command_line import number, output_file, whole_number
 from bridge.errors import BadInput
-from vision_server.commands.edges import write_file
-from vision_server.commands.estimate import write_overlay
-from vision_server.commands.options import add_model_and_camera, check_image_size, picture_file
+from vision_server.commands.files import check_image_size, write_file, write_overlay
+from vision_server.commands.options import add_model_and_camera, picture_file, warn
 
 if TYPE_CHECKING:
     import numpy as np
@@ -88,7 +86,7 @@ def _read(options: Namespace) -> _Scene:
     grey = stretched(read_grey(options.image, told_raw(table)))
     check_image_size(options.image, grey.shape, camera)
     if (doubt := model_warning(model, camera, None)) is not None:
-        print(f"vision_server: {doubt}", file=sys.stderr)
+        warn(doubt)
     return _Scene(model, camera, grey)
 
 
@@ -146,17 +144,15 @@ def _toml(found: PointsPose) -> str:
 def _print(options: Namespace, scene: _Scene, found: PointsPose, pairs: Pairs) -> None:
     poor = found.rms_px > POOR_FIT * math.hypot(scene.camera.width, scene.camera.height)
     if found.others and not poor:
-        print(
-            f"vision_server: {len(found.others) + 1} poses fit these points; this one fits the image best, "
-            "and another point decides",
-            file=sys.stderr,
+        warn(
+            f"{len(found.others) + 1} poses fit these points; this one fits the image best, "
+            "and another point decides"
         )
     if poor:
         worst = int(found.errors_px.argmax())
-        print(
-            f"vision_server: {found.rms_px:.1f} px RMS is much: is pair {worst + 1} wrong, which is "
-            f"{found.errors_px[worst]:.1f} px off?",
-            file=sys.stderr,
+        warn(
+            f"{found.rms_px:.1f} px RMS is much: is pair {worst + 1} wrong, which is "
+            f"{found.errors_px[worst]:.1f} px off?"
         )
     if not options.json:
         print(_toml(found), end="")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import signal
-import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -14,14 +13,14 @@ from typing import TYPE_CHECKING
 
 from bridge.command_line import add_keys, number, whole_number
 from bridge.errors import EXIT_NO_POSE, BadInput
-from vision_server.commands.estimate import started_at
+from vision_server.commands.files import started_at
 from vision_server.commands.options import (
     add_edge_radius,
     add_gamma,
     add_model_and_camera,
     add_seed,
     told_edge_radius,
-    told_gamma,
+    warn,
 )
 from vision_server.commands.stopping import STATUS, Stopped, Stopping
 
@@ -73,12 +72,8 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Track and print; the exit status."""
-    from report.errors import ReportError
-
     try:
         return _tracked(options)
-    except ReportError as error:
-        raise BadInput(str(error)) from error
     except Stopped as stopped:  # what ends a camera; the film is whole
         return stopped.status
     except KeyboardInterrupt:  # before there were frames
@@ -99,11 +94,12 @@ def _tracked(options: Namespace) -> int:
     source = Source(options.frames, raw, options.switch_lights, curve)
     camera = used_camera(given, source.camera, options.frames[0])
     if (doubt := camera_doubt(camera.camera, source.camera)) is not None:
-        print(f"vision_server: {doubt}", file=sys.stderr)
-    tracker = _tracker(options, camera, told_gamma(options.gamma, given.table if given else {}), source.gamma)
+        warn(doubt)
+    gamma = options.gamma or (given.table.get("gamma") if given else None)
+    tracker = _tracker(options, camera, gamma, source.gamma)
     found = _followed(options, tracker, source)
     if source.warning:
-        print(f"vision_server: {source.warning}", file=sys.stderr)
+        warn(source.warning)
     return 0 if found else EXIT_NO_POSE
 
 
@@ -178,7 +174,7 @@ def _tracker(
 
 def _show(told: Tracked, frame: Frame, as_json: bool) -> None:
     if told.note:
-        print(f"vision_server: {frame.name}: {told.note}", file=sys.stderr)
+        warn(f"{frame.name}: {told.note}")
     if as_json:
         from vision_server.serve.results import tracked_result
 

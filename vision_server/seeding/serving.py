@@ -9,7 +9,6 @@ from contextlib import suppress
 
 from bridge.errors import EXIT_NO_POSE, BadInput
 from bridge.lifeline import Lifeline
-from report.errors import ReportError
 from report.loopback import (
     address_of,
     listening_on,
@@ -37,7 +36,7 @@ def serve_page(page: SeedView, port: int, wait_s: float) -> int:
     try:
         must_be_installed()
         listening = listening_on(port)
-    except ReportError as error:
+    except BadInput as error:
         raise BadInput(f"{error}.", "Or give --points or --pair, which need no page.") from error
     with listening:
         lifeline = Lifeline(signals=True)

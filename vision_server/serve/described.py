@@ -11,6 +11,7 @@ from bridge.errors import BadInput
 from bridge.messages import CameraDescription
 from geometry.camera import Camera
 from geometry.errors import GeometryError
+from stack.format import GivenTargetTable
 from vision_server.serve.inputs import GivenCamera
 
 # Of the frame's half diagonal, chosen by hand: half a percent of the range; two calibrations differ by less.
@@ -37,7 +38,7 @@ def used_camera(given: GivenCamera | None, described: CameraDescription | None, 
         )
     table = msgspec.to_builtins(described)
     try:
-        return GivenCamera(Path(source), Camera.from_dict(table), table, {})
+        return GivenCamera(Path(source), Camera.from_dict(table), table, GivenTargetTable())
     except GeometryError as error:
         raise BadInput(f"{source}: {error}.", "Give a camera file.") from error
 

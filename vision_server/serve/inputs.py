@@ -14,7 +14,7 @@ from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model, load_model, size_meant
 from geometry.pose import Pose
-from stack.format import unknown_camera_key, unknown_target_key
+from stack.format import CAMERA_ADVICE, GivenTargetTable, camera_file
 from stack.tables import read_toml
 from vision_server.channels.depth import Raw
 from vision_server.matching.match import Anywhere
@@ -38,15 +38,15 @@ class GivenCamera:
     camera
         Its camera.
     table
-        All keys of its ``[camera]``.
+        What its ``[camera]`` tells, checked.
     target
-        Its ``[target]``, whatever that is; empty where there is none.
+        Its ``[target]``.
     """
 
     path: Path
     camera: Camera
     table: dict[str, Any]
-    target: Any
+    target: GivenTargetTable
 
     def anywhere(self) -> Anywhere:
         """What ``[target]`` tells where there is no seed pose: ``range_m`` and ``view``.
@@ -54,35 +54,22 @@ class GivenCamera:
         Raises
         ------
         BadInput
-            They are no numbers, or not as many.
+            They are no distances, or no direction.
         """
         try:
-            known = {
-                key: tuple(float(value) for value in self.target[key])
-                for key in ("range_m", "view")
-                if key in self.target
-            }
-            if len(known.get("range_m", (0, 0))) != 2 or len(known.get("view", (0, 0, 0))) != 3:
-                raise GeometryError("range_m must be two numbers, view three")
-            return Anywhere(**known)  # type: ignore[arg-type]  # of these lengths
-        except (TypeError, ValueError, GeometryError) as error:
-            raise BadInput(
-                f"{self.path}: [target]: {error}.",
-                "Give range_m = [least, greatest] in m, view = [x, y, z].",
-            ) from error
+            return Anywhere(self.target.range_m, self.target.view)
+        except GeometryError as error:
+            raise BadInput(f"{self.path}: [target]: {error}.", CAMERA_ADVICE) from error
 
     def tolerance_m(self, model: Model) -> float | None:
         """``[target] tolerance_m``: how far lines of the part may be off the model's; None if untold."""
-        told = self._told("tolerance_m")
+        told = self.target.tolerance_m
         return None if told is None else checked_tolerance(told, model, f"{self.path}: [target] ")
 
     def edge_radius_m(self, model: Model) -> float | None:
         """``[target] edge_radius_m``: by how much the target's edges are rounded; None if untold."""
-        told = self._told(key := "edge_radius_m")
-        return None if told is None else checked_edge_radius(told, model, f"{self.path}: [target] {key}")
-
-    def _told(self, key: str) -> Any:
-        return self.target.get(key) if isinstance(self.target, dict) else None
+        told, name = self.target.edge_radius_m, f"{self.path}: [target] edge_radius_m"
+        return None if told is None else checked_edge_radius(told, model, name)
 
 
 def read_camera_file(path: Path) -> GivenCamera:
@@ -101,44 +88,22 @@ def read_camera_file(path: Path) -> GivenCamera:
         data = camera_table(path)
     else:
         data = read_toml(path, "camera file")
-    table, target = data.get("camera", data), data.get("target", {})
-    advice = "A [camera] table needs width, height, fx, fy, cx and cy."
+    file, table = camera_file(data, path)
     try:
-        if not isinstance(table, dict):
-            raise GeometryError("camera is not a table")
-        if (strange := unknown_camera_key(table)) is not None:
-            raise BadInput(f"{path}: {strange}", advice)
-        if isinstance(target, dict) and (strange := unknown_target_key(target)) is not None:
-            raise BadInput(
-                f"{path}: {strange}", "docs/first_sight.md and docs/pose.md tell what each is for."
-            )
-        return GivenCamera(path, Camera.from_dict(table), table, target)
+        return GivenCamera(path, Camera.from_dict(table), table, file.target)
     except GeometryError as error:
-        raise BadInput(f"{path}: {error}.", advice) from error
+        raise BadInput(f"{path}: {error}.", CAMERA_ADVICE) from error
 
 
 def read_camera(path: Path) -> tuple[Camera, dict[str, Any]]:
-    """The camera of a file, and all keys of its ``[camera]``; raises as `read_camera_file`."""
+    """The camera of a file, and what its ``[camera]`` tells; raises as `read_camera_file`."""
     given = read_camera_file(path)
     return given.camera, given.table
 
 
 def told_raw(table: Mapping[str, Any], bits: int | None = None) -> Raw:
-    """What [camera] says of its pixels: `bits`, in images of 16, and `bayer`; else ``bits`` are as given.
-
-    Raises
-    ------
-    BadInput
-        Bits that are no whole number from 8 to 16, a mosaic that is neither true nor false.
-    """
-    told, bayer = table.get("bits", bits), table.get("bayer", False)
-    if told is not None and not (type(told) is int and 8 <= told <= 16):
-        raise BadInput(f"[camera] bits must be a whole number from 8 to 16, not {told!r}.")
-    if type(bayer) is not bool:
-        raise BadInput(
-            f"[camera] bayer must be true or false, not {bayer!r}.", "Any order of its colours is read."
-        )
-    return Raw(told, bayer)
+    """What [camera] says of its pixels: `bits`, in images of 16, and `bayer`; else ``bits`` are as given."""
+    return Raw(table.get("bits", bits), table.get("bayer", False))
 
 
 def read_seed_pose(path: Path, model: Model) -> Pose:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -84,7 +83,7 @@ def open_task(
     whose = "The image server's camera" if args.camera is None else "Argument camera"
     used = used_camera(given, describe.camera, whose)
     camera, table = used.camera, used.table
-    gain, gamma = (_positive(table, key, describe) for key in ("gain", "gamma"))
+    gain, gamma = (float(table.get(key, getattr(describe.camera, key, 1.0))) for key in ("gain", "gamma"))
     anywhere = _anywhere(given, describe)
     seed_pose = _seed_pose(args, describe, model)
     reach_px = search_translation_px(camera.width)
@@ -163,12 +162,3 @@ def _tolerance(given: GivenCamera | None, describe: Describe, model: Model) -> f
     if told is None and describe.target is not None and describe.target.tolerance_m is not None:
         return checked_tolerance(describe.target.tolerance_m, model, "The image server's target: ")
     return told or 0.0
-
-
-def _positive(table: Mapping[str, Any], key: str, describe: Describe) -> float:
-    value = table.get(key)
-    if value is None:
-        value = 1.0 if describe.camera is None else getattr(describe.camera, key)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < math.inf:
-        raise BadInput(f"[camera] {key} must be a positive number, not {value!r}.")
-    return float(value)

@@ -27,16 +27,7 @@ def estimate_result(estimate: Estimate) -> dict[str, Any]:
         "supported_fraction": estimate.supported_fraction,
         "score": estimate.score,
         "ambiguity": estimate.ambiguity,
-        "lines": [
-            {
-                "line": line.line,
-                "visible_px": line.visible_px,
-                "support": line.support,
-                "rms_px": line.rms_px,
-                "image": line.image,
-            }
-            for line in estimate.lines
-        ],
+        "lines": [asdict(line) for line in estimate.lines],
         "rivals": [{"pose": rival.pose.to_dict(), "share": rival.share} for rival in estimate.rivals],
         "segments": estimate.segments,
         "seconds": dict(estimate.seconds),

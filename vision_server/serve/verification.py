@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
-from msgspec import Struct
 
 from bridge.errors import BadInput
 from bridge.messages import PoseMessage
-from bridge.result_file import decoded_result
+from bridge.result_file import EstimatedWith, Result, StepRecord, read_result
 from bridge.start_messages import StartArgs
 from geometry.model import about_middle
 from geometry.pose import Pose
@@ -29,36 +27,6 @@ from vision_server.serve.task import PoseTask
 SAME_SIGMAS = 0.01  # poses no more stated standard deviations apart are the same; chosen by hand
 SAME = 1e-3  # of other numbers, relative: another processor's arithmetic may differ; chosen by hand
 NUMBERS = ("score", "rms_px", "uncertainty", "supported_fraction", "ambiguity")
-
-
-class _Step(Struct, frozen=True):
-    image: str
-    decision: str = ""
-    set_size: int = 0
-    pose: PoseMessage | None = None
-
-
-class _EstimatedWith(Struct, frozen=True):
-    """What the vision server estimated with at the session's end; the SHA-256 of the list of its images."""
-
-    parameters: dict[str, Any]
-    stack_sha256: str | None = None
-
-
-class _Stated(Struct, frozen=True):
-    """What `result.json` states."""
-
-    pose: PoseMessage | None
-    covariance: list[list[float]] | None
-    steps: list[_Step]
-    status: str = ""
-    score: float | None = None
-    rms_px: float | None = None
-    uncertainty: float | None = None
-    supported_fraction: float | None = None
-    ambiguity: float | None = None
-    estimated_with: _EstimatedWith | None = None
-    holds: list[Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -92,7 +60,7 @@ def verified(folder: Path) -> Verified:
         No run folder of a session that has ended, one without a pose, or one that does not say what its
         pose was made with: of a session that was stopped, of an earlier version, or of an approach.
     """
-    stated = _stated(folder)
+    stated = read_result(folder)
     if stated.pose is None:
         raise BadInput(f"{folder} states no pose.", "There is nothing to verify.")
     if stated.holds is not None:
@@ -121,7 +89,7 @@ def verified(folder: Path) -> Verified:
     return Verified(names, differences, estimate, about_middle(task.model)[1])
 
 
-def images_of(pose: PoseMessage, steps: list[_Step]) -> tuple[str, ...]:
+def images_of(pose: PoseMessage, steps: list[StepRecord]) -> tuple[str, ...]:
     """The images that a stated pose was estimated from.
 
     Raises
@@ -132,29 +100,18 @@ def images_of(pose: PoseMessage, steps: list[_Step]) -> tuple[str, ...]:
     kept: list[str] = []
     found: tuple[str, ...] | None = None
     for step in steps:
+        image, size = step.image or "", step.set_size or 0
         if step.pose == pose:
-            others = step.set_size - 1 if step.decision == "keep" else step.set_size
-            found = (*kept[len(kept) - others :], step.image)
+            others = size - 1 if step.decision == "keep" else size
+            found = (*kept[len(kept) - others :], image)
         if step.decision == "keep":
-            kept.append(step.image)
+            kept.append(image)
     if found is None:
         raise BadInput("result.json: no step has the stated pose.", "Was the file changed by hand?")
     return found
 
 
-def _stated(folder: Path) -> _Stated:
-    file = folder / "result.json"
-    try:
-        return decoded_result(file, file.read_bytes(), _Stated)
-    except OSError as error:
-        raise BadInput(
-            f"{file} cannot be read: {error.strerror}.", "Give the run folder of a session that has ended."
-        ) from error
-    except msgspec.MsgspecError as error:
-        raise BadInput(f"{file}: {error}.", "Was the file changed by hand?") from error
-
-
-def _changed_inputs(folder: Path, stack: FramesStack, told: _EstimatedWith) -> list[str]:
+def _changed_inputs(folder: Path, stack: FramesStack, told: EstimatedWith) -> list[str]:
     hashes = [(folder / STACK_FILE, told.stack_sha256)]
     hashes.append((folder / stack.table.target.model, stack.table.target.sha256))
     hashes += [(folder / frame.image, frame.sha256) for frame in stack.table.frames]
@@ -165,7 +122,7 @@ def _changed_inputs(folder: Path, stack: FramesStack, told: _EstimatedWith) -> l
     ]
 
 
-def _task(stack: FramesStack, told: _EstimatedWith, names: tuple[str, ...]) -> PoseTask:
+def _task(stack: FramesStack, told: EstimatedWith, names: tuple[str, ...]) -> PoseTask:
     task = open_task(StartArgs(), describe_stack(stack, "run folder"))
     task.set_parameters(told.parameters)
     frames = {
@@ -180,7 +137,7 @@ def _task(stack: FramesStack, told: _EstimatedWith, names: tuple[str, ...]) -> P
     return task
 
 
-def _differences(stated: _Stated, found: Estimate) -> list[str]:
+def _differences(stated: Result, found: Estimate) -> list[str]:
     """How the estimate differs from what is stated, in words."""
     assert stated.pose is not None
     if found.pose is None or found.covariance is None or stated.covariance is None:

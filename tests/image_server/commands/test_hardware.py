@@ -25,7 +25,7 @@ def test_a_misspelt_key_of_the_camera_model_is_refused(tmp_path: Path) -> None:
     hardware.add_options(parser)
     nowhere = str(tmp_path / "video0")
     words = ["--camera", nowhere, "--camera-model", str(model), "--endpoint", "ipc:///tmp/nobody"]
-    with pytest.raises(BadInput, match="unknown key distorsion; did you mean distortion"):
+    with pytest.raises(BadInput, match=r"unknown key `distorsion` in \[camera\]. Did you mean distortion"):
         hardware.laboratory_device(parser.parse_args(words))
     model.write_text(CAMERA + "distortion = [0.1, 0.0, 0.0, 0.0]\n")
     with pytest.raises(BadInput, match="video0"):

@@ -189,11 +189,11 @@ def test_of_a_large_frame_that_part_is_looked_at_where_the_target_can_be(folder:
         (["a.png"], {"seed_pose": None, "translation-range-px": "5"}, "--translation-range-px is how far"),
         (["a.png"], {"gamma": "0"}, "gamma"),
         (["a.png"], {"camera": "loose.toml"}, "tolerance_m must be a number from 0 to"),
-        (["a.png"], {"camera": "range.toml"}, "[target] has an unknown key range; did you mean range_m?"),
+        (["a.png"], {"camera": "range.toml"}, "unknown key `range` in [target]. Did you mean range_m?"),
         (
             ["a.png"],
             {"camera": "misspelt.toml"},
-            "unknown key distorsion; did you mean distortion? A [camera]",
+            "unknown key `distorsion` in [camera]. Did you mean distortion?",
         ),
     ],
 )

@@ -114,4 +114,4 @@ def test_what_cannot_be_verified_is_said(copy: Path, values: dict[str, Any], sai
 def test_a_folder_without_a_session_is_said(tmp_path: Path) -> None:
     done = verify(tmp_path)
     assert done.returncode == 2
-    assert "result.json cannot be read" in done.stderr
+    assert "no result.json in it" in done.stderr

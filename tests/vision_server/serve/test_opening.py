@@ -61,7 +61,7 @@ def test_what_lines_of_the_part_may_be_off_is_told_by_a_file_or_the_description(
     file = "[target]\ntolerance_m = 2e-4"
     assert opened(tmp_path, file, tolerance_m=1e-4).settings.tolerance_m == 2e-4
     for bad in ("-1e-4", "1.0", "nan", "true", "'1 mm'"):
-        with pytest.raises(BadInput, match="tolerance_m must be a number"):
+        with pytest.raises(BadInput, match=r"tolerance_m .* number"):
             opened(tmp_path, f"[target]\ntolerance_m = {bad}")
     with pytest.raises(BadInput, match="image server's target"):
         opened(tmp_path, tolerance_m=1.0)  # a part that is as far off as it is large
@@ -76,7 +76,7 @@ def test_how_round_edges_are_is_told_by_the_camera_s_file(tmp_path: Path) -> Non
     assert opened(tmp_path).edge_radius_m is None
     assert opened(tmp_path, "[target]\nedge_radius_m = 2e-3").edge_radius_m == 2e-3
     for bad in ("-1e-4", "10.0", "nan", "true", "'1 mm'"):
-        with pytest.raises(BadInput, match="edge_radius_m must be a number"):
+        with pytest.raises(BadInput, match=r"edge_radius_m .* number"):
             opened(tmp_path, f"[target]\nedge_radius_m = {bad}")
 
 
