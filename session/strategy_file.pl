@@ -19,7 +19,7 @@ The interpreter checks what any program can get wrong; here is what only the the
 :- use_module('../domain/reasoning/qualitative', [settings_words/3, shutter_words/2]).
 :- use_module('../indigolog/indigolog', [fluent_value/3]).
 :- use_module(library(apply), [maplist/3]).
-:- use_module(library(lists), [append/2, member/2, memberchk/2, nth1/3]).
+:- use_module(library(lists), [append/2, append/3, member/2, memberchk/2, nth1/3]).
 :- use_module(library(pairs), [pairs_keys/2]).
 :- use_module(library(readutil), [read_file_to_string/3]).
 :- use_module(library(sha), [hash_atom/2, sha_hash/3]).
@@ -68,7 +68,11 @@ check_against_device(File, Device) :-
 %   @error usage_error(Message)
 
 check_instead(Words, Device) :-
-    (   instead_settings(Words, Device, Settings)
+    (   instead_lights(Words, Named),
+        append(_, [Twice|Others], Named),
+        memberchk(Twice, Others)
+    ->  usage_error("--instead: the light ~w is named twice", [Twice])
+    ;   instead_settings(Words, Device, Settings)
     ->  (   settings_problem(Device, Settings, Problem)
         ->  usage_error("--instead: ~s", [Problem])
         ;   true
