@@ -115,7 +115,8 @@ session_message(connected(Device)) -->
     [ '  ~w'-[Words] ],
     head(Device).
 session_message(unknown_places(Lights)) -->
-    { atomic_list_concat(Lights, ', ', Names) },
+    { most_named(Most), length(Lights, Count),
+      ( Count =< Most -> atomic_list_concat(Lights, ', ', Names) ; counted(Count, light, Names) ) },
     [ '  `position` of ~w is not told: such a light is expected to light all faces alike, until images tell'-[Names] ].
 session_message(step(Device, Step)) -->
     { table_is_live },
@@ -188,6 +189,8 @@ session_message(report(File)) -->
     [ '  report ~w'-[File] ].
 session_message(because(Device, Reason)) -->
     explanation(Device, Reason).
+
+most_named(6).                          % lights in a line; chosen by hand
 
 %   The model line says what an image server shows, when that has told.
 on_what(target(Name)) -->

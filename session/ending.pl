@@ -13,7 +13,7 @@
 :- use_module(display, [show/2, show_outcome/2]).
 :- use_module(ending_words, [plain_error/2, why_stopped/2]).
 :- use_module(json_terms, [fix_term/2]).
-:- use_module(outcome, [advised/3]).
+:- use_module(outcome, [advised/4]).
 :- use_module(reporting, [tell_report/0, wait_for_report/2]).
 :- use_module(result).
 :- use_module(run_folder, [run_file/3]).
@@ -49,7 +49,8 @@ end_session(Session, end(How, Situation), Outcome) :-
     with_other_poses(Parameters, Situation, Result0, Result1),
     with_estimated_with(Parameters, Folder, Result1, Result2),
     option(max_iterations(Limit), Options),
-    advised(Limit, Result2, Result3),
+    fluent_value(readings, Situation, Readings),
+    advised(Limit, Readings, Result2, Result3),
     ( why_stopped(How, Why) -> Result = Result3.put(message, Why) ; Result = Result3 ),
     write_result(Result, Folder),
     catch(close_acquisition, error(_, _), true),        % the vision server writes what is left of its images

@@ -1,5 +1,5 @@
 :- module(session_outcome,
-          [ advised/3,                  % +Limit, +Result, -Advised
+          [ advised/4,                  % +Limit, +Readings, +Result, -Advised
             counted/3,                  % +Count, +Name, -Words
             merit_words/2               % +Px, -Words
           ]).
@@ -13,16 +13,30 @@ Messages session_outcome(Result): the dict that result.json is made from.
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(lists), [last/2, member/2, memberchk/2, reverse/2]).
 
-%!  advised(+Limit, +Result, -Advised) is det.
+%!  advised(+Limit, +Readings, +Result, -Advised) is det.
 %
-%   The result with what to try, as `advice`, where the threshold was not reached with Limit images.
+%   The result with what to try, as `advice`, where the threshold was not reached with Limit images.  Readings are of the
+%   images of the last scene.
 
-advised(Limit, Result, Advised) :-
+advised(_, Readings, Result, Advised) :-
+    Result.status == exhausted,
+    Readings = [_|_],
+    forall(member(reading(_, Statistics), Readings), black(Statistics)),
+    !,
+    Advised = Result.put(advice, [ 'every image is black where the target should be: is a lens cap on, do camera and lights \c
+                                    work, does the camera look at the target?' ]).
+advised(Limit, _, Result, Advised) :-
     Result.status == exhausted,
     !,
     findall(Help, help(Result, Limit, Help), Helps),
     Advised = Result.put(advice, Helps).
-advised(_, Result, Result).
+advised(_, _, Result, Result).
+
+black(statistics(_, Highlight, _, _, _)) :-
+    black_below(Most),
+    Highlight < Most.
+
+black_below(0.004).                     % of full scale: the first of 255 greys
 
 %!  counted(+Count, +Name, -Words) is det.
 %
