@@ -1,5 +1,5 @@
 :- module(session_resumption,
-          [ record_options/1,           % +Options
+          [ record_options/2,           % +Options, +Described
             resumed_options/3,          % +Given, +Folder, -Options
             journaled_action/2,         % +Folder, -Action
             begun_options/2,            % +Folder, -Options
@@ -36,14 +36,14 @@ not_recorded(Option) :-
     of_this_run(Option),
     Option \= image_server(_).
 
-%!  record_options(+Options) is det.
+%!  record_options(+Options, +Described) is det.
 %
-%   Keep in the run folder, which is locked, what the session was asked to do, with absolute paths.
+%   Keep in the run folder, which is locked, what the session was asked to do, with absolute paths, and on which device.
 
-record_options(Options) :-
+record_options(Options, Described) :-
     exclude(not_recorded, Options, Kept),
     maplist(with_absolute_path, Kept, Recorded),
-    with_controller_hash(Recorded, Written),
+    with_controller_hash([described(Described)|Recorded], Written),
     write_session_file(Written).
 
 %   A controller of the user's is code: it is run again only as the file that it was.
