@@ -56,7 +56,8 @@ open_acquisition(Options) :-
     assertz(opened_with(Options)),
     option(start(Args), Options),
     open_recovery(Options, Args),
-    open_connections([waiting(session_recovery:look_after), lost(session_recovery:brought_back)|Options]).
+    open_connections([ waiting(session_recovery:look_after), gone(session_recovery:missed),
+                       lost(session_recovery:brought_back) | Options ]).
 
 %!  close_acquisition is det.
 
@@ -208,6 +209,7 @@ begin(Args, Result) :-
 %   the target stood after N of All moves that this session asked for.
 
 score_pose(Pose, Where, Error) :-
+    \+ given_up(image_server),
     pose_dict(Pose, Dict),
     stood(Where, Moves),
     catch(ask(image_server, score, Moves.put(pose, Dict), Result),
