@@ -5,6 +5,7 @@
             check_instead/2,            % +Words, +Device
             strategy_sha256/2,          % +File, -Sha256
             blocked/4,                  % +File, +Action, +Situation, -Message
+            in_strategy/3,              % +File, ?Term, -Place
             place_of/3                  % +File, +Terms, -Place
           ]).
 /** <module> What is wrong with a strategy, said in plain words with the place in its file
@@ -203,7 +204,10 @@ done_by(start_over, start_over).
                 *        TERMS OF A FILE       *
                 *******************************/
 
-%   in_strategy(+File, ?Term, -Place): where Term is in the file, or in one that it includes; its own come first.
+%!  in_strategy(+File, ?Term, -Place) is nondet.
+%
+%   Where Term is in the file, or in one that it includes; its own come first.
+
 in_strategy(File, Term, Place) :-
     strategy_files(File, Files),
     member(One, Files),
