@@ -21,7 +21,7 @@ error, by Ctrl-C or by SIGTERM.
 :- use_module(servers, [image_server_past/1, own_server/1, served_before/1, stop_servers/0]).
 :- use_module(live_table, [begin_table/2, end_table/0]).
 :- use_module(viewing, [start_view/2]).
-:- use_module(thinking, [note_thought/0, within_budget/3]).
+:- use_module(thinking, [apart_from_thought/1, note_thought/0, tell_thought/1, within_budget/4]).
 :- use_module(times, [forget_times/1, tell_times/3]).
 :- use_module(strategy_end, [ended_by/4]).
 :- use_module(own_world, [check_own_sensing/1]).
@@ -47,6 +47,7 @@ run_session(Options, Opened, Status) :-
 :- public stop_by/1.
 
 stop_by(Signal) :-
+    tell_thought(stopped),
     throw(stopped(Signal)).
 
 session(failed(Error), _, failed(Error)).
@@ -106,8 +107,8 @@ check_controller(Plan) :-
     check_includes(Plan.controller_file),
     load_theory(Plan.theory),
     check_control(Plan.controller_file),
-    check_theory,
     check_own_sensing(Plan.controller_file),
+    check_theory,
     check_program(Plan.program).
 
 nothing_begun(Options, Folder, Error) :-
@@ -187,7 +188,7 @@ run_program(Session, End, Situation) :-
     nb_setval(session_situation, none),
     catch(( beginning(Session, Journal, Beginning),
             most_thinking_s(Most),
-            within_budget(Plan.controller, Most,
+            within_budget(Options, Plan.controller_file, Most,
                           indigolog(Plan.program,
                                     [ check(false), device(session_acquisition_device), journal(Journal), Beginning,
                                       on_action(session_run:after_action(Options, Folder)) ])),
@@ -219,7 +220,7 @@ after_action(Options, Folder, Action, Situation) :-
     show_address,
     tell(Options, Action, Situation),
     tell_times(Options, Folder, Action),
-    wait_while_held(Folder),
+    apart_from_thought(wait_while_held(Folder)),
     check_images_come(Options, Action).
 
 %   A strategy that goes on for ever without an image meets no limit on images.

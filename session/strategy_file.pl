@@ -3,9 +3,10 @@
             check_against_device/2,     % +File, +Device
             check_includes/1,           % +File
             check_instead/2,            % +Words, +Device
+            strategy_files/2,           % +File, -Files
             strategy_sha256/2,          % +File, -Sha256
-            blocked/4,                  % +File, +Action, +Situation, -Message
             in_strategy/3,              % +File, ?Term, -Place
+            blocked/4,                  % +File, +Action, +Situation, -Message
             place_of/3                  % +File, +Terms, -Place
           ]).
 /** <module> What is wrong with a strategy, said in plain words with the place in its file
@@ -214,7 +215,10 @@ in_strategy(File, Term, Place) :-
     in_file(One, Term, Line),
     format(atom(Place), "~w:~d", [One, Line]).
 
-%   strategy_files(+File, -Files): the file, and after it those that it includes, at any depth.
+%!  strategy_files(+File, -Files) is det.
+%
+%   The file, and after it those that it includes, at any depth.
+
 strategy_files(File, Files) :-
     with_included([], File, Files).
 
