@@ -257,7 +257,7 @@ def test_a_session_whose_disk_is_full_is_resumed_when_there_is_space(
 def test_a_disk_that_is_full_before_the_session_is_said(small_disk: Path) -> None:
     with contextlib.suppress(OSError):
         (small_disk / "filling").write_bytes(bytes(500 * 1024))
-    full = controller("--out", small_disk / "run", "--no-report")
+    full = controller("--out", small_disk / "run", "--no-report", "--quiet")
     assert full.returncode == 2
     (line,) = full.stderr.splitlines()
     assert line == f"ERROR: cannot write to the run folder {small_disk / 'run'}: is there space?"

@@ -45,7 +45,7 @@ shown_meanwhile(Goal, Messages) :-
 
 :- begin_tests(thinking).
 
-test(a_test_that_never_ends_is_said_with_its_place, error(usage_error(_))) :-
+test(a_test_that_never_ends_is_said, error(usage_error(_))) :-
     catch(within(0.3, never_ends), error(usage_error(Message), _),
           ( assertion(sub_string(Message, _, _, _, "thinking.plt:31: the strategy has computed for 0.3 s in never_ends/0 without an action")),
             throw(error(usage_error(Message), _)) )).
