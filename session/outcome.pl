@@ -18,25 +18,13 @@ Messages session_outcome(Result): the dict that result.json is made from.
 %   The result with what to try, as `advice`, where the threshold was not reached with Limit images.  Readings are of the
 %   images of the last scene.
 
-advised(_, Readings, Result, Advised) :-
-    Result.status == exhausted,
-    Readings = [_|_],
-    forall(member(reading(_, Statistics), Readings), black(Statistics)),
-    !,
-    Advised = Result.put(advice, [ 'every image is black where the target should be: is a lens cap on, do camera and lights \c
-                                    work, does the camera look at the target?' ]).
-advised(Limit, _, Result, Advised) :-
+advised(Limit, Readings, Result, Advised) :-
     Result.status == exhausted,
     !,
-    findall(Help, help(Result, Limit, Help), Helps),
+    Pose = Result.pose,
+    findall(Help, ( Pose == null, without_pose(Result, Readings, Help) ; help(Result, Limit, Help) ), Helps),
     Advised = Result.put(advice, Helps).
 advised(_, _, Result, Result).
-
-black(statistics(_, Highlight, _, _, _)) :-
-    black_below(Most),
-    Highlight < Most.
-
-black_below(0.004).                     % of full scale: the first of 255 greys
 
 %!  counted(+Count, +Name, -Words) is det.
 %
@@ -169,9 +157,6 @@ what_may_help(Result) -->
 what_may_help(_) -->
     [].
 
-help(Result, _, Help) :-
-    Result.pose == null,
-    without_pose(Result, Help).
 help(Result, _, 'a seed pose, or [target] view, which tell which of the poses that fit is meant (--seed-pose)') :-
     several_poses(Result, _, _).
 help(Result, Limit, Help) :-
@@ -206,15 +191,25 @@ limit_reached(Result, Limit) :-
     Result.iterations >= Limit.
 
 %   Why there is none: what a strategy leaves out or drops says nothing of the target.
-without_pose(Result, 'a strategy that takes an image: this one took none') :-
+without_pose(Result, _, 'a strategy that takes an image: this one took none') :-
     Result.iterations =:= 0,
     !.
-without_pose(Result, 'a strategy that keeps an image which shows a pose: this one discarded all that did') :-
+without_pose(Result, _, 'a strategy that keeps an image which shows a pose: this one discarded all that did') :-
     findall(Decision, ( member(Step, Result.steps), _{pose:Pose, decision:Decision} :< Step, is_dict(Pose) ), Decisions),
     memberchk(discard, Decisions),
     \+ memberchk(keep, Decisions),
     !.
-without_pose(_, 'is the target in view, and its model of the right size (--unit)? --explain tells what was seen').
+without_pose(_, Readings, 'light: every image is black where the target should be; is a lens cap on, do camera and lights work?') :-
+    Readings = [_|_],
+    forall(member(reading(_, statistics(_, Highlight, _, _, _)), Readings), black(Highlight)),
+    !.
+without_pose(_, _, 'is the target in view, and its model of the right size (--unit)? --explain tells what was seen').
+
+black(Highlight) :-
+    first_grey(Grey),
+    Highlight < Grey.
+
+first_grey(0.004).                      % of 255, as a fraction of full scale
 
 rival_holds_back(Result) :-
     is_dict(Result.pose),

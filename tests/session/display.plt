@@ -57,7 +57,7 @@ test(another_view_may_help_where_another_pose_holds_this_one_back,
                        iterations:Images}, Advised),
     get_dict(advice, Advised, [First|_]).
 test(black_images_are_said_to_be_so,
-     [forall(member(Second-Begin, [0.001-'every image is black', 0.1-'is the target in view'])),
+     [forall(member(Second-Begin, [0.001-'light: every image is black', 0.1-'is the target in view'])),
       true(sub_atom(First, 0, _, _, Begin))]) :-
     advised(10, [reading(s, statistics(0, 0, 1, 0, unknown)), reading(s, statistics(0, Second, 1, 0, unknown))],
             result{status:exhausted, pose:null, iterations:2, steps:[], controller:heuristic}, Advised),
