@@ -52,6 +52,13 @@ class WhatIf:
             for number in range(max(len(was), len(other)))
         ]
 
+    def asked(self, side: int, step: StepRecord | None) -> str:
+        """What was asked for, where an image was taken otherwise: a nearest frame, a dead light."""
+        if step is None or step.asked is None:
+            return ""
+        lights = self.results[side].lights or ()
+        return f"asked for {words.settings(step.asked, lights)}; taken under"
+
     def ends(self) -> list[tuple[str, str, str]]:
         """What each way came to, by name."""
         was, other = (_end(result) for result in self.results)
@@ -163,17 +170,18 @@ def print_what_if(done: WhatIf) -> None:
     table.add_column("as it was", ratio=1)
     table.add_column("what if", ratio=1)
     for image, *steps in done.rows():
-        table.add_row(image, *(_cell(step) for step in steps), end_section=True)
+        cells = [_cell(step, done.asked(side, step)) for side, step in enumerate(steps)]
+        table.add_row(image, *cells, end_section=True)
     for name, *values in done.ends():
         table.add_row(name, *values)
     Console().print(table)
 
 
-def _cell(step: StepRecord | None) -> str:
+def _cell(step: StepRecord | None, asked: str) -> str:
     if step is None:
         return words.NONE
     merit = f"merit {words.pixels(step.merit)}" if step.pose else "no pose"
-    return f"{step.settings_words}\n{step.decision}, {merit}"
+    return "\n".join(filter(None, (asked, step.settings_words, f"{step.decision}, {merit}")))
 
 
 def write_what_if(done: WhatIf) -> Path:
@@ -199,7 +207,8 @@ def write_what_if(done: WhatIf) -> Path:
         strokes = strokes_of(scene, step.pose, support_of(step.lines))
         uri = "" if picture.pixels is None else data_uri(picture.pixels, False)
         lights = known_lights(result, scene)
-        return step_view(step, done.at, picture, strokes, lights, result.steps), uri, step.merit
+        shown = step_view(step, done.at, picture, strokes, lights, result.steps)
+        return shown, uri, step.merit, done.asked(side, step)
 
     camera = scenes[0].camera
     html = (

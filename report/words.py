@@ -1,8 +1,9 @@
 """Numbers as people say them: lengths, angles, shutters, settings in words."""
 
 import math
+from collections.abc import Sequence
 
-from bridge.result_file import SettingsRecord
+from bridge.result_file import LightTold, SettingsRecord
 
 NONE = "–"
 
@@ -75,6 +76,14 @@ def shutter(value_s: float | None) -> str:
 def aperture(f_number: float | None) -> str:
     """An aperture as photographers write it."""
     return NONE if f_number is None else f"f/{f_number:g}"
+
+
+def settings(record: SettingsRecord, lights: Sequence[LightTold]) -> str:
+    """As a session shows them: `left 7 right 0 top 0, 1/60 s, f/4`."""
+    lit = " ".join(
+        f"{light.name} {level:g}" for light, level in zip(lights, record.lights or (), strict=False)
+    )
+    return ", ".join(filter(None, (lit, shutter(record.shutter_s), aperture(record.aperture))))
 
 
 def same_settings(one: SettingsRecord, other: SettingsRecord) -> bool:

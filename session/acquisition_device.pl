@@ -32,7 +32,7 @@ results, events as exogenous actions.  Pixels stay on the other side.
 :- use_module(servers, [captures_taken/1, own_server/1]).
 :- use_module(strategy_file, [check_against_device/2, check_instead/2]).
 :- use_module(surprising).
-:- use_module('../indigolog/indigolog', [situation_history/2]).
+:- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
 :- use_module('../domain/reasoning/merit', [default_threshold/1]).
 :- use_module('../domain/reasoning/outlook').
 :- use_module(library(apply), [maplist/3]).
@@ -56,7 +56,8 @@ open_acquisition(Options) :-
     assertz(opened_with(Options)),
     option(start(Args), Options),
     open_recovery(Options, Args),
-    open_connections([waiting(session_recovery:look_after), lost(session_recovery:brought_back)|Options]).
+    open_connections([ waiting(session_recovery:look_after), gone(session_recovery:missed),
+                       lost(session_recovery:brought_back) | Options ]).
 
 %!  close_acquisition is det.
 
@@ -106,7 +107,7 @@ carry_out(connect, session(Device, Threshold, Limit)) :-
     option(controller_file(File), Options),
     check_against_device(File, Device),
     forall(option(instead(Words), Options), check_instead(Words, Device)),
-    heard_of(Result.describe),
+    heard_of(Device, Result.describe),
     default_threshold(Default),
     option(threshold(Threshold), Options, Default),
     option(max_iterations(Limit), Options).
@@ -180,12 +181,14 @@ resumed(Situation) :-
     !,
     take_over(Situation),
     recall_surprises(Newest),
+    fluent_value(device, Situation, Device),
     ask(image_server, describe, _{}, Description),
-    heard_of(Description).              % only now: the events of moves that were done again have been met
+    heard_of(Device, Description).      % only now: the events of moves that were done again have been met
 resumed(_).
 
-heard_of(Description) :-
-    assertz(tolerance(Description.setting_tolerance)),
+heard_of(Device, Description) :-
+    Device = device(_, _, _, _, _, Tolerance),
+    assertz(tolerance(Tolerance)),
     listen(Description).
 
 %   A session that is resumed and of which the journal has nothing may have frames: they are taken again, under the
@@ -206,6 +209,7 @@ begin(Args, Result) :-
 %   the target stood after N of All moves that this session asked for.
 
 score_pose(Pose, Where, Error) :-
+    \+ given_up(image_server),
     pose_dict(Pose, Dict),
     stood(Where, Moves),
     catch(ask(image_server, score, Moves.put(pose, Dict), Result),
@@ -269,10 +273,14 @@ ours(target_moved) :-
 
 event_action(Event, Action) :-
     atom_string(Name, Event.event),
-    event_action(Name, Event.args, Action).
+    event_action(Name, Event.get(args, _{}), Action).
 
 event_action(light_fault, Args, light_fault(Light)) :-
-    atom_string(Light, Args.light).
+    (   string(Args.get(light))
+    ->  atom_string(Light, Args.light)
+    ;   throw(error(server_error(bad_reply, "The image server tells of a light_fault and not of which light.",
+                                 "The event has args {\"light\": NAME}, NAME being one that `describe` tells."), _))
+    ).
 event_action(camera_fault, _, camera_fault).
 event_action(sun_changed, _, sun_changed).
 event_action(target_moved, _, target_moved).

@@ -4,6 +4,7 @@
             close_connections/0,
             ask/4,                      % +Server, +Op, +Args, -Result
             has_answered/1,             % +Server
+            given_up/1,                 % +Server
             listen/1,                   % +Description
             listen_again/0,
             arrived/1,                  % -Events
@@ -14,6 +15,7 @@
 
 :- use_module('../bridge/prolog/client').
 :- autoload('../bridge/prolog/keys', [client_keys/4]).
+:- use_module(presence).
 :- use_module(library(apply), [maplist/2]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2, sum_list/2]).
 :- use_module(library(option), [option/2]).
@@ -25,6 +27,7 @@
     asked/3,                            % Server, Op, Since: what is waited for
     listening/1,                        % Description of the device whose events are subscribed to
     connected_with/1,                   % Options
+    gave_up/1,                          % Endpoint
     spent/2.                            % Part, Seconds
 
 %   A request to a server that the user started is sent again as often: it may come back.
@@ -32,14 +35,14 @@ again_s(2).                             % chosen by hand
 request_s(own, 240).                    % one of our own is known to live while it is slow
 request_s(named, 90).                   % more than a minute of overload or standstill
 first_s(30).                            % until one of the user's has answered for the first time; chosen by hand
-absent_s(5).                            % as of the clients in Python
 exposures_a_capture(40).                % beside: more than the vision server waits for (20); chosen by hand
 
 %!  open_connections(+Options) is det.
 %
 %   Options: image_server(Endpoint), vision_server(Endpoint), own(Names) of the servers that are this session's, keys(Folder)
 %   with CURVE keys, waiting(:Goal), called with Name, Op and the seconds so far while an answer is waited for,
-%   and lost(:Goal), called with Name, Op and Error where there is none: if it succeeds the request is made again.
+%   gone(:Goal), called with Name, Endpoint and Seconds when nobody listens there any more, which is waited for so long, and
+%   lost(:Goal), called with Name, Op and Error where there is no answer: if it succeeds the request is made again.
 
 open_connections(Options) :-
     close_connections,
@@ -65,27 +68,21 @@ waiting(Name) :-
     ->  ( asked(Name, Op, Since) -> true ; Op = subscribe, get_time(Since) ),
         get_time(Now),
         Seconds is Now - Since,
-        expect_somebody(Name, Options, Seconds),
+        findall(Server-Endpoint, may_have_to_answer(Name, Options, Server, Endpoint), Named),
+        findall(Server, answered(Server), Answered),
+        option(gone(Gone), Options),
+        expect_servers(Named, Answered, Seconds, Gone),
         call(Goal, Name, Op, Seconds)
     ;   true
     ).
 
-%   Where a server of the user's has not answered yet and there is no such socket, nobody will.
-expect_somebody(Name, Options, Seconds) :-
-    absent_s(Most),
-    Seconds > Most,
-    \+ answered(Name),                  % the vision server waits for the image server, too
+%   One of the user's; the vision server waits for the image server, too.
+may_have_to_answer(Name, Options, Server, Endpoint) :-
     member(Server, [image_server, vision_server]),
+    memberchk(Name, [Server, vision_server]),
     whose(Server, Options, named),
-    \+ answered(Server),
     Option =.. [Server, Endpoint],
-    option(Option, Options),
-    atom_concat('ipc:///', Path, Endpoint),
-    atom_concat(/, Path, Socket),
-    \+ access_file(Socket, exist),
-    !,
-    throw(error(bridge_absent(Endpoint, Most), _)).
-expect_somebody(_, _, _).
+    option(Option, Options).
 
 curve(Server, Options, [Curve]) :-
     option(keys(Folder), Options),
@@ -112,6 +109,8 @@ close_connections :-
     retractall(asked(_, _, _)),
     retractall(listening(_)),
     retractall(connected_with(_)),
+    forget_presence,
+    retractall(gave_up(_)),
     retractall(spent(_, _)).
 
 %!  ask(+Server, +Op, +Args, -Result) is det.
@@ -130,7 +129,8 @@ ask(Server, Op, Args, Result) :-
         option(lost(Goal), Opened),
         (   call(Goal, Server, Op, Error)
         ->  ask(Server, Op, Args, Result)
-        ;   throw(Error)
+        ;   note_end(Error),
+            throw(Error)
         )
     ;   Result = Result0,
         ( answered(Server) -> true ; assertz(answered(Server)) ),
@@ -140,6 +140,20 @@ ask(Server, Op, Args, Result) :-
         ;   true
         )
     ).
+
+note_end(error(bridge_timeout(Endpoint, _, _), _)) => assertz(gave_up(Endpoint)).
+note_end(error(bridge_absent(Endpoint, _), _))     => assertz(gave_up(Endpoint)).
+note_end(_)                                        => true.
+
+%!  given_up(+Server) is semidet.
+%
+%   It was asked in vain for as long as was to be waited for it.
+
+given_up(Server) :-
+    connected_with(Options),
+    Option =.. [Server, Endpoint],
+    option(Option, Options),
+    gave_up(Endpoint).
 
 request_seconds(Server, Args, Seconds) :-
     connected_with(Options),

@@ -14,7 +14,7 @@ All text of a session, as messages: session(Term).
 :- use_module(outcome, [counted/3, merit_words/2]).
 :- use_module(reasons, [decision_reason/3]).
 :- use_module(result, [print_result/1]).
-:- use_module(usage, [refused_by_server/1]).
+:- use_module(server_words, [server_words/2, what_happened/2, what_is_done/2]).
 :- use_module(viewing, [view_address/1]).
 :- use_module(wrapping, [wrapped/3]).
 :- use_module('../domain/reasoning/device').
@@ -97,7 +97,7 @@ last_step(Situation, Device, Step) :-
     fluent_value(device, Situation, Device),
     fluent_value(steps, Situation, [Step|_]).
 
-:- multifile prolog:message//1, prolog:error_message//1.
+:- multifile prolog:message//1.
 
 prolog:message(session(Term)) -->
     session_message(Term).
@@ -115,7 +115,8 @@ session_message(connected(Device)) -->
     [ '  ~w'-[Words] ],
     head(Device).
 session_message(unknown_places(Lights)) -->
-    { atomic_list_concat(Lights, ', ', Names) },
+    { most_named(Most), length(Lights, Count),
+      ( Count =< Most -> atomic_list_concat(Lights, ', ', Names) ; counted(Count, light, Names) ) },
     [ '  `position` of ~w is not told: such a light is expected to light all faces alike, until images tell'-[Names] ].
 session_message(step(Device, Step)) -->
     { table_is_live },
@@ -150,6 +151,17 @@ session_message(brought_back(Error, Times, Most)) -->
       what_is_done(Error, Done)
     },
     [ ansi(fg(yellow), '  ~w: ~w, and the session goes on (~d of at most ~d times)', [What, Done, Times, Most]) ].
+session_message(thinking(now, wait)) -->
+    [ '  the strategy waits for an event ...' ].
+session_message(thinking(now, computing(Place, Where))) -->
+    [ '  the strategy computes~w (~w) ...'-[Where, Place] ].
+session_message(thinking(stopped, wait)) -->
+    [ '  stopped while the strategy waited for an event' ].
+session_message(thinking(stopped, computing(Place, Where))) -->
+    [ '  stopped while the strategy computed~w (~w)'-[Where, Place] ].
+session_message(missed(Name, Endpoint, Seconds)) -->
+    { server_words(Name, Words) },
+    [ ansi(fg(yellow), '  nobody listens at ~w any more: the ~w is waited for, for ~d s', [Endpoint, Words, Seconds]) ].
 session_message(hold_done(fixed)) -->
     [ ansi(fg(green), '  pose fixed: go on', []) ].
 session_message(hold_done(reached)) -->
@@ -188,6 +200,8 @@ session_message(report(File)) -->
     [ '  report ~w'-[File] ].
 session_message(because(Device, Reason)) -->
     explanation(Device, Reason).
+
+most_named(6).                          % lights in a line; chosen by hand
 
 %   The model line says what an image server shows, when that has told.
 on_what(target(Name)) -->
@@ -231,33 +245,6 @@ model_doubt(Model) -->
 model_doubt(_) -->
     [].
 
-what_happened(error(server_died(Name, Status, _, _), _), What) =>
-    how_it_ended(Status, How),
-    server_words(Name, Words),
-    format(string(What), "the ~w ~w", [Words, How]).
-what_happened(error(server_error(_, Message, _), _), What) =>
-    (   sub_string(Message, Before, 1, 0, ".")
-    ->  sub_string(Message, 0, Before, _, What)
-    ;   What = Message
-    ).
-
-server_words(image_server, 'image server').
-server_words(vision_server, 'vision server').
-
-how_it_ended(exit(Status), How) =>
-    format(string(How), "ended by itself, with exit status ~w", [Status]).
-how_it_ended(killed(Signal), How) =>
-    format(string(How), "was killed, by signal ~w", [Signal]).
-how_it_ended(gone, How) =>
-    How = "is gone".
-
-what_is_done(error(server_error(timeout, _, _), _), Done) =>
-    Done = 'it is waited for and asked again'.
-what_is_done(error(server_error(no_session, _, _), _), Done) =>
-    Done = 'it is told of the session again'.
-what_is_done(_, Done) =>
-    Done = 'it is brought back'.
-
 device_words(Device, Words) :-
     device_lights(Device, Lights),
     device_shutters(Device, Shutters),
@@ -282,15 +269,3 @@ reason('') -->
 reason(Reason) -->
     { Reason \== '' },
     [ '  (~w)'-[Reason] ].
-
-prolog:error_message(server_died(Name, Status, Line, LogFile)) -->
-    (   { refused_by_server(server_died(Name, Status, Line, LogFile)) }
-    ->  [ '~w'-[Line] ]
-    ;   died_words(Status, Name, Line),
-        ( { exists_file(LogFile) } -> [ nl, '  its log is ~w'-[LogFile] ] ; [] )   % the folder of a --dry-run is gone
-    ).
-
-died_words(Status, Name, Line) -->
-    { how_it_ended(Status, How), server_words(Name, Words) },
-    [ 'the ~w ~w'-[Words, How] ],
-    ( { Line == "" } -> [] ; [ ': ~w'-[Line] ] ).

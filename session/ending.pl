@@ -13,7 +13,7 @@
 :- use_module(display, [show/2, show_outcome/2]).
 :- use_module(ending_words, [plain_error/2, why_stopped/2]).
 :- use_module(json_terms, [fix_term/2]).
-:- use_module(outcome, [advised/3]).
+:- use_module(outcome, [advised/4]).
 :- use_module(reporting, [tell_report/0, wait_for_report/2]).
 :- use_module(result).
 :- use_module(run_folder, [run_file/3]).
@@ -48,8 +48,9 @@ end_session(Session, end(How, Situation), Outcome) :-
                    Situation, Known),
     parameters(How, Parameters),
     option(max_iterations(Limit), Options),
-    foldl(call, [ with_other_poses(Parameters, Situation), with_estimated_with(Parameters, Folder), advised(Limit),
-                  with_message(How) ],
+    fluent_value(readings, Situation, Readings),
+    foldl(call, [ with_other_poses(Parameters, Situation), with_estimated_with(Parameters, Folder),
+                  advised(Limit, Readings), with_message(How) ],
           Known, Result),
     write_result(Result, Folder),
     catch(close_acquisition, error(_, _), true),        % the vision server writes what is left of its images

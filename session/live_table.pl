@@ -156,7 +156,7 @@ lights_width(Device, Width) :-
     (   named_widths(Lights, Widths)
     ->  sum_list(Widths, Sum),
         length(Widths, Count),
-        Width is Sum + Count - 1
+        Width is max(0, Sum + Count - 1)
     ;   lights_room(Width)
     ).
 

@@ -1,5 +1,5 @@
 :- module(session_outcome,
-          [ advised/3,                  % +Limit, +Result, -Advised
+          [ advised/4,                  % +Limit, +Readings, +Result, -Advised
             counted/3,                  % +Count, +Name, -Words
             merit_words/2               % +Px, -Words
           ]).
@@ -13,16 +13,18 @@ Messages session_outcome(Result): the dict that result.json is made from.
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(lists), [last/2, member/2, memberchk/2, reverse/2]).
 
-%!  advised(+Limit, +Result, -Advised) is det.
+%!  advised(+Limit, +Readings, +Result, -Advised) is det.
 %
-%   The result with what to try, as `advice`, where the threshold was not reached with Limit images.
+%   The result with what to try, as `advice`, where the threshold was not reached with Limit images.  Readings are of the
+%   images of the last scene.
 
-advised(Limit, Result, Advised) :-
+advised(Limit, Readings, Result, Advised) :-
     Result.status == exhausted,
     !,
-    findall(Help, help(Result, Limit, Help), Helps),
+    Pose = Result.pose,
+    findall(Help, ( Pose == null, without_pose(Result, Readings, Help) ; help(Result, Limit, Help) ), Helps),
     Advised = Result.put(advice, Helps).
-advised(_, Result, Result).
+advised(_, _, Result, Result).
 
 %!  counted(+Count, +Name, -Words) is det.
 %
@@ -155,9 +157,6 @@ what_may_help(Result) -->
 what_may_help(_) -->
     [].
 
-help(Result, _, Help) :-
-    Result.pose == null,
-    without_pose(Result, Help).
 help(Result, _, 'a seed pose, or [target] view, which tell which of the poses that fit is meant (--seed-pose)') :-
     several_poses(Result, _, _).
 help(Result, Limit, Help) :-
@@ -192,15 +191,25 @@ limit_reached(Result, Limit) :-
     Result.iterations >= Limit.
 
 %   Why there is none: what a strategy leaves out or drops says nothing of the target.
-without_pose(Result, 'a strategy that takes an image: this one took none') :-
+without_pose(Result, _, 'a strategy that takes an image: this one took none') :-
     Result.iterations =:= 0,
     !.
-without_pose(Result, 'a strategy that keeps an image which shows a pose: this one discarded all that did') :-
+without_pose(Result, _, 'a strategy that keeps an image which shows a pose: this one discarded all that did') :-
     findall(Decision, ( member(Step, Result.steps), _{pose:Pose, decision:Decision} :< Step, is_dict(Pose) ), Decisions),
     memberchk(discard, Decisions),
     \+ memberchk(keep, Decisions),
     !.
-without_pose(_, 'is the target in view, and its model of the right size (--unit)? --explain tells what was seen').
+without_pose(_, Readings, 'light: every image is black where the target should be; is a lens cap on, do camera and lights work?') :-
+    Readings = [_|_],
+    forall(member(reading(_, statistics(_, Highlight, _, _, _)), Readings), black(Highlight)),
+    !.
+without_pose(_, _, 'is the target in view, and its model of the right size (--unit)? --explain tells what was seen').
+
+black(Highlight) :-
+    first_grey(Grey),
+    Highlight < Grey.
+
+first_grey(0.004).                      % of 255, as a fraction of full scale
 
 rival_holds_back(Result) :-
     is_dict(Result.pose),

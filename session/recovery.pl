@@ -2,6 +2,7 @@
           [ open_recovery/2,            % +Options, +StartArgs
             look_after/3,               % +Name, +Op, +Seconds
             brought_back/3,             % +Name, +Op, +Error
+            missed/3,                   % +Name, +Endpoint, +Seconds
             server_started/0,
             take_over/1,                % +Situation
             begin_action/0,
@@ -87,6 +88,14 @@ look_after(Name, Op, Seconds) :-
     ;   assertz(said),
         show(Options, waiting(Name, Op))
     ).
+
+%!  missed(+Name, +Endpoint, +Seconds) is det.
+%
+%   Nobody listens any more where a server of the user's was; it may come back within these seconds.
+
+missed(Name, Endpoint, Seconds) :-
+    started_with(Options, _),
+    show(Options, missed(Name, Endpoint, Seconds)).
 
 image_server_again(Error) :-
     ( died(Error, image_server) -> true ; throw(Error) ),

@@ -1,5 +1,5 @@
 :- module(session_resumption,
-          [ record_options/1,           % +Options
+          [ record_options/2,           % +Options, +Described
             resumed_options/3,          % +Given, +Folder, -Options
             again_options/3,            % +Given, +Folder, -Options
             journaled_action/2,         % +Folder, -Action
@@ -37,14 +37,14 @@ not_recorded(Option) :-
     of_this_run(Option),
     Option \= image_server(_).
 
-%!  record_options(+Options) is det.
+%!  record_options(+Options, +Described) is det.
 %
-%   Keep in the run folder, which is locked, what the session was asked to do, with absolute paths.
+%   Keep in the run folder, which is locked, what the session was asked to do, with absolute paths, and on which device.
 
-record_options(Options) :-
+record_options(Options, Described) :-
     exclude(not_recorded, Options, Kept),
     maplist(with_absolute_path, Kept, Recorded),
-    with_controller_hash(Recorded, Written),
+    with_controller_hash([described(Described)|Recorded], Written),
     write_session_file(Written).
 
 %   A controller of the user's is code: it is run again only as the file that it was.
@@ -160,7 +160,7 @@ not_ended(_, _).
 %!  again_options(+Given, +Folder, -Options) is det.
 %
 %   The options to do the session in Folder again, from its beginning: those that it was begun with, but for what is given
-%   now, and without its own what if.
+%   now, without its own what if, and on a device of its own.
 %
 %   @error usage_error(Message) for a session of another source of images, and as above
 
@@ -169,9 +169,12 @@ again_options(Given, Folder, Options) :-
     forall(( member(Option, Recorded0), functor(Option, Name, _), memberchk(Name, [camera, image_server]) ),
            ( dashes(Name, Dashed),
              usage_error("~w: the session used --~w, which cannot do the same again", [Folder, Dashed]) )),
-    exclude(=(instead(_)), Recorded0, Recorded),
+    exclude(of_that_session, Recorded0, Recorded),
     selectchk(again(_), Given, Here),
     merge_options(Here, Recorded, Options).
+
+of_that_session(instead(_)).
+of_that_session(described(_)).
 
 %!  journaled_action(+Folder, -Action) is nondet.
 %

@@ -9,25 +9,26 @@ error, by Ctrl-C or by SIGTERM.
 
 :- use_module(acquisition_device, [close_acquisition/0, execute/2, open_acquisition/1]).
 :- use_module(connections, [ask/4]).
+:- use_module(described, [check_as_begun/4, draws/4, kept_description/2]).
 :- use_module(display, [show/2, show_address/0, tell/3]).
 :- use_module(ending, [end_session/3, exit_status/2]).
 :- use_module(holding, [forget_hold/1, wait_while_held/1]).
 :- use_module(plan, [within_reach/4]).
 :- use_module(reporting, [begin_report/2, drop_report/0]).
-:- use_module(resumption, [record_options/1]).
+:- use_module(resumption, [record_options/2]).
 :- use_module(result, [keep_output_for_result/0]).
 :- use_module(run_folder, [leave_run_folder/3, run_file/3]).
 :- use_module(servers, [image_server_past/1, own_server/1, served_before/1, stop_servers/0]).
 :- use_module(live_table, [begin_table/2, end_table/0]).
 :- use_module(viewing, [start_view/2]).
-:- use_module(thinking, [note_thought/0, within_budget/3]).
+:- use_module(thinking, [apart_from_thought/1, note_thought/0, tell_thought/1, within_budget/4]).
 :- use_module(times, [forget_times/1, tell_times/3]).
 :- use_module(strategy_end, [ended_by/4]).
+:- use_module(own_world, [check_own_sensing/1]).
 :- use_module(strategy_file, [check_control/1, check_includes/1]).
 :- use_module(usage, [usage_error/2]).
 :- use_module('../indigolog/tools/checks').
 :- use_module('../indigolog/indigolog').
-:- use_module('../indigolog/online/journal', [journal_entries/3]).
 :- autoload(library(filesex), [delete_directory_and_contents/1]).
 :- use_module(library(lists), [append/3, member/2]).
 :- use_module(library(option), [option/2]).
@@ -46,6 +47,7 @@ run_session(Options, Opened, Status) :-
 :- public stop_by/1.
 
 stop_by(Signal) :-
+    tell_thought(stopped),
     throw(stopped(Signal)).
 
 session(failed(Error), _, failed(Error)).
@@ -62,19 +64,18 @@ checked_session(Session) :-
     check_controller(Session.plan),
     open_servers(Session),
     execute(connect, session(Device, _, _)),
-    with_target(Session, Named),
+    with_description(Session, Named),
     show([], would_do(Named.plan, Device)).
 
 served_session(Session, Outcome) :-
     _{options:Options, plan:Plan, folder:Folder} :< Session,
     catch(check_controller(Plan), Error0, nothing_begun(Options, Folder, Error0)),
-    catch(( option(resume(_), Options) -> true ; record_options(Options) ), Error1, not_recorded(Error1, Options, Folder)),
     show(Options, begin(Plan, Folder)),
     forget_hold(Folder),
     start_view(Options, Folder),
     begin_table(Options, Plan),
-    catch(( open_servers(Session), check_same_scene(Session), with_target(Session, Named) ),
-          Error2, nothing_begun(Options, Folder, Error2)),
+    catch(( open_servers(Session), with_description(Session, Named), record(Named) ),
+          Error1, nothing_begun(Options, Folder, Error1)),
     begin_report(Options, Folder),
     catch(( run_program(Named, End, Situation),
             end_session(Named.put(stop, session_run:stop_everything), end(End, Situation), Outcome) ),
@@ -84,10 +85,14 @@ served_session(Session, Outcome) :-
 why(failed(Error), Why) => Why = Error.
 why(_, Why)             => Why = none.
 
-not_recorded(error(io_error(write, _), _), Options, Folder) =>
-    catch(usage_error("cannot write to the run folder ~w: is there space?", [Folder]), Error, nothing_begun(Options, Folder, Error)).
-not_recorded(Error, Options, Folder) =>
-    nothing_begun(Options, Folder, Error).
+record(Session) :-
+    _{options:Options, folder:Folder, described:Description} :< Session,
+    (   option(resume(_), Options)
+    ->  true
+    ;   kept_description(Description, Kept),
+        catch(record_options(Options, Kept), error(io_error(write, _), _),
+              usage_error("cannot write to the run folder ~w: is there space?", [Folder]))
+    ).
 
 %   What is wrong with the run folder is said of the folder.
 cannot_go_on(_, Folder) :-
@@ -102,6 +107,7 @@ check_controller(Plan) :-
     check_includes(Plan.controller_file),
     load_theory(Plan.theory),
     check_control(Plan.controller_file),
+    check_own_sensing(Plan.controller_file),
     check_theory,
     check_program(Plan.program).
 
@@ -131,27 +137,17 @@ open_servers(Session) :-
     ;   true
     ).
 
-%   Images of another scene are not of a session that goes on: the seed of its draws tells which scene it had.
-check_same_scene(Session) :-
-    _{options:Options, plan:Plan, folder:Folder} :< Session,
-    (   option(resume(_), Options),
-        run_file(Folder, 'history.pl', Journal),
-        journal_entries(Journal, begun(_, Begun), _),
-        draws(Plan.seed, known, Draws),
-        Draws =\= Begun
-    ->  usage_error("--resume: the image server shows another target or scene than the session in ~w was begun with",
-                    [Folder])
-    ;   true
-    ).
-
-%   What the image server knows of the target: its name, where the command line does not name it, and how near it can come.
-with_target(Session, Session.put(plan, Named)) :-
-    ask(image_server, describe, _{}, Device),
-    within_reach(Session.options, Device, Session.plan, Plan),
-    ( Plan.program == Session.plan.program -> true ; show(Session.options, farther(Plan.program)) ),
+%   What the image server tells of its device, which has to be that of a session that goes on, and of the target: its name,
+%   where the command line does not name it, and how near it can come.
+with_description(Session, Session.put(_{plan:Named, described:Description})) :-
+    _{options:Options, plan:Plan0, folder:Folder} :< Session,
+    ask(image_server, describe, _{}, Description),
+    ( option(dry_run(true), Options) -> true ; check_as_begun(Options, Folder, Plan0.seed, Description) ),
+    within_reach(Options, Description, Plan0, Plan),
+    ( Plan.program == Plan0.program -> true ; show(Options, farther(Plan.program)) ),
     (   Plan.shows \= target(_),
-        is_dict(Device.target)
-    ->  file_base_name(Device.target.model, Base),
+        _{model:Model} :< Description.get(target)
+    ->  file_base_name(Model, Base),
         file_name_extension(Name, _, Base),
         Named = Plan.put(target, Name)
     ;   Named = Plan
@@ -190,9 +186,9 @@ run_program(Session, End, Situation) :-
     _{options:Options, plan:Plan, folder:Folder} :< Session,
     run_file(Folder, 'history.pl', Journal),
     nb_setval(session_situation, none),
-    catch(( beginning(Options, Plan, Journal, Beginning),
+    catch(( beginning(Session, Journal, Beginning),
             most_thinking_s(Most),
-            within_budget(Plan.controller, Most,
+            within_budget(Options, Plan.controller_file, Most,
                           indigolog(Plan.program,
                                     [ check(false), device(session_acquisition_device), journal(Journal), Beginning,
                                       on_action(session_run:after_action(Options, Folder)) ])),
@@ -206,31 +202,14 @@ run_program(Session, End, Situation) :-
 
 most_thinking_s(60).                    % of a strategy, between two actions; chosen by hand: those here need less than one
 
-%   A session that goes on finds the seed of its draws in its journal.
-beginning(Options, _, Journal, resume(Journal)) :-
-    option(resume(_), Options),
+%   A session that goes on finds the seed of its draws in its journal.  What a strategy draws depends on the seed and on the
+%   scene as it is known beforehand, so that one seed is not the same lucky or unlucky settings everywhere.
+beginning(Session, Journal, resume(Journal)) :-
+    option(resume(_), Session.options),
     !.
-beginning(_, Plan, _, seed(Draws)) :-
-    seed_of_draws(Plan.seed, Draws).
-
-%   What a strategy draws depends on the seed and on the scene as it is known beforehand, so that one seed is not the
-%   same lucky or unlucky settings everywhere.
-seed_of_draws(Seed, Draws) :-
-    ( draws(Seed, _, Draws0) -> Draws = Draws0 ; Draws = Seed ).
-
-%   draws(+Seed, ?Where, -Draws) is semidet: Where is `known` or `unknown`, as the place of the target is; a target that has moved is not where it was.
-draws(Seed, Where, Draws) :-
-    ask(image_server, describe, _{}, Device),
-    is_dict(Device.target),
-    _{model:Model, seed_pose:SeedPose} :< Device.target,
-    (   is_dict(SeedPose)
-    ->  Where = known,
-        dict_pairs(SeedPose, _, Scene)
-    ;   Where = unknown,
-        Scene = []
-    ),
-    file_base_name(Model, Name),
-    term_hash(draws(Seed, Name, Scene), Draws).
+beginning(Session, _, seed(Draws)) :-
+    Seed = Session.plan.seed,
+    ( draws(Session.described, Seed, _, Draws0) -> Draws = Draws0 ; Draws = Seed ).
 
 :- public after_action/4.
 
@@ -241,7 +220,7 @@ after_action(Options, Folder, Action, Situation) :-
     show_address,
     tell(Options, Action, Situation),
     tell_times(Options, Folder, Action),
-    wait_while_held(Folder),
+    apart_from_thought(wait_while_held(Folder)),
     check_images_come(Options, Action).
 
 %   A strategy that goes on for ever without an image meets no limit on images.

@@ -40,6 +40,12 @@ ended_by(error(resource_error(_), Stack), Session, _, End), is_dict(Stack) =>
     out_of_memory(Stack, Session.plan.controller_file, End).
 ended_by(error(usage_error(Message), _), _, _, End) =>
     End = failed(error(usage_error(Message), _)).           % of within_budget/3, which may ring in a step
+ended_by(error(Formal, golog(world(Asked), Met)), Session, _, End) =>
+    without_module(Met, Context),
+    shown(Asked, Words),
+    place_of(Session.plan.controller_file, [(Asked :- _), Asked], Place),
+    error_text(error(Formal, Context), Text),
+    wrong("~w: ~w came to an error: ~w", [Place, Words, Text], End).
 ended_by(error(Formal, golog(at(Rest, _), Point)), Session, _, End) =>
     ( nonvar(Point), Point = point(Part, _, Met) -> true ; Part = Rest, Met = Point ),
     without_module(Met, Context),
@@ -80,10 +86,14 @@ part_words(Part, Terms, Words) :-
     ),
     findall(Like, like(Shown, Like), Likes),
     Terms = [Part, Shown|Likes],
-    copy_term(Shown, Nameless),
+    shown(Shown, Text),
+    format(string(Words), "the ~w ~s", [What, Text]).
+
+shown(Term, Text) :-
+    copy_term(Term, Nameless),
     term_variables(Nameless, Variables),
     maplist(=('$VAR'('_')), Variables),
-    format(string(Words), "the ~w ~W", [What, Nameless, [quoted(true), max_depth(8), numbervars(true)]]).
+    format(string(Text), "~W", [Nameless, [quoted(true), max_depth(8), numbervars(true)]]).
 
 %   The module that a theory is loaded into has a name that says nothing.
 without_module(Met, Context), nonvar(Met), Met = context(_:Indicator, Message) =>

@@ -3,7 +3,9 @@
             check_against_device/2,     % +File, +Device
             check_includes/1,           % +File
             check_instead/2,            % +Words, +Device
+            strategy_files/2,           % +File, -Files
             strategy_sha256/2,          % +File, -Sha256
+            in_strategy/3,              % +File, ?Term, -Place
             blocked/4,                  % +File, +Action, +Situation, -Message
             place_of/3                  % +File, +Terms, -Place
           ]).
@@ -19,7 +21,7 @@ The interpreter checks what any program can get wrong; here is what only the the
 :- use_module('../domain/reasoning/qualitative', [settings_words/3, shutter_words/2]).
 :- use_module('../indigolog/indigolog', [fluent_value/3]).
 :- use_module(library(apply), [maplist/3]).
-:- use_module(library(lists), [append/2, member/2, memberchk/2, nth1/3]).
+:- use_module(library(lists), [append/2, append/3, member/2, memberchk/2, nth1/3]).
 :- use_module(library(pairs), [pairs_keys/2]).
 :- use_module(library(readutil), [read_file_to_string/3]).
 :- use_module(library(sha), [hash_atom/2, sha_hash/3]).
@@ -68,7 +70,11 @@ check_against_device(File, Device) :-
 %   @error usage_error(Message)
 
 check_instead(Words, Device) :-
-    (   instead_settings(Words, Device, Settings)
+    (   instead_lights(Words, Named),
+        append(_, [Twice|Others], Named),
+        memberchk(Twice, Others)
+    ->  usage_error("--instead: the light ~w is named twice", [Twice])
+    ;   instead_settings(Words, Device, Settings)
     ->  (   settings_problem(Device, Settings, Problem)
         ->  usage_error("--instead: ~s", [Problem])
         ;   true
@@ -199,14 +205,20 @@ done_by(start_over, start_over).
                 *        TERMS OF A FILE       *
                 *******************************/
 
-%   in_strategy(+File, ?Term, -Place): where Term is in the file, or in one that it includes; its own come first.
+%!  in_strategy(+File, ?Term, -Place) is nondet.
+%
+%   Where Term is in the file, or in one that it includes; its own come first.
+
 in_strategy(File, Term, Place) :-
     strategy_files(File, Files),
     member(One, Files),
     in_file(One, Term, Line),
     format(atom(Place), "~w:~d", [One, Line]).
 
-%   strategy_files(+File, -Files): the file, and after it those that it includes, at any depth.
+%!  strategy_files(+File, -Files) is det.
+%
+%   The file, and after it those that it includes, at any depth.
+
 strategy_files(File, Files) :-
     with_included([], File, Files).
 

@@ -1,7 +1,8 @@
-/** <module> Whether a server that does not answer refuses to talk */
+/** <module> Whether a server that does not answer is there at all, or refuses to talk */
 
 :- module(bridge_handshake,
-          [ handshake_refused/2     % +Endpoint, +CurveOptions
+          [ handshake_refused/2,    % +Endpoint, +CurveOptions
+            somebody_listens/1      % +Endpoint
           ]).
 :- use_module(library(lists), [memberchk/2]).
 :- use_module(zmq).
@@ -33,6 +34,20 @@ handshake_refused(Endpoint, Curve) :-
                    zmq_connect(Socket, Endpoint),
                    call_cleanup(( heard(Monitor, There, connected), refused(Monitor, 0, Deadline) ),
                                 zmq_close(Monitor)) ),
+                 zmq_close(Socket)).
+
+%!  somebody_listens(+Endpoint) is semidet.
+%
+%   A server that works, or stands still, does; one that has died does not.  Takes half a second where nobody does.
+
+somebody_listens(Endpoint) :-
+    probe_s(Seconds),
+    zmq_clock(Now),
+    Deadline is Now+Seconds,
+    zmq_socket(dealer, Socket, []),
+    call_cleanup(( zmq_monitor(Socket, Monitor),
+                   zmq_connect(Socket, Endpoint),
+                   call_cleanup(heard(Monitor, Deadline, connected), zmq_close(Monitor)) ),
                  zmq_close(Socket)).
 
 refused(Monitor, HungUp, Deadline) :-

@@ -82,7 +82,7 @@ parsed(Words, Number, Parts) :-
     phrase(image(Number, Parts), Codes).
 
 image(Number, parts(Lights, Shutter, Aperture)) -->
-    numbered(Number), lights(Lights), ",", blanks,
+    numbered(Number), lights(Lights), comma(Lights), blanks,
     shutter(Shutter), blanks, "s", blanks, ",", blanks,
     "f/", number(Aperture), blanks.
 
@@ -94,6 +94,9 @@ lights([Name-Level|Lights]) -->
     blanks, integer(Level), blanks,
     lights(Lights).
 lights([]) --> [].
+
+comma(_) --> ",".
+comma([]) --> [].                       % where none is named
 
 shutter(Seconds) -->
     "1/", number(Part), { Part > 0, Seconds is 1 / Part }.

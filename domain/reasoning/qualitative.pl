@@ -99,14 +99,15 @@ exposure_words(Stops, Text) :-
 
 %!  settings_words(+Device, +Settings, -Text) is det.
 %
-%   Settings as a photographer writes them: `left 3 right 0 top 7, 1/60 s, f/4`.
+%   Settings as a photographer writes them: `left 3 right 0 top 7, 1/60 s, f/4`; without lights `1/60 s, f/4`.
 
 settings_words(Device, settings(Levels, Shutter, Aperture), Text) :-
     device_lights(Device, Lights),
     maplist(light_words, Lights, Levels, Words),
     atomic_list_concat(Words, ' ', LightWords),
+    ( Lights == [] -> Comma = '' ; Comma = ', ' ),
     shutter_words(Shutter, ShutterWords),
-    format(string(Text), "~w, ~w, f/~4g", [LightWords, ShutterWords, Aperture]).
+    format(string(Text), "~w~w~w, f/~4g", [LightWords, Comma, ShutterWords, Aperture]).
 
 %!  brief_settings_words(+Device, +Settings, -Text) is det.
 %

@@ -4,6 +4,7 @@
             execute_action/4,         % +Devices, +Theory, +Action, -Sensing
             arrived_events/2,         % +Devices, -Actions
             wait_for_event/3,         % +Devices, +MaxSeconds, :Interrupted
+            waits_for_event/0,
             tell_resumed/2            % +Devices, +Situation
           ]).
 /** <module> Devices: what executes actions and reports events
@@ -25,8 +26,9 @@ device holds up the program for longer than the deadline.  Events of all
 devices, and those that any thread reports with report_exogenous/1, arrive in
 one queue, that of the run; none is lost and equal ones stay apart.
 
-Without a device the theory's execute/2 and exog_occurs/1 are asked, or the
-terminal.
+The theory's exog_occurs/1 is asked as well, and its execute/2 for what no device
+can do: with devices for actions that sense, without one for all.  What neither tells
+is asked on the terminal.
 
 Devices here are devices(List, Run, Theory); a member of List is
 device(Module, Deadline, Where), Where being `here` or thread(Id, Requests, Replies).
@@ -42,7 +44,7 @@ device(Module, Deadline, Where), Where being `here` or thread(Id, Requests, Repl
 :- use_module(terminal).
 :- use_module('../language/theory', [assignment/2, history_mark/1, theory_module/2]).
 
-:- meta_predicate wait_for_event(+, +, 0).
+:- meta_predicate wait_for_event(+, +, 0), in_world(+, 0).
 
 % How long a device in a thread has for an action where no deadline is given; chosen by hand.
 default_deadline(60).
@@ -141,12 +143,20 @@ carried_out(devices(List, _, _), Theory, A, Sensing) :-
     ->  true
     ;   theory_module(Theory, Module),
         clause(Module:execute(_, _), _)
-    ->  (   Module:execute(A, Sensing)
-        ->  true
-        ;   throw(error(golog(device_failed(theory, A)), _))
-        )
+    ->  in_world(execute(A, _),
+                 (   Module:execute(A, Sensing)
+                 ->  true
+                 ;   throw(error(golog(device_failed(theory, A)), _))
+                 ))
     ;   ask_execute(A, Sensing)
     ).
+
+% What goes wrong in a theory's own world is told with what it was asked.
+in_world(Asked, Goal) :-
+    catch(Goal, error(Formal, Context),
+          ( is_dict(Context)              % of a stack overflow
+          ->  throw(error(Formal, Context))
+          ;   throw(error(Formal, golog(world(Asked), Context))) )).
 
 carried_out_at(here, Module, Deadline, A, Sensing) :-
     (   Deadline == none
@@ -189,18 +199,16 @@ taken(Events, Actions) :-
     ).
 
 % What is not told by a thread must be asked for.
-look(devices([], Events, Theory)) :-
-    !,
-    theory_module(Theory, Module),
-    (   clause(Module:exog_occurs(_), _),
-        Module:exog_occurs(A),
+look(devices(List, Events, Theory)) :-
+    forall(member(device(Module, _, here), List), poll(Module, Events)),
+    theory_module(Theory, Own),
+    (   clause(Own:exog_occurs(_), _),
+        in_world(exog_occurs(_), Own:exog_occurs(A)),
         nonvar(A)
     ->  known_event(A),
         thread_send_message(Events, event(A))
     ;   true
     ).
-look(devices(List, Events, _)) :-
-    forall(member(device(Module, _, here), List), poll(Module, Events)).
 
 %!  wait_for_event(+Devices, +MaxSeconds, :Interrupted) is det.
 %
@@ -216,7 +224,16 @@ wait_for_event(Devices, Max, Interrupted) :-
     ;   get_time(Now),
         End is Now+Max
     ),
-    waiting(Devices, End, Max, Interrupted).
+    b_setval(indigolog_waits, true),
+    waiting(Devices, End, Max, Interrupted),
+    b_setval(indigolog_waits, false).
+
+%!  waits_for_event is semidet.
+%
+%   The run of this thread does: for a signal that comes meanwhile.
+
+waits_for_event :-
+    nb_current(indigolog_waits, true).
 
 waiting(Devices, End, Max, Interrupted) :-
     Devices = devices(List, Events, Theory),

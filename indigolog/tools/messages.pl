@@ -14,6 +14,11 @@ prolog:message(golog(Message)) -->
 prolog:error_message(golog(Error)) -->
     error_text(Error).
 prolog:message(error(Formal, Where)) -->
+    { nonvar(Where), Where = golog(world(Asked), Context) },
+    '$messages':translate_message(error(Formal, Context)),
+    { copy_term(Asked, Shown), numbervars(Shown, 23, _, [singletons(true)]) },
+    [ nl, '  in ~W of the theory'-[Shown, [quoted(true), portray(true), numbervars(true), max_depth(14)]] ].
+prolog:message(error(Formal, Where)) -->
     { nonvar(Where),
       Where = golog(at(E, History), Point),
       (   nonvar(Point), Point = point(_, _, Context) -> true ; Context = Point ) },

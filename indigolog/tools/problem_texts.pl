@@ -63,6 +63,7 @@ said(two_values(F, V, First), none, 'fluent ~q is initially ~q: the value ~q giv
 said(exogenous_step(In, A), In, '~q is an exogenous action: as a step of a program it is never possible', [A]).
 said(no_commit(In), In, 'commit is not of this language: search does not prune what it may still need', []).
 said(idle_loop(In, E), In, 'the loop ~q makes no action: once begun, only an exogenous action can end it', [E]).
+said(empty_loop(In, E), In, 'the loop ~q has nothing to do: it ends at once, whatever its condition', [E]).
 said(no_domain(In, D), In, 'the domain ~q is neither a list nor a predicate of one argument', [D]).
 said(no_variable(In, V), In, '~q stands where a variable must: a Prolog variable or an atom', [V]).
 said(no_count(In, E, N), In, '~q takes a whole number, not ~q', ['$pi'(E), N]).

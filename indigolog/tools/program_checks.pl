@@ -57,7 +57,7 @@ program_problem(E, In, Theory, Kind, What) :-
         ;   E = while(_, Body),
             idle(Body),
             Kind = warning,
-            What = idle_loop(In, E)
+            ( tests(Body) -> What = idle_loop(In, E) ; What = empty_loop(In, E) )
         )
     ;   callable(E)
     ->  In = in(_, Names),
@@ -116,6 +116,13 @@ idle(E) :-
     memberchk(Name, ['[|]', [], ?, if, ndet, wndet, rndet, while, star, pi, rpi, conc, pconc]),
     E \== ?(wait_exog_action),
     \+ ( program_part(E, Part), \+ idle(Part) ).
+
+% Of an idle program: without a test in it, it may always end as it stands.
+tests(?(_)).
+tests(E) :-
+    program_part(E, Part),
+    tests(Part),
+    !.
 
 % A call that the head of no procedure matches.
 no_clause(E, In, Theory) :-

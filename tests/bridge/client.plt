@@ -4,6 +4,7 @@
 :- use_module(library(lists)).
 :- use_module(library(process)).
 :- use_module('../../bridge/prolog/client').
+:- use_module('../../bridge/prolog/handshake', [somebody_listens/1]).
 :- use_module('../../bridge/prolog/zmq').
 :- use_module(fixtures).
 
@@ -309,5 +310,13 @@ curve_server(Creator, Public, Secret) :-
     format(string(Header), '{"v":1,"id":"~w","ok":true,"result":{"a":1}}', [Id]),
     zmq_send(Socket, [Route, Header], 1, octet),
     zmq_receive(Socket, _, infinite, octet).
+
+test(who_listens_is_known_and_who_has_gone) :-
+    zmq_socket(router, Socket, []),
+    zmq_bind(Socket, 'tcp://127.0.0.1:*'),
+    zmq_endpoint(Socket, Endpoint),
+    assertion(somebody_listens(Endpoint)),
+    zmq_close(Socket),
+    assertion(\+ somebody_listens(Endpoint)).
 
 :- end_tests(client_curve).

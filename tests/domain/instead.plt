@@ -23,6 +23,7 @@ test(that_image_alone_is_taken_so) :-
 test(all_spellings, [forall(member(Words-Expected,
                                    [ 'i12: left 1 right 2 top 3, 1/240 s, f/5.6'-settings([1, 2, 3], S, 5.6),
                                      'i1:top 7,0.5 s,f/4'-settings([0, 0, 7], 0.5, 4),
+                                     'i1: 1/2 s, f/2.8'-settings([0, 0, 0], 0.5, 2.8),
                                      ' i1 : , 1/2 s , f/2.8 '-settings([0, 0, 0], 0.5, 2.8) ])), nondet]) :-
     S is 1 / 240,
     testbed(Device),

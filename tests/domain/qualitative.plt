@@ -53,6 +53,9 @@ test(settings_in_words, Text == "left 3 right 0 top 7, 1/60 s, f/4") :-
     testbed(Device),
     settings_words(Device, settings([3, 0, 7], 0.0166667, 4.0), Text).
 
+test(settings_of_a_device_without_lights, Text == "1/60 s, f/4") :-
+    settings_words(device([], [0.0166667], [4.0], none, exposure(0.0166667, 4.0), 0.01), settings([], 0.0166667, 4.0), Text).
+
 test(of_many_lights_a_line_tells_how_many_are_lit, Text == "2 of 24 lights, 1/60 s, f/4") :-
     findall(light(lamp, 8), between(1, 24, _), Lights),
     Device = device(Lights, [0.0166667], [4.0], none, exposure(0.0166667, 4.0), 0.01),

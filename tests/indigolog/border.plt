@@ -51,6 +51,32 @@ test(exogenous_action_of_a_theory, [setup(load_text("prim_action(a). poss(a, tru
                                     cleanup(load), error(golog(open_event(b(_))))]) :-
     indigolog([a, a]).
 
+% A theory with a world of its own, beside devices that know nothing of it.
+own_world("prim_action(look). poss(look, true). fun_fluent(seen). senses(look, seen). exog_action(rang).
+           rel_fluent(heard). initially(heard, false). causes_true(rang, heard, true).
+           :- dynamic said/0.
+           exog_occurs(rang) :- \\+ said, assertz(said).
+           execute(look, 7).").
+
+apart:can_execute(_) :- fail.
+apart:execute(_, _).
+
+test(a_theory_s_own_world_is_asked_beside_devices, [setup(( own_world(Text), load_text(Text) )), cleanup(load),
+                                                    History == [e(look, 7), look, rang]]) :-
+    indigolog([?(heard), look], [check(false), device(apart), history(History)]).
+
+test(an_error_in_a_theory_s_own_world_tells_where,
+     [setup(load_text("prim_action(look). poss(look, true). fun_fluent(seen). senses(look, seen).
+                       execute(look, X) :- X is 1 / 0.")),
+      cleanup(load), error(evaluation_error(zero_divisor), golog(world(execute(look, _)), _))]) :-
+    indigolog(look, [check(false), device(apart)]).
+
+test(a_world_that_fails_tells_where,
+     [setup(load_text("prim_action(look). poss(look, true). fun_fluent(seen). senses(look, seen).
+                       execute(look, _) :- fail.")),
+      cleanup(load), error(golog(device_failed(theory, look)), golog(world(execute(look, _)), _))]) :-
+    indigolog(look, [check(false), device(apart)]).
+
 :- end_tests(border_of_devices).
 
 :- begin_tests(border_of_runs, [setup(load)]).

@@ -64,6 +64,18 @@ def test_a_stack_is_replayed_with_another_choice(kind: str, three_images: Path, 
     assert (tmp_path / "new" / "whatif.html").read_text().count("<image ") == 2 * (4 - number)
 
 
+def test_the_nearest_recorded_frame_is_told_as_such(three_images: Path, tmp_path: Path) -> None:
+    replayed = Path(shutil.copytree(three_images / "images", tmp_path / "stack"))
+    never = ("--threshold", "0.000001", "--max-iterations", "2", "--no-report")
+    assert served("--stack", replayed, "--out", tmp_path / "was", *never).returncode == 3
+    words = ("--at", "1", "--settings", "left 1, 1/60 s, f/2.8", "--out", tmp_path / "new")
+    done = what_if(tmp_path / "was", *words)
+    assert done.returncode == 0, done.stderr
+    asked = "asked for left 1 right 0 top 0, 1/60 s, f/2.8; taken under"
+    assert "asked for left 1" in done.stdout
+    assert asked in (tmp_path / "new" / "whatif.html").read_text()
+
+
 def test_the_same_settings_change_nothing(three_images: Path, tmp_path: Path) -> None:
     chosen = json.loads((three_images / "result.json").read_text())["steps"][1]["settings_words"]
     done = what_if(three_images, "--at", "2", "--settings", chosen, "--out", tmp_path / "same")
@@ -75,6 +87,10 @@ def test_the_same_settings_change_nothing(three_images: Path, tmp_path: Path) ->
     ("words", "said"),
     [
         (("--at", "4", "--settings", OTHER), "--at 4: there is no such image; it took 3 images"),
+        (
+            ("--at", "2", "--settings", "left 7 left 3, 1/60 s, f/4"),
+            "--settings: the light left is named twice",
+        ),
         (("--at", "2", "--settings", "left 8, 1/60 s, f/4"), "--settings: light left has no level 8"),
         (
             ("--at", "2", "--settings", "bright"),

@@ -1,7 +1,7 @@
 :- module(test_session_display, []).
 :- use_module(library(plunit)).
 :- use_module('../../session/display').
-:- use_module('../../session/outcome', [advised/3, merit_words/2]).
+:- use_module('../../session/outcome', [advised/4, merit_words/2]).
 
 /** <module> What a session says of itself */
 
@@ -38,7 +38,7 @@ test(small_merits_are_told_apart, [forall(member(Px-Expected, [0-'0.00', 0.00384
 test(more_images_are_advised_where_an_approach_was_allowed_no_more_at_its_last_hold_point,
      [forall(member(Images-Advice, [19-[], 20-['more than 10 images (--max-iterations)']])), true(Helps == Advice)]) :-
     findall(step{hold:1}, between(1, Images, _), Steps),
-    advised(10, result{status:exhausted, controller:heuristic, pose:none, score:0.1, ambiguity:0.0, merit_px:9, threshold_px:1,
+    advised(10, [], result{status:exhausted, controller:heuristic, pose:none, score:0.1, ambiguity:0.0, merit_px:9, threshold_px:1,
                        iterations:Images, steps:Steps}, Advised),
     get_dict(advice, Advised, Helps).
 test(of_how_many_images_the_pose_is_is_said_where_a_new_set_was_begun,
@@ -53,8 +53,17 @@ test(another_view_may_help_where_another_pose_holds_this_one_back,
       true(sub_atom(First, 0, _, _, Help))]) :-
     Score is 0.93 / (1 + Chance),
     Merit is 15 * (1 - Score),
-    advised(10, result{status:exhausted, pose:pose{}, score:Score, ambiguity:Chance, merit_px:Merit, threshold_px:1.2,
+    advised(10, [], result{status:exhausted, pose:pose{}, score:Score, ambiguity:Chance, merit_px:Merit, threshold_px:1.2,
                        iterations:Images}, Advised),
     get_dict(advice, Advised, [First|_]).
+test(black_images_are_said_to_be_so,
+     [forall(member(Second-Begin, [0.001-'light: every image is black', 0.1-'is the target in view'])),
+      true(sub_atom(First, 0, _, _, Begin))]) :-
+    advised(10, [reading(s, statistics(0, 0, 1, 0, unknown)), reading(s, statistics(0, Second, 1, 0, unknown))],
+            result{status:exhausted, pose:null, iterations:2, steps:[], controller:heuristic}, Advised),
+    get_dict(advice, Advised, [First|_]).
+test(many_lights_are_counted, true(sub_string(Text, _, _, _, "`position` of 40 lights is not told"))) :-
+    findall(Name, ( between(1, 40, N), atom_concat(ring, N, Name) ), Names),
+    shown(unknown_places(Names), Text).
 
 :- end_tests(display).

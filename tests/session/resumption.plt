@@ -17,8 +17,8 @@ kept(Given, Kept, Folder) :-
     forall(( member(Option, Given), arg(1, Option, File), sub_atom(File, _, _, 0, '.toml') ),
            ( open(File, write, Stream), close(Stream) )),
     locked_session_file(Folder, true),
-    record_options(Given),
-    read_session_file(Folder, Kept).
+    record_options(Given, "{}"),
+    read_session_file(Folder, [described("{}")|Kept]).
 
 :- begin_tests(resumption).
 

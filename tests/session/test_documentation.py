@@ -131,6 +131,29 @@ def test_the_session_that_shows_how_a_strategy_tunes_does(tmp_path: Path) -> Non
     assert len(tuned) > 2  # and one is taken back
 
 
+def test_a_strategy_may_sense_and_hear_by_itself(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "controllers.md").read_text()
+    (code,) = re.findall(r"```prolog\n([^`]*exog_occurs[^`]*)```", page)
+    (tmp_path / "lamp.pl").write_text(code)
+    (tmp_path / "lamp.txt").write_text("71.\n")
+
+    def session(name: str) -> str:
+        done = served(
+            "--controller", "lamp.pl", "--out", name, "--threshold", "0.000001", "--max-iterations", "3",
+            "--no-report", cwd=tmp_path,
+        )  # fmt: skip
+        assert done.returncode == 3, done.stderr
+        return (tmp_path / name / "history.pl").read_text()
+
+    journal = session("shut")
+    assert journal.count("read_celsius,71)") == journal.count("capture(") == 3
+    (tmp_path / "door_opened").touch()
+    journal = session("opened")
+    assert journal.count("door_opened") == 1
+    assert journal.count("capture(") <= 1
+    assert not (tmp_path / "door_opened").exists()
+
+
 def test_the_notebook_runs_and_finds_the_pose() -> None:
     notebook = json.loads((ROOT / "examples" / "three_lights.ipynb").read_text())
     cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]

@@ -191,6 +191,30 @@ def test_a_server_of_the_user_s_may_come_back(tmp_path: Path) -> None:
         shutil.rmtree(folder)
 
 
+def test_a_server_of_the_user_s_that_stays_away_is_given_up(tmp_path: Path) -> None:
+    with tempfile.TemporaryDirectory(prefix="own-") as folder:
+        endpoint = f"ipc://{folder}/images"
+        words = ["simulator", "--target", "cube", "--seed", "1", "--endpoint", endpoint]
+        server = subprocess.Popen([sys.executable, "-m", "image_server", *words], cwd=ROOT)
+        session = start_controller(
+            "--image-server", endpoint, "--out", tmp_path / "run", "--threshold", "0.000001",
+            "--max-iterations", "100", "--no-report",
+        )  # fmt: skip
+        captured(session, tmp_path / "run", "i1")
+        server.kill()
+        server.wait()
+        died = time.monotonic()
+        _, messages = session.communicate(timeout=DEADLINE_S)
+        took_s = time.monotonic() - died
+    assert session.returncode == 4, messages
+    assert f"nobody listens at {endpoint} any more" in messages
+    assert f"Nobody has listened at {endpoint} for 25 s" in messages
+    assert "score" not in messages and "at most 5 times" not in messages
+    result = json.loads((tmp_path / "run" / "result.json").read_text())
+    assert took_s < 60.0
+    assert result["seconds"]["total"] > 25.0
+
+
 def test_a_folder_that_is_deleted_under_a_session_is_said(tmp_path: Path) -> None:
     session, servers = running_session(tmp_path / "run")
     while (tmp_path / "run").exists():
@@ -233,7 +257,7 @@ def test_a_session_whose_disk_is_full_is_resumed_when_there_is_space(
 def test_a_disk_that_is_full_before_the_session_is_said(small_disk: Path) -> None:
     with contextlib.suppress(OSError):
         (small_disk / "filling").write_bytes(bytes(500 * 1024))
-    full = controller("--out", small_disk / "run", "--no-report")
+    full = controller("--out", small_disk / "run", "--no-report", "--quiet")
     assert full.returncode == 2
     (line,) = full.stderr.splitlines()
     assert line == f"ERROR: cannot write to the run folder {small_disk / 'run'}: is there space?"

@@ -235,10 +235,10 @@ def test_a_session_that_was_killed_before_it_began_is_begun_by_its_command(
 
 
 @contextmanager
-def scene(folder: Path, target: str, seed: int) -> Iterator[str]:
+def scene(folder: Path, target: str, seed: int, *options: str | Path) -> Iterator[str]:
     """An image server of the user's, at an endpoint that is always the same."""
     endpoint = f"ipc://{folder}/images"
-    words = ["simulator", "--target", target, "--seed", str(seed), "--endpoint", endpoint]
+    words = ["simulator", "--target", target, "--seed", str(seed), "--endpoint", endpoint, *map(str, options)]
     server = subprocess.Popen([sys.executable, "-m", "image_server", *words], cwd=ROOT)
     try:
         yield endpoint
@@ -264,6 +264,32 @@ def test_the_images_go_on_coming_from_where_they_came(interrupted: Path, tmp_pat
             resumed = served("--resume", out, "--no-report")
             assert resumed.returncode in {0, 3}, resumed.stderr
     assert not (out / "image_server.log").exists()
+
+
+LAMP = '[[lights]]\nname = "{}"\nposition = [{}, 0.0, 0.0]\n'
+
+
+def test_images_under_other_lights_are_refused(tmp_path: Path) -> None:
+    left, right = LAMP.format("left", -0.35), LAMP.format("right", 0.35)
+    lamps, out = tmp_path / "lamps.toml", tmp_path / "run"
+    with TemporaryDirectory(prefix="s") as folder:
+        lamps.write_text(left + right)
+        with scene(Path(folder), "cube", 9, "--scenario", lamps) as endpoint:
+            done = served("--image-server", endpoint, "--max-iterations", "2", *OPTIONS[2:6], "--out", out)
+            assert done.returncode == 3, done.stderr
+        (out / "result.json").unlink()
+        cut(out / "history.pl", "keep(i1)")
+        for other, said in [
+            (right + left, "lights: right, left; at its beginning left, right"),
+            (left + right + "levels = 2\n", "levels of the light right (2): 2; at its beginning 8"),
+        ]:
+            lamps.write_text(other)
+            with scene(Path(folder), "cube", 9, "--scenario", lamps):
+                assert said in refused(out)
+        lamps.write_text(left + right)
+        with scene(Path(folder), "cube", 9, "--scenario", lamps):
+            resumed = served("--resume", out, "--no-report")
+            assert resumed.returncode in {0, 3}, resumed.stderr
 
 
 def test_what_cannot_be_resumed_is_said(tmp_path: Path) -> None:

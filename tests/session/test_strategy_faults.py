@@ -1,6 +1,7 @@
 """A strategy that goes wrong while it runs: what went wrong and where, and everything is ended."""
 
 import json
+import signal
 from pathlib import Path
 
 import pytest
@@ -78,6 +79,62 @@ def test_its_servers_end_with_it_and_its_folder_can_be_resumed(tmp_path: Path) -
     done = controller("--resume", tmp_path / "run", "--no-report", "--quiet")
     assert done.returncode == 0, done.stderr
     assert "message" not in json.loads((tmp_path / "run" / "result.json").read_text())
+
+
+def test_a_helper_that_never_ends_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text(FIRST.format("?(p)", "p :- repeat, fail."))
+    running = start_controller("--controller", file, "--out", tmp_path / "run", "--no-report")
+    said = ""
+    while "the strategy computes" not in said:
+        line = running.stderr.readline()  # type: ignore[union-attr]
+        assert line, said
+        said += line
+    assert f"the strategy computes in p/0 ({file}:3) ..." in said
+    running.send_signal(signal.SIGINT)
+    _, rest = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert f"stopped while the strategy computed in p/0 ({file}:3)" in rest
+
+
+def test_what_it_waits_for_is_said(tmp_path: Path) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text("proc(control, wait).\nexog_action(rang).\n")
+    running = start_controller("--controller", file, "--out", tmp_path / "run", "--no-report")
+    said = ""
+    while "the strategy waits for an event" not in said:
+        line = running.stderr.readline()  # type: ignore[union-attr]
+        assert line, said
+        said += line
+    running.terminate()
+    assert "stopped while the strategy waited for an event" in running.communicate(timeout=60)[1]
+
+
+SENSES = """fun_fluent(mood).
+prim_action(ask).
+poss(ask, true).
+senses(ask, mood).
+{}
+proc(control, ask).
+"""
+
+
+@pytest.mark.parametrize(
+    ("clause", "line", "words"),
+    [
+        ("", 4, "nothing tells what ask/0 senses: write a clause of execute/2"),
+        ("execute(ask, _) :-\n open('not there', read, _).", 5, "execute(ask,_) came to an error: open/3"),
+        ("execute(ask, _) :- fail.", 5, "execute(ask,_) came to an error"),
+    ],
+)
+def test_what_it_senses_by_itself_is_not_asked_of_a_person(
+    tmp_path: Path, clause: str, line: int, words: str
+) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text(SENSES.format(clause))
+    done = served("--controller", file, "--out", tmp_path / "run", "--no-report", "--quiet")
+    assert done.returncode == 2, done.stderr
+    assert f"{file}:{line}: {words}" in done.stderr
 
 
 def test_ctrl_c_in_a_program_that_it_calls_stops_the_session(tmp_path: Path) -> None:
