@@ -1,11 +1,15 @@
-"""`python -m vision_server warm`: compile every kernel into numba's cache."""
+"""`python -m vision_server warm`: compile every kernel into numba's cache, on two cores."""
 
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from multiprocessing import get_context
 from typing import TYPE_CHECKING
 
 from numerics.stale_kernels import remove_stale_kernels
+from numerics.two_cores import cores
 from numerics.warming import warming
 
 if TYPE_CHECKING:
@@ -14,6 +18,9 @@ if TYPE_CHECKING:
     from geometry.camera import Camera
     from geometry.model import Model
     from geometry.pose import Pose
+    from vision_server.image_set import ImageSet
+
+LONGEST_S = 900.0  # that the second process is waited for; it takes one minute
 
 
 def add_options(_: ArgumentParser) -> None:
@@ -21,25 +28,76 @@ def add_options(_: ArgumentParser) -> None:
 
 
 def run(_: Namespace) -> None:
-    """Compile what has changed."""
+    """Compile what has changed.
+
+    A second process begins with what this one comes to last: each kernel is compiled by one of them, and
+    found on the disk by the other.
+    """
     remove_stale_kernels()
-    with warming("vision server", "numerics", "geometry", "vision_server"):
+    with warming("vision server", "numerics", "geometry", "vision_server"), _beside():
         warm_up()
 
 
+@contextmanager
+def _beside() -> Iterator[None]:
+    """The second process, `refine`, while the block runs; what it leaves the block does."""
+    if cores() == 1:
+        yield
+        return
+    second = get_context("spawn").Process(target=refine, daemon=True)
+    second.start()
+    try:
+        yield
+        second.join(LONGEST_S)
+    finally:
+        second.kill()
+        second.join()
+
+
 def warm_up() -> None:
-    """Draw a cube in several ways; find the kinds of its edges, and its pose in every way there is."""
+    """Find the pose of a cube in every way there is, and the kinds of its edges."""
+    from vision_server.edges.kinds import edge_kinds
+    from vision_server.matching import Anywhere
+    from vision_server.pipeline import PipelineSettings, estimate_pose
+    from vision_server.tracking.tracker import Tracker
+
+    model, camera, pose, images = _photographed_cube()
+    estimate_pose(images, ["sharp"], model, camera, Anywhere())
+    for names, matcher in (
+        (["sharp"], "search"),
+        (["blurred", "bright"], "search"),
+        (["sharp", "blurred"], "genetic"),
+    ):
+        estimate_pose(images, names, model, camera, pose, PipelineSettings(matcher=matcher))
+    tracker = Tracker(model, camera, pose)
+    for name in ("sharp", "noisy"):
+        tracker.step(images.images[name].pixels)
+    edge_kinds([image.statistics for image in images.images.values()])
+
+
+def refine() -> None:
+    """Find the kinds of a cube's edges, and refine its pose."""
+    from vision_server.edges.kinds import edge_kinds
+    from vision_server.pose.likely import last_step
+    from vision_server.pose.observation import PoseProblem
+    from vision_server.pose.ranking import best_first
+
+    model, camera, pose, images = _photographed_cube()
+    edge_kinds([image.statistics for image in images.images.values()])
+    problem = PoseProblem.at_scale(images.gradients(["sharp"]), model, camera, 0, 0.01, 0.0)
+    for found in best_first(problem, [pose]):
+        last_step(found)
+
+
+def _photographed_cube() -> tuple[Model, Camera, Pose, ImageSet]:
+    """A model, its camera and pose, and images of it of several kinds."""
     import numpy as np
 
     from geometry.camera import Camera
     from geometry.model import TARGETS, load_model
     from geometry.pose import Pose
     from vision_server.channels.depth import PER_GREY
-    from vision_server.edges.kinds import edge_kinds
     from vision_server.image_set import ImageSet
-    from vision_server.matching import Anywhere
-    from vision_server.pipeline import PipelineSettings, estimate_pose
-    from vision_server.tracking.tracker import Tracker
 
     model = load_model(TARGETS / "cube.cao")
     camera = Camera(320, 240, 400.0, 400.0, 159.5, 119.5)
@@ -53,17 +111,7 @@ def warm_up() -> None:
     images.add("toned", sharp, 1.0, 2.2)
     images.add("deep", sharp.astype(np.uint16) * np.uint16(PER_GREY), 1.0, 1.0)
     images.add("noisy", np.clip(sharp + noise, 0.0, 255.0).astype(np.uint8), 1.0, 1.0)
-    edge_kinds([image.statistics for image in images.images.values()])
-    for names, matcher in (
-        (["sharp"], "search"),
-        (["blurred", "bright"], "search"),
-        (["sharp", "blurred"], "genetic"),
-    ):
-        estimate_pose(images, names, model, camera, pose, PipelineSettings(matcher=matcher))
-    estimate_pose(images, ["sharp"], model, camera, Anywhere())
-    tracker = Tracker(model, camera, pose)
-    for frame in (sharp, images.images["noisy"].pixels):
-        tracker.step(frame)
+    return model, camera, pose, images
 
 
 def drawn(
