@@ -231,12 +231,14 @@ def vote(gain: Bytes, offset: Offsets, bins: Offsets, count: Ints, length: Float
 def _of_each_parity(gain: Bytes, stride: int, before: int, size: int) -> tuple[Bytes, Floats]:
     """The cells of each parity apart, (BINS, 4, size), and the mean of each bin, (BINS,).
 
-    So neighbours among the places are neighbours in memory; with as many empty columns after each row, and
-    rows above and below, as the templates reach, a shift is one number.
+    So neighbours among the places are neighbours in memory; with as many more columns after each row, and
+    rows above and below, as the templates reach, a shift is one number. Outside of the image is what chance
+    gives: of a target that is partly there what is inside decides.
     """
-    padded, chance = np.zeros((len(gain), 4, size), np.uint8), np.zeros(len(gain))
+    padded, chance = np.empty((len(gain), 4, size), np.uint8), np.zeros(len(gain))
     for b in range(len(gain)):
         chance[b] = gain[b].mean()
+        padded[b] = np.uint8(chance[b] + 0.5)
         for row in range(gain.shape[1]):
             start = before + row // 2 * stride
             for column in range(gain.shape[2]):

@@ -87,7 +87,7 @@ def test_what_narrows_nothing_sensible_is_refused(values: dict[str, tuple[float,
         Anywhere(**values)  # type: ignore[arg-type]
 
 
-def test_votes_are_sums_of_gains_at_every_second_place() -> None:
+def test_votes_are_sums_of_gains_at_every_second_place_and_of_chance_outside() -> None:
     rng = np.random.default_rng(0)
     gain = rng.integers(0, 256, (8, 23, 31)).astype(np.uint8)
     points = np.array([5, 12, 12])
@@ -99,8 +99,8 @@ def test_votes_are_sums_of_gains_at_every_second_place() -> None:
         for row, column in np.ndindex(sums.shape):
             for p in range(points[t]):
                 y, x = 2 * row + offset[t, p, 0], 2 * column + offset[t, p, 1]
-                if 0 <= y < 23 and 0 <= x < 31:
-                    sums[row, column] += gain[bins[t, p], y, x]
+                inside = 0 <= y < 23 and 0 <= x < 31
+                sums[row, column] += gain[bins[t, p], y, x] if inside else round(gain[bins[t, p]].mean())
         expected = sum(gain[b].mean() for b in bins[t, : points[t]])
         assert score[t] == pytest.approx(2.0 * (sums.max() - expected) / points[t] / 255.0)
         assert sums[tuple((place[t] // 2).astype(int))] == sums.max()

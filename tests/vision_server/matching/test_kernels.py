@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +13,20 @@ from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose, disturbed
 from geometry.visibility import MIN_LINE_PX, image_bounds, visible_samples
 from numerics.arrays import Floats
+from tests.geometry.boxes import box
 from tests.vision_server.matching_scenes import CAMERA, segments_of
 from vision_server.matching.draws import even_numbers, in_range, poses_around, poses_in_range
-from vision_server.matching.icp import CHANCE, SIGNIFICANCE, SUM, TURN, Lookup, Merit, align, score_poses
+from vision_server.matching.icp import (
+    CHANCE,
+    SIGNIFICANCE,
+    SUM,
+    TURN,
+    Lookup,
+    Merit,
+    align,
+    normal_equations,
+    score_poses,
+)
 from vision_server.matching.match import SearchRange, distinct, long_enough
 from vision_server.matching.nearest_edges import (
     BINS,
@@ -208,6 +220,25 @@ def test_aligning_ends_at_the_pose_that_made_the_segments() -> None:
         align(lookup, view, rotation, translation, reach, 4)
     np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-9)
     assert Pose.from_matrix(rotation, translation).error_to(POSE).within(0.05, 0.0005)
+
+
+def test_aligning_takes_no_step_after_which_less_fits(tmp_path: Path) -> None:
+    """Along a slender part little holds the pose: of steps alone many of these run away from their edges."""
+    bar = box(tmp_path, 1.2, 0.05, 0.04)
+    turned = Pose(np.array([0.5, 0.4, 0.2]), np.array([0.02, -0.01, 2.0]))
+    pose = turned.compose(Pose(np.zeros(3), -bar.middle))
+    segments = segments_of(bar, pose, clutter=40)
+    views = Views(bar, CAMERA, pose, 4.0)
+    edges, room, lost = nearest_edges(segments, CAMERA), (np.empty((6, 6)), np.empty(6)), 0
+    for number in range(100):
+        start = disturbed(pose, np.random.default_rng(number), 6, 8, CAMERA.fx)
+        view = int(views.of(start.matrix[None], start.translation[None])[0])
+        lookup = Lookup(edges, views.table(), CAMERA.intrinsics)
+        rotation, translation = start.matrix.copy(), start.translation.copy()
+        before = normal_equations(lookup, view, rotation, translation, 12.0, *room)
+        align(lookup, view, rotation, translation, 12.0, 3)
+        lost += normal_equations(lookup, view, rotation, translation, 12.0, *room) < before
+    assert lost == 0, lost
 
 
 def test_a_view_shows_the_lines_that_are_visible_from_its_direction() -> None:
