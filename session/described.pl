@@ -1,5 +1,6 @@
 :- module(session_described,
-          [ draws/4,                    % +Description, +Seed, ?Where, -Draws
+          [ described_model/2,          % +Description, -Model
+            draws/4,                    % +Description, +Seed, ?Where, -Draws
             kept_description/2,         % +Description, -Text
             check_as_begun/4            % +Options, +Folder, +Seed, +Description
           ]).
@@ -17,13 +18,22 @@ others, what is recorded would not be what was done.  Description is the answer 
 :- use_module(library(lists), [member/2, memberchk/2, nth1/3]).
 :- use_module(library(option), [option/2]).
 
+%!  described_model(+Description, -Model) is semidet.
+%
+%   The target's model file; of a device without a target, which says null or nothing, none.
+
+described_model(Description, Model) :-
+    Target = Description.get(target),
+    is_dict(Target),
+    Model = Target.get(model).
+
 %!  draws(+Description, +Seed, ?Where, -Draws) is semidet.
 %
 %   The seed of what is drawn on this scene.  Where is `known` or `unknown`, as the place of the target is; a target that
 %   has moved is not where it was.  Fails where nothing is told of a target.
 
 draws(Description, Seed, Where, Draws) :-
-    _{model:Model} :< Description.get(target),
+    described_model(Description, Model),
     (   SeedPose = Description.target.get(seed_pose),
         is_dict(SeedPose)
     ->  Where = known,

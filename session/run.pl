@@ -9,7 +9,7 @@ error, by Ctrl-C or by SIGTERM.
 
 :- use_module(acquisition_device, [close_acquisition/0, execute/2, open_acquisition/1]).
 :- use_module(connections, [ask/4]).
-:- use_module(described, [check_as_begun/4, draws/4, kept_description/2]).
+:- use_module(described, [check_as_begun/4, described_model/2, draws/4, kept_description/2]).
 :- use_module(display, [show/2, show_address/0, tell/3]).
 :- use_module(ending, [end_session/3, exit_status/2]).
 :- use_module(holding, [forget_hold/1, wait_while_held/1]).
@@ -146,7 +146,7 @@ with_description(Session, Session.put(_{plan:Named, described:Description})) :-
     within_reach(Options, Description, Plan0, Plan),
     ( Plan.program == Plan0.program -> true ; show(Options, farther(Plan.program)) ),
     (   Plan.shows \= target(_),
-        _{model:Model} :< Description.get(target)
+        described_model(Description, Model)
     ->  file_base_name(Model, Base),
         file_name_extension(Name, _, Base),
         Named = Plan.put(target, Name)
