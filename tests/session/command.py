@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -129,3 +130,13 @@ def gone(pids: dict[str, int], within_s: float = DEADLINE_S) -> bool:
             return False
         time.sleep(0.05)
     return True
+
+
+def refused(*options: str | Path, by: Callable[..., subprocess.CompletedProcess[str]] = controller) -> str:
+    """Run with bad options; returns the message after checking that it is short and the status is 2."""
+    done = by(*options)
+    assert done.returncode == 2, done.stderr
+    lines = [line for line in done.stderr.strip().splitlines() if "  waiting for the" not in line]
+    assert 1 <= len(lines) <= 4, done.stderr
+    assert "Traceback" not in done.stderr
+    return done.stderr

@@ -4,14 +4,13 @@ import json
 import os
 import subprocess
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from bridge.start_messages import MATCHER_NAMES
 from tests.commands import Done
-from tests.session.command import DEADLINE_S, ROOT, controller, start_controller
+from tests.session.command import DEADLINE_S, ROOT, controller, refused, start_controller
 from tests.session.serving import served
 
 STACK = """
@@ -34,16 +33,6 @@ model = "m.cao"
 rotation_vector = [0.0, 0.0, 0.0]
 translation = [0.0, 0.0, 1.0]
 """
-
-
-def refused(*options: str | Path, by: Callable[..., Done] = controller) -> str:
-    """Run with bad options; returns the message after checking that it is short and the status is 2."""
-    done = by(*options)
-    assert done.returncode == 2, done.stderr
-    lines = [line for line in done.stderr.strip().splitlines() if "  waiting for the" not in line]
-    assert 1 <= len(lines) <= 4, done.stderr
-    assert "Traceback" not in done.stderr
-    return done.stderr
 
 
 def test_the_matchers_are_those_of_the_messages() -> None:
@@ -160,107 +149,6 @@ def test_a_hold_point_inside_the_target_is_refused_before_anything_is_done() -> 
     message = refused("--approach", "--target", "cube", "--contact-range", "0.1", "--dry-run")
     assert "--contact-range" in message
     assert "cannot come to 0.1 m" in message
-
-
-def test_controller_with_a_syntax_error(tmp_path: Path) -> None:
-    file = tmp_path / "mine.pl"
-    file.write_text("proc(control,\n  [choose_random take_image]).\n")
-    message = refused("--controller", file, "--out", tmp_path / "run")
-    assert "mine.pl:2" in message
-
-
-def test_controller_with_an_unknown_action(tmp_path: Path) -> None:
-    file = tmp_path / "mine.pl"
-    file.write_text("proc(control, [choose_random, take_picture]).\n")
-    message = refused("--controller", file, "--out", tmp_path / "run")
-    assert "take_picture" in message
-    assert "mine.pl:1" in message
-
-
-def test_controller_without_control(tmp_path: Path) -> None:
-    file = tmp_path / "mine.pl"
-    file.write_text("proc(other, []).\n")
-    message = refused("--controller", file, "--out", tmp_path / "run")
-    assert "control" in message
-    assert not (tmp_path / "run").exists()
-
-
-@pytest.mark.parametrize(
-    ("body", "words"),
-    [
-        (
-            "[choose_random,\n if(working(lft), take_image, [])]",
-            [":2: ", "no light lft", "Did you mean left?"],
-        ),
-        ("[choose(settings([7, 7], 1/60, 4))]", [":1: ", "2 light levels", "3 lights: left, right, top"]),
-        ("[choose(settings([7, 9, 7], 1/60, 4))]", [":1: ", "light right has no level 9", "0 to 7"]),
-        ("[choose(settings([7, 7, 7], 1/50, 4))]", [":1: ", "shutter of 1/50 s", "1/60 s"]),
-        ("[choose(settings([7, 7, 7], 1/60, 8))]", [":1: ", "aperture of 8", "2.8"]),
-    ],
-)
-def test_what_the_device_does_not_have_is_said_before_anything_is_done(
-    tmp_path: Path, body: str, words: list[str]
-) -> None:
-    file = tmp_path / "mine.pl"
-    file.write_text(f"proc(control, {body}).\n")
-    message = refused("--controller", file, "--dry-run", by=served)
-    for word in words:
-        assert word in message
-    assert "mine.pl" in message
-
-
-def test_what_a_strategy_includes_is_its_own(tmp_path: Path) -> None:
-    (tmp_path / "theirs.pl").write_text("proc(control, [first]).\nproc(first, choose_random).\n")
-    file = tmp_path / "mine.pl"
-    file.write_text(":- include('theirs.pl').\nproc(more, []).\n")
-    assert served("--controller", file, "--dry-run").returncode == 0
-    (tmp_path / "theirs.pl").write_text("proc(control,\n if(working(lft), take_image, [])).\n")
-    message = refused("--controller", file, "--dry-run", by=served)
-    assert "theirs.pl:2: working(lft): there is no light lft" in message
-    (tmp_path / "theirs.pl").write_text("proc(control, []).\n:- include('mine.pl').\n")
-    message = refused("--controller", file, "--dry-run", by=served)
-    assert f"theirs.pl:2: it includes {file}, which is included by it" in message
-
-
-@pytest.mark.parametrize(
-    ("body", "words"),
-    [
-        ("[take_image, measure, keep_image]", ["without settings", "choose_random"]),
-        ("[choose_random,\n keep_image]", [":2: ", "no image to keep", "take_image"]),
-        ("[choose_random, take_image,\n\n keep_image]", [":3: ", "before it is measured"]),
-        ("[choose_random, take_image, take_image]", ["i1 is neither kept nor discarded"]),
-    ],
-)
-def test_what_is_not_possible_is_said_with_its_place(tmp_path: Path, body: str, words: list[str]) -> None:
-    file = tmp_path / "mine.pl"
-    file.write_text(f"proc(control, {body}).\n")
-    message = refused("--controller", file, "--out", tmp_path / "run", "--no-report", "--quiet", by=served)
-    for word in words:
-        assert word in message
-    assert "mine.pl" in message
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("program", "words"),
-    [
-        ("proc(control, while(true, ?(true))).", ["100,000 steps without an action", "while(true,?(true))"]),
-        ("proc(control, while(true, choose_random)).", ["1000 actions and took no image"]),
-        (
-            "proc(control, loop(0)).\nproc(loop(N), [?(N >= 0), loop(M)]) :- integer(N), M is N + 1.",
-            ["100,000 steps without an action", "loop("],
-        ),
-    ],
-)
-def test_a_strategy_that_never_ends_is_told_so_in_one_line(
-    tmp_path: Path, program: str, words: list[str]
-) -> None:
-    file = tmp_path / "mine.pl"
-    file.write_text(program)
-    message = refused("--controller", file, "--out", tmp_path / "run", "--no-report", "--quiet", by=served)
-    (line,) = [line for line in message.splitlines() if "ERROR" in line]
-    assert all(word in line for word in ["mine", "never end?", *words])
-    assert json.loads((tmp_path / "run" / "result.json").read_text())["status"] == "stopped"
 
 
 def leaving_no_folder(*options: str | Path) -> Done:

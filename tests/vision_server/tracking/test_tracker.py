@@ -17,9 +17,7 @@ from geometry.rotation import matrix_of
 from tests.vision_server.synthetic import CAMERA, POSE
 from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_at
 from tests.vision_server.tracking.films import filmed, moving
-from vision_server.channels.depth import Pixels
 from vision_server.judgement import Estimate
-from vision_server.matching.match import Anywhere
 from vision_server.pose.trust import Misfit
 from vision_server.tracking import acceptance
 from vision_server.tracking import tracker as tracking
@@ -29,7 +27,7 @@ from vision_server.tracking.following import Found, Sight, turned_about
 from vision_server.tracking.frame import Tone
 from vision_server.tracking.motion import about
 from vision_server.tracking.rivals import Rivals
-from vision_server.tracking.searching import EVERYWHERE, Searches
+from vision_server.tracking.searching import Searches
 from vision_server.tracking.tracked import Tracked
 from vision_server.tracking.tracker import EXPECTED, LOOKED_AT_ANEW, SURPRISING, Tracker
 from vision_server.tracking.usual import Usual
@@ -314,59 +312,6 @@ def test_what_is_hardly_believed_any_more_is_followed_and_not_sure(
     told = tracker.step(frames[3])
     assert told.state == state
     assert told.pose is not None
-
-
-@pytest.fixture
-def looks(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """From how many poses each look farther around began."""
-    looks, far = list[int](), Sight.far
-
-    def counted(self: Sight, pixels: Pixels, expected: list[Pose], habits: Habits) -> list[Found]:
-        looks.append(len(expected))
-        return far(self, pixels, expected, habits)
-
-    monkeypatch.setattr(Sight, "far", counted)
-    return looks
-
-
-def test_after_a_frame_that_was_not_followed_surely_other_poses_are_looked_at(
-    model: Model, looks: list[int]
-) -> None:
-    tracker = Tracker(model, CAMERA, NEAR)
-    counts = []
-    for frame in filmed(model, list(moving(4, still=4))):
-        tracker.step(frame)
-        counts.append(len(looks))
-    assert counts == [0, 1, 1, 1]
-
-
-def test_where_the_motion_foresees_less_than_a_small_search_reaches_other_poses_are_looked_at(
-    model: Model, looks: list[int]
-) -> None:
-    tracker = Tracker(model, CAMERA, NEAR)
-    times = (0.0, 0.033, 0.067, 0.1, 0.133, 0.633)  # the last one half a second later
-    counts = []
-    for frame, time_s in zip(filmed(model, list(moving(6, still=6))), times, strict=True):
-        assert tracker.step(frame, time_s).state == "sure"
-        counts.append(len(looks))
-    assert counts == [0, 1, 1, 1, 1, 2]
-
-
-def test_what_is_believed_and_hardly_seen_does_not_keep_it_from_looking_everywhere(
-    model: Model, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    starts = []
-
-    def elsewhere(*given: object) -> Estimate:
-        starts.append(given[4])
-        return Estimate(score=0.95)
-
-    monkeypatch.setattr("vision_server.tracking.searching.estimate_pose", elsewhere)
-    tracker = Tracker(model, CAMERA, NEAR)
-    tracker._history.lost = 1  # it is lost
-    for _ in range(EVERYWHERE):
-        tracker._searches.estimate(np.zeros((CAMERA.height, CAMERA.width), np.uint8))
-    assert [isinstance(start, Anywhere) for start in starts] == [False] * EVERYWHERE + [True]
 
 
 def test_doubts_of_a_thing_elsewhere_do_not_count(model: Model) -> None:

@@ -1,0 +1,72 @@
+"""How far a frame is looked at: near, farther, everywhere."""
+
+
+import numpy as np
+import pytest
+
+from geometry.model import Model
+from geometry.pose import Pose, disturbed
+from tests.vision_server.synthetic import CAMERA, POSE
+from tests.vision_server.tracking.films import filmed, moving
+from vision_server.channels.depth import Pixels
+from vision_server.judgement import Estimate
+from vision_server.matching.match import Anywhere
+from vision_server.tracking.fitting import Habits
+from vision_server.tracking.following import Found, Sight
+from vision_server.tracking.searching import EVERYWHERE
+from vision_server.tracking.tracker import Tracker
+
+NEAR = disturbed(POSE, np.random.default_rng(1), 10.0, 10.0, CAMERA.fx)
+
+
+@pytest.fixture
+def looks(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """From how many poses each look farther around began."""
+    looks, far = list[int](), Sight.far
+
+    def counted(self: Sight, pixels: Pixels, expected: list[Pose], habits: Habits) -> list[Found]:
+        looks.append(len(expected))
+        return far(self, pixels, expected, habits)
+
+    monkeypatch.setattr(Sight, "far", counted)
+    return looks
+
+
+def test_after_a_frame_that_was_not_followed_surely_other_poses_are_looked_at(
+    model: Model, looks: list[int]
+) -> None:
+    tracker = Tracker(model, CAMERA, NEAR)
+    counts = []
+    for frame in filmed(model, list(moving(4, still=4))):
+        tracker.step(frame)
+        counts.append(len(looks))
+    assert counts == [0, 1, 1, 1]
+
+
+def test_where_the_motion_foresees_less_than_a_small_search_reaches_other_poses_are_looked_at(
+    model: Model, looks: list[int]
+) -> None:
+    tracker = Tracker(model, CAMERA, NEAR)
+    times = (0.0, 0.033, 0.067, 0.1, 0.133, 0.633)  # the last one half a second later
+    counts = []
+    for frame, time_s in zip(filmed(model, list(moving(6, still=6))), times, strict=True):
+        assert tracker.step(frame, time_s).state == "sure"
+        counts.append(len(looks))
+    assert counts == [0, 1, 1, 1, 1, 2]
+
+
+def test_what_is_believed_and_hardly_seen_does_not_keep_it_from_looking_everywhere(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    starts = []
+
+    def elsewhere(*given: object) -> Estimate:
+        starts.append(given[4])
+        return Estimate(score=0.95)
+
+    monkeypatch.setattr("vision_server.tracking.searching.estimate_pose", elsewhere)
+    tracker = Tracker(model, CAMERA, NEAR)
+    tracker._history.lost = 1  # it is lost
+    for _ in range(EVERYWHERE):
+        tracker._searches.estimate(np.zeros((CAMERA.height, CAMERA.width), np.uint8))
+    assert [isinstance(start, Anywhere) for start in starts] == [False] * EVERYWHERE + [True]
