@@ -10,3 +10,4 @@ Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 Field = NDArray[np.float32]  # a value for each pixel
 Grey = NDArray[np.uint8]  # pictures
+Reals = NDArray[np.float64] | NDArray[np.float32]  # where either will do

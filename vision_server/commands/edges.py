@@ -16,9 +16,7 @@ from vision_server.commands.options import add_exposures, picture_file, warn
 from vision_server.rivals import MERGE_RULES
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from numerics.arrays import Field, Floats
     from vision_server.edges.kinds import EdgeKinds
 
 
@@ -27,7 +25,7 @@ METHODS = ("em", *MERGE_RULES)
 SELECTABLE_KINDS = ("outline", "crease", "print", "shadow", "highlight")
 
 
-def parse_levels(text: str | None, count: int) -> NDArray[np.float64] | None:
+def parse_levels(text: str | None, count: int) -> Floats | None:
     """Levels (images, lamps) of the lights from "L,L,…;L,L,…;…", as shares of the largest one.
 
     Raises
@@ -115,7 +113,7 @@ def write_kinds(kinds: EdgeKinds, options: Namespace) -> None:
         print(json.dumps(columns, allow_nan=False))
 
 
-def write_array(path: Path, array: NDArray[np.float32]) -> None:
+def write_array(path: Path, array: Field) -> None:
     """Write one array as NumPy does; errors as `write_file`."""
     import numpy as np
 

@@ -12,12 +12,12 @@ from bridge.errors import BadInput
 from vision_server.commands.options import warn
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from geometry.camera import Camera, Region
     from geometry.model import Model
     from geometry.pose import Pose
+    from numerics.arrays import Grey
     from vision_server.edges.moved import Movement
     from vision_server.image_set import ImageSet
     from vision_server.matching.match import Anywhere
@@ -160,7 +160,7 @@ def write_overlay(
     write_picture(path, draw_overlay(pixels, model, camera, pose, support))
 
 
-def write_picture(path: Path, picture: NDArray[np.uint8]) -> None:
+def write_picture(path: Path, picture: Grey) -> None:
     """Write a picture of the kind that its name says, see `picture_file`.
 
     Raises

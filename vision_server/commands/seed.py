@@ -15,11 +15,9 @@ from vision_server.commands.files import check_image_size, write_file, write_ove
 from vision_server.commands.options import add_model_and_camera, picture_file, warn
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from geometry.camera import Camera
     from geometry.model import Model
+    from numerics.arrays import Grey
     from vision_server.seeding.pairs import Pairs
     from vision_server.seeding.points_pose import PointsPose
 
@@ -73,7 +71,7 @@ def run(options: Namespace) -> int:
 class _Scene:
     model: Model
     camera: Camera
-    grey: NDArray[np.uint8]  # (H, W); of a deep image its own range
+    grey: Grey  # (H, W); of a deep image its own range
 
 
 def _read(options: Namespace) -> _Scene:

@@ -8,9 +8,9 @@ are as many, `edges.each_light` says more.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vision_server.edges.densities import Floats, any_of, sum_of_logs
+from numerics.arrays import Floats, Reals
+from vision_server.edges.densities import any_of, sum_of_logs
 from vision_server.edges.sides import Sides
 
 # Of log-ratios; chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
@@ -23,12 +23,12 @@ TELLING_VARIANCE = 1.0  # of a channel's log-ratio: more, as of a black or clipp
 
 def shadow_of_one(
     sides: Sides,
-    logs: Floats,
-    noise: Floats,
-    lights: NDArray[np.float64],
+    logs: Reals,
+    noise: Reals,
+    lights: Floats,
     depth_sd: float,
-    dark_side: Floats | float = 1.0,
-) -> Floats:
+    dark_side: Reals | float = 1.0,
+) -> Reals:
     """Log-likelihood (N,) that one of the lights is blocked on one side, each as likely.
 
     Parameters
@@ -49,8 +49,8 @@ def shadow_of_one(
 
 
 def one_blocked(
-    sides: Sides, logs: Floats, noise: Floats, light: NDArray[np.float64], depth_sd: float
-) -> Floats:
+    sides: Sides, logs: Reals, noise: Reals, light: Floats, depth_sd: float
+) -> Reals:
     """Log-likelihood (N,) that a light, on as far as ``light`` (C,) says, is blocked on one side.
 
     Where one side has the intensity I in a channel, the other has I + m light: m is fitted.

@@ -7,43 +7,41 @@ the time.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Field, Reals
 from numerics.kernels import kernel
 from numerics.logarithm import HALF, ONE, ZERO, log_of
 from vision_server.edges.sides import Sides
-
-Floats = NDArray[np.float64] | NDArray[np.float32]
 
 TAU = np.float32(2.0 * np.pi)
 UNKNOWN_SD = 10.0  # of a log-ratio, where a side is clipped
 FACTORS = 8  # so many values within what float32 holds have a product that float64 holds
 
 
-def either(first: Floats | float, second: Floats) -> Floats:
+def either(first: Reals | float, second: Reals) -> Reals:
     """Logarithm of the sum of what two logarithms are of: `np.logaddexp`, at many times its speed."""
     return np.asarray(np.maximum(first, second) + np.log(1.0 + np.exp(-np.abs(first - second))))
 
 
-def any_of(values: Floats) -> Floats:
+def any_of(values: Reals) -> Reals:
     """Logarithm (N,) of the mean over the rows (L, N) of what logarithms are of: each is as likely."""
     most = values.max(axis=0)
     return np.asarray(most + np.log(np.exp(values - most).sum(axis=0) * (1.0 / len(values))))
 
 
-def sum_of_logs(values: Floats) -> NDArray[np.float32]:
+def sum_of_logs(values: Reals) -> Field:
     """Sum over the rows (C, N) of the logarithms of values within what float32 holds, float32 (N,)."""
     parts = range(0, len(values), FACTORS)
     products = [np.multiply.reduce(values[part : part + FACTORS], dtype=np.float64) for part in parts]
     return np.asarray(sum(np.log(product) for product in products), np.float32)
 
 
-def normal(x: Floats, variance: Floats) -> Floats:
+def normal(x: Reals, variance: Reals) -> Reals:
     """Density of a Gaussian of mean 0."""
     return np.asarray(np.exp(-0.5 * x * x / variance) / np.sqrt(2.0 * np.pi * variance))
 
 
-def logarithms(sides: Sides) -> tuple[Floats, Floats]:
+def logarithms(sides: Sides) -> tuple[Reals, Reals]:
     """Logarithms of the intensities (C, 2, N), and the variance (C, N) of their difference from noise.
 
     Where both sides are dark or one is clipped the difference says nothing, and its variance is large.

@@ -26,9 +26,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.errors import BadInput
+from numerics.arrays import Floats, Reals
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.lighting import coarse_places
 from vision_server.edges.along import mean_along
@@ -41,8 +41,6 @@ from vision_server.edges.light_parts import KnownLights, apparent_parts, known_l
 from vision_server.edges.likelihoods import FIXED, KINDS, OUTLINE, SHADOW, likelihoods
 from vision_server.edges.merging import merge_channels
 from vision_server.edges.sides import DARK_GREY, Sides, evenly_weighted, sides_of
-
-Floats = NDArray[np.float64] | NDArray[np.float32]
 
 # Chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
 SAMPLE_STEP = 16  # of the pixels that say whether a channel tells kinds
@@ -81,8 +79,8 @@ class EdgeKinds(NamedTuple):
 
     edges: EdgeMap
     sides: Sides
-    probability: Floats
-    share: Floats
+    probability: Reals
+    share: Reals
     used: tuple[int, ...]
 
     def of_kinds(self, kinds: Sequence[int]) -> EdgeMap:
@@ -100,7 +98,7 @@ class EdgeKinds(NamedTuple):
         return replace(self.edges, strength=strength)
 
 
-def fit_kinds(likelihood: Floats) -> tuple[Floats, Floats]:
+def fit_kinds(likelihood: Reals) -> tuple[Reals, Reals]:
     """Probability (6, N) of each kind for each edgel, and how frequent they are (6,), by EM."""
     share = np.full(len(KINDS), 1.0 / len(KINDS))
     likely = np.exp(likelihood - likelihood.max(axis=0)).astype(np.float64)
@@ -112,7 +110,7 @@ def fit_kinds(likelihood: Floats) -> tuple[Floats, Floats]:
     return likely * share[:, None] / (share @ likely), share
 
 
-def edge_kinds(channels: Sequence[ChannelStatistics], levels: NDArray[np.float64] | None = None) -> EdgeKinds:
+def edge_kinds(channels: Sequence[ChannelStatistics], levels: Floats | None = None) -> EdgeKinds:
     """The edgels of a set of at least two channels, and their kinds; one that is given twice counts once.
 
     Parameters
@@ -168,7 +166,7 @@ def _clear_and_sure(channel: ChannelStatistics) -> tuple[float, float]:
 
 
 def kinds_of(
-    edges: EdgeMap, levels: NDArray[np.float64] | None = None, used: tuple[int, ...] = ()
+    edges: EdgeMap, levels: Floats | None = None, used: tuple[int, ...] = ()
 ) -> EdgeKinds:
     """The kinds of the edgels of a merged set, of which ``used`` says which of some channels it is of."""
     sides = sides_of(edges)

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from numerics.arrays import Field, Reals
 from vision_server.edges.background import Background
 from vision_server.edges.blocked import DEPTH_SD, FLAT_SD, KNOWN_DEPTH_SD, shadow_of_one
 from vision_server.edges.densities import either, logarithms, normal, sum_of_logs
@@ -20,8 +20,6 @@ from vision_server.edges.falling import Falling
 from vision_server.edges.light_parts import KnownLights, apparent_parts, parts_of
 from vision_server.edges.scatter import SURFACE_SD, scatter
 from vision_server.edges.sides import Sides
-
-Floats = NDArray[np.float64] | NDArray[np.float32]
 
 KINDS = ("outline", "crease", "print", "shadow", "highlight", "noise")
 OUTLINE, CREASE, PRINT, SHADOW, HIGHLIGHT, NOISE = range(len(KINDS))
@@ -53,7 +51,7 @@ def likelihoods(
     background: Background,
     lights: KnownLights | None = None,
     falling: Falling | None = None,
-) -> Floats:
+) -> Reals:
     """Log-likelihood of each kind.
 
     Parameters
@@ -81,7 +79,7 @@ def likelihoods(
 
 def _of_block(
     sides: Sides, background: Background, lights: KnownLights | None, falling: Falling | None
-) -> Floats:
+) -> Reals:
     """As `likelihoods`, of as many edgels as the processor's cache holds."""
     found = np.empty((len(KINDS), sides.noise.shape[1]), np.float32)
     found[[OUTLINE, CREASE, PRINT, NOISE]] = scatter(sides, background.dark)
@@ -106,7 +104,7 @@ def _of_block(
     return found
 
 
-def _before_wall(found: Floats, beside: Floats, noise: Floats) -> None:
+def _before_wall(found: Reals, beside: Reals, noise: Reals) -> None:
     """Let a lit wall say what is outline, and what is on it, in ``found`` (6, N), an output.
 
     One side of an outline is of the wall's grey in each light, or in a shadow there, the other of any grey;
@@ -129,7 +127,7 @@ def _before_wall(found: Floats, beside: Floats, noise: Floats) -> None:
     found[SHADOW] = either(found[SHADOW], either(*end) - math.log(2.0))
 
 
-def _known_lights(found: Floats, sides: Sides, lights: KnownLights, falling: Falling | None) -> None:
+def _known_lights(found: Reals, sides: Sides, lights: KnownLights, falling: Falling | None) -> None:
     """Let known lights say what is shadow, highlight, print and outline in ``found`` (6, N), an output."""
     parts = parts_of(sides, lights)
     told = np.zeros(found.shape[1], np.bool_) if parts is None else parts.known[0]
@@ -147,7 +145,7 @@ def _known_lights(found: Floats, sides: Sides, lights: KnownLights, falling: Fal
         some = sides.of(other)
         logs, noise = logarithms(some)
         found[CREASE, other] = either(found[CREASE, other], _turned(logs, noise) - RARER_TURNED)
-        fall_to: Floats | float = 1.0
+        fall_to: Reals | float = 1.0
         if falling is not None and parts is None:
             fall_to = falling.of_most_changed(apparent_parts(some))
         elif falling is not None:
@@ -157,7 +155,7 @@ def _known_lights(found: Floats, sides: Sides, lights: KnownLights, falling: Fal
         found[HIGHLIGHT, other] = highlight - RARER_HIGHLIGHT
 
 
-def _turned(logs: Floats, noise: Floats) -> Floats:
+def _turned(logs: Reals, noise: Reals) -> Reals:
     """Log-likelihood (N,) of a crease where most of the light in each image is of another lamp.
 
     Log-ratios do not depend on each other then, as in `edges.each_light`.
@@ -167,7 +165,7 @@ def _turned(logs: Floats, noise: Floats) -> Floats:
     return sum_of_logs(both + FACES_AWAY * normal(ratio, noise + AWAY_SD**2))
 
 
-def _touched(logs: Floats, noise: Floats) -> tuple[Floats, Floats]:
+def _touched(logs: Reals, noise: Reals) -> tuple[Reals, Reals]:
     """Log-likelihoods (N,) that light is blocked, and that it is mirrored, on one side in some channels."""
     ratio, variance = logs[:, 0] - logs[:, 1], noise + SURFACE_SD**2
     most = np.float32(2.0 * TEXTURE_SD)
@@ -183,7 +181,7 @@ def _touched(logs: Floats, noise: Floats) -> tuple[Floats, Floats]:
     return shadow, usual + sum_of_logs(untouched + touched * brighter)
 
 
-def _at_least(values: Floats, ranked: Floats) -> NDArray[np.float32]:
+def _at_least(values: Reals, ranked: Reals) -> Field:
     """Of each column (C, N) the value where ``ranked`` is least: `argmin`, at a fifth of its time."""
     found, least = values[0].copy(), ranked[0].copy()
     for value, rank in zip(values[1:], ranked[1:], strict=True):
@@ -192,7 +190,7 @@ def _at_least(values: Floats, ranked: Floats) -> NDArray[np.float32]:
     return np.asarray(found, np.float32)
 
 
-def _middle(logs: Floats) -> Floats:
+def _middle(logs: Reals) -> Reals:
     """Mean over the channels (C, 2, N), of three or more without the largest and the smallest."""
     if len(logs) < 3:
         return np.asarray(logs.mean(axis=0))
