@@ -3,12 +3,15 @@
 import numpy as np
 
 from geometry.camera import Camera
-from geometry.model import Model
+from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
 from numerics.arrays import Floats
 
 CAMERA = Camera(640, 480, 700.0, 700.0, 319.5, 239.5)
+SATELLITE = load_model(find_target("satellite"))
+CUBE = load_model(find_target("cube"))
+POSE = Pose(np.array([0.5, 0.4, 0.2]), np.array([0.02, -0.01, 1.0]))
 
 
 def segments_of(

@@ -8,11 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geometry.model import find_target, load_model
 from geometry.pose import Pose, disturbed
 from numerics.arrays import Floats
 from tests.geometry.boxes import box
-from tests.vision_server.matching_scenes import CAMERA, segments_of
+from tests.vision_server.matching_scenes import CAMERA, POSE, SATELLITE, segments_of
 from vision_server.matching.draws import even_numbers, in_range, poses_around, poses_in_range
 from vision_server.matching.icp import (
     CHANCE,
@@ -41,10 +40,6 @@ from vision_server.matching.views import (
     Views,
     ViewTable,
 )
-
-SATELLITE = load_model(find_target("satellite"))
-CUBE = load_model(find_target("cube"))
-POSE = Pose(np.array([0.5, 0.4, 0.2]), np.array([0.02, -0.01, 1.0]))
 
 
 def distance_to(segment: Floats, point: Floats) -> float:

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from geometry.model import Model, find_target, load_model
+from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import MIN_LINE_PX, image_bounds, visible_samples
 from numerics.arrays import Floats
-from tests.vision_server.matching_scenes import CAMERA
+from tests.vision_server.matching_scenes import CAMERA, CUBE, POSE, SATELLITE
 from vision_server.matching.search import exact_view
 from vision_server.matching.views import (
     CELL_DEG,
@@ -22,10 +22,6 @@ from vision_server.matching.views import (
     middle_of_cell,
     sparse_solid,
 )
-
-SATELLITE = load_model(find_target("satellite"))
-CUBE = load_model(find_target("cube"))
-POSE = Pose(np.array([0.5, 0.4, 0.2]), np.array([0.02, -0.01, 1.0]))
 
 
 def test_a_view_shows_the_lines_that_are_visible_from_its_direction() -> None:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from geometry.model import Model
-from geometry.pose import Pose
+from geometry.pose import Pose, disturbed
 from geometry.rotation import matrix_of
 from numerics.arrays import Grey
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
@@ -13,6 +13,7 @@ from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photogra
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 TURN = np.radians([0.8, 1.5, -0.6])  # rad a frame
 SHIFT = np.array([0.0025, -0.001, 0.002])  # m a frame: some 2.5 px
+NEAR = disturbed(POSE, np.random.default_rng(1), 10.0, 10.0, CAMERA.fx)  # where films are looked at first
 
 
 def moving(count: int, still: int = 0) -> list[Pose]:

@@ -1,13 +1,12 @@
 """How far a frame is looked at: near, farther, everywhere."""
 
-
 import numpy as np
 import pytest
 
 from geometry.model import Model
-from geometry.pose import Pose, disturbed
-from tests.vision_server.synthetic import CAMERA, POSE
-from tests.vision_server.tracking.films import filmed, moving
+from geometry.pose import Pose
+from tests.vision_server.synthetic import CAMERA
+from tests.vision_server.tracking.films import NEAR, filmed, moving
 from vision_server.channels.depth import Pixels
 from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
@@ -15,8 +14,6 @@ from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.searching import EVERYWHERE
 from vision_server.tracking.tracker import Tracker
-
-NEAR = disturbed(POSE, np.random.default_rng(1), 10.0, 10.0, CAMERA.fx)
 
 
 @pytest.fixture

@@ -12,11 +12,11 @@ from benchmarks.films import film
 from benchmarks.printed_boxes import sharp
 from bridge.errors import BadInput
 from geometry.model import Model
-from geometry.pose import Pose, disturbed
+from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from tests.vision_server.synthetic import CAMERA, POSE
 from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_at
-from tests.vision_server.tracking.films import filmed, moving
+from tests.vision_server.tracking.films import NEAR, filmed, moving
 from vision_server.judgement import Estimate
 from vision_server.pose.trust import Misfit
 from vision_server.tracking import acceptance
@@ -33,7 +33,6 @@ from vision_server.tracking.tracker import EXPECTED, LOOKED_AT_ANEW, SURPRISING,
 from vision_server.tracking.usual import Usual
 
 BETTER = Misfit(significance=0.0, gain=1.0)  # another model than the given one does
-NEAR = disturbed(POSE, np.random.default_rng(1), 10.0, 10.0, CAMERA.fx)
 
 
 def followed(model: Model, poses: list[Pose | None]) -> list[Tracked]:
