@@ -59,12 +59,12 @@ with event.install_recorder("numba:compile") as compiled:
     for names in (["i1"], ["i2"], ["i1", "i2"], ["i1", "clipped"]):
         found = estimate_pose(images, names, model, camera, near, PipelineSettings())
         print(found.pose and found.pose.to_dict())
-    print([module for module in ("scipy.linalg", "scipy.spatial") if module in sys.modules])
     plain = cuboid(Path({folder!r}))
     images = ImageSet(CAMERA.width, CAMERA.height)
     images.add("i1", photographed(linear_picture(plain, CAMERA, POSE), noise_sd_grey=4.0), 1.0, 1.0)
     found = estimate_pose(images, ["i1"], plain, CAMERA, POSE, PipelineSettings())
     print(found.pose and found.pose.to_dict())
+    print([module for module in ("scipy.linalg", "scipy.spatial") if module in sys.modules])
 for _, what in compiled.buffer:
     if what.is_start:
         print("compiled:", what.data["dispatcher"].py_func, what.data["args"])
