@@ -23,13 +23,13 @@ from numerics.arrays import Floats, Ints
 from vision_server.channels.depth import ROUNDING_SD
 from vision_server.pose.sampling import thinned
 from vision_server.pose.steps import step_jacobian, turning_point
-from vision_server.pose.weights import SYSTEMATIC_SD_PX
 from vision_server.prediction.belief import Belief
 from vision_server.prediction.response import LitImage, Response, learn_response
+from vision_server.prediction.straying import expected_straying, straying_share
 
 MOST_SAMPLES, LEAST_OF_LINE = 200, 2  # of all visible lines together: more change no choice; chosen by hand
 # As in the controller's prediction of whole images (domain/reasoning/prediction.pl), which explains them.
-CROWDING, EDGE_CONTRAST = 0.05, 0.4
+EDGE_CONTRAST = 0.4
 SAFE_HIGHLIGHT, OVERSHOOT_POWER = 0.9, 4
 BLUR_PRIOR_PX2, BLUR_TRUST = np.array([1.0, 3.0, 3.0]), np.array([2.0, 0.002, 0.002])
 LEAST_BLUR_PX2 = 0.25
@@ -67,12 +67,21 @@ def blur_inputs(shutter: Floats, aperture: Floats, widest: float, reference_s: f
 
 
 class View(NamedTuple):
-    """A target before a camera, and the share of each model line that the set shows there, 0..1, (L,)."""
+    """A target before a camera, and what a set of K images shows there of its L model lines.
+
+    Attributes
+    ----------
+    support
+        (L,), share of each line that has an edge close to it.
+    scatter
+        (K, L), px^2, how far the edges stray, see `line_scatter`.
+    """
 
     model: Model
     camera: Camera
     pose: Pose
     support: Floats
+    scatter: Floats
 
 
 class Known:
@@ -127,7 +136,7 @@ class Forecast:
         sensor: Sensor,
         old: int = 0,
     ) -> None:
-        model, camera, pose, support = view
+        model, camera, pose, support, scatter = view
         self.view, self.taken, self.sensor = view, taken, sensor
         self.samples = spread_samples(model, camera, pose)
         if len(self.samples.line) == 0:
@@ -135,7 +144,10 @@ class Forecast:
         self.response = learn_response(self.samples, model, pose, images[old:], positions)
         self._blur = _blur_coefficients(taken.blur, np.array([image.blur_px for image in images]))
         self._seen = support[self.samples.line]
-        precision, shared, self._shown = self._placing(taken)
+        precision, expected, self._shown = self._placing(taken)
+        noise = 1.0 / np.maximum(self._by_line(precision), 1e-12)
+        self._strays = straying_share(scatter, noise, expected)
+        shared = self._strays * expected
         self._belief = Belief(self.samples, self._seen)
         self._known = Known(precision * self._seen, shared)
         self._weight = self.samples.px * self._known.weight
@@ -150,11 +162,11 @@ class Forecast:
         """Bits that each candidate adds, (M,), and the model line that gains most by it, (M,), or -1."""
         if len(self.samples.line) == 0:
             return np.zeros(len(candidates.exposure)), np.full(len(candidates.exposure), -1)
-        precision, shared, shown = self._placing(candidates)
+        precision, expected, shown = self._placing(candidates)
         # under light not seen yet the exposure is a guess, and light like the set's shows nothing new
         guess = 1.0 / (1.0 + self.response.uncertainty(candidates.lights))[:, None] ** 2
         likely = guess * (1.0 - self._absent(candidates) * (1.0 - self._seen))
-        weights = self.samples.px * self._known.with_one_more(precision * likely, shared)
+        weights = self.samples.px * self._known.with_one_more(precision * likely, self._strays * expected)
         by_line = (weights - self._weight) @ (self.samples.line[:, None] == np.arange(len(self.view.support)))
         bits = (self._log_det(weights) - self._before) / math.log(2.0) + self._belief.gains(shown * likely)
         return np.asarray(bits), np.argmax(by_line, axis=1)
@@ -164,10 +176,8 @@ class Forecast:
 
         Infinite where a line is not visible, or would not be found.
         """
-        precision, shared, _ = self._placing(candidates)
-        variance = 1.0 / np.maximum(precision, 1e-12) + shared[:, None]
-        on_line = (self.samples.line[:, None] == np.arange(len(self.view.support))) * self.samples.px[:, None]
-        mean = (variance @ on_line) / np.maximum(on_line.sum(axis=0), 1e-12)
+        precision, expected, _ = self._placing(candidates)
+        mean = self._by_line(1.0 / np.maximum(precision, 1e-12) + self._strays * expected[:, None])
         return np.where((mean > 0.0) & (mean < UNPLACED_PX**2), np.sqrt(mean), np.inf)
 
     def _absent(self, candidates: Candidates) -> Floats:
@@ -179,14 +189,18 @@ class Forecast:
         return np.asarray(np.max(alike[:, :, None] * self._shown[None], axis=1))
 
     def _placing(self, settings: Candidates) -> tuple[Floats, Floats, Floats]:
-        """Of images and samples: the precision that noise leaves, 1/px^2, (M, N), the variance that is not
-        noise, px^2, (M,), and the probability that they are shown, (M, N).
+        """Of images and samples: the precision that noise leaves, 1/px^2, (M, N), the variance that is
+        expected of what is not noise, px^2, (M,), and the probability that they are shown, (M, N).
         """
         blur = np.sqrt(np.maximum(settings.blur @ self._blur, LEAST_BLUR_PX2))
         mean, variance = self.response.brightness(settings.exposure, settings.lights)
-        shared = SYSTEMATIC_SD_PX**2 + CROWDING * blur**3
         precision, shown = _placing(mean, variance, blur, self.sensor)
-        return precision, shared, shown
+        return precision, expected_straying(blur), shown
+
+    def _by_line(self, amount: Floats) -> Floats:
+        """Mean of an amount (M, N) over the samples of each line, (M, L); 0 where the line is not visible."""
+        on_line = (self.samples.line[:, None] == np.arange(len(self.view.support))) * self.samples.px[:, None]
+        return np.asarray((amount @ on_line) / np.maximum(on_line.sum(axis=0), 1e-12))
 
     def _log_det(self, weights: Floats) -> Floats:
         precision = (weights @ self._outer).reshape(*weights.shape[:-1], 6, 6) + self._prior

@@ -14,11 +14,12 @@ from bridge.vision_messages import FoundSettings, Gain, PredictArgs, PredictResu
 from geometry.pose import Pose
 from numerics.arrays import Floats, Ints
 from stack.exposure import light_powers
-from vision_server.pose.observation import PoseProblem
-from vision_server.pose.support import support_at
+from vision_server.pose.observation import PoseProblem, observe
+from vision_server.pose.support import CAP_PX, support_of
 from vision_server.prediction.information import Candidates, Forecast, Sensor, View, blur_inputs
 from vision_server.prediction.response import LitImage
 from vision_server.prediction.search import climb
+from vision_server.prediction.straying import line_scatter
 from vision_server.serve.task import PoseTask
 
 SPACING_PX = 3.0  # of samples: a third of what an estimate looks at
@@ -49,7 +50,7 @@ def forecast(task: PoseTask, images: Sequence[str], pose: Pose) -> Forecast:
     camera = describe.camera or CameraDescription(width=1, height=1, fx=1.0, fy=1.0, cx=0.0, cy=0.0)
     sensor = Sensor(camera.full_well_e / task.gain, camera.read_noise_e, task.gamma)
     positions = [None if light.position is None else np.array(light.position) for light in describe.lights]
-    view = View(task.model, task.camera, pose, _support(task, images, pose))
+    view = View(task.model, task.camera, pose, *_lines_seen(task, images, pose))
     return Forecast(view, lit, taken, positions, sensor, old=_under_another_sun(task, images))
 
 
@@ -101,14 +102,15 @@ def _nearest(offered: Sequence[float], value: float) -> int:
     return int(np.argmin(np.abs(np.array(offered) - value)))
 
 
-def _support(task: PoseTask, images: Sequence[str], pose: Pose) -> Floats:
-    """Share of each model line that the images show at a pose, (L,)."""
+def _lines_seen(task: PoseTask, images: Sequence[str], pose: Pose) -> tuple[Floats, Floats]:
+    """Share of each model line that the images show at a pose, (L,), and how far its edges stray, (K, L)."""
     problem = PoseProblem.at_scale(task.images.gradients(images), task.model, task.camera)
-    found = support_at(problem, pose, SPACING_PX)
+    seen = observe(problem, pose, CAP_PX, SPACING_PX, pulls=False)
     support = np.zeros(len(task.model.lines))
-    for line in () if found is None else found.lines:
-        support[line.line] = line.support
-    return support
+    if len(seen.samples.line):
+        for line in support_of(seen, images).lines:
+            support[line.line] = line.support
+    return support, line_scatter(seen)
 
 
 def _under_another_sun(task: PoseTask, images: Sequence[str]) -> int:

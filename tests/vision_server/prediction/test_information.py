@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from geometry.model import Model
 from geometry.pose import Pose
@@ -30,6 +31,15 @@ def candidates(rows: list[tuple[float, float, float]]) -> Candidates:
     return Candidates(table[:, 0], table[:, 1:], blur_inputs(shutter, aperture, 4.0, 1 / 60))
 
 
+def before(
+    model: Model, support: Floats | None = None, images: int = 1, scatter_px2: float = np.nan
+) -> View:
+    """The model before the camera, all of it seen if nothing is said, how its edges stray not measured."""
+    lines = len(model.lines)
+    scatter = np.full((images, lines), scatter_px2)
+    return View(model, CAMERA, POSE, np.ones(lines) if support is None else support, scatter)
+
+
 def gains(
     model: Model,
     taken: list[tuple[float, float, float]],
@@ -37,7 +47,7 @@ def gains(
     support: Floats | None = None,
 ) -> tuple[Floats, Ints]:
     images = [lit(model, row[1:], row[0]) for row in taken]
-    view = View(model, CAMERA, POSE, np.ones(len(model.lines)) if support is None else support)
+    view = before(model, support, len(taken))
     return Forecast(view, images, candidates(taken), POSITIONS, SENSOR).gains(candidates(asked))
 
 
@@ -64,7 +74,7 @@ def test_a_sharp_image_adds_more_to_a_blurred_one_than_a_brighter_blurred_one_do
     light = np.ones((3, 2))
     rows = Candidates(np.array([1.0, 1.0, 0.05]), light, blur_inputs(shutter, aperture, 4.0, 1 / 60))
     blurred = replace(lit(model, (1.0, 1.0)), blur_px=4.0)
-    view = View(model, CAMERA, POSE, np.ones(len(model.lines)))
+    view = before(model)
     known = Forecast(view, [blurred], Candidates(*(part[:1] for part in rows)), POSITIONS, SENSOR)
     bits, _ = known.gains(rows)
     assert bits[2] > 2.0 * bits[1]
@@ -119,7 +129,7 @@ def test_lines_that_are_shown_for_the_first_time_speak_for_the_pose(model: Model
 
 def test_a_line_is_placed_worse_in_the_dark_and_better_the_more_light_there_is(model: Model) -> None:
     rows = [(1.0, 1.0, 1.0)]
-    view = View(model, CAMERA, POSE, np.ones(len(model.lines)))
+    view = before(model)
     known = Forecast(view, [lit(model, rows[0][1:])], candidates(rows), POSITIONS, SENSOR)
     dark, dim, bright = known.line_sd(candidates([(1e-5, 1.0, 1.0), (0.02, 1.0, 1.0), (0.5, 1.0, 1.0)]))
     visible = np.unique(known.samples.line)
@@ -130,9 +140,20 @@ def test_a_line_is_placed_worse_in_the_dark_and_better_the_more_light_there_is(m
     assert (bright[visible] <= dim[visible]).all()
 
 
+def test_lines_are_said_to_be_placed_as_edges_were_seen_to_stray(model: Model) -> None:
+    rows = [(1.0, 1.0, 1.0)]
+    images, asked = [lit(model, rows[0][1:])], candidates(rows)
+    said = []
+    for scatter_px in (0.1, 0.5):
+        view = before(model, scatter_px2=scatter_px**2)
+        sd = Forecast(view, images, asked, POSITIONS, SENSOR).line_sd(asked)[0]
+        said.append(float(np.median(sd[np.isfinite(sd)])))
+    assert said == pytest.approx([0.1, 0.5], rel=0.2)
+
+
 def test_a_target_out_of_sight_gains_nothing(model: Model) -> None:
     behind = Pose(np.zeros(3), np.array([0.0, 0.0, -1.0]))
-    view = View(model, CAMERA, behind, np.ones(len(model.lines)))
+    view = before(model)._replace(pose=behind)
     images = [lit(model, (1.0, 1.0))]
     asked = candidates([(1.0, 1.0, 1.0)])
     bits, line = Forecast(view, images, asked, POSITIONS, SENSOR).gains(asked)
