@@ -45,6 +45,7 @@ from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, 
 from vision_server.commands.warm import drawn
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import PipelineSettings, estimate_pose
+from vision_server.pose.other_hand import other_ways
 
 model = load_model(TARGETS / "fixture.cao")
 camera = Camera(400, 300, 500.0, 500.0, 199.5, 149.5)
@@ -59,6 +60,7 @@ with event.install_recorder("numba:compile") as compiled:
     for names in (["i1"], ["i2"], ["i1", "i2"], ["i1", "clipped"]):
         found = estimate_pose(images, names, model, camera, near, PipelineSettings())
         print(found.pose and found.pose.to_dict())
+    assert other_ways(load_model(TARGETS / "cube.cao")) == (), "asked where some of its lines are missing"
     plain = cuboid(Path({folder!r}))
     images = ImageSet(CAMERA.width, CAMERA.height)
     images.add("i1", photographed(linear_picture(plain, CAMERA, POSE), noise_sd_grey=4.0), 1.0, 1.0)
