@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,21 +14,82 @@ from numpy.typing import NDArray
 
 from bridge.errors import BadInput
 from numerics.arrays import Grey
+from vision_server.channels.colours import BANDS, ONE
 from vision_server.channels.depth import Pixels, Raw
 
 MOST_PIXELS = 150_000_000  # more than any camera's sensor has: 2.5 GB for its channel
 PLAIN = Raw()  # of any depth, without a mosaic
 PNG_HEAD_BYTES = 24  # signature, length and type of the first chunk, width, height
+MORE_IN_COLOUR = 2.0  # times the mean gradient of the grey: a band has edges that the grey lacks; by hand
 
 
-def read_pixels(path: Path) -> NDArray[Any]:
-    """The file's pixels, grey, (H, W): uint8, uint16 or float32 0..1; upright, as its EXIF says.
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """One image of a set.
+
+    Attributes
+    ----------
+    pixels
+        Grey, (H, W), see `depth`.
+    file, number
+        It is of, and which of the files that is.
+    band
+        Of the file's colours; empty: their grey.
+    """
+
+    pixels: Pixels
+    file: Path
+    number: int
+    band: str
+
+    def __str__(self) -> str:
+        """What it is called in messages."""
+        return f"{self.file} ({self.band})" if self.band else str(self.file)
+
+
+def read_pixels(path: Path, colour: str = "grey") -> NDArray[Any]:
+    """The file's pixels, (H, W): uint8, uint16 or float32 0..1; upright, as its EXIF says.
+
+    Parameters
+    ----------
+    colour
+        One of `ONE`: what is taken of a colour image, its luma by BT.601 or a band.
 
     Raises
     ------
     BadInput
         The file is missing, unreadable or no 8-bit, 16-bit or float32 image.
     """
+    return one_band(_decoded(path), colour)
+
+
+def one_band(pixels: NDArray[Any], colour: str) -> NDArray[Any]:
+    """What is taken of pixels, (H, W) or blue, green and red (H, W, 3), see `read_pixels`: (H, W)."""
+    if pixels.ndim == 3:
+        if colour == "grey":
+            pixels = cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY)  # BT.601
+        else:
+            pixels = pixels[..., BANDS.index(colour)]
+    return np.ascontiguousarray(pixels, dtype=pixels.dtype.type)
+
+
+def shows_more_in_colour(path: Path) -> bool:
+    """Whether a band of a colour image has far more edges than its grey: where colours are equally bright."""
+    pixels = _decoded(path)
+    if pixels.ndim != 3:
+        return False
+    grey, *bands = (_mean_gradient(one_band(pixels, name)) for name in ONE)
+    return max(bands) > MORE_IN_COLOUR * grey
+
+
+def _mean_gradient(pixels: NDArray[Any]) -> float:
+    """Mean length of the gradient, of pixels smoothed as much as noise asks for."""
+    smooth = cv2.GaussianBlur(pixels.astype(np.float32), (0, 0), 2.0)
+    return float(np.hypot(cv2.Sobel(smooth, -1, 1, 0), cv2.Sobel(smooth, -1, 0, 1)).mean())
+
+
+def _decoded(path: Path) -> NDArray[Any]:
+    """Pixels of a file, (H, W), or blue, green and red, (H, W, 3); raises as `read_pixels`."""
     try:
         content = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError as error:
@@ -48,9 +110,7 @@ def read_pixels(path: Path) -> NDArray[Any]:
         raise BadInput(f"{path} holds {pixels.dtype} pixels.", "Give an 8-bit, 16-bit or float32 image.")
     if pixels.dtype == np.float32 and not (pixels.min() >= 0.0 and pixels.max() <= 1.0):
         raise BadInput(f"{path} holds float32 pixels that are not 0 to 1.", "Divide them by the clip level.")
-    if pixels.ndim == 3:
-        pixels = cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY)  # BT.601
-    return np.ascontiguousarray(pixels, dtype=pixels.dtype.type)
+    return np.asarray(pixels)
 
 
 def _check_size(path: Path, content: Grey) -> None:
@@ -76,8 +136,13 @@ def read_grey(path: str | Path, raw: Raw = PLAIN) -> Pixels:
     return raw.grey(read_pixels(Path(path)))
 
 
-def read_image_set(paths: Sequence[str | Path], raw: Raw = PLAIN) -> list[Pixels]:
+def read_image_set(paths: Sequence[Path], raw: Raw = PLAIN, colour: str = "grey") -> list[Picture]:
     """Several files as grey images of one size; the depth of the 16-bit ones is that of all of them.
+
+    Parameters
+    ----------
+    colour
+        One of `COLOURS`; with "each" a colour image is three of the set.
 
     Raises
     ------
@@ -86,20 +151,33 @@ def read_image_set(paths: Sequence[str | Path], raw: Raw = PLAIN) -> list[Pixels
     """
     if not paths:
         raise BadInput("No image files given.", "Name at least one.")
-    files = [read_pixels(Path(path)) for path in paths]
-    highest = max((int(pixels.max()) for pixels in files if pixels.dtype == np.uint16), default=0)
-    images: list[Pixels] = []
+    files = [
+        (number, band, pixels)
+        for number, path in enumerate(paths)
+        for band, pixels in _bands(path, colour)
+    ]
+    highest = max((int(pixels.max()) for _, _, pixels in files if pixels.dtype == np.uint16), default=0)
+    images: list[Picture] = []
     while files:  # a large one is not held in two forms longer than need be
-        images.append(raw.grey(files.pop(0), highest))
-    first = images[0].shape
-    for path, image in zip(paths, images, strict=True):
-        if image.shape != first:
+        number, band, pixels = files.pop(0)
+        images.append(Picture(raw.grey(pixels, highest), paths[number], number, band))
+    first = images[0].pixels.shape
+    for image in images:
+        height, width = image.pixels.shape
+        if (height, width) != first:
             raise BadInput(
-                f"{path} has {image.shape[1]}x{image.shape[0]} px, {paths[0]} has {first[1]}x{first[0]}.",
+                f"{image.file} has {width}x{height} px, {paths[0]} has {first[1]}x{first[0]}.",
                 "The images of a set must be of one size.",
             )
-        if min(image.shape) < 3:
-            raise BadInput(
-                f"{path} is only {image.shape[1]}x{image.shape[0]} px.", "Edges need at least 3x3 px."
-            )
+        if min(height, width) < 3:
+            raise BadInput(f"{image.file} is only {width}x{height} px.", "Edges need at least 3x3 px.")
     return images
+
+
+def _bands(path: Path, colour: str) -> list[tuple[str, NDArray[Any]]]:
+    """What is taken of a file: bands, with their names, or its grey without one."""
+    pixels = _decoded(path)
+    alike = pixels.ndim == 2 or bool((pixels == pixels[..., :1]).all())
+    if colour == "grey" or alike:
+        return [("", one_band(pixels, "grey"))]
+    return [(band, one_band(pixels, band)) for band in (ONE[1:] if colour == "each" else [colour])]

@@ -10,6 +10,7 @@ from typing import Any
 from bridge.errors import BadInput
 from vision_server.commands.files import read_set
 from vision_server.commands.options import (
+    add_colour,
     add_edge_radius,
     add_exposures,
     add_gamma,
@@ -34,6 +35,7 @@ def add_options(parser: ArgumentParser) -> None:
         help="File with rotation_vector (rad) and translation (m), camera_T_target; in no table.",
     )  # fmt: skip
     add_exposures(parser)
+    add_colour(parser)
     add_edge_radius(parser)
     parser.add_argument("--json", action="store_true", help="One JSON object on stdout.")
     add_seed(parser)
@@ -61,7 +63,8 @@ def _judged(options: Namespace) -> dict[str, Any]:
     given = read_camera_file(options.camera)
     model = read_model(options.model, options.unit)
     pose = read_pose(options.pose, model)
-    images, names, tone_sd_px = read_set(options, given.camera, given.table)
+    images, files, tone_sd_px = read_set(options, given.camera, given.table)
+    names = list(files)
     settings = PipelineSettings(
         seed=options.seed, tone_sd_px=tone_sd_px, tolerance_m=given.tolerance_m(model) or 0.0
     )
@@ -71,13 +74,13 @@ def _judged(options: Namespace) -> dict[str, Any]:
     except GeometryError as error:
         raise BadInput(str(error)) from error
     against = disagreeing_images(images, names, model, given.camera, pose, settings)
-    files = [str(options.images[int(name.removeprefix("i")) - 1]) for name in against]
-    if files:
+    elsewhere = [files[name] for name in against]
+    if elsewhere:
         warn(
-            f"{', '.join(files)}: each alone shows the target elsewhere. A set is "
+            f"{', '.join(elsewhere)}: each alone shows the target elsewhere. A set is "
             "of one still scene: leave out what moved."
         )
-    return judgement_result(found, files)
+    return judgement_result(found, elsewhere)
 
 
 def _print(values: dict[str, Any]) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from bridge.command_line import output_file, whole_number
 from bridge.errors import BadInput
 from vision_server.commands.files import exposures_of, warn_of_movement, write_file, write_picture
-from vision_server.commands.options import add_exposures, picture_file, warn
+from vision_server.commands.options import add_colour, add_exposures, picture_file, warn
 from vision_server.rivals import MERGE_RULES
 
 if TYPE_CHECKING:
@@ -63,15 +63,18 @@ def run(options: Namespace) -> None:
     from vision_server.edges.suppression import edge_picture
     from vision_server.rivals.merge_rules import comparison_edges
 
-    pixels = read_image_set(options.images, Raw(options.bits, options.bayer))
-    shallow = [image for image, grey in zip(options.images, pixels, strict=True) if not is_deep(grey)]
+    pictures = read_image_set(options.images, Raw(options.bits, options.bayer), options.colour)
+    pixels = [picture.pixels for picture in pictures]
+    shallow = [picture for picture in pictures if not is_deep(picture.pixels)]
     if options.bits is not None and shallow:
         warn(f"{shallow[0]} has 8 bits a pixel: --bits is of files of 16.")
-    levels = parse_levels(options.levels, len(pixels))
+    levels = parse_levels(options.levels, len(options.images))
+    if levels is not None:
+        levels = levels[[picture.number for picture in pictures]]
     gamma = options.gamma
     if not (math.isfinite(gamma) and gamma > 0.0):
         raise BadInput(f"--gamma must be a positive number, not {gamma}.")
-    times = exposures_of(options, pixels, [gamma] * len(pixels))
+    times = exposures_of(options, pictures, [gamma] * len(pictures))
     asked = [name for name in ("kind", "kinds", "npz", "json") if getattr(options, name)]
     if asked and options.method != "em":
         raise BadInput(
@@ -82,9 +85,9 @@ def run(options: Namespace) -> None:
     else:
         channels = [channel_statistics(i, e, gamma) for i, e in zip(pixels, times, strict=True)]
         seen = [sure_edgels(channel) for channel in channels]
-        for number, image in enumerate(options.images[1:], start=1):
+        for number, picture in enumerate(pictures[1:], start=1):
             if (moved := moved_since(seen[:number], seen[number])) is not None:
-                warn_of_movement(image, moved)
+                warn_of_movement(picture, moved)
         if len(different(channels)) > 1 or asked:
             kinds = edge_kinds(channels, levels)
             edges = kinds.of_kinds([KINDS.index(options.kind)] if options.kind else FIXED)
@@ -132,6 +135,7 @@ def add_options(parser: ArgumentParser) -> None:
         "--out", required=True, type=picture_file, metavar="PNG", help="Picture of the edges to write."
     )
     add_exposures(parser)
+    add_colour(parser)
     parser.add_argument(
         "--magnitude",
         type=output_file,

@@ -14,6 +14,7 @@ from bridge.errors import EXIT_NO_POSE, BadInput
 from bridge.start_messages import MATCHER_NAMES
 from vision_server.commands.files import read_set, started_at, write_overlay
 from vision_server.commands.options import (
+    add_colour,
     add_exposures,
     add_gamma,
     add_model_and_camera,
@@ -63,7 +64,7 @@ def _estimated(options: Namespace) -> tuple[dict[str, Any], float]:
         told = (options.rotation_range_deg, options.translation_range_px)
         reach = SearchRange(*(known if one is None else one for one, known in zip(told, usual, strict=True)))
         region = region_of(model, camera, start, reach) if isinstance(start, Pose) else None
-        image_set, names, tone_sd_px = read_set(options, camera, table, region)
+        image_set, files, tone_sd_px = read_set(options, camera, table, region)
         seen = camera if region is None else camera.part(region)
         settings = PipelineSettings(
             matcher=options.matcher,
@@ -73,34 +74,44 @@ def _estimated(options: Namespace) -> tuple[dict[str, Any], float]:
             rotation_range_deg=reach.rotation_deg,
             translation_range_px=reach.translation_px,
         )
-        estimate = estimate_pose(image_set, names, model, seen, start, settings)
+        estimate = estimate_pose(image_set, list(files), model, seen, start, settings)
     except GeometryError as error:
         raise BadInput(str(error)) from error
-    _say_why(estimate, model, camera, start, reach)
+    _say_why(options, estimate, model, camera, start, reach)
     if options.overlay is not None:
         seed_pose = start if isinstance(start, Pose) else None
         shown = seed_pose if estimate.pose is None else estimate.pose
         support = {line.line: line.support for line in estimate.lines}
-        picture = stretched(read_image_set(options.images[:1], told_raw(table))[0])
+        picture = stretched(read_image_set(options.images[:1], told_raw(table), options.colour)[0].pixels)
         write_overlay(options.overlay, picture, model, camera, shown, support)
     result = estimate_result(estimate)
     result["seconds"]["total"] = sum(result["seconds"].values())
-    files = {name: str(options.images[int(name[1:]) - 1]) for name in names}
-    first = {"target": model.name, "seed": options.seed, "kept": names, "files": files}
+    first = {"target": model.name, "seed": options.seed, "kept": list(files), "files": files}
     return first | result, model.diameter
 
 
 def _say_why(
-    estimate: Estimate, model: Model, camera: Camera, start: Pose | Anywhere, reach: SearchRange
+    options: Namespace,
+    estimate: Estimate,
+    model: Model,
+    camera: Camera,
+    start: Pose | Anywhere,
+    reach: SearchRange,
 ) -> None:
     """Say why there is no pose, or why what there is is hardly believed."""
+    from vision_server.channels.image_files import shows_more_in_colour
     from vision_server.commands.no_pose import why_hardly_believed, why_no_pose
 
-    if estimate.pose is None:
-        for reason in why_no_pose(estimate.segments, model, camera, start, reach):
-            warn(f"no pose: {reason}")
-    elif (doubt := why_hardly_believed(estimate)) is not None:
+    doubt = why_hardly_believed(estimate)
+    if estimate.pose is not None and doubt is None:
+        return
+    if options.colour == "grey" and any(map(shows_more_in_colour, options.images)):
+        warn("the images show edges in colour that their grey hardly shows: try --colour each")
+    if doubt is not None:
         warn(doubt)
+        return
+    for reason in why_no_pose(estimate.segments, model, camera, start, reach):
+        warn(f"no pose: {reason}")
 
 
 def _print(result: dict[str, Any], diameter_m: float) -> None:
@@ -171,6 +182,7 @@ def add_options(parser: ArgumentParser) -> None:
         help="File with [target.seed_pose]; without it the target is looked for everywhere, however turned.",
     )
     add_exposures(parser)
+    add_colour(parser)
     parser.add_argument(
         "--matcher",
         choices=MATCHER_NAMES,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from argparse import Namespace
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,12 +13,11 @@ from bridge.errors import BadInput
 from vision_server.commands.options import warn
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from geometry.camera import Camera, Region
     from geometry.model import Model
     from geometry.pose import Pose
     from numerics.arrays import Grey
+    from vision_server.channels.image_files import Picture
     from vision_server.edges.moved import Movement
     from vision_server.image_set import ImageSet
     from vision_server.matching.match import Anywhere
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 def read_set(
     options: Namespace, camera: Camera, table: dict[str, Any], region: Region | None = None
-) -> tuple[ImageSet, list[str], float]:
-    """The image files of a command with ``images``, ``exposures`` and ``gamma``.
+) -> tuple[ImageSet, dict[str, str], float]:
+    """The image files of a command with ``images``, ``colour``, ``exposures`` and ``gamma``.
 
     Parameters
     ----------
@@ -36,36 +36,37 @@ def read_set(
 
     Returns
     -------
-    The set; the names of its different pictures; how well the tone curve is known, px, see `file_tone`.
+    The set; the names of its different pictures, and what file each is of; how well the tone curve is known,
+    px, see `file_tone`.
     """
     from vision_server.channels.image_files import read_image_set
     from vision_server.channels.tone import file_tone
     from vision_server.image_set import ImageSet
     from vision_server.serve.inputs import told_raw
 
-    pixels = read_image_set(options.images, told_raw(table))
-    gammas, tone_sd_px = file_tone(options.images, options.gamma or table.get("gamma"))
-    check_image_size(options.images[0], pixels[0].shape, camera)
-    times = exposures_of(options, pixels, gammas)
+    pictures = read_image_set(options.images, told_raw(table), options.colour)
+    files = [picture.file for picture in pictures]
+    gammas, tone_sd_px = file_tone(files, options.gamma or table.get("gamma"))
+    check_image_size(files[0], pictures[0].pixels.shape, camera)
+    times = exposures_of(options, pictures, gammas)
     width, height = camera.width, camera.height
     if region is not None:
         left, top, right, bottom = region
         width, height = right - left, bottom - top
-        for number, whole in enumerate(pixels):
-            pixels[number] = whole[top:bottom, left:right].copy()
+        for number, whole in enumerate(pictures):
+            pictures[number] = replace(whole, pixels=whole.pixels[top:bottom, left:right].copy())
     image_set = ImageSet(width, height)
-    names = [f"i{number}" for number in range(1, len(pixels) + 1)]
-    for name, grey, exposure, curve in zip(names, pixels, times, gammas, strict=True):
-        image_set.add(name, grey, exposure, curve)
+    named = {f"i{number}": picture for number, picture in enumerate(pictures, start=1)}
+    for (name, picture), exposure, curve in zip(named.items(), times, gammas, strict=True):
+        image_set.add(name, picture.pixels, exposure, curve)
         if (first := image_set.images[name].repeats) is not None:
-            again, before = (options.images[names.index(one)] for one in (name, first))
-            warn(f"{again} is the same picture as {before}: it is not counted again.")
+            warn(f"{picture} is the same picture as {named[first]}: it is not counted again.")
         if (moved := image_set.moved(name)) is not None:
-            warn_of_movement(options.images[len(image_set.images) - 1], moved)
-    return image_set, list(image_set.distinct(names)), tone_sd_px
+            warn_of_movement(picture, moved)
+    return image_set, {name: str(named[name]) for name in image_set.distinct(list(named))}, tone_sd_px
 
 
-def exposures_of(options: Namespace, pixels: Sequence[NDArray[Any]], gamma: Sequence[float]) -> list[float]:
+def exposures_of(options: Namespace, pictures: Sequence[Picture], gamma: Sequence[float]) -> list[float]:
     """Relative exposures of ``images``: as told, or where an image shows it by itself, which is said.
 
     Raises
@@ -77,15 +78,16 @@ def exposures_of(options: Namespace, pixels: Sequence[NDArray[Any]], gamma: Sequ
     from vision_server.channels.noise import SATURATED_GREY
     from vision_server.channels.overexposure import overexposures
 
-    if options.exposures is not None or len(pixels) < 2:
-        return parse_exposures(options.exposures, len(pixels))
-    found = overexposures(pixels, gamma)
-    for image, of_image, exposure in zip(options.images, pixels, found, strict=True):
-        if exposure > 1.0 and rounded(of_image).min() >= SATURATED_GREY:
-            warn(f"{image} is white all over and shows no edge.")
+    if options.exposures is not None or len(options.images) < 2 or len(pictures) > len(options.images):
+        told = parse_exposures(options.exposures, len(options.images))
+        return [told[picture.number] for picture in pictures]
+    found = overexposures([picture.pixels for picture in pictures], gamma)
+    for picture, exposure in zip(pictures, found, strict=True):
+        if exposure > 1.0 and rounded(picture.pixels).min() >= SATURATED_GREY:
+            warn(f"{picture} is white all over and shows no edge.")
         elif exposure > 1.0:
             warn(
-                f"{image} is brighter than all others and counts as exposed"
+                f"{picture} is brighter than all others and counts as exposed"
                 f" {exposure:.1f} times as long. Give --exposures where they are known."
             )
     return found
@@ -126,7 +128,7 @@ def check_image_size(image: Path, shape: tuple[int, ...], camera: Camera) -> Non
         )
 
 
-def warn_of_movement(image: Path, moved: Movement) -> None:
+def warn_of_movement(image: Picture, moved: Movement) -> None:
     """Say that an image of a set shows something elsewhere than those before it."""
     (dx, dy), (left, top, right, bottom) = moved
     warn(

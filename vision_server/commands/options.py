@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from bridge.command_line import MOST_SEED, number, output_file, whole_number
 from bridge.errors import BadInput
+from vision_server.channels.colours import COLOURS, ONE
 
 if TYPE_CHECKING:
     from geometry.model import Model
@@ -95,3 +96,12 @@ def add_exposures(parser: ArgumentParser) -> None:
         metavar="E,...",
         help="Relative exposure of each image (default: 1; measured of one brighter than all others).",
     )
+
+
+def add_colour(parser: ArgumentParser, several: bool = True) -> None:
+    """What is made of colour images; ``several``: whether one may be more than one image of a set."""
+    each = ", or each channel as an image of its own" if several else ""
+    parser.add_argument(
+        "--colour", choices=COLOURS if several else ONE, default="grey",
+        help=f"What is taken of colour images: grey, or a channel{each} (default: %(default)s).",
+    )  # fmt: skip

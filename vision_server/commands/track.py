@@ -15,6 +15,7 @@ from bridge.command_line import add_keys, number, whole_number
 from bridge.errors import EXIT_NO_POSE, BadInput
 from vision_server.commands.files import started_at
 from vision_server.commands.options import (
+    add_colour,
     add_edge_radius,
     add_gamma,
     add_model_and_camera,
@@ -65,6 +66,7 @@ def add_options(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--count", type=whole_number(1), metavar="N", help="End after so many frames; else Ctrl-C ends."
     )
+    add_colour(parser, several=False)
     add_edge_radius(parser)
     add_seed(parser)
     add_gamma(parser)
@@ -91,7 +93,7 @@ def _tracked(options: Namespace) -> int:
     given = None if options.camera is None else read_camera_file(options.camera)
     raw = PLAIN if given is None else told_raw(given.table)
     curve = client_keys(options.keys, "vision_server", "image_server")
-    source = Source(options.frames, raw, options.switch_lights, curve)
+    source = Source(options.frames, raw, options.switch_lights, curve, options.colour)
     camera = used_camera(given, source.camera, options.frames[0])
     if (doubt := camera_doubt(camera.camera, source.camera)) is not None:
         warn(doubt)
@@ -109,6 +111,8 @@ def _check_source(options: Namespace, served: bool) -> None:
         raise BadInput(
             "There is no camera.", "Give --camera FILE; only an image server may describe its own."
         )
+    if options.colour != "grey" and served:
+        raise BadInput("An image server's frames are grey.", "Leave out --colour.")
     if options.keys is not None and not served:
         raise BadInput("Only an image server takes --keys.", "Give its endpoint as FRAME.")
 

@@ -19,7 +19,7 @@ from bridge.messages import CameraDescription
 from stack.format import STACK_FILE
 from stack.read import recorded_frames
 from vision_server.channels.depth import Pixels, Raw
-from vision_server.channels.image_files import PLAIN, read_pixels
+from vision_server.channels.image_files import PLAIN, one_band, read_pixels
 from vision_server.channels.tone import file_gamma
 from vision_server.tracking.served_frames import SCHEMES, ServedFrames
 
@@ -75,6 +75,7 @@ class Source:
     raw : what the pixels of image files are; of unknown depth, the least that holds the values so far.
     switch : of an image server's lights, one is on in each frame, in turn.
     curve : keys, for an image server that wants them.
+    colour : what is taken of colour frames, see `read_pixels`; an image server's are grey.
 
     Attributes
     ----------
@@ -94,8 +95,9 @@ class Source:
         raw: Raw = PLAIN,
         switch: bool = False,
         curve: CurveClient | None = None,
+        colour: str = "grey",
     ) -> None:
-        self._raw = raw
+        self._raw, self._colour = raw, colour
         self.warning = ""
         self.camera: CameraDescription | None = None
         self._files: list[Path] = []
@@ -148,7 +150,7 @@ class Source:
     def _read(self) -> Iterator[Frame]:
         seen = 0
         for file in self._files:
-            pixels = read_pixels(file)
+            pixels = read_pixels(file, self._colour)
             if pixels.dtype == np.uint16:
                 seen = max(seen, int(pixels.max()))
             yield Frame(str(file), self._raw.grey(pixels, seen))
@@ -173,8 +175,8 @@ class Source:
                     passed = time.monotonic()
                 elif passed == 0.0 and number > 0 and rate > 0.0:
                     passed = number / rate
-                grey = cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY) if pixels.ndim == 3 else pixels
-                yield Frame(f"{place} {number}", np.asarray(grey, dtype=np.uint8), passed)
+                grey = np.asarray(one_band(pixels, self._colour), dtype=np.uint8)
+                yield Frame(f"{place} {number}", grey, passed)
                 number += 1
             if live:
                 raise DeviceError(f"{place} ends after {number} frames.", "Is the camera still there?")

@@ -96,7 +96,7 @@ def test_a_mosaic_becomes_even_grey_whatever_its_order(
     mosaic = np.ascontiguousarray(np.roll(mosaic, order, axis=(0, 1)))
     cv2.imwrite(str(tmp_path / "raw.png"), mosaic)
     (grey,) = read_image_set([tmp_path / "raw.png"], Raw(8, bayer=True))
-    np.testing.assert_allclose(in_grey(grey), (red + 2 * green + blue) / 4, atol=HALF_A_COUNT)
+    np.testing.assert_allclose(in_grey(grey.pixels), (red + 2 * green + blue) / 4, atol=HALF_A_COUNT)
 
 
 def test_noise_is_measured_below_a_step_of_eight_bits() -> None:

@@ -70,8 +70,8 @@ def test_the_depth_of_a_camera_is_that_of_all_its_images(tmp_path: Path, bits: i
     for name, value in (("bright", top), ("dark", top // 5)):
         cv2.imwrite(str(tmp_path / f"{name}.png"), np.full((5, 5), value, np.uint16))
     dark, bright = read_image_set([tmp_path / "dark.png", tmp_path / "bright.png"])
-    assert (in_grey(bright) == 255.0).all()
-    np.testing.assert_allclose(in_grey(dark), 255.0 * (top // 5) / top, atol=0.51 / PER_GREY)
+    assert (in_grey(bright.pixels) == 255.0).all()
+    np.testing.assert_allclose(in_grey(dark.pixels), 255.0 * (top // 5) / top, atol=0.51 / PER_GREY)
 
 
 def test_images_are_turned_as_their_camera_was_held(tmp_path: Path) -> None:
