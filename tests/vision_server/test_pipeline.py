@@ -12,10 +12,11 @@ from geometry.model import Model
 from geometry.pose import Pose, disturbed
 from numerics.arrays import Floats, Grey
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
+from vision_server import pipeline
 from vision_server.image_set import ImageSet
 from vision_server.judgement import Estimate
 from vision_server.matching import Hypothesis, match_search
-from vision_server.pipeline import MATCHERS, PipelineSettings, estimate_pose
+from vision_server.pipeline import MATCHERS, SURE_SCORE, PipelineSettings, estimate_pose
 from vision_server.pose.support import CAP_PX
 from vision_server.pose.trust import ambiguity, confidence, quality
 from vision_server.serve.results import estimate_result
@@ -191,3 +192,32 @@ def test_confidence_falls_with_doubt(model: Model, picture: Floats) -> None:
     assert confidence(support, 1.0, 0.0005) <= 0.5  # one of two that are equally good
     assert ambiguity(support, []) == 0.0
     assert ambiguity(support, [(support, 0.0)]) == 1.0
+
+
+def test_what_noise_drowns_is_found_at_a_coarser_scale(model: Model) -> None:
+    dim = linear_picture(model, CAMERA, POSE, (0.25, 0.45, 0.2, 0.5, 0.33, 0.38), 0.1, blur_px=2.0)
+    start = disturbed(POSE, np.random.default_rng(1), 8.0, 8.0, CAMERA.fx)
+    for seed in range(3):
+        pixels = photographed(dim, noise_sd_grey=16.0, seed=seed)
+        assert estimated(pixels, model, start, coarse=False).pose is None
+        found = estimated(pixels, model, start)
+        assert found.pose is not None
+        assert found.pose.error_to(POSE).within(1.0, 0.01)
+        assert found.score > 0.8
+
+
+def test_a_clean_image_is_not_looked_at_coarsely(
+    model: Model, picture: Floats, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There a wrong model would look less wrong: it is a tenth too wide."""
+    wide = replace(model, vertices=model.vertices * [1.1, 1.0, 1.0])
+    seen: list[float] = []
+    estimate_of = pipeline.pose_of_segments
+
+    def counted(*given: Any) -> Estimate:
+        seen.append(given[-1].refinement_scale_px)
+        return estimate_of(*given)
+
+    monkeypatch.setattr(pipeline, "pose_of_segments", counted)
+    assert estimated(photographed(picture), wide).score < SURE_SCORE
+    assert seen == [1.0]

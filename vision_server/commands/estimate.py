@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from vision_server.judgement import Estimate
     from vision_server.matching.match import Anywhere, SearchRange
 
-TRUSTED_SCORE = 1.0 - 1.0 / 15.0  # from here on a session ends with a pose: domain/reasoning/merit.pl
-
 
 def _check_use(options: Namespace) -> None:
     """Refuse what would change nothing."""
@@ -119,6 +117,8 @@ def _print(result: dict[str, Any], diameter_m: float) -> None:
     from rich.markup import escape
     from rich.table import Table
 
+    from vision_server.pipeline import SURE_SCORE
+
     console = Console()
     say = partial(console.print, soft_wrap=True)  # a line stays one, in a pipe too
     if result["pose"] is None:
@@ -140,10 +140,10 @@ def _print(result: dict[str, Any], diameter_m: float) -> None:
         f"supported, score {result['score']:.2f}, ambiguity {result['ambiguity']:.2f}, "
         f"{result['segments']} segments"
     )
-    trusted = result["score"] >= TRUSTED_SCORE
+    trusted = result["score"] >= SURE_SCORE
     say(
         f"  [bold]{'trusted' if trusted else 'not trusted'}[/bold]: the score is the chance that it is right "
-        f"to 1 degree and 1 % of the range; {TRUSTED_SCORE:.3f} is asked"
+        f"to 1 degree and 1 % of the range; {SURE_SCORE:.3f} is asked"
     )
     for axis in result.get("free", []):
         say(f"  free: rotation about {axis}, which no image clearly shows")

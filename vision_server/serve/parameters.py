@@ -67,6 +67,7 @@ CHECKS: dict[str, Callable[[Any], Any]] = {
     "tolerance_m": _number("tolerance_m", 0.0, MOST_RANGE_M),
     "refinement_scale_px": _one_of("refinement_scale_px", SCALES_PX),
     "fusion": _flag("fusion"),
+    "coarse": _flag("coarse"),
 }
 
 

@@ -92,7 +92,7 @@ class Tracker:
         self.model, self.camera = model, camera
         self._sight, self._usual = Sight(model, camera, Tone.of(gamma, tone_sd_px)), Usual(model, camera)
         self._history = History(seed_pose, seed_pose)
-        settings = PipelineSettings(seed=seed, tone_sd_px=tone_sd_px)
+        settings = PipelineSettings(seed=seed, tone_sd_px=tone_sd_px, coarse=False)  # a frame has little time
         self._searches = Searches(self._sight, settings, self._history, self._usual)
         self._motion: Motion | None = None
         self._habits, self._turning = Habits.of(model, edge_radius_m), Turning(model)

@@ -14,6 +14,7 @@ from tests.commands import ROOT, Done, command, process
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, lines_alone, photographed
 from vision_server.commands import estimate as estimate_command
 from vision_server.commands.warm import drawn
+from vision_server.pipeline import SURE_SCORE
 
 pytestmark = pytest.mark.slow
 
@@ -95,7 +96,7 @@ def test_people_get_a_table(folder: Path) -> None:
 def test_a_pose_is_trusted_where_a_session_would_end_with_it() -> None:
     goal = (
         "use_module(domain/reasoning/merit), default_threshold(Threshold), "
-        f"merit(fix(_, _, quality(_, _, _, {estimate_command.TRUSTED_SCORE!r}, _), _), Merit), "
+        f"merit(fix(_, _, quality(_, _, _, {SURE_SCORE!r}, _), _), Merit), "
         "abs(Merit - Threshold) < 1.0e-9"
     )
     assert subprocess.run(["swipl", "-g", goal, "-t", "halt"], cwd=ROOT, check=False).returncode == 0

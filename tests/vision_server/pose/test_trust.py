@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from geometry.visibility import Samples
-from vision_server.commands.estimate import TRUSTED_SCORE
+from vision_server.pipeline import SURE_SCORE
 from vision_server.pose.hidden_together import HIDDEN
 from vision_server.pose.rivals import TURNED_NATS
 from vision_server.pose.support import PoseSupport
@@ -66,7 +66,7 @@ def test_a_turn_that_explains_as_much_leaves_trust_to_the_seed_pose() -> None:
         own = support(*[1.0] * confirmed)
         return confidence(own, odds(own, own, TURNED_NATS), 0.001, Misfit(0.0, 0.0), LineAgreement(1.0, 0.05))
 
-    assert score(3) < TRUSTED_SCORE < score(12) < 0.96
+    assert score(3) < SURE_SCORE < score(12) < 0.96
 
 
 def test_the_probability_falls_with_each_doubt() -> None:
@@ -117,8 +117,8 @@ def test_a_target_of_many_lines_is_believed_by_those_that_are_seen() -> None:
     """Of a truss in grazing sun half of the bars are dark, or in front of dark ones."""
     agreement = LineAgreement(0.55, 0.4)
     some, many = support(*[1.0] * 12, *[0.0] * 9), support(*[1.0] * 36, *[0.0] * 27)
-    assert confidence(some, 0.0, 0.001, None, agreement) < TRUSTED_SCORE
-    assert confidence(many, 0.0, 0.001, None, agreement) > TRUSTED_SCORE
+    assert confidence(some, 0.0, 0.001, None, agreement) < SURE_SCORE
+    assert confidence(many, 0.0, 0.001, None, agreement) > SURE_SCORE
 
 
 def test_lines_that_a_rival_shares_do_not_speak_for_a_pose() -> None:
