@@ -15,11 +15,10 @@ from geometry.outlines import line_direction, linked, outline_direction, outline
 from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
 
-# Chosen by hand where nothing else is said.
-TOUCH = 1e-4  # a point this fraction of the model's diameter behind a face lies on it: a block on a plate
-FEWEST_SAMPLES = 5.0  # of a line, for what is said of its straightness
-FEW_SAMPLES = 4  # of a line: no more are looked at one by one, which is quicker
-NEAR = 1e-3  # nearest depth that is drawn, as a fraction of the model's diameter
+ON_FACE_SHARE = 1e-4  # of the diameter behind a face, a point lies on it: a block on a plate (by hand)
+SAMPLES_A_LINE = 5.0  # at least, down to the densest spacing, for what is said of a line's straightness
+MOST_SINGLE_SAMPLES = 4  # of a line: no more are looked at one by one, which is quicker
+NEAR_PLANE_SHARE = 1e-3  # of the model's diameter: what is nearer to the camera's plane may be anywhere
 
 
 class Trace(NamedTuple):
@@ -65,7 +64,7 @@ def trace(
     spacing_px, densest_px : between the samples; of lines that have few of them they are that dense.
     bounds : (4,), the part of the image plane to fill: least x, least y, greatest x, greatest y, px.
     """
-    near = NEAR * solid.diameter
+    near = NEAR_PLANE_SHARE * solid.diameter
     points, centre = _in_camera_frame(solid, rotation, translation)
     towards = faces_towards(solid, centre)
     seen = long_enough(solid, lines_in_view(solid, towards, points, intrinsics, bounds, near), min_line_px)
@@ -73,7 +72,7 @@ def trace(
     leader, place, backwards = linked(solid, seen.line, course)
     in_order = np.argsort(leader * (len(solid.lines) + 1) + place)
     numbers, px = _spread(solid, seen, leader, in_order, spacing_px, densest_px, min_line_px)
-    hiders = hiders_of(solid, towards, centre, TOUCH * solid.diameter)
+    hiders = hiders_of(solid, towards, centre, ON_FACE_SHARE * solid.diameter)
     hidden = np.empty((len(solid.triangle_face), 2))
     start, end = np.empty(3), np.empty(3)
     total, written = numbers.sum(), 0
@@ -86,7 +85,7 @@ def trace(
             continue
         i, ends, ends3 = seen.line[j], seen.image[j], seen.ends[j]
         count = 0
-        if number > FEW_SAMPLES:
+        if number > MOST_SINGLE_SAMPLES:
             _on_target(rotation, translation, ends3, 0.0, start)
             _on_target(rotation, translation, ends3, 1.0, end)
             count = hidden_parts(hiders, start, end, hidden)
@@ -98,7 +97,7 @@ def trace(
             if _within_any(hidden, count, at):
                 continue
             _on_target(rotation, translation, ends3, at, out[written])
-            if number <= FEW_SAMPLES and hidden_point(hiders, out[written]):
+            if number <= MOST_SINGLE_SAMPLES and hidden_point(hiders, out[written]):
                 continue
             line[written], own[written], of_outline[written] = leader[j], i, outline[j]
             stands[written] = px[j]
@@ -188,7 +187,7 @@ def _spread(
         while end < len(in_order) and leader[in_order[end]] == leader[in_order[start]]:
             whole += seen.length[in_order[end]]
             end += 1
-        spacing = min(spacing_px, max(densest_px, whole / FEWEST_SAMPLES))
+        spacing = min(spacing_px, max(densest_px, whole / SAMPLES_A_LINE))
         for j in in_order[start:end]:
             length, chain = seen.length[j], solid.chain[seen.line[j]]
             if end == start + 1 and length >= min_line_px:

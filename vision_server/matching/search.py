@@ -31,17 +31,12 @@ from vision_server.matching.views import ViewTable, least_line_px, runs_of, spar
 
 MATCHED_PX = 640.0  # a target that is larger in the image is looked at as if it were so wide
 # Chosen by hand; `python -m benchmarks.matching_ablation` shows what the stages bring.
-FINISHED = 12
-MOST_HYPOTHESES = 5
-COARSE_SPACING_PX = 8.0
-SCREEN_EVERY = 3  # of these samples are looked at in the first screening
-FINE_SPACING_PX = 2.0
-FINAL_REACH_PX = 5.0
-FIRST_REACHES_PX = (30.0, 20.0)
-KEPT_REACHES_PX = (12.0, 6.0)
-FINISH_REACHES_PX = (6.0, 4.0, 3.0)
-ALIGN_ITERATIONS = 3
-FINISH_ITERATIONS = 2
+FINISHED, MOST_HYPOTHESES = 12, 5  # distinct poses that are aligned to the end, and that are told
+COARSE_SPACING_PX, FINE_SPACING_PX = 8.0, 2.0  # of samples, of poses by the thousand and of the last ones
+SCREEN_EVERY = 3  # of the coarse samples are looked at in the first screening
+FIRST_REACHES_PX, KEPT_REACHES_PX = (30.0, 20.0), (12.0, 6.0)  # from poses of the draws, and of those kept
+FINISH_REACHES_PX, FINAL_REACH_PX = (6.0, 4.0, 3.0), 5.0  # of the last ones, and of scores
+ALIGN_ITERATIONS, FINISH_ITERATIONS = 3, 2  # at each reach
 
 
 @dataclass(frozen=True)

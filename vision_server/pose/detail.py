@@ -12,11 +12,11 @@ from geometry.model import Model
 from numerics.arrays import Ints
 from vision_server.pose.observation import PoseProblem
 
-MOST_LINES = 500  # or chains of lines that continue each other; a model of no more has all compared
+MOST_COMPARED_CURVES = 500  # lines and chains of lines, by hand: a model of no more has all compared
 
 
 def fewer_lines(problem: PoseProblem) -> PoseProblem:
-    """The problem with the longest MOST_LINES of its model's lines; all faces still hide what is behind them.
+    """The problem with the longest MOST_COMPARED_CURVES of its model's lines; all faces still hide.
 
     Outlines of curved surfaces all stay: which of them are seen depends on the pose.
     """
@@ -27,7 +27,7 @@ def fewer_lines(problem: PoseProblem) -> PoseProblem:
 @lru_cache(maxsize=8)
 def _sparse(model: Model) -> tuple[Model, Ints]:
     """The model with these lines only, and which they are."""
-    chosen = longest_chains(model.vertices, model.lines, model.smooth, chains(model), MOST_LINES)
+    chosen = longest_chains(model.vertices, model.lines, model.smooth, chains(model), MOST_COMPARED_CURVES)
     kept = np.flatnonzero(chosen)
     if len(kept) == len(model.lines):
         return model, kept

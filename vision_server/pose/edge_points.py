@@ -14,15 +14,15 @@ from vision_server.channels.gradients import SIDE_PX, TILE_BITS, TILE_PX, Frame,
 
 BITS, INSIDE = np.uint32(TILE_BITS), np.uint32(TILE_PX - 1)  # of a row or column: its tile, its place in that
 
-# Chosen by hand where nothing else is said.
-PEAKS = 3  # kept for each sample and channel, strongest first
-MIN_SNR = 4.0  # of the derivative against its noise, for a maximum to count
-MIN_ALIGNED = 0.85  # least |cos| between the gradient and the line's normal: about 30 degrees
+PEAKS = 3  # kept for each sample and channel, strongest first: the edge's own and one to either side
+MIN_SNR = 4.0  # chosen by hand, of the derivative against its noise: noise alone passes 6 times in 100 000
+MIN_ALIGNED = 0.85  # chosen by hand: least |cos| of the gradient with the line's normal, about 30 degrees
 CLIPPED_SD_PX = 0.5  # saturation moves an edge towards its dark side by up to the blur
-DERIVATIVE_NOISE = 1.0 / math.sqrt(8.0 * math.pi)  # sd of the first derivative: this * sd / sigma^2
-LEAST_SHARE = 0.02  # of the peak, that its neighbours count with at least
+LEAST_FLANK_SHARE = 0.02  # of the peak, that its neighbours count with at least: logarithms stay finite
 MOST_SHIFT_PX = 1.0  # of a peak from where the pixel-wide steps see it
-CURVATURE_NOISE = math.sqrt(3.0 / (16.0 * math.pi))  # sd of the second derivative: this * sd / sigma^3
+# Standard deviation of the first and the second derivative of white noise of sd 1 under a Gaussian of sigma,
+# times sigma^2 and sigma^3.
+DERIVATIVE_NOISE, CURVATURE_NOISE = 1.0 / math.sqrt(8.0 * math.pi), math.sqrt(3.0 / (16.0 * math.pi))
 
 
 class Channel(NamedTuple):
@@ -62,7 +62,7 @@ def derivative_at(channel: Channel, x: float, y: float, nx: float, ny: float) ->
 @kernel()
 def _parabola(before: float, here: float, after: float) -> tuple[float, float]:
     """Place of the maximum of a Gaussian through three values one px apart, and minus its log curvature."""
-    least = LEAST_SHARE * here
+    least = LEAST_FLANK_SHARE * here
     before, here, after = math.log(max(before, least)), math.log(here), math.log(max(after, least))
     bend = 2.0 * here - before - after
     return (0.5 * (after - before) / bend if bend > 0.0 else np.inf), bend

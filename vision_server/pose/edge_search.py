@@ -11,7 +11,7 @@ from vision_server.channels.gradients import SCALES_PX, GradientChannel, Normals
 from vision_server.pose.edge_points import PEAKS, EdgePoints, find_edge_points
 
 # Of the reach, that the kernel looks at: the next step, bilinear, around the maximum; and the flanks of that.
-BEYOND_PX = 12
+PREPARED_BEYOND_PX = 12
 
 
 def search(channels: Sequence[GradientChannel], scale: Ints, normals: Normals) -> EdgePoints:
@@ -27,6 +27,6 @@ def search(channels: Sequence[GradientChannel], scale: Ints, normals: Normals) -
     if len(normals.image) > 0:
         sigmas = np.array(SCALES_PX)
         for c, channel in enumerate(channels):
-            channel.prepare(scale[c], normals, BEYOND_PX)
+            channel.prepare(scale[c], normals, PREPARED_BEYOND_PX)
             find_edge_points(channel.frame, channel.tiles, scale[c], sigmas, normals, c, out)
     return out

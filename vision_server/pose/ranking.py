@@ -20,18 +20,18 @@ from vision_server.pose.trust import quality
 # Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
 # recorded and hard stacks), clear quality, share that is finished and starts beside change one pose at most;
 # twelve starts take a fifth more time.
-SAME = (0.15, 0.001)  # degrees, share of the range: a step that ends this close has come to a known pose
-NEAR = (0.5, 0.004)  # of coarsely refined poses, when both would end at one place
-REFINED = 5  # hypotheses of the matcher that are looked at
-COARSE_REACHES_PX, COARSER = (6.0, 4.0), 1.75  # first, with fewer samples; ...
+# Degrees and share of the range: a refinement that ends so close to a known pose has come to that optimum;
+# two coarse ones that are so close would come to one optimum if they were refined to the end.
+ONE_OPTIMUM_WITHIN, ONE_BASIN_WITHIN = (0.15, 0.001), (0.5, 0.004)
+MOST_REFINED = 5  # hypotheses of the matcher that are looked at
+COARSE_REACHES_PX, COARSE_SPACING_TIMES = (6.0, 4.0), 1.75  # first, with fewer samples; ...
 FINE_REACHES_PX = (4.0, 3.0, 3.0)  # ... then, with all, ...
-FINISHED_SHARE = 0.5  # ... those of at least this share of the best one's quality
-SETTLED_PX = 0.03  # a step that moves no line farther is the last one
-CLEAR_QUALITY = 2.0  # from here on, nothing beside the pose can be as good
-BESIDE = 6  # starts that are looked at beside the best pose
-BESIDE_ROUNDS = 3  # and again when that has found a better one
-ROUGHLY_NATS = 10.0  # of evidence, that fewer samples may miss
-TURNED_LACK = 20.0  # nats that a turned pose may lack before it is refined: odds of e^-7 after that
+FINISHED_QUALITY_SHARE = 0.5  # ... those of at least this share of the best one's quality
+CONVERGED_PX = 0.03  # a step that moves no line farther is the last one
+CLEAR_QUALITY = 2.0  # 1/px: from here on, nothing beside the pose can be as good
+MOST_BESIDE, BESIDE_ROUNDS = 6, 3  # starts beside the best pose, and again when that has found a better one
+COARSE_LACK_NATS = 10.0  # of evidence, that fewer samples may miss
+TURNED_LACK_NATS = 20.0  # that a turned pose may lack before it is refined: odds of e^-7 after that
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ def nowhere(_pose: Pose) -> bool:
 def best_first(
     problem: PoseProblem,
     hypotheses: Sequence[Pose],
-    looked_at: int = REFINED,
+    looked_at: int = MOST_REFINED,
     spin_rad: float = 0.0,
     searched: Callable[[Pose], bool] = nowhere,
 ) -> list[Refined]:
@@ -116,11 +116,11 @@ def best_first(
     coarse.sort(key=_rank)
     distinct: list[Refined] = []
     for one in coarse:
-        if not any(better.ends_at(one.pose, NEAR) for better in distinct):
+        if not any(better.ends_at(one.pose, ONE_BASIN_WITHIN) for better in distinct):
             distinct.append(one)
     if sparse is not problem:
         distinct = [of_all_lines(one, problem) for one in distinct]
-    least = FINISHED_SHARE * max((one.quality for one in distinct), default=0.0)
+    least = FINISHED_QUALITY_SHARE * max((one.quality for one in distinct), default=0.0)
     out = [finished(one) if one.quality >= least else one for one in distinct]
     return sorted(out, key=_rank)
 
@@ -128,7 +128,7 @@ def best_first(
 def _add_spun(found: list[Refined], spin_rad: float) -> None:
     """Add the first pose of a nearly round target turned about its axis, see `spun`; best first again."""
     for first in found[:1]:
-        for pose in spun(first.problem, first.pose, COARSER * first.spacing_px, spin_rad):
+        for pose in spun(first.problem, first.pose, COARSE_SPACING_TIMES * first.spacing_px, spin_rad):
             add_refined(found, first, pose)
     found.sort(key=_rank)
 
@@ -137,14 +137,14 @@ def roughly(sparse: PoseProblem, pose: Pose, known: Sequence[Refined]) -> Refine
     """One hypothesis, refined coarsely on scales of its own; None where it ends at a known one."""
     scaled = with_line_scales(sparse, pose)
     spacing = spacing_for(sparse.model, sparse.camera, pose)
-    return refined(scaled, pose, COARSE_REACHES_PX, spacing, COARSER, known=known)
+    return refined(scaled, pose, COARSE_REACHES_PX, spacing, COARSE_SPACING_TIMES, known=known)
 
 
 def of_all_lines(rough: Refined, problem: PoseProblem) -> Refined:
     """A pose that was refined on some of the lines only, with what supports all of them."""
     scaled = with_line_scales(problem, rough.pose)
     spacing = spacing_for(problem.model, problem.camera, rough.pose)
-    support = support_at(scaled, rough.pose, COARSER * spacing)
+    support = support_at(scaled, rough.pose, COARSE_SPACING_TIMES * spacing)
     return rough if support is None else Refined(scaled, rough.solution, support, spacing)
 
 
@@ -165,10 +165,10 @@ def refined(
     solution = None
     for reach in reaches_px:
         solution = refine(problem, pose, (reach,), spacing)
-        if solution is None or any(one.ends_at(solution.pose, SAME) for one in known):
+        if solution is None or any(one.ends_at(solution.pose, ONE_OPTIMUM_WITHIN) for one in known):
             return None
         pose = solution.pose
-        if reach <= EXACT_REACH_PX and solution.moved_px < SETTLED_PX:
+        if reach <= EXACT_REACH_PX and solution.moved_px < CONVERGED_PX:
             break
     assert solution is not None
     support = support_at(problem, solution.pose, spacing)
@@ -192,13 +192,15 @@ def add_beside(found: list[Refined]) -> None:
     """Add the rivals that lie beside the first pose, see `hypotheses`; best first again."""
     first = found[0]
     near = edges_around(first.problem, first.pose)
-    for start in hypotheses_beside(near, first.pose, len(first.problem.model.lines), BESIDE):
+    for start in hypotheses_beside(near, first.pose, len(first.problem.model.lines), MOST_BESIDE):
         add_refined(found, first, start)
     found.sort(key=_rank)
 
 
 def add_refined(found: list[Refined], like: Refined, start: Pose) -> None:
     """Add what a start leads to with the scales and samples of another pose, unless it is known."""
-    other = refined(like.problem, start, COARSE_REACHES_PX, like.spacing_px, COARSER, known=found)
+    other = refined(
+        like.problem, start, COARSE_REACHES_PX, like.spacing_px, COARSE_SPACING_TIMES, known=found
+    )
     if other is not None:
         found.append(other)

@@ -13,7 +13,7 @@ from geometry.pose import Pose
 from geometry.visibility import Samples
 from numerics.arrays import Flags, Floats
 from vision_server.pose.coincident import Told, told_once
-from vision_server.pose.hidden_together import HIDDEN, evidence_of
+from vision_server.pose.hidden_together import NOT_SEEN_NATS, evidence_of
 from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.weights import line_trust
 
@@ -25,11 +25,11 @@ LEAST_TRUST = 0.02  # of a line in a channel, for its edge points to be support
 NORMAL_FLOOR_PX = 0.1  # RMS below this says nothing more
 # What a line's support is evidence of: a run of a true line has support with the one probability, a run
 # beside which there are edges by chance with the other. A fit of the trust hardly depends on these four.
-SEEN, BY_CHANCE = 0.92, 0.2
+SEEN_IF_THERE, SEEN_BY_CHANCE = 0.92, 0.2
 # In a row of lines so far apart an edge is within SUPPORT_PX of any place by that chance; nearer, by more.
-CROWDED_PX = 2.0 * SUPPORT_PX / BY_CHANCE
+CROWDED_PX = 2.0 * SUPPORT_PX / SEEN_BY_CHANCE
 RUN_PX, MOST_RUNS = 10.0, 4.0  # neighbours have support together; a longer line is on clutter or is not
-MISSING = 0.3  # of its length: a line with less support is missing
+MISSING_SUPPORT = 0.3  # of its length: a line with less support is missing
 
 
 @dataclass(frozen=True)
@@ -121,8 +121,10 @@ class PoseSupport:
     def _evidence(self) -> Floats:
         """Of each visible line, nats: log likelihood of its support if it is there over that by chance."""
         told = self._told
-        chance = np.clip(2.0 * SUPPORT_PX / told.gap, BY_CHANCE, SEEN)
-        nats = np.where(told.seen, np.log(SEEN / chance), np.log((1.0 - SEEN) / (1.0 - chance)))
+        chance = np.clip(2.0 * SUPPORT_PX / told.gap, SEEN_BY_CHANCE, SEEN_IF_THERE)
+        nats = np.where(
+            told.seen, np.log(SEEN_IF_THERE / chance), np.log((1.0 - SEEN_IF_THERE) / (1.0 - chance))
+        )
         visible = self._visible
         there = visible > 0
         runs = np.minimum(visible[there] / RUN_PX, MOST_RUNS)
@@ -136,7 +138,7 @@ class PoseSupport:
     @property
     def evidence(self) -> float:
         """Log likelihood of all lines, nats, over that of chance: one that is not seen may be hidden."""
-        return float(np.maximum(self._evidence, -HIDDEN).sum())
+        return float(np.maximum(self._evidence, -NOT_SEEN_NATS).sum())
 
     @property
     def evidence_together(self) -> float:
@@ -153,9 +155,9 @@ class PoseSupport:
 
     @property
     def missing(self) -> float:
-        """Share of the visible length that is of lines with support of less than MISSING."""
+        """Share of the visible length that is of lines with support of less than MISSING_SUPPORT."""
         visible, supported = self._visible, self._by_own(self._told.seen)
-        return float(visible[supported < MISSING * visible].sum() / visible.sum())
+        return float(visible[supported < MISSING_SUPPORT * visible].sum() / visible.sum())
 
     @property
     def shares(self) -> dict[int, float]:

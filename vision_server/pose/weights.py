@@ -15,19 +15,18 @@ SYSTEMATIC_SD_PX = 0.12  # of one edge point: pixel grid, texture and shading be
 # Where lines meet, each pulls at the other's edge: the scatter is 0.42 px at blurred corners, 0.2 px three
 # and 0.08 px six pixels away.
 END_SD_PX, END_REACH_PX = 0.45, 4.0
-# Chosen by hand where nothing else is said.
-STRONG_SHARE = 0.7  # of the edge points of a channel are weaker than its strong ones
-FEW = 48  # values that are sorted one by one for their median
-FADED = 25.0  # exponent from which on the scatter at the end of a line is nothing beside the rest
-SCATTER_PX = 0.35  # scatter about its own straight line at which a line counts half
+STRONG_STRENGTH_RANK = 0.7  # share of a channel's edge points that are weaker than its strong ones (by hand)
+MOST_INSERTED = 48  # up to so many values are sorted by insertion for their median
+FADED_EXPONENT = 25.0  # from here on the scatter at the end of a line is nothing beside the rest: e^-25
+HALF_TRUST_SCATTER_PX = 0.35  # scatter about its own straight line at which a line counts half (by hand)
 
 
 @kernel()
 def line_trust(seen: Observation) -> Floats:
     """How straight and complete the edge points of each channel are along each line, 0..1, (C, L).
 
-    share^2 / (1 + (scatter / SCATTER_PX)^2). Texture beside a crease that has no contrast in one light,
-    shadow edges and clutter give edge points that are few, or that scatter about any straight line.
+    share^2 / (1 + (scatter / HALF_TRUST_SCATTER_PX)^2). Texture beside a crease that has no contrast in
+    one light, shadow edges and clutter give edge points that are few, or scatter about any straight line.
     """
     line, offset = seen.samples.line, seen.offset
     channels, count = offset.shape
@@ -46,7 +45,7 @@ def line_trust(seen: Observation) -> Floats:
                     found += 1
             if found >= 3:
                 share = found / (end - start)
-                ratio = _scatter(x[:found], y[:found], room[:found]) / SCATTER_PX
+                ratio = _scatter(x[:found], y[:found], room[:found]) / HALF_TRUST_SCATTER_PX
                 out[c, line[start]] = share * share / (1.0 + ratio * ratio)
         start = end
     return out
@@ -56,7 +55,7 @@ def line_trust(seen: Observation) -> Floats:
 def _median(values: Floats) -> float:
     """Median of values (N,), which are sorted in place."""
     count = len(values)
-    if count > FEW:
+    if count > MOST_INSERTED:
         return float(np.median(values))
     for i in range(1, count):
         value, k = values[i], i
@@ -122,7 +121,7 @@ def base_weights(seen: Observation, exact_ends: bool) -> Floats:
                 number += 1
         if number == 0:
             continue
-        rank = int(STRONG_SHARE * (number - 1))
+        rank = int(STRONG_STRENGTH_RANK * (number - 1))
         strong = max(np.partition(found[:number], rank)[rank], 1e-12)
         for i in range(count):
             if not np.isfinite(offset[c, i]):
@@ -130,7 +129,7 @@ def base_weights(seen: Observation, exact_ends: bool) -> Floats:
             own = seen.sigma[c, samples.line[i]]
             near_end = 0.0
             faded = (seen.from_end[i] / (END_REACH_PX * own)) ** 2
-            if exact_ends and faded < FADED:
+            if exact_ends and faded < FADED_EXPONENT:
                 near_end = END_SD_PX * math.exp(-faded)
             variance = seen.sd[c, i] ** 2 + (SYSTEMATIC_SD_PX**2 + near_end**2) * own**2
             share = min(1.0, abs(seen.strength[c, i]) / strong)

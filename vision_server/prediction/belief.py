@@ -8,8 +8,8 @@ import numpy as np
 
 from geometry.visibility import Samples
 from numerics.arrays import Floats
-from vision_server.pose.support import BY_CHANCE, MISSING, MOST_RUNS, RUN_PX, SEEN
-from vision_server.pose.trust import FITTED, MOST_CONFIRMED, SOME
+from vision_server.pose.support import MISSING_SUPPORT, MOST_RUNS, RUN_PX, SEEN_BY_CHANCE, SEEN_IF_THERE
+from vision_server.pose.trust import FITTED, MOST_CONFIRMED, SOME_MISSING
 
 
 class Belief:
@@ -38,11 +38,14 @@ class Belief:
 
     def _log_odds(self, shown: Floats) -> Floats:
         """Of the pose, (M,), but for a constant, with lines shown with these probabilities, (M, lines)."""
-        seen, unseen = math.log(SEEN / BY_CHANCE), math.log((1.0 - SEEN) / (1.0 - BY_CHANCE))
+        seen, unseen = (
+            math.log(SEEN_IF_THERE / SEEN_BY_CHANCE),
+            math.log((1.0 - SEEN_IF_THERE) / (1.0 - SEEN_BY_CHANCE)),
+        )
         share = self._share + (1.0 - self._share) * shown
         confirmed = np.maximum(self._runs * (share * seen + (1.0 - share) * unseen), 0.0).sum(axis=1)
-        missing = ((self._share < MISSING) * (1.0 - shown)) @ self._px / self._px.sum()
+        missing = ((self._share < MISSING_SUPPORT) * (1.0 - shown)) @ self._px / self._px.sum()
         return np.asarray(
             FITTED.log2_confirmed * np.log2(1.0 + np.minimum(confirmed, MOST_CONFIRMED))
-            + FITTED.log2_missing * np.log2(1.0 + missing / SOME)
+            + FITTED.log2_missing * np.log2(1.0 + missing / SOME_MISSING)
         )

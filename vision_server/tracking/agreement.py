@@ -15,8 +15,9 @@ import numpy as np
 from geometry.pose import Pose, origin_jacobian
 from numerics.arrays import Floats
 
-SIZES = np.geomspace(0.2, 30.0, 8)  # of the limits within which a pose is right: what given poses are off by
-DRAWS = 400
+# What poses from elsewhere may be off by, in units of what is right: each as likely.
+GIVEN_POSE_ERRORS = np.geomspace(0.2, 30.0, 8)
+NORMAL_DRAWS = np.random.default_rng(0).normal(size=(400, 6))  # of a standard normal: shares to 2.5 %
 
 
 class Agreement(NamedTuple):
@@ -37,9 +38,9 @@ def agreement(limits: tuple[float, float], one: Pose, covariance: Floats, given:
     """Agreement of a given pose with one of a covariance (6, 6).
 
     The target is at ``one`` but for a normal error of C; the given pose is off from there by a normal error
-    of s^2 D, where D has the limits' lengths, for each s of SIZES alike. The density of their difference d is
-    that of a normal with C + s^2 D; and what of it the given pose is off by is normal, too, of mean
-    s^2 D (C + s^2 D)^-1 d.
+    of s^2 D, where D has the limits' lengths, for each s of GIVEN_POSE_ERRORS alike. The density of
+    their difference d is that of a normal with C + s^2 D; and what of it the given pose is off by
+    is normal, too, of mean s^2 D (C + s^2 D)^-1 d.
 
     Parameters
     ----------
@@ -52,15 +53,14 @@ def agreement(limits: tuple[float, float], one: Pose, covariance: Floats, given:
     about_origin[3:] = origin_jacobian(one.translation)
     own = about_origin @ covariance @ about_origin.T / np.outer(unit, unit)
     step = np.r_[given.step_from(one)[:3], given.translation - one.translation] / unit
-    draws = np.random.default_rng(0).normal(size=(DRAWS, 6))
     likelihood = right = 0.0
-    for size in SIZES:
+    for size in GIVEN_POSE_ERRORS:
         off = np.eye(6) * size**2 / 3.0
         inverse = np.linalg.inv(own + off)
         density = float(np.exp(0.5 * (np.linalg.slogdet(inverse)[1] - step @ inverse @ step)))
         spread = np.linalg.cholesky(off - off @ inverse @ off + 1e-12 * np.eye(6))
-        parts = (off @ inverse @ step + draws @ spread.T).reshape(DRAWS, 2, 3)
+        parts = (off @ inverse @ step + NORMAL_DRAWS @ spread.T).reshape(-1, 2, 3)
         within = int((np.linalg.norm(parts, axis=2) < 1.0).all(axis=1).sum())
-        likelihood += density / len(SIZES)
-        right += density / len(SIZES) * (within + 0.5) / (DRAWS + 1)
+        likelihood += density / len(GIVEN_POSE_ERRORS)
+        right += density / len(GIVEN_POSE_ERRORS) * (within + 0.5) / (len(NORMAL_DRAWS) + 1)
     return Agreement(likelihood, right)

@@ -15,7 +15,7 @@ class Chance(NamedTuple):
     ----------
     share : of that pose by its likelihood, of all around.
     believed : probability that its lines are where they seem.
-    within : how much of its covariance is within the referee's LIMITS of the given pose.
+    within : how much of its covariance is within the limits of RIGHT of the given pose.
     agreement : of the given pose with it, were the given one from elsewhere, where poses that look alike are
         taken for each other.
     """
@@ -27,7 +27,7 @@ class Chance(NamedTuple):
 
 
 class Chances(NamedTuple):
-    """What speaks for a pose: of each one around, and how far refinement moves the given one, in LIMITS."""
+    """What speaks for a pose: of each one around, and how far refinement moves the given one, in RIGHT."""
 
     around: tuple[Chance, ...]
     moved: float
@@ -52,11 +52,11 @@ class Calibration(NamedTuple):
 
 
 LEAST_ODDS = 1e-4  # Probabilities are never taken for surer than this (chosen by hand).
-TINY = 1e-300  # a density that is none
+LEAST_DENSITY = 1e-300  # a density that is none
 # By maximum likelihood on simulated frames, poses right and wrong: python -m benchmarks.referee --fit
 CALIBRATION = Calibration(0.5, 0.9, -2.0, 2.6, 4.1)
-# What refinement moves a pose by that was refined on these images before, one sd, in LIMITS (chosen by hand).
-SETTLED = 0.15
+# What refinement moves a pose by that was refined on these images before, one sd, in RIGHT (chosen by hand).
+REFINED_AGAIN_SD = 0.15
 
 
 def probability(chances: Chances, by: Calibration = CALIBRATION) -> float:
@@ -80,8 +80,8 @@ def probability(chances: Chances, by: Calibration = CALIBRATION) -> float:
         for one in around
     )
     right = sum(one.share * one.believed * one.agreement.right for one in around)
-    independent = _logistic(by.most) * right / max(density, TINY)
-    derived = math.exp(by.derived - 0.5 * (chances.moved / SETTLED) ** 2)
+    independent = _logistic(by.most) * right / max(density, LEAST_DENSITY)
+    derived = math.exp(by.derived - 0.5 * (chances.moved / REFINED_AGAIN_SD) ** 2)
     return (independent + derived * own) / (1.0 + derived)
 
 
