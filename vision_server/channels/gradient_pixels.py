@@ -1,4 +1,8 @@
-"""Pixels of one image whose gradient stands out of the noise, 4 to 12 % of most images, as a list."""
+"""Pixels of one image whose gradient stands out of the noise, 4 to 12 % of most images, as a list.
+
+Canny's first stage (1986): a Gaussian derivative, and what of it is above a floor by the noise
+(`pixels_of_rows`); suppression comes after the channels are merged (`edges.ridges`).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Sensor noise of one image as a function of grey, measured on the image itself; the scale that suits it."""
+"""Sensor noise of one image as a function of grey, measured on the image itself; the scale that suits it.
+
+Second differences remove what is smooth (Immerkaer 1996); their median in bands of grey gives read and shot
+noise (`grey_noise`).
+"""
 
 from __future__ import annotations
 

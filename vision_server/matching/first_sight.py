@@ -1,4 +1,8 @@
-"""The pose without a seed pose: candidates from templates, aligned and scored as around a seed pose."""
+"""The pose without a seed pose: candidates from templates, aligned and scored as around a seed pose.
+
+In go segments, a model and what is known of the pose (`Anywhere`); out come hypotheses as of `search`. The
+sizes that the target may have in the image are tried in grids of a few (`templates`), then compared.
+"""
 
 from __future__ import annotations
 

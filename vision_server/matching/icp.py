@@ -1,4 +1,9 @@
-"""Score poses against the nearest image edges, and align them with these (iterative closest point)."""
+"""Score poses against the nearest image edges, and align them with these: iterative closest point.
+
+In go poses with what is visible from them, and the table of `nearest_edges`; out come scores, or the poses
+moved. Each step is one of robust least squares from point to line (Besl and McKay 1992; Chen and Medioni
+1992), with Tukey's weights; `score_poses` and `align` are the definitions.
+"""
 
 from __future__ import annotations
 

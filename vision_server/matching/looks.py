@@ -1,4 +1,4 @@
-"""What is seen of a target from directions all over the sphere: of what templates are made."""
+"""What is seen of a target from all over the sphere: points of its lines, of which templates are made."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every matcher takes and gives."""
+"""What every matcher takes and gives: segments, a model, a seed pose or what is known without; hypotheses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The default matcher: quasi-random poses, scored, aligned with the edges (ICP), scored again."""
+"""The default matcher: quasi-random poses, scored, aligned with the edges (ICP), scored again.
+
+In go segments, a model and a seed pose; out come the few distinct poses that the segments support best. Each
+stage looks at fewer poses more closely (`Effort`), so that of thousands a hundred are aligned.
+"""
 
 from __future__ import annotations
 

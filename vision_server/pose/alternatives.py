@@ -1,4 +1,7 @@
-"""Which poses an estimate tells, and the chance of each: rivals that were found, and exact symmetries."""
+"""Which poses an estimate tells, and the chance of each: rivals that were found, and exact symmetries.
+
+Poses that a symmetry of the target takes to each other are one answer, or share its probability.
+"""
 
 from __future__ import annotations
 

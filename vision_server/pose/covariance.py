@@ -1,5 +1,6 @@
 """Covariance of a refined pose, from the residuals of its edge points and how these hang together.
 
+A sandwich estimator (Huber, White) that allows for residuals that are alike along a line (Newey and West).
 Of a pose that has taken the last step the covariance is that of its lines as wholes: `settling`.
 """
 

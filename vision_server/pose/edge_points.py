@@ -1,4 +1,8 @@
-"""Sub-pixel edge points: maxima of the Gaussian derivative along the normals of model lines."""
+"""Sub-pixel edge points in one channel: maxima of the Gaussian derivative along the normals of model lines.
+
+In go samples of lines with their normals, out come places along these, px, with the noise of each: the one-
+dimensional search of RAPiD (Harris and Stennett 1990), with Canny's derivative of a Gaussian as its detector.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Edge points on the normals of samples in all channels, which are prepared where they are looked at."""
+"""Edge points on the normals of samples in all channels; tiles of gradients are made where it looks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""From the matcher's hypotheses to refined poses with their support, best first."""
+"""From the matcher's hypotheses to refined poses with their support, best first.
+
+Multi-start: all are refined coarsely, with turns and edges beside that no small step leads to, and those
+that come near the best in quality to the end. `best_first` is that, with a seed pose.
+"""
 
 from __future__ import annotations
 

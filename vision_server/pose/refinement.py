@@ -1,4 +1,9 @@
-"""Refinement: robust least squares of a pose on sub-pixel edge points along the model's visible lines."""
+"""Refinement of a pose: robust least squares on edge points along the model's visible lines, again and again.
+
+In go a start pose, a few pixels off, and the channels; out come the pose and the equations that it solves.
+It is the loop of edge-based trackers (Drummond and Cipolla 2002): look for edges on the normals of visible
+lines (`observation`), weigh them (`weights`), solve for the step (`solver`), and look again, less far around.
+"""
 
 from __future__ import annotations
 

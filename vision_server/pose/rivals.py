@@ -1,4 +1,8 @@
-"""Which other poses are weighed: those found, turned onto near symmetries, about the axis of a round part."""
+"""Which other poses are weighed: those found, turned onto near symmetries, about the axis of a round part.
+
+In go refined poses, best first; out come which of them goes first and its rivals, each with what speaks
+against it beforehand, in nats.
+"""
 
 from __future__ import annotations
 

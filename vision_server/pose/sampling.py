@@ -1,4 +1,4 @@
-"""How densely the lines of a model are sampled, and where on its line each sample is."""
+"""How densely a model's visible lines are sampled in the image, and where on its line each sample is."""
 
 from __future__ import annotations
 

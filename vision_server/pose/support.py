@@ -1,4 +1,8 @@
-"""How well the images support a pose: per-line errors, and an RMS that losing lines cannot lower."""
+"""How well the images support a pose: per-line errors, and an RMS that losing lines cannot lower.
+
+In goes an observation; out come which samples of visible lines have an edge, and the evidence of that: a log
+likelihood ratio, of lines that are there over edges that lie beside them by chance.
+"""
 
 from __future__ import annotations
 

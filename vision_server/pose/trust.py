@@ -1,4 +1,8 @@
-"""How sure an estimate is right: a calibrated probability from the evidence of its lines, and its rivals'."""
+"""How sure an estimate is right: a calibrated probability from the evidence of its lines, and its rivals'.
+
+Two logistic functions, fitted by `benchmarks.trust_fit` to estimates whose truth is known, give the belief in
+a pose by itself; what its best rival explains divides it. docs/trust.md says how well both are calibrated.
+"""
 
 from __future__ import annotations
 

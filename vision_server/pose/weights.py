@@ -1,4 +1,7 @@
-"""What an edge point counts before its residual is known: noise, strength, and trust in its line."""
+"""What an edge point counts before its residual is known: noise, strength, and trust in its line.
+
+In goes an observation; out come weights (C, N), 1/px^2, which `solver` then reweighs by residuals.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Least-squares lines through groups of edgels, and whether a group could be there by chance."""
+"""Least-squares lines through groups of edgels, and whether a group could be there by chance.
+
+Total least squares, as edgels are off across a line whichever way it runs; and the a-contrario test of
+Desolneux, Moisan and Morel (2000), `log_chance`, which says how many lines as good chance would give.
+"""
 
 from __future__ import annotations
 

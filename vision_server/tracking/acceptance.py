@@ -1,4 +1,4 @@
-"""What a pose has to show to be followed, believed and called sure."""
+"""What a pose has to show to be followed, believed and called sure: the rules, as `tracker` asks for them."""
 
 from __future__ import annotations
 

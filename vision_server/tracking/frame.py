@@ -1,4 +1,7 @@
-"""One frame as tracking sees it: the part around the target, at full, half and quarter size."""
+"""One frame as tracking sees it: the part around the target, at full, half and quarter size.
+
+In go pixels (H, W) and a pose; out comes what `pose.refinement` takes, a `PoseProblem` of one channel.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Where each visible line of the model lies beside its edge points, and what rounded edges do to that."""
+"""Where each visible line of the model lies beside its edge points, and what rounded edges do to that.
+
+In goes an observation; out come two numbers a line and channel, offset and turn, with their variances and
+how a pose's step moves them: what `fitting` solves for the pose.
+"""
 
 from __future__ import annotations
 

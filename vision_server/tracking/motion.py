@@ -1,4 +1,7 @@
-"""Constant-velocity motion of the target: an error-state Kalman filter on poses that were measured."""
+"""Constant-velocity motion of the target: an error-state Kalman filter on poses that were measured.
+
+The acceleration is white noise whose size follows the innovations, as of adaptive filters (`corrected`).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Whether a pose that came from elsewhere is right, and what pose nearby would be better."""
+"""Whether a pose that came from elsewhere is right, and what pose nearby would be better.
+
+In go images and the pose; out comes a probability by Bayes' rule over the poses around it (`chances`): what
+refinement makes of it, what a search finds, and turns of that, each with covariance and evidence.
+"""
 
 from __future__ import annotations
 
