@@ -171,11 +171,8 @@ def cross_validated(rows: list[Row]) -> tuple[Calibration, Floats]:
 
 def said(name: str, stated: Floats, right: Flags) -> dict[str, object]:
     """What is printed of probabilities."""
-    states = np.where(
-        stated >= referee.OK_PROBABILITY,
-        "ok",
-        np.where(stated < referee.LOST_PROBABILITY, "lost", "doubtful"),
-    )
+    doubted = np.where(stated < referee.LOST_BELOW, "lost", "doubtful")
+    states = np.where(stated >= referee.OK_FROM, "ok", doubted)
     return {
         "name": name, "value": expected_error(stated, right), "unit": "expected error",
         "poses": len(right), "right": float(right.mean()), "brier": float(np.mean((stated - right) ** 2)),

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.lines_in_view import LinesInView, faces_towards, lines_in_view, long_enough
-from geometry.occluders import Solid, hidden_parts, hidden_point, hiders_of
+from geometry.occluders import Hiders, Solid, hidden_parts, hidden_point, hiders_of
 from geometry.outlines import line_direction, linked, outline_direction, outline_tangent
 from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
@@ -73,22 +73,11 @@ def trace(
     in_order = np.argsort(leader * (len(solid.lines) + 1) + place)
     numbers, px = _spread(solid, seen, leader, in_order, spacing_px, densest_px, min_line_px)
     hiders = hiders_of(solid, towards, centre, ON_FACE_SHARE * solid.diameter)
-    hidden = np.empty((len(solid.triangle_face), 2))
-    start, end = np.empty(3), np.empty(3)
-    total, written = numbers.sum(), 0
-    line, own, of_outline = np.empty(total, np.int64), np.empty(total, np.int64), np.empty(total, np.bool_)
-    out, along3 = np.empty((total, 3)), np.empty((total, 3))
-    image, direction, stands = np.empty((total, 2)), np.empty((total, 2)), np.empty(total)
-    for j in in_order:
-        number = numbers[j]
-        if number == 0:
-            continue
-        i, ends, ends3 = seen.line[j], seen.image[j], seen.ends[j]
-        count = 0
-        if number > MOST_SINGLE_SAMPLES:
-            _on_target(rotation, translation, ends3, 0.0, start)
-            _on_target(rotation, translation, ends3, 1.0, end)
-            count = hidden_parts(hiders, start, end, hidden)
+    hidden, written = np.empty((len(solid.triangle_face), 2)), 0
+    line, out, along3, image, direction, stands, own, of_outline = _room_for(numbers.sum())
+    for j in in_order[numbers[in_order] > 0]:
+        number, i, ends, ends3 = numbers[j], seen.line[j], seen.image[j], seen.ends[j]
+        count = _hidden(hiders, rotation, translation, ends3, hidden) if number > MOST_SINGLE_SAMPLES else 0
         sign = -1.0 if backwards[j] else 1.0
         inverse_a, inverse_b = 1.0 / ends3[0, 2], 1.0 / ends3[1, 2]
         for k in range(number):
@@ -113,6 +102,23 @@ def trace(
         line[:written], out[:written], along3[:written], image[:written], direction[:written],
         stands[:written], own[:written], of_outline[:written],
     )  # fmt: skip
+
+
+@kernel()
+def _room_for(total: int) -> tuple[Ints, Floats, Floats, Floats, Floats, Floats, Ints, Flags]:
+    """Arrays for the fields of a trace of so many samples, in their order."""
+    numbers, places = (np.empty(total, np.int64), np.empty(total, np.int64)), np.empty((2, total, 3))
+    pixels, px, outline = np.empty((2, total, 2)), np.empty(total), np.empty(total, np.bool_)
+    return numbers[0], places[0], places[1], pixels[0], pixels[1], px, numbers[1], outline
+
+
+@kernel()
+def _hidden(hiders: Hiders, rotation: Floats, translation: Floats, ends: Floats, hidden: Floats) -> int:
+    """How many parts of a line (2, 3) in the camera's frame are hidden; as shares of it, output."""
+    start, end = np.empty(3), np.empty(3)
+    _on_target(rotation, translation, ends, 0.0, start)
+    _on_target(rotation, translation, ends, 1.0, end)
+    return int(hidden_parts(hiders, start, end, hidden))
 
 
 @kernel()

@@ -18,12 +18,12 @@ from numerics.kernels import kernel
 from vision_server.pose.along_lines import ALONG_COSINE, Course, beside, course_at, course_of, line_courses
 
 PAST_END_PX = 2.0  # chosen by hand: past its ends a line has a claim about as far as a corner is blurred
-NEIGHBOUR_HEIGHT_RATIO = 0.5  # assumed, of a neighbour's contrast over the edge's own, which no one knows
+NEIGHBOUR_HEIGHT = 0.5  # assumed, of a neighbour's contrast over the edge's own, which no one knows
 FAR_BLURS = 5.0  # an edge this many blurs away moves another by under 1e-4 px
 ROUNDING_PX = 1e-6  # more than rounding changes a distance by
 # Blur of an edge and of its filter together over the edge's softness: 1.12 with a filter half as wide as the
 # softness, as they are now, 1.41 with one as wide.
-FILTERED_BLUR_OVER_SOFTNESS = 1.5
+FILTERED_BLUR = 1.5
 
 
 @kernel(inline="always")
@@ -84,7 +84,7 @@ def neighbour_pulls(samples: Samples, lines: int, sigma: Floats) -> Floats:
     Two steps g apart, blurred by s each, answer with one maximum between them when g < 2 s, and otherwise
     with two. Each is g h / H exp(-g^2 / 2 s^2) nearer to the other one, whose height is h, than its own of
     height H is. The heights differ with the light: neighbours are assumed to be
-    NEIGHBOUR_HEIGHT_RATIO times as high as the edge.
+    NEIGHBOUR_HEIGHT times as high as the edge.
 
     Parameters
     ----------
@@ -95,9 +95,7 @@ def neighbour_pulls(samples: Samples, lines: int, sigma: Floats) -> Floats:
     near = np.zeros(lines)
     for c in range(len(sigma)):
         for m in range(lines):
-            near[m] = max(
-                near[m], FAR_BLURS * FILTERED_BLUR_OVER_SOFTNESS * sigma[c, m] / ALONG_COSINE + PAST_END_PX
-            )
+            near[m] = max(near[m], FAR_BLURS * FILTERED_BLUR * sigma[c, m] / ALONG_COSINE + PAST_END_PX)
     courses = line_courses(samples, near)
     out = np.zeros((len(sigma), len(image)))
     for mine, other in courses.pairs:
@@ -111,7 +109,7 @@ def neighbour_pulls(samples: Samples, lines: int, sigma: Floats) -> Floats:
             along = x * ux + y * uy
             gap = -(x - along * ux) * direction[i, 1] + (y - along * uy) * direction[i, 0]
             for c in range(len(sigma)):
-                blur = FILTERED_BLUR_OVER_SOFTNESS * sigma[c, mine]
+                blur = FILTERED_BLUR * sigma[c, mine]
                 if abs(gap) < FAR_BLURS * blur:
-                    out[c, i] -= NEIGHBOUR_HEIGHT_RATIO * gap * math.exp(-0.5 * (gap / blur) ** 2)
+                    out[c, i] -= NEIGHBOUR_HEIGHT * gap * math.exp(-0.5 * (gap / blur) ** 2)
     return out

@@ -27,9 +27,8 @@ FEWEST_COURSE_POINTS = 2  # edge points of a line in a channel that hold its pla
 # first as far as `hough.choose` takes them, at least as far as `profiles` does, both on sharp edges.
 FIRST_COURSE_CUT_PX, LEAST_COURSE_CUT_PX = 1.5, 0.55
 COURSE_ITERATIONS = 4  # of reweighting; chosen by hand, as `solver.SOLVER_ITERATIONS` is
-# Share of its weight that says a line is where it was: one that is seen as a point tells no turn.
-COURSE_PRIOR_SHARE = 1e-3
-COURSE_UNKNOWNS, BLUR_UNKNOWN = 11, 8  # rotation, translation, two nuisances, outlines' blur, two more
+COURSE_PRIOR_SHARE = 1e-3  # of its weight, that a line is where it was: one seen as a point tells no turn
+COURSE_UNKNOWNS, BLUR = 11, 8  # rotation, translation, two nuisances, outlines' blur, two more
 
 
 class Courses(NamedTuple):
@@ -80,7 +79,7 @@ def courses_of(problem: PoseProblem, seen: Observation, more: Floats) -> Courses
     moved, covered, tolerance = (part[:count] for part in beside)
     by = moved_by_profiles(problem, seen, Place(place, line, channel))
     place[:, 0] -= by.place
-    motion[:count, 0, BLUR_UNKNOWN] = by.shared
+    motion[:count, 0, BLUR] = by.shared
     spread = np.hypot(np.hypot(by.sd, moved) / covered, tolerance)
     share = weight / np.bincount(line, weight)[line] if count else weight
     return Courses(place, motion[:count], noise[:count], spread, share, line, channel)
@@ -134,12 +133,7 @@ def _is_course(
         clipped += w * (seen.nuisance[c, i, 1] != 0.0)
         beside += w * abs(seen.neighbours[c, i])
         tolerance += w * seen.tolerance[i]
-        row[:6], row[6:BLUR_UNKNOWN], row[BLUR_UNKNOWN], row[BLUR_UNKNOWN + 1 :] = (
-            seen.jacobian[i],
-            seen.nuisance[c, i],
-            0.0,
-            more[i],
-        )
+        row[:6], row[6:BLUR], row[BLUR], row[BLUR + 1 :] = seen.jacobian[i], seen.nuisance[c, i], 0.0, more[i]
         pull[0] += w * row
         pull[1] += w * t * row
         square[0, 0] += w * w

@@ -166,7 +166,8 @@ def observe(
     shape, inside = chosen.shape, inside_of(model, camera, pose, samples)
     found = _Chosen(np.empty(shape), np.empty(shape), np.empty(shape), np.empty((*shape, 2)))
     for c, channel in enumerate(channels):
-        _take_chosen(c, chosen, points, channel.frame, channel.tiles, samples, sigma, filters, inside, found)
+        looked = _Looked(c, chosen, sigma, filters, inside)
+        _take_chosen(looked, points, channel.frame, channel.tiles, samples, found)
     centre = turning_point(model, pose)
     jacobian = step_jacobian(camera, pose.apply(samples.points), normals.normal, centre)
     return Observation(
@@ -218,25 +219,33 @@ class _Chosen(NamedTuple):
     nuisance: Floats
 
 
+class _Looked(NamedTuple):
+    """How one channel, the c-th of C, was looked at.
+
+    Attributes
+    ----------
+    chosen : (C, N), which edge point of each sample is taken, -1 for none.
+    sigma, filters : (C, L), softness of each line, px, and the filter, index into SCALES_PX.
+    inside : (N,), see `inside_of`.
+    """
+
+    c: int
+    chosen: Ints
+    sigma: Floats
+    filters: Ints
+    inside: Floats
+
+
 @kernel()
 def _take_chosen(
-    c: int,
-    chosen: Ints,
-    points: EdgePoints,
-    frame: Frame,
-    tiles: Tiles,
-    samples: Samples,
-    sigma: Floats,
-    filters: Ints,
-    inside: Floats,
-    out: _Chosen,
+    looked: _Looked, points: EdgePoints, frame: Frame, tiles: Tiles, samples: Samples, out: _Chosen
 ) -> None:
     """One channel's chosen edge points with what they may be off by.
 
     The tone curve moves an edge in proportion to the step's height over the mean of its sides, times its
-    softness; clipping towards its dark side; an outline as `way_back` says. ``sigma`` and ``filters`` (C, L)
-    are softness, px, and filter, index into SCALES_PX.
+    softness; clipping towards its dark side; an outline as `way_back` says.
     """
+    c, chosen, sigma, filters, inside = looked
     rows, columns = frame.shape
     for i in range(chosen.shape[1]):
         k = chosen[c, i]

@@ -18,13 +18,7 @@ from geometry.pose import RIGHT, Pose
 from geometry.surface import face_normals
 from numerics.arrays import Floats
 from vision_server.pose.line_scales import with_line_scales
-from vision_server.pose.ranking import (
-    COARSE_REACHES_PX,
-    COARSE_SPACING_TIMES,
-    Refined,
-    of_fewer_lines,
-    refined,
-)
+from vision_server.pose.ranking import COARSE_REACHES_PX, COARSENING, Refined, of_fewer_lines, refined
 from vision_server.pose.support import support_at
 from vision_server.pose.trust import odds
 
@@ -39,7 +33,7 @@ UNLIKELY_NATS, SAME_POSE_NATS = 10.0, 18.0
 AS_GOOD_SHARE = 0.95  # of the model's own score, from which on another way is worth a look (by hand)
 # At the pose itself: less of evidence, before it is refined, another way is not worth a look (by hand),
 # which is with so many times fewer samples.
-HERE_NATS, HERE_SPACING_TIMES = 30.0, 3.0
+HERE_NATS, HERE_COARSENING = 30.0, 3.0
 # What the other way leaves unexplained, beyond what two fits differ by anyway, counts so many times more: one
 # thing in the way hides many lines. A plain back then misses less than a front that is half hidden, but has
 # fewer of the edges (chosen by hand).
@@ -131,13 +125,11 @@ def _is_likely_here(own: Refined, other: Model) -> bool:
     pose; its few segments need not be among those that a match is made from.
     """
     of_same_softness = replace(own.problem, model=other)  # each line as soft as the model's own
-    support = support_at(of_same_softness, own.pose, HERE_SPACING_TIMES * own.spacing_px)
+    support = support_at(of_same_softness, own.pose, HERE_COARSENING * own.spacing_px)
     return support is not None and support.evidence > own.support.evidence - HERE_NATS
 
 
 def _fit(own: Refined, other: Model, pose: Pose) -> Refined | None:
     """What another model's hypothesis leads to."""
     sharp = replace(own.problem, model=other, scale=np.zeros_like(own.problem.scale))
-    return refined(
-        with_line_scales(sharp, pose), pose, COARSE_REACHES_PX, own.spacing_px, COARSE_SPACING_TIMES
-    )
+    return refined(with_line_scales(sharp, pose), pose, COARSE_REACHES_PX, own.spacing_px, COARSENING)

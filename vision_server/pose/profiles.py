@@ -15,7 +15,7 @@ from numerics.kernels import kernel
 from vision_server.channels.gradients import SCALES_PX, Frame, Normals, Tiles
 from vision_server.pose.edge_points import Channel, derivative_at
 from vision_server.pose.observation import Observation, PoseProblem
-from vision_server.pose.outline_profiles import OUTLINE_STEPS, Optics, outlines_of
+from vision_server.pose.outline_profiles import REACH_STEPS, Optics, outlines_of
 
 # Chosen by hand: how far 1717 lines are off goes with the rest for 3 to 5 steps to either side.
 PROFILE_STEPS = 4  # to either side of an edge, each as wide as it is soft,
@@ -84,7 +84,7 @@ def moved_by_profiles(problem: PoseProblem, seen: Observation, at: Place) -> Mov
     of = np.flatnonzero(inside)
     if len(of):
         inwards = np.where(inside[of, None] < 0.0, profiles[of, ::-1], profiles[of])
-        inwards = inwards[:, PROFILE_STEPS - OUTLINE_STEPS : PROFILE_STEPS + OUTLINE_STEPS + 1]
+        inwards = inwards[:, PROFILE_STEPS - REACH_STEPS : PROFILE_STEPS + REACH_STEPS + 1]
         filters = np.array(SCALES_PX)[problem.filters[at.channel[of], at.line[of]]]
         weight = (inwards**2).sum(axis=1) / np.bincount(seen.samples.line)[at.line[of]]
         outlines = outlines_of(inwards, Optics(at.channel[of], filters, steps[of]), weight)

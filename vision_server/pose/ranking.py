@@ -6,7 +6,7 @@ that come near the best in quality to the end. `best_first` is that, with a seed
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from geometry.near_symmetries import near_symmetries
@@ -28,7 +28,7 @@ from vision_server.pose.trust import quality
 # two coarse ones that are so close would come to one optimum if they were refined to the end.
 ONE_OPTIMUM_WITHIN, ONE_BASIN_WITHIN = (0.15, 0.001), (0.5, 0.004)
 MOST_REFINED = 5  # hypotheses of the matcher that are looked at
-COARSE_REACHES_PX, COARSE_SPACING_TIMES = (6.0, 4.0), 1.75  # first, with fewer samples; ...
+COARSE_REACHES_PX, COARSENING = (6.0, 4.0), 1.75  # first, with fewer samples; ...
 FINE_REACHES_PX = (4.0, 3.0, 3.0)  # ... then, with all, ...
 FINISHED_QUALITY_SHARE = 0.5  # ... those of at least this share of the best one's quality
 CONVERGED_PX = 0.03  # a step that moves no line farther is the last one
@@ -101,25 +101,22 @@ def best_first(
         rough = roughly(sparse, pose, coarse)
         if rough is not None:
             coarse.append(rough)
-    coarse.sort(key=_rank)
-    _add_spun(coarse, spin_rad)
+    coarse = _with_spun(sorted(coarse, key=_rank), spin_rad)
     turned = coarse[:1]
     for _ in range(BESIDE_ROUNDS if coarse else 0):
         first = coarse[0]
         if first.quality >= CLEAR_QUALITY:
             break
-        add_beside(coarse)
+        coarse = with_beside(coarse)
         if coarse[0] is first:
             break
     if coarse[:1] != turned:
-        _add_spun(coarse, spin_rad)
+        coarse = _with_spun(coarse, spin_rad)
     for first in coarse[:1]:
-        for start in map(first.pose.compose, near_symmetries(problem.model)):
-            if searched(start):
-                add_refined(coarse, first, start)
-    coarse.sort(key=_rank)
+        starts = map(first.pose.compose, near_symmetries(problem.model))
+        coarse = [*coarse, *led_to(first, filter(searched, starts), coarse)]
     distinct: list[Refined] = []
-    for one in coarse:
+    for one in sorted(coarse, key=_rank):
         if not any(better.ends_at(one.pose, ONE_BASIN_WITHIN) for better in distinct):
             distinct.append(one)
     if sparse is not problem:
@@ -129,26 +126,27 @@ def best_first(
     return sorted(out, key=_rank)
 
 
-def _add_spun(found: list[Refined], spin_rad: float) -> None:
-    """Add the first pose of a nearly round target turned about its axis, see `spun`; best first again."""
-    for first in found[:1]:
-        for pose in spun(first.problem, first.pose, COARSE_SPACING_TIMES * first.spacing_px, spin_rad):
-            add_refined(found, first, pose)
-    found.sort(key=_rank)
+def _with_spun(found: list[Refined], spin_rad: float) -> list[Refined]:
+    """Poses with the first of a nearly round target turned about its axis, see `spun`; best first."""
+    if not found:
+        return []
+    first = found[0]
+    starts = spun(first.problem, first.pose, COARSENING * first.spacing_px, spin_rad)
+    return sorted([*found, *led_to(first, starts, found)], key=_rank)
 
 
 def roughly(sparse: PoseProblem, pose: Pose, known: Sequence[Refined]) -> Refined | None:
     """One hypothesis, refined coarsely on scales of its own; None where it ends at a known one."""
     scaled = with_line_scales(sparse, pose)
     spacing = spacing_for(sparse.model, sparse.camera, pose)
-    return refined(scaled, pose, COARSE_REACHES_PX, spacing, COARSE_SPACING_TIMES, known=known)
+    return refined(scaled, pose, COARSE_REACHES_PX, spacing, COARSENING, known=known)
 
 
 def of_all_lines(rough: Refined, problem: PoseProblem) -> Refined:
     """A pose that was refined on some of the lines only, with what supports all of them."""
     scaled = with_line_scales(problem, rough.pose)
     spacing = spacing_for(problem.model, problem.camera, rough.pose)
-    support = support_at(scaled, rough.pose, COARSE_SPACING_TIMES * spacing)
+    support = support_at(scaled, rough.pose, COARSENING * spacing)
     return rough if support is None else Refined(scaled, rough.solution, support, spacing)
 
 
@@ -192,19 +190,19 @@ def finished(rough: Refined) -> Refined:
     return rough if fine is None else replace(fine, to_the_end=True)
 
 
-def add_beside(found: list[Refined]) -> None:
-    """Add the rivals that lie beside the first pose, see `hypotheses`; best first again."""
+def with_beside(found: Sequence[Refined]) -> list[Refined]:
+    """Poses with the rivals that lie beside the first of them, see `hypotheses`; best first."""
     first = found[0]
     near = edges_around(first.problem, first.pose)
-    for start in hypotheses_beside(near, first.pose, len(first.problem.model.lines), MOST_BESIDE):
-        add_refined(found, first, start)
-    found.sort(key=_rank)
+    starts = hypotheses_beside(near, first.pose, len(first.problem.model.lines), MOST_BESIDE)
+    return sorted([*found, *led_to(first, starts, found)], key=_rank)
 
 
-def add_refined(found: list[Refined], like: Refined, start: Pose) -> None:
-    """Add what a start leads to with the scales and samples of another pose, unless it is known."""
-    other = refined(
-        like.problem, start, COARSE_REACHES_PX, like.spacing_px, COARSE_SPACING_TIMES, known=found
-    )
-    if other is not None:
-        found.append(other)
+def led_to(like: Refined, starts: Iterable[Pose], known: Sequence[Refined]) -> list[Refined]:
+    """What starts lead to, coarsely, with the scales and samples of another pose; none that is known."""
+    found: list[Refined] = []
+    for start in starts:
+        other = refined(like.problem, start, COARSE_REACHES_PX, like.spacing_px, COARSENING, [*known, *found])
+        if other is not None:
+            found.append(other)
+    return found

@@ -23,12 +23,7 @@ from vision_server.pose.weights import base_weights
 # Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
 # recorded and hard stacks), clipping, biases, growth and prior of the rotation change at most three poses
 # from right to wrong or back; a growth of 4 costs four tight ones of 15 and makes errors 1.4 times as large.
-REACHES_PX = (
-    6.0,
-    4.0,
-    3.0,
-    3.0,
-)  # to either side of a line, one after the other
+REACHES_PX = (6.0, 4.0, 3.0, 3.0)  # to either side of a line, one after the other
 EXACT_REACH_PX = 3.0  # the pose is near its place when so little is looked around
 CLIPPING_SD_PX = 0.8  # shift of an edge per unit of the second nuisance: clipping by the sensor
 PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD = 0.3, 0.1  # of a step; the latter of the range: hardly any

@@ -15,7 +15,7 @@ from geometry.turns import free_turns
 from vision_server.pose.alternatives import image_of
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.places import apart, as_rival
-from vision_server.pose.ranking import COARSE_LACK_NATS, COARSE_SPACING_TIMES, Refined
+from vision_server.pose.ranking import COARSE_LACK_NATS, COARSENING, Refined
 from vision_server.pose.support import PoseSupport, support_at
 
 ONE_RIVAL_WITHIN = (2.0, 0.01)  # degrees, share of the range: two refined poses are one (by hand)
@@ -119,7 +119,7 @@ def turned_round(best: Refined) -> list[tuple[Pose, PoseSupport]]:
 
 def _nearly_as_likely(best: Refined, poses: Sequence[Pose]) -> Iterator[tuple[Pose, PoseSupport]]:
     """Those of some poses, with their support, that explain RIVAL_LACK_NATS less than the best at most."""
-    slacks = ((COARSE_SPACING_TIMES, COARSE_LACK_NATS + RIVAL_LACK_NATS), (1.0, RIVAL_LACK_NATS))
+    slacks = ((COARSENING, COARSE_LACK_NATS + RIVAL_LACK_NATS), (1.0, RIVAL_LACK_NATS))
     least = [(coarser * best.spacing_px, best.support.evidence - slack) for coarser, slack in slacks]
     return explaining(best.problem, poses, least)
 

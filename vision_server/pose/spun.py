@@ -23,10 +23,10 @@ LEAST_STEP_RAD, MOST_STEP_RAD = math.radians(1.5), math.radians(6.0)
 # Between the best turn and the median one: evidence of an image, and share of the visible length. On 16 views
 # of a flange of 128 segments 8 to 24 and 0.03 to 0.08 where the best turn was often wrong, 42 to 118 and 0.08
 # to 0.22 where the holes were seen.
-UNSEEN_NATS_AND_STRENGTH = (30.0, 0.06)
+UNSEEN_SPREAD = (30.0, 0.06)
 # Turns that are looked at for that: all around, or an n-th of it where it has n folds, but so many at least.
 MOST_TURNS_ALL_AROUND, LEAST_TURNS_A_FOLD = 48, 8
-CLEARLY_STRONGER = 0.03  # strength by which a turn must be better; two that differ by less are alike
+STRONGER_BY = 0.03  # strength by which a turn must be better; two that differ by less are alike
 MOST_UNCLEAR_TURNS = 2  # turns that are looked at where none is clearly better (chosen by hand)
 
 
@@ -52,8 +52,7 @@ def spun(problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float) 
         strength = np.array([0.0 if support is None else support.strength for support in found])
         peaks = _peaks(strength)
         clear = peaks[
-            strength[peaks]
-            >= max(strength[count], strength.max() - 2.0 * CLEARLY_STRONGER) + CLEARLY_STRONGER
+            strength[peaks] >= max(strength[count], strength.max() - 2.0 * STRONGER_BY) + STRONGER_BY
         ]
         seen_px = np.array([0.0 if one is None else one.strength * one.samples.px.sum() for one in found])
         if len(clear):
@@ -85,10 +84,7 @@ def unseen_turns(problem: PoseProblem, pose: Pose, spacing_px: float) -> tuple[F
         starts = (turned_about(pose, axis, centre, turn) for turn in some)
         found = [support_at(problem, one, 2.0 * spacing_px) for one in starts]
         told = np.array([(one.evidence, one.strength) for one in found if one is not None]).reshape(-1, 2)
-        if (
-            len(told)
-            and (np.ptp([told.max(axis=0), np.median(told, axis=0)], axis=0) < UNSEEN_NATS_AND_STRENGTH).any()
-        ):
+        if len(told) and (np.ptp([told.max(axis=0), np.median(told, axis=0)], axis=0) < UNSEEN_SPREAD).any():
             out.append(axis)
     return tuple(out)
 

@@ -19,7 +19,7 @@ from geometry.visibility import Samples
 from numerics.arrays import Floats
 from vision_server.pose.covariance import unknowns_of
 from vision_server.pose.hypotheses import edges_around, explained
-from vision_server.pose.ranking import COARSE_SPACING_TIMES, Refined, of_fewer_lines, refined
+from vision_server.pose.ranking import COARSENING, Refined, of_fewer_lines, refined
 from vision_server.pose.refinement import Solution, prior_precision
 from vision_server.pose.steps import moved
 from vision_server.pose.trust import LEAST_STRETCH, Misfit
@@ -28,12 +28,12 @@ from vision_server.pose.trust import LEAST_STRETCH, Misfit
 # a true model may have, which moves the pose by a third of what counts as wrong.
 STRETCH_SD, TOLERATED_STRETCH_SD = 0.1, 0.003
 ENOUGH_SUPPORT = 0.95  # of the visible length, with which another model has nothing to explain
-STRETCH_REACHES_PX = (4.0, 3.0)  # of the fits of stretched models, whose lines are near
-STRETCH_STEPS, LARGEST_STRAIN = 2, 0.3  # of a fit towards its scales, and the largest logarithm of one
+FIT_REACHES_PX = (4.0, 3.0)  # of the fits of stretched models, whose lines are near
+STRETCH_STEPS, MOST_STRAIN = 2, 0.3  # of a fit towards its scales, and the largest logarithm of one
 BANDS_PX = (1.5, 12.0, 40.0)  # around the lines, in which edges are looked for
 FAR_BANDS_PX = (*BANDS_PX, 120.0)  # where one end of a part is kept, and the other is off by all of a stretch
 HELD_SUPPORT = 0.6  # of a line whose edge points hold the pose (by hand)
-SCANNED_STRAINS = np.r_[-np.arange(2, 26), np.arange(2, 26)] * 0.01  # 2 to 25 %, as logarithms
+SCANNED = np.r_[-np.arange(2, 26), np.arange(2, 26)] * 0.01  # 2 to 25 %, as logarithms
 MOST_ENDS = 2  # ways of keeping one end of a part that are followed
 WORTH_EXPLAINED = 0.03  # of the visible length, that a fit must explain besides (by hand)
 STRAINS = np.zeros((6, 3, 3))  # of the axes, and between two of them: the angle that is no longer a right one
@@ -50,11 +50,7 @@ def misfit(best: Refined) -> Misfit:
     gain, found = 0.0, np.r_[step, np.zeros(3)]
     best = of_fewer_lines(best)
     starts = _scanned(best) if best.support.supported_fraction < ENOUGH_SUPPORT else []
-    itself = (
-        refined(best.problem, best.pose, STRETCH_REACHES_PX, best.spacing_px, COARSE_SPACING_TIMES)
-        if starts
-        else None
-    )
+    itself = refined(best.problem, best.pose, FIT_REACHES_PX, best.spacing_px, COARSENING) if starts else None
     if itself is not None and itself.quality > 0.0:
         for strain, quality in _followed(best, starts):
             better = math.log2(max(quality, 1e-9) / itself.quality)
@@ -124,12 +120,10 @@ def _scanned(best: Refined) -> list[tuple[Floats, Pose]]:
     for kind in range(len(STRAINS)):
         along = np.zeros_like(rows)
         along[:, 0] = rates[:, kind]
-        gains = [
-            explained(along, near.offset, px, np.r_[log, np.zeros(5)]) - itself for log in SCANNED_STRAINS
-        ]
+        gains = [explained(along, near.offset, px, np.r_[log, np.zeros(5)]) - itself for log in SCANNED]
         most = int(np.argmax(gains))
         if gains[most] > WORTH_EXPLAINED:
-            log = SCANNED_STRAINS[most]
+            log = SCANNED[most]
             out.append((gains[most], log * np.eye(6)[kind], moved(pose, log * kept[:, kind], near.centre)))
     out.sort(key=lambda one: -one[0])
     return [(strain, start) for _, strain, start in out + _at_one_end(best)]
@@ -148,13 +142,13 @@ def _at_one_end(best: Refined) -> list[tuple[float, Floats, Pose]]:
     aside, along, found = model.vertices - model.middle, np.zeros_like(near.jacobian), []
     for axis in range(3):
         for end in (float(aside[:, axis].min()), float(aside[:, axis].max())):
-            gains = np.full(len(SCANNED_STRAINS), -itself)
+            gains = np.full(len(SCANNED), -itself)
             for k, shift in enumerate(_shifts_from(best, near.samples, axis, end)):
                 along[:, 0] = shift
                 gains[k] += explained(along, near.offset, near.samples.px, np.eye(6)[0])
             most = int(np.argmax(gains))
             if gains[most] > WORTH_EXPLAINED:
-                log = SCANNED_STRAINS[most]
+                log = SCANNED[most]
                 kept = pose.translation - math.expm1(log) * end * pose.matrix[:, axis]
                 found.append((gains[most], log * np.eye(6)[axis], Pose(pose.rotation_vector, kept)))
     found.sort(key=lambda one: -one[0])
@@ -162,13 +156,13 @@ def _at_one_end(best: Refined) -> list[tuple[float, Floats, Pose]]:
 
 
 def _shifts_from(best: Refined, samples: Samples, axis: int, end: float) -> Floats:
-    """How far SCANNED_STRAINS move samples along their normals, px, (S, N), if an end of an axis is kept.
+    """How far SCANNED move samples along their normals, px, (S, N), if an end of an axis is kept.
 
     ``end`` is where that is beside the model's middle, m.
     """
-    points = np.repeat(samples.points[None], len(SCANNED_STRAINS), axis=0)
+    points = np.repeat(samples.points[None], len(SCANNED), axis=0)
     from_end = samples.points[:, axis] - best.problem.model.middle[axis] - end
-    points[..., axis] += np.expm1(SCANNED_STRAINS)[:, None] * from_end
+    points[..., axis] += np.expm1(SCANNED)[:, None] * from_end
     image = best.problem.camera.project(best.pose.apply(points.reshape(-1, 3))).reshape(*points.shape[:2], 2)
     shift = ((image - samples.image) * samples.normal).sum(axis=2)
     return np.where(np.isfinite(shift), shift, np.inf)
@@ -184,7 +178,7 @@ def _followed(best: Refined, starts: list[tuple[Floats, Pose]]) -> list[tuple[Fl
                 break
             found.append((strain, fit.quality))
             strain = np.clip(
-                strain + strain_of(fit.problem.model, fit.solution)[0], -LARGEST_STRAIN, LARGEST_STRAIN
+                strain + strain_of(fit.problem.model, fit.solution)[0], -MOST_STRAIN, MOST_STRAIN
             )
             fit = _fitted(best, strain, fit.pose)
         if fit is not None:
@@ -194,4 +188,4 @@ def _followed(best: Refined, starts: list[tuple[Floats, Pose]]) -> list[tuple[Fl
 
 def _fitted(best: Refined, strain: Floats, start: Pose) -> Refined | None:
     problem = replace(best.problem, model=stretched(best.problem.model, strain))
-    return refined(problem, start, STRETCH_REACHES_PX, best.spacing_px, COARSE_SPACING_TIMES)
+    return refined(problem, start, FIT_REACHES_PX, best.spacing_px, COARSENING)

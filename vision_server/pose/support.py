@@ -29,9 +29,9 @@ LEAST_TRUST = 0.02  # of a line in a channel, for its edge points to be support
 NORMAL_FLOOR_PX = 0.1  # RMS below this says nothing more
 # What a line's support is evidence of: a run of a true line has support with the one probability, a run
 # beside which there are edges by chance with the other. A fit of the trust hardly depends on these four.
-SEEN_IF_THERE, SEEN_BY_CHANCE = 0.92, 0.2
+SEEN, BY_CHANCE = 0.92, 0.2
 # In a row of lines so far apart an edge is within SUPPORT_PX of any place by that chance; nearer, by more.
-CROWDED_PX = 2.0 * SUPPORT_PX / SEEN_BY_CHANCE
+CROWDED_PX = 2.0 * SUPPORT_PX / BY_CHANCE
 RUN_PX, MOST_RUNS = 10.0, 4.0  # neighbours have support together; a longer line is on clutter or is not
 MISSING_SUPPORT = 0.3  # of its length: a line with less support is missing
 
@@ -125,10 +125,8 @@ class PoseSupport:
     def _evidence(self) -> Floats:
         """Of each visible line, nats: log likelihood of its support if it is there over that by chance."""
         told = self._told
-        chance = np.clip(2.0 * SUPPORT_PX / told.gap, SEEN_BY_CHANCE, SEEN_IF_THERE)
-        nats = np.where(
-            told.seen, np.log(SEEN_IF_THERE / chance), np.log((1.0 - SEEN_IF_THERE) / (1.0 - chance))
-        )
+        chance = np.clip(2.0 * SUPPORT_PX / told.gap, BY_CHANCE, SEEN)
+        nats = np.where(told.seen, np.log(SEEN / chance), np.log((1.0 - SEEN) / (1.0 - chance)))
         visible = self._visible
         there = visible > 0
         runs = np.minimum(visible[there] / RUN_PX, MOST_RUNS)

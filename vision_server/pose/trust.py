@@ -52,7 +52,7 @@ AGREEMENT_ROOM, SCATTER_ROOM = 0.05, 0.02  # that keep the logarithms of agreeme
 CLEAR_GAIN = 0.3  # of a stretched model, log2 of the quality's ratio
 USUAL_STRETCH_CHI2 = 4.0  # squared stretch that true models hardly exceed
 # Ambiguity from which on lines that agree say nothing for a pose: its rival shares them. By hand.
-SHARED_AMBIGUITY = 0.01
+SHARED = 0.01
 RIGHT_UNCERTAINTY = RIGHT[1]  # 1 % of the range or 1 degree, see `covariance.uncertainty`
 LEAST_STRETCH = 0.01  # of an axis against another, for a fit to be of another part: what moves a pose by 1 %
 # A model is wrong, not perhaps, from here on: of a true one, in 89 sets of two and five images of 45 scenes,
@@ -160,7 +160,7 @@ def belief(
     logit = _by_lines(support, uncertainty, doubt, by)
     if agreement is not None:
         settled = _settled(support, doubt, agreement, by)
-        logit = settled if ambiguity < SHARED_AMBIGUITY else min(settled, logit)
+        logit = settled if ambiguity < SHARED else min(settled, logit)
     if doubt is not None:
         ambiguity = max(ambiguity, doubt.otherwise)
     right = 1.0 if doubt is None or doubt.excess is None else RIGHT_OF_WRONG_MODEL

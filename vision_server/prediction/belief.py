@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.visibility import Samples
 from numerics.arrays import Floats
-from vision_server.pose.support import MISSING_SUPPORT, MOST_RUNS, RUN_PX, SEEN_BY_CHANCE, SEEN_IF_THERE
+from vision_server.pose.support import BY_CHANCE, MISSING_SUPPORT, MOST_RUNS, RUN_PX, SEEN
 from vision_server.pose.trust import FITTED, MOST_CONFIRMED, SOME_MISSING
 
 
@@ -38,10 +38,7 @@ class Belief:
 
     def _log_odds(self, shown: Floats) -> Floats:
         """Of the pose, (M,), but for a constant, with lines shown with these probabilities, (M, lines)."""
-        seen, unseen = (
-            math.log(SEEN_IF_THERE / SEEN_BY_CHANCE),
-            math.log((1.0 - SEEN_IF_THERE) / (1.0 - SEEN_BY_CHANCE)),
-        )
+        seen, unseen = math.log(SEEN / BY_CHANCE), math.log((1.0 - SEEN) / (1.0 - BY_CHANCE))
         share = self._share + (1.0 - self._share) * shown
         confirmed = np.maximum(self._runs * (share * seen + (1.0 - share) * unseen), 0.0).sum(axis=1)
         missing = ((self._share < MISSING_SUPPORT) * (1.0 - shown)) @ self._px / self._px.sum()

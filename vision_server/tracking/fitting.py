@@ -5,7 +5,7 @@ that is not quite true moves it as a whole, or turns it. Lines are therefore the
 numbers y (`line_fits`: its offset and its turn, px) are modelled as
 
     y = rows . unknowns + error,  unknowns = (pose 6, nuisances 2, radius 1),
-    error ~ Student's t of LINE_T_FREEDOM degrees of freedom, of variance s^2 + (slack radius)^2 / 3 + off^2,
+    error ~ Student's t of TAIL degrees of freedom, of variance s^2 + (slack radius)^2 / 3 + off^2,
 
 where s^2 is what scatters along the line, the second part is that of an edge that may be anywhere on a
 rounding, and off^2 is what lines are off as a whole, which their residuals show. Pose and nuisances have the
@@ -34,21 +34,14 @@ from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.refinement import FEWEST_EDGE_POINTS, prior_precision
 from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
-from vision_server.tracking.lines import (
-    LINE_UNKNOWNS,
-    RADIUS_UNKNOWN,
-    LineFits,
-    line_fits,
-    rounding_shifts,
-    united,
-)
+from vision_server.tracking.lines import LINE_UNKNOWNS, RADIUS, LineFits, line_fits, rounding_shifts, united
 from vision_server.tracking.motion import about
 
 Information = tuple[float, float]
 """What lines tell of the radius: the precision, 1/m^2, and that times the radius."""
 
-LINE_T_FREEDOM = 4.0  # degrees of freedom of Student's t, by which lines are off (by hand)
-LINE_FIT_ITERATIONS = 8  # of reweighting (by hand)
+TAIL = 4.0  # degrees of freedom of Student's t, by which lines are off (by hand)
+FIT_ITERATIONS = 8  # of reweighting (by hand)
 # The priors of the radius were chosen by hand, on printed boxes (whose radii are 1 to 4 % of the shortest
 # side) and on exact models (which have none). It is measured in lengths of the shorter lines, which are those
 # at this percentile; that of rounded edges is half of a normal of this sd.
@@ -60,10 +53,10 @@ PRIOR_NUMBERS = 0.2  # how many numbers FIRST_OFF_PX counts as, beside those tha
 LEARNT_SHARE = 0.02  # of what a frame tells, as the errors of the next frame are the same
 MOST_SEEN_LINES = 12.0  # lines that all that was learnt counts as, at most
 FIRST_OFF_PX, FIRST_SEEN_LINES = 0.2, 4.0  # what a new target's lines are off, and how many lines say so
-LEAST_FREE_SHARE = 0.2  # of a residual's variance, the share that the fit is taken to leave at least
+LEAST_FREE = 0.2  # of a residual's variance, the share that the fit is taken to leave at least
 LEAST_LINES = 4  # that hold a pose and tell what lines are off: a pose takes three
 FARTHEST_SIGMAS = 30.0  # beyond these, a normal's tail has no number
-WIDER_BY_NUMBERS = 25.0  # a covariance is wider by this over the numbers that its variance is from, and one
+WIDER_BY = 25.0  # a covariance is wider by this over the numbers that its variance is from, and one
 
 
 class Habits(NamedTuple):
@@ -175,7 +168,7 @@ def fitted(
         lines,
         (prior, habits),
         off_px2,
-        float(step[RADIUS_UNKNOWN]),
+        float(step[RADIUS]),
         radius_information,
     )
 
@@ -245,15 +238,15 @@ def solved(lines: LineFits, prior: Floats, habits: Habits) -> tuple[Floats, Floa
     known = lines.variance.ravel() < np.inf
     value, scatter = lines.value.ravel()[known], lines.variance.ravel()[known]
     rows, slack = lines.rows.reshape(-1, LINE_UNKNOWNS)[known], np.repeat(lines.slack, 2)[known]
-    pull, radius_m2 = prior[RADIUS_UNKNOWN] * habits.radius_m, habits.radius_m**2  # the latter as is expected
+    pull, radius_m2 = prior[RADIUS] * habits.radius_m, habits.radius_m**2  # the latter as is expected
     factor, off_px2, own, left = np.ones(len(value)), habits.off_px2, 0.0, 0.0
     step, covariance, told = np.zeros(LINE_UNKNOWNS), np.eye(LINE_UNKNOWNS), (0.0, 0.0)
-    for _ in range(LINE_FIT_ITERATIONS):
+    for _ in range(FIT_ITERATIONS):
         noise = scatter + slack * slack / 3.0 * radius_m2
         variance = noise + off_px2
         weight = factor / variance
         normal, right = np.diag(prior), np.zeros(LINE_UNKNOWNS)
-        right[RADIUS_UNKNOWN] = pull
+        right[RADIUS] = pull
         for i in range(len(value)):
             for j in range(LINE_UNKNOWNS):
                 right[j] += weight[i] * value[i] * rows[i, j]
@@ -261,20 +254,20 @@ def solved(lines: LineFits, prior: Floats, habits: Habits) -> tuple[Floats, Floa
                     normal[j, k] += weight[i] * rows[i, j] * rows[i, k]
         covariance = inverse_positive(normal)
         step = (covariance * right).sum(axis=1)
-        own_radius = covariance[RADIUS_UNKNOWN, RADIUS_UNKNOWN]
-        told = (1.0 / own_radius - prior[RADIUS_UNKNOWN], step[RADIUS_UNKNOWN] / own_radius - pull)
+        own_radius = covariance[RADIUS, RADIUS]
+        told = (1.0 / own_radius - prior[RADIUS], step[RADIUS] / own_radius - pull)
         step, covariance = none_or_rounded(step, covariance, habits.at_first_m, rounded_odds(own, left))
         shares, squares, left = 0.0, 0.0, 0.0
         for i in range(len(value)):
             residual = value[i] - (rows[i] * step).sum()
             free = 1.0 - weight[i] * ((covariance * rows[i]).sum(axis=1) * rows[i]).sum()
-            factor[i] = (LINE_T_FREEDOM + 1.0) / (LINE_T_FREEDOM + residual**2 / variance[i])
+            factor[i] = (TAIL + 1.0) / (TAIL + residual**2 / variance[i])
             share = off_px2 / variance[i]
             left, shares = left + free, shares + share
-            squares += share * max(factor[i] * residual**2 / max(free, LEAST_FREE_SHARE) - noise[i], 0.0)
+            squares += share * max(factor[i] * residual**2 / max(free, LEAST_FREE) - noise[i], 0.0)
         left = max(left, 0.0)
-        radius_m2 = step[RADIUS_UNKNOWN] ** 2 + covariance[RADIUS_UNKNOWN, RADIUS_UNKNOWN]
+        radius_m2 = step[RADIUS] ** 2 + covariance[RADIUS, RADIUS]
         own = squares / max(shares, 1e-9)
         off_px2 = (habits.seen * habits.off_px2 + squares) / (habits.seen + shares)
-    covariance[:6, :6] *= 1.0 + WIDER_BY_NUMBERS / (2.0 * habits.seen + left)
+    covariance[:6, :6] *= 1.0 + WIDER_BY / (2.0 * habits.seen + left)
     return step, covariance, own, told

@@ -22,7 +22,7 @@ from vision_server.pose.observation import Observation, PoseProblem
 from vision_server.pose.solver import SAMPLES_TOGETHER
 from vision_server.pose.weights import HALF_TRUST_SCATTER_PX
 
-LINE_UNKNOWNS, RADIUS_UNKNOWN = 9, 8  # pose, two nuisances, and the last, the radius of rounded edges
+LINE_UNKNOWNS, RADIUS = 9, 8  # pose, two nuisances, and the last, the radius of rounded edges
 
 FEWEST_LINE_POINTS = 4  # edge points of a line that tell its place, its turn and what they scatter
 # By hand: times that a straight line is fitted to them, reweighted, and how far from it one counts half.
@@ -103,9 +103,9 @@ def line_fits(seen: Observation, base: Floats, rounding: Floats, slack: Floats) 
     weight, loose, found = np.zeros(count), np.zeros(most), 0
     number = np.zeros(most, dtype=np.int64)
     change = np.empty((count, LINE_UNKNOWNS))
-    change[:, :6], change[:, RADIUS_UNKNOWN] = seen.jacobian, rounding
+    change[:, :6], change[:, RADIUS] = seen.jacobian, rounding
     for c in range(len(base)):
-        change[:, 6:RADIUS_UNKNOWN] = seen.nuisance[c]
+        change[:, 6:RADIUS] = seen.nuisance[c]
         start = 0
         while start < count:
             end, points = start, 0

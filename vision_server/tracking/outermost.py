@@ -16,7 +16,7 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD
 from vision_server.pose.steps import moved, step_jacobian, turning_point
 from vision_server.tracking.beside import PRINT_REACH_PX, Beside
-from vision_server.tracking.fitting import LINE_FIT_ITERATIONS, LINE_T_FREEDOM
+from vision_server.tracking.fitting import FIT_ITERATIONS, TAIL
 from vision_server.tracking.lines import outward_of
 
 OUTSIDE_PX = 1.5  # outside of a line, from where on an edge is another one than the line's (by hand)
@@ -63,9 +63,9 @@ def outermost(problem: PoseProblem, pose: Pose, found: Beside) -> Pose | None:
     prior = np.repeat([PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD * range_m], 3) ** -2.0
     step: Floats = np.zeros(6)
     factor: Floats = np.ones(len(value))
-    for _ in range(LINE_FIT_ITERATIONS):
+    for _ in range(FIT_ITERATIONS):
         weighted = rows * (precision * factor)[:, None]
         step = np.asarray(np.linalg.solve(weighted.T @ rows + np.diag(prior), weighted.T @ value), np.float64)
         squares = (value - rows @ step) ** 2 * precision * per_line
-        factor = (LINE_T_FREEDOM + 1.0) / (LINE_T_FREEDOM + squares)
+        factor = (TAIL + 1.0) / (TAIL + squares)
     return moved(pose, step, centre)

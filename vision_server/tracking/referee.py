@@ -26,7 +26,7 @@ from vision_server.pose.covariance import pose_covariance, share_within, uncerta
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import (
-    COARSE_SPACING_TIMES,
+    COARSENING,
     FINE_REACHES_PX,
     ONE_BASIN_WITHIN,
     TURNED_LACK_NATS,
@@ -47,7 +47,7 @@ from vision_server.tracking.following import MOST_PASSES, SETTLED_PX
 Verdict = Literal["ok", "doubtful", "lost"]
 
 
-OK_PROBABILITY, LOST_PROBABILITY = 0.8, 0.2  # of what is told, by hand: from the first on, below the second
+OK_FROM, LOST_BELOW = 0.8, 0.2  # of what is told, by hand: from the first on, below the second
 CHI2_99 = 16.81  # of a squared difference of six dimensions in units of its covariance: 1 % are larger
 LOOK_ALIKE_DEG = 20.0  # between poses that programs take for each other; nearer is an error of measurement
 CONFUSED_ODDS = 1.0 / 3.0  # assumed: how often a pose from elsewhere is at such another one, for once right
@@ -80,9 +80,9 @@ class Judgement:
     @property
     def state(self) -> Verdict:
         """In one word."""
-        if self.probability >= OK_PROBABILITY:
+        if self.probability >= OK_FROM:
             return "ok"
-        return "lost" if self.probability < LOST_PROBABILITY else "doubtful"
+        return "lost" if self.probability < LOST_BELOW else "doubtful"
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +141,7 @@ def judged(
     best = around[0]
     chances = Chances(chances_of(around, pose), moved_by(problem, pose))
     differs = squared_difference(pose, best.pose, best.covariance) > CHI2_99
-    better = best.pose if differs and best.believed > LOST_PROBABILITY else None
+    better = best.pose if differs and best.believed > LOST_BELOW else None
     difference = None if better is None else pose.error_to(better)
     return Judgement(probability(chances), better, difference, best.covariance, missing, chances)
 
@@ -217,9 +217,9 @@ def _turned(problem: PoseProblem, best: Around) -> list[Around]:
     model, spacing = problem.model, spacing_for(problem.model, problem.camera, best.pose)
     turns = (*near_symmetries(model), *right_turns(model), *turns_about_round_axes(model))
     poses = [best.pose.compose(turn) for turn in dict.fromkeys(turns)]
-    least = evidence_at(problem, best.pose, COARSE_SPACING_TIMES * spacing) - TURNED_LACK_NATS
-    poses += spun(problem, best.pose, COARSE_SPACING_TIMES * spacing, math.pi)
-    seen = [(evidence_at(problem, pose, COARSE_SPACING_TIMES * spacing), pose) for pose in poses]
+    least = evidence_at(problem, best.pose, COARSENING * spacing) - TURNED_LACK_NATS
+    poses += spun(problem, best.pose, COARSENING * spacing, math.pi)
+    seen = [(evidence_at(problem, pose, COARSENING * spacing), pose) for pose in poses]
     promising = sorted((one for one in seen if one[0] > least), key=lambda one: -one[0])
     return _refined(problem, [pose for _, pose in promising[:MOST_TURNS_REFINED]])
 

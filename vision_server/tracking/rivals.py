@@ -10,7 +10,7 @@ from geometry.pose import Pose
 from vision_server.judgement import Estimate
 from vision_server.pose.alternatives import EQUIVALENT_WITHIN
 from vision_server.pose.support import support_at
-from vision_server.pose.trust import RIVAL_NATS, SHARED_AMBIGUITY
+from vision_server.pose.trust import RIVAL_NATS, SHARED
 from vision_server.tracking.following import Found
 
 # By hand. A target that has turned so far shows another side; a frame in which it has turned less tells the
@@ -31,7 +31,7 @@ class _Rival:
     @property
     def lives(self) -> bool:
         """Whether it is still asked about."""
-        return self.log_odds >= math.log(SHARED_AMBIGUITY)
+        return self.log_odds >= math.log(SHARED)
 
 
 class Rivals:
@@ -69,7 +69,7 @@ class Rivals:
             if rival.pose.error_to(estimate.pose).within(*EQUIVALENT_WITHIN):
                 self.unasked = max(self.unasked, rival.share)
                 continue
-            if rival.share < SHARED_AMBIGUITY:
+            if rival.share < SHARED:
                 continue
             told = math.log(rival.share)
             same = [

@@ -18,12 +18,12 @@ from geometry.pose import Pose
 from geometry.symmetries import symmetry_of
 from geometry.turns import right_turns, round_axes
 from vision_server.judgement import Estimate
-from vision_server.pose.trust import SHARED_AMBIGUITY
+from vision_server.pose.trust import SHARED
 from vision_server.tracking.acceptance import SURE, is_whole
 
 # Chosen by hand: beside what a pose may be off, 3 degrees a frame at 30 a second.
 AT_ONCE_DEG, RATE_DEG_S = 15.0, 90.0
-HALF_TURN_RAD = math.pi - 1e-6  # radians, but for rounding
+HALF_RAD = math.pi - 1e-6  # radians, but for rounding
 
 
 class Turning:
@@ -51,12 +51,7 @@ class Turning:
 
     def stands_out(self, found: Estimate) -> bool:
         """Whether what is turned too far is so probable, and so unlike others, that it is no look-alike."""
-        if (
-            found.pose is None
-            or found.support is None
-            or found.score < SURE
-            or found.ambiguity >= SHARED_AMBIGUITY
-        ):
+        if found.pose is None or found.support is None or found.score < SURE or found.ambiguity >= SHARED:
             return False
         return is_whole(found.support) and not self.is_look_alike(found.pose)
 
@@ -65,7 +60,7 @@ class Turning:
         if self._last is None:
             return False
         halves = (
-            turn for turn in right_turns(self._model) if np.linalg.norm(turn.rotation_vector) > HALF_TURN_RAD
+            turn for turn in right_turns(self._model) if np.linalg.norm(turn.rotation_vector) > HALF_RAD
         )
         turns = (*near_symmetries(self._model), *halves)
         if any(self.allows(pose.compose(turn)) for turn in turns):

@@ -72,11 +72,8 @@ def test_the_labelled_segment_is_the_nearest_of_like_direction() -> None:
     for _ in range(200):
         bin_, point = int(random.integers(DIRECTION_BINS)), random.uniform([0, 0], [639, 479])
         label = int(edges.label[bin_, int((point[1] + 0.5) / 2), int((point[0] + 0.5) / 2)])
-        like = [
-            i
-            for i in range(len(segments))
-            if axial_gap(position[i], bin_ + 0.5, DIRECTION_BINS) <= 0.5 + BIN_OVERLAP
-        ]
+        gaps = [axial_gap(one, bin_ + 0.5, DIRECTION_BINS) for one in position]
+        like = [i for i in range(len(segments)) if gaps[i] <= 0.5 + BIN_OVERLAP]
         least = min(distance_to(segments[i], point) for i in like)
         assert label in like
         assert distance_to(segments[label], point) <= 1.03 * least + 4.0

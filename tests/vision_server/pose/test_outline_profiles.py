@@ -10,10 +10,10 @@ from geometry.camera import Camera
 from geometry.model import Model
 from numerics.arrays import Floats
 from tests.vision_server.synthetic import one_image
-from vision_server.pose.courses import BLUR_UNKNOWN, courses_of
+from vision_server.pose.courses import BLUR, courses_of
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem, observe
-from vision_server.pose.outline_profiles import OUTLINE_STEPS, Optics, Outlines, outlines_of
+from vision_server.pose.outline_profiles import REACH_STEPS, Optics, Outlines, outlines_of
 from vision_server.pose.sampling import spacing_for
 
 FINE = 40  # samples of a step
@@ -27,7 +27,7 @@ def profile(root: float, slope: float, place: float = 0.0) -> Floats:
     inside = np.maximum(x, 0.0)
     picture = (x > 0.0) + 0.5 * (x == 0.0) + root * np.sqrt(inside) + slope * inside
     across = np.gradient(gaussian_filter1d(picture, FINE * np.hypot(FILTER_PX, BLUR_PX)), 1.0 / FINE)
-    return np.asarray(across[12 * FINE + FINE * np.arange(-OUTLINE_STEPS, OUTLINE_STEPS + 1)])
+    return np.asarray(across[12 * FINE + FINE * np.arange(-REACH_STEPS, REACH_STEPS + 1)])
 
 
 def told(profiles: list[Floats]) -> Outlines:
@@ -43,7 +43,7 @@ def test_an_outline_is_where_the_surface_ends(
 ) -> None:
     monkeypatch.setattr("vision_server.pose.outline_profiles.SEEMING_BLUR_RATIO", 1.0)
     fine = np.linspace(-1.0, 1.0, 201)
-    steepest = fine[np.argmax([profile(root, slope, -u)[OUTLINE_STEPS] for u in fine])]
+    steepest = fine[np.argmax([profile(root, slope, -u)[REACH_STEPS] for u in fine])]
     for place in (-0.4, 0.0, 0.37):
         seen = [sign * one for one in (profile(root, slope, place), profile(0.0, 0.0), profile(0.0, 0.0))]
         assert abs(float(told(seen).place[0]) - place) < max(0.08, 0.3 * abs(steepest))
@@ -73,7 +73,7 @@ def test_of_a_body_outlines_are_off_by_what_is_said() -> None:
         problem = with_line_scales(PoseProblem.at_scale(channels, model, CAMERA), true)
         seen = observe(problem, true, 3.0, spacing_for(model, CAMERA, true))
         courses = courses_of(problem, seen, np.zeros((len(seen.along), 2)))
-        shared = courses.motion[:, 0, BLUR_UNKNOWN]
+        shared = courses.motion[:, 0, BLUR]
         assert (shared * seen.inside[np.searchsorted(seen.samples.line, courses.line)] >= 0.0).all()
         sd = np.sqrt(courses.spread**2 + courses.noise[:, 0, 0] + shared**2)
         off.append(np.stack([courses.place[:, 0], sd]))

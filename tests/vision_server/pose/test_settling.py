@@ -13,7 +13,7 @@ from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server import pipeline
 from vision_server.pose import profiles
-from vision_server.pose.courses import BLUR_UNKNOWN, COURSE_PRIOR_SHARE, COURSE_UNKNOWNS, Courses, courses_of
+from vision_server.pose.courses import BLUR, COURSE_PRIOR_SHARE, COURSE_UNKNOWNS, Courses, courses_of
 from vision_server.pose.observation import PoseProblem, observe
 from vision_server.pose.ranking import Refined, best_first
 from vision_server.pose.sampling import spacing_for
@@ -78,15 +78,15 @@ def test_lines_that_lie_on_shadows_do_not_outvote_those_that_agree(seed: int) ->
 @pytest.mark.parametrize("seed", range(4))
 def test_outlines_that_blur_moves_alike_do_not_move_the_pose(seed: int) -> None:
     courses, true = drawn_courses(12, seed)
-    courses.motion[:, 0, BLUR_UNKNOWN] = np.random.default_rng(seed).choice([-0.3, 0.3], 12)
-    courses.place[:] += courses.motion[:, :, BLUR_UNKNOWN]
+    courses.motion[:, 0, BLUR] = np.random.default_rng(seed).choice([-0.3, 0.3], 12)
+    courses.place[:] += courses.motion[:, :, BLUR]
     step, _ = agreed(courses, PRIOR)
     unaware, _ = agreed(courses, np.r_[PRIOR[:-1], 1e9])
     off, before = (
         np.sqrt(np.mean((courses.motion[:, :, :6] @ (one - true)[:6]) ** 2)) for one in (step, unaware)
     )
     assert off < 0.5 * before
-    assert step[BLUR_UNKNOWN] == pytest.approx(1.0, abs=0.3)
+    assert step[BLUR] == pytest.approx(1.0, abs=0.3)
 
 
 def test_the_course_of_a_line_is_the_weighted_straight_line_through_its_edge_points(

@@ -6,14 +6,7 @@ import numpy as np
 
 from numerics.arrays import Floats
 from vision_server.tracking import fitting
-from vision_server.tracking.fitting import (
-    LEAST_FREE_SHARE,
-    LINE_FIT_ITERATIONS,
-    LINE_T_FREEDOM,
-    WIDER_BY_NUMBERS,
-    Habits,
-    rounded_odds,
-)
+from vision_server.tracking.fitting import FIT_ITERATIONS, LEAST_FREE, TAIL, WIDER_BY, Habits, rounded_odds
 from vision_server.tracking.lines import LineFits
 
 
@@ -32,7 +25,7 @@ def plainly_solved(
     step: Floats = np.zeros(9)
     covariance: Floats = np.eye(9)
     told = (0.0, 0.0)
-    for _ in range(LINE_FIT_ITERATIONS):
+    for _ in range(FIT_ITERATIONS):
         noise = scatter + slack * radius_m2
         variance = noise + off_px2
         weighted = rows * (factor / variance)[:, None]
@@ -46,11 +39,11 @@ def plainly_solved(
         residual = value - rows @ step
         free = 1.0 - ((weighted @ covariance) * rows).sum(axis=1)
         left = max(float(free.sum()), 0.0)
-        free = np.maximum(free, LEAST_FREE_SHARE)
-        factor = (LINE_T_FREEDOM + 1.0) / (LINE_T_FREEDOM + residual**2 / variance)
+        free = np.maximum(free, LEAST_FREE)
+        factor = (TAIL + 1.0) / (TAIL + residual**2 / variance)
         share = off_px2 / variance
         squares = float((share * np.maximum(factor * residual**2 / free - noise, 0.0)).sum())
         own = squares / max(float(share.sum()), 1e-9)
         off_px2 = (habits.seen * habits.off_px2 + squares) / (habits.seen + float(share.sum()))
-    covariance[:6, :6] *= 1.0 + WIDER_BY_NUMBERS / (2.0 * habits.seen + left)
+    covariance[:6, :6] *= 1.0 + WIDER_BY / (2.0 * habits.seen + left)
     return step, covariance, own, told

@@ -21,14 +21,7 @@ from vision_server.pose.support import evidence_at
 from vision_server.tracking.agreement import Agreement, agreement
 from vision_server.tracking.chances import Chance, Chances, probability
 from vision_server.tracking.fitting import Habits
-from vision_server.tracking.referee import (
-    LOST_PROBABILITY,
-    OK_PROBABILITY,
-    Around,
-    _on_lines,
-    chances_of,
-    judged,
-)
+from vision_server.tracking.referee import LOST_BELOW, OK_FROM, Around, _on_lines, chances_of, judged
 
 
 @pytest.fixture(scope="module")
@@ -120,10 +113,10 @@ def test_of_two_poses_that_explain_as_much_neither_is_ok(moved: float, share: fl
         return probability(Chances(chances_of(around, pose), moved))
 
     alone = stated([KNOWN], POSE)
-    assert alone > OK_PROBABILITY
+    assert alone > OK_FROM
     assert stated([KNOWN, turned], POSE) == pytest.approx(share * alone, abs=0.03)
     assert stated([replace(KNOWN, nats=60.0), turned], POSE) == pytest.approx(alone, abs=0.01)
-    assert stated([KNOWN, replace(turned, nats=60.0)], POSE) < LOST_PROBABILITY
+    assert stated([KNOWN, replace(turned, nats=60.0)], POSE) < LOST_BELOW
 
 
 def test_agreement_is_that_of_targets_and_given_poses_drawn_one_by_one(
@@ -152,7 +145,7 @@ def test_a_pose_from_elsewhere_that_agrees_is_believed_more_than_one_of_these_im
     vague = replace(KNOWN, covariance=np.diag([np.radians(0.6) ** 2] * 3 + [0.004**2] * 3))
     chances = chances_of([vague], POSE.stepped([0.0, 0.002, 0.0, 0.0, 0.0, 0.0]))
     elsewhere, derived = probability(Chances(chances, 2.0)), probability(Chances(chances, 0.0))
-    assert elsewhere > OK_PROBABILITY
+    assert elsewhere > OK_FROM
     assert derived < elsewhere - 0.2
 
 
@@ -171,4 +164,4 @@ def test_probability_grows_with_what_is_believed(moved: float) -> None:
     chances = [Chance(1.0, believed, 1.0, Agreement(0.1, 0.1)) for believed in (0.0, 0.1, 0.3, 0.6, 0.9, 1.0)]
     stated = [probability(Chances((one,), moved)) for one in chances]
     assert stated == sorted(stated)
-    assert stated[0] < LOST_PROBABILITY < OK_PROBABILITY < stated[-1]
+    assert stated[0] < LOST_BELOW < OK_FROM < stated[-1]

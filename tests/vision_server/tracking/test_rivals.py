@@ -14,7 +14,7 @@ from benchmarks.films import film
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from vision_server.judgement import Estimate, Rival
-from vision_server.pose.trust import SHARED_AMBIGUITY, Misfit
+from vision_server.pose.trust import SHARED, Misfit
 from vision_server.tracking import rivals
 from vision_server.tracking.following import Found
 from vision_server.tracking.rivals import Rivals
@@ -77,10 +77,10 @@ def test_what_another_side_shows_weighs_a_rival_anew(
     own.found(searched(), goes_on=False)
     for degrees in (5.0, 10.0, 15.0):  # a look in three frames
         own.weigh(seen(40.0, turned(degrees)), nothing)
-    assert own.ambiguity == pytest.approx(after if after > SHARED_AMBIGUITY else 0.0)
+    assert own.ambiguity == pytest.approx(after if after > SHARED else 0.0)
     assert asked[0].error_to(turned(5.0).compose(HALF)).within(0.01, 1e-4)
     own.weigh(seen(40.0, turned(15.0)), nothing)  # the same once more
-    assert own.ambiguity == pytest.approx(after if after > SHARED_AMBIGUITY else 0.0)
+    assert own.ambiguity == pytest.approx(after if after > SHARED else 0.0)
 
 
 def test_searches_of_the_followed_pose_only_speak_against_rivals_that_are_known(
