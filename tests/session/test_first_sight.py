@@ -6,7 +6,6 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 import tomli_w
 
@@ -22,7 +21,7 @@ LIMITS = (1.0, 0.01)  # right: degrees, share of the range
 
 
 def pose_of(told: dict[str, Any]) -> Pose:
-    return Pose(np.array(told["rotation_vector"]), np.array(told["translation"]))
+    return Pose.from_dict(told)
 
 
 def result_of(out: Path) -> dict[str, Any]:

@@ -21,6 +21,7 @@ END_SD_PX, END_REACH_PX = 0.45, 4.0
 STRONG_STRENGTH_RANK = 0.7  # share of a channel's edge points that are weaker than its strong ones (by hand)
 MOST_INSERTED = 48  # up to so many values are sorted by insertion for their median
 FADED_EXPONENT = 25.0  # from here on the scatter at the end of a line is nothing beside the rest: e^-25
+HALF_WEIGHT_PX = 0.5  # from a line's straight edge, at which an edge point counts half for it (by hand)
 HALF_TRUST_SCATTER_PX = 0.35  # scatter about its own straight line at which a line counts half (by hand)
 
 
@@ -74,7 +75,8 @@ def _median(values: Floats) -> float:
 def _scatter(x: Floats, y: Floats, room: Floats) -> float:
     """Robust scatter of y about its straight line over x, px: the median residual, once reweighted.
 
-    ``room`` (N,) to work in.
+    ``room`` (N,) to work in. A fit as `tracking.lines` and `courses` have, but of the scatter alone, which is
+    asked for at each pose that is looked at: these take weights, and reweigh until the line stays.
     """
     count = len(x)
     mean_x, mean_y, slope = 0.0, 0.0, 0.0
@@ -83,7 +85,7 @@ def _scatter(x: Floats, y: Floats, room: Floats) -> float:
         for i in range(count):
             weight = 1.0
             if iteration > 0:
-                weight = 1.0 / (1.0 + ((y[i] - mean_y - slope * (x[i] - mean_x)) / 0.5) ** 2)
+                weight = 1.0 / (1.0 + ((y[i] - mean_y - slope * (x[i] - mean_x)) / HALF_WEIGHT_PX) ** 2)
             room[i] = weight
             total += weight
             sum_x += weight * x[i]

@@ -20,13 +20,12 @@ from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
 from vision_server.pose.observation import Observation, PoseProblem
 from vision_server.pose.solver import SAMPLES_TOGETHER
-from vision_server.pose.weights import HALF_TRUST_SCATTER_PX
+from vision_server.pose.weights import HALF_TRUST_SCATTER_PX, HALF_WEIGHT_PX
 
 LINE_UNKNOWNS, RADIUS = 9, 8  # pose, two nuisances, and the last, the radius of rounded edges
 
 FEWEST_LINE_POINTS = 4  # edge points of a line that tell its place, its turn and what they scatter
-# By hand: times that a straight line is fitted to them, reweighted, and how far from it one counts half.
-LINE_ITERATIONS, HALF_WEIGHT_PX = 5, 0.5
+LINE_ITERATIONS = 5  # times that a straight line is fitted to them, reweighted (by hand)
 # The turn is seen where the variance of the edge points' places on the line, from -1 to 1, is at least this;
 # of evenly spread ones it is 1/3.
 LEAST_PLACE_VARIANCE = 0.05
