@@ -9,7 +9,6 @@ import numpy as np
 from geometry.errors import GeometryError
 from geometry.obj_polygons import cut_polygons
 from geometry.ply import must_be_few, read_ply
-from geometry.simplified import simplified
 from geometry.stl import checked_stl
 from geometry.surface import Surface
 from numerics.arrays import Floats, Ints
@@ -131,3 +130,25 @@ def _welded(vertices: Floats) -> Floats:
         connected_components(beside, directed=False)[1], return_index=True, return_inverse=True
     )
     return np.asarray(vertices[first[which]])
+
+
+def simplified(vertices: Floats, triangles: Ints, off: float) -> tuple[Ints, Ints] | None:
+    """A closed mesh in fewer facets, by edge collapse (Manifold): vertices that stay (W,), triangles (T, 3).
+
+    None of a mesh that is not closed.
+
+    Parameters
+    ----------
+    vertices, triangles : (V, 3) and (U, 3), which wind outwards.
+    off : how far a surface may move, in the unit of the vertices.
+    """
+    import manifold3d  # few models need it
+
+    solid = manifold3d.Manifold(manifold3d.Mesh64(vertices, triangles.astype(np.uint64)))
+    if solid.status() != manifold3d.Error.NoError:
+        return None
+    mesh = solid.simplify(off).to_mesh64()
+    places = np.concatenate([vertices, mesh.vert_properties])
+    _, first, which = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    kept, number = np.unique(first[which[len(vertices) :]], return_inverse=True)
+    return kept, number[mesh.tri_verts.astype(np.int64)]

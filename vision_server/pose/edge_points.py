@@ -1,12 +1,14 @@
-"""Sub-pixel edge points in one channel: maxima of the Gaussian derivative along the normals of model lines.
+"""Sub-pixel edge points: maxima of the Gaussian derivative along the normals of model lines (`search`).
 
 In go samples of lines with their normals, out come places along these, px, with the noise of each: the one-
 dimensional search of RAPiD (Harris and Stennett 1990), with Canny's derivative of a Gaussian as its detector.
+Tiles of gradients are made where it looks.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,10 +16,22 @@ from numpy.typing import NDArray
 
 from numerics.arrays import Field, Floats, Grey, Ints
 from numerics.kernels import kernel
-from vision_server.channels.gradients import SIDE_PX, TILE_BITS, TILE_PX, Frame, Normals, Tiles, noise_at
+from vision_server.channels.gradients import (
+    SCALES_PX,
+    SIDE_PX,
+    TILE_BITS,
+    TILE_PX,
+    Frame,
+    GradientChannel,
+    Normals,
+    Tiles,
+    noise_at,
+)
 
 BITS, INSIDE = np.uint32(TILE_BITS), np.uint32(TILE_PX - 1)  # of a row or column: its tile, its place in that
 
+# Of the reach, that the kernel looks at: the next step, bilinear, around the maximum; and the flanks of that.
+PREPARED_BEYOND_PX = 12
 PEAKS = 3  # kept for each sample and channel, strongest first: the edge's own and one to either side
 MIN_SNR = 4.0  # chosen by hand, of the derivative against its noise: noise alone passes 6 times in 100 000
 MIN_ALIGNED = 0.85  # chosen by hand: least |cos| of the gradient with the line's normal, about 30 degrees
@@ -87,6 +101,24 @@ class EdgePoints(NamedTuple):
     snr: Floats
     sd: Floats
     strength: Floats
+
+
+def search(channels: Sequence[GradientChannel], scale: Ints, normals: Normals) -> EdgePoints:
+    """Edge points in all channels, see `find_edge_points`.
+
+    Parameters
+    ----------
+    scale
+        (C, N), index into SCALES_PX for each channel and sample; C-contiguous, as kernels expect.
+    """
+    shape = (len(channels), len(normals.image), PEAKS)
+    out = EdgePoints(*(np.empty(shape) for _ in EdgePoints._fields))
+    if len(normals.image) > 0:
+        sigmas = np.array(SCALES_PX)
+        for c, channel in enumerate(channels):
+            channel.prepare(scale[c], normals, PREPARED_BEYOND_PX)
+            find_edge_points(channel.frame, channel.tiles, scale[c], sigmas, normals, c, out)
+    return out
 
 
 @kernel()

@@ -20,7 +20,7 @@ from numerics.arrays import Floats
 from numerics.cholesky import solve_positive
 from numerics.kernels import kernel
 from vision_server.channels.gradients import Normals
-from vision_server.pose.edge_search import search
+from vision_server.pose.edge_points import search
 from vision_server.pose.hough import vote
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import prior_precision

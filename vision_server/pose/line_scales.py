@@ -16,7 +16,7 @@ from geometry.visibility import visible_samples
 from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.channels.gradients import SCALES_PX, Normals
-from vision_server.pose.edge_search import search
+from vision_server.pose.edge_points import search
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import thinned
 

@@ -27,8 +27,7 @@ from vision_server.channels.gradients import (
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.pose.association import associate, neighbour_pulls
 from vision_server.pose.curved_edges import drawn_in
-from vision_server.pose.edge_points import CLIPPED_SD_PX, Channel, EdgePoints
-from vision_server.pose.edge_search import search
+from vision_server.pose.edge_points import CLIPPED_SD_PX, Channel, EdgePoints, search
 from vision_server.pose.hough import choose, vote
 from vision_server.pose.outline_shading import inside_of, way_back
 from vision_server.pose.sampling import places_on_lines

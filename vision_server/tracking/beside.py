@@ -17,7 +17,7 @@ from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.channels.gradients import Normals
 from vision_server.pose.association import associate
-from vision_server.pose.edge_search import search
+from vision_server.pose.edge_points import search
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import sparse_samples
 
