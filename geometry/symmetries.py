@@ -19,8 +19,8 @@ from numerics.kernels import kernel
 
 # By hand. Of the cloud that a turned body is held against: spacing, share of the diameter, and most points;
 # so many of these are turned. Each is compared with all of the cloud: time is as their product.
-CLOUD_SPACING_SHARE, MOST_CLOUD_POINTS, MOST_TURNED_POINTS = 0.004, 20000, 400
-SAME_RADIUS_SHARE = 1e-3  # of the diameter: corners as far from the middle may be each other's images
+CLOUD_SPACING, CLOUD_POINTS, TURNED_POINTS = 0.004, 20000, 400
+SAME_RADIUS = 1e-3  # of the diameter: corners as far from the middle may be each other's images
 ODD_ANGLES_RAD = (0.37, 1.13, 2.2)  # by which only a body of revolution may be turned about its axis
 ONE_TURN_ENTRY = 0.05  # largest difference of the matrices of turns that are one
 MOST_SYMMETRIES = 2 * FOLDS[-1]  # of a target with an axis, and upside down
@@ -89,7 +89,7 @@ class _Body:
         sharp = model.lines[~model.smooth]
         if len(sharp):
             points, weights = points_along(
-                model.vertices, sharp, CLOUD_SPACING_SHARE * model.diameter, MOST_CLOUD_POINTS
+                model.vertices, sharp, CLOUD_SPACING * model.diameter, CLOUD_POINTS
             )
         else:
             corners = model.vertices[model.triangles]
@@ -102,11 +102,11 @@ class _Body:
         moments = (points * weights[:, None]).T @ points
         rng = np.random.default_rng(0)
         some = rng.choice(
-            len(points), min(len(points), MOST_TURNED_POINTS), replace=False, p=weights / weights.sum()
+            len(points), min(len(points), TURNED_POINTS), replace=False, p=weights / weights.sum()
         )
         held = points[some]
-        if len(points) > MOST_CLOUD_POINTS:
-            points = points[rng.choice(len(points), MOST_CLOUD_POINTS, replace=False)]
+        if len(points) > CLOUD_POINTS:
+            points = points[rng.choice(len(points), CLOUD_POINTS, replace=False)]
         corners = model.vertices[np.unique(sharp)] - centre
         axes = np.linalg.eigh(moments)[1].T
         return cls(centre, points, held, corners, axes, model.diameter)
@@ -195,10 +195,8 @@ def _named(axis: Floats) -> Floats:
 def _classes(radius: Floats) -> list[Ints]:
     """Corners (C,) by their distance from the centre, the smallest class first; none in the centre itself."""
     order = np.argsort(radius, kind="stable")
-    breaks = np.flatnonzero(np.diff(radius[order]) > SAME_RADIUS_SHARE) + 1
-    classes = [
-        part for part in np.split(order, breaks) if len(part) and radius[part[0]] > 10 * SAME_RADIUS_SHARE
-    ]
+    breaks = np.flatnonzero(np.diff(radius[order]) > SAME_RADIUS) + 1
+    classes = [part for part in np.split(order, breaks) if len(part) and radius[part[0]] > 10 * SAME_RADIUS]
     return sorted(classes, key=len)
 
 
@@ -227,5 +225,5 @@ def _turns_of_pairs(
     own = frame(a, b)
     return [
         frame(corners[first[i]], corners[second[j]]) @ own.T
-        for i, j in np.argwhere(np.abs(gaps - apart) < 2.0 * SAME_RADIUS_SHARE * diameter)
+        for i, j in np.argwhere(np.abs(gaps - apart) < 2.0 * SAME_RADIUS * diameter)
     ]

@@ -49,7 +49,7 @@ RIGHT_TURNS_DEG = sorted({*range(30, 360, 30), *range(45, 360, 45)})  # of right
 ROUND_SHARE = 0.35
 ROUND_POINTS, ROUND_TURNED_POINTS = 4000, 300  # ... of points along them, and of so many that are turned
 RIM_SHARE = 0.95  # of the largest distance from the axis: chamfers of a rim count as rim
-ALONG_AXIS_COSINE = 0.999  # cosine between an axis and that of a turn about it
+AXIS_COSINE = 0.999  # cosine between an axis and that of a turn about it
 LEAST_FREE_TURN_DEG, FREE_TURNS_A_SIDE = 3.0, 5  # the least free turn, and how many to either side (by hand)
 
 
@@ -187,9 +187,7 @@ def spin_rad(model: Model) -> float:
 def _about(axis: Floats, turns: Iterable[Pose]) -> list[Pose]:
     """Those of some turns that go about an axis (3,)."""
     vectors = ((turn, turn.rotation_vector) for turn in turns)
-    return [
-        turn for turn, vector in vectors if abs(vector @ axis) >= ALONG_AXIS_COSINE * np.linalg.norm(vector)
-    ]
+    return [turn for turn, vector in vectors if abs(vector @ axis) >= AXIS_COSINE * np.linalg.norm(vector)]
 
 
 def turned_about(pose: Pose, axis: Floats, centre: Floats, angle_rad: float) -> Pose:

@@ -41,9 +41,7 @@ def region_of(model: Model, camera: Camera, seed_pose: Pose, reach: SearchRange)
     low = np.maximum(np.floor(seen.min(axis=0)) - REGION_MARGIN_PX, 0.0)
     high = np.minimum(np.ceil(seen.max(axis=0)) + REGION_MARGIN_PX + 1.0, [camera.width, camera.height])
     size = high - low
-    if (
-        not (size > 2 * REGION_MARGIN_PX).all()
-        or size.prod() > MOST_REGION_SHARE * camera.width * camera.height
-    ):
+    worth = size.prod() <= MOST_REGION_SHARE * camera.width * camera.height
+    if not worth or not (size > 2 * REGION_MARGIN_PX).all():
         return None
     return int(low[0]), int(low[1]), int(high[0]), int(high[1])

@@ -26,7 +26,7 @@ from numerics.kernels import kernel
 from numerics.two_cores import cores
 from vision_server.matching.looks import LOOK_POINTS, Look, Looks, cell_px_of, range_of
 from vision_server.matching.match import Anywhere
-from vision_server.matching.nearest_edges import CELL_PX, DIRECTION_BINS, GAIN_REACH_PX, nearest_edges
+from vision_server.matching.nearest_edges import AXIS_BINS, CELL_PX, GAIN_REACH_PX, nearest_edges
 
 Offsets = NDArray[np.int16]
 Bytes = Grey
@@ -101,7 +101,7 @@ def candidates(
 
 
 def gains(segments: Floats, camera: Camera, cell_px: float) -> Bytes:
-    """How near the next edge of like direction is, (DIRECTION_BINS, h, w): 255 on it, 0 REACH_CELLS away."""
+    """How near the next edge of like direction is, (AXIS_BINS, h, w): 255 on it, 0 REACH_CELLS away."""
     scale = CELL_PX / cell_px
     small = Camera(
         max(1, math.ceil(camera.width * scale)), max(1, math.ceil(camera.height * scale)), 1.0, 1.0, 0.0, 0.0
@@ -156,9 +156,7 @@ def _lay(
         for r in range(len(offset)):
             offset[r, p, 0] = round(cells * (sine[r] * x + cosine[r] * y))
             offset[r, p, 1] = round(cells * (cosine[r] * x - sine[r] * y))
-            bins[r, p] = min(
-                int((angle + rolls[r]) % math.pi * (DIRECTION_BINS / math.pi)), DIRECTION_BINS - 1
-            )
+            bins[r, p] = min(int((angle + rolls[r]) % math.pi * (AXIS_BINS / math.pi)), AXIS_BINS - 1)
 
 
 def _poses(
@@ -230,7 +228,7 @@ def vote(gain: Bytes, offset: Offsets, bins: Offsets, count: Ints, length: Float
 
 @kernel(nogil=True)
 def _of_each_parity(gain: Bytes, stride: int, before: int, size: int) -> tuple[Bytes, Floats]:
-    """The cells of each parity apart, (DIRECTION_BINS, 4, size), and the mean of each bin, (DIRECTION_BINS,).
+    """The cells of each parity apart, (AXIS_BINS, 4, size), and the mean of each bin, (AXIS_BINS,).
 
     So neighbours among the places are neighbours in memory; with as many more columns after each row, and
     rows above and below, as the templates reach, a shift is one number. Outside of the image is what chance

@@ -24,8 +24,8 @@ from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from numerics.two_cores import both
 
-VIEW_CELLS_ACROSS = 11  # cells of directions across each side of a cube around the model, odd (by hand)
-VIEW_CELL_DEG = 90.0 / VIEW_CELLS_ACROSS  # width of one
+VIEW_CELLS = 11  # cells of directions across each side of a cube around the model, odd (by hand)
+VIEW_CELL_DEG = 90.0 / VIEW_CELLS  # width of one
 UNBOUNDED_PX = 1e9  # of a view, that the frame does not cut
 MOST_SEARCHED_CURVES = 200  # lines and curves of a search (by hand): more make it slower, not better
 LEAST_SEARCHED_LINE_PX = 14.0  # of so many: as fine a texture has hardly a segment; 10 found fewer poses
@@ -99,7 +99,7 @@ class Views:
         centre = -(seed.matrix.T @ seed.translation) - self._middle
         self._range = float(np.linalg.norm(centre))
         self._frame = frame_towards(centre / self._range)
-        self._view_of = np.full(6 * VIEW_CELLS_ACROSS**2, -1, dtype=np.int64)
+        self._view_of = np.full(6 * VIEW_CELLS**2, -1, dtype=np.int64)
         self._parts: list[tuple[Ints, Floats, Floats, Floats]] = []  # runs: starts and ends; points, px
         self._table: ViewTable | None = None
 
@@ -200,21 +200,17 @@ def cells_of(rotations: Floats, translations: Floats, middle: Floats, frame: Flo
         axis = int(np.argmax(np.abs(towards)))
         ahead, u, v = abs(towards[axis]), towards[(axis + 1) % 3], towards[(axis + 2) % 3]
         side = 2 * axis + (towards[axis] < 0.0)
-        row = min(math.floor(math.atan2(u, ahead) / step + 0.5 * VIEW_CELLS_ACROSS), VIEW_CELLS_ACROSS - 1)
-        column = min(math.floor(math.atan2(v, ahead) / step + 0.5 * VIEW_CELLS_ACROSS), VIEW_CELLS_ACROSS - 1)
-        out[i] = (side * VIEW_CELLS_ACROSS + row) * VIEW_CELLS_ACROSS + column
+        row = min(math.floor(math.atan2(u, ahead) / step + 0.5 * VIEW_CELLS), VIEW_CELLS - 1)
+        column = min(math.floor(math.atan2(v, ahead) / step + 0.5 * VIEW_CELLS), VIEW_CELLS - 1)
+        out[i] = (side * VIEW_CELLS + row) * VIEW_CELLS + column
     return out
 
 
 @kernel()
 def middle_of_cell(cell: int, frame: Floats) -> Floats:
     """Unit direction (3,) of the middle of a cell, see `cells_of`."""
-    step, middle = math.radians(VIEW_CELL_DEG), 0.5 * (VIEW_CELLS_ACROSS - 1)
-    side, row, column = (
-        cell // VIEW_CELLS_ACROSS**2,
-        cell // VIEW_CELLS_ACROSS % VIEW_CELLS_ACROSS,
-        cell % VIEW_CELLS_ACROSS,
-    )
+    step, middle = math.radians(VIEW_CELL_DEG), 0.5 * (VIEW_CELLS - 1)
+    side, row, column = (cell // VIEW_CELLS**2, cell // VIEW_CELLS % VIEW_CELLS, cell % VIEW_CELLS)
     axis = side // 2
     u, v = math.tan(step * (row - middle)), math.tan(step * (column - middle))
     length = math.sqrt(1.0 + u * u + v * v)

@@ -23,16 +23,14 @@ from vision_server.pose.other_hand import Matcher
 from vision_server.pose.places import A_PART_NATS, apart
 from vision_server.pose.ranking import (
     COARSE_LACK_NATS,
-    COARSE_REACHES_PX,
     COARSENING,
-    ONE_BASIN_WITHIN,
+    ONE_BASIN,
     TURNED_LACK_NATS,
     Refined,
     best_first,
     finished,
     led_to,
     of_all_lines,
-    refined,
     roughly,
     with_beside,
 )
@@ -40,8 +38,8 @@ from vision_server.pose.spun import spun
 from vision_server.pose.support import evidence_at, support_at
 
 # Chosen by hand: time grows with poses, looks and turns; fewer may leave out the side that is right.
-MOST_SIDES, ANOTHER_SIDE_DEG = 3, 20.0  # poses beside which others are looked for, and turned how far apart
-MOST_LOOKS_TURNED, MOST_TURNS_A_LOOK = 2, 12  # looks that are turned; turns of each that are refined
+SIDES, SIDE_DEG = 3, 20.0  # poses beside which others are looked for, and turned how far apart
+LOOKS_TURNED, MOST_TURNS_A_LOOK = 2, 12  # looks that are turned; turns of each that are refined
 ONE_LOOK_WITHIN = (3.0, 0.005)  # degrees, share of the range: poses that a near symmetry makes one look
 # Where first sight lost a pose its best had 2 nats; the hypothesis, 3 % of the range off, was third; the pose
 # had 260. Of 60 photographs of drawn parts none changes its answer by matching again under this evidence.
@@ -68,9 +66,7 @@ def of_most_evidence(
         found = _with_matched_again(problem, found, ordered[:MATCHED_AGAIN_STARTS], match)
     for side in _sides(found):
         beside = with_beside([side])
-        found += [
-            one for one in beside if not any(known.ends_at(one.pose, ONE_BASIN_WITHIN) for known in found)
-        ]
+        found += [one for one in beside if not any(known.ends_at(one.pose, ONE_BASIN) for known in found)]
     out = [one for place in _by_place(problem, found) for one in _turned_at(problem, place, turns)]
     return sorted(out, key=_evidence, reverse=True)
 
@@ -96,9 +92,7 @@ def _turned_at(problem: PoseProblem, found: list[Refined], turns: Sequence[Pose]
     least = _evidence(found[0]) - COARSE_LACK_NATS
     found = [finished(one) if _evidence(one) >= least else one for one in found]
     found = _with_other_sides(problem, sorted(found, key=_evidence, reverse=True))
-    looks = [
-        found[index] for index in _firsts_of_looks([one.pose for one in found], turns)[:MOST_LOOKS_TURNED]
-    ]
+    looks = [found[index] for index in _firsts_of_looks([one.pose for one in found], turns)[:LOOKS_TURNED]]
     for look in looks:
         if _evidence(look) >= _evidence(looks[0]) - CONVINCING_NATS:
             regular = right_turns(problem.model) if look is looks[0] else ()
@@ -141,9 +135,7 @@ def _sides(found: Sequence[Refined]) -> list[Refined]:
     """The first few of them that see the target from different sides."""
     out: list[Refined] = []
     for one in found:
-        if len(out) < MOST_SIDES and all(
-            one.pose.error_to(other.pose).rotation_deg > ANOTHER_SIDE_DEG for other in out
-        ):
+        if len(out) < SIDES and all(one.pose.error_to(other.pose).rotation_deg > SIDE_DEG for other in out):
             out.append(one)
     if found and _evidence(found[0]) < 0.0:  # of bad fits a pose as small as a speck misses least
         most = max(found, key=lambda one: one.support.supported_fraction)
@@ -200,12 +192,9 @@ def _with_turned(
     alike, least = itself - COARSE_LACK_NATS, _evidence(found[0]) - COARSE_LACK_NATS
     for number, (evidence, start) in enumerate(seen):
         if number < MOST_TURNS_A_LOOK:
-            other = refined(
-                first.problem, start, COARSE_REACHES_PX, first.spacing_px, COARSENING, known=found
-            )
-            if other is not None:
+            for other in led_to(first, [start], found):
                 found.append(finished(other) if _evidence(other) >= least else other)
-        elif evidence >= alike and not any(one.ends_at(start, ONE_BASIN_WITHIN) for one in found):
+        elif evidence >= alike and not any(one.ends_at(start, ONE_BASIN) for one in found):
             support = support_at(first.problem, start, first.spacing_px)
             if support is not None:
                 found.append(replace(first, solution=replace(first.solution, pose=start), support=support))

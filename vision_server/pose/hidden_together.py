@@ -16,7 +16,7 @@ NOT_SEEN_NATS = 1.5
 # By hand, by the share that right poses have among those that look alike: of 66 photographs of drawn parts
 # and 35 image sets of docking gear. Half and twice the reach, and three times the share, do about as well.
 ONE_CAUSE_PX = 60.0  # between the middles of lines that one cause may hide
-LEAST_OWN_SHARE = 0.1  # of what a line that is not seen counts alone, that it counts beside many others
+OWN_SHARE = 0.1  # of what a line that is not seen counts alone, that it counts beside many others
 SEEN_AGAINST_LINES = 2.0  # lines beside it that are not seen, which one that is seen speaks against
 
 
@@ -44,7 +44,5 @@ def evidence_of(nats: Floats, middle: Floats) -> float:
             near = max(0.0, 1.0 - math.sqrt(dx * dx + dy * dy) / ONE_CAUSE_PX)
             amount = near * min(abs(nats[j]), NOT_SEEN_NATS) / NOT_SEEN_NATS
             together += amount if nats[j] < 0.0 else -SEEN_AGAINST_LINES * amount
-        total -= min(-nats[i], NOT_SEEN_NATS) * (
-            LEAST_OWN_SHARE + (1.0 - LEAST_OWN_SHARE) / (1.0 + max(0.0, together))
-        )
+        total -= min(-nats[i], NOT_SEEN_NATS) * (OWN_SHARE + (1.0 - OWN_SHARE) / (1.0 + max(0.0, together)))
     return total

@@ -23,7 +23,7 @@ from vision_server.pose.sampling import thinned
 # Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
 # recorded and hard stacks), the ratio matters much: at 0.35 seven tight poses of 15 are lost and errors are
 # 2.6 times as large, at 0.85 two are, and errors are 1.4 times as large.
-SCALE_SPACING_PX, MOST_SCALE_SAMPLES = 3.0, 20  # of the samples of a line: blur varies slowly along it
+SCALE_STEP_PX, SCALE_SAMPLES = 3.0, 20  # of the samples of a line: blur varies slowly along it
 SCALE_REACH_PX = 4.0  # around a hypothesis' lines, where the blur of the edges is looked at
 SOFTER_RATIO = 0.70  # peak at twice the scale over peak at the scale: above this the edge is the softer one
 FEWEST_RATIOS = 6  # of a line's samples, for their median to say anything
@@ -36,9 +36,7 @@ def line_scales(problem: PoseProblem, pose: Pose) -> Ints:
     the ratio of the peaks at 2s and s therefore tells b/s, whatever the contrast. The scales of ``problem``
     are the least.
     """
-    samples = thinned(
-        visible_samples(problem.model, problem.camera, pose, SCALE_SPACING_PX), MOST_SCALE_SAMPLES
-    )
+    samples = thinned(visible_samples(problem.model, problem.camera, pose, SCALE_STEP_PX), SCALE_SAMPLES)
     normal, out = samples.normal, problem.scale.copy()
     least = int(out.min(initial=0))
     for index, channel in enumerate(problem.channels):

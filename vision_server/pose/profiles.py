@@ -25,7 +25,7 @@ ON_COURSE_PX = 0.55  # of its softness: an edge point farther from its line's co
 # What is beside a sharp edge is a sum of Gaussians as wide as its own (1.05 to 1.15 are seen) at these steps,
 # with so much for their squared heights beside what is not explained.
 SHARP_WIDTH, NEIGHBOUR_PENALTY = 1.12, 0.03
-NEIGHBOUR_STEPS = np.concatenate([np.arange(-4.5, -1.0, 0.5), np.arange(1.5, 5.0, 0.5)])
+NEXT_STEPS = np.concatenate([np.arange(-4.5, -1.0, 0.5), np.arange(1.5, 5.0, 0.5)])
 OUTLINE_STEP_SHARE = 0.7  # of an outline's softness where it is not sharp: a step of its profile
 # What a line is off as a whole in one channel, per pixel of its softness, is so many times this power of what
 # its profile has that no edge explains: read off 1717 lines at the true poses of 45 simulated and ray-traced
@@ -129,14 +129,9 @@ def _edge() -> Floats:
     By least squares, of both and of what is beside, which is held to be small.
     """
     own = _gaussian(SHARP_WIDTH)
-    parts = np.vstack(
-        [
-            own,
-            np.arange(-PROFILE_STEPS, PROFILE_STEPS + 1) / SHARP_WIDTH**2 * own,
-            _gaussian(SHARP_WIDTH, NEIGHBOUR_STEPS),
-        ]
-    )
-    held = np.diag(np.r_[0.0, 0.0, np.full(len(NEIGHBOUR_STEPS), NEIGHBOUR_PENALTY)])
+    moved = np.arange(-PROFILE_STEPS, PROFILE_STEPS + 1) / SHARP_WIDTH**2 * own
+    parts = np.vstack([own, moved, _gaussian(SHARP_WIDTH, NEXT_STEPS)])
+    held = np.diag(np.r_[0.0, 0.0, np.full(len(NEXT_STEPS), NEIGHBOUR_PENALTY)])
     return np.asarray(np.linalg.solve(parts @ parts.T + held, parts)[:2])
 
 

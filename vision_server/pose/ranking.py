@@ -26,7 +26,7 @@ from vision_server.pose.trust import quality
 # twelve starts take a fifth more time.
 # Degrees and share of the range: a refinement that ends so close to a known pose has come to that optimum;
 # two coarse ones that are so close would come to one optimum if they were refined to the end.
-ONE_OPTIMUM_WITHIN, ONE_BASIN_WITHIN = (0.15, 0.001), (0.5, 0.004)
+ONE_OPTIMUM, ONE_BASIN = (0.15, 0.001), (0.5, 0.004)
 MOST_REFINED = 5  # hypotheses of the matcher that are looked at
 COARSE_REACHES_PX, COARSENING = (6.0, 4.0), 1.75  # first, with fewer samples; ...
 FINE_REACHES_PX = (4.0, 3.0, 3.0)  # ... then, with all, ...
@@ -117,7 +117,7 @@ def best_first(
         coarse = [*coarse, *led_to(first, filter(searched, starts), coarse)]
     distinct: list[Refined] = []
     for one in sorted(coarse, key=_rank):
-        if not any(better.ends_at(one.pose, ONE_BASIN_WITHIN) for better in distinct):
+        if not any(better.ends_at(one.pose, ONE_BASIN) for better in distinct):
             distinct.append(one)
     if sparse is not problem:
         distinct = [of_all_lines(one, problem) for one in distinct]
@@ -167,7 +167,7 @@ def refined(
     solution = None
     for reach in reaches_px:
         solution = refine(problem, pose, (reach,), spacing)
-        if solution is None or any(one.ends_at(solution.pose, ONE_OPTIMUM_WITHIN) for one in known):
+        if solution is None or any(one.ends_at(solution.pose, ONE_OPTIMUM) for one in known):
             return None
         pose = solution.pose
         if reach <= EXACT_REACH_PX and solution.moved_px < CONVERGED_PX:

@@ -32,7 +32,7 @@ from vision_server.pose.trust import LineAgreement
 # By hand where nothing else is said: halved or doubled (`python -m benchmarks.constants`, 27 sets of recorded
 # and hard stacks) none of these changes which poses are right or tight, nor errors by more than 7 %. Degrees
 # of freedom of Student's t: between 1 and 3 the tight ones of 350 estimates change by 3 at most.
-COURSE_T_FREEDOM = 1.5
+T_FREEDOM = 1.5
 TURN_SPREAD_RATIO = 0.7  # what the end of a line is off by turning, over what its middle is (by hand)
 SETTLING_ROUNDS = 2  # of looking and stepping; one makes errors 1.04 times as large, four 0.99 times
 MOST_SETTLING_STEPS, SETTLED_SIGMAS = 30, 1e-3  # of reweighting; one no longer than that of an sd is the last
@@ -162,7 +162,7 @@ def scatter_of(squares: Floats, share: Floats) -> float:
     """
     scatter = 1.0
     for _ in range(SCATTER_STEPS):
-        weight = (COURSE_T_FREEDOM + 2.0) / (COURSE_T_FREEDOM + squares / scatter)
+        weight = (T_FREEDOM + 2.0) / (T_FREEDOM + squares / scatter)
         before, scatter = scatter, max(float(share @ (weight * squares)) / (2.0 * float(share.sum())), 1e-6)
         if abs(math.log(scatter / before)) < SCATTER_STILL:
             break
@@ -190,13 +190,13 @@ def _at_stretch(
     for _ in range(MOST_SETTLING_STEPS):
         off = courses.place - motion @ step
         squares = np.einsum("mi,mij,mj->m", off, precision, off)
-        weight = share * (COURSE_T_FREEDOM + 2.0) / (COURSE_T_FREEDOM + squares)
+        weight = share * (T_FREEDOM + 2.0) / (T_FREEDOM + squares)
         pulls = np.einsum("mik,mij->mkj", motion, precision * weight[:, None, None])
         normal = np.tensordot(pulls, motion, ([0, 2], [0, 1])) + np.diag(prior)
         before, step = step, np.linalg.solve(normal, np.einsum("mkj,mj->k", pulls, courses.place))
         if (step - before) @ normal @ (step - before) < SETTLED_SIGMAS**2:
             break
-    nats = 0.5 * (COURSE_T_FREEDOM + 2.0) * float(share @ np.log1p(squares / COURSE_T_FREEDOM)) + 0.5 * float(
+    nats = 0.5 * (T_FREEDOM + 2.0) * float(share @ np.log1p(squares / T_FREEDOM)) + 0.5 * float(
         step**2 @ prior
     )
     return step, np.linalg.inv(normal), nats

@@ -26,7 +26,7 @@ LEAST_STEP_RAD, MOST_STEP_RAD = math.radians(1.5), math.radians(6.0)
 UNSEEN_SPREAD = (30.0, 0.06)
 # Turns that are looked at for that: all around, or an n-th of it where it has n folds, but so many at least.
 MOST_TURNS_ALL_AROUND, LEAST_TURNS_A_FOLD = 48, 8
-STRONGER_BY = 0.03  # strength by which a turn must be better; two that differ by less are alike
+STRONGER = 0.03  # strength by which a turn must be better; two that differ by less are alike
 MOST_UNCLEAR_TURNS = 2  # turns that are looked at where none is clearly better (chosen by hand)
 
 
@@ -51,9 +51,7 @@ def spun(problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float) 
         found = [support_at(problem, one, spacing_px) for one in turns]
         strength = np.array([0.0 if support is None else support.strength for support in found])
         peaks = _peaks(strength)
-        clear = peaks[
-            strength[peaks] >= max(strength[count], strength.max() - 2.0 * STRONGER_BY) + STRONGER_BY
-        ]
+        clear = peaks[strength[peaks] >= max(strength[count], strength.max() - 2.0 * STRONGER) + STRONGER]
         seen_px = np.array([0.0 if one is None else one.strength * one.samples.px.sum() for one in found])
         if len(clear):
             out.append(turns[clear[np.argmin(np.abs(clear - count))]])

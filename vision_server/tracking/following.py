@@ -42,7 +42,7 @@ SETTLED_PX, NEAR_SETTLED_PX, MOST_PASSES = 0.3, 1.0, 3
 # Of a pose on outermost edges (on 22 films of printed boxes): how far around it is looked, so that those
 # inside are left out; by what share of the range it is nearer; what it may lack of quality and evidence.
 OUTER_REACHES_PX = (2.0, 2.0)
-NEARER_RANGE_SHARE, PRINT_QUALITY_SHARE, PRINT_NATS = 0.003, 0.5, 10.0
+NEARER_SHARE, PRINT_QUALITY, PRINT_NATS = 0.003, 0.5, 10.0
 ACROSS_VIEW = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
 TRIED_TURNS_RAD = np.radians(6.0) * ACROSS_VIEW  # (by hand)
 MOST_CLIMBS = 3  # from pose to pose, each better supported, one after the other
@@ -201,10 +201,7 @@ def _is_print(found: Found, outer: Found, middle: Floats) -> bool:
     Print explains the edges of the first; of the second, chance would have to explain those outside.
     """
     ranges = [float(np.linalg.norm(one.pose.apply(middle[None]))) for one in (outer, found)]
-    if (
-        ranges[0] > (1.0 - NEARER_RANGE_SHARE) * ranges[1]
-        or outer.quality < PRINT_QUALITY_SHARE * found.quality
-    ):
+    if ranges[0] > (1.0 - NEARER_SHARE) * ranges[1] or outer.quality < PRINT_QUALITY * found.quality:
         return False
     return outer.evidence >= found.evidence - PRINT_NATS
 

@@ -25,13 +25,7 @@ from vision_server.pipeline import PipelineSettings, pose_of_segments
 from vision_server.pose.covariance import pose_covariance, share_within, uncertainty
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import (
-    COARSENING,
-    FINE_REACHES_PX,
-    ONE_BASIN_WITHIN,
-    TURNED_LACK_NATS,
-    refined,
-)
+from vision_server.pose.ranking import COARSENING, FINE_REACHES_PX, ONE_BASIN, TURNED_LACK_NATS, refined
 from vision_server.pose.refinement import EXACT_REACH_PX, REACHES_PX, refine
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.spun import spun
@@ -166,7 +160,7 @@ def _poses_around(
         found += _turned(problem, max(found, key=lambda one: one.nats))
     distinct: list[Around] = []
     for one in sorted(found, key=lambda one: -one.quality):
-        if not any(one.pose.error_to(other.pose).within(*ONE_BASIN_WITHIN) for other in distinct):
+        if not any(one.pose.error_to(other.pose).within(*ONE_BASIN) for other in distinct):
             distinct.append(one)
     distinct.sort(key=lambda one: -one.nats)
     worth = [one for one in distinct if one.nats > distinct[0].nats + RIVAL_NATS * math.log(LEAST_ODDS)]

@@ -18,7 +18,7 @@ from vision_server.tracking.following import Found
 ANOTHER_VIEW_DEG = 15.0
 # By hand: by the first, poses that show the same differ; one frame may tell the second at most; and below the
 # third a rival is refined before it is taken for so unlikely.
-CHANCE_LOG_ODDS, MOST_LOG_ODDS, BEHIND_LOG_ODDS = 0.5, 5.5, -2.0
+CHANCE_NATS, MOST_NATS, BEHIND_NATS = 0.5, 5.5, -2.0
 
 
 @dataclass
@@ -96,10 +96,8 @@ class Rivals:
         for rival in self._rivals:
             if rival.lives:
                 told = _told(rival, followed, refined)
-                beyond = math.copysign(
-                    min(max(abs(told) - CHANCE_LOG_ODDS, 0.0), MOST_LOG_ODDS - CHANCE_LOG_ODDS), told
-                )
-                rival.log_odds = min(rival.log_odds + another * beyond, 0.0)
+                beyond = min(max(abs(told) - CHANCE_NATS, 0.0), MOST_NATS - CHANCE_NATS)
+                rival.log_odds = min(rival.log_odds + another * math.copysign(beyond, told), 0.0)
 
 
 def _told(rival: _Rival, followed: Found, refined: Callable[[Pose], Found | None]) -> float:
@@ -107,7 +105,7 @@ def _told(rival: _Rival, followed: Found, refined: Callable[[Pose], Found | None
     pose = followed.pose.compose(rival.turn)
     support = support_at(followed.problem, pose, followed.softness.spacing_px)
     told = -math.inf if support is None else _log_odds(support.evidence, followed)
-    if told >= BEHIND_LOG_ODDS:
+    if told >= BEHIND_NATS:
         return told
     again = refined(pose)
     if again is None or again.is_at(followed.pose):

@@ -28,7 +28,7 @@ from vision_server.tracking.usual import Usual
 # looks without a pose to start from. A lost target is searched in each frame, a followed one in each sixth.
 EVERYWHERE_AFTER, EVERYWHERE_FOLLOWED_AFTER = 6, 4
 WIDENED_TIMES, WIDEST_TIMES = 1.25, 2.5  # times the range, with each frame that found nothing, and at most
-FARTHER_TIMES = 1.6  # than it was last seen, or nearer, it may be when it is looked for everywhere
+FARTHER = 1.6  # than it was last seen, or nearer, it may be when it is looked for everywhere
 # Searches that doubted what they found count up to this; as many must believe it before it is believed.
 MOST_AGAINST = 3
 
@@ -100,9 +100,7 @@ class Searches:
         if isinstance(last, Anywhere):
             return self._found(images, last, self._settings)
         range_m = float(np.linalg.norm(last.apply(self._sight.model.middle[None])[0]))
-        seen = self._found(
-            images, Anywhere((range_m / FARTHER_TIMES, range_m * FARTHER_TIMES)), self._settings
-        )
+        seen = self._found(images, Anywhere((range_m / FARTHER, range_m * FARTHER)), self._settings)
         alike = [one.pose for one in seen.poses] or ([] if seen.pose is None else [seen.pose])
         if not alike:
             return None

@@ -9,7 +9,7 @@ A frame is looked at in this order, until a look suffices:
    the motion foresees less than a near look reaches (`Sight.turned`). The likeliest of the believed poses is
    taken (`following.likeliest`), else the best that is HELD, or has whole lines, beside an occluder.
 3. *Around* the last pose, as a session's estimate does it (`searching`), if there is no such pose, or if it
-   is not believed and LOOKED_AT_ANEW_FRAMES before it were not.
+   is not believed and LOOKED_AT_ANEW before it were not.
 4. *Everywhere*, after so many searches in vain (`searching.everywhere_is_due`).
 
 From 2 on, `turning` leaves out what is turned farther than targets turn. What is known then is in `history`:
@@ -64,7 +64,7 @@ EXPECTED_CHI2, SURPRISING_CHI2 = 16.8, 38.3
 # By hand. A frame with less of the quality that is usual in its light is sure only where its probability is
 # SURE; after so many frames in a row that are not believed a search is made; and after so long without a pose
 # the velocity says nothing any more.
-SURE_QUALITY_SHARE, LOOKED_AT_ANEW_FRAMES, LONGEST_WITHOUT_S = 0.6, 5, 0.5
+SURE_QUALITY, LOOKED_AT_ANEW, LONGEST_WITHOUT_S = 0.6, 5, 0.5
 
 
 class Tracker:
@@ -130,9 +130,7 @@ class Tracker:
             held = found.belief(0.0) >= acceptance.HELD
             if found.belief(0.0) >= acceptance.STAYS:
                 self._rivals.weigh(found, lambda pose: self._sight.near(pixels, pose, self._habits))
-            if self._history.doubted < LOOKED_AT_ANEW_FRAMES or self._is_believed(
-                found, self._innovation(found)
-            ):
+            if self._history.doubted < LOOKED_AT_ANEW or self._is_believed(found, self._innovation(found)):
                 return self._taken(pixels, found)
         return self._searched(pixels, found if held else None)
 
@@ -190,9 +188,7 @@ class Tracker:
             self._motion = self._motion.corrected(innovation)
         else:
             self._motion = Motion.at_rest(found.pose, found.covariance, self.model.middle)
-        stays = (
-            innovation.squared <= EXPECTED_CHI2 and found.quality >= SURE_QUALITY_SHARE * self._usual.quality
-        )
+        stays = innovation.squared <= EXPECTED_CHI2 and found.quality >= SURE_QUALITY * self._usual.quality
         steady = believed and (history.believed or self._usual.is_other)
         steady = steady and acceptance.is_sure(found, self._rivals, stays)
         steady = steady and not self._strain.asked(found.is_strained)

@@ -59,9 +59,7 @@ class Turning:
         """Whether a pose may look like one that the target can have, turned by half or nearly symmetric."""
         if self._last is None:
             return False
-        halves = (
-            turn for turn in right_turns(self._model) if np.linalg.norm(turn.rotation_vector) > HALF_RAD
-        )
+        halves = (one for one in right_turns(self._model) if np.linalg.norm(one.rotation_vector) > HALF_RAD)
         turns = (*near_symmetries(self._model), *halves)
         if any(self.allows(pose.compose(turn)) for turn in turns):
             return True

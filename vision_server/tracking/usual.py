@@ -23,7 +23,7 @@ LATEST_FRAME_SHARE = 0.1  # of the latest frame in what is usual: it is that of 
 REMEMBERED_FRAMES = 8  # believed frames that are remembered, of whose lights one may be this frame's
 # A frame is in light like another one's if its faces are off from that one's, squared, by less than the first
 # share of what they are off from the last one's; the motion changes them by less than the second share.
-ALIKE_LIGHT_RATIO, NOTICED_LIGHT_SHARE = 0.3, 0.08
+ALIKE_LIGHT, NOTICED_LIGHT = 0.3, 0.08
 
 
 class Seen(NamedTuple):
@@ -100,9 +100,7 @@ class Usual:
     def _is_nearer(self, off: float, before: float) -> bool:
         """Whether faces are off from those of one frame by clearly less than from those of the one before."""
         seen = self._faces[np.isfinite(self._faces)]
-        return len(seen) > 0 and off < ALIKE_LIGHT_RATIO * (
-            before - (NOTICED_LIGHT_SHARE * float(seen.mean())) ** 2
-        )
+        return len(seen) > 0 and off < ALIKE_LIGHT * (before - (NOTICED_LIGHT * float(seen.mean())) ** 2)
 
     def _brightness(self, pixels: Pixels, pose: Pose) -> Floats:
         """Grey in the middles of faces that are turned to the camera, (F,)."""

@@ -26,8 +26,8 @@ from vision_server.matching.icp import (
 )
 from vision_server.matching.match import SearchRange, distinct, long_enough
 from vision_server.matching.nearest_edges import (
+    AXIS_BINS,
     BIN_OVERLAP,
-    DIRECTION_BINS,
     NO_SEGMENT,
     PIECE_PX,
     bin_of,
@@ -56,7 +56,7 @@ def axial_gap(first: float, second: float, period: float) -> float:
 @settings(deadline=None)  # the first call compiles
 @given(st.floats(0.001, np.pi - 0.001), st.floats(0.01, 100.0), st.booleans())
 def test_bins_of_directions(angle: float, length: float, turned: bool) -> None:
-    bins = angle / np.pi * DIRECTION_BINS
+    bins = angle / np.pi * AXIS_BINS
     if abs(bins - round(bins)) < 1e-6:
         return
     sign = -1.0 if turned else 1.0
@@ -67,12 +67,12 @@ def test_the_labelled_segment_is_the_nearest_of_like_direction() -> None:
     segments = segments_of(SATELLITE, POSE, clutter=60)
     edges = nearest_edges(segments, CAMERA)
     steps = segments[:, 2:] - segments[:, :2]
-    position = np.arctan2(steps[:, 1], steps[:, 0]) % np.pi / np.pi * DIRECTION_BINS
+    position = np.arctan2(steps[:, 1], steps[:, 0]) % np.pi / np.pi * AXIS_BINS
     random = np.random.default_rng(1)
     for _ in range(200):
-        bin_, point = int(random.integers(DIRECTION_BINS)), random.uniform([0, 0], [639, 479])
+        bin_, point = int(random.integers(AXIS_BINS)), random.uniform([0, 0], [639, 479])
         label = int(edges.label[bin_, int((point[1] + 0.5) / 2), int((point[0] + 0.5) / 2)])
-        gaps = [axial_gap(one, bin_ + 0.5, DIRECTION_BINS) for one in position]
+        gaps = [axial_gap(one, bin_ + 0.5, AXIS_BINS) for one in position]
         like = [i for i in range(len(segments)) if gaps[i] <= 0.5 + BIN_OVERLAP]
         least = min(distance_to(segments[i], point) for i in like)
         assert label in like
@@ -108,7 +108,7 @@ def plain_score(segments: Floats, label: Floats, pose: Pose, reach: float, merit
     total, length, left = 0.0, 0.0, defaultdict[tuple[int, int], float](lambda: PIECE_PX)
     for point, direction, px in zip(*_plain_samples(pose), strict=True):
         angle = np.arctan2(direction[1], direction[0]) % np.pi
-        bin_ = min(DIRECTION_BINS - 1, int(angle / np.pi * DIRECTION_BINS))
+        bin_ = min(AXIS_BINS - 1, int(angle / np.pi * AXIS_BINS))
         support = 0.0
         segment = int(label[bin_, int((point[1] + 0.5) / 2), int((point[0] + 0.5) / 2)])
         if segment >= 0:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from numerics.arrays import Floats
-from vision_server.pose.hidden_together import LEAST_OWN_SHARE, NOT_SEEN_NATS, ONE_CAUSE_PX, evidence_of
+from vision_server.pose.hidden_together import NOT_SEEN_NATS, ONE_CAUSE_PX, OWN_SHARE, evidence_of
 
 
 def places(count: int, apart_px: float) -> Floats:
@@ -21,7 +21,7 @@ def test_lines_apart_count_as_if_each_stood_alone(count: int) -> None:
 def test_lines_at_one_place_are_hidden_by_one_cause(count: int) -> None:
     nats = np.full(count, -2.0 * NOT_SEEN_NATS)
     told = evidence_of(nats, places(count, 0.0))
-    assert told == pytest.approx(-NOT_SEEN_NATS * (1.0 - LEAST_OWN_SHARE + LEAST_OWN_SHARE * count))
+    assert told == pytest.approx(-NOT_SEEN_NATS * (1.0 - OWN_SHARE + OWN_SHARE * count))
 
 
 def test_what_is_seen_between_them_says_that_nothing_hides_them() -> None:

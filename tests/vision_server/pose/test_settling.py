@@ -19,8 +19,8 @@ from vision_server.pose.ranking import Refined, best_first
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.settling import (
     BLUR_PRECISION,
-    COURSE_T_FREEDOM,
     LEAST_COVARIANCE_FACTOR,
+    T_FREEDOM,
     agreed,
     as_seen,
     scatter_of,
@@ -206,7 +206,5 @@ def test_lines_that_scatter_more_or_are_softer_make_a_pose_less_certain() -> Non
 @pytest.mark.parametrize("factor", [0.25, 1.0, 4.0])
 def test_the_scatter_of_lines_is_what_it_was(factor: float) -> None:
     random = np.random.default_rng(0)
-    squares = (
-        factor * random.chisquare(2, 4000) / (random.chisquare(COURSE_T_FREEDOM, 4000) / COURSE_T_FREEDOM)
-    )
+    squares = factor * random.chisquare(2, 4000) / (random.chisquare(T_FREEDOM, 4000) / T_FREEDOM)
     assert scatter_of(squares, np.ones(4000)) == pytest.approx(factor, rel=0.1)

@@ -14,7 +14,7 @@ from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.tracking.following import turned_about
 from vision_server.tracking.searching import EVERYWHERE_FOLLOWED_AFTER, everywhere_is_due
-from vision_server.tracking.tracker import LOOKED_AT_ANEW_FRAMES, Tracker
+from vision_server.tracking.tracker import LOOKED_AT_ANEW, Tracker
 from vision_server.tracking.turning import AT_ONCE_DEG, Turning
 
 
@@ -29,7 +29,7 @@ def test_what_a_gap_has_turned_farther_than_a_target_turns_is_found_and_sure_whe
     assert first <= 6
     assert told[first].state == "unsure"
     assert all(right[first:])
-    assert told[first + 2 * LOOKED_AT_ANEW_FRAMES - 1].state == "sure" or told[-1].state == "sure"
+    assert told[first + 2 * LOOKED_AT_ANEW - 1].state == "sure" or told[-1].state == "sure"
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,7 @@ from vision_server.tracking.motion import about
 from vision_server.tracking.rivals import Rivals
 from vision_server.tracking.searching import Searches
 from vision_server.tracking.tracked import Tracked
-from vision_server.tracking.tracker import EXPECTED_CHI2, LOOKED_AT_ANEW_FRAMES, SURPRISING_CHI2, Tracker
+from vision_server.tracking.tracker import EXPECTED_CHI2, LOOKED_AT_ANEW, SURPRISING_CHI2, Tracker
 from vision_server.tracking.usual import Usual
 
 BETTER = Misfit(significance=0.0, gain=1.0)  # another model than the given one does
@@ -204,7 +204,7 @@ def test_what_searches_doubted_is_believed_when_as_many_believed_it(
     searches_say(monkeypatch, lambda found: replace(found, score=next(scores), misfit=BETTER))
     told = followed(model, list(moving(22, still=22)))
     first = next(k for k, one in enumerate(told) if one.state == "sure")
-    assert first >= 3 * LOOKED_AT_ANEW_FRAMES
+    assert first >= 3 * LOOKED_AT_ANEW
     assert next(scores, None) is None
 
 
