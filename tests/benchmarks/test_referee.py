@@ -7,8 +7,7 @@ from benchmarks import given_poses, referee
 from benchmarks.films import CAMERA
 from geometry.model import TARGETS, load_model
 from geometry.pose import RIGHT, Pose
-from vision_server.tracking.agreement import Agreement
-from vision_server.tracking.chances import CALIBRATION, Calibration, Chance, Chances
+from vision_server.tracking.chances import CALIBRATION, Agreement, Calibration, Chance, Chances
 
 
 @pytest.mark.parametrize(("number", "shape"), [(3, "box"), (6, "part"), (12, "part")])

@@ -20,10 +20,6 @@ SHORT = ("--max-iterations", "2", "--no-report", "--quiet")
 LIMITS = (1.0, 0.01)  # right: degrees, share of the range
 
 
-def pose_of(told: dict[str, Any]) -> Pose:
-    return Pose.from_dict(told)
-
-
 def result_of(out: Path) -> dict[str, Any]:
     return dict(json.loads((out / "result.json").read_text()))
 
@@ -83,7 +79,7 @@ STACKS = ("cube-0", "cube-1", "fixture-0", "fixture-1", "satellite-0", "satellit
 def test_a_stack_without_a_seed_pose(name: str, shared_data: Path, tmp_path: Path) -> None:
     """The right pose is among those found; a wrong one is never trusted."""
     table = tomllib.loads((shared_data / "stacks" / name / "stack.toml").read_text())
-    true = pose_of(table["target"]["true_pose"])
+    true = Pose.from_dict(table["target"]["true_pose"])
     del table["target"]["seed_pose"]
     stack = tmp_path / name
     stack.mkdir()
@@ -94,6 +90,6 @@ def test_a_stack_without_a_seed_pose(name: str, shared_data: Path, tmp_path: Pat
     done = served("--stack", stack, "--out", tmp_path / "run", *SHORT)
     assert done.returncode in (0, 3), done.stderr
     result = result_of(tmp_path / "run")
-    assert any(pose_of(one["pose"]).error_to(true).within(*LIMITS) for one in result["poses"])
+    assert any(Pose.from_dict(one["pose"]).error_to(true).within(*LIMITS) for one in result["poses"])
     if result["status"] == "converged":
-        assert pose_of(result["pose"]).error_to(true).within(*LIMITS)
+        assert Pose.from_dict(result["pose"]).error_to(true).within(*LIMITS)

@@ -1,8 +1,4 @@
-"""Pixels of one image whose gradient stands out of the noise, 4 to 12 % of most images, as a list.
-
-Canny's first stage (1986): a Gaussian derivative, and what of it is above a floor by the noise
-(`pixels_of_rows`); suppression comes after the channels are merged (`edges.ridges`).
-"""
+"""Pixels of one image, as a list, whose Gaussian derivative stands out of the noise, as in Canny (1986)."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""What the channels show on either side of each edgel: intensities, their noise, and which are clipped.
-
-In go the edgels of a map and the channels it was merged from; out come (C, 2, N) greys at reference exposure,
-from which `kinds` tells what each edgel is.
-"""
+"""What channels show on both sides of each edgel: intensities (C, 2, N), their noise, which are clipped."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Poses of the search range from numbers between -1 and 1, and numbers that fill it evenly.
-
-In go a seed pose and how far it may be off; out come rotations and translations of as many poses as wanted,
-and how far any pose is beyond the range.
-"""
+"""Poses around a seed pose from numbers that fill -1 to 1 evenly, and how far a pose is beyond the range."""
 
 from __future__ import annotations
 

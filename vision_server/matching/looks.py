@@ -14,8 +14,7 @@ from numerics.arrays import Floats, Ints
 from vision_server.matching.match import Anywhere
 from vision_server.matching.views import Views, frame_towards
 
-# By hand: time is in proportion to the first two, and to the square of the last.
-LOOK_DIRECTIONS = 320  # on the sphere, 11 degrees apart
+LOOK_DIRECTIONS = 320  # on the sphere, 11 degrees apart; time is in proportion to it and to points (by hand)
 LOOK_POINTS = 64  # of a look
 TARGET_CELLS_ACROSS = 40  # of the largest target of a grid
 

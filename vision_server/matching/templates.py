@@ -31,8 +31,7 @@ from vision_server.matching.nearest_edges import AXIS_BINS, CELL_PX, GAIN_REACH_
 Offsets = NDArray[np.int16]
 Bytes = Grey
 
-# By hand: time is in proportion to rolls and sizes.
-ROLLS = 30  # each look is turned by 12 degrees about the line of sight
+ROLLS = 30  # each look is turned by 12 degrees about the line of sight (by hand: time is in proportion)
 LARGEST_SIZE_SHARE, SMALLEST_SIZE_SHARE = 1.3, 0.18  # the target's diameter, over the frame's smaller side
 MOST_SIZE_RATIO, SIZES_A_GRID = 1.2, 4  # from one size to the next; sizes that share one grid of cells
 REACH_CELLS = 3.0  # an edge this far from a template's point is worth nothing to it

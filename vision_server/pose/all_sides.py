@@ -17,7 +17,6 @@ from geometry.turns import (
     round_axes,
     spin_rad,
 )
-from vision_server.pose.detail import fewer_lines
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.other_hand import Matcher
 from vision_server.pose.places import A_PART_NATS, apart
@@ -28,6 +27,7 @@ from vision_server.pose.ranking import (
     TURNED_LACK_NATS,
     Refined,
     best_first,
+    fewer_lines,
     finished,
     led_to,
     of_all_lines,
@@ -37,9 +37,8 @@ from vision_server.pose.ranking import (
 from vision_server.pose.spun import spun
 from vision_server.pose.support import evidence_at, support_at
 
-# Chosen by hand: time grows with poses, looks and turns; fewer may leave out the side that is right.
-SIDES, SIDE_DEG = 3, 20.0  # poses beside which others are looked for, and turned how far apart
-LOOKS_TURNED, MOST_TURNS_A_LOOK = 2, 12  # looks that are turned; turns of each that are refined
+SIDES, SIDE_DEG = 3, 20.0  # poses beside which others are looked for, and how far apart (by hand)
+LOOKS_TURNED, MOST_TURNS_A_LOOK = 2, 12  # looks that are turned; turns of each that are refined (by hand)
 ONE_LOOK_WITHIN = (3.0, 0.005)  # degrees, share of the range: poses that a near symmetry makes one look
 # Where first sight lost a pose its best had 2 nats; the hypothesis, 3 % of the range off, was third; the pose
 # had 260. Of 60 photographs of drawn parts none changes its answer by matching again under this evidence.

@@ -1,7 +1,4 @@
-"""Which poses an estimate tells, and the chance of each: rivals that were found, and exact symmetries.
-
-Poses that a symmetry of the target takes to each other are one answer, or share its probability.
-"""
+"""Which poses an estimate tells, and the chance of each; a symmetry's images are one answer, or share it."""
 
 from __future__ import annotations
 
@@ -21,7 +18,7 @@ from vision_server.pose.trust import RIVAL_NATS
 # Chosen by hand: three times what makes a pose wrong, so that two fits of one look are told as one.
 EQUIVALENT_WITHIN = (3.0, 0.03)  # degrees, share of the range: one pose, or its image by a symmetry
 # A pose is listed from this chance on; or, if less, from this share of what each would have if all that are
-# likely had the same, as a gear's turns have. Fewer would hide turns that are right, more are read by no one.
+# likely had the same, as a gear's turns have (by hand).
 LEAST_LISTED_CHANCE, LEAST_OF_EVEN_CHANCE = 0.01, 0.1
 
 

@@ -219,20 +219,13 @@ class _Chosen(NamedTuple):
 
 
 class _Looked(NamedTuple):
-    """How one channel, the c-th of C, was looked at.
-
-    Attributes
-    ----------
-    chosen : (C, N), which edge point of each sample is taken, -1 for none.
-    sigma, filters : (C, L), softness of each line, px, and the filter, index into SCALES_PX.
-    inside : (N,), see `inside_of`.
-    """
+    """How one channel was looked at, the c-th of C; of N samples on L lines."""
 
     c: int
-    chosen: Ints
-    sigma: Floats
-    filters: Ints
-    inside: Floats
+    chosen: Ints  # (C, N), which edge point of each sample is taken, -1 for none
+    sigma: Floats  # (C, L), softness of each line, px
+    filters: Ints  # (C, L), index into SCALES_PX
+    inside: Floats  # (N,), see `inside_of`
 
 
 @kernel()

@@ -1,17 +1,22 @@
-"""From the matcher's hypotheses to refined poses with their support, best first.
+"""From the matcher's hypotheses to refined poses with their support, best first: a multi-start of refinement.
 
-Multi-start: all are refined coarsely, with turns and edges beside that no small step leads to, and those
-that come near the best in quality to the end. `best_first` is that, with a seed pose.
+All are refined coarsely, with turns and edges beside that no small step leads to, and those that come near
+the best in quality to the end. Of very many lines the longest say which pose is worth a look at all of them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
+import numpy as np
+
+from geometry.chains import chains, longest_chains
+from geometry.model import Model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
-from vision_server.pose.detail import fewer_lines
+from numerics.arrays import Ints
 from vision_server.pose.hypotheses import edges_around, hypotheses_beside
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
@@ -36,6 +41,8 @@ CLEAR_QUALITY = 2.0  # 1/px: from here on, nothing beside the pose can be as goo
 MOST_BESIDE, BESIDE_ROUNDS = 6, 3  # starts beside the best pose, and again when that has found a better one
 COARSE_LACK_NATS = 10.0  # of evidence, that fewer samples may miss
 TURNED_LACK_NATS = 20.0  # that a turned pose may lack before it is refined: odds of e^-7 after that
+
+MOST_COMPARED_CURVES = 500  # lines and chains of lines, by hand: a model of no more has all compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,6 +182,26 @@ def refined(
     assert solution is not None
     support = support_at(problem, solution.pose, spacing)
     return None if support is None else Refined(problem, solution, support, spacing_px)
+
+
+def fewer_lines(problem: PoseProblem) -> PoseProblem:
+    """The problem with the longest MOST_COMPARED_CURVES of its model's lines; all faces still hide.
+
+    Outlines of curved surfaces all stay: which of them are seen depends on the pose.
+    """
+    model, kept = _sparse(problem.model)
+    return problem if model is problem.model else replace(problem, model=model, scale=problem.scale[:, kept])
+
+
+@lru_cache(maxsize=8)
+def _sparse(model: Model) -> tuple[Model, Ints]:
+    """The model with these lines only, and which they are."""
+    chosen = longest_chains(model.vertices, model.lines, model.smooth, chains(model), MOST_COMPARED_CURVES)
+    kept = np.flatnonzero(chosen)
+    if len(kept) == len(model.lines):
+        return model, kept
+    lines, faces, smooth = model.lines[kept], model.line_faces[kept], model.smooth[kept]
+    return replace(model, lines=lines, line_faces=faces, smooth=smooth), kept
 
 
 def of_fewer_lines(best: Refined) -> Refined:

@@ -1,8 +1,4 @@
-"""Which other poses are weighed: those found, turned onto near symmetries, about the axis of a round part.
-
-In go refined poses, best first; out come which of them goes first and its rivals, each with what speaks
-against it beforehand, in nats.
-"""
+"""Which other poses are weighed, found ones and turns of the best, and what speaks against each before."""
 
 from __future__ import annotations
 

@@ -13,8 +13,7 @@ from numerics.kernels import kernel
 
 SAMPLES_A_TARGET = 450  # at most about so many (by hand): time is in proportion
 COUNTING_SPACING_PX = 4.0  # while the visible length is looked at
-# Where only edges beside lines are looked for, which are as long as the lines: spacing, and most of a line.
-SPARSE_SPACING_PX, MOST_SPARSE_SAMPLES = 4.0, 12
+SPARSE_SPACING_PX, MOST_SPARSE_SAMPLES = 4.0, 12  # of a line, for a look at what runs beside it (by hand)
 
 
 def spacing_for(model: Model, camera: Camera, pose: Pose) -> float:

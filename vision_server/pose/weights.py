@@ -1,7 +1,4 @@
-"""What an edge point counts before its residual is known: noise, strength, and trust in its line.
-
-In goes an observation; out come weights (C, N), 1/px^2, which `solver` then reweighs by residuals.
-"""
+"""Weights (C, N) of edge points, 1/px^2, before residuals are known: noise, strength, trust in their line."""
 
 from __future__ import annotations
 

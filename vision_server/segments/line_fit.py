@@ -1,8 +1,4 @@
-"""Least-squares lines through groups of edgels, and whether a group could be there by chance.
-
-Total least squares, as edgels are off across a line whichever way it runs; and the a-contrario test of
-Desolneux, Moisan and Morel (2000), `log_chance`, which says how many lines as good chance would give.
-"""
+"""Total least squares lines through edgels, and whether they are by chance (Desolneux et al. 2000)."""
 
 from __future__ import annotations
 

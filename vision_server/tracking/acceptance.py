@@ -14,7 +14,7 @@ from vision_server.matching.match import Anywhere
 from vision_server.pose.covariance import uncertainty
 from vision_server.pose.support import MISSING_SUPPORT, PoseSupport
 from vision_server.pose.trust import belief, shared
-from vision_server.tracking.agreement import NORMAL_DRAWS
+from vision_server.tracking.chances import NORMAL_DRAWS
 from vision_server.tracking.following import Found
 from vision_server.tracking.rivals import Rivals
 

@@ -24,8 +24,7 @@ from vision_server.pose.sampling import sparse_samples
 # By hand. Edges are looked for so far to either side, as print farther away is seldom mistaken for an edge
 # that is followed; nearer than the second, an edge is the line's own.
 PRINT_REACH_PX, ANOTHER_EDGE_PX = 6.0, 1.0
-# How far from the line parallels to it run. On one of them is an edge where this share of the line's samples
-# have an edge point within this distance of it.
+# Where parallels to the line run: one has an edge where so many samples have an edge point so near to it.
 BESIDE_PARALLELS_PX = np.arange(-PRINT_REACH_PX, PRINT_REACH_PX + 0.25, 0.5)
 BESIDE_PARALLELS_PX = BESIDE_PARALLELS_PX[np.abs(BESIDE_PARALLELS_PX) >= ANOTHER_EDGE_PX]
 LEAST_ON_PARALLEL, ON_PARALLEL_PX = 0.5, 0.75

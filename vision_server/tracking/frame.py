@@ -1,7 +1,4 @@
-"""One frame as tracking sees it: the part around the target, at full, half and quarter size.
-
-In go pixels (H, W) and a pose; out comes what `pose.refinement` takes, a `PoseProblem` of one channel.
-"""
+"""One frame as tracking sees it: what is around the target, full, half or quarter size, a `PoseProblem`."""
 
 from __future__ import annotations
 

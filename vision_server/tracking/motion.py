@@ -1,7 +1,4 @@
-"""Constant-velocity motion of the target: an error-state Kalman filter on poses that were measured.
-
-The acceleration is white noise whose size follows the innovations, as of adaptive filters (`corrected`).
-"""
+"""Constant-velocity motion of the target: an error-state Kalman filter that adapts to its innovations."""
 
 from __future__ import annotations
 

@@ -32,9 +32,8 @@ from vision_server.pose.spun import spun
 from vision_server.pose.support import PoseSupport, evidence_at, support_at
 from vision_server.pose.trust import ERROR_OVER_SD, RIVAL_NATS, confidence, quality
 from vision_server.segments.extraction import extract_segments
-from vision_server.tracking.agreement import agreement
 from vision_server.tracking.beside import beside
-from vision_server.tracking.chances import LEAST_ODDS, Chance, Chances, probability
+from vision_server.tracking.chances import LEAST_ODDS, Chance, Chances, agreement, probability
 from vision_server.tracking.fitting import Habits, fitted
 from vision_server.tracking.following import MOST_PASSES, SETTLED_PX
 

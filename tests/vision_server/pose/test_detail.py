@@ -10,8 +10,8 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import disturbed
 from vision_server.pose import ranking
-from vision_server.pose.detail import MOST_COMPARED_CURVES, fewer_lines
 from vision_server.pose.observation import Observation, PoseProblem, observe
+from vision_server.pose.ranking import MOST_COMPARED_CURVES, fewer_lines
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 

@@ -18,8 +18,7 @@ from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.support import evidence_at
-from vision_server.tracking.agreement import Agreement, agreement
-from vision_server.tracking.chances import Chance, Chances, probability
+from vision_server.tracking.chances import Agreement, Chance, Chances, agreement, probability
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.referee import LOST_BELOW, OK_FROM, Around, _on_lines, chances_of, judged
 
@@ -123,7 +122,7 @@ def test_agreement_is_that_of_targets_and_given_poses_drawn_one_by_one(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     sizes = np.array([1.0, 3.0])  # smaller ones are seldom met by draws
-    monkeypatch.setattr("vision_server.tracking.agreement.GIVEN_POSE_ERRORS", sizes)
+    monkeypatch.setattr("vision_server.tracking.chances.GIVEN_POSE_ERRORS", sizes)
     spread = np.diag([np.radians(0.8) ** 2] * 3 + [0.003**2] * 3)
     given = POSE.stepped(np.r_[0.0, np.radians(0.5), 0.0, 0.001, 0.0, 0.0])
     rng = np.random.default_rng(2)
