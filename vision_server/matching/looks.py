@@ -97,7 +97,7 @@ def evenly(px: Floats, most: int) -> Ints:
 
 
 def cell_px_of(sizes: Floats) -> float:
-    """Width of the cells of a grid that such sizes share."""
+    """Width, px, of the cells of a grid that sizes (S,), px, share."""
     return float(sizes[0]) / TARGET_CELLS_ACROSS
 
 

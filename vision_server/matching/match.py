@@ -183,7 +183,7 @@ def long_enough(segments: Floats, typical_line_px: float, least_px: float = LEAS
 
 
 def distinct(rotations: Floats, translations: Floats, scores: Floats, count: int) -> list[int]:
-    """Indices of the best `count` poses, none of them the same pose as a better one."""
+    """Indices of the `count` best of poses (N, 3, 3), (N, 3) by scores (N,), none as a better one is."""
     kept: list[int] = []
     for i in np.argsort(-scores, kind="stable").tolist():
         if len(kept) == count or scores[i] == -np.inf:

@@ -129,7 +129,7 @@ def bin_of(dx: float, dy: float) -> int:
 
 @kernel()
 def offset(segments: Floats, segment: int, x: float, y: float) -> tuple[float, float]:
-    """Signed distance of a point to a segment's line, and distance to the segment itself, px."""
+    """Signed distance of a point to the line of one of segments (N, 6), and distance to itself, px."""
     px, py = x - segments[segment, 0], y - segments[segment, 1]
     along = px * segments[segment, 2] + py * segments[segment, 3]
     across = py * segments[segment, 2] - px * segments[segment, 3]

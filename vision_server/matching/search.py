@@ -120,7 +120,7 @@ def _searched(
 def match_near(
     segments: Floats, camera: Camera, seed: int, models: Sequence[Model], pose: Pose
 ) -> list[list[tuple[float, Pose]]]:
-    """Find, with little effort, where each of some models of one size fits near a pose.
+    """Find, with little effort, where each of some models of one size fits segments (N, 4) near a pose.
 
     Returns
     -------
@@ -147,7 +147,7 @@ def size_px(model: Model, camera: Camera, pose: Pose) -> float:
 
 
 def best_of(poses: tuple[Floats, Floats], scores: Floats, count: int) -> tuple[Floats, Floats]:
-    """So many of the poses, best first; copies."""
+    """So many of the poses (N, 3, 3), (N, 3), best first by scores (N,); copies."""
     best = np.argsort(-scores, kind="stable")[:count]
     return poses[0][best], poses[1][best]
 
@@ -230,7 +230,7 @@ def exact_view(
     bounds: Floats,
     min_line_px: float,
 ) -> ViewTable:
-    """The one view from just this pose, at fine spacing."""
+    """The one view from just this pose (3, 3), (3,), at fine spacing; the rest as of `trace`."""
     seen = trace(
         solid, rotation, translation, intrinsics, bounds, FINE_SPACING_PX, FINE_SPACING_PX, min_line_px
     )

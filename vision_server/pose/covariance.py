@@ -132,7 +132,7 @@ def uncertainty(covariance: Floats, translation: Floats) -> float:
     """Largest standard deviation of the pose, as a share: 0.01 stands for 1 % of the range or for 1 degree.
 
     The larger of the largest axis of the target origin's position over its range, and the largest axis of the
-    rotation in degrees over 100.
+    rotation in degrees over 100; of a pose's covariance (6, 6), and translation (3,), m.
     """
     origin = origin_jacobian(translation)
     position = np.linalg.eigvalsh(origin @ covariance @ origin.T)[-1]

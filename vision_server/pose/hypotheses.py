@@ -238,7 +238,7 @@ def followed(jacobian: Floats, offset: Floats, px: Floats, prior: Floats, step: 
 
 @kernel()
 def explained(jacobian: Floats, offset: Floats, px: Floats, step: Floats) -> float:
-    """Mean over the visible length of 1 - d / CAP_PX; d: distance to the nearest edge after a step."""
+    """Mean over the visible length of 1 - d / CAP_PX; d: from the nearest edge after a step (6,), px."""
     total = 0.0
     for i in range(len(offset)):
         place = 0.0
