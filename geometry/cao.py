@@ -11,9 +11,8 @@ from geometry.polygon import triangulate
 from geometry.surface import Surface
 from numerics.arrays import Floats, Ints
 
-# Chosen by hand where nothing else is said.
-ONE_SURFACE_DEG = 1.0  # adjacent faces that bend less are one surface cut in pieces
-ROUND_SIDES = 36  # sides of a tessellated cylinder or circle
+ONE_SURFACE_DEG = 1.0  # adjacent faces that bend less are one surface cut in pieces (by hand)
+ROUND_SIDES = 36  # of a tessellated cylinder or circle, by hand: a side is 0.004 radii beside the arc
 WELD_SHARE = 1e-9  # points of round parts closer than this fraction of the model's size are one
 
 COMMENT = re.compile(r"(#|//).*")

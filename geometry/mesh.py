@@ -13,9 +13,8 @@ from geometry.stl import checked_stl
 from geometry.surface import Surface
 from numerics.arrays import Floats, Ints
 
-# Chosen by hand where nothing else is said.
 FLAT_DEG = 0.01  # rounding of coordinates; anything above may be part of a fine tessellation
-SHARP_DEG = 30.0  # edges bent by more are lines of the wireframe
+SHARP_DEG = 30.0  # edges bent by more are lines (by hand): by less, facets of curves are; by more, no bevels
 ONE_CORNER_SHARE = 1e-6  # of the diameter: facets that meet are written with their own rounding
 WELDED_SHARE = 1e-4  # likewise, of a mesh most of whose facets share no corner: no two lines are told apart
 MOST_TRIANGLES = 80_000  # 65 000 are read in 2.2 s of processor time; what finer facets add is under a pixel

@@ -26,7 +26,7 @@ CLOSER_TIMES = 0.25  # of the tolerance, for where the axis is: beside it as muc
 ALIKE_SHARE = 0.4  # share of the wireframe that must come back onto itself ...
 ALIKE_OVER_SHARE = 0.35  # ... by half a turn: a plate's rim does, turned over, what stands on it does not ...
 SCREENED_SHARE = 0.25  # ... less of few points, which miss some ...
-EXACT_SHARE = 0.995  # ... and from which on the turn changes nothing that could be seen
+UNCHANGED_SHARE = 0.995  # ... and from which on the turn changes nothing that could be seen
 HALF_TURN = Fraction(1, 2)
 FOLDS = range(2, 49)  # n-fold turns that are tried: a gear's to 7.5 degrees; ...
 FINE_FOLD = 36  # ... of more, which any small turn is near to, those that bring back as much closely
@@ -82,7 +82,7 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
         for part in _apart(best):
             share, _, middle = best[part]
             angle = 2.0 * np.pi * float(part)
-            if share >= EXACT_SHARE and exactly.shares(axis, [angle], middle)[0] >= EXACT_SHARE:
+            if share >= UNCHANGED_SHARE and exactly.shares(axis, [angle], middle)[0] >= UNCHANGED_SHARE:
                 continue
             found.append((share, Pose.turn_about(middle, matrix_of(angle * axis))))
     found.sort(key=lambda one: -one[0])

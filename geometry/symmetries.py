@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 
 from geometry.model import Model
-from geometry.near_symmetries import EXACT_SHARE, FOLDS, exact_tolerance
+from geometry.near_symmetries import FOLDS, UNCHANGED_SHARE, exact_tolerance
 from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of, vector_of
@@ -114,7 +114,7 @@ class _Body:
     def comes_back(self, turn: Floats) -> bool:
         """Whether a turn (3, 3) about the centre leaves the body as it is."""
         turned = np.ascontiguousarray(self.held @ turn.T)
-        astray, vector = int((1.0 - EXACT_SHARE) * len(turned)), vector_of(turn)
+        astray, vector = int((1.0 - UNCHANGED_SHARE) * len(turned)), vector_of(turn)
         axis = vector / max(float(np.linalg.norm(vector)), np.finfo(float).tiny)
         reach = exact_tolerance(axis, self.held, self.diameter)
         return count_astray(turned, self.cloud, reach, astray) <= astray

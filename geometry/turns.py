@@ -35,7 +35,7 @@ from itertools import product
 import numpy as np
 
 from geometry.model import Model
-from geometry.near_symmetries import EXACT_SHARE, ONE_TURN_RAD, exact_tolerance, near_symmetries
+from geometry.near_symmetries import ONE_TURN_RAD, UNCHANGED_SHARE, exact_tolerance, near_symmetries
 from geometry.own_axes import TOLERANCE_SHARE, own_axes
 from geometry.points_along import points_along
 from geometry.pose import Pose
@@ -132,7 +132,7 @@ def round_axes(model: Model) -> tuple[tuple[Floats, Floats], ...]:
             if any(_share(points, cloud, near) < ROUND_SHARE for points in turned):
                 continue
             reach = exact_tolerance(axis, some - centre, model.diameter)
-            if all(_share(points, cloud, reach) < EXACT_SHARE for points in turned):
+            if all(_share(points, cloud, reach) < UNCHANGED_SHARE for points in turned):
                 found.append((axis, centre))
     return tuple(found)
 

@@ -8,13 +8,13 @@ import pytest
 
 from benchmarks.machined_parts import circle, drilled, surface_of
 from geometry.model import TARGETS, Model, find_target, load_model
-from geometry.near_symmetries import EXACT_SHARE, near_symmetries
+from geometry.near_symmetries import UNCHANGED_SHARE, near_symmetries
 from geometry.own_axes import TOLERANCE_SHARE
 from geometry.rotation import matrix_of
 from geometry.symmetries import symmetry_of
 from geometry.turns import RIGHT_TURNS_DEG, ROUND_SHARE, right_turns, round_axes, turns_about_round_axes
 
-ENOUGH, MOST = ROUND_SHARE, EXACT_SHARE
+ENOUGH, MOST = ROUND_SHARE, UNCHANGED_SHARE
 LESS = 0.5 * ENOUGH
 LUG = np.array([[0.02, -0.01], [0.04, -0.01], [0.04, 0.01], [0.02, 0.01]])
 
